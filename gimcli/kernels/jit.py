@@ -1,0 +1,79 @@
+"""The only home of numba: run a kernel as it is or compile it, with the kernels that it calls.
+
+A kernel is a plain module-level function marked `@kernel`; it runs as it stands for a small
+job. `compiled(kernel)` gives the same source compiled. The cache of machine code lives in a
+folder whose name is a hash of all kernel sources, so that an edit in a callee is noticed
+(numba's own index looks at the caller's file only).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from types import FunctionType
+from typing import Any, TypeVar
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_KERNELS: set[Callable[..., Any]] = set()
+
+
+def kernel(function: F) -> F:
+    """Mark a function as a kernel; it stays the plain Python function that it is."""
+    _KERNELS.add(function)
+    return function
+
+
+@cache
+def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the compiled form of a kernel; the kernels that it calls are compiled first."""
+    import numba
+
+    folder = cache_folder()
+    if folder is not None:
+        numba.config.CACHE_DIR = str(folder)
+    names = dict(function.__globals__)
+    for name in function.__code__.co_names:
+        callee = names.get(name)
+        if callee in _KERNELS:
+            names[name] = compiled(callee)
+    clone = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
+    clone.__module__ = function.__module__
+    clone.__qualname__ = function.__qualname__
+    jit: Callable[..., Any] = numba.njit(cache=folder is not None, error_model="numpy")(clone)
+    return jit
+
+
+def is_cached() -> bool:
+    """Tell whether compiled kernels of this source lie on disk."""
+    folder = cache_folder()
+    return folder is not None and any(folder.rglob("*.nbc"))
+
+
+@cache
+def cache_folder() -> Path | None:
+    """Return a writable folder for this source's machine code, or None where there is none."""
+    stamp = source_stamp()
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    user = str(os.getuid()) if hasattr(os, "getuid") else "user"
+    for base in (Path(home) / "gimcli", Path(tempfile.gettempdir()) / f"gimcli-{user}"):
+        folder = base / stamp
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                return folder
+        except OSError:
+            continue
+    return None
+
+
+def source_stamp() -> str:
+    """Return a hash of all kernel sources."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]

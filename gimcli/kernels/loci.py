@@ -1,0 +1,103 @@
+"""Loci and their intersections, row by row: every argument is an array over the steps (or a number).
+
+A locus is where a node may stand while the other nodes of one constraint stand still: a circle
+(distance) or a line (angle, sliding pair). Two loci meet in closed form; which of two meeting
+points is taken is the sign `s` (+1: to the left of the direction from the first to the second
+centre, or ahead along the line). Each function returns the coordinates and
+
+- `g`, the signed measure that tells the two meeting points apart (0 where they meet), and
+- `g2`, its square before the root: negative where the loci do not meet, and
+- `noise`, the rounding error of `g2`,
+
+all three as lengths or squares of lengths.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gimcli.mechanism import FloatArray
+
+EPS = float(np.finfo(float).eps)
+ROUNDINGS = 4.0 * EPS
+"""Relative error allowed for a sum of a few lengths."""
+
+Meeting = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+
+
+def circle_circle(
+    ax: FloatArray, ay: FloatArray, ra: FloatArray, bx: FloatArray, by: FloatArray, rb: FloatArray, s: float
+) -> Meeting:
+    """Meet circle (a, ra) with circle (b, rb): RRR dyad.
+
+    The half chord comes from Heron's product, which keeps its digits near tangency.
+    """
+    dx, dy = bx - ax, by - ay
+    d2 = dx * dx + dy * dy
+    d = np.sqrt(d2)
+    total = ra + rb + d
+    f1, f3, f4 = ra + rb - d, d - ra + rb, d + ra - rb
+    safe = np.where(d2 > 0.0, d2, 1.0)
+    g2 = f1 * total * f3 * f4 / (4.0 * safe)
+    noise = ROUNDINGS * total * total * (abs(f3 * f4) + abs(f1 * f4) + abs(f1 * f3)) / (4.0 * safe)
+    noise = np.where(d2 > 0.0, noise, np.inf)
+    g = s * np.sqrt(np.maximum(g2, 0.0))
+    along = (ra - rb) * (ra + rb) / safe * 0.5 + 0.5
+    across = g / np.sqrt(safe)
+    return ax + along * dx - across * dy, ay + along * dy + across * dx, g, g2, noise
+
+
+def circle_line(
+    ax: FloatArray,
+    ay: FloatArray,
+    r: FloatArray,
+    qx: FloatArray,
+    qy: FloatArray,
+    nx: FloatArray,
+    ny: FloatArray,
+    d: FloatArray,
+    s: float,
+) -> Meeting:
+    """Meet circle (a, r) with the line n.(p - q) = d (n a unit vector): RRP dyad."""
+    e = nx * (ax - qx) + ny * (ay - qy) - d  # height of the centre over the line
+    g2 = (r - e) * (r + e)
+    reach = abs(ax - qx) + abs(ay - qy) + abs(d)
+    noise = ROUNDINGS * (reach + r) * (abs(r - e) + abs(r + e))
+    g = s * np.sqrt(np.maximum(g2, 0.0))
+    return ax - e * nx + g * ny, ay - e * ny - g * nx, g, g2, noise
+
+
+def line_line(
+    qx: FloatArray,
+    qy: FloatArray,
+    nx: FloatArray,
+    ny: FloatArray,
+    d: FloatArray,
+    px: FloatArray,
+    py: FloatArray,
+    mx: FloatArray,
+    my: FloatArray,
+    e: FloatArray,
+) -> Meeting:
+    """Meet the lines n.(z - q) = d and m.(z - p) = e: PRP dyad; `g` is the sine between them."""
+    g = nx * my - ny * mx
+    safe = np.where(g == 0.0, 1.0, g)
+    e = e + mx * (px - qx) + my * (py - qy)  # second line seen from q
+    x = qx + (my * d - ny * e) / safe
+    y = qy + (nx * e - mx * d) / safe
+    return x, y, g, g * g, np.where(g == 0.0, np.inf, ROUNDINGS * ROUNDINGS) + 0.0 * x
+
+
+def tilt(wx: FloatArray, wy: FloatArray, e: FloatArray, s: float) -> Meeting:
+    """Turn a line so that it passes a point: unit direction u with w = u (tau + i e), RPR dyad.
+
+    `w` runs from a node of the turning member to the point, `e` is the signed distance of the
+    point from the line, parallel to it, through that node; tau has the sign `s`.
+    """
+    w2 = wx * wx + wy * wy
+    safe = np.where(w2 > 0.0, w2, 1.0)
+    w = np.sqrt(safe)
+    g2 = np.where(w2 > 0.0, (w - e) * (w + e), 0.0)
+    noise = ROUNDINGS * (w + abs(e)) * (abs(w - e) + abs(w + e))
+    g = s * np.sqrt(np.maximum(g2, 0.0))
+    return (wx * g + wy * e) / safe, (wy * g - wx * e) / safe, g, g2, noise

@@ -1,0 +1,1 @@
+"""Positions and motions: arrays in, results out."""

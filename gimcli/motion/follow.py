@@ -1,0 +1,332 @@
+"""Follow a motion from a solved position, on its branch, through singular positions.
+
+Rows are solved in blocks as long as nothing is doubtful. A row that is doubtful (no solution, a
+jump foreseen, the tolerance out of reach) is approached by an ever finer grid. What remains is
+either a limit of the input, or a singular position that the motion goes straight through: then
+the position beyond it is extrapolated from four positions before it, solved there, and the rows
+in between are interpolated over both sides, for at the singular position itself the equations
+tell a node to half the digits only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.solvers import closed, newton
+from gimcli.solvers.block import Block
+from gimcli.solvers.newton import Packed, Run
+from gimcli.solvers.side import sides
+from gimcli.status import Status
+from gimcli.structure.steps import Coupled, Dyad, Orient, Place, Plan, Tilt
+
+Inputs = Callable[[FloatArray], FloatArray]
+"""Inputs (actuators, rows) at times (rows,); also a little beyond the ends of the motion."""
+
+
+@dataclass(frozen=True)
+class Policy:
+    """Constants of the path following."""
+
+    rows: int = 2048  # in one block: fits the cache
+    split: int = 8  # parts of an interval approached finer
+    resolution: float = 1e-12  # of the motion: where a limit is told
+    leaps: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)  # of a turn: half gaps tried at a singular position
+    agreement: float = 0.2  # a landing may differ from the one foreseen by this part of the way
+    memory: int = 400  # rows kept to continue from
+
+
+@dataclass
+class Row:
+    """One solved position and the measures that tell its branch."""
+
+    time: float
+    x: FloatArray
+    y: FloatArray
+    g: FloatArray
+
+
+@dataclass
+class Path:
+    """What following gave, in the order of the times asked for."""
+
+    x: FloatArray  # (nodes, rows)
+    y: FloatArray
+    status: FloatArray  # (rows,) of Status
+    error: FloatArray
+    work: FloatArray
+    bridged: list[float] = field(default_factory=list)  # times of the singular positions passed
+    limit: float | None = None  # time of the limit that was met
+
+
+class Follower:
+    """The state of a motion: its plan, the signs of its branch, and the last rows."""
+
+    def __init__(
+        self, mechanism: Mechanism, plan: Plan, inputs: Inputs, run: Run, tolerance: float,
+        policy: Policy | None = None,
+    ) -> None:  # fmt: skip
+        self.mechanism, self.plan, self.inputs, self.run = mechanism, plan, inputs, run
+        self.tolerance = tolerance * mechanism.size
+        self.policy = policy or Policy()
+        self.sign = np.ones(plan.branches)
+        self.packed = {k: Packed(s) for k, s in enumerate(plan.steps) if isinstance(s, Coupled)}
+        self.determinant = dict.fromkeys(self.packed, 0.0)
+        self.log: list[Row] = []
+        self.bridges: list[Bridge] = []
+        self.turn = 1.0  # time of one turn, or of a travel of 2 pi sizes
+
+    def begin(self, row: Row, signs: FloatArray) -> None:
+        """Start from a solved position."""
+        self.log, self.sign = [row], signs.copy()
+        self.determinant = dict.fromkeys(self.packed, 0.0)
+        self.bridges = []
+
+    # -- blocks -------------------------------------------------------------------------
+
+    def evaluate(self, times: FloatArray, history: list[Row]) -> Block:
+        """Solve rows at times that go on from some history."""
+        history = self._useful(times, history)
+        when = np.concatenate([[row.time for row in history], times])
+        block = Block.empty(self.plan, len(self.mechanism.nodes), when, self.inputs(when), len(history))
+        for k, row in enumerate(history):
+            block.x[:, k], block.y[:, k], block.g[:, k] = row.x, row.y, row.g
+        fixed = list(self.mechanism.members[0].nodes)
+        drawn = self.mechanism.members[0].shape
+        block.x[fixed, :], block.y[fixed, :] = drawn.real[:, None], drawn.imag[:, None]
+        with np.errstate(all="ignore"):
+            self._solve(block)
+        return block
+
+    def _solve(self, block: Block) -> None:
+        for k, step in enumerate(self.plan.steps):
+            if block.end <= block.history:
+                return
+            if isinstance(step, Place):
+                closed.place(step, block)
+            elif isinstance(step, Dyad):
+                closed.dyad(step, block, self.sign, self.tolerance)
+            elif isinstance(step, Orient):
+                self._registers(step, block)
+                closed.orient(step, block)
+            elif isinstance(step, Tilt):
+                closed.tilt(step, block, self.sign, self.tolerance)
+            else:
+                args = self.run, self.determinant[k], self.tolerance, self.mechanism.size
+                self.determinant[k] = newton.follow(self.packed[k], block, *args)
+
+    @staticmethod
+    def _registers(step: Orient, block: Block) -> None:
+        block.rx[step.register, : block.history] = 0.0  # history of a direction is never read
+
+    def _useful(self, times: FloatArray, history: list[Row]) -> list[Row]:
+        """Choose up to four rows of history spaced like what is to come."""
+        step = times[0] - history[-1].time
+        chosen = [history[-1]]
+        for row in reversed(history[:-1]):
+            if len(chosen) == 4:
+                break
+            if chosen[-1].time - row.time >= 0.5 * step:
+                chosen.append(row)
+        return chosen[::-1]
+
+    def rows(self, block: Block) -> list[Row]:
+        """Return the solved rows of a block."""
+        span = range(block.history, block.end)
+        return [Row(float(block.time[k]), block.x[:, k].copy(), block.y[:, k].copy(), block.g[:, k].copy()) for k in span]
+
+    def remember(self, rows: list[Row]) -> None:
+        """Append solved rows to the history."""
+        self.log += rows
+        if len(self.log) > 2 * self.policy.memory:
+            del self.log[: -self.policy.memory]
+
+    # -- the whole motion ------------------------------------------------------------------
+
+    def follow(self, times: FloatArray) -> Path:
+        """Solve at increasing times after the start; what cannot be reached is left NaN."""
+        n = len(times)
+        path = Path(
+            np.full((len(self.mechanism.nodes), n), np.nan), np.full((len(self.mechanism.nodes), n), np.nan),
+            np.full(n, float(Status.LIMIT)), np.full(n, np.nan), np.zeros(n),
+        )  # fmt: skip
+        i = 0
+        while i < n:
+            block = self.evaluate(times[i : i + self.policy.rows], self.log)
+            good = block.end - block.history
+            self._store(path, block, i, good)
+            i += good
+            if good < min(self.policy.rows, n - len(path.x[0, :i])) and i < n:
+                status = self.cross(float(times[i]))
+                if status is not Status.OK:
+                    path.status[i:] = float(Status.LIMIT)
+                    path.status[i] = float(status)
+                    path.limit = self.log[-1].time
+                    break
+                i = self._fill(path, times, i)
+        path.bridged = [bridge.centre for bridge in self.bridges]
+        return path
+
+    def _store(self, path: Path, block: Block, i: int, good: int) -> None:
+        span, into = slice(block.history, block.end), slice(i, i + good)
+        path.x[:, into], path.y[:, into] = block.x[:, span], block.y[:, span]
+        path.error[into], path.work[into] = block.error[span], block.work[span]
+        path.status[into] = float(Status.OK)
+        keep = block.end - min(good, 8)
+        self.remember(self.rows(Block_tail(block, keep)))
+
+    def _fill(self, path: Path, times: FloatArray, i: int) -> int:
+        """Fill the rows up to where crossing has arrived; return the next row to solve."""
+        while i < len(times) and times[i] <= self.log[-1].time:
+            row = self._at(float(times[i]))
+            path.x[:, i], path.y[:, i] = row.x, row.y
+            path.status[i], path.error[i] = float(Status.OK), self.tolerance
+            i += 1
+        return i
+
+    def _at(self, time: float) -> Row:
+        """Return the row at a time that has been passed: solved, or interpolated over a bridge."""
+        for row in reversed(self.log):
+            if row.time == time:
+                return row
+        for bridge in reversed(self.bridges):
+            if bridge.times[0] <= time <= bridge.times[-1]:
+                return bridge.at(time)
+        before = [row for row in self.log if row.time < time]
+        block = self.evaluate(np.array([time]), before)
+        return self.rows(block)[0]
+
+    # -- doubtful rows ---------------------------------------------------------------------
+
+    def cross(self, time: float) -> Status:
+        """Go on from the last row to a time on an ever finer grid; the log then ends there or beyond."""
+        start = self.log[-1].time
+        grid = start + (time - start) * np.arange(1, self.policy.split + 1) / self.policy.split
+        grid[-1] = time
+        while len(grid := grid[grid > self.log[-1].time]):
+            block = self.evaluate(grid, self.log)
+            self.remember(self.rows(block))
+            good = block.end - block.history
+            if good == len(grid):
+                break
+            target = float(grid[good])
+            status = self._pass(target, block)
+            if status is not Status.OK:
+                return status
+        return Status.OK
+
+    def _pass(self, target: float, block: Block) -> Status:
+        gap = target - self.log[-1].time
+        if block.singular and self._leap(target):
+            return Status.OK
+        if gap <= self.policy.resolution * max(1.0, abs(target)):
+            if not block.singular and self._leap(target):
+                return Status.OK
+            return Status.SINGULAR if block.singular and not block.blocked else Status.LIMIT
+        return self.cross(target)
+
+    def _leap(self, target: float) -> bool:
+        """Pass a singular position near `target`: solve beyond it what is foreseen from before it."""
+        gap = target - self.log[-1].time
+        for part in self.policy.leaps:
+            delta = part * self.turn
+            if gap <= 0.5 * delta and self._bridge(0.5 * (target + self.log[-1].time), delta):
+                return True
+        return False
+
+    def _bridge(self, centre: float, delta: float) -> bool:
+        saved = self.sign.copy(), dict(self.determinant)
+        before = self._uniform(centre + delta * np.arange(-4.0, 0.0))
+        if before is not None and self._land(centre, delta, before):
+            return True
+        self.sign, self.determinant = saved
+        return False
+
+    def _uniform(self, times: FloatArray) -> list[Row] | None:
+        history = [row for row in self.log if row.time < times[0]]
+        if not history:
+            return None
+        block = self.evaluate(times, history)
+        return self.rows(block) if block.end == len(block.time) else None
+
+    def _land(self, centre: float, delta: float, before: list[Row]) -> bool:
+        """Solve beyond a singular position with the signs foreseen there."""
+        when = [row.time for row in before]
+        weights = lagrange(when, centre + delta)
+        foreseen = Row(
+            centre + delta,
+            *(sum(w * getattr(row, part) for w, row in zip(weights, before, strict=True)) for part in "xyg"),
+        )
+        self.sign = self._sides(foreseen)
+        self.determinant = dict.fromkeys(self.determinant, 0.0)
+        block = self.evaluate(np.array([centre + delta]), self._fan(before, foreseen))
+        if block.end < len(block.time):
+            return False
+        first = self.rows(block)[0]
+        way = np.hypot(foreseen.x - before[-1].x, foreseen.y - before[-1].y)
+        miss = np.hypot(foreseen.x - first.x, foreseen.y - first.y)
+        if not np.all(miss <= self.policy.agreement * np.nanmax(way)):
+            return False
+        block = self.evaluate(centre + delta * np.arange(2.0, 5.0), [first])
+        if block.end < len(block.time):
+            return False
+        rows = [*before, first, *self.rows(block)]
+        self.bridges.append(Bridge(centre, rows))
+        self.log = rows[4:]  # measures before a singular position do not foresee those after it
+        return True
+
+    def _sides(self, row: Row) -> FloatArray:
+        when = np.array([row.time])
+        guess = Block.empty(self.plan, len(self.mechanism.nodes), when, self.inputs(when), 0)
+        guess.x[:, 0], guess.y[:, 0] = row.x, row.y
+        return sides(self.plan, guess, self.mechanism.size)
+
+    def _fan(self, before: list[Row], foreseen: Row) -> list[Row]:
+        """Return a history whose extrapolation is what is foreseen: it turns on the spot."""
+        return [Row(before[-1].time, foreseen.x, foreseen.y, self.sign * np.abs(foreseen.g))]
+
+
+def Block_tail(block: Block, first: int) -> Block:  # noqa: N802
+    """Return the block with only its last rows counted as new."""
+    import copy
+
+    tail = copy.copy(block)
+    tail.history = max(first, block.history)
+    return tail
+
+
+@dataclass(frozen=True)
+class Bridge:
+    """Positions on both sides of a singular one, and the polynomial through them."""
+
+    centre: float
+    rows: list[Row]
+
+    @property
+    def times(self) -> list[float]:
+        """Times of the positions."""
+        return [row.time for row in self.rows]
+
+    def at(self, time: float) -> Row:
+        """Return the interpolated position."""
+        weights = lagrange(self.times, time)
+        x, y, g = (
+            np.asarray(sum(w * getattr(row, part) for w, row in zip(weights, self.rows, strict=True)))
+            for part in "xyg"
+        )
+        return Row(time, x, y, g)
+
+
+def lagrange(nodes: list[float], time: float) -> list[float]:
+    """Return the weights of the polynomial through values at some nodes."""
+    weights = []
+    for i, a in enumerate(nodes):
+        w = 1.0
+        for k, b in enumerate(nodes):
+            if k != i:
+                w *= (time - b) / (a - b)
+        weights.append(w)
+    return weights

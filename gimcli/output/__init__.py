@@ -1,0 +1,113 @@
+"""Everything that is written to a file: one file per format, one line here for each.
+
+Importing this package is cheap: the drawings, and matplotlib, are imported by the functions that draw.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from gimcli.errors import UsageError
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.output.atomic import written_bytes, written_text
+from gimcli.output.csv import CsvStream, write_csv
+from gimcli.output.pdf import write_pdf
+from gimcli.output.png import write_png
+from gimcli.output.svg import write_svg
+from gimcli.table import Table
+
+if TYPE_CHECKING:
+    from gimcli.output.drawing import Step
+    from gimcli.output.picture import Picture
+
+__all__ = [
+    "PICTURE_FORMATS",
+    "TABLE_FORMATS",
+    "CsvStream",
+    "draw_history",
+    "draw_motion",
+    "draw_position",
+    "draw_sequence",
+    "write",
+    "write_csv",
+    "written_bytes",
+    "written_text",
+]
+
+Content = TypeVar("Content")
+Formats = Mapping[str, Callable[[Content, Path], None]]
+
+TABLE_FORMATS: Formats[Table] = {
+    ".csv": write_csv,
+}
+PICTURE_FORMATS: Formats[Picture] = {
+    ".png": write_png,
+    ".svg": write_svg,
+    ".pdf": write_pdf,
+}
+
+
+def write(content: Table | Picture, path: Path | str) -> None:
+    """Write a table or a picture in the format that the suffix of `path` names."""
+    if isinstance(content, Table):
+        _write(content, Path(path), TABLE_FORMATS, "table")
+    else:
+        _write(content, Path(path), PICTURE_FORMATS, "picture")
+
+
+def _write(content: Content, path: Path, formats: Formats[Content], what: str) -> None:
+    writer = formats.get(path.suffix.lower())
+    if writer is None:
+        raise UsageError(f"{path}: no {what} is written as '{path.suffix}'; choose {', '.join(formats)}")
+    writer(content, path)
+
+
+def draw_motion(
+    mechanism: Mechanism,
+    positions: ComplexArray,
+    curves: Mapping[str, ComplexArray],
+    path: Path | str,
+    title: str,
+) -> None:
+    """Draw some poses (poses, nodes) and the traced curves, both in the file's units."""
+    from gimcli.output.drawing import motion_picture
+
+    write(motion_picture(mechanism, positions, curves, title), path)
+
+
+def draw_position(
+    mechanism: Mechanism,
+    position: ComplexArray,
+    path: Path | str,
+    title: str,
+    points: Mapping[str, complex] | None = None,
+) -> None:
+    """Draw one pose (nodes,) with its names, and named points, in the file's units."""
+    from gimcli.output.drawing import position_picture
+
+    write(position_picture(mechanism, position, title, points or {}), path)
+
+
+def draw_sequence(
+    mechanism: Mechanism, position: ComplexArray, steps: Sequence[Step], path: Path | str, title: str
+) -> None:
+    """Draw one pose (nodes,) and the numbered steps (node moved, nodes it is moved about)."""
+    from gimcli.output.drawing import sequence_picture
+
+    write(sequence_picture(mechanism, position, steps, title), path)
+
+
+def draw_history(
+    errors: FloatArray,
+    fit: tuple[float, float] | None,
+    path: Path | str,
+    title: str,
+    predicted: float = float("nan"),
+    first: int = 0,
+) -> None:
+    """Draw the error per sweep, the fit C1 exp(-C2 n) and the slope of a predicted factor."""
+    from gimcli.output.drawing import history_picture
+
+    write(history_picture(errors, fit, title, predicted, first), path)

@@ -1,0 +1,88 @@
+"""Comma-separated values: one header row, one row per step, floats that read back equal."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.output.atomic import written_text
+from gimcli.table import Table
+
+ROWS_AT_ONCE = 50_000
+"""Rows that are held as text at the same time."""
+
+
+class CsvStream:
+    """A CSV file that grows by tables and appears when the `with` block ends without an error."""
+
+    def __init__(self, path: Path | str, names: Sequence[str]) -> None:
+        self._path = Path(path)
+        self._names = tuple(names)
+        self._stack = ExitStack()
+        self._handle: TextIO | None = None
+
+    def __enter__(self) -> CsvStream:
+        self._handle = self._stack.enter_context(written_text(self._path))
+        self._handle.write(",".join(map(_quoted, self._names)) + "\n")
+        return self
+
+    def __exit__(self, *fault: Any) -> None:
+        self._handle = None
+        self._stack.__exit__(*fault)
+
+    def append(self, table: Table) -> None:
+        """Write the rows of a table with the stream's columns."""
+        if self._handle is None or table.names != self._names:
+            raise ValueError(f"the stream is closed, or its columns {self._names} are not {table.names}")
+        for start in range(0, len(table), ROWS_AT_ONCE):
+            self._handle.write(_lines(table, slice(start, start + ROWS_AT_ONCE)))
+
+
+def write_csv(table: Table, path: Path | str) -> None:
+    """Write a table as a CSV file."""
+    with CsvStream(path, table.names) as stream:
+        stream.append(table)
+
+
+def _lines(table: Table, rows: slice) -> str:
+    columns = [_cells(column.values[rows]) for column in table.columns]
+    if len(columns) == 1:  # an empty line would not read back as a row
+        columns = [[cell or '""' for cell in columns[0]]]
+    return "\n".join(map(",".join, zip(*columns, strict=True))) + "\n"
+
+
+def _cells(values: NDArray[Any]) -> list[str]:
+    """Return the text of a column's cells."""
+    if values.dtype.kind == "f":
+        return _float_cells(values.astype(np.float64))
+    if values.dtype.kind in "iu":
+        return list(map(str, values.tolist()))
+    return _text_cells([str(value) for value in values.tolist()])
+
+
+def _float_cells(values: NDArray[np.float64]) -> list[str]:
+    """Return the shortest texts that read back equal; a NaN is empty."""
+    cells = list(map(repr, values.tolist()))
+    for row in np.flatnonzero(np.isnan(values)).tolist():
+        cells[row] = ""
+    return cells
+
+
+def _text_cells(values: list[str]) -> list[str]:
+    quoted = {value: _quoted(value) for value in set(values)}
+    return [quoted[value] for value in values]
+
+
+def _quoted(value: str) -> str:
+    if not value:
+        return ""
+    buffer = io.StringIO()
+    csv.writer(buffer).writerow([value])  # its own line end, so that either half of it is quoted
+    return buffer.getvalue().removesuffix("\r\n")

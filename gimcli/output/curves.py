@@ -1,0 +1,71 @@
+"""Traced curves made light enough to draw: no point twice, no piece over another."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.mechanism import ComplexArray
+
+MOST_PIECES = 12
+"""Reversals above which a curve is drawn as it is."""
+
+TESTED = 60
+"""Points of a piece that are held against the others."""
+
+
+def drawn_runs(curve: ComplexArray, point: float) -> list[ComplexArray]:
+    """Return the pieces of a curve between its gaps; `point` is a typographic point in data units."""
+    return [part for run in _runs(thinned(curve, 0.3 * point)) for part in _once(run, 0.5 * point)]
+
+
+def thinned(curve: ComplexArray, cell: float) -> ComplexArray:
+    """Return a long curve without the points that fall into the same cell as the one before."""
+    if len(curve) < 2000:
+        return curve
+    column, row = np.floor(curve.real / cell), np.floor(curve.imag / cell)
+    gap = ~np.isfinite(curve)
+    column[gap], row[gap] = np.inf, np.inf
+    keep = np.concatenate(([True], (np.diff(gap) | (column[1:] != column[:-1]) | (row[1:] != row[:-1]))))
+    keep[-1] = True
+    return curve[keep]
+
+
+def _runs(curve: ComplexArray) -> list[ComplexArray]:
+    """Return the pieces of a curve between its gaps."""
+    gaps = np.flatnonzero(~np.isfinite(curve))
+    pieces = np.split(curve, np.unique(np.concatenate((gaps, gaps + 1))))
+    return [piece for piece in pieces if len(piece) and np.all(np.isfinite(piece))]
+
+
+def _once(run: ComplexArray, near: float) -> list[ComplexArray]:
+    """Return the pieces between reversals that do not retrace a longer one: dashes stay dashes."""
+    step = np.diff(run)
+    turn = step[1:] * step[:-1].conjugate()
+    reversals = 1 + np.flatnonzero(turn.real < -0.9 * np.abs(turn))
+    if len(reversals) == 0 or len(reversals) > MOST_PIECES:
+        return [run]
+    ends = [0, *reversals.tolist(), len(run) - 1]
+    pieces = [run[a : b + 1] for a, b in pairwise(ends) if b > a]
+    pieces.sort(key=lambda piece: -float(np.sum(np.abs(np.diff(piece)))))
+    kept: list[ComplexArray] = []
+    for piece in pieces:
+        if not any(_covers(other, piece, near) for other in kept):
+            kept.append(piece)
+    return kept
+
+
+def _covers(path: ComplexArray, piece: ComplexArray, near: float) -> bool:
+    """Tell whether a piece lies on a path."""
+    points = piece[:: max(1, len(piece) // TESTED)]
+    return bool(np.max(_distances(points, path[:: max(1, len(path) // 400)])) < near)
+
+
+def _distances(points: ComplexArray, path: ComplexArray) -> NDArray[np.float64]:
+    """Return the distance of each point from a polyline."""
+    span = np.diff(path)
+    span = np.where(span == 0, 1e-300, span)
+    along = np.clip(((points[:, None] - path[:-1]) / span).real, 0.0, 1.0)
+    return np.asarray(np.min(np.abs(points[:, None] - path[:-1] - along * span), axis=1))

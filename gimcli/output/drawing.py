@@ -1,0 +1,200 @@
+"""What each question's picture shows."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.output import symbols
+from gimcli.output.curves import drawn_runs
+from gimcli.output.labels import Labels
+from gimcli.output.picture import HIGHEST, WIDEST, Frame, Picture
+from gimcli.output.skeleton import Skeleton, draw_ghost, draw_markers, draw_strong
+from gimcli.output.style import (
+    DOT,
+    INK,
+    STEP_ARROW,
+    STEP_HEAD,
+    STEP_SECOND,
+    TRACER,
+    Mark,
+    Pen,
+    curve_pen,
+)
+
+Step = tuple[int, tuple[int, ...]]
+"""The node that a step moves, and the nodes about which it moves it."""
+
+MOST_NAMES = 40
+"""Nodes above which no names are written."""
+
+MOST_KEYS = 18
+"""Curves that the legend names."""
+
+
+def motion_picture(
+    mechanism: Mechanism, positions: ComplexArray, curves: Mapping[str, ComplexArray], title: str
+) -> Picture:
+    """Return some poses, the first strong and the rest light, and the traced curves."""
+    skeleton = _solved(mechanism, positions)
+    traced = [np.asarray(curve, dtype=np.complex128) for curve in curves.values()]
+    picture = _plot(mechanism, title, [skeleton.extent(), *traced] if skeleton else traced)
+    if skeleton:
+        for pose in range(1, len(skeleton.poses)):
+            draw_ghost(picture, skeleton, pose)
+        draw_strong(picture, skeleton)
+    _draw_curves(picture, dict(zip(curves, traced, strict=True)))
+    if skeleton:
+        _write_names(picture, skeleton, sorted(skeleton.used), {})
+    return picture
+
+
+def position_picture(
+    mechanism: Mechanism, position: ComplexArray, title: str, points: Mapping[str, complex]
+) -> Picture:
+    """Return one pose with the names of its nodes and points."""
+    skeleton = _solved(mechanism, position)
+    named = np.array(list(points.values()), dtype=np.complex128)
+    picture = _plot(mechanism, title, [np.ravel(position), named, *([skeleton.extent()] if skeleton else [])])
+    own = {point.name for point in mechanism.points} if skeleton else set()
+    picture.mark(TRACER, *(z for name, z in points.items() if name not in own and np.isfinite(z)))
+    if skeleton:
+        draw_strong(picture, skeleton)
+        draw_markers(picture, skeleton)
+        _write_names(picture, skeleton, range(len(mechanism.nodes)), points)
+    return picture
+
+
+def sequence_picture(
+    mechanism: Mechanism, position: ComplexArray, steps: Sequence[Step], title: str
+) -> Picture:
+    """Return one pose with numbered arrows from the nodes that stand to the node that is moved."""
+    skeleton = _solved(mechanism, position)
+    picture = _plot(mechanism, title, [np.ravel(position), *([skeleton.extent()] if skeleton else [])])
+    if not skeleton:
+        return picture
+    draw_strong(picture, skeleton)
+    draw_markers(picture, skeleton)
+    drawn: Counter[Step] = Counter()
+    offers = [_draw_step(picture, skeleton.poses[0], step, drawn) for step in steps]
+    labels = Labels(picture)
+    for number, places in enumerate(offers, start=1):
+        labels.at_best(places, str(number), STEP_ARROW.color, 6.5, ring=True)
+    _name(labels, skeleton, range(len(mechanism.nodes)), {})
+    return picture
+
+
+def history_picture(
+    errors: FloatArray, fit: tuple[float, float] | None, title: str, predicted: float, first: int
+) -> Picture:
+    """Return the error per sweep on a logarithmic axis, its fit and the predicted slope."""
+    sweeps = first + np.arange(len(errors), dtype=np.float64)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        curve = sweeps + 1j * np.log10(np.asarray(errors, dtype=np.float64))
+    curve = curve[np.isfinite(curve)]
+    picture = Picture(title, _window(curve), ("sweep", "error"), logarithmic=True)
+    picture.mark(DOT, *curve.tolist())
+    picture.legend.append(("error", DOT))
+    c1, c2 = fit if fit is not None else (float("nan"), float("nan"))
+    _draw_decay(picture, c1, c2, Pen(1.3, INK), f"fit {c1:.3g} exp(−{c2:.4g} n)")
+    if np.isfinite(predicted) and predicted > 0 and len(curve):
+        start = c1 if np.isfinite(c1) and c1 > 0 else 10.0 ** curve[0].imag * predicted ** -curve[0].real
+        pen = Pen(1.6, "#a50f15", (4.0, 2.5), layer=5)
+        _draw_decay(picture, start, -np.log(predicted), pen, f"predicted slope, ρ = {predicted:.4g}")
+    return picture
+
+
+def _solved(mechanism: Mechanism, positions: ComplexArray) -> Skeleton | None:
+    """Return the poses without a NaN, or nothing if none is left."""
+    poses = np.atleast_2d(np.asarray(positions, dtype=np.complex128))
+    poses = poses[np.all(np.isfinite(poses), axis=1)]
+    return Skeleton(mechanism, poses) if len(poses) else None
+
+
+def _plot(mechanism: Mechanism, title: str, shown: Sequence[ComplexArray]) -> Picture:
+    """Return an empty picture with equal axes that has room for some points."""
+    unit = "" if mechanism.length_unit in ("unit", "") else f" [{mechanism.length_unit}]"
+    frame = Frame.around(np.concatenate([*shown, np.zeros(0, dtype=np.complex128)]))
+    return Picture(title, frame, (f"x{unit}", f"y{unit}"))
+
+
+def _draw_curves(picture: Picture, curves: Mapping[str, ComplexArray]) -> None:
+    for index, (name, curve) in enumerate(curves.items()):
+        pen = curve_pen(index)
+        runs = drawn_runs(curve, picture.frame.point)
+        picture.stroke(pen, *(run for run in runs if len(run) > 1))
+        picture.mark(Mark("o", 2.0, pen.color, pen.color), *(run[0] for run in runs if len(run) == 1))
+        if index < MOST_KEYS:
+            picture.legend.append((name, pen))
+    if len(curves) > MOST_KEYS:
+        picture.legend.append((f"and {len(curves) - MOST_KEYS} more", Pen(0.0)))
+
+
+def _write_names(
+    picture: Picture, skeleton: Skeleton, nodes: Sequence[int], points: Mapping[str, complex]
+) -> None:
+    _name(Labels(picture), skeleton, nodes, points)
+
+
+def _name(labels: Labels, skeleton: Skeleton, nodes: Sequence[int], points: Mapping[str, complex]) -> None:
+    """Write the names of nodes and points."""
+    mechanism = skeleton.mechanism
+    if len(nodes) > MOST_NAMES:
+        return
+    own = {p.name: skeleton.place(p.member, p.local) for p in mechanism.points}
+    for node in nodes:
+        labels.beside(complex(skeleton.poses[0][node]), mechanism.nodes[node])
+    for name, z in {**own, **points}.items():
+        if np.isfinite(z):
+            labels.beside(complex(z), name)
+
+
+def _draw_step(picture: Picture, z: ComplexArray, step: Step, drawn: Counter[Step]) -> ComplexArray:
+    """Draw a step's arrows and return the places for its number: on the first of them, or about its node."""
+    node, about = step
+    around = np.exp(1j * np.radians(np.arange(60, 420, 30)))
+    offers = [complex(z[node]) + distance * picture.frame.point * around for distance in (12.0, 20.0, 28.0)]
+    for order, start in enumerate(about):
+        path = _bow(picture, z, start, node, drawn)
+        if len(path):
+            symbols.arrow(picture, path, STEP_SECOND if order else STEP_ARROW, STEP_HEAD, 5.0)
+        if len(path) and order == 0:
+            ahead = np.array([0.72, 0.6, 0.5, 0.4, 0.3, 0.2, 0.8])
+            offers.insert(0, path[(ahead * (len(path) - 1)).astype(int)])
+    return np.concatenate(offers)
+
+
+def _bow(picture: Picture, z: ComplexArray, start: int, end: int, drawn: Counter[Step]) -> ComplexArray:
+    """Return an arc from a node to another, clear of their pins and of the arcs `drawn` before."""
+    first, span, pt = complex(z[start]), complex(z[end] - z[start]), picture.frame.point
+    if abs(span) < 14.0 * pt:
+        return np.zeros(0, dtype=np.complex128)
+    between = (min(start, end), (max(start, end),))
+    again = drawn[between]
+    drawn[between] += 1
+    side = (1.0 if (again % 2 == 0) == (start < end) else -1.0) * (9.0 + 9.0 * (again // 2)) * pt
+    clear = 5.5 * pt / abs(span)
+    t = np.linspace(clear, 1.0 - clear, 33)
+    return np.asarray(first + span * (t + 4.0j * side / abs(span) * t * (1 - t)))
+
+
+def _window(curve: ComplexArray) -> Frame:
+    """Return the window about a history, with whole decades."""
+    z = curve if len(curve) else np.array([0.0j, 10.0 - 6.0j])
+    low, high = np.floor(z.imag.min() - 0.05), np.ceil(z.imag.max() + 0.05)
+    span = max(1.0, float(z.real.max() - z.real.min()))
+    left, right = float(z.real.min()) - 0.03 * span, float(z.real.min()) + 1.03 * span
+    return Frame(complex(left, low), complex(right, high), WIDEST, 0.7 * HIGHEST)
+
+
+def _draw_decay(picture: Picture, start: float, rate: float, pen: Pen, name: str) -> None:
+    """Draw an exponential over the width of the window."""
+    if not (np.isfinite(start) and start > 0 and np.isfinite(rate)):
+        return
+    low, high = picture.frame.low, picture.frame.high
+    sweeps = np.linspace(low.real, high.real, 60)
+    picture.stroke(pen, sweeps + 1j * (np.log10(start) - rate * sweeps / np.log(10.0)))
+    picture.legend.append((name, pen))

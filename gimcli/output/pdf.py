@@ -1,0 +1,21 @@
+"""PDF pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gimcli.output.atomic import written_bytes
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Picture
+
+
+def write_pdf(picture: Picture, path: Path | str) -> None:
+    """Write a picture as a one-page document; the same picture gives the same bytes."""
+    from matplotlib.backends.backend_pdf import FigureCanvasPdf
+
+    from gimcli.output.figure import canvas_of, quiet
+
+    with written_bytes(path) as handle, quiet():
+        canvas_of(FigureCanvasPdf, picture).print_pdf(handle, metadata={"CreationDate": None})

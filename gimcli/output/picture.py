@@ -1,0 +1,90 @@
+"""A picture before any format: lines, areas, marks and texts in data coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.mechanism import ComplexArray
+from gimcli.output.style import FONT, INK, Fill, Mark, Pen
+
+MARGIN = 0.5
+"""Free border inside the axes, room for symbols and names [in]."""
+
+WIDEST, HIGHEST, LEAST = 5.9, 5.4, 2.7
+"""Limits of the axes' sides [in]."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The window of the axes: data limits and the size on paper."""
+
+    low: complex  # lower left corner, data
+    high: complex  # upper right corner, data
+    width: float  # in
+    height: float  # in
+
+    @classmethod
+    def around(cls, points: ComplexArray) -> Frame:
+        """Return the window with equal axes about the finite ones of some points."""
+        finite = points[np.isfinite(points)]
+        z = finite if len(finite) else np.array([0.0, 1.0 + 1.0j])
+        low, high = complex(z.real.min(), z.imag.min()), complex(z.real.max(), z.imag.max())
+        span = high - low
+        per_inch = max(span.real / (WIDEST - 2 * MARGIN), span.imag / (HIGHEST - 2 * MARGIN))
+        if per_inch <= 1e-12 * max(abs(low), abs(high)) or per_inch == 0.0:
+            per_inch = max(abs(low), 1.0) / WIDEST
+        width = max(span.real / per_inch + 2 * MARGIN, LEAST)
+        height = max(span.imag / per_inch + 2 * MARGIN, LEAST)
+        half = complex(width, height) * per_inch / 2
+        centre = (low + high) / 2
+        return cls(centre - half, centre + half, width, height)
+
+    @property
+    def point(self) -> float:
+        """Length of one typographic point in data units."""
+        return (self.high.real - self.low.real) / (72.0 * self.width)
+
+
+@dataclass(frozen=True)
+class Text:
+    """A text centred on a place."""
+
+    at: complex
+    text: str
+    size: float = FONT
+    color: str = INK
+    ring: bool = False  # a circle about it, for numbers
+
+
+@dataclass
+class Picture:
+    """What is drawn; the lists grow while a drawing is composed."""
+
+    title: str
+    frame: Frame
+    labels: tuple[str, str] = ("x", "y")
+    logarithmic: bool = False  # the vertical axis holds decimal logarithms
+    strokes: dict[Pen, list[ComplexArray]] = field(default_factory=dict)
+    areas: dict[Fill, list[ComplexArray]] = field(default_factory=dict)
+    marks: dict[Mark, list[complex]] = field(default_factory=dict)
+    texts: list[Text] = field(default_factory=list)
+    legend: list[tuple[str, Pen | Mark]] = field(default_factory=list)
+
+    def stroke(self, pen: Pen, *paths: ComplexArray | Iterable[complex]) -> None:
+        """Add open polylines."""
+        self.strokes.setdefault(pen, []).extend(_array(path) for path in paths)
+
+    def area(self, fill: Fill, *outlines: ComplexArray | Iterable[complex]) -> None:
+        """Add closed polygons."""
+        self.areas.setdefault(fill, []).extend(_array(outline) for outline in outlines)
+
+    def mark(self, mark: Mark, *places: complex) -> None:
+        """Add marks."""
+        self.marks.setdefault(mark, []).extend(complex(place) for place in places)
+
+
+def _array(path: ComplexArray | Iterable[complex]) -> ComplexArray:
+    return np.asarray(path if isinstance(path, np.ndarray) else list(path), dtype=np.complex128)

@@ -1,0 +1,95 @@
+"""How the drawings look: line weights [pt], greys, dashes and the order of the layers.
+
+Every difference that carries meaning is one of weight, dash or shape as well as of colour,
+so that a print in grey reads the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+INK = "#1a1a1a"
+SOFT = "#b4b4b4"
+PAPER = "white"
+
+FONT = 8.0
+"""Size of ordinary text [pt]."""
+
+DPI = 110
+
+
+@dataclass(frozen=True)
+class Pen:
+    """How a line is drawn."""
+
+    width: float  # pt
+    color: str = INK
+    dash: tuple[float, ...] = ()  # on, off, ... in line widths; () is a full line
+    layer: int = 4
+
+
+@dataclass(frozen=True)
+class Fill:
+    """How an area is drawn."""
+
+    face: str = PAPER
+    edge: str = INK
+    width: float = 1.0  # pt
+    layer: int = 5
+
+
+@dataclass(frozen=True)
+class Mark:
+    """How a single point is drawn."""
+
+    shape: str = "o"
+    size: float = 6.0  # pt
+    face: str = PAPER
+    edge: str = INK
+    width: float = 1.1  # pt
+    layer: int = 8
+
+
+LINK = Pen(2.2)
+BEAM = Pen(3.4)  # an element whose nodes lie on one line
+UPPER = Pen(2.2, layer=7)  # a link that is pinned on top of a block
+ROD = Pen(1.8, layer=5)
+THIN = Pen(0.8, layer=5)
+GROUND = Pen(1.2, layer=5)
+HATCH = Pen(0.7, layer=5)
+ARROW = Pen(1.1, layer=7)
+GHOST = Pen(0.8, SOFT, layer=2)
+
+PLATE = Fill("#e4e4e4", INK, 1.4, layer=3)
+GHOST_PLATE = Fill("none", SOFT, 0.8, layer=2)
+SUPPORT = Fill(PAPER, INK, 1.0, layer=5)
+BLOCK = Fill(PAPER, INK, 1.3, layer=6)
+GHOST_BLOCK = Fill("none", SOFT, 0.8, layer=2)
+CYLINDER = Fill("#cccccc", INK, 1.2, layer=6)
+HEAD = Fill(INK, INK, 0.3, layer=7)
+
+PIN = Mark()
+GHOST_PIN = Mark(size=3.0, face=PAPER, edge=SOFT, width=0.8, layer=2)
+DOT = Mark(size=3.2, face=INK, width=0.5)
+CROSS = Mark("x", 5.0, width=1.0)
+TRACER = Mark("D", 4.6, face=INK, width=0.5, layer=9)
+
+STEP_ARROW = Pen(0.9, "#20508c", layer=7)
+STEP_SECOND = Pen(0.8, "#20508c", (1.0, 1.8), layer=7)
+STEP_HEAD = Fill("#20508c", "#20508c", 0.3, layer=7)
+
+_COLOURS = ("#a50f15", "#20508c", "#20713a", "#6a3d9a")
+_DASHES: tuple[tuple[float, ...], ...] = (
+    (),
+    (5.0, 2.0),
+    (1.2, 1.5),
+    (7.0, 1.8, 1.2, 1.8),
+    (10.0, 2.5),
+    (3.0, 1.2, 1.2, 1.2, 1.2, 1.2),
+)
+
+
+def curve_pen(index: int) -> Pen:
+    """Return the pen of the index-th traced curve: colour, dash and weight vary together."""
+    weight = 1.5 if (index // len(_DASHES)) % 2 == 0 else 0.8
+    return Pen(weight, _COLOURS[index % len(_COLOURS)], _DASHES[index % len(_DASHES)], layer=7)

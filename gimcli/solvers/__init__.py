@@ -1,0 +1,1 @@
+"""One file a method, under its name in the literature."""

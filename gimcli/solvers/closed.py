@@ -1,0 +1,118 @@
+"""Carried nodes, turned lines and dyads in closed form, over all rows of a block at once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gimcli.kernels import loci
+from gimcli.kernels.loci import Meeting
+from gimcli.mechanism import FloatArray
+from gimcli.solvers.block import Block
+from gimcli.structure.steps import NONE, Circle, Dyad, Line, Locus, Orient, Place, Tilt
+
+JUMP = 0.5
+"""A row is doubtful when the other solution is not at least 1 / JUMP times as far from the one foreseen."""
+
+
+def place(step: Place, block: Block) -> None:
+    """Carry a node along."""
+    rows = block.span
+    ex, ey = block.vector(step.vector, rows)
+    block.x[step.node, rows] = block.x[step.anchor, rows] + ex
+    block.y[step.node, rows] = block.y[step.anchor, rows] + ey
+
+
+def orient(step: Orient, block: Block) -> None:
+    """Keep a direction in its register."""
+    rows = block.span
+    block.rx[step.register, rows], block.ry[step.register, rows] = block.vector(step.vector, rows)
+
+
+def tilt(step: Tilt, block: Block, sign: FloatArray, tolerance: float) -> None:
+    """Turn a line so that it passes a node."""
+    rows = block.span
+    wx = block.x[step.b, rows] - block.x[step.a, rows]
+    wy = block.y[step.b, rows] - block.y[step.a, rows]
+    e = np.asarray(step.distance)
+    meeting = loci.tilt(wx, wy, e, sign[step.branch])
+    block.rx[step.register, rows], block.ry[step.register, rows] = meeting[:2]
+    guard(block, step.branch, meeting, tolerance)
+
+
+def dyad(step: Dyad, block: Block, sign: FloatArray, tolerance: float) -> None:
+    """Place a node where its two loci meet."""
+    rows = block.span
+    s = 1.0 if step.branch == NONE else float(sign[step.branch])
+    meeting = meet(step.first, step.second, block, rows, s)
+    block.x[step.node, rows], block.y[step.node, rows] = meeting[:2]
+    guard(block, step.branch, meeting, tolerance)
+
+
+def meet(first: Locus, second: Locus, block: Block, rows: slice, s: float) -> Meeting:
+    """Meet two loci of any kinds."""
+    if isinstance(first, Line) and isinstance(second, Circle):
+        first, second = second, first
+    if isinstance(first, Circle) and isinstance(second, Circle):
+        return loci.circle_circle(*circle(first, block, rows), *circle(second, block, rows), s)
+    if isinstance(first, Circle) and isinstance(second, Line):
+        return loci.circle_line(*circle(first, block, rows), *line(second, block, rows), s)
+    assert isinstance(first, Line)
+    assert isinstance(second, Line)
+    return loci.line_line(*line(first, block, rows), *line(second, block, rows))
+
+
+def centre(node: int, locus: Locus, block: Block, rows: slice) -> tuple[FloatArray, FloatArray]:
+    """Return the node that a locus hangs on, shifted by the locus's offset."""
+    x, y = block.x[node, rows], block.y[node, rows]
+    if locus.offset is None:
+        return x, y
+    ex, ey = block.vector(locus.offset, rows)
+    return x + ex, y + ey
+
+
+def circle(locus: Circle, block: Block, rows: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return centre and radius."""
+    x, y = centre(locus.centre, locus, block, rows)
+    return x, y, np.asarray(locus.radius.at(block.inputs[:, rows]))
+
+
+def line(locus: Line, block: Block, rows: slice) -> tuple[FloatArray, ...]:
+    """Return a point, the unit normal and the height of a line."""
+    x, y = centre(locus.anchor, locus, block, rows)
+    nx, ny = block.vector(locus.normal, rows)
+    return x, y, nx, ny, np.asarray(locus.distance.at(block.inputs[:, rows]))
+
+
+def guard(block: Block, branch: int, meeting: Meeting, tolerance: float) -> None:
+    """End the block before the first row that has no solution, is singular, or may have jumped."""
+    _, _, g, g2, noise = meeting
+    rows = block.span
+    with np.errstate(divide="ignore", invalid="ignore"):
+        error = noise / (2.0 * np.maximum(np.abs(g), np.sqrt(noise)))
+    block.error[rows] = np.fmax(block.error[rows], error)
+    if branch != NONE:
+        block.g[branch, rows] = g
+        doubtful = _jumps(block.g[branch], block)
+    else:
+        doubtful = np.zeros(len(g), dtype=bool)
+    blocked = ~(g2 >= -noise)
+    singular = ~(error <= tolerance)
+    bad = blocked | singular | doubtful
+    if bad.any():
+        k = int(np.argmax(bad))
+        block.stop(rows.start + k, bool(blocked[k]), bool(singular[k] and not blocked[k]))
+
+
+def _jumps(g: FloatArray, block: Block) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Tell the rows whose measure is not clearly nearer to the one foreseen than its mirror is."""
+    first, end, t = block.history, block.end, block.time
+    if first == 0:
+        return np.zeros(end, dtype=bool)
+    last, foreseen = g[first - 1 : end - 1], g[first - 1 : end - 1].copy()
+    k = 2 if first == 1 else first
+    if end > k and k >= 2:
+        run, gap = t[k:end] - t[k - 1 : end - 1], t[k - 1 : end - 1] - t[k - 2 : end - 2]
+        rate = np.where(run <= 4.0 * gap, run / np.where(gap == 0.0, 1.0, gap), 0.0)
+        foreseen[k - first :] += rate * (last[k - first :] - g[k - 2 : end - 2])
+    now = g[first:end]
+    return ~(np.abs(foreseen - now) <= JUMP * np.abs(foreseen + now))

@@ -1,0 +1,123 @@
+"""Newton-Raphson on the base nodes of a coupled group: packing, and one call for many rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.kernels import newton as kernels
+from gimcli.mechanism import FloatArray
+from gimcli.solvers.block import Block
+from gimcli.structure.steps import NONE, Coupled, Vector
+
+Run = Callable[[Callable[..., Any]], Callable[..., Any]]
+"""Turns a kernel into what is called: itself, or its compiled form."""
+
+KINDS = {"distance": kernels.DISTANCE, "line": kernels.LINE, "closure": kernels.CLOSURE}
+
+
+@dataclass(frozen=True)
+class Policy:
+    """Constants of the method. Contraction 1/4: Deuflhard, Newton Methods, 2011, section 2.1."""
+
+    iterations: int = 12
+    contraction: float = 0.25
+    first_step: float = 0.2  # of the size: a longer first correction is not continuation
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A coupled group in the kernel's arrays; nodes are numbered base, carried, known."""
+
+    group: Coupled
+
+    @cached_property
+    def nodes(self) -> tuple[int, ...]:
+        """Mechanism's number of each local node."""
+        own = list(self.group.nodes)
+        for place in self.group.places:
+            own += [place.anchor, *place.vector.nodes]
+        for equation in self.group.equations:
+            own += [equation.p, equation.q, *(equation.vector.nodes if equation.vector else ())]
+        return tuple(dict.fromkeys(own))
+
+    @cached_property
+    def arrays(self) -> tuple[NDArray[Any], ...]:
+        """vi, vz, pi, ei, ev of the kernel."""
+        local = {n: k for k, n in enumerate(self.nodes)}
+        vectors: list[Vector] = []
+
+        def index(vector: Vector | None) -> int:
+            if vector is None:
+                return NONE
+            vectors.append(vector)
+            return len(vectors) - 1
+
+        places = [(local[p.node], local[p.anchor], index(p.vector)) for p in self.group.places]
+        equations = [
+            (KINDS[e.kind], local[e.p], local[e.q], index(e.vector), e.value.actuator)
+            for e in self.group.equations
+        ]
+        values = [(e.value.constant, e.value.gain) for e in self.group.equations]
+        heads = [
+            (local.get(v.u, NONE), local.get(v.v, NONE), v.register, v.actuator, v.turn) for v in vectors
+        ]
+        factors = [(v.z.real, v.z.imag) for v in vectors]
+        return (
+            np.array(heads, dtype=np.int64).reshape(-1, 5),
+            np.array(factors, dtype=float).reshape(-1, 2),
+            np.array(places, dtype=np.int64).reshape(-1, 3),
+            np.array(equations, dtype=np.int64).reshape(-1, 5),
+            np.array(values, dtype=float).reshape(-1, 2),
+        )
+
+    def rows(self, block: Block, end: int) -> tuple[FloatArray, ...]:
+        """Return x, y, rx, ry, values, cos, sin with rows first."""
+        nodes = list(self.nodes)
+        parts = (block.x[nodes], block.y[nodes], block.rx, block.ry, block.inputs, block.cos, block.sin)
+        return tuple(np.ascontiguousarray(part[:, :end].T) for part in parts)
+
+
+def follow(packed: Packed, block: Block, run: Run, sign: float, tolerance: float, size: float) -> float:
+    """Solve the group in all rows of a block; return the determinant's sign at the last good row."""
+    policy = Policy()
+    limits = np.array([tolerance, policy.iterations, policy.first_step * size, policy.contraction])
+    arrays = packed.rows(block, block.end)
+    iterations, errors, out = np.zeros(block.end), np.zeros(block.end), np.zeros(5)
+    vi, vz, pi, ei, ev = packed.arrays
+    stop = run(kernels.newton_rows)(
+        *arrays, vi, vz, pi, ei, ev, len(packed.group.base), block.time[: block.end], block.history,
+        sign, limits, iterations, errors, out,
+    )  # fmt: skip
+    _write(packed, block, arrays, stop)
+    rows = slice(block.history, stop)
+    block.work[rows] += iterations[rows]
+    block.error[rows] = np.fmax(block.error[rows], errors[rows])
+    block.stop(stop)
+    return float(out[2]) if stop > block.history and stop == block.end else sign
+
+
+def settle(packed: Packed, block: Block, row: int, run: Run, tolerance: float, iterations: int) -> tuple[bool, float]:
+    """Solve the group in one row from the base nodes in the block; return success and the sign."""
+    limits = np.array([tolerance, iterations, 1e6, 1e6])
+    arrays = [part[row] for part in packed.rows(block, row + 1)]
+    out = np.zeros(5)
+    vi, vz, pi, ei, ev = packed.arrays
+    with np.errstate(all="ignore"):
+        good = run(kernels.newton_once)(*arrays, vi, vz, pi, ei, ev, len(packed.group.base), limits, out)
+    nodes = list(packed.group.nodes)
+    block.x[nodes, row], block.y[nodes, row] = arrays[0][: len(nodes)], arrays[1][: len(nodes)]
+    block.work[row] += out[0]
+    block.error[row] = max(block.error[row], out[1])
+    return bool(good), float(out[2])
+
+
+def _write(packed: Packed, block: Block, arrays: tuple[FloatArray, ...], stop: int) -> None:
+    nodes, rows = list(packed.group.nodes), slice(block.history, stop)
+    block.x[nodes, rows] = arrays[0][rows, : len(nodes)].T
+    block.y[nodes, rows] = arrays[1][rows, : len(nodes)].T

@@ -1,0 +1,47 @@
+"""Numerical outcomes: what the user reads is the member's text."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Status(IntEnum):
+    """How the search for one position ended."""
+
+    OK = 0
+    LIMIT = 1
+    NOT_ASSEMBLED = 2
+    NOT_CONVERGED = 3
+    SINGULAR = 4
+    CONTRADICTORY = 5
+
+    @property
+    def word(self) -> str:
+        """The one word that stands in a CSV."""
+        return _WORDS[self]
+
+    @property
+    def text(self) -> str:
+        """A sentence with the cure."""
+        return _TEXTS[self]
+
+
+_WORDS = {
+    Status.OK: "ok",
+    Status.LIMIT: "unreachable",
+    Status.NOT_ASSEMBLED: "not-assembled",
+    Status.NOT_CONVERGED: "not-converged",
+    Status.SINGULAR: "singular",
+    Status.CONTRADICTORY: "contradictory",
+}
+
+_TEXTS = {
+    Status.OK: "solved to the tolerance",
+    Status.LIMIT: "the mechanism cannot reach this input from its start: shorten the law to the reachable interval",
+    Status.NOT_ASSEMBLED: "no position was found that satisfies all constraints: check the lengths named, or draw"
+    " the start nearer to an assembled position",
+    Status.NOT_CONVERGED: "the iteration did not reach the tolerance: allow more sweeps, loosen --tolerance or use"
+    " --method auto",
+    Status.SINGULAR: "the position is singular and cannot be told to the tolerance asked: loosen --tolerance",
+    Status.CONTRADICTORY: "a surplus constraint contradicts the others: correct its dimension or remove it",
+}

@@ -1,0 +1,1 @@
+"""What can be said of a mechanism without solving it."""

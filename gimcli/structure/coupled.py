@@ -1,0 +1,346 @@
+"""Strongly coupled Assur groups: which members are solved together, and in which unknowns.
+
+Unknowns of the structure are x, y of every member that is not located and one angle a rotation
+class; pairs, slides and actuators are its equations. The matched equations direct it, and the
+strongly connected components that depend on nothing else are the next groups (Servatius, Shai &
+Whiteley 2010). Inside a group a few base nodes are the unknowns; all other nodes are carried
+along, linear in them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from gimcli.errors import StructureError
+from gimcli.mechanism import Drive, Mechanism
+from gimcli.structure.plan import Layout
+from gimcli.structure.steps import Coupled, Equation, Place, Value, Vector
+
+Unknown = tuple[str, int]
+"""("x", body), ("y", body) or ("t", rotation class); loose node n is body -1 - n."""
+
+
+@dataclass
+class System:
+    """Equations of the members that are not located, as sets of unknowns."""
+
+    rows: list[tuple[str, list[Unknown]]] = field(default_factory=list)
+    bodies: dict[int, list[Unknown]] = field(default_factory=dict)
+
+    def add(self, name: str, unknowns: list[Unknown]) -> None:
+        """Add an equation; one without unknowns is only checked later."""
+        if unknowns:
+            self.rows.append((name, list(dict.fromkeys(unknowns))))
+
+
+def next_group(layout: Layout) -> None:
+    """Solve the next coupled group: add its step and mark its nodes placed."""
+    system = structural_system(layout)
+    group = _first_group(layout, system)
+    builder = Builder(layout, group)
+    layout.steps.append(builder.build())
+    layout.placed |= builder.placed
+    layout.carry()
+
+
+def structural_system(layout: Layout) -> System:
+    """Write down which unknowns every pair, slide and actuator binds."""
+    mechanism, system = layout.mechanism, System()
+    for index in range(1, len(mechanism.members)):
+        if layout.source(index) is None or layout.anchor(index) is None:
+            turn: list[Unknown] = [("t", layout.rotation.of[index])] if layout.source(index) is None else []
+            system.bodies[index] = [("x", index), ("y", index), *turn]
+    for node in layout.free_points:
+        if node not in layout.placed:
+            system.bodies[-1 - node] = [("x", -1 - node), ("y", -1 - node)]
+    for node in range(len(mechanism.nodes)):
+        _join(layout, system, node)
+    for slide in mechanism.slides:
+        if mechanism.slides.index(slide) not in layout.rotation.implied:
+            system.add(slide.name, _body_at(layout, system, slide.node) + system.bodies.get(slide.member, []))
+    for actuator in mechanism.actuators:
+        if actuator.drive is Drive.ROTARY:
+            turned = [actuator.arm_member, actuator.reference_member]
+            system.add(actuator.name, [u for m in turned for u in system.bodies.get(m, []) if u[0] == "t"])
+        else:
+            both = [_body_at(layout, system, n) for n in (actuator.a, actuator.b) if n >= 0]
+            if actuator.drive is Drive.TRAVEL:
+                both.append(system.bodies.get(actuator.reference_member, []))
+            system.add(actuator.name, [u for part in both for u in part])
+    return system
+
+
+def _bodies_at(layout: Layout, system: System, node: int) -> list[int]:
+    at = [m for m in layout.members[node] if m in system.bodies and node in layout.kinematic[m]]
+    return at + [b for b in (-1 - node,) if b in system.bodies]
+
+
+def _body_at(layout: Layout, system: System, node: int) -> list[Unknown]:
+    if node in layout.placed:
+        return []
+    at = _bodies_at(layout, system, node)
+    return system.bodies[at[0]] if at else []
+
+
+def _join(layout: Layout, system: System, node: int) -> None:
+    at = _bodies_at(layout, system, node)
+    parts = [system.bodies[b] for b in at]
+    pairs = [(p, []) for p in parts] if node in layout.placed else list(zip(parts, parts[1:], strict=False))
+    for first, second in pairs:
+        both = [*first, *second]
+        for axis in ("x", "y"):
+            system.add(layout.mechanism.nodes[node], [u for u in both if u[0] in (axis, "t")])
+
+
+def _first_group(layout: Layout, system: System) -> list[int]:
+    """Return the bodies of a group that depends on no other."""
+    import numpy as np
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
+
+    unknowns = list(dict.fromkeys(u for body in system.bodies.values() for u in body))
+    column = {u: k for k, u in enumerate(unknowns)}
+    rows = [[column[u] for u in row] for _, row in system.rows]
+    entries = [(i, j) for i, row in enumerate(rows) for j in row]
+    if not entries:
+        raise undriven(layout, list(system.bodies))
+    where = np.array(entries).T
+    table = csr_array((np.ones(len(entries)), (where[0], where[1])), shape=(len(rows), len(unknowns)))
+    matched = maximum_bipartite_matching(table, perm_type="column")  # column of each row
+    if len(set(matched) - {-1}) < len(unknowns):
+        raise undriven(layout, _reachable_bodies(system, unknowns, rows, matched))
+    edges = [(int(c), j) for row, c in zip(rows, matched, strict=True) if c >= 0 for j in row]
+    for body in system.bodies.values():  # a member is solved as a whole
+        ring = [column[u] for u in body]
+        edges += list(zip(ring, ring[1:] + ring[:1], strict=True))
+    for start in (i for i, c in enumerate(matched) if c < 0):  # surplus: settled together
+        ring = _over_part(rows, matched, start)
+        edges += list(zip(ring, ring[1:] + ring[:1], strict=True))
+    heads = np.array(edges).T
+    graph = csr_array((np.ones(len(edges)), (heads[0], heads[1])), shape=(len(unknowns),) * 2)
+    count, label = connected_components(graph, directed=True, connection="strong")
+    leaves = np.ones(count, dtype=bool)
+    leaves[label[heads[0]][label[heads[0]] != label[heads[1]]]] = False
+    groups = [k for k in range(count) if leaves[k]]
+    parts = {k: [b for b, body in system.bodies.items() if label[column[body[0]]] == k] for k in groups}
+    return min((p for p in parts.values() if p), key=len)
+
+
+def _over_part(rows: list[list[int]], matched: object, start: int) -> list[int]:
+    """Return the unknowns that an unmatched equation reaches by alternating paths."""
+    row_of = {int(c): i for i, c in enumerate(matched) if c >= 0}  # type: ignore[arg-type, var-annotated]
+    seen: dict[int, None] = {}
+    todo = [start]
+    while todo:
+        for c in rows[todo.pop()]:
+            if c not in seen:
+                seen[c] = None
+                if c in row_of:
+                    todo.append(row_of[c])
+    return list(seen)
+
+
+def _reachable_bodies(
+    system: System, unknowns: list[Unknown], rows: list[list[int]], matched: object
+) -> list[int]:
+    """Return the bodies whose unknowns no equation can hold."""
+    taken = {int(c): i for i, c in enumerate(matched)}  # type: ignore[arg-type, var-annotated]
+    todo = [k for k in range(len(unknowns)) if k not in taken]
+    seen = set(todo)
+    while todo:
+        c = todo.pop()
+        for i, row in enumerate(rows):
+            other = int(matched[i])  # type: ignore[index]
+            if c in row and other >= 0 and other not in seen:
+                seen.add(other)
+                todo.append(other)
+    loose = {unknowns[k] for k in seen}
+    return [b for b, body in system.bodies.items() if loose & set(body)]
+
+
+def undriven(layout: Layout, bodies: list[int]) -> StructureError:
+    """Return the error that names what nothing drives."""
+    mechanism = layout.mechanism
+    names = [mechanism.members[b].name if b >= 0 else mechanism.nodes[-1 - b] for b in bodies]
+    nodes = [
+        mechanism.nodes[n]
+        for b in bodies
+        for n in (mechanism.members[b].nodes if b >= 0 else (-1 - b,))
+        if n not in layout.placed
+    ]
+    have = len(mechanism.actuators)
+    return StructureError(
+        f"nothing drives {_and(names)} (nodes {_and(list(dict.fromkeys(nodes)))}): the mechanism moves with"
+        f" {have} actuator{'s' * (have != 1)}; add an actuator or a member that holds"
+        f" {'it' if len(names) == 1 else 'them'} (`gim mobility` tells how many)"
+    )
+
+
+def _and(names: list[str]) -> str:
+    shown = names if len(names) <= 8 else [*names[:7], f"{len(names) - 7} more"]
+    return ", ".join(shown[:-1]) + " and " + shown[-1] if len(shown) > 1 else "".join(shown)
+
+
+class Builder:
+    """Chooses base nodes of a group and writes its equations, linear carrying done."""
+
+    def __init__(self, layout: Layout, bodies: list[int]) -> None:
+        self.layout = layout
+        self.mechanism: Mechanism = layout.mechanism
+        self.bodies = [b for b in bodies if b >= 0]
+        self.points = [-1 - b for b in bodies if b < 0]
+        self.placed = set(layout.placed)
+        self.direction = dict(layout.direction)
+        self.base: list[int] = []
+        self.places: list[Place] = []
+        self.equations: list[Equation] = []
+        self.done: set[int] = set()
+        self.used: set[int] = set()
+
+    def build(self) -> Coupled:
+        """Return the group as a step."""
+        self._carry()
+        while wanted := self._wanted():
+            self.base.append(max(wanted, key=self._gain))
+            self.placed.add(self.base[-1])
+            self._carry()
+        self._pairs()
+        return Coupled(tuple(self.base), tuple(self.places), tuple(self.equations), tuple(self.bodies))
+
+    def _wanted(self) -> list[int]:
+        nodes = [n for b in self.bodies for n in self.layout.kinematic[b]] + self.points
+        return [n for n in dict.fromkeys(nodes) if n not in self.placed]
+
+    def _gain(self, node: int) -> tuple[int, int]:
+        """Count what a node would carry along as a base node; ties go to members begun."""
+        trial = Builder(self.layout, [])
+        trial.bodies, trial.points = self.bodies, self.points
+        trial.placed, trial.direction, trial.done = self.placed | {node}, dict(self.direction), set(self.done)
+        before = len(trial.placed)
+        trial._carry()
+        begun = sum(any(n in self.placed for n in self._nodes(b)) for b in self.layout.members[node])
+        return len(trial.placed) - before, begun
+
+    def _nodes(self, body: int) -> tuple[int, ...]:
+        return self.layout.kinematic[body]
+
+    def _source(self, body: int) -> Vector | None:
+        rotation = self.layout.rotation
+        known = self.direction.get(rotation.of[body])
+        return known.times(rotation.phase[body]) if known is not None else None
+
+    def _carry(self) -> None:
+        """Carry directions and nodes along; write the closures that this leaves."""
+        news = True
+        while news:
+            news = self._drives()
+            for body in self.bodies:
+                if self._turn(body):
+                    self._drives()  # before a driven neighbour is turned by its own nodes
+                    news = True
+                news |= self._finish(body)
+
+    def _turn(self, body: int) -> bool:
+        pair = [n for n in self._nodes(body) if n in self.placed][:2]
+        if self._source(body) is not None or len(pair) < 2:
+            return False
+        u, v = pair
+        reach = self.layout.local(body, v) - self.layout.local(body, u)
+        rotation = self.layout.rotation
+        self.direction[rotation.of[body]] = Vector(1.0 / (reach * rotation.phase[body]), u, v)
+        name = self.mechanism.members[body].name
+        self.equations.append(Equation("distance", u, v, None, Value(abs(reach)), name))
+        return True
+
+    def _finish(self, body: int) -> bool:
+        """Carry the nodes of a member whose direction is known; those that stand already close a loop."""
+        source = self._source(body)
+        anchor = next((n for n in self._nodes(body) if n in self.placed), None)
+        if source is None or anchor is None or body in self.done:
+            return False
+        self.done.add(body)
+        name = self.mechanism.members[body].name
+        for node in self._nodes(body):
+            if node == anchor:
+                continue
+            vector = source.times(self.layout.local(body, node) - self.layout.local(body, anchor))
+            if node not in self.placed:
+                self.places.append(Place(node, anchor, vector, name))
+                self.placed.add(node)
+            elif set(vector.nodes) != {node, anchor} or vector.actuator >= 0:
+                self.equations.append(Equation("closure", node, anchor, vector, Value(0.0), name))
+        return True
+
+    def _drives(self) -> bool:
+        news = False
+        for number, actuator in enumerate(self.mechanism.actuators):
+            if actuator.drive is not Drive.ROTARY:
+                continue
+            arm, reference = actuator.arm_member, actuator.reference_member
+            ratio = actuator.reference_direction / actuator.arm_direction
+            for known, free, factor, turn in ((reference, arm, ratio, 1), (arm, reference, 1 / ratio, -1)):
+                source = self._source(known)
+                if source is None or self._source(free) is not None or free not in self.bodies:
+                    continue
+                vector = source.driven(factor, number, turn) or self._by_nodes(known, factor, number, turn)
+                if vector is not None:
+                    rotation = self.layout.rotation
+                    self.direction[rotation.of[free]] = vector.times(1.0 / rotation.phase[free])
+                    self.used.add(number)
+                    news = True
+        return news
+
+    def _by_nodes(self, body: int, factor: complex, number: int, turn: int) -> Vector | None:
+        """Read a direction that is driven already from two carried nodes of its member instead."""
+        pair = [n for n in self._nodes(body) if n in self.placed][:2]
+        if len(pair) < 2:
+            return None
+        reach = self.layout.local(body, pair[1]) - self.layout.local(body, pair[0])
+        return Vector(factor / reach, pair[0], pair[1], actuator=number, turn=turn)
+
+    def _pairs(self) -> None:
+        """Write the equations of slides and linear actuators, and of drives that found no use."""
+        mechanism, group = self.mechanism, set(self.bodies)
+        new = self.placed - self.layout.placed
+        for index, slide in enumerate(mechanism.slides):
+            touched = slide.node in new or (slide.member in group and slide.node in self.placed)
+            if touched and index not in self.layout.rotation.implied:
+                normal = 1j * slide.direction
+                self._line(slide.name, slide.node, slide.member, normal, slide.point, Value(0.0))
+        for number, actuator in enumerate(mechanism.actuators):
+            value = Value(0.0, number)
+            if actuator.drive is Drive.ROTARY:
+                self._angle(number)
+            elif actuator.drive is Drive.DISTANCE and {actuator.a, actuator.b} & new:
+                if {actuator.a, actuator.b} <= self.placed:
+                    pair = actuator.a, actuator.b
+                    self.equations.append(Equation("distance", *pair, None, value, actuator.name))
+            elif actuator.drive is Drive.TRAVEL:
+                if actuator.a in new or (actuator.reference_member in group and actuator.a in self.placed):
+                    normal = actuator.direction
+                    body = actuator.reference_member
+                    self._line(actuator.name, actuator.a, body, normal, actuator.point, value)
+
+    def _angle(self, number: int) -> None:
+        """Hold a driven angle between two members that both have a direction of their own."""
+        actuator = self.mechanism.actuators[number]
+        arm, reference = actuator.arm_member, actuator.reference_member
+        if number in self.used or not {arm, reference} & set(self.bodies):
+            return
+        source = self._source(reference)
+        normal = source.driven(1j * actuator.reference_direction, number, 1) if source else None
+        pair = [n for n in self._nodes(arm) if n in self.placed][:2]
+        if normal is None or len(pair) < 2:
+            return
+        reach = (self.layout.local(arm, pair[0]) - self.layout.local(arm, pair[1])) / actuator.arm_direction
+        normal = normal.times(reach / abs(reach))
+        self.equations.append(Equation("line", *pair, normal, Value(0.0), actuator.name))
+
+    def _line(self, name: str, node: int, body: int, normal: complex, point: complex, value: Value) -> None:
+        source = self._source(body)
+        anchor = next((n for n in self.mechanism.members[body].nodes if n in self.placed), None)
+        if source is None or anchor is None:
+            return  # its guide belongs to a later group
+        height = (normal.conjugate() * (point - self.layout.local(body, anchor))).real
+        distance = Value(value.constant + height, value.actuator, value.gain)
+        self.equations.append(Equation("line", node, anchor, source.times(normal), distance, name))

@@ -1,0 +1,36 @@
+"""Which nodes take part in the solution, and which are only carried."""
+
+from __future__ import annotations
+
+from gimcli.mechanism import FRAME, Drive, Mechanism
+from gimcli.structure.rotation import members_of
+
+
+def kinematic_nodes(mechanism: Mechanism) -> tuple[tuple[int, ...], ...]:
+    """Return for every member its nodes that constrain or are constrained, at least two.
+
+    A node of one member that no slide or actuator reads is carried: it costs nothing.
+    """
+    members = members_of(mechanism)
+    busy = {slide.node for slide in mechanism.slides}
+    for actuator in mechanism.actuators:
+        busy.add(actuator.a)
+        if actuator.drive is Drive.DISTANCE:
+            busy.add(actuator.b)
+    result = []
+    for index, member in enumerate(mechanism.members):
+        chosen = [n for n in member.nodes if index == FRAME or n in busy or len(members[n]) > 1]
+        spare = [n for n in member.nodes if n not in chosen]
+        while len(chosen) < 2 and spare:
+            chosen.append(spare.pop(0))
+        result.append(tuple(n for n in member.nodes if n in chosen))
+    return tuple(result)
+
+
+def loose_nodes(mechanism: Mechanism) -> tuple[int, ...]:
+    """Return nodes of no member that a slide or an actuator still holds."""
+    members = members_of(mechanism)
+    held = [s.node for s in mechanism.slides]
+    for actuator in mechanism.actuators:
+        held += [n for n in (actuator.a, actuator.b) if n >= 0]
+    return tuple(n for n in dict.fromkeys(held) if not members[n])

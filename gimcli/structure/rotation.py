@@ -1,0 +1,88 @@
+"""Rotation classes: members that turn together because true prismatic pairs tie them.
+
+e^(i phi) of a member is `phase[member]` times e^(i phi) of its class.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gimcli.mechanism import Mechanism, Member, Slide
+
+PARALLEL = 1e-9
+"""Two guides are one line when they differ by less, relative to the size."""
+
+
+@dataclass(frozen=True)
+class Rotation:
+    """Class and phase of every member, and the slides that the ties have made superfluous."""
+
+    of: tuple[int, ...]
+    phase: tuple[complex, ...]
+    implied: frozenset[int]  # slides implied by the tie and the pair's other slide
+
+
+def members_of(mechanism: Mechanism) -> list[list[int]]:
+    """Return for every node the members that it belongs to."""
+    table: list[list[int]] = [[] for _ in mechanism.nodes]
+    for index, member in enumerate(mechanism.members):
+        for node in member.nodes:
+            table[node].append(index)
+    return table
+
+
+def rotation_classes(mechanism: Mechanism, members: list[list[int]]) -> Rotation:
+    """Tie the members of true prismatic pairs, and of two pins in one slot."""
+    parent = list(range(len(mechanism.members)))
+    phase = [1.0 + 0.0j] * len(parent)
+
+    def find(index: int) -> tuple[int, complex]:
+        factor = 1.0 + 0.0j
+        while parent[index] != index:
+            factor *= phase[index]
+            index = parent[index]
+        return index, factor
+
+    implied = set()
+    for i, first in enumerate(mechanism.slides):
+        for j in range(i):
+            second = mechanism.slides[j]
+            body = _tied_body(mechanism, members, first, second)
+            if body is None:
+                continue
+            turn = _turn(mechanism, mechanism.members[body], second, first)
+            (a, fa), (b, fb) = find(body), find(first.member)
+            implied.add(i)
+            if a != b:  # e_body = turn e_guide
+                low, high = min(a, b), max(a, b)
+                link = turn * fb / fa if a == high else fa / (turn * fb)
+                parent[high], phase[high] = low, link / abs(link)
+            break
+    found = [find(k) for k in range(len(parent))]
+    return Rotation(tuple(f[0] for f in found), tuple(f[1] for f in found), frozenset(implied))
+
+
+def _tied_body(mechanism: Mechanism, members: list[list[int]], a: Slide, b: Slide) -> int | None:
+    """Return the member that two slides hold parallel to their guide, if they are on one line."""
+    if a.member != b.member or a.node == b.node:
+        return None
+    across = 1j * b.direction
+    skew = abs((a.direction.conjugate() * b.direction).imag)
+    height = abs((across.conjugate() * (a.point - b.point)).real)
+    if skew > PARALLEL or height > PARALLEL * mechanism.size:
+        return None
+    common = [m for m in members[a.node] if m in members[b.node] and m != a.member]
+    return common[0] if common else None
+
+
+def _turn(mechanism: Mechanism, body: Member, a: Slide, b: Slide) -> complex:
+    """Return e^(i (phi_body - phi_guide)); the sense along the guide is the drawn one."""
+    along = body.local(b.node) - body.local(a.node)
+    guide = mechanism.members[a.member]
+    drawn = mechanism.drawn[guide.nodes[1]] - mechanism.drawn[guide.nodes[0]]
+    local = complex(guide.shape[1] - guide.shape[0])
+    direction = a.direction * complex(drawn) / local
+    run = complex(mechanism.drawn[b.node] - mechanism.drawn[a.node])
+    sense = 1.0 if (run.conjugate() * direction).real >= 0.0 else -1.0
+    turn = sense * a.direction / along
+    return turn / abs(turn)

@@ -1,0 +1,43 @@
+"""The neutral table that stands between the analyses and the writers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Column:
+    """One named column; a NaN in a float column is written as an empty cell."""
+
+    name: str
+    values: NDArray[Any]  # (rows,) float, integer or string
+    unit: str = ""  # "" where there is none
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of equal length."""
+
+    columns: tuple[Column, ...]
+
+    def __len__(self) -> int:
+        return len(self.columns[0].values) if self.columns else 0
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        for column in self.columns:
+            if column.name == name:
+                return column.values
+        raise KeyError(name)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names in the order of the columns."""
+        return tuple(column.name for column in self.columns)
+
+    def floats(self, name: str) -> NDArray[np.float64]:
+        """Return a column as floats."""
+        return np.asarray(self[name], dtype=np.float64)

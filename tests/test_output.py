@@ -1,0 +1,478 @@
+"""What is written: tables that read back equal, files whole or not at all, pictures of every kind."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gimcli import output
+from gimcli.errors import OutputError, UsageError
+from gimcli.mechanism import Actuator, Drive, Mechanism, Member, Point, Slide
+from gimcli.output import CsvStream, write_csv, written_bytes, written_text
+from gimcli.output.curves import drawn_runs, thinned
+from gimcli.output.drawing import history_picture, motion_picture, position_picture, sequence_picture
+from gimcli.output.skeleton import Skeleton, hull
+from gimcli.table import Column, Table
+
+SCALE = 64.0
+
+
+def ramp(start, end):
+    return lambda time, order=0: start + (end - start) * time if order == 0 else 0 * time + end - start
+
+
+def mechanism(names, pose, members, slides=(), actuators=(), points=(), **more):
+    """Members as (name, nodes); their own frame starts at the first node, towards the second."""
+    drawn = np.array(pose, dtype=complex)
+    origin = complex(drawn.mean())
+    built = []
+    for index, (name, nodes) in enumerate(members):
+        z = drawn[list(nodes)]
+        still = index == 0 and not more.get("floating")
+        shape = (z - origin) if still else (z - z[0]) * abs(z[1] - z[0]) / (z[1] - z[0])
+        built.append(Member(name, tuple(nodes), shape / SCALE))
+    at = (0.0 - origin) / SCALE
+    lines = [Slide(n, p, k, m, d / SCALE + (at if m == 0 else 0), u) for n, p, k, m, d, u in slides]
+    carried = tuple(Point(name, member, local / SCALE) for name, member, local in points)
+    normal = (drawn - origin) / SCALE
+    traced = tuple(point.name for point in carried)
+    return Mechanism(
+        "test", tuple(names), normal, tuple(built), tuple(lines), tuple(actuators), carried, traced, 1.0,
+        SCALE, origin, **{"length_unit": "mm", **more},
+    )  # fmt: skip
+
+
+def dyad(a, b, left, right):
+    """The point at given distances from two points, to the left of a -> b (law of cosines)."""
+    d = b - a
+    x = (abs(d) ** 2 + left**2 - right**2) / (2 * abs(d))
+    return a + d / abs(d) * (x + 1j * np.sqrt(left**2 - x**2))
+
+
+CRANK = 30.0 * np.exp(1j * np.radians(np.linspace(60.0, 420.0, 37)))
+MOTOR = Actuator("motor", Drive.ROTARY, ramp(0.0, 6.0), 0.0, a=0, arm_member=1)
+
+
+def four_bar(**more):
+    b = dyad(CRANK, 100.0 + 0 * CRANK, 80.0, 70.0)
+    poses = np.column_stack([0 * b, CRANK, b, 0 * b + 100.0])
+    links = [("ground", (0, 3)), ("crank", (0, 1)), ("coupler", (1, 2)), ("rocker", (3, 2))]
+    found = mechanism("OABC", poses[0], links, (), [MOTOR], [("P", 2, 45 + 35j)], **more)
+    return found, poses, {"P": CRANK + (b - CRANK) / 80.0 * (45 + 35j), "B": b}
+
+
+def floating_four_bar():
+    return four_bar(floating=True)
+
+
+def slider_crank():
+    b = CRANK.real + np.sqrt(90.0**2 - (CRANK.imag - 8.0) ** 2) + 8.0j
+    poses = np.column_stack([0 * b, CRANK, b, 0 * b + 200.0])
+    links = [("ground", (0, 3)), ("crank", (0, 1)), ("rod", (1, 2))]
+    return mechanism("OABG", poses[0], links, [("s", "s", 2, 0, 8j, 1 + 0j)], [MOTOR]), poses, {"B": b}
+
+
+def inverted_slider():
+    foot = 0 * CRANK - 70j
+    tip = foot + 120.0 * (CRANK - foot) / abs(CRANK - foot)
+    poses = np.column_stack([0 * CRANK, CRANK, foot, tip])
+    links = [("ground", (0, 2)), ("crank", (0, 1)), ("rocker", (2, 3))]
+    return mechanism("OACD", poses[0], links, [("s", "s", 1, 2, 0j, 1 + 0j)], [MOTOR]), poses, {"D": tip}
+
+
+def offset_inverted_slider():
+    found, poses, curves = inverted_slider()
+    u = (poses[:, 3] - poses[:, 2]) / 120.0
+    poses = poses + np.column_stack([0 * u, 0 * u, -10j * u, -10j * u])
+    links = [(m.name, m.nodes) for m in found.members]
+    return mechanism("OACD", poses[0], links, [("s", "s", 1, 2, 10j, 1 + 0j)], [MOTOR]), poses, curves
+
+
+def jack():
+    turn = np.exp(1j * np.radians(np.linspace(20.0, 70.0, 9)))
+    poses = np.column_stack([0 * turn, 0 * turn + 60 - 20j, 80 * turn, 150 * turn * (1 + 0.1j), 50j * turn])
+    drive = Actuator("jack", Drive.DISTANCE, ramp(1.0, 2.0), 1.0, a=1, b=2)
+    return mechanism("PUQRS", poses[0], [("ground", (0, 1)), ("boom", (0, 2, 3, 4))], (), [drive]), poses, {}
+
+
+def press():
+    p = 30 + 1j * np.linspace(40.0, 60.0, 9)
+    poses = np.column_stack([0 * p, dyad(0 * p, p, 30.0, 45.0), p, p + 20j])
+    links = [("ground", (0,)), ("crank", (0, 1)), ("rod", (1, 2)), ("ram", (2, 3))]
+    slides = [("r.P", "r", 2, 0, 30 + 0j, 1j), ("r.Q", "r", 3, 0, 30 + 0j, 1j)]
+    drive = Actuator("lift", Drive.TRAVEL, ramp(0.0, 1.0), 0.0, a=2, direction=1j)
+    return mechanism("OAPQ", poses[0], links, slides, [drive], length_unit="unit"), poses, {}
+
+
+def beam():
+    b = dyad(CRANK, 100.0 + 0 * CRANK, 80.0, 70.0)
+    poses = np.column_stack([0 * b, CRANK, b, 0 * b + 100.0, CRANK + 1.6 * (b - CRANK)])
+    links = [("ground", (0, 3)), ("crank", (0, 1)), ("coupler", (1, 2, 4)), ("rocker", (3, 2))]
+    return mechanism("OABCD", poses[0], links), poses, {"D": poses[:, 4]}
+
+
+KINDS = [
+    four_bar, floating_four_bar, slider_crank, inverted_slider, offset_inverted_slider, jack, press, beam,
+]  # fmt: skip
+
+
+def table(**columns):
+    return Table(tuple(Column(name, np.asarray(values)) for name, values in columns.items()))
+
+
+def rows_of(path):
+    with Path(path).open(newline="", encoding="utf-8") as handle:
+        return list(csv.reader(handle))
+
+
+def left_in(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+# ---------------------------------------------------------------- tables
+
+
+def test_floats_read_back_equal(tmp_path):
+    random = np.random.default_rng(1).integers(0, 2**64, 2000, dtype=np.uint64).view(np.float64)
+    special = [0.1, 1e-300, -0.0, 5e-324, 1.7976931348623157e308, np.inf, -np.inf, 1e22, 1 / 3, 123456789.0]
+    values = np.concatenate([special, random[~np.isnan(random)]])
+    write_csv(table(x=values, y=-values), tmp_path / "t.csv")
+    read = np.array(rows_of(tmp_path / "t.csv")[1:], dtype=float)
+    assert read[:, 0].tobytes() == values.tobytes()
+    assert read[:, 1].tobytes() == (-values).tobytes()
+
+
+def test_nan_is_an_empty_cell_and_rows_stay(tmp_path):
+    write_csv(table(step=[0, 1, 2], x=[1.5, np.nan, 2.5], status=["ok", "no", "ok"]), tmp_path / "t.csv")
+    text = (tmp_path / "t.csv").read_text()
+    assert text == "step,x,status\n0,1.5,ok\n1,,no\n2,2.5,ok\n"
+
+
+def test_a_single_column_keeps_its_empty_rows(tmp_path):
+    write_csv(table(x=[np.nan, 1.0]), tmp_path / "t.csv")
+    assert rows_of(tmp_path / "t.csv") == [["x"], [""], ["1.0"]]
+
+
+@pytest.mark.parametrize("awkward", ["a,b", 'say "hi"', "two\nlines", "old\rmac", "", "ä €", "'", " edge "])
+def test_names_and_strings_are_quoted(tmp_path, awkward):
+    columns = (Column(awkward, np.array([1, 2])), Column("s", np.array([awkward, "plain"])))
+    write_csv(Table(columns), tmp_path / "t.csv")
+    assert rows_of(tmp_path / "t.csv") == [[awkward, "s"], ["1", awkward], ["2", "plain"]]
+
+
+def test_integers_stay_integers(tmp_path):
+    write_csv(table(n=np.array([2**62 + 1, -3], dtype=np.int64)), tmp_path / "t.csv")
+    assert rows_of(tmp_path / "t.csv")[1:] == [[str(2**62 + 1)], ["-3"]]
+
+
+def test_an_empty_table_is_its_header(tmp_path):
+    write_csv(table(x=np.zeros(0), y=np.zeros(0)), tmp_path / "t.csv")
+    assert (tmp_path / "t.csv").read_text() == "x,y\n"
+
+
+def test_a_stream_equals_one_table(tmp_path):
+    whole = table(n=np.arange(120_000), x=np.sqrt(np.arange(120_000.0)))
+    write_csv(whole, tmp_path / "whole.csv")
+    with CsvStream(tmp_path / "parts.csv", whole.names) as stream:
+        for start in range(0, 120_000, 7001):
+            cut = slice(start, start + 7001)
+            stream.append(Table(tuple(Column(c.name, c.values[cut]) for c in whole.columns)))
+    assert (tmp_path / "parts.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
+
+
+def test_a_stream_refuses_other_columns_and_leaves_no_file(tmp_path):
+    stream = CsvStream(tmp_path / "t.csv", ["x"])
+    with pytest.raises(ValueError, match="closed"):
+        stream.append(table(x=[1.0]))
+    with pytest.raises(ValueError, match="columns"), stream:
+        stream.append(table(y=[1.0]))
+    assert left_in(tmp_path) == []
+
+
+# ---------------------------------------------------------------- whole or not at all
+
+
+def write_and_fail(handle, content, fault):
+    handle.write(content)
+    raise fault
+
+
+@pytest.mark.parametrize("fault", [ValueError, KeyboardInterrupt])
+@pytest.mark.parametrize("opened", [written_text, written_bytes])
+def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path, opened, fault):
+    (tmp_path / "t.csv").write_text("old")
+    with pytest.raises(fault), opened(tmp_path / "t.csv") as handle:
+        write_and_fail(handle, "new" if opened is written_text else b"new", fault)
+    assert (tmp_path / "t.csv").read_text() == "old"
+    assert left_in(tmp_path) == ["t.csv"]
+
+
+def test_a_full_disk_is_an_output_error(tmp_path):
+    with (
+        pytest.raises(OutputError, match=r"t\.csv: cannot be written: No space left"),
+        written_text(tmp_path / "t.csv"),
+    ):
+        raise OSError(28, "No space left on device")
+    assert left_in(tmp_path) == []
+
+
+def test_the_file_appears_only_at_the_end(tmp_path):
+    with CsvStream(tmp_path / "t.csv", ["x"]) as stream:
+        stream.append(table(x=[1.0]))
+        assert not (tmp_path / "t.csv").exists()
+    assert left_in(tmp_path) == ["t.csv"]
+
+
+def test_the_folder_is_created(tmp_path):
+    output.write(table(x=[1.0]), tmp_path / "a" / "b" / "t.csv")
+    assert (tmp_path / "a" / "b" / "t.csv").exists()
+
+
+@pytest.mark.parametrize("inner", ["", "deeper"])
+def test_a_folder_that_is_a_file_is_refused(tmp_path, inner):
+    (tmp_path / "file").write_text("precious")
+    with pytest.raises(OutputError, match="through a file"):
+        write_csv(table(x=[1.0]), tmp_path / "file" / inner / "t.csv")
+    assert (tmp_path / "file").read_text() == "precious"
+
+
+def test_a_target_that_is_a_folder_or_a_device_is_refused(tmp_path):
+    (tmp_path / "t.csv").mkdir()
+    with pytest.raises(OutputError, match="folder has this name"):
+        write_csv(table(x=[1.0]), tmp_path / "t.csv")
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(OutputError, match="regular file"):
+        write_csv(table(x=[1.0]), tmp_path / "pipe.csv")
+    assert left_in(tmp_path) == ["pipe.csv", "t.csv"]
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_an_unwritable_folder_is_an_output_error(tmp_path):
+    tmp_path.chmod(0o500)
+    try:
+        with pytest.raises(OutputError, match="may write to"):
+            write_csv(table(x=[1.0]), tmp_path / "t.csv")
+    finally:
+        tmp_path.chmod(0o700)
+
+
+def test_a_refused_folder_is_an_output_error_for_root_too(tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", refuse)
+    with pytest.raises(OutputError, match=r"t\.csv: .*Permission denied; choose a folder"):
+        write_csv(table(x=[1.0]), tmp_path / "t.csv")
+
+
+@pytest.mark.parametrize("content", [table(x=[1.0]), history_picture(np.ones(3), None, "", math.nan, 0)])
+def test_an_unknown_suffix_names_the_choice(tmp_path, content):
+    with pytest.raises(UsageError, match=r"choose \."):
+        output.write(content, tmp_path / "t.bmp")
+
+
+# ---------------------------------------------------------------- pictures
+
+
+def size_of(path):
+    data = path.read_bytes()
+    assert data.startswith(b"\x89PNG")
+    assert data.endswith(b"IEND\xaeB`\x82")
+    return struct.unpack(">II", data[16:24])
+
+
+@pytest.mark.parametrize("suffix", list(output.PICTURE_FORMATS))
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_motion_is_drawn(tmp_path, kind, suffix):
+    found, poses, curves = kind()
+    path = tmp_path / f"m{suffix}"
+    output.draw_motion(found, poses[:: len(poses) // 5], curves, path, kind.__name__)
+    assert left_in(tmp_path) == [path.name]
+    if suffix == ".png":
+        width, height = size_of(path)
+        assert 500 < width < 900
+        assert 300 < height < 900
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_everything_drawn_is_inside_the_window(kind):
+    found, poses, curves = kind()
+    for picture in (
+        motion_picture(found, poses, curves, ""),
+        position_picture(found, poses[0], "", {"P": poses[0][1]}),
+        sequence_picture(found, poses[0], [(1, (0,)), (2, (1, 3)), (2, (0,))], ""),
+    ):
+        paths = [p for group in (*picture.strokes.values(), *picture.areas.values()) for p in group]
+        z = np.concatenate([*paths, [text.at for text in picture.texts]])
+        assert np.all(np.isfinite(z))
+        assert z.real.min() > picture.frame.low.real
+        assert z.real.max() < picture.frame.high.real
+        assert z.imag.min() > picture.frame.low.imag
+        assert z.imag.max() < picture.frame.high.imag
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_axes_are_equal_and_carry_the_unit(kind):
+    found, poses, curves = kind()
+    picture = motion_picture(found, poses, curves, "")
+    span, frame = picture.frame.high - picture.frame.low, picture.frame
+    assert span.real / frame.width == pytest.approx(span.imag / frame.height, rel=1e-12)
+    assert picture.labels == (("x", "y") if found.length_unit == "unit" else ("x [mm]", "y [mm]"))
+
+
+def test_a_sequence_has_every_number_and_none_overlaps():
+    found, poses, _ = four_bar()
+    steps = [
+        (1, (0,)),
+        (2, (3,)),
+        (2, (1,)),
+        (1, (2,)),
+        (1, (0, 2)),
+        (2, (1,)),
+        (2, (3,)),
+        (1, ()),
+        (1, (1,)),
+    ]
+    picture = sequence_picture(found, poses[0], steps, "")
+    rings = {text.text: text.at for text in picture.texts if text.ring}
+    assert sorted(rings) == [str(n) for n in range(1, 10)]
+    places = np.array(list(rings.values()))
+    apart = np.abs(places[:, None] - places) + np.eye(9) * 1e9
+    assert apart.min() > 7.0 * picture.frame.point
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_names_of_the_nodes_are_written(kind):
+    found, poses, _ = kind()
+    written = {text.text for text in position_picture(found, poses[0], "", {}).texts}
+    assert written == {*found.nodes, *(point.name for point in found.points)}
+
+
+def test_a_floating_mechanism_has_no_ground():
+    grounds = []
+    for floating in (False, True):
+        found, poses, curves = four_bar(floating=floating)
+        picture = motion_picture(found, poses, curves, "")
+        grounds.append([pen for pen in picture.strokes if pen.width == 0.7])  # the hatching
+    assert len(grounds[0]) == 1
+    assert grounds[1] == []
+
+
+def test_points_are_where_their_member_carries_them():
+    found, poses, curves = four_bar()
+    skeleton = Skeleton(found, poses)
+    carried = [skeleton.place(2, found.points[0].local, pose) for pose in range(len(poses))]
+    np.testing.assert_allclose(carried, curves["P"], atol=1e-12)
+
+
+def test_poses_with_a_nan_are_skipped(tmp_path):
+    found, poses, curves = four_bar()
+    gap = poses.copy()
+    gap[0, 1] = np.nan
+    assert np.array_equal(
+        motion_picture(found, gap[:3], curves, "").marks.keys(),
+        motion_picture(found, poses[1:3], curves, "").marks.keys(),
+    )
+    lost = {name: np.full(5, np.nan + 0j) for name in curves}
+    output.draw_motion(found, np.full_like(poses, np.nan), lost, tmp_path / "m.png", "nothing was solved")
+    output.draw_position(found, np.full_like(poses[0], np.nan), tmp_path / "p.png", "nothing was solved")
+    assert size_of(tmp_path / "m.png") > (100, 100)
+
+
+def test_awkward_texts_and_many_curves_are_drawn(tmp_path):
+    found, poses, curves = four_bar()
+    many = {f"$\\frac{n} _^ 点": curves["P"] + n for n in range(40)}
+    output.draw_motion(found, poses[:2], many, tmp_path / "m.png", "100 % $x^ of a very long title " * 8)
+    assert max(size_of(tmp_path / "m.png")) < 1200
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e6 + 1e6j])
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
+def test_any_size_and_place_is_drawn(tmp_path, size, shift):
+    curve = (CRANK + shift) * size
+    found, poses, _ = four_bar()
+    bare = mechanism("OABC", poses[0], [(m.name, m.nodes) for m in found.members])
+    output.draw_motion(bare, (poses[:3] + shift) * size, {"c": curve}, tmp_path / "m.png", "")
+    assert size_of(tmp_path / "m.png") > (100, 100)
+
+
+def test_a_vector_picture_is_the_same_twice(tmp_path):
+    found, poses, curves = four_bar()
+    for suffix in (".svg", ".pdf"):
+        for name in "ab":
+            output.draw_motion(found, poses[:3], curves, tmp_path / (name + suffix), "twice")
+        assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
+
+
+def test_a_history_is_drawn(tmp_path):
+    sweeps = np.arange(30)
+    errors = 2.0 * 0.6**sweeps
+    fit = (2.0, -math.log(0.6))
+    output.draw_history(errors, fit, tmp_path / "h.png", "history", predicted=0.6)
+    assert size_of(tmp_path / "h.png") > (100, 100)
+    picture = history_picture(errors, fit, "", 0.6, 0)
+    for lines in picture.strokes.values():  # fit and prediction run through the errors
+        np.testing.assert_allclose(np.interp(sweeps, lines[0].real, lines[0].imag), np.log10(errors))
+
+
+@pytest.mark.parametrize("errors", [[], [0.0, 0.0], [np.nan], [1e-3], [1e-320, 1e300]])
+def test_a_history_without_numbers_is_drawn(tmp_path, errors):
+    fit = (math.nan, math.nan)
+    output.draw_history(np.array(errors), fit, tmp_path / "h.png", "history", predicted=math.nan)
+    assert size_of(tmp_path / "h.png") > (100, 100)
+
+
+# ---------------------------------------------------------------- curves and hulls
+
+
+def test_a_long_curve_is_thinned_without_moving():
+    t = np.linspace(0.0, 20.0 * np.pi, 200_001)
+    circle = np.exp(1j * t)
+    circle[100_000:100_010] = np.nan
+    thin = thinned(circle, 0.01)
+    assert len(thin) < 20_000
+    assert np.isnan(thin).any()
+    kept = thin[np.isfinite(thin)]
+    assert np.max(np.abs(np.diff(kept))) < 0.03
+    assert {thin[0], thin[-1]} == {circle[0], circle[-1]}
+
+
+def test_gaps_cut_a_curve_and_a_retraced_arc_is_drawn_once():
+    arc = np.exp(1j * 0.5 * np.sin(np.linspace(0.0, 2 * np.pi, 361)))
+    assert len(drawn_runs(arc, 0.003)) == 1
+    ellipse = np.array([3 * z.real + 1j * z.imag for z in np.exp(1j * np.linspace(0, 2 * np.pi, 361))])
+    assert len(drawn_runs(ellipse, 0.003)[0]) == 361
+    ellipse[100] = np.nan
+    assert [len(run) for run in drawn_runs(ellipse, 0.003)] == [100, 260]
+
+
+def test_a_hull_is_convex_and_a_line_is_its_ends():
+    square = np.array([0, 2, 2 + 2j, 2j, 1 + 1j, 1], dtype=complex)
+    assert set(hull(square)) == {0, 2, 2 + 2j, 2j}
+    assert set(hull(np.array([1 + 1j, 0, 3 + 3j, 2 + 2j]))) == {0, 3 + 3j}
+    assert len(hull(np.array([1j, 1j]))) == 2
+
+
+# ---------------------------------------------------------------- cost
+
+
+def test_importing_the_package_imports_no_matplotlib():
+    code = "import sys, gimcli.output; sys.exit('matplotlib' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_drawing_imports_no_pyplot(tmp_path):
+    code = (
+        "import sys, numpy; from gimcli import output;"
+        f"output.draw_history(numpy.ones(3), None, {str(tmp_path / 'h.png')!r}, 't');"
+        "sys.exit('matplotlib.pyplot' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
