@@ -18,8 +18,15 @@ from gimcli.errors import OutputError, UsageError
 from gimcli.mechanism import Actuator, Drive, Mechanism, Member, Point, Slide
 from gimcli.output import CsvStream, write_csv, written_bytes, written_text
 from gimcli.output.curves import drawn_runs, thinned
-from gimcli.output.drawing import history_picture, motion_picture, position_picture, sequence_picture
+from gimcli.output.drawing import (
+    MOST_KEYS,
+    history_picture,
+    motion_picture,
+    position_picture,
+    sequence_picture,
+)
 from gimcli.output.skeleton import Skeleton, hull
+from gimcli.output.style import curve_pen
 from gimcli.table import Column, Table
 
 SCALE = 64.0
@@ -445,9 +452,15 @@ def test_a_long_curve_is_thinned_without_moving():
     assert {thin[0], thin[-1]} == {circle[0], circle[-1]}
 
 
+def test_the_curves_of_a_legend_differ_without_their_colours():
+    pens = [curve_pen(index) for index in range(MOST_KEYS)]
+    assert len({(pen.width, pen.dash) for pen in pens}) == MOST_KEYS
+
+
 def test_gaps_cut_a_curve_and_a_retraced_arc_is_drawn_once():
     arc = np.exp(1j * 0.5 * np.sin(np.linspace(0.0, 2 * np.pi, 361)))
-    assert len(drawn_runs(arc, 0.003)) == 1
+    (run,) = drawn_runs(arc, 0.003)
+    assert [run.imag.min(), run.imag.max()] == [arc.imag.min(), arc.imag.max()]
     ellipse = np.array([3 * z.real + 1j * z.imag for z in np.exp(1j * np.linspace(0, 2 * np.pi, 361))])
     assert len(drawn_runs(ellipse, 0.003)[0]) == 361
     ellipse[100] = np.nan

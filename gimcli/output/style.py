@@ -87,9 +87,10 @@ _DASHES: tuple[tuple[float, ...], ...] = (
     (10.0, 2.5),
     (3.0, 1.2, 1.2, 1.2, 1.2, 1.2),
 )
+_WEIGHTS = (1.5, 0.8, 2.4)
 
 
 def curve_pen(index: int) -> Pen:
     """Return the pen of the index-th traced curve: colour, dash and weight vary together."""
-    weight = 1.5 if (index // len(_DASHES)) % 2 == 0 else 0.8
+    weight = _WEIGHTS[index // len(_DASHES) % len(_WEIGHTS)]
     return Pen(weight, _COLOURS[index % len(_COLOURS)], _DASHES[index % len(_DASHES)], layer=7)

@@ -1,0 +1,199 @@
+"""Sweeps of the Geometrical-Iterative Method: every move puts one node onto one locus.
+
+    RD   B goes to A + L (B - A) / |B - A|
+    RA   B turns about the vertex onto the ray
+    RL   B goes to its foot on the line; a node of the guide turns until the line passes B
+
+Source: Petuya et al. 2004, section 3; errors are eqs (1) and (2).
+
+Arrays: mi (moves, 9) kind, moved, a, b, value actuator, u, v, turning actuator, turn;
+mz (moves, 4) constant, gain, zr, zi.
+"""
+
+from __future__ import annotations
+
+import math
+
+from gimcli.kernels.jit import kernel
+
+DISTANCE = 0
+RAY = 1
+LINE = 2
+AIM = 3
+
+
+@kernel
+def turn_onto(x, y, b, a, ux, uy):  # type: ignore[no-untyped-def]
+    """Turn node b about node a onto the ray along (ux, uy)."""
+    wx, wy = x[b] - x[a], y[b] - y[a]
+    reach = math.sqrt(wx * wx + wy * wy) / math.sqrt(ux * ux + uy * uy)
+    x[b], y[b] = x[a] + reach * ux, y[a] + reach * uy
+
+
+@kernel
+def turned(k, mi, mz, cos, sin):  # type: ignore[no-untyped-def]
+    """Return z e^(+-i theta) of a move."""
+    zr, zi = mz[k, 2], mz[k, 3]
+    t = mi[k, 7]
+    if t >= 0:
+        c, s = cos[t], sin[t] * mi[k, 8]
+        return zr * c - zi * s, zr * s + zi * c
+    return zr, zi
+
+
+@kernel
+def impose(k, x, y, values, cos, sin, mi, mz):  # type: ignore[no-untyped-def]
+    """Impose one restriction by moving its node."""
+    kind, moved, a, b = mi[k, 0], mi[k, 1], mi[k, 2], mi[k, 3]
+    value = mz[k, 0]
+    if mi[k, 4] >= 0:
+        value += mz[k, 1] * values[mi[k, 4]]
+    if kind == DISTANCE:
+        other = a if moved == b else b
+        dx, dy = x[moved] - x[other], y[moved] - y[other]
+        d = math.sqrt(dx * dx + dy * dy)
+        if d == 0.0:  # no direction: any will do, the same each time
+            dx, d = 1.0, 1.0
+        x[moved], y[moved] = x[other] + value / d * dx, y[other] + value / d * dy
+        return
+    zr, zi = turned(k, mi, mz, cos, sin)
+    u, v = mi[k, 5], mi[k, 6]
+    wx, wy = zr, zi
+    if u >= 0:
+        ex, ey = x[v] - x[u], y[v] - y[u]
+        wx, wy = zr * ex - zi * ey, zr * ey + zi * ex
+    if kind == RAY:
+        if moved == b:
+            turn_onto(x, y, b, a, wx, wy)
+        elif moved == a:
+            turn_onto(x, y, a, b, -wx, -wy)
+        else:  # the arm: turned back from b
+            ex, ey = x[b] - x[a], y[b] - y[a]
+            turn_onto(x, y, moved, a, zr * ex + zi * ey, zr * ey - zi * ex)
+    elif kind == LINE:
+        n2 = wx * wx + wy * wy
+        norm = math.sqrt(n2)
+        gap = ((x[b] - x[a]) * wx + (y[b] - y[a]) * wy) / norm - value
+        x[b] -= gap * wx / norm
+        y[b] -= gap * wy / norm
+    else:
+        aim(x, y, moved, b, u, v, zr, zi, wx, wy, value)
+
+
+@kernel
+def aim(x, y, moved, b, u, v, zr, zi, wx, wy, value):  # type: ignore[no-untyped-def]
+    """Turn a guide u-v about the node that stands so that its line passes node b at `value`.
+
+    With the guide's normal n = z (v - u): n.(b - u) = value, and n.(b - v) = value - n.(v - u).
+    """
+    stand = u if moved == v else v
+    size = math.sqrt(wx * wx + wy * wy)
+    nx, ny = wx / size, wy / size
+    height = value
+    if stand == v:
+        height -= nx * (x[v] - x[u]) + ny * (y[v] - y[u])
+    px, py = x[b] - x[stand], y[b] - y[stand]
+    p2 = px * px + py * py
+    if p2 == 0.0:
+        return
+    side = nx * py - ny * px
+    tau = math.sqrt(max(p2 - height * height, 0.0))
+    if side < 0.0:
+        tau = -tau
+    mx, my = (px * height + py * tau) / p2, (py * height - px * tau) / p2  # p (h - i tau) / |p|^2
+    ex, ey = mx * zr + my * zi, my * zr - mx * zi  # n conj(z): direction u -> v
+    if moved == v:
+        turn_onto(x, y, v, u, ex, ey)
+    else:
+        turn_onto(x, y, u, v, -ex, -ey)
+
+
+@kernel
+def error_of(k, x, y, values, cos, sin, mi, mz, size):  # type: ignore[no-untyped-def]
+    """Return the error of a restriction: relative for lengths, in rad for angles (their sine)."""
+    kind, a, b = mi[k, 0], mi[k, 2], mi[k, 3]
+    value = mz[k, 0]
+    if mi[k, 4] >= 0:
+        value += mz[k, 1] * values[mi[k, 4]]
+    px, py = x[b] - x[a], y[b] - y[a]
+    if kind == DISTANCE:
+        return abs(math.sqrt(px * px + py * py) / value - 1.0)
+    zr, zi = turned(k, mi, mz, cos, sin)
+    u, v = mi[k, 5], mi[k, 6]
+    wx, wy = zr, zi
+    if u >= 0:
+        ex, ey = x[v] - x[u], y[v] - y[u]
+        wx, wy = zr * ex - zi * ey, zr * ey + zi * ex
+    norm = math.sqrt(wx * wx + wy * wy)
+    if kind == RAY:
+        both = norm * math.sqrt(px * px + py * py)
+        sine, cosine = (wx * py - wy * px) / both, (wx * px + wy * py) / both
+        return abs(sine) if cosine > 0.0 else 2.0 - abs(sine)
+    return abs((wx * px + wy * py) / norm - value) / size
+
+
+@kernel
+def sweep(x, y, values, cos, sin, mi, mz):  # type: ignore[no-untyped-def]
+    """Impose all restrictions once, in order."""
+    for k in range(mi.shape[0]):
+        impose(k, x, y, values, cos, sin, mi, mz)
+
+
+@kernel
+def worst_errors(x, y, values, cos, sin, mi, mz, size, out):  # type: ignore[no-untyped-def]
+    """Put eq. (1) and eq. (2) in out[0], out[1]; a NaN is infinite."""
+    out[0], out[1] = 0.0, 0.0
+    for k in range(mi.shape[0]):
+        e = error_of(k, x, y, values, cos, sin, mi, mz, size)
+        part = 1 if mi[k, 0] == RAY else 0
+        if not e <= out[part]:
+            out[part] = e if math.isfinite(e) else math.inf
+
+
+@kernel
+def settle(x, y, values, cos, sin, mi, mz, size, limits, history, out):  # type: ignore[no-untyped-def]
+    """Sweep until eqs (1) and (2) are met; return whether they were.
+
+    limits: tolerance, sweeps, sweeps within which the error must fall, factor by which.
+    history (sweeps + 1, 2): errors before the first and after every sweep, as far as there is room.
+    out: eqs (1), (2), sweeps.
+    """
+    worst_errors(x, y, values, cos, sin, mi, mz, size, out)
+    if history.shape[0] > 0:
+        history[0, 0], history[0, 1] = out[0], out[1]
+    done = 0
+    mark = max(out[0], out[1])
+    while not (out[0] <= limits[0] and out[1] <= limits[0]):
+        if done >= limits[1]:
+            break
+        sweep(x, y, values, cos, sin, mi, mz)
+        done += 1
+        worst_errors(x, y, values, cos, sin, mi, mz, size, out)
+        if done < history.shape[0]:
+            history[done, 0], history[done, 1] = out[0], out[1]
+        if done % limits[2] == 0:
+            now = max(out[0], out[1])
+            if not now <= limits[3] * mark:
+                break
+            mark = now
+    out[2] = done
+    return out[0] <= limits[0] and out[1] <= limits[0]
+
+
+@kernel
+def settle_rows(
+    x, y, values, cos, sin, free, mi, mz, size, start, limits, history, sweeps, good, out
+):  # type: ignore[no-untyped-def]
+    """Follow a motion from row `start` on, each row from the one before; return the first that fails.
+
+    x, y (rows, nodes); `free` are the nodes to be moved, all others stand in every row already.
+    """
+    for r in range(start, x.shape[0]):
+        for k in range(free.shape[0]):
+            x[r, free[k]], y[r, free[k]] = x[r - 1, free[k]], y[r - 1, free[k]]
+        fine = settle(x[r], y[r], values[r], cos[r], sin[r], mi, mz, size, limits, history, out)
+        sweeps[r] = out[2]
+        good[r] = 1.0 if fine else 0.0
+        if not fine:
+            return r
+    return x.shape[0]

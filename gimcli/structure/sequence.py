@@ -1,0 +1,374 @@
+"""The sequence in which restrictions are imposed: rules, candidates and their spectral radius.
+
+Node types (Petuya et al. 2004, section 4): P known (fixed, or carried by an input), P0 not moved
+yet in the sweep, P1 moved once, P2 moved twice. Both fundamental conditions hold by construction:
+every free node is moved twice and every restriction is imposed once.
+
+Rule I: a node P1 is moved about nodes that are settled (P or P2), and becomes P2.
+Rule II: where no node can be settled, the sequence goes on to a new one: criterion 1, a node P0 is
+moved about a node carried by an input, or about nodes P2; criterion 2, about a node P1. Failing
+both, a node P1 is moved about a node P1.
+
+The rules leave choices. One sweep is a smooth map, so that its linearisation at a position is a
+product of small matrices; the spectral radius of the product is the factor by which the error
+falls with each sweep, exp(-C2) of eq. (3). Candidates are ranked by it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.structure.kinematic import kinematic_nodes, loose_nodes
+from gimcli.structure.plan import Layout, make_plan
+from gimcli.structure.restrictions import Move, Restriction, gradient, member_models, pair_restrictions
+from gimcli.structure.steps import Coupled, Dyad, Place, Plan, Tilt
+
+CANDIDATES = 400
+"""Sequences tried for one choice of models; the double butterfly has 12, the ten-bar 32."""
+
+CONVERGES = 0.99
+"""Spectral radius below which the classic search is content with a sequence."""
+
+P, P0, P1, P2 = "P", "P0", "P1", "P2"
+
+
+@dataclass(frozen=True)
+class Group:
+    """One group of the sequence: its moves, and what was found on the way."""
+
+    moves: tuple[Move, ...]
+    nodes: tuple[int, ...]
+    radius: float
+    classic_radius: float
+    candidates: int
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """Moves of one sweep in order, group after group."""
+
+    groups: tuple[Group, ...]
+    known: frozenset[int]  # nodes P
+    carried_by_input: frozenset[int]
+
+    @property
+    def moves(self) -> tuple[Move, ...]:
+        """All moves of one sweep."""
+        return tuple(m for g in self.groups for m in g.moves)
+
+    @property
+    def radius(self) -> float:
+        """Spectral radius of the whole sweep: the groups are a triangle of blocks."""
+        return max((g.radius for g in self.groups), default=0.0)
+
+
+def known_nodes(mechanism: Mechanism) -> tuple[set[int], set[int]]:
+    """Return the nodes P, and those of them that inputs carry."""
+    layout = Layout(mechanism)
+    layout.carry()
+    fixed = set(mechanism.members[FRAME].nodes)
+    return set(layout.placed), set(layout.placed) - fixed
+
+
+def find_sequence(
+    mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, strategy: str = "spectral", plan: Plan | None = None
+) -> Sequence:
+    """Search the sequence of a mechanism; z (nodes,) is an assembled position to rank it at."""
+    known, carried = known_nodes(mechanism)
+    search = Search(mechanism, z, inputs, strategy, known, carried, plan or make_plan(mechanism))
+    return Sequence(tuple(search.groups()), frozenset(known), frozenset(carried))
+
+
+class Search:
+    """The search for one mechanism."""
+
+    def __init__(
+        self, mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, strategy: str, known: set[int],
+        carried: set[int], plan: Plan,
+    ) -> None:  # fmt: skip
+        self.mechanism, self.z, self.inputs, self.strategy = mechanism, z, inputs, strategy
+        self.known, self.carried = known, carried
+        kinematic = kinematic_nodes(mechanism)
+        order = {n: k for k, n in enumerate(placement_order(plan))}
+        active = {n for nodes in kinematic for n in nodes} | set(loose_nodes(mechanism))
+        self.free = [n for n in sorted(order, key=order.__getitem__) if n in active and n not in known]
+        self.models: list[list[list[Restriction]]] = []
+        for index, nodes in enumerate(kinematic):
+            if index != FRAME and not set(nodes) <= known:
+                ranked = sorted(nodes, key=lambda n: (n not in known, order.get(n, -1)))
+                self.models.append(member_models(mechanism, index, ranked, known))
+        self.pairs = pair_restrictions(mechanism, known, kinematic)
+        self.gradients: dict[int, dict[int, complex]] = {}
+        self.kept: list[Restriction] = []  # keeps the ids of `gradients` in use
+
+    def groups(self) -> Iterator[Group]:
+        """Yield the groups in order of solution."""
+        chosen = [0] * len(self.models)
+        settled = set(self.known)
+        for nodes in self._components(chosen):
+            yield self._best(nodes, settled, chosen)
+            settled |= set(nodes)
+
+    def _restrictions(self, chosen: list[int]) -> list[Restriction]:
+        return [r for models, k in zip(self.models, chosen, strict=True) for r in models[k]] + self.pairs
+
+    def _components(self, chosen: list[int]) -> list[tuple[int, ...]]:
+        """Match two restrictions to every node; return strongly connected nodes in order."""
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
+
+        restrictions = self._restrictions(chosen)
+        column = {n: k for k, n in enumerate(self.free)}
+        entries = [
+            (i, 2 * column[n] + s)
+            for i, r in enumerate(restrictions)
+            for n in r.movable
+            if n in column
+            for s in (0, 1)
+        ]
+        at = np.array(entries).reshape(-1, 2).T
+        shape = (len(restrictions), 2 * len(self.free))
+        table = csr_array((np.ones(len(entries)), (at[0], at[1])), shape=shape)
+        matched = maximum_bipartite_matching(table, perm_type="column")
+        edges = [(k, k) for k in range(len(self.free))]
+        for r, c in zip(restrictions, matched, strict=True):
+            ties = [column[n] for n in r.nodes if n in column]
+            heads = [int(c) // 2] if c >= 0 else ties  # surplus: settled together
+            edges += [(h, t) for h in heads for t in ties]
+        ends = np.array(edges).T
+        graph = csr_array((np.ones(len(edges)), (ends[0], ends[1])), shape=(len(self.free),) * 2)
+        _, label = connected_components(graph, directed=True, connection="strong")
+        return self._ordered(label, ends)
+
+    def _ordered(self, label: FloatArray, ends: FloatArray) -> list[tuple[int, ...]]:
+        needs: dict[int, set[int]] = {int(k): set() for k in label}
+        for a, b in ends.T:
+            if label[a] != label[b]:
+                needs[int(label[a])].add(int(label[b]))
+        done: list[int] = []
+        while len(done) < len(needs):
+            ready = [k for k in needs if k not in done and needs[k] <= set(done)]
+            first = min(ready, key=lambda k: next(i for i, c in enumerate(label) if c == k))
+            done.append(first)
+        return [tuple(n for n, c in zip(self.free, label, strict=True) if c == k) for k in done]
+
+    def _best(self, nodes: tuple[int, ...], settled: set[int], chosen: list[int]) -> Group:
+        """Try candidates for one group: all models of its members one by one, the rules' choices in each."""
+        inside = set(nodes)
+        mine = [
+            k
+            for k, models in enumerate(self.models)
+            if len(models) > 1
+            and any(set(r.nodes) & inside for r in models[0])
+            and all(set(r.nodes) <= inside | self.known for r in models[0])
+        ]
+        tried = 0
+        classic: tuple[float, tuple[Move, ...]] | None = None
+        for variant in self._classic_models(chosen, mine):
+            for moves in islice(self._candidates(variant, inside, settled), CANDIDATES):
+                tried += 1
+                radius = self.radius(moves, nodes)
+                if classic is None or radius < classic[0]:
+                    classic = radius, moves
+                if radius < CONVERGES:
+                    break
+        best = classic
+        if self.strategy == "spectral":
+            best, more = self._descend(nodes, settled, chosen, mine)
+            tried += more
+        if best is None or classic is None:
+            from gimcli.errors import StructureError
+
+            names = ", ".join(self.mechanism.nodes[n] for n in nodes)
+            raise StructureError(f"no sequence moves nodes {names} twice each; use --method auto or newton")
+        radius, moves = best
+        return Group(moves, nodes, radius, classic[0], tried)
+
+    def _descend(
+        self, nodes: tuple[int, ...], settled: set[int], chosen: list[int], mine: list[int]
+    ) -> tuple[tuple[float, tuple[Move, ...]] | None, int]:
+        """Take the best sequence of the models chosen, then change one member's model at a time."""
+        best: tuple[float, tuple[Move, ...]] | None = None
+        tried, variants, most = 0, [list(chosen)], CANDIDATES
+        while variants:
+            winner = None
+            for variant in variants:
+                for moves in islice(self._candidates(variant, set(nodes), settled), most):
+                    tried += 1
+                    radius = self.radius(moves, nodes)
+                    if best is None or radius < best[0] - 1e-9:
+                        best, winner = (radius, moves), variant
+            if winner is None and best is not None:
+                break
+            if winner is not None:
+                chosen[:] = winner
+            variants = [
+                [*chosen[:k], other, *chosen[k + 1 :]]
+                for k in mine
+                for other in range(len(self.models[k]))
+                if other != chosen[k]
+            ]
+            most = CANDIDATES // 20
+        return best, tried
+
+    def _classic_models(self, chosen: list[int], mine: list[int]) -> list[list[int]]:
+        """Return the paper's two models of a group's members: chains, and distances only."""
+        chains = list(chosen)
+        for k in mine:
+            chains[k] = min(len(self.models[k]) - 1, 1)
+        return [chains, list(chosen)] if chains != chosen else [chains]
+
+    def _candidates(self, chosen: list[int], inside: set[int], settled: set[int]) -> Iterator[tuple[Move, ...]]:
+        mine = [
+            r for r in self._restrictions(chosen) if set(r.nodes) & inside and set(r.nodes) <= inside | settled
+        ]
+        if len(mine) < 2 * len(inside):
+            return
+        count = 0
+        for moves in rule_sequences(mine, inside, settled, self.carried):
+            yield moves
+            count += 1
+            if count >= CANDIDATES:
+                return
+
+    def radius(self, moves: tuple[Move, ...], nodes: tuple[int, ...]) -> float:
+        """Return the spectral radius of one sweep over the moves."""
+        for move in moves:
+            if id(move.restriction) not in self.gradients:
+                self.kept.append(move.restriction)
+                self.gradients[id(move.restriction)] = gradient(move.restriction, self.z, self.inputs)
+        return spectral_radius([(m.node, self.gradients[id(m.restriction)]) for m in moves], nodes)
+
+
+def placement_order(plan: Plan) -> list[int]:
+    """Return the free nodes in the order in which a plan places them."""
+    order: list[int] = []
+    for step in plan.steps:
+        if isinstance(step, Place | Dyad):
+            order.append(step.node)
+        elif isinstance(step, Coupled):
+            order += step.nodes
+        elif isinstance(step, Tilt):
+            continue
+    return order
+
+
+def rule_sequences(
+    restrictions: list[Restriction], inside: set[int], settled: set[int], carried: set[int]
+) -> Iterator[tuple[Move, ...]]:
+    """Yield the sequences that the rules allow, each once up to the order of independent moves."""
+    seen: set[tuple[tuple[str, int], ...]] = set()
+    surplus = len(restrictions) - 2 * len(inside)
+
+    def count(node: int, counts: dict[int, int]) -> int:
+        return counts[node] if node in inside else 2
+
+    def options(left: list[Restriction], counts: dict[int, int]) -> list[Move]:
+        tiers: dict[tuple[int, str], list[Move]] = {}
+        for r in left:
+            for node in r.movable:
+                if node not in inside or counts[node] >= 2:
+                    continue
+                others = [n for n in r.nodes if n != node]
+                done = min((count(n, counts) for n in others), default=2)
+                started = counts[node] == 1
+                if started and done == 2:
+                    tier = (0, "I")
+                elif not started and done == 2 and (r.driven or any(n in carried or n in inside for n in others)):
+                    tier = (1, "II.1")
+                elif not started and done == 1:
+                    tier = (2, "II.2")
+                elif started and done == 1:
+                    tier = (3, "II")
+                else:
+                    tier = (4, "II")
+                tiers.setdefault(tier, []).append(Move(r, node, tier[1]))
+        return tiers[min(tiers)] if tiers else []
+
+    def walk(left: list[Restriction], counts: dict[int, int], moves: list[Move]) -> Iterator[tuple[Move, ...]]:
+        if all(c == 2 for c in counts.values()):
+            spare = [(r, [n for n in r.movable if n in inside]) for r in left[:surplus]]
+            extra = [Move(r, nodes[0], "surplus") for r, nodes in spare if nodes]
+            key = _canonical(moves)
+            if key not in seen:
+                seen.add(key)
+                yield (*moves, *extra)
+            return
+        for move in options(left, counts):
+            if len(seen) > CANDIDATES:
+                return
+            rest = [r for r in left if r is not move.restriction]
+            after = {**counts, move.node: counts[move.node] + 1}
+            if _can_finish(rest, after):
+                yield from walk(rest, after, [*moves, move])
+
+    yield from walk(restrictions, dict.fromkeys(inside, 0), [])
+
+
+def _can_finish(left: list[Restriction], counts: dict[int, int]) -> bool:
+    """Tell whether every node can still get its two moves: a matching of places to restrictions."""
+    taken: dict[int, int] = {}
+    places = [node for node, c in counts.items() for _ in range(2 - c)]
+    offers = {node: [k for k, r in enumerate(left) if node in r.movable] for node in set(places)}
+
+    def augment(place: int, seen: set[int]) -> bool:
+        for k in offers[places[place]]:
+            if k not in seen:
+                seen.add(k)
+                if k not in taken or augment(taken[k], seen):
+                    taken[k] = place
+                    return True
+        return False
+
+    return all(augment(k, set()) for k in range(len(places)))
+
+
+def _canonical(moves: list[Move]) -> tuple[tuple[str, int], ...]:
+    """Return a key that is equal for sequences that differ in the order of independent moves only."""
+    left = list(enumerate(moves))
+    key = []
+    done: set[int] = set()
+    while left:
+        ready = [
+            (m.restriction.name, m.node, i)
+            for i, m in left
+            if all(
+                j in done
+                for j, other in enumerate(moves[:i])
+                if other.node in m.restriction.nodes or m.node in other.restriction.nodes
+            )
+        ]
+        name, node, i = min(ready)
+        key.append((name, node))
+        done.add(i)
+        left = [(j, m) for j, m in left if j != i]
+    return tuple(key)
+
+
+def spectral_radius(moves: list[tuple[int, dict[int, complex]]], nodes: tuple[int, ...]) -> float:
+    """Return the spectral radius of a linearised sweep: moved nodes with their restriction's gradients.
+
+    A move changes dB to (1 - n n') dB - n (sum of the other gradients) / |gradient at B|.
+    """
+    column = {n: 2 * k for k, n in enumerate(nodes)}
+    sweep = np.eye(2 * len(nodes))
+    for moved, g in moves:
+        own = g[moved]
+        norm = abs(own)
+        if not norm > 1e-12:
+            return float("inf")
+        pull = np.zeros(2 * len(nodes))
+        for node, value in g.items():
+            if node in column:
+                at = column[node]
+                pull[at : at + 2] = value.real / norm, value.imag / norm
+        change = pull @ sweep
+        at = column[moved]
+        sweep[at] -= own.real / norm * change
+        sweep[at + 1] -= own.imag / norm * change
+    return float(np.max(np.abs(np.linalg.eigvals(sweep)))) if np.all(np.isfinite(sweep)) else float("inf")
