@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -121,6 +122,12 @@ class Mechanism:
     angle_unit: str = "deg"  # or "rad"
     duration: float = 1.0  # s, for the normalised time 0..1
     floating: bool = False  # no node is grounded: member 0 is a held member of the file
+
+    @cached_property
+    def shortest(self) -> float:
+        """Smallest distance of a member's first node from its others: what relative errors refer to."""
+        spans = [abs(z - m.shape[0]) for m in self.members[1:] for z in m.shape[1:]]
+        return float(min(spans, default=self.size))
 
     def to_file(self, z: ComplexArray) -> ComplexArray:
         """Return positions in the file's coordinates and unit."""

@@ -14,6 +14,7 @@ class Status(IntEnum):
     NOT_CONVERGED = 3
     SINGULAR = 4
     CONTRADICTORY = 5
+    JUMPED = 6
 
     @property
     def word(self) -> str:
@@ -33,6 +34,7 @@ _WORDS = {
     Status.NOT_CONVERGED: "not-converged",
     Status.SINGULAR: "singular",
     Status.CONTRADICTORY: "contradictory",
+    Status.JUMPED: "other-configuration",
 }
 
 _TEXTS = {
@@ -43,5 +45,7 @@ _TEXTS = {
     Status.NOT_CONVERGED: "the iteration did not reach the tolerance: allow more sweeps, loosen --tolerance or use"
     " --method auto",
     Status.SINGULAR: "the position is singular and cannot be told to the tolerance asked: loosen --tolerance",
+    Status.JUMPED: "the iteration settled in another configuration than the continuous motion: take more steps or use"
+    " --method auto",
     Status.CONTRADICTORY: "a surplus constraint contradicts the others: correct its dimension or remove it",
 }

@@ -156,16 +156,28 @@ def move(x, y, f, nb):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def least_pivot(j, n, diagonal, square):  # type: ignore[no-untyped-def]
+    """Return the smallest pivot of a factored table: a bound on how far it is from singular."""
+    least = abs(j[0, 0]) if square else abs(diagonal[0])
+    for k in range(1, n):
+        pivot = abs(j[k, k]) if square else abs(diagonal[k])
+        if pivot < least:
+            least = pivot
+    return least
+
+
+@kernel
 def newton(
     x, y, dx, dy, values, cos, sin, vi, vz, pi, ei, ev, cr, ci, j, f, order, limits, out
 ):  # type: ignore[no-untyped-def]
     """Settle one row from the base nodes in x, y; return whether it did.
 
-    limits: tolerance, iterations, greatest first step, greatest contraction.
-    out: iterations, estimated error, sign of the determinant, first step, contraction.
+    limits: tolerance, iterations, greatest first step, greatest contraction, least pivot.
+    out: iterations, estimated error, sign of the determinant, first step, contraction, sign at the
+    last good row, 1 where the row is singular to the tolerance.
     """
     nb, m, n = cr.shape[1], f.shape[0], 2 * cr.shape[1]
-    out[0], out[4] = 0.0, 0.0
+    out[0], out[4], out[6] = 0.0, 0.0, 0.0
     carry(x, y, dx, dy, cos, sin, vi, vz, pi)
     coefficients(cr, ci, cos, sin, vi, vz, pi)
     for _ in range(int(limits[1])):
@@ -174,7 +186,8 @@ def newton(
         jacobian(x, y, dx, dy, values, cos, sin, vi, vz, ei, ev, cr, ci, j)
         sign = lu_factor(j, n, order) if m == n else qr_factor(j, m, n, order)
         out[2] = sign
-        if sign == 0.0:
+        if sign == 0.0 or least_pivot(j, n, order, m == n) < limits[4]:
+            out[6] = 1.0
             return False
         if m == n:
             lu_solve(j, n, order, f)
@@ -230,7 +243,8 @@ def newton_rows(
 ):  # type: ignore[no-untyped-def]
     """Follow a motion from row `start` on; return the first row that did not settle safely.
 
-    `sign` is the determinant's sign on this branch (0: not known yet); a change is not safe.
+    `sign` is the determinant's sign on this branch (0: not known yet); a change is not safe. out[5]
+    is the sign at the last row that is.
     """
     rows, nodes = x.shape
     m = 0
@@ -240,6 +254,7 @@ def newton_rows(
     for b in range(nb):
         cr[b, b] = 1.0
     j, f, order = np.zeros((m, 2 * nb)), np.zeros(m), np.zeros(2 * nb)
+    out[5] = sign
     for r in range(start, rows):
         predict(x, y, time, r, nb)
         good = newton(
@@ -249,6 +264,7 @@ def newton_rows(
         if not good or (m == 2 * nb and sign != 0.0 and out[2] != sign):
             return r
         sign = out[2]
+        out[5] = sign
     return rows
 
 

@@ -5,10 +5,12 @@ Dyads take the side that the guess is drawn on; coupled groups are settled from 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from gimcli.errors import StructureError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.follow import Row
 from gimcli.solvers import closed, newton
@@ -16,7 +18,17 @@ from gimcli.solvers.block import Block
 from gimcli.solvers.newton import Packed, Run
 from gimcli.solvers.side import sides
 from gimcli.status import Status
+from gimcli.structure.residual import errors
 from gimcli.structure.steps import Coupled, Dyad, Orient, Place, Plan, Tilt
+NEAR = 0.2
+"""A position is taken at once when no node is farther from its guess, relative to the size."""
+
+SWEEPS = 60
+"""Sweeps that bring a far guess near enough for Newton-Raphson."""
+
+TRIALS = 60
+"""Disturbed guesses tried before a group counts as impossible to assemble."""
+
 
 @dataclass
 class Assembly:
@@ -27,7 +39,7 @@ class Assembly:
     signs: FloatArray
     error: float
     work: float
-    step: int = -1  # number of the plan's step that failed
+    surplus: bool = False  # the plan has constraints that are only checked
 
 
 class Assembler:
@@ -36,6 +48,7 @@ class Assembler:
     def __init__(self, mechanism: Mechanism, plan: Plan, run: Run, tolerance: float) -> None:
         self.mechanism, self.plan, self.run = mechanism, plan, run
         self.tolerance = tolerance * mechanism.size
+        self.accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest)
         self.packed = {k: Packed(s) for k, s in enumerate(plan.steps) if isinstance(s, Coupled)}
 
     def assemble(self, inputs: FloatArray, guess: ComplexArray, time: float = 0.0) -> Assembly:
@@ -46,20 +59,14 @@ class Assembler:
         drawn = Block.empty(self.plan, len(self.mechanism.nodes), np.array([time]), inputs[:, None], 0)
         drawn.x[:, 0], drawn.y[:, 0] = guess.real, guess.imag
         signs = sides(self.plan, drawn, self.mechanism.size)
-        status, failed = Status.OK, -1
+        status = Status.OK
         with np.errstate(all="ignore"):
             for k, step in enumerate(self.plan.steps):
                 if not self._step(k, step, block, drawn, signs):
-                    status, failed = self._why(block, step), k
+                    status = Status.SINGULAR if block.singular and not block.blocked else Status.NOT_ASSEMBLED
                     break
         row = Row(time, block.x[:, 0].copy(), block.y[:, 0].copy(), block.g[:, 0].copy())
-        return Assembly(status, row, signs, float(block.error[0]), float(block.work[0]), failed)
-
-    @staticmethod
-    def _why(block: Block, step: object) -> Status:
-        if block.singular and not block.blocked:
-            return Status.SINGULAR
-        return Status.NOT_ASSEMBLED
+        return Assembly(status, row, signs, float(block.error[0]), float(block.work[0]), self.plan.surplus > 0)
 
     def _step(self, k: int, step: object, block: Block, drawn: Block, signs: FloatArray) -> bool:
         if isinstance(step, Place):
@@ -75,7 +82,56 @@ class Assembler:
         return block.end > 0
 
     def _couple(self, packed: Packed, block: Block, drawn: Block) -> bool:
-        base = list(packed.group.base)
-        block.x[base, 0], block.y[base, 0] = drawn.x[base, 0], drawn.y[base, 0]
-        good, _ = newton.settle(packed, block, 0, self.run, self.tolerance, 50)
-        return good
+        """Settle a group: the assembled position nearest to the guess of those that the first starts find."""
+        base, nodes = list(packed.group.base), list(packed.group.nodes)
+        drawing = drawn.x[nodes, 0] + 1j * drawn.y[nodes, 0]
+        best: tuple[float, ComplexArray] | None = None
+        for number, start in enumerate(self._starts(packed, block, drawn)):
+            block.x[base, 0], block.y[base, 0] = start.real, start.imag
+            if newton.settle(packed, block, 0, self.run, self.accuracy):
+                z = block.x[nodes, 0] + 1j * block.y[nodes, 0]
+                far = float(np.max(np.abs(z - drawing)))
+                if self._faithful(block) and (best is None or far < best[0]):
+                    best = far, z
+            if best is not None and (best[0] <= NEAR * self.mechanism.size or number >= 1):
+                break
+        if best is not None:
+            block.x[nodes, 0], block.y[nodes, 0] = best[1].real, best[1].imag
+            block.singular = False
+        return best is not None
+
+    def _starts(self, packed: Packed, block: Block, drawn: Block) -> Iterator[ComplexArray]:
+        """Yield starts of the base nodes: the guess, the guess after some sweeps, the guess disturbed."""
+        base, size = list(packed.group.base), self.mechanism.size
+        guess = drawn.x[:, 0] + 1j * drawn.y[:, 0]
+        yield guess[base]
+        swept = self._swept(packed, block, guess)
+        if swept is not None:
+            yield swept[base]
+        generator = np.random.default_rng(0)
+        for k in range(TRIALS):
+            reach = size * (0.02 + k / TRIALS)
+            noise = generator.standard_normal((2, len(base))) * reach
+            yield guess[base] + noise[0] + 1j * noise[1]
+
+    def _swept(self, packed: Packed, block: Block, guess: ComplexArray) -> ComplexArray | None:
+        from gimcli.solvers import gim
+        from gimcli.structure.sequence import group_sequence
+
+        own = list(packed.group.nodes)
+        z = np.where(np.isfinite(block.x[:, 0]), block.x[:, 0] + 1j * block.y[:, 0], guess)
+        z[own] = guess[own]
+        try:
+            moves = group_sequence(self.mechanism, own, z, block.inputs[:, 0], self.plan)
+        except StructureError:
+            return None
+        policy = gim.Policy(sweeps=SWEEPS)
+        done = gim.settle(moves, z, block.inputs[:, 0], self.mechanism.size, 1e-6, self.run, policy)
+        block.work[0] += done.sweeps
+        return done.z if np.all(np.isfinite(done.z)) else None
+
+    def _faithful(self, block: Block) -> bool:
+        """Tell whether no driven angle is a half turn off: a line does not know its two ends apart."""
+        z = block.x[:, :1] + 1j * block.y[:, :1]
+        angles = [e[0] for _, is_angle, e in errors(self.mechanism, z, block.inputs[:, :1]) if is_angle]
+        return not any(np.isfinite(e) and e > 1.0 for e in angles)

@@ -71,6 +71,7 @@ class Follower:
     ) -> None:  # fmt: skip
         self.mechanism, self.plan, self.inputs, self.run = mechanism, plan, inputs, run
         self.tolerance = tolerance * mechanism.size
+        self.accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest)
         self.policy = policy or Policy()
         self.sign = np.ones(plan.branches)
         self.packed = {k: Packed(s) for k, s in enumerate(plan.steps) if isinstance(s, Coupled)}
@@ -115,8 +116,8 @@ class Follower:
             elif isinstance(step, Tilt):
                 closed.tilt(step, block, self.sign, self.tolerance)
             else:
-                args = self.run, self.determinant[k], self.tolerance, self.mechanism.size
-                self.determinant[k] = newton.follow(self.packed[k], block, *args)
+                packed, sign = self.packed[k], self.determinant[k]
+                self.determinant[k] = newton.follow(packed, block, self.run, sign, self.accuracy)
 
     @staticmethod
     def _registers(step: Orient, block: Block) -> None:
@@ -181,13 +182,13 @@ class Follower:
     def _fill(self, path: Path, times: FloatArray, i: int) -> int:
         """Fill the rows up to where crossing has arrived; return the next row to solve."""
         while i < len(times) and times[i] <= self.log[-1].time:
-            row = self._at(float(times[i]))
+            row = self.at(float(times[i]))
             path.x[:, i], path.y[:, i] = row.x, row.y
             path.status[i], path.error[i] = float(Status.OK), self.tolerance
             i += 1
         return i
 
-    def _at(self, time: float) -> Row:
+    def at(self, time: float) -> Row:
         """Return the row at a time that has been passed: solved, or interpolated over a bridge."""
         for row in reversed(self.log):
             if row.time == time:
@@ -270,12 +271,13 @@ class Follower:
         miss = np.hypot(foreseen.x - first.x, foreseen.y - first.y)
         if not np.all(miss <= self.policy.agreement * np.nanmax(way)):
             return False
-        block = self.evaluate(centre + delta * np.arange(2.0, 5.0), [first])
+        turned = np.where(foreseen.g * first.g < 0.0, -1.0, 1.0)  # where two centres have met
+        rows = [*(Row(row.time, row.x, row.y, turned * row.g) for row in before), first]
+        block = self.evaluate(centre + delta * np.arange(2.0, 5.0), rows)
         if block.end < len(block.time):
             return False
-        rows = [*before, first, *self.rows(block)]
-        self.bridges.append(Bridge(centre, rows))
-        self.log = rows[4:]  # measures before a singular position do not foresee those after it
+        self.log = rows + self.rows(block)
+        self.bridges.append(Bridge(centre, self.log.copy()))
         return True
 
     def _sides(self, row: Row) -> FloatArray:

@@ -5,22 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.motion.assemble import Assembler, Assembly
+from gimcli.motion.assemble import Assembly
+from gimcli.motion.effort import choose, gim_work, newton_work
 from gimcli.motion.follow import Follower, Path
-from gimcli.motion.inputs import law_inputs, nearest_turns, pace, straight_inputs
+from gimcli.motion.inputs import law_inputs, pace
+from gimcli.motion.options import Options
+from gimcli.motion.start import STEPS_A_TURN, start_position
+from gimcli.motion.sweeping import Sweeper
 from gimcli.solvers.newton import Run
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
-from gimcli.structure.residual import residual
+from gimcli.structure.residual import allowed, residual
 from gimcli.structure.steps import Plan
 
-STEPS_A_TURN = 90
-"""Rows are solved at least this densely inside, whatever the user asks to see."""
+Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -28,117 +30,109 @@ class Motion:
     """Positions over a motion, in the normal frame."""
 
     mechanism: Mechanism = field(repr=False)
-    plan: Plan = field(repr=False)
     time: FloatArray  # (rows,) 0..1
     inputs: FloatArray  # (actuators, rows)
     z: ComplexArray = field(repr=False)  # (nodes, rows), NaN where not solved
     status: tuple[Status, ...]
-    residual: FloatArray
-    work: FloatArray  # sweeps or iterations
-    worst: str = ""  # the constraint that is worst off where nothing could be assembled
+    residual: FloatArray  # (rows,) NaN where not solved
+    work: FloatArray  # (rows,) sweeps or iterations
+    worst: str = ""  # the constraint that is worst off where the start could not be assembled
     limit: float | None = None  # time of the limit that was met
     bridged: tuple[float, ...] = ()  # times of the singular positions passed
 
-
-def plain(kernel: Callable[..., Any]) -> Callable[..., Any]:
-    """Run a kernel as it stands."""
-    return kernel
-
-
-def start_position(
-    mechanism: Mechanism, plan: Plan, inputs: FloatArray, run: Run, tolerance: float
-) -> tuple[Assembly, str]:
-    """Assemble at given inputs on the branch that is drawn.
-
-    The drawn position is assembled at its own inputs and moved to those asked for; where that
-    cannot be done the guess is taken as it is. Returns the worst constraint with a failure.
-    """
-    assembler = Assembler(mechanism, plan, run, tolerance)
-    drawn = np.array([a.drawn for a in mechanism.actuators], dtype=float)
-    begin = nearest_turns(mechanism, drawn, inputs)
-    if not np.array_equal(begin, inputs):
-        first = assembler.assemble(begin, mechanism.drawn)
-        if first.status is Status.OK:
-            moved = _move(mechanism, plan, first, begin, inputs, run, tolerance)
-            if moved is not None:
-                return moved, ""
-    direct = assembler.assemble(inputs, mechanism.drawn)
-    worst = ""
-    if direct.status is not Status.OK:
-        z = _fallback(direct, mechanism)
-        worst = residual(mechanism, z[:, None], inputs[:, None], names=True).worst[0]
-    return direct, worst
+    @property
+    def solved(self) -> int:
+        """Number of rows that are ok."""
+        return sum(s is Status.OK for s in self.status)
 
 
-def _fallback(assembly: Assembly, mechanism: Mechanism) -> ComplexArray:
-    z = assembly.row.x + 1j * assembly.row.y
-    return np.where(np.isfinite(z), z, mechanism.drawn)
-
-
-def _move(
-    mechanism: Mechanism, plan: Plan, first: Assembly, begin: FloatArray, end: FloatArray, run: Run, tolerance: float
-) -> Assembly | None:
-    follower = Follower(mechanism, plan, straight_inputs(begin, end), run, tolerance)
-    way = pace(mechanism, np.stack([begin, end], axis=1))
-    follower.turn = 1.0 / max(way, 1e-3)
-    follower.begin(first.row, first.signs)
-    path = follower.follow(np.arange(1, (n := max(8, math.ceil(way * STEPS_A_TURN))) + 1) / n)
-    if path.limit is not None or path.status[-1] != Status.OK:
-        return None
-    row = follower.log[-1]
-    if row.time != 1.0:
-        row = follower._at(1.0)
-    row.time = 0.0
-    return Assembly(Status.OK, row, follower.sign.copy(), float(path.error[-1]), first.work + float(path.work.sum()))
-
-
-def trace(mechanism: Mechanism, steps: int, tolerance: float = 1e-10, run: Run = plain) -> Motion:
-    """Follow the actuators' laws in `steps` steps."""
-    plan = make_plan(mechanism)
+def trace(mechanism: Mechanism, steps: int, options: Options | None = None, tell: Tell | None = None) -> Motion:
+    """Follow the actuators' laws in `steps` steps: steps + 1 rows."""
+    options = options or Options()
     time = np.arange(steps + 1) / steps
     inputs = law_inputs(mechanism)
+    plan = make_plan(mechanism, closed_forms=options.method != "newton")
+    run = choose(options.jit, newton_work(plan, max(steps, STEPS_A_TURN)), tell)
     values = inputs(time)
-    start, worst = start_position(mechanism, plan, values[:, 0], run, tolerance)
-    nodes = len(mechanism.nodes)
-    z = np.full((nodes, steps + 1), complex(math.nan, math.nan))
+    start = start_position(mechanism, plan, values[:, 0], run, options.tolerance)
     if start.status is not Status.OK:
-        status = (start.status, *(Status.LIMIT,) * steps)
-        empty = np.full(steps + 1, math.nan)
-        return Motion(mechanism, plan, time, values, z, status, empty, np.zeros(steps + 1), worst)
-    z[:, 0] = start.row.x + 1j * start.row.y
-    path, follower = _along(mechanism, plan, start, inputs, time, run, tolerance)
-    z[:, 1:] = path.x + 1j * path.y
-    error = residual(mechanism, z, values).total
-    statuses = [start.status, *(Status(int(s)) for s in path.status)]
-    check = 10.0 * tolerance
-    for k in np.flatnonzero(~(error <= check)):
-        if statuses[k] is Status.OK:
-            statuses[k] = Status.CONTRADICTORY if plan.surplus > 0 else Status.NOT_CONVERGED
-    solved = np.array([s is Status.OK for s in statuses])
-    z[:, ~solved] = complex(math.nan, math.nan)
-    error[~solved] = math.nan
+        return _nothing(mechanism, time, values, start)
+    path = _along(mechanism, plan, start, inputs, time, run, options.tolerance)
+    z = np.concatenate([(start.row.x + 1j * start.row.y)[:, None], path.x + 1j * path.y], axis=1)
+    status = [start.status, *(Status(int(s)) for s in path.status)]
     work = np.concatenate([[start.work], path.work])
+    if options.method == "gim":
+        z, status, work = _swept(mechanism, values, z, status, options, tell)
+    return _judged(mechanism, plan, time, values, z, status, work, path, options)
+
+
+def _nothing(mechanism: Mechanism, time: FloatArray, values: FloatArray, start: Assembly) -> Motion:
+    """Return a motion without a start: every row keeps its reason."""
+    rows = len(time)
+    empty = np.full((len(mechanism.nodes), rows), complex(math.nan, math.nan))
+    z = start.row.x + 1j * start.row.y
+    worst = residual(mechanism, z[:, None], values[:, :1], names=True).worst[0]
     return Motion(
-        mechanism, plan, time, values, z, tuple(statuses), error, work, "", path.limit, tuple(path.bridged)
+        mechanism, time, values, empty, (start.status,) * rows, np.full(rows, math.nan), np.zeros(rows), worst
     )
 
 
 def _along(
-    mechanism: Mechanism, plan: Plan, start: Assembly, inputs: Any, time: FloatArray, run: Run, tolerance: float
-) -> tuple[Path, Follower]:
+    mechanism: Mechanism, plan: Plan, start: Assembly, inputs: Callable[[FloatArray], FloatArray],
+    time: FloatArray, run: Run, tolerance: float,
+) -> Path:  # fmt: skip
     follower = Follower(mechanism, plan, inputs, run, tolerance)
     way = pace(mechanism, inputs(np.linspace(0.0, 1.0, 65)))
     follower.turn = 1.0 / max(way, 1e-3)
     follower.begin(start.row, start.signs)
     steps = len(time) - 1
     parts = max(1, math.ceil(way * STEPS_A_TURN / steps))
+    if parts == 1:
+        return follower.follow(time[1:])
     fine = np.arange(1, parts * steps + 1) / (parts * steps)
     fine[parts - 1 :: parts] = time[1:]
     path = follower.follow(fine)
-    if parts > 1:
-        rows = slice(parts - 1, None, parts)
-        work = path.work.reshape(steps, parts).sum(axis=1)
-        path = Path(
-            path.x[:, rows], path.y[:, rows], path.status[rows], path.error[rows], work, path.bridged, path.limit
-        )
-    return path, follower
+    rows = slice(parts - 1, None, parts)
+    work = path.work.reshape(steps, parts).sum(axis=1)
+    return Path(path.x[:, rows], path.y[:, rows], path.status[rows], path.error[rows], work, path.bridged, path.limit)
+
+
+def _swept(
+    mechanism: Mechanism, values: FloatArray, z: ComplexArray, status: list[Status], options: Options,
+    tell: Tell | None,
+) -> tuple[ComplexArray, list[Status], FloatArray]:  # fmt: skip
+    """Solve all rows by sweeps; the continuous motion z tells whether they stayed on its branch."""
+    rows = values.shape[1]
+    sweeper = Sweeper(mechanism, options, choose("off", 0.0))
+    sweeper.run = choose(options.jit, gim_work(len(sweeper.moves), rows), tell)
+    first = sweeper.settle(values[:, 0], mechanism.drawn)
+    work = np.zeros(rows)
+    work[0] = first.sweeps
+    swept = np.full_like(z, complex(math.nan, math.nan))
+    if first.good:
+        swept, sweeps, stop = sweeper.follow(values, first.z)
+        work[1:] = sweeps[1:]
+    else:
+        stop = 0
+    status = [s if k < stop or s is not Status.OK else Status.NOT_CONVERGED for k, s in enumerate(status)]
+    apart = np.max(np.abs(swept - z), axis=0) > 0.05 * mechanism.size
+    return swept, [Status.JUMPED if far and s is Status.OK else s for s, far in zip(status, apart, strict=True)], work
+
+
+def _judged(
+    mechanism: Mechanism, plan: Plan, time: FloatArray, values: FloatArray, z: ComplexArray, status: list[Status],
+    work: FloatArray, path: Path, options: Options,
+) -> Motion:  # fmt: skip
+    """Check every row by a residual that nothing of the solution enters; empty those that fail."""
+    error = residual(mechanism, z, values).total
+    wrong = Status.CONTRADICTORY if plan.surplus > 0 else Status.NOT_CONVERGED
+    for k in np.flatnonzero(~(error <= allowed(mechanism, options.tolerance))):
+        if status[k] is Status.OK:
+            status[k] = wrong
+    bad = np.array([s is not Status.OK for s in status])
+    z[:, bad] = complex(math.nan, math.nan)
+    error = np.where(bad, math.nan, error)
+    worst = ""
+    if bad[0]:
+        worst = residual(mechanism, z[:, :1], values[:, :1], names=True).worst[0]
+    return Motion(mechanism, time, values, z, tuple(status), error, work, worst, path.limit, tuple(path.bridged))

@@ -22,12 +22,31 @@ KINDS = {"distance": kernels.DISTANCE, "line": kernels.LINE, "closure": kernels.
 
 
 @dataclass(frozen=True)
+class Accuracy:
+    """The tolerance asked for, relative, and the lengths that it refers to."""
+
+    tolerance: float
+    size: float
+    shortest: float
+
+
+@dataclass(frozen=True)
 class Policy:
     """Constants of the method. Contraction 1/4: Deuflhard, Newton Methods, 2011, section 2.1."""
 
     iterations: int = 12
     contraction: float = 0.25
     first_step: float = 0.2  # of the size: a longer first correction is not continuation
+    rounding: float = 4.0 * float(np.finfo(float).eps)  # error of an equation, relative to the size
+
+    relative: float = 0.1  # of the shortest length: so that relative errors are below the tolerance too
+
+    def limits(self, accuracy: Accuracy, iterations: int, near: bool) -> FloatArray:
+        """Return the kernel's limits; `near`: the start must lie on the same branch."""
+        size, tolerance = accuracy.size, accuracy.tolerance
+        first, contraction = (self.first_step * size, self.contraction) if near else (1e6, 1e6)
+        finest = max(self.relative * tolerance * accuracy.shortest, self.rounding * size)
+        return np.array([finest, iterations, first, contraction, self.rounding / tolerance])
 
 
 @dataclass(frozen=True)
@@ -83,12 +102,12 @@ class Packed:
         return tuple(np.ascontiguousarray(part[:, :end].T) for part in parts)
 
 
-def follow(packed: Packed, block: Block, run: Run, sign: float, tolerance: float, size: float) -> float:
+def follow(packed: Packed, block: Block, run: Run, sign: float, accuracy: Accuracy) -> float:
     """Solve the group in all rows of a block; return the determinant's sign at the last good row."""
     policy = Policy()
-    limits = np.array([tolerance, policy.iterations, policy.first_step * size, policy.contraction])
+    limits = policy.limits(accuracy, policy.iterations, near=True)
     arrays = packed.rows(block, block.end)
-    iterations, errors, out = np.zeros(block.end), np.zeros(block.end), np.zeros(5)
+    iterations, errors, out = np.zeros(block.end), np.zeros(block.end), np.zeros(7)
     vi, vz, pi, ei, ev = packed.arrays
     stop = run(kernels.newton_rows)(
         *arrays, vi, vz, pi, ei, ev, len(packed.group.base), block.time[: block.end], block.history,
@@ -98,15 +117,15 @@ def follow(packed: Packed, block: Block, run: Run, sign: float, tolerance: float
     rows = slice(block.history, stop)
     block.work[rows] += iterations[rows]
     block.error[rows] = np.fmax(block.error[rows], errors[rows])
-    block.stop(stop)
-    return float(out[2]) if stop > block.history and stop == block.end else sign
+    block.stop(stop, singular=bool(out[6]))
+    return float(out[5])
 
 
-def settle(packed: Packed, block: Block, row: int, run: Run, tolerance: float, iterations: int) -> tuple[bool, float]:
-    """Solve the group in one row from the base nodes in the block; return success and the sign."""
-    limits = np.array([tolerance, iterations, 1e6, 1e6])
+def settle(packed: Packed, block: Block, row: int, run: Run, accuracy: Accuracy) -> bool:
+    """Solve the group in one row from the base nodes in the block; tell whether it settled."""
+    limits = Policy().limits(accuracy, 50, near=False)
     arrays = [part[row] for part in packed.rows(block, row + 1)]
-    out = np.zeros(5)
+    out = np.zeros(7)
     vi, vz, pi, ei, ev = packed.arrays
     with np.errstate(all="ignore"):
         good = run(kernels.newton_once)(*arrays, vi, vz, pi, ei, ev, len(packed.group.base), limits, out)
@@ -114,7 +133,8 @@ def settle(packed: Packed, block: Block, row: int, run: Run, tolerance: float, i
     block.x[nodes, row], block.y[nodes, row] = arrays[0][: len(nodes)], arrays[1][: len(nodes)]
     block.work[row] += out[0]
     block.error[row] = max(block.error[row], out[1])
-    return bool(good), float(out[2])
+    block.singular = bool(out[6]) and not good
+    return bool(good)
 
 
 def _write(packed: Packed, block: Block, arrays: tuple[FloatArray, ...], stop: int) -> None:

@@ -47,6 +47,12 @@ def residual(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, names: b
     return Residual(lengths, angles, tuple(worst))
 
 
+def allowed(mechanism: Mechanism, tolerance: float) -> float:
+    """Return the residual up to which a position is right: the tolerance, or what rounding leaves of it."""
+    rounding = 64.0 * float(np.finfo(float).eps) * mechanism.size / mechanism.shortest
+    return max(tolerance, rounding)
+
+
 def errors(
     mechanism: Mechanism, z: ComplexArray, inputs: FloatArray
 ) -> Iterator[tuple[str, bool, FloatArray]]:

@@ -214,6 +214,19 @@ def gradient(r: Restriction, z: ComplexArray, inputs: FloatArray) -> dict[int, c
     return g
 
 
+def measure(r: Restriction, z: ComplexArray, inputs: FloatArray) -> float:
+    """Return a restriction's measure, a length whose gradient is `gradient`."""
+    a, b = complex(z[r.a]), complex(z[r.b])
+    if r.kind == "RD":
+        return abs(b - a)
+    assert r.vector is not None
+    w, _ = vector_value(r.vector, z, inputs)
+    if r.kind == "RL":
+        return (w.conjugate() * (b - a)).real
+    turn = w.conjugate() * (b - a)
+    return float(np.angle(turn)) * abs(b - a)
+
+
 def vector_value(vector: Vector, z: ComplexArray, inputs: FloatArray) -> tuple[complex, complex]:
     """Return a vector at a position, and its factor z e^(+-i theta)."""
     factor = vector.z

@@ -84,6 +84,15 @@ def find_sequence(
     return Sequence(tuple(search.groups()), frozenset(known), frozenset(carried))
 
 
+def group_sequence(
+    mechanism: Mechanism, nodes: list[int], z: ComplexArray, inputs: FloatArray, plan: Plan
+) -> tuple[Move, ...]:
+    """Return a sequence that moves the nodes of one group only, ranked at a position z (nodes,)."""
+    known = set(range(len(mechanism.nodes))) - set(nodes)
+    search = Search(mechanism, z, inputs, "classic", known, set(), plan)
+    return tuple(m for g in search.groups() for m in g.moves)
+
+
 class Search:
     """The search for one mechanism."""
 
@@ -122,6 +131,8 @@ class Search:
         from scipy.sparse import csr_array
         from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
+        if not self.free:
+            return []
         restrictions = self._restrictions(chosen)
         column = {n: k for k, n in enumerate(self.free)}
         entries = [

@@ -1,0 +1,47 @@
+"""Plain or compiled: the choice is made from the amount of work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from gimcli.kernels import jit
+from gimcli.solvers.newton import Run
+from gimcli.structure.steps import Plan
+
+WORTH = 1.5
+"""Seconds of plain work above which loading compiled kernels pays."""
+
+COMPILING = 20.0
+"""Seconds of plain work above which compiling them pays."""
+
+
+def plain(kernel: Callable[..., Any]) -> Callable[..., Any]:
+    """Run a kernel as it stands."""
+    return kernel
+
+
+def newton_work(plan: Plan, rows: int) -> float:
+    """Estimate the seconds that the coupled groups of a motion take without compiling."""
+    work = 0.0
+    for group in plan.coupled:
+        n, m = 2 * len(group.base), sum(e.rows for e in group.equations)
+        work += rows * (1e-4 + 1.2e-5 * m * n + 2e-7 * n**3)
+    return work
+
+
+def gim_work(moves: int, rows: int) -> float:
+    """Estimate the seconds that sweeping takes without compiling."""
+    return rows * 20 * moves * 5e-6
+
+
+def choose(mode: str, work: float, tell: Callable[[str], None] | None = None) -> Run:
+    """Return how to run kernels: `mode` auto, on or off; `tell` hears of a compilation."""
+    if mode == "off" or (mode == "auto" and work < WORTH):
+        return plain
+    cached = jit.is_cached()
+    if mode == "auto" and not cached and work < COMPILING:
+        return plain
+    if tell is not None and not cached:
+        tell("compiling the solver for this machine, once ...")
+    return jit.compiled

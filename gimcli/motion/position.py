@@ -1,0 +1,77 @@
+"""One position at given inputs, by any method."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.assemble import Assembler, Assembly
+from gimcli.motion.effort import choose, gim_work, newton_work
+from gimcli.motion.options import Options
+from gimcli.motion.start import random_guess, start_position
+from gimcli.motion.sweeping import Sweeper
+from gimcli.status import Status
+from gimcli.structure.plan import make_plan
+from gimcli.structure.residual import Residual, allowed, residual
+
+
+@dataclass(frozen=True)
+class Position:
+    """A solved position in the normal frame, and what it cost."""
+
+    mechanism: Mechanism = field(repr=False)
+    inputs: FloatArray  # (actuators,)
+    z: ComplexArray = field(repr=False)  # (nodes,)
+    status: Status
+    residual: Residual  # one row
+    sweeps: int  # sweeps or iterations
+    error: float  # estimated error of the nodes, relative to the size
+    history: FloatArray | None = field(default=None, repr=False)  # (sweeps + 1, 2) errors of each sweep
+
+    @property
+    def worst(self) -> str:
+        """The constraint that is worst off."""
+        return self.residual.worst[0]
+
+
+def solve(mechanism: Mechanism, inputs: FloatArray, options: Options, history: bool = False) -> Position:
+    """Solve the position problem at inputs (actuators,)."""
+    guess = mechanism.drawn if options.seed is None else random_guess(mechanism, options.seed)
+    if options.method == "gim":
+        return _by_sweeps(mechanism, inputs, guess, options, history)
+    plan = make_plan(mechanism, closed_forms=options.method == "auto")
+    run = choose(options.jit, newton_work(plan, 50))
+    if options.seed is None:
+        found = start_position(mechanism, plan, inputs, run, options.tolerance)
+    else:
+        found = Assembler(mechanism, plan, run, options.tolerance).assemble(inputs, guess)
+    return _judged(mechanism, inputs, found, options)
+
+
+def _judged(mechanism: Mechanism, inputs: FloatArray, found: Assembly, options: Options) -> Position:
+    z = found.row.x + 1j * found.row.y
+    check = residual(mechanism, z[:, None], inputs[:, None], names=True)
+    status = found.status
+    if status is Status.OK and not check.total[0] <= allowed(mechanism, options.tolerance):
+        status = Status.CONTRADICTORY if found.surplus else Status.NOT_CONVERGED
+    return Position(mechanism, inputs, z, status, check, int(found.work), found.error / mechanism.size)
+
+
+def _by_sweeps(
+    mechanism: Mechanism, inputs: FloatArray, guess: ComplexArray, options: Options, history: bool
+) -> Position:
+    sweeper = Sweeper(mechanism, options, choose(options.jit, 0.0))
+    sweeper.run = choose(options.jit, gim_work(len(sweeper.moves), 10))
+    done = sweeper.settle(inputs, guess, options.sweeps + 1 if history else 0)
+    check = residual(mechanism, done.z[:, None], inputs[:, None], names=True)
+    status = Status.OK if done.good else Status.NOT_CONVERGED
+    if done.good and not check.total[0] <= allowed(mechanism, options.tolerance):
+        status = Status.CONTRADICTORY
+    return Position(mechanism, inputs, done.z, status, check, done.sweeps, float("nan"), done.history if history else None)
+
+
+def law_start(mechanism: Mechanism) -> FloatArray:
+    """Return the inputs at the start of all laws."""
+    return np.array([float(a.law(np.zeros(1))[0]) for a in mechanism.actuators])

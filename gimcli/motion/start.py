@@ -1,0 +1,70 @@
+"""The start of a motion: assembled on the drawn branch, then moved to the inputs asked for."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.motion.assemble import Assembler, Assembly
+from gimcli.motion.follow import Follower
+from gimcli.motion.inputs import nearest_turns, pace, straight_inputs
+from gimcli.solvers.newton import Run
+from gimcli.status import Status
+from gimcli.structure.steps import Plan
+
+STEPS_A_TURN = 90
+"""Rows are solved at least this densely inside, whatever the user asks to see."""
+
+
+def start_position(
+    mechanism: Mechanism, plan: Plan, inputs: FloatArray, run: Run, tolerance: float
+) -> Assembly:
+    """Assemble at given inputs on the branch that is drawn.
+
+    The drawn position is assembled at its own inputs and moved to those asked for, so that the
+    result does not depend on how far they are; where that cannot be done, the guess is taken as it is.
+    """
+    assembler = Assembler(mechanism, plan, run, tolerance)
+    begin = nearest_turns(mechanism, drawn_inputs(mechanism), inputs)
+    if not np.array_equal(begin, inputs):
+        first = assembler.assemble(begin, mechanism.drawn)
+        if first.status is Status.OK:
+            moved = _move(mechanism, plan, first, begin, inputs, run, tolerance)
+            if moved is not None:
+                return moved
+    return assembler.assemble(inputs, mechanism.drawn)
+
+
+def drawn_inputs(mechanism: Mechanism) -> FloatArray:
+    """Return the inputs as drawn."""
+    return np.array([a.drawn for a in mechanism.actuators], dtype=float)
+
+
+def random_guess(mechanism: Mechanism, seed: int) -> ComplexArray:
+    """Return nodes strewn evenly over a square of twice the size about the frame; the frame stays."""
+    generator = np.random.default_rng(seed)
+    fixed = list(mechanism.members[FRAME].nodes)
+    centre = mechanism.drawn[fixed].mean() if fixed else mechanism.drawn.mean()
+    spread = generator.uniform(-1.0, 1.0, (2, len(mechanism.nodes))) * mechanism.size
+    guess = centre + spread[0] + 1j * spread[1]
+    guess[fixed] = mechanism.drawn[fixed]
+    return np.asarray(guess)
+
+
+def _move(
+    mechanism: Mechanism, plan: Plan, first: Assembly, begin: FloatArray, end: FloatArray, run: Run, tolerance: float
+) -> Assembly | None:
+    follower = Follower(mechanism, plan, straight_inputs(begin, end), run, tolerance)
+    way = pace(mechanism, np.stack([begin, end], axis=1))
+    follower.turn = 1.0 / max(way, 1e-3)
+    follower.begin(first.row, first.signs)
+    steps = max(8, math.ceil(way * STEPS_A_TURN))
+    path = follower.follow(np.arange(1, steps + 1) / steps)
+    if path.status[-1] != Status.OK:
+        return None
+    row = follower.at(1.0)
+    row.time = 0.0
+    work = first.work + float(path.work.sum())
+    return Assembly(Status.OK, row, follower.sign.copy(), float(path.error[-1]), work, first.surplus)

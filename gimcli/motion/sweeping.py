@@ -1,0 +1,142 @@
+"""Positions and motions by the Geometrical-Iterative Method alone, as in the paper.
+
+All free nodes are moved by one sequence; nodes that the frame or an input holds are placed first,
+nodes that are only carried last. A row starts from the row before it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.errors import UsageError
+from gimcli.kernels import sweep as kernels
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.motion.options import Options
+from gimcli.solvers import closed, gim
+from gimcli.solvers.block import Block
+from gimcli.solvers.gim import Settled
+from gimcli.solvers.newton import Run
+from gimcli.structure.kinematic import kinematic_nodes, loose_nodes
+from gimcli.structure.plan import make_plan
+from gimcli.structure.restrictions import Move, Restriction, angle, distance
+from gimcli.structure.sequence import find_sequence, known_nodes
+from gimcli.structure.steps import Orient, Place, Plan, Value
+
+
+@dataclass
+class Sweeper:
+    """A mechanism with the sequence that moves it."""
+
+    mechanism: Mechanism
+    options: Options
+    run: Run
+    plan: Plan = field(init=False)
+    known: set[int] = field(init=False)
+    free: list[int] = field(init=False)
+    moves: tuple[Move, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        mechanism = self.mechanism
+        self.plan = make_plan(mechanism)
+        self.known, _ = known_nodes(mechanism)
+        active = {n for nodes in kinematic_nodes(mechanism) for n in nodes} | set(loose_nodes(mechanism))
+        self.free = sorted(active - self.known)
+        drawn = np.array([a.drawn for a in mechanism.actuators], dtype=float)
+        if self.options.moves:
+            self.moves = parse_moves(mechanism, self.options.moves)
+        else:
+            self.moves = find_sequence(mechanism, mechanism.drawn, drawn, self.options.strategy, self.plan).moves
+
+    def held(self, inputs: FloatArray) -> Block:
+        """Return a block over inputs (actuators, rows) in which the nodes P stand."""
+        rows = inputs.shape[1]
+        block = Block.empty(self.plan, len(self.mechanism.nodes), np.arange(rows, dtype=float), inputs, 0)
+        frame = self.mechanism.members[FRAME]
+        fixed = list(frame.nodes)
+        block.x[fixed, :], block.y[fixed, :] = frame.shape.real[:, None], frame.shape.imag[:, None]
+        for step in self.plan.steps:
+            if isinstance(step, Place) and step.node in self.known:
+                closed.place(step, block)
+            elif isinstance(step, Orient):
+                closed.orient(step, block)
+        return block
+
+    def settle(self, inputs: FloatArray, guess: ComplexArray, record: int = 0) -> Settled:
+        """Sweep one position at inputs (actuators,) from a guess (nodes,)."""
+        block = self.held(inputs[:, None])
+        z = guess.copy()
+        known = sorted(self.known)
+        z[known] = block.x[known, 0] + 1j * block.y[known, 0]
+        policy = gim.Policy(sweeps=self.options.sweeps)
+        size, tolerance = self.mechanism.size, self.options.tolerance
+        done = gim.settle(self.moves, z, inputs, size, tolerance, self.run, policy, record)
+        return Settled(
+            done.good, self.carried(done.z[:, None])[:, 0], done.sweeps, done.length_error, done.angle_error,
+            done.history,
+        )  # fmt: skip
+
+    def follow(self, inputs: FloatArray, start: ComplexArray) -> tuple[ComplexArray, FloatArray, int]:
+        """Follow inputs (actuators, rows) from a settled first row; return z, sweeps and the rows solved."""
+        block = self.held(inputs)
+        x, y = np.ascontiguousarray(block.x.T), np.ascontiguousarray(block.y.T)
+        x[0], y[0] = start.real, start.imag
+        mi, mz = gim.pack(self.moves)
+        rows = inputs.shape[1]
+        sweeps, good, out = np.zeros(rows), np.zeros(rows), np.zeros(3)
+        limits = gim.limits(self.options.tolerance, gim.Policy(sweeps=self.options.sweeps))
+        values, cos, sin = (np.ascontiguousarray(a.T) for a in (inputs, block.cos, block.sin))
+        with np.errstate(all="ignore"):
+            stop = self.run(kernels.settle_rows)(
+                x, y, values, cos, sin, np.array(self.free, dtype=np.int64), mi, mz, self.mechanism.size, 1,
+                limits, np.zeros((0, 2)), sweeps, good, out,
+            )  # fmt: skip
+        z = np.full(block.x.shape, complex(np.nan, np.nan))
+        z[:, :stop] = self.carried((x[:stop] + 1j * y[:stop]).T)
+        return z, sweeps, stop
+
+    def carried(self, z: ComplexArray) -> ComplexArray:
+        """Place the nodes that are only carried, from two kinematic nodes of their member."""
+        z = z.copy()
+        active = set(self.free) | self.known
+        for member, nodes in zip(self.mechanism.members, kinematic_nodes(self.mechanism), strict=True):
+            u, v = nodes[0], nodes[1] if len(nodes) > 1 else nodes[0]
+            for node in member.nodes:
+                if node not in active:
+                    ratio = (member.local(node) - member.local(u)) / (member.local(v) - member.local(u))
+                    z[node] = z[u] + ratio * (z[v] - z[u])
+        return z
+
+
+def parse_moves(mechanism: Mechanism, text: str) -> tuple[Move, ...]:
+    """Read a sequence such as "T>X S>V C^B>A": X at its distance from T; A at its angle from C about B."""
+    moves = []
+    for word in text.replace(",", " ").split():
+        source, _, target = word.partition(">")
+        names = [*source.split("^"), target]
+        if len(names) not in (2, 3) or any(n not in mechanism.nodes for n in names):
+            raise UsageError(f"--sequence: '{word}' is neither FROM>TO nor ARM^VERTEX>TO with nodes of the file")
+        numbers = [mechanism.nodes.index(n) for n in names]
+        make = _distance_between if len(numbers) == 2 else _angle_between
+        moves.append(Move(make(mechanism, *numbers, word), numbers[-1], "given"))
+    return tuple(moves)
+
+
+def _angle_between(mechanism: Mechanism, arm: int, vertex: int, b: int, word: str) -> Restriction:
+    for member in mechanism.members[1:]:
+        if {arm, vertex, b} <= set(member.nodes):
+            turn = (member.local(b) - member.local(vertex)) / (member.local(arm) - member.local(vertex))
+            return angle(f"{member.name} {word}", vertex, arm, b, turn / abs(turn))
+    raise UsageError(f"--sequence: no member holds the angle of '{word}'")
+
+
+def _distance_between(mechanism: Mechanism, a: int, b: int, word: str) -> Restriction:
+    for member in mechanism.members[1:]:
+        if a in member.nodes and b in member.nodes:
+            name = f"{member.name} {mechanism.nodes[a]}-{mechanism.nodes[b]}"
+            return distance(name, a, b, Value(abs(member.local(b) - member.local(a))))
+    for number, actuator in enumerate(mechanism.actuators):
+        if {actuator.a, actuator.b} == {a, b}:
+            return distance(actuator.name, a, b, Value(0.0, number))
+    raise UsageError(f"--sequence: no member or linear actuator holds the distance of '{word}'")
