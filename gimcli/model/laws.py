@@ -1,0 +1,103 @@
+"""Laws of motion of an input over the normalised time 0..1, with derivatives up to the third.
+
+Each profile is a function s(t) from 0 to 1; a law is start + (end - start) s(t). Source: Norton,
+Cam Design and Manufacturing Handbook, 2002, chapter 2 (3-4-5 polynomial, cycloidal, harmonic).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from gimcli.mechanism import FloatArray
+
+CUBIC = (0.0, 0.0, 3.0, -2.0)
+QUINTIC = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)
+
+
+@dataclass(frozen=True)
+class Polynomial:
+    """sum of c[k] t^k."""
+
+    coefficients: tuple[float, ...]
+
+    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
+        """Return the value or a derivative."""
+        c = np.asarray(self.coefficients)
+        return np.asarray(polynomial.polyval(time, polynomial.polyder(c, order) if order else c))
+
+
+@dataclass(frozen=True)
+class Wave:
+    """t - sin(2 pi t) / 2 pi (cycloidal) or (1 - cos(pi t)) / 2 (harmonic)."""
+
+    cycloidal: bool
+
+    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
+        """Return the value or a derivative."""
+        t = np.asarray(time, dtype=float)
+        if self.cycloidal:
+            w = 2.0 * np.pi
+            straight = t if order == 0 else np.ones_like(t) if order == 1 else np.zeros_like(t)
+            return np.asarray(straight - w ** (order - 1) * np.sin(w * t + order * np.pi / 2.0))
+        swing = np.pi**order * np.cos(np.pi * t + order * np.pi / 2.0) / 2.0
+        return np.asarray((0.5 if order == 0 else 0.0) - swing)
+
+
+class Table:
+    """Shape-preserving cubic through (time, value) pairs: it does not overshoot between them.
+
+    Source: Fritsch & Butland 1984, as in scipy's PchipInterpolator.
+    """
+
+    def __init__(self, time: Sequence[float], value: Sequence[float]) -> None:
+        from scipy.interpolate import PchipInterpolator
+
+        when = (np.asarray(time) - time[0]) / (time[-1] - time[0])
+        self._curve: Any = PchipInterpolator(when, value)
+
+    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
+        """Return the value or a derivative."""
+        return np.asarray(self._curve(time, nu=order), dtype=float)
+
+
+PROFILES: dict[str, Callable[[FloatArray, int], FloatArray]] = {
+    "uniform": Polynomial((0.0, 1.0)),
+    "cubic": Polynomial(CUBIC),
+    "quintic": Polynomial(QUINTIC),
+    "cycloidal": Wave(True),
+    "harmonic": Wave(False),
+}
+
+
+@dataclass(frozen=True)
+class Run:
+    """From one value to another along a profile; both ends are met exactly."""
+
+    start: float
+    end: float
+    profile: Callable[[FloatArray, int], FloatArray]
+
+    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
+        """Return the value or a derivative by the normalised time."""
+        t = np.asarray(time, dtype=float)
+        run = (self.end - self.start) * self.profile(t, order)
+        if order:
+            return np.asarray(run)
+        return np.where(t == 1.0, self.end, np.where(t == 0.0, self.start, self.start + run))
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """A law given in the file's unit."""
+
+    law: Callable[[FloatArray, int], FloatArray]
+    factor: float
+
+    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
+        """Return the value or a derivative by the normalised time."""
+        return np.asarray(self.factor * self.law(np.asarray(time, dtype=float), order))

@@ -1,0 +1,186 @@
+"""The model file as written: its keys, their types and their meaning."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+LENGTH_UNITS = ("m", "mm", "cm", "um", "km", "in", "ft", "unit")
+ANGLE_UNITS = ("deg", "rad")
+MASS_UNITS = ("kg", "g", "t", "lb")
+PROFILES = ("uniform", "cubic", "quintic", "cycloidal", "harmonic")
+
+
+def _word(value: Any) -> Any:
+    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+Name = Annotated[str, BeforeValidator(_word), Field(min_length=1)]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Length = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+Place = Annotated[list[Number], Field(min_length=2, max_length=2)]
+
+
+class Part(BaseModel):
+    """A mapping whose keys are all known."""
+
+    model_config = ConfigDict(extra="forbid", populate_by_name=True)
+
+
+class Units(Part):
+    """Units of the file, in and out."""
+
+    length: Literal["m", "mm", "cm", "um", "km", "in", "ft", "unit"] = "m"
+    angle: Literal["deg", "rad"] = "deg"
+    mass: Literal["kg", "g", "t", "lb"] = "kg"
+
+
+class Ground(Part):
+    """Nodes fixed to the frame, or the member held in a floating mechanism."""
+
+    nodes: list[Name] = []
+    member: Name | None = None
+
+
+class Link(Part):
+    """Binary member: two nodes; the length is the drawn one unless given."""
+
+    nodes: Annotated[list[Name], Field(min_length=2, max_length=2)]
+    length: Length | None = None
+
+
+class Element(Part):
+    """n-ary rigid member; the shape is the drawn one unless given in the member's own frame."""
+
+    nodes: Annotated[list[Name], Field(min_length=3)]
+    shape: dict[str, Place] | None = None
+
+
+class Prismatic(Part):
+    """Sliding pair: `node`, a pin in a slot, or `nodes`, no relative rotation, on the line of `guide`."""
+
+    node: Name | None = None
+    nodes: Annotated[list[Name], Field(min_length=2, max_length=2)] | None = None
+    guide: Annotated[list[Name], Field(min_length=2, max_length=2)]
+    offset: Number = 0.0
+
+
+class Profile(Part):
+    """How an input runs from its first to its last value."""
+
+    name: str = "uniform"
+    polynomial: Annotated[list[Number], Field(min_length=1)] | None = None
+    table: str | None = None
+
+
+class Law(Part):
+    """Absolute values `from`, `to`, or an increment `by` on the drawn value."""
+
+    from_: Number | None = Field(None, alias="from")
+    to: Number | None = None
+    by: Number | None = None
+    profile: Profile = Profile()
+
+
+class Actuator(Part):
+    """An input: a rotary or a linear actuator."""
+
+    type: Literal["rotary", "linear"]
+    pivot: Name | None = None
+    arm: Name | None = None
+    reference: Name | None = None
+    nodes: Annotated[list[Name], Field(min_length=2, max_length=2)] | None = None
+    node: Name | None = None
+    guide: Annotated[list[Name], Field(min_length=2, max_length=2)] | None = None
+    law: Law | None = None
+
+
+class Tracer(Part):
+    """A point carried by a member, at a drawn position or in the member's own frame."""
+
+    on: Name
+    at: Place | None = None
+    local: Place | None = None
+
+
+class Mass(Part):
+    """Mass, moment of inertia about the centre of mass, and its place in the member's own frame."""
+
+    mass: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+    inertia: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] = 0.0
+    centre: Place | None = None
+
+
+class Load(Part):
+    """A force at a point of a member, or a torque on it."""
+
+    on: Name
+    at: Place | None = None
+    local: Place | None = None
+    force: Place | None = None
+    torque: Number | None = None
+
+
+class Model(Part):
+    """A planar mechanism."""
+
+    name: str = ""
+    source: str = ""
+    units: Units = Units()
+    nodes: dict[str, Place]
+    ground: Ground
+    links: dict[str, Link] = {}
+    elements: dict[str, Element] = {}
+    prismatic: dict[str, Prismatic] = {}
+    actuators: dict[str, Actuator] = {}
+    points: dict[str, Tracer] = {}
+    trace: list[Name] = []
+    duration: Length | None = None
+    masses: dict[str, Mass] = {}
+    gravity: Place | None = None
+    loads: dict[str, Load] = {}
+
+
+def long_form(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the data with the short forms written out."""
+    result = dict(data)
+    for section in ("links", "elements"):
+        if isinstance(result.get(section), dict):
+            items = result[section].items()
+            result[section] = {k: {"nodes": v} if isinstance(v, list) else v for k, v in items}
+    if isinstance(result.get("ground"), list):
+        result["ground"] = {"nodes": result["ground"]}
+    if isinstance(result.get("actuators"), dict):
+        result["actuators"] = {k: _long_actuator(v) for k, v in result["actuators"].items()}
+    return {k: v for k, v in result.items() if v is not None or k in ("nodes", "ground")}
+
+
+def _long_actuator(actuator: Any) -> Any:
+    if not isinstance(actuator, dict) or not isinstance(actuator.get("law"), dict):
+        return actuator
+    law = dict(actuator["law"])
+    profile = law.get("profile")
+    if isinstance(profile, str):
+        law["profile"] = {"name": profile}
+    for key in ("polynomial", "table"):
+        if key in law and "profile" not in law:
+            law["profile"] = {key: law.pop(key)}
+    return {**actuator, "law": law}
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema of the file, short forms included, for editors."""
+    schema = Model.model_json_schema(by_alias=True)
+    parts = schema["$defs"]
+    names = {"type": "array", "items": {"type": ["string", "integer"]}}
+    for section, part in (("links", "Link"), ("elements", "Element")):
+        count = {"minItems": 2, "maxItems": 2} if part == "Link" else {"minItems": 3}
+        options = [{**names, **count}, {"$ref": f"#/$defs/{part}"}]
+        schema["properties"][section]["additionalProperties"] = {"anyOf": options}
+    schema["properties"]["ground"] = {"anyOf": [names, {"$ref": "#/$defs/Ground"}]}
+    profile = {"anyOf": [{"enum": list(PROFILES)}, {"$ref": "#/$defs/Profile"}]}
+    parts["Law"]["properties"]["profile"] = profile
+    for key in ("polynomial", "table"):
+        parts["Law"]["properties"][key] = parts["Profile"]["properties"][key]
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "gim model file"}
