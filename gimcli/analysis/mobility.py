@@ -143,13 +143,14 @@ def _confirmed(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, apparent
     _, s, v = np.linalg.svd(table)
     null = v[int(np.sum(s > RANK * max(float(s[0]), 1e-300))) :] if len(s) else np.eye(2 * len(jacobian.free))
     generator = np.random.default_rng(0)
+    home = np.array([measure(r, z, inputs) for r in jacobian.constraints])
     step = STEP * jacobian.mechanism.size
     least = None
     for _ in range(4):
         motion = generator.standard_normal(len(null)) @ null
         trial = z.copy()
         trial[jacobian.free] += step * (motion[0::2] + 1j * motion[1::2]) / np.linalg.norm(motion)
-        there = _restore(jacobian, trial, z, inputs)
+        there = _restore(jacobian, trial, home, inputs)
         if there is None or np.linalg.norm(there - z) < 0.1 * step:
             continue
         rank, _ = full_pivoting(jacobian.rows(jacobian.constraints, there, inputs))
@@ -158,9 +159,8 @@ def _confirmed(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, apparent
     return least if least is not None else 0
 
 
-def _restore(jacobian: Jacobian, trial: ComplexArray, home: ComplexArray, inputs: FloatArray) -> ComplexArray | None:
-    """Put a trial position back on the constraints as they are fulfilled at home (Gauss-Newton)."""
-    goal = np.array([measure(r, home, inputs) for r in jacobian.constraints])
+def _restore(jacobian: Jacobian, trial: ComplexArray, goal: FloatArray, inputs: FloatArray) -> ComplexArray | None:
+    """Put a trial position on the constraints: measures as in goal (Gauss-Newton, least motion)."""
     with np.errstate(all="ignore"):
         for _ in range(60):
             error = np.array([measure(r, trial, inputs) for r in jacobian.constraints]) - goal
@@ -199,3 +199,15 @@ def check_driven(mechanism: Mechanism, found: Mobility) -> None:
             f"nothing drives nodes {', '.join(found.undriven)}: mobility {found.mobility}, {count}"
             f" actuator{'s' * (count != 1)}; add an actuator for each freedom"
         )
+
+
+def assembled(mechanism: Mechanism) -> ComplexArray | None:
+    """Return the assembled position nearest to the drawn one, the inputs left free (Gauss-Newton)."""
+    jacobian = Jacobian(mechanism)
+    inputs = np.array([a.drawn for a in mechanism.actuators], dtype=float)
+    goal = np.array([_target(r) for r in jacobian.constraints])
+    return _restore(jacobian, mechanism.drawn.copy(), goal, inputs)
+
+
+def _target(restriction: Restriction) -> float:
+    return 0.0 if restriction.kind == "RA" else restriction.value.constant

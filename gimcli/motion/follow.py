@@ -78,6 +78,7 @@ class Follower:
         self.determinant = dict.fromkeys(self.packed, 0.0)
         self.log: list[Row] = []
         self.bridges: list[Bridge] = []
+        self.progress: Callable[[int, int], None] | None = None  # hears of rows done and rows in all
         self.turn = 1.0  # time of one turn, or of a travel of 2 pi sizes
 
     def begin(self, row: Row, signs: FloatArray) -> None:
@@ -160,6 +161,8 @@ class Follower:
             good = block.end - block.history
             self._store(path, block, i, good)
             i += good
+            if self.progress is not None:
+                self.progress(i, n)
             if good < min(self.policy.rows, n - len(path.x[0, :i])) and i < n:
                 status = self.cross(float(times[i]))
                 if status is not Status.OK:

@@ -23,6 +23,7 @@ from gimcli.structure.residual import allowed, residual
 from gimcli.structure.steps import Plan
 
 Tell = Callable[[str], None]
+Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,7 @@ class Motion:
     status: tuple[Status, ...]
     residual: FloatArray  # (rows,) NaN where not solved
     work: FloatArray  # (rows,) sweeps or iterations
+    start: ComplexArray = field(repr=False)  # (nodes,) what was found at the start, whatever its status
     worst: str = ""  # the constraint that is worst off where the start could not be assembled
     limit: float | None = None  # time of the limit that was met
     bridged: tuple[float, ...] = ()  # times of the singular positions passed
@@ -46,8 +48,14 @@ class Motion:
         return sum(s is Status.OK for s in self.status)
 
 
-def trace(mechanism: Mechanism, steps: int, options: Options | None = None, tell: Tell | None = None) -> Motion:
-    """Follow the actuators' laws in `steps` steps: steps + 1 rows."""
+def trace(
+    mechanism: Mechanism, steps: int, options: Options | None = None, tell: Tell | None = None,
+    progress: Progress | None = None,
+) -> Motion:  # fmt: skip
+    """Follow the actuators' laws in `steps` steps: steps + 1 rows.
+
+    `tell` hears of a compilation, `progress` of rows done and rows in all.
+    """
     options = options or Options()
     time = np.arange(steps + 1) / steps
     inputs = law_inputs(mechanism)
@@ -57,7 +65,7 @@ def trace(mechanism: Mechanism, steps: int, options: Options | None = None, tell
     start = start_position(mechanism, plan, values[:, 0], run, options.tolerance)
     if start.status is not Status.OK:
         return _nothing(mechanism, time, values, start)
-    path = _along(mechanism, plan, start, inputs, time, run, options.tolerance)
+    path = _along(mechanism, plan, start, inputs, time, run, options.tolerance, progress)
     z = np.concatenate([(start.row.x + 1j * start.row.y)[:, None], path.x + 1j * path.y], axis=1)
     status = [start.status, *(Status(int(s)) for s in path.status)]
     work = np.concatenate([[start.work], path.work])
@@ -73,18 +81,19 @@ def _nothing(mechanism: Mechanism, time: FloatArray, values: FloatArray, start: 
     z = start.row.x + 1j * start.row.y
     worst = residual(mechanism, z[:, None], values[:, :1], names=True).worst[0]
     return Motion(
-        mechanism, time, values, empty, (start.status,) * rows, np.full(rows, math.nan), np.zeros(rows), worst
+        mechanism, time, values, empty, (start.status,) * rows, np.full(rows, math.nan), np.zeros(rows), z, worst
     )
 
 
 def _along(
     mechanism: Mechanism, plan: Plan, start: Assembly, inputs: Callable[[FloatArray], FloatArray],
-    time: FloatArray, run: Run, tolerance: float,
+    time: FloatArray, run: Run, tolerance: float, progress: Progress | None,
 ) -> Path:  # fmt: skip
     follower = Follower(mechanism, plan, inputs, run, tolerance)
     way = pace(mechanism, inputs(np.linspace(0.0, 1.0, 65)))
     follower.turn = 1.0 / max(way, 1e-3)
     follower.begin(start.row, start.signs)
+    follower.progress = progress
     steps = len(time) - 1
     parts = max(1, math.ceil(way * STEPS_A_TURN / steps))
     if parts == 1:
@@ -124,7 +133,7 @@ def _judged(
     work: FloatArray, path: Path, options: Options,
 ) -> Motion:  # fmt: skip
     """Check every row by a residual that nothing of the solution enters; empty those that fail."""
-    error = residual(mechanism, z, values).total
+    start, error = z[:, 0].copy(), residual(mechanism, z, values).total
     wrong = Status.CONTRADICTORY if plan.surplus > 0 else Status.NOT_CONVERGED
     for k in np.flatnonzero(~(error <= allowed(mechanism, options.tolerance))):
         if status[k] is Status.OK:
@@ -135,4 +144,4 @@ def _judged(
     worst = ""
     if bad[0]:
         worst = residual(mechanism, z[:, :1], values[:, :1], names=True).worst[0]
-    return Motion(mechanism, time, values, z, tuple(status), error, work, worst, path.limit, tuple(path.bridged))
+    return Motion(mechanism, time, values, z, tuple(status), error, work, start, worst, path.limit, tuple(path.bridged))

@@ -29,6 +29,7 @@ class Position:
     sweeps: int  # sweeps or iterations
     error: float  # estimated error of the nodes, relative to the size
     history: FloatArray | None = field(default=None, repr=False)  # (sweeps + 1, 2) errors of each sweep
+    options: Options | None = None
 
     @property
     def worst(self) -> str:
@@ -56,7 +57,7 @@ def _judged(mechanism: Mechanism, inputs: FloatArray, found: Assembly, options: 
     status = found.status
     if status is Status.OK and not check.total[0] <= allowed(mechanism, options.tolerance):
         status = Status.CONTRADICTORY if found.surplus else Status.NOT_CONVERGED
-    return Position(mechanism, inputs, z, status, check, int(found.work), found.error / mechanism.size)
+    return Position(mechanism, inputs, z, status, check, int(found.work), found.error / mechanism.size, None, options)
 
 
 def _by_sweeps(
@@ -69,7 +70,7 @@ def _by_sweeps(
     status = Status.OK if done.good else Status.NOT_CONVERGED
     if done.good and not check.total[0] <= allowed(mechanism, options.tolerance):
         status = Status.CONTRADICTORY
-    return Position(mechanism, inputs, done.z, status, check, done.sweeps, float("nan"), done.history if history else None)
+    return Position(mechanism, inputs, done.z, status, check, done.sweeps, float("nan"), done.history if history else None, options)
 
 
 def law_start(mechanism: Mechanism) -> FloatArray:

@@ -1,0 +1,78 @@
+"""What a motion tells: its table, the inputs that can be reached, and the events on the way."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gimcli.analysis.carried import carried_point
+from gimcli.mechanism import ComplexArray, Drive
+from gimcli.motion.inputs import law_inputs
+from gimcli.motion.motion import Motion
+from gimcli.status import Status
+from gimcli.table import Column, Table
+
+
+def motion_table(motion: Motion, names: tuple[str, ...] | None = None) -> Table:
+    """Return one row a step: step, time, inputs, traced points, residual, sweeps and status."""
+    mechanism = motion.mechanism
+    rows = len(motion.time)
+    columns = [Column("step", np.arange(rows)), Column("time", motion.time * mechanism.duration, "s")]
+    for k, actuator in enumerate(mechanism.actuators):
+        unit = mechanism.angle_unit if actuator.drive is Drive.ROTARY else mechanism.length_unit
+        columns.append(Column(actuator.name, mechanism.value_to_file(k, motion.inputs[k]), unit))
+    for name, path in traced_paths(motion, names).items():
+        columns += [
+            Column(f"{name}.x", path.real, mechanism.length_unit),
+            Column(f"{name}.y", path.imag, mechanism.length_unit),
+        ]
+    words = np.array([s.word for s in motion.status])
+    columns += [
+        Column("residual", motion.residual), Column("sweeps", motion.work.astype(np.int64)), Column("status", words),
+    ]  # fmt: skip
+    return Table(tuple(columns))
+
+
+def traced_paths(motion: Motion, names: tuple[str, ...] | None = None) -> dict[str, ComplexArray]:
+    """Return the paths of the traced points in the file's coordinates; NaN where not solved."""
+    mechanism = motion.mechanism
+    solved = np.array([s is Status.OK for s in motion.status])
+    paths = {}
+    for name in names or mechanism.traced:
+        path = np.array(mechanism.to_file(carried_point(mechanism, name, motion.z)))
+        path[~solved] = complex(np.nan, np.nan)
+        paths[name] = path
+    return paths
+
+
+def reachable(motion: Motion) -> dict[str, list[list[float]]]:
+    """Return for every actuator the interval of its law that the motion reached, in the file's unit."""
+    mechanism = motion.mechanism
+    if motion.status[0] is not Status.OK:
+        return {a.name: [] for a in mechanism.actuators}
+    end = motion.limit
+    if end is None:
+        good = [k for k, s in enumerate(motion.status) if s is Status.OK]
+        end = float(motion.time[good[-1]])
+    ends = law_inputs(mechanism)(np.array([motion.time[0], end]))
+    return {
+        a.name: [[float(v) for v in mechanism.value_to_file(k, ends[k])]] for k, a in enumerate(mechanism.actuators)
+    }
+
+
+def events(motion: Motion) -> list[dict[str, Any]]:
+    """Return the singular positions passed and the limit met, with the inputs there."""
+    found = [("change point", t) for t in motion.bridged]
+    if motion.limit is not None and motion.status[0] is Status.OK:
+        found.append(("limit", motion.limit))
+    inputs = law_inputs(motion.mechanism)
+    result = []
+    for kind, time in found:
+        at = inputs(np.array([time]))[:, 0]
+        values = {
+            a.name: float(motion.mechanism.value_to_file(k, at[k : k + 1])[0])
+            for k, a in enumerate(motion.mechanism.actuators)
+        }
+        result.append({"kind": kind, "at": values})
+    return result

@@ -1,0 +1,32 @@
+"""Whether the actuators fit the mechanism: asked only where the structure leaves room for doubt."""
+
+from __future__ import annotations
+
+from gimcli.analysis.mobility import assembled, check_driven, mobility
+from gimcli.errors import StructureError
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.status import Status
+from gimcli.structure.plan import make_plan
+from gimcli.structure.residual import residual
+
+
+def verify(
+    mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, status: Status, tolerance: float
+) -> None:
+    """Raise StructureError where the mechanism is not driven, over-driven or contradictory.
+
+    z (nodes,) is the position found at the inputs, whatever its status.
+    """
+    plan = make_plan(mechanism)
+    doubtful = plan.surplus > 0 or not mechanism.actuators or status is not Status.OK
+    if not doubtful:
+        return
+    home = z if status is Status.OK else assembled(mechanism)
+    if home is not None:
+        check_driven(mechanism, mobility(mechanism, home, inputs))
+    if status is Status.CONTRADICTORY:
+        check = residual(mechanism, z[:, None], inputs[:, None], names=True)
+        raise StructureError(
+            f"constraint '{check.worst[0]}' is surplus and contradicts the others (relative error"
+            f" {check.total[0]:.1e}, tolerance {tolerance:.0e}); correct its dimension, remove it or loosen --tolerance"
+        )

@@ -1,0 +1,50 @@
+"""The command line: parse, call, print, exit. Nothing heavy is imported before a command runs."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from gimcli import __version__
+from gimcli.cli import mobility, schema, sequence, solve, trace
+from gimcli.errors import GimError
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Analyse planar mechanisms drawn in text model files, by the Geometrical-Iterative Method.\n\n"
+    "Example: gim trace models/crank_rocker.yaml --steps 360",
+)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"gim {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _main(
+    version: bool = typer.Option(False, "--version", callback=_version, is_eager=True, help="Tell the version."),
+) -> None:
+    pass
+
+
+for module in (solve, trace, sequence, mobility, schema):
+    app.command(module.NAME, help=module.HELP)(module.command)
+
+
+def main() -> None:
+    """Run the command line and exit with the status that the format page promises."""
+    try:
+        app()
+    except GimError as error:
+        typer.echo(f"gim: {error}" if "\n" not in str(error) else f"gim:\n{error}", err=True)
+        sys.exit(error.exit_code)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(0)

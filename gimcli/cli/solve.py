@@ -1,0 +1,177 @@
+"""`gim solve`: one position."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gimcli.cli.arguments import (
+    MODEL,
+    At,
+    Jit,
+    JitOption,
+    Json,
+    Method,
+    MethodOption,
+    ModelPath,
+    SequenceText,
+    Strategy,
+    StrategyOption,
+    Tolerance,
+    inputs_at,
+    options,
+)
+from gimcli.errors import UsageError
+
+if TYPE_CHECKING:
+    from gimcli.motion.position import Position
+
+NAME = "solve"
+HELP = (
+    "Find a position: the initial one, from the drawn coordinates, or one at given inputs.\n\n"
+    "Example: gim solve models/crank_rocker.yaml --at motor=45\n\n"
+    "Example: gim solve models/gim_fig11.yaml --at FD=120 --at OA=119 --method gim --tolerance 1e-5 --history"
+)
+
+
+def command(
+    model: ModelPath = MODEL,
+    at: At = [],  # noqa: B006
+    method: MethodOption = Method.AUTO,
+    strategy: StrategyOption = Strategy.SPECTRAL,
+    tolerance: Tolerance = 1e-10,
+    start: Annotated[str, typer.Option("--start", help="drawn, or random: nodes strewn by --seed.")] = "drawn",
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of a random start.")] = 0,
+    history: Annotated[bool, typer.Option("--history", help="Tell the error after every sweep (--method gim).")] = False,
+    jit: JitOption = Jit.AUTO,
+    sequence: SequenceText = "",
+    csv: Annotated[Path | None, typer.Option("--csv", help="Write the positions of the nodes and points.")] = None,
+    png: Annotated[Path | None, typer.Option("--png", help="Draw the position; with --history the errors.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Solve one position."""
+    from gimcli.analysis.convergence import fit_history
+    from gimcli.analysis.verdict import verify
+    from gimcli.model import load
+    from gimcli.motion.position import solve
+
+    if start not in ("drawn", "random"):
+        raise UsageError(f"--start {start}: choose drawn or random")
+    if history and method is not Method.GIM:
+        raise UsageError("--history tells the error per sweep: add --method gim")
+    chosen = options(method, strategy, tolerance, jit, sequence, seed if start == "random" else None)
+    mechanism = load(model)
+    position = solve(mechanism, inputs_at(mechanism, at), chosen, history)
+    if start == "drawn":
+        verify(mechanism, position.z, position.inputs, position.status, tolerance)
+    law = fit_history(position) if history else None
+    if csv is not None:
+        _write_csv(position, csv)
+    if png is not None:
+        _write_png(position, law, png)
+    if as_json:
+        _print_json(position, law)
+    else:
+        _print(position, law)
+    if position.status.value:
+        raise typer.Exit(5)
+
+
+def _places(position: Position) -> tuple[dict[str, complex], dict[str, complex]]:
+    from gimcli.analysis.carried import carried_point
+
+    mechanism = position.mechanism
+    z = position.z[:, None]
+    nodes = {n: complex(mechanism.to_file(position.z[k : k + 1])[0]) for k, n in enumerate(mechanism.nodes)}
+    points = {p.name: complex(mechanism.to_file(carried_point(mechanism, p.name, z))[0]) for p in mechanism.points}
+    return nodes, points
+
+
+def _print_json(position: Position, law: Any) -> None:
+    from gimcli.cli.console import print_json
+
+    nodes, points = _places(position)
+    good = position.status.value == 0
+    report: dict[str, Any] = {
+        "status": position.status.word,
+        "residual": float(position.residual.total[0]),
+        "sweeps": position.sweeps,
+        "nodes": {k: [v.real, v.imag] for k, v in nodes.items()} if good else {},
+        "points": {k: [v.real, v.imag] for k, v in points.items()} if good else {},
+        "inputs": _inputs(position),
+    }
+    if not good:
+        report |= {"worst": position.worst, "reason": position.status.text}
+    if law is not None:
+        report |= {"history": law.errors.tolist(), "C1": law.c1, "C2": law.c2, "rate": law.rate, "radius": law.radius}
+    print_json(report)
+
+
+def _inputs(position: Position) -> dict[str, float]:
+    mechanism = position.mechanism
+    return {
+        a.name: float(mechanism.value_to_file(k, position.inputs[k : k + 1])[0])
+        for k, a in enumerate(mechanism.actuators)
+    }
+
+
+def _print(position: Position, law: Any) -> None:
+    import math
+
+    from gimcli.cli.console import number, print_table
+
+    mechanism, status = position.mechanism, position.status
+    at = ", ".join(f"{k} = {v:.10g}" for k, v in _inputs(position).items())
+    typer.echo(f"{mechanism.name}" + (f" at {at}" if at else ""))
+    residual = position.residual
+    typer.echo(
+        f"{status.word}; eq. (1) {residual.lengths[0]:.1e}, eq. (2) {residual.angles[0]:.1e} rad; {position.sweeps} sweeps"
+        + (f"; estimated error of the nodes {position.error:.1e} of the size" if math.isfinite(position.error) else "")
+    )
+    if status.value:
+        typer.echo(f"{status.text}\nworst off: {position.worst}, by {residual.total[0]:.3g}")
+    else:
+        nodes, points = _places(position)
+        unit = "" if mechanism.length_unit == "unit" else f" [{mechanism.length_unit}]"
+        rows = [(k, number(v.real, 12), number(v.imag, 12)) for k, v in (nodes | points).items()]
+        print_table("", ("node", f"x{unit}", f"y{unit}"), rows, right=(1, 2))
+    if law is not None:
+        rows = [(str(k), f"{a:.3e}", f"{b:.3e}") for k, (a, b) in enumerate(law.errors)]
+        print_table("Error per sweep", ("sweep", "eq. (1)", "eq. (2) [rad]"), rows, right=(0, 1, 2))
+        typer.echo(
+            f"eq. (3): E = {law.c1:.3g} exp(-{law.c2:.4g} n): factor {law.rate:.4f} per sweep,"
+            f" predicted spectral radius {law.radius:.4f}"
+        )
+
+
+def _write_csv(position: Position, path: Path) -> None:
+    import numpy as np
+
+    from gimcli.output import write_csv
+    from gimcli.table import Column, Table
+
+    nodes, points = _places(position)
+    places = nodes | points
+    good = position.status.value == 0
+    z = np.array(list(places.values())) if good else np.full(len(places), complex(np.nan, np.nan))
+    unit = position.mechanism.length_unit
+    status = np.array([position.status.word] * len(z))
+    columns = (
+        Column("node", np.array(list(places))), Column("x", z.real, unit), Column("y", z.imag, unit),
+        Column("status", status),
+    )  # fmt: skip
+    write_csv(Table(columns), path)
+
+
+def _write_png(position: Position, law: Any, path: Path) -> None:
+    from gimcli.output import draw_history, draw_position
+
+    mechanism = position.mechanism
+    if law is not None:
+        errors = law.errors.max(axis=1)
+        draw_history(errors, (law.c1, law.c2), path, f"{mechanism.name}: error per sweep", predicted=law.radius)
+    elif position.status.value == 0:
+        _, points = _places(position)
+        draw_position(mechanism, mechanism.to_file(position.z), path, mechanism.name, points)

@@ -1,0 +1,137 @@
+"""`gim trace`: follow the motion, write coupler curves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gimcli.cli.arguments import (
+    MODEL,
+    Jit,
+    JitOption,
+    Json,
+    Method,
+    MethodOption,
+    ModelPath,
+    SequenceText,
+    Strategy,
+    StrategyOption,
+    Tolerance,
+    options,
+)
+from gimcli.errors import UsageError
+
+if TYPE_CHECKING:
+    from gimcli.motion.motion import Motion
+
+NAME = "trace"
+HELP = (
+    "Follow the motion along the actuators' laws; write the traced points as CSV and PNG.\n\n"
+    "N steps are N+1 rows. A step that cannot be solved keeps its row and its reason.\n\n"
+    "Example: gim trace models/crank_rocker.yaml --steps 360 --out results"
+)
+
+POSES = 6
+
+
+def command(
+    model: ModelPath = MODEL,
+    steps: Annotated[int, typer.Option("--steps", "-n", min=1, max=10_000_000, help="Steps of the motion.")] = 360,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")] = Path(),
+    png: Annotated[bool, typer.Option("--png/--no-png", help="Draw the picture.")] = True,
+    method: MethodOption = Method.AUTO,
+    strategy: StrategyOption = Strategy.SPECTRAL,
+    tolerance: Tolerance = 1e-10,
+    jit: JitOption = Jit.AUTO,
+    sequence: SequenceText = "",
+    as_json: Json = False,
+) -> None:
+    """Trace a motion."""
+    from gimcli.analysis.tracing import motion_table
+    from gimcli.analysis.verdict import verify
+    from gimcli.cli.console import note, progress_bar
+    from gimcli.errors import StructureError
+    from gimcli.model import load
+    from gimcli.motion.motion import trace
+    from gimcli.output import write_csv
+
+    chosen = options(method, strategy, tolerance, jit, sequence)
+    mechanism = load(model)
+    if not mechanism.actuators:
+        _refuse_undriven(mechanism)
+        raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve`")
+    motion = trace(mechanism, steps, chosen, tell=note, progress=progress_bar("tracing"))
+    verify(mechanism, motion.start, motion.inputs[:, 0], motion.status[0], tolerance)
+    csv_path, png_path = out / f"{model.stem}.csv", out / f"{model.stem}.png"
+    if csv_path.resolve() == model.resolve():
+        raise UsageError(f"{csv_path} is the model itself; choose another --out")
+    write_csv(motion_table(motion), csv_path)
+    if png:
+        _draw(motion, png_path)
+    _report(motion, csv_path, png_path if png else None, steps, as_json)
+    if motion.solved < len(motion.status):
+        raise typer.Exit(5)
+
+
+def _refuse_undriven(mechanism: Any) -> None:
+    from gimcli.structure.plan import make_plan
+
+    make_plan(mechanism)
+
+
+def _draw(motion: Motion, path: Path) -> None:
+    import numpy as np
+
+    from gimcli.analysis.tracing import traced_paths
+    from gimcli.output import draw_motion
+    from gimcli.status import Status
+
+    good = [k for k, s in enumerate(motion.status) if s is Status.OK]
+    chosen = [good[k] for k in np.linspace(0, len(good), POSES, endpoint=False).astype(int)] if good else []
+    poses = motion.mechanism.to_file(motion.z[:, list(dict.fromkeys(chosen))].T)
+    if not good:
+        poses = np.full((1, len(motion.mechanism.nodes)), complex(np.nan, np.nan))
+    draw_motion(motion.mechanism, poses, traced_paths(motion), path, motion.mechanism.name)
+
+
+def _report(motion: Motion, csv_path: Path, png_path: Path | None, steps: int, as_json: bool) -> None:
+    import numpy as np
+
+    from gimcli.analysis.tracing import events, reachable
+    from gimcli.cli.console import print_json
+
+    solved = motion.solved
+    worst = float(np.nanmax(motion.residual)) if solved else float("nan")
+    reached, found = reachable(motion), events(motion)
+    if as_json:
+        report = {
+            "csv": str(csv_path), "png": str(png_path) if png_path else None, "steps": steps, "solved": solved,
+            "residual": worst, "reachable": reached, "events": found, "status": motion.status[0].word,
+        }  # fmt: skip
+        print_json(report)
+        return
+    where = f"{csv_path} and {png_path}" if png_path else str(csv_path)
+    typer.echo(f"{motion.mechanism.name}: {solved} of {steps + 1} positions solved, worst residual {worst:.1e}")
+    _tell_reach(motion, reached)
+    for event in found:
+        at = ", ".join(f"{k} = {v:.10g}" for k, v in event["at"].items())
+        if event["kind"] == "change point":
+            typer.echo(f"passed straight through a change point at {at}")
+    if solved < steps + 1:
+        first = next(s for s in motion.status if s.value)
+        typer.echo(f"{first.word}: {first.text}" + (f" (worst: {motion.worst})" if motion.worst else ""))
+    typer.echo(f"wrote {where}")
+
+
+def _tell_reach(motion: Motion, reached: dict[str, list[list[float]]]) -> None:
+    if motion.limit is None:
+        return
+    for k, actuator in enumerate(motion.mechanism.actuators):
+        law = motion.mechanism.value_to_file(k, motion.inputs[k, [0, -1]])
+        unit = motion.mechanism.angle_unit if actuator.drive.value == "rotary" else motion.mechanism.length_unit
+        for start, end in reached[actuator.name]:
+            typer.echo(
+                f"{actuator.name} reaches {start:.10g} to {end:.10g} {unit} of its law {law[0]:.10g} to {law[1]:.10g}"
+            )

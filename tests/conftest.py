@@ -1,0 +1,76 @@
+"""What the tests share: tracing a bundled model with all its nodes recorded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+import yaml
+
+from gimcli.analysis.tracing import motion_table
+from gimcli.model import load
+from gimcli.model.source import read_source
+from gimcli.motion.motion import trace
+from gimcli.motion.options import Options
+
+MODELS = Path(__file__).parents[1] / "models"
+
+
+@dataclass
+class Traced:
+    """A motion in the file's units, all nodes and points recorded."""
+
+    table: object
+    mechanism: object
+    motion: object
+
+    @property
+    def value(self):
+        return {a.name: self.table.floats(a.name) for a in self.mechanism.actuators}
+
+    @property
+    def status(self):
+        return list(self.table["status"])
+
+    @property
+    def residual(self):
+        return self.table.floats("residual")
+
+    def xy(self, name):
+        return self.table.floats(f"{name}.x") + 1j * self.table.floats(f"{name}.y")
+
+
+def run_model(path, steps=360, laws=None, change=None, **options):
+    """Trace a model file (or a bundled one by its stem), laws replaced and all nodes recorded."""
+    path = Path(path) if str(path).endswith(".yaml") else MODELS / f"{path}.yaml"
+    if laws or change:
+        data = read_source(path).data
+        for name, law in (laws or {}).items():
+            data["actuators"][name]["law"] = law
+        if change:
+            change(data)
+        path = Path(change_folder()) / path.name
+        path.write_text(yaml.safe_dump(data, sort_keys=False))
+    mechanism = load(path)
+    motion = trace(mechanism, steps, Options(**options))
+    names = (*mechanism.nodes, *(p.name for p in mechanism.points))
+    return Traced(motion_table(motion, names), mechanism, motion)
+
+
+def change_folder():
+    import tempfile
+
+    return tempfile.mkdtemp(prefix="gim-test-")
+
+
+@pytest.fixture
+def trace_model():
+    return run_model
+
+
+@pytest.fixture(params=sorted(p.stem for p in MODELS.glob("*.yaml")))
+def model(request):
+    return MODELS / f"{request.param}.yaml"
+
+
