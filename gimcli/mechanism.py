@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+IntArray = NDArray[np.int64]
 
 FRAME = 0
 """Index of the member that stands still: the ground, or the held member of a floating mechanism."""
@@ -70,7 +71,7 @@ class Drive(Enum):
 
 @dataclass(frozen=True)
 class Actuator:
-    """An input. Which fields mean something depends on `drive`:
+    """An input; which fields mean something depends on `drive`.
 
     - ROTARY: the angle, about node `a`, from `reference_direction` in `reference_member`
       to `arm_direction` in `arm_member` (unit complex numbers in the members' own frames).

@@ -90,8 +90,8 @@ def full_pivoting(table: FloatArray, tolerance: float = RANK) -> tuple[int, list
     rows = list(range(a.shape[0]))
     rank, first = 0, 0.0
     for k in range(min(a.shape)):
-        i, j = np.unravel_index(np.argmax(np.abs(a[k:, k:])), a[k:, k:].shape)
-        i, j = int(i) + k, int(j) + k
+        at = np.unravel_index(np.argmax(np.abs(a[k:, k:])), a[k:, k:].shape)
+        i, j = int(at[0]) + k, int(at[1]) + k
         first = first or abs(a[i, j])
         if not abs(a[i, j]) > tolerance * max(first, 1e-300):
             break

@@ -14,14 +14,15 @@ from gimcli.motion.position import solve
 from gimcli.solvers import gim
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
-from gimcli.structure.sequence import P0, P1, P2, Group, Move, Sequence, find_sequence
+from gimcli.structure.restrictions import Move
+from gimcli.structure.sequence import P0, P1, P2, Group, Sequence, find_sequence
 
 DISTURBED = 1e-2
 """Disturbance of the nodes from which sweeps are predicted and observed, relative to the size."""
 
 REASONS = {
     "I": "rule I: {node} has been moved once and {about} stand{s} for good, so that it can be settled",
-    "II.1": "rule II, criterion 1: no node can be settled; on to {node}, next to what an input carries or what is settled",
+    "II.1": "rule II, criterion 1: no node can be settled; on to {node}, next to an input or to what is settled",
     "II.2": "rule II, criterion 2: no settled node leads on; on to {node} about {about}, moved once",
     "II": "rule II: only nodes moved once are left; {node} is moved about {about}",
     "surplus": "surplus: the restriction is redundant and is imposed as well",

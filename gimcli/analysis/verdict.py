@@ -10,9 +10,7 @@ from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import residual
 
 
-def verify(
-    mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, status: Status, tolerance: float
-) -> None:
+def verify(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, status: Status, tolerance: float) -> None:
     """Raise StructureError where the mechanism is not driven, over-driven or contradictory.
 
     z (nodes,) is the position found at the inputs, whatever its status.

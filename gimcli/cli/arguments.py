@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from enum import Enum
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from gimcli.mechanism import FloatArray, Mechanism
 
 
-class Method(str, Enum):
+class Method(StrEnum):
     """How positions are found."""
 
     AUTO = "auto"
@@ -23,14 +23,14 @@ class Method(str, Enum):
     NEWTON = "newton"
 
 
-class Strategy(str, Enum):
+class Strategy(StrEnum):
     """How the sequence is chosen."""
 
     SPECTRAL = "spectral"
     CLASSIC = "classic"
 
 
-class Jit(str, Enum):
+class Jit(StrEnum):
     """Whether kernels are compiled."""
 
     AUTO = "auto"
@@ -43,7 +43,9 @@ MODEL = Path("model.yaml")
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 MethodOption = Annotated[
     Method,
-    typer.Option("--method", help="auto: closed forms, then Newton-Raphson; gim: sweeps only; newton: no closed forms."),
+    typer.Option(
+        "--method", help="auto: closed forms, then Newton-Raphson; gim: sweeps only; newton: no closed forms."
+    ),
 ]
 StrategyOption = Annotated[
     Strategy, typer.Option("--strategy", help="Sequence for sweeps: best spectral radius, or the paper's rules alone.")
@@ -54,7 +56,9 @@ Tolerance = Annotated[
 JitOption = Annotated[Jit, typer.Option("--jit", help="Compile the kernels; auto decides by the amount of work.")]
 SequenceText = Annotated[
     str,
-    typer.Option("--sequence", help='Moves of a sweep for --method gim, such as "A>B D>C C^B>E" (FROM>TO, ARM^VERTEX>TO).'),
+    typer.Option(
+        "--sequence", help='Moves of a sweep for --method gim, such as "A>B D>C C^B>E" (FROM>TO, ARM^VERTEX>TO).'
+    ),
 ]
 At = Annotated[
     list[str], typer.Option("--at", metavar="ACTUATOR=VALUE", help="Input in the file's unit; may be repeated.")

@@ -44,7 +44,9 @@ def command(
     tolerance: Tolerance = 1e-10,
     start: Annotated[str, typer.Option("--start", help="drawn, or random: nodes strewn by --seed.")] = "drawn",
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of a random start.")] = 0,
-    history: Annotated[bool, typer.Option("--history", help="Tell the error after every sweep (--method gim).")] = False,
+    history: Annotated[
+        bool, typer.Option("--history", help="Tell the error after every sweep (--method gim).")
+    ] = False,
     jit: JitOption = Jit.AUTO,
     sequence: SequenceText = "",
     csv: Annotated[Path | None, typer.Option("--csv", help="Write the positions of the nodes and points.")] = None,
@@ -127,7 +129,8 @@ def _print(position: Position, law: Any) -> None:
     typer.echo(f"{mechanism.name}" + (f" at {at}" if at else ""))
     residual = position.residual
     typer.echo(
-        f"{status.word}; eq. (1) {residual.lengths[0]:.1e}, eq. (2) {residual.angles[0]:.1e} rad; {position.sweeps} sweeps"
+        f"{status.word}; eq. (1) {residual.lengths[0]:.1e}, eq. (2) {residual.angles[0]:.1e} rad;"
+        f" {position.sweeps} sweeps"
         + (f"; estimated error of the nodes {position.error:.1e} of the size" if math.isfinite(position.error) else "")
     )
     if status.value:

@@ -24,6 +24,7 @@ import numpy as np
 
 from gimcli.kernels.jit import kernel
 from gimcli.kernels.linear import lu_factor, lu_solve, qr_factor, qr_solve
+from gimcli.mechanism import FloatArray, IntArray
 
 DISTANCE = 0
 LINE = 1
@@ -31,7 +32,7 @@ CLOSURE = 2
 
 
 @kernel
-def factor_of(k, vi, vz, cos, sin):  # type: ignore[no-untyped-def]
+def factor_of(k: int, vi: IntArray, vz: FloatArray, cos: FloatArray, sin: FloatArray) -> tuple[float, float]:
     """Return z e^(+-i theta) of vector k."""
     zr, zi = vz[k, 0], vz[k, 1]
     a = vi[k, 3]
@@ -42,7 +43,17 @@ def factor_of(k, vi, vz, cos, sin):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def vector_at(k, vi, vz, x, y, dx, dy, cos, sin):  # type: ignore[no-untyped-def]
+def vector_at(
+    k: int,
+    vi: IntArray,
+    vz: FloatArray,
+    x: FloatArray,
+    y: FloatArray,
+    dx: FloatArray,
+    dy: FloatArray,
+    cos: FloatArray,
+    sin: FloatArray,
+) -> tuple[float, float]:
     """Return vector k at a row's positions and directions."""
     zr, zi = factor_of(k, vi, vz, cos, sin)
     u = vi[k, 0]
@@ -57,7 +68,17 @@ def vector_at(k, vi, vz, x, y, dx, dy, cos, sin):  # type: ignore[no-untyped-def
 
 
 @kernel
-def carry(x, y, dx, dy, cos, sin, vi, vz, pi):  # type: ignore[no-untyped-def]
+def carry(
+    x: FloatArray,
+    y: FloatArray,
+    dx: FloatArray,
+    dy: FloatArray,
+    cos: FloatArray,
+    sin: FloatArray,
+    vi: IntArray,
+    vz: FloatArray,
+    pi: IntArray,
+) -> None:
     """Carry the nodes that are linear in the base nodes."""
     for k in range(pi.shape[0]):
         ex, ey = vector_at(pi[k, 2], vi, vz, x, y, dx, dy, cos, sin)
@@ -66,7 +87,9 @@ def carry(x, y, dx, dy, cos, sin, vi, vz, pi):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def coefficients(cr, ci, cos, sin, vi, vz, pi):  # type: ignore[no-untyped-def]
+def coefficients(
+    cr: FloatArray, ci: FloatArray, cos: FloatArray, sin: FloatArray, vi: IntArray, vz: FloatArray, pi: IntArray
+) -> None:
     """Fill C (nodes, base nodes): base rows are the unit matrix, known nodes have zeros."""
     nb = cr.shape[1]
     for k in range(pi.shape[0]):
@@ -83,7 +106,20 @@ def coefficients(cr, ci, cos, sin, vi, vz, pi):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def equations(x, y, dx, dy, values, cos, sin, vi, vz, ei, ev, f):  # type: ignore[no-untyped-def]
+def equations(
+    x: FloatArray,
+    y: FloatArray,
+    dx: FloatArray,
+    dy: FloatArray,
+    values: FloatArray,
+    cos: FloatArray,
+    sin: FloatArray,
+    vi: IntArray,
+    vz: FloatArray,
+    ei: IntArray,
+    ev: FloatArray,
+    f: FloatArray,
+) -> None:
     """Fill the residuals f (lengths)."""
     row = 0
     for k in range(ei.shape[0]):
@@ -106,7 +142,22 @@ def equations(x, y, dx, dy, values, cos, sin, vi, vz, ei, ev, f):  # type: ignor
 
 
 @kernel
-def jacobian(x, y, dx, dy, values, cos, sin, vi, vz, ei, ev, cr, ci, j):  # type: ignore[no-untyped-def]
+def jacobian(
+    x: FloatArray,
+    y: FloatArray,
+    dx: FloatArray,
+    dy: FloatArray,
+    values: FloatArray,
+    cos: FloatArray,
+    sin: FloatArray,
+    vi: IntArray,
+    vz: FloatArray,
+    ei: IntArray,
+    ev: FloatArray,
+    cr: FloatArray,
+    ci: FloatArray,
+    j: FloatArray,
+) -> None:
     """Fill the gradients j (equations, 2 x base nodes) by the coordinates of the base nodes."""
     nb = cr.shape[1]
     row = 0
@@ -142,7 +193,7 @@ def jacobian(x, y, dx, dy, values, cos, sin, vi, vz, ei, ev, cr, ci, j):  # type
 
 
 @kernel
-def move(x, y, f, nb):  # type: ignore[no-untyped-def]
+def move(x: FloatArray, y: FloatArray, f: FloatArray, nb: int) -> float:
     """Subtract a correction from the base nodes; return its greatest length."""
     worst = 0.0
     for b in range(nb):
@@ -156,7 +207,7 @@ def move(x, y, f, nb):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def least_pivot(j, n, diagonal, square):  # type: ignore[no-untyped-def]
+def least_pivot(j: FloatArray, n: int, diagonal: FloatArray, square: bool) -> float:
     """Return the smallest pivot of a factored table: a bound on how far it is from singular."""
     least = abs(j[0, 0]) if square else abs(diagonal[0])
     for k in range(1, n):
@@ -168,8 +219,26 @@ def least_pivot(j, n, diagonal, square):  # type: ignore[no-untyped-def]
 
 @kernel
 def newton(
-    x, y, dx, dy, values, cos, sin, vi, vz, pi, ei, ev, cr, ci, j, f, order, limits, out
-):  # type: ignore[no-untyped-def]
+    x: FloatArray,
+    y: FloatArray,
+    dx: FloatArray,
+    dy: FloatArray,
+    values: FloatArray,
+    cos: FloatArray,
+    sin: FloatArray,
+    vi: IntArray,
+    vz: FloatArray,
+    pi: IntArray,
+    ei: IntArray,
+    ev: FloatArray,
+    cr: FloatArray,
+    ci: FloatArray,
+    j: FloatArray,
+    f: FloatArray,
+    order: FloatArray,
+    limits: FloatArray,
+    out: FloatArray,
+) -> bool:
     """Settle one row from the base nodes in x, y; return whether it did.
 
     limits: tolerance, iterations, greatest first step, greatest contraction, least pivot.
@@ -216,7 +285,7 @@ def newton(
 
 
 @kernel
-def predict(x, y, time, r, nb):  # type: ignore[no-untyped-def]
+def predict(x: FloatArray, y: FloatArray, time: FloatArray, r: int, nb: int) -> None:
     """Start row r by the polynomial through the rows before it, up to four of like spacing."""
     count = 1
     step = time[r] - time[r - 1]
@@ -239,8 +308,27 @@ def predict(x, y, time, r, nb):  # type: ignore[no-untyped-def]
 
 @kernel
 def newton_rows(
-    x, y, dx, dy, values, cos, sin, vi, vz, pi, ei, ev, nb, time, start, sign, limits, iterations, errors, out
-):  # type: ignore[no-untyped-def]
+    x: FloatArray,
+    y: FloatArray,
+    dx: FloatArray,
+    dy: FloatArray,
+    values: FloatArray,
+    cos: FloatArray,
+    sin: FloatArray,
+    vi: IntArray,
+    vz: FloatArray,
+    pi: IntArray,
+    ei: IntArray,
+    ev: FloatArray,
+    nb: int,
+    time: FloatArray,
+    start: int,
+    sign: float,
+    limits: FloatArray,
+    iterations: FloatArray,
+    errors: FloatArray,
+    out: FloatArray,
+) -> int:
     """Follow a motion from row `start` on; return the first row that did not settle safely.
 
     `sign` is the determinant's sign on this branch (0: not known yet); a change is not safe. out[5]
@@ -270,8 +358,22 @@ def newton_rows(
 
 @kernel
 def newton_once(
-    x, y, dx, dy, values, cos, sin, vi, vz, pi, ei, ev, nb, limits, out
-):  # type: ignore[no-untyped-def]
+    x: FloatArray,
+    y: FloatArray,
+    dx: FloatArray,
+    dy: FloatArray,
+    values: FloatArray,
+    cos: FloatArray,
+    sin: FloatArray,
+    vi: IntArray,
+    vz: FloatArray,
+    pi: IntArray,
+    ei: IntArray,
+    ev: FloatArray,
+    nb: int,
+    limits: FloatArray,
+    out: FloatArray,
+) -> bool:
     """Settle a single row from the base nodes given; return whether it did."""
     m = 0
     for k in range(ei.shape[0]):

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 
 from gimcli.kernels.jit import kernel
+from gimcli.mechanism import FloatArray, IntArray
 
 DISTANCE = 0
 RAY = 1
@@ -23,7 +24,7 @@ AIM = 3
 
 
 @kernel
-def turn_onto(x, y, b, a, ux, uy):  # type: ignore[no-untyped-def]
+def turn_onto(x: FloatArray, y: FloatArray, b: int, a: int, ux: float, uy: float) -> None:
     """Turn node b about node a onto the ray along (ux, uy)."""
     wx, wy = x[b] - x[a], y[b] - y[a]
     reach = math.sqrt(wx * wx + wy * wy) / math.sqrt(ux * ux + uy * uy)
@@ -31,7 +32,7 @@ def turn_onto(x, y, b, a, ux, uy):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def turned(k, mi, mz, cos, sin):  # type: ignore[no-untyped-def]
+def turned(k: int, mi: IntArray, mz: FloatArray, cos: FloatArray, sin: FloatArray) -> tuple[float, float]:
     """Return z e^(+-i theta) of a move."""
     zr, zi = mz[k, 2], mz[k, 3]
     t = mi[k, 7]
@@ -42,7 +43,16 @@ def turned(k, mi, mz, cos, sin):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def impose(k, x, y, values, cos, sin, mi, mz):  # type: ignore[no-untyped-def]
+def impose(
+    k: int,
+    x: FloatArray,
+    y: FloatArray,
+    values: FloatArray,
+    cos: FloatArray,
+    sin: FloatArray,
+    mi: IntArray,
+    mz: FloatArray,
+) -> None:
     """Impose one restriction by moving its node."""
     kind, moved, a, b = mi[k, 0], mi[k, 1], mi[k, 2], mi[k, 3]
     value = mz[k, 0]
@@ -81,7 +91,19 @@ def impose(k, x, y, values, cos, sin, mi, mz):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def aim(x, y, moved, b, u, v, zr, zi, wx, wy, value):  # type: ignore[no-untyped-def]
+def aim(
+    x: FloatArray,
+    y: FloatArray,
+    moved: int,
+    b: int,
+    u: int,
+    v: int,
+    zr: float,
+    zi: float,
+    wx: float,
+    wy: float,
+    value: float,
+) -> None:
     """Turn a guide u-v about the node that stands so that its line passes node b at `value`.
 
     With the guide's normal n = z (v - u): n.(b - u) = value, and n.(b - v) = value - n.(v - u).
@@ -109,7 +131,17 @@ def aim(x, y, moved, b, u, v, zr, zi, wx, wy, value):  # type: ignore[no-untyped
 
 
 @kernel
-def error_of(k, x, y, values, cos, sin, mi, mz, size):  # type: ignore[no-untyped-def]
+def error_of(
+    k: int,
+    x: FloatArray,
+    y: FloatArray,
+    values: FloatArray,
+    cos: FloatArray,
+    sin: FloatArray,
+    mi: IntArray,
+    mz: FloatArray,
+    size: float,
+) -> float:
     """Return the error of a restriction: relative for lengths, in rad for angles (their sine)."""
     kind, a, b = mi[k, 0], mi[k, 2], mi[k, 3]
     value = mz[k, 0]
@@ -133,14 +165,26 @@ def error_of(k, x, y, values, cos, sin, mi, mz, size):  # type: ignore[no-untype
 
 
 @kernel
-def sweep(x, y, values, cos, sin, mi, mz):  # type: ignore[no-untyped-def]
+def sweep(
+    x: FloatArray, y: FloatArray, values: FloatArray, cos: FloatArray, sin: FloatArray, mi: IntArray, mz: FloatArray
+) -> None:
     """Impose all restrictions once, in order."""
     for k in range(mi.shape[0]):
         impose(k, x, y, values, cos, sin, mi, mz)
 
 
 @kernel
-def worst_errors(x, y, values, cos, sin, mi, mz, size, out):  # type: ignore[no-untyped-def]
+def worst_errors(
+    x: FloatArray,
+    y: FloatArray,
+    values: FloatArray,
+    cos: FloatArray,
+    sin: FloatArray,
+    mi: IntArray,
+    mz: FloatArray,
+    size: float,
+    out: FloatArray,
+) -> None:
     """Put eq. (1) and eq. (2) in out[0], out[1]; a NaN is infinite."""
     out[0], out[1] = 0.0, 0.0
     for k in range(mi.shape[0]):
@@ -151,7 +195,19 @@ def worst_errors(x, y, values, cos, sin, mi, mz, size, out):  # type: ignore[no-
 
 
 @kernel
-def settle(x, y, values, cos, sin, mi, mz, size, limits, history, out):  # type: ignore[no-untyped-def]
+def settle(
+    x: FloatArray,
+    y: FloatArray,
+    values: FloatArray,
+    cos: FloatArray,
+    sin: FloatArray,
+    mi: IntArray,
+    mz: FloatArray,
+    size: float,
+    limits: FloatArray,
+    history: FloatArray,
+    out: FloatArray,
+) -> bool:
     """Sweep until eqs (1) and (2) are met; return whether they were.
 
     limits: tolerance, sweeps, sweeps within which the error must fall, factor by which.
@@ -182,8 +238,22 @@ def settle(x, y, values, cos, sin, mi, mz, size, limits, history, out):  # type:
 
 @kernel
 def settle_rows(
-    x, y, values, cos, sin, free, mi, mz, size, start, limits, history, sweeps, good, out
-):  # type: ignore[no-untyped-def]
+    x: FloatArray,
+    y: FloatArray,
+    values: FloatArray,
+    cos: FloatArray,
+    sin: FloatArray,
+    free: IntArray,
+    mi: IntArray,
+    mz: FloatArray,
+    size: float,
+    start: int,
+    limits: FloatArray,
+    history: FloatArray,
+    sweeps: FloatArray,
+    good: FloatArray,
+    out: FloatArray,
+) -> int:
     """Follow a motion from row `start` on, each row from the one before; return the first that fails.
 
     x, y (rows, nodes); `free` are the nodes to be moved, all others stand in every row already.

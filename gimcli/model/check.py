@@ -229,7 +229,9 @@ class Checker:
         held = self.ground if carriers[0] == "ground" else set(self.members[carriers[0]])
         for node in sliding:
             if node in held:
-                self.fault(where, f"node {node} belongs to '{carriers[0]}', which carries the guide; it cannot slide on it")
+                self.fault(
+                    where, f"node {node} belongs to '{carriers[0]}', which carries the guide; it cannot slide on it"
+                )
 
     def _prismatic(self) -> None:
         for name, pair in self.model.prismatic.items():
@@ -246,7 +248,10 @@ class Checker:
             if known:
                 self._guide(where, pair.guide, sliding)
             if known and len(sliding) == 2 and not [m for m in self.carriers(*sliding) if m != "ground"]:
-                self.fault((*where, "nodes"), f"nodes {sliding[0]} and {sliding[1]} belong to no common member; one member slides")
+                self.fault(
+                    (*where, "nodes"),
+                    f"nodes {sliding[0]} and {sliding[1]} belong to no common member; one member slides",
+                )
 
     # -- actuators --------------------------------------------------------------------------
 
@@ -283,12 +288,16 @@ class Checker:
             return
         arms = [m for m in self.carriers(pivot, arm) if m != "ground"]
         if pivot == arm or not arms:
-            self.fault((*where, "arm"), f"pivot {pivot} and arm {arm} belong to no common moving member; name two nodes of one")
+            self.fault(
+                (*where, "arm"), f"pivot {pivot} and arm {arm} belong to no common moving member; name two nodes of one"
+            )
             return
         if reference is None:
             others = [m for m in self.carriers(pivot) if m not in ("ground", arms[0])]
             if pivot not in self.ground and others:
-                text = f"pivot {pivot} joins '{arms[0]}' and '{others[0]}', which both move; add a `reference` node on one"
+                text = (
+                    f"pivot {pivot} joins '{arms[0]}' and '{others[0]}', which both move; add a `reference` node on one"
+                )
                 self.fault((*where, "pivot"), text)
         elif not [m for m in self.carriers(pivot, reference) if m != arms[0]]:
             text = f"pivot {pivot} and reference {reference} belong to no other common member; name a node of one that {arms[0]} turns on"
@@ -302,7 +311,10 @@ class Checker:
     def _law(self, where: Where, law: Law) -> None:
         profile = law.profile
         if profile.name not in PROFILES:
-            self.fault(where, f"profile '{profile.name}' is unknown; choose {', '.join(PROFILES)}{near(profile.name, PROFILES)}")
+            self.fault(
+                where,
+                f"profile '{profile.name}' is unknown; choose {', '.join(PROFILES)}{near(profile.name, PROFILES)}",
+            )
         if law.by is not None and (law.from_ is not None or law.to is not None):
             self.fault(where, "met `by` with `from` or `to`; give an increment or absolute values")
         if profile.table is not None:

@@ -28,7 +28,7 @@ class _Compiler:
         self.index = {name: k for k, name in enumerate(self.names)}
         raw = np.array([complex(*model.nodes[n]) for n in self.names])
         held = model.ground.member
-        parts = {**model.links, **model.elements}
+        parts: dict[str, schema.Link | schema.Element] = {**model.links, **model.elements}
         first = parts[held].nodes[0] if held is not None else model.ground.nodes[0]
         self.origin = complex(raw[self.index[first]])
         self.size = self._extent(raw)
@@ -65,7 +65,7 @@ class _Compiler:
         spans += [link.length for link in self.model.links.values() if link.length is not None]
         for element in self.model.elements.values():
             if element.shape is not None:
-                z = np.array([complex(*place) for place in element.shape.values()])
+                z: ComplexArray = np.array([complex(*place) for place in element.shape.values()])
                 spans.append(abs(complex(np.ptp(z.real), np.ptp(z.imag))))
         return max(spans)
 
@@ -73,11 +73,11 @@ class _Compiler:
 
     def _member(self, name: str, part: schema.Link | schema.Element) -> Member:
         nodes = tuple(self.index[n] for n in part.nodes)
-        drawn = self.drawn[list(nodes)]
+        drawn: ComplexArray = self.drawn[list(nodes)]
         if isinstance(part, schema.Link):
             length = part.length / self.scale if part.length is not None else abs(drawn[1] - drawn[0])
             return Member(name, nodes, np.array([0.0, length], dtype=complex))
-        z = drawn
+        z: ComplexArray = drawn
         if part.shape is not None:
             z = np.array([complex(*part.shape[n]) for n in part.nodes]) / self.scale
         return Member(name, nodes, to_own_frame(z))
@@ -116,9 +116,7 @@ class _Compiler:
         point += 1j * direction * pair.offset / self.scale
         if pair.node is not None:
             return [Slide(name, name, self.index[pair.node], member, point, direction)]
-        return [
-            Slide(f"{name} {node}", name, self.index[node], member, point, direction) for node in pair.nodes or []
-        ]
+        return [Slide(f"{name} {node}", name, self.index[node], member, point, direction) for node in pair.nodes or []]
 
     def _actuator(self, name: str, actuator: schema.Actuator) -> Actuator:
         if actuator.type == "rotary":
@@ -135,9 +133,7 @@ class _Compiler:
         along = (v - u) / abs(v - u)
         drawn = ((complex(self.drawn[a]) - u) * along.conjugate()).real
         law = self._law(actuator.law, drawn, 1.0 / self.scale, 0.0)
-        return Actuator(
-            name, Drive.TRAVEL, law, drawn, a, reference_member=member, point=point, direction=direction
-        )
+        return Actuator(name, Drive.TRAVEL, law, drawn, a, reference_member=member, point=point, direction=direction)
 
     def _rotary(self, name: str, actuator: schema.Actuator) -> Actuator:
         pivot, arm, reference = str(actuator.pivot), str(actuator.arm), actuator.reference
@@ -209,4 +205,4 @@ def to_own_frame(z: ComplexArray) -> ComplexArray:
     along = z[1] - z[0]
     turned = (z - z[0]) * (along.conjugate() / abs(along))
     turned[1] = abs(along)
-    return turned
+    return np.asarray(turned)

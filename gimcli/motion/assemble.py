@@ -20,6 +20,7 @@ from gimcli.solvers.side import sides
 from gimcli.status import Status
 from gimcli.structure.residual import errors
 from gimcli.structure.steps import Coupled, Dyad, Orient, Place, Plan, Tilt
+
 NEAR = 0.2
 """A position is taken at once when no node is farther from its guess, relative to the size."""
 

@@ -138,7 +138,9 @@ class Follower:
     def rows(self, block: Block) -> list[Row]:
         """Return the solved rows of a block."""
         span = range(block.history, block.end)
-        return [Row(float(block.time[k]), block.x[:, k].copy(), block.y[:, k].copy(), block.g[:, k].copy()) for k in span]
+        return [
+            Row(float(block.time[k]), block.x[:, k].copy(), block.y[:, k].copy(), block.g[:, k].copy()) for k in span
+        ]
 
     def remember(self, rows: list[Row]) -> None:
         """Append solved rows to the history."""
@@ -319,8 +321,7 @@ class Bridge:
         """Return the interpolated position."""
         weights = lagrange(self.times, time)
         x, y, g = (
-            np.asarray(sum(w * getattr(row, part) for w, row in zip(weights, self.rows, strict=True)))
-            for part in "xyg"
+            np.asarray(sum(w * getattr(row, part) for w, row in zip(weights, self.rows, strict=True))) for part in "xyg"
         )
         return Row(time, x, y, g)
 

@@ -70,7 +70,9 @@ def _by_sweeps(
     status = Status.OK if done.good else Status.NOT_CONVERGED
     if done.good and not check.total[0] <= allowed(mechanism, options.tolerance):
         status = Status.CONTRADICTORY
-    return Position(mechanism, inputs, done.z, status, check, done.sweeps, float("nan"), done.history if history else None, options)
+    return Position(
+        mechanism, inputs, done.z, status, check, done.sweeps, float("nan"), done.history if history else None, options
+    )
 
 
 def law_start(mechanism: Mechanism) -> FloatArray:

@@ -18,9 +18,7 @@ STEPS_A_TURN = 90
 """Rows are solved at least this densely inside, whatever the user asks to see."""
 
 
-def start_position(
-    mechanism: Mechanism, plan: Plan, inputs: FloatArray, run: Run, tolerance: float
-) -> Assembly:
+def start_position(mechanism: Mechanism, plan: Plan, inputs: FloatArray, run: Run, tolerance: float) -> Assembly:
     """Assemble at given inputs on the branch that is drawn.
 
     The drawn position is assembled at its own inputs and moved to those asked for, so that the

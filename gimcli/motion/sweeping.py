@@ -118,8 +118,11 @@ def parse_moves(mechanism: Mechanism, text: str) -> tuple[Move, ...]:
         if len(names) not in (2, 3) or any(n not in mechanism.nodes for n in names):
             raise UsageError(f"--sequence: '{word}' is neither FROM>TO nor ARM^VERTEX>TO with nodes of the file")
         numbers = [mechanism.nodes.index(n) for n in names]
-        make = _distance_between if len(numbers) == 2 else _angle_between
-        moves.append(Move(make(mechanism, *numbers, word), numbers[-1], "given"))
+        if len(numbers) == 2:
+            restriction = _distance_between(mechanism, numbers[0], numbers[1], word)
+        else:
+            restriction = _angle_between(mechanism, numbers[0], numbers[1], numbers[2], word)
+        moves.append(Move(restriction, numbers[-1], "given"))
     return tuple(moves)
 
 

@@ -68,9 +68,7 @@ def position_picture(
     return picture
 
 
-def sequence_picture(
-    mechanism: Mechanism, position: ComplexArray, steps: Sequence[Step], title: str
-) -> Picture:
+def sequence_picture(mechanism: Mechanism, position: ComplexArray, steps: Sequence[Step], title: str) -> Picture:
     """Return one pose with numbered arrows from the nodes that stand to the node that is moved."""
     skeleton = _solved(mechanism, position)
     picture = _plot(mechanism, title, [np.ravel(position), *([skeleton.extent()] if skeleton else [])])
@@ -133,9 +131,7 @@ def _draw_curves(picture: Picture, curves: Mapping[str, ComplexArray]) -> None:
         picture.legend.append((f"and {len(curves) - MOST_KEYS} more", Pen(0.0)))
 
 
-def _write_names(
-    picture: Picture, skeleton: Skeleton, nodes: Sequence[int], points: Mapping[str, complex]
-) -> None:
+def _write_names(picture: Picture, skeleton: Skeleton, nodes: Sequence[int], points: Mapping[str, complex]) -> None:
     _name(Labels(picture), skeleton, nodes, points)
 
 

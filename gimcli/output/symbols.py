@@ -84,9 +84,7 @@ def head(picture: Picture, tip: complex, along: complex, size: float = 6.0, fill
     picture.area(fill, [tip, back + half, back - half])
 
 
-def arrow(
-    picture: Picture, path: NDArray[Any], pen: Pen = ARROW, fill: Fill = HEAD, size: float = 6.0
-) -> None:
+def arrow(picture: Picture, path: NDArray[Any], pen: Pen = ARROW, fill: Fill = HEAD, size: float = 6.0) -> None:
     """Draw a polyline with a head at its end."""
     along = path[-1] - path[-2]
     along = along / abs(along) if along else 1.0 + 0.0j

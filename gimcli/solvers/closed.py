@@ -76,7 +76,7 @@ def circle(locus: Circle, block: Block, rows: slice) -> tuple[FloatArray, FloatA
     return x, y, np.asarray(locus.radius.at(block.inputs[:, rows]))
 
 
-def line(locus: Line, block: Block, rows: slice) -> tuple[FloatArray, ...]:
+def line(locus: Line, block: Block, rows: slice) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return a point, the unit normal and the height of a line."""
     x, y = centre(locus.anchor, locus, block, rows)
     nx, ny = block.vector(locus.normal, rows)

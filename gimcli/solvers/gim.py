@@ -43,9 +43,7 @@ def pack(moves: tuple[Move, ...]) -> tuple[NDArray[np.int64], FloatArray]:
         kind = {"RD": kernels.DISTANCE, "RA": kernels.RAY, "RL": kernels.LINE}[r.kind]
         if kind == kernels.LINE and move.node != r.b:
             kind = kernels.AIM
-        u, v, turning, turn = (
-            (vector.u, vector.v, vector.actuator, vector.turn) if vector else (NONE, NONE, NONE, 1)
-        )
+        u, v, turning, turn = (vector.u, vector.v, vector.actuator, vector.turn) if vector else (NONE, NONE, NONE, 1)
         z = vector.z if vector else 0.0j
         heads.append((kind, move.node, r.a, r.b, r.value.actuator, u, v, turning, turn))
         factors.append((r.value.constant, r.value.gain, z.real, z.imag))

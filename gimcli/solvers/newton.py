@@ -79,13 +79,10 @@ class Packed:
 
         places = [(local[p.node], local[p.anchor], index(p.vector)) for p in self.group.places]
         equations = [
-            (KINDS[e.kind], local[e.p], local[e.q], index(e.vector), e.value.actuator)
-            for e in self.group.equations
+            (KINDS[e.kind], local[e.p], local[e.q], index(e.vector), e.value.actuator) for e in self.group.equations
         ]
         values = [(e.value.constant, e.value.gain) for e in self.group.equations]
-        heads = [
-            (local.get(v.u, NONE), local.get(v.v, NONE), v.register, v.actuator, v.turn) for v in vectors
-        ]
+        heads = [(local.get(v.u, NONE), local.get(v.v, NONE), v.register, v.actuator, v.turn) for v in vectors]
         factors = [(v.z.real, v.z.imag) for v in vectors]
         return (
             np.array(heads, dtype=np.int64).reshape(-1, 5),

@@ -10,6 +10,7 @@ along, linear in them.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import Drive, Mechanism
@@ -85,7 +86,7 @@ def _body_at(layout: Layout, system: System, node: int) -> list[Unknown]:
 def _join(layout: Layout, system: System, node: int) -> None:
     at = _bodies_at(layout, system, node)
     parts = [system.bodies[b] for b in at]
-    pairs = [(p, []) for p in parts] if node in layout.placed else list(zip(parts, parts[1:], strict=False))
+    pairs = [(p, []) for p in parts] if node in layout.placed else list(pairwise(parts))
     for first, second in pairs:
         both = [*first, *second]
         for axis in ("x", "y"):
@@ -140,9 +141,7 @@ def _over_part(rows: list[list[int]], matched: object, start: int) -> list[int]:
     return list(seen)
 
 
-def _reachable_bodies(
-    system: System, unknowns: list[Unknown], rows: list[list[int]], matched: object
-) -> list[int]:
+def _reachable_bodies(system: System, unknowns: list[Unknown], rows: list[list[int]], matched: object) -> list[int]:
     """Return the bodies whose unknowns no equation can hold."""
     taken = {int(c): i for i, c in enumerate(matched)}  # type: ignore[arg-type, var-annotated]
     todo = [k for k in range(len(unknowns)) if k not in taken]
@@ -311,15 +310,13 @@ class Builder:
             value = Value(0.0, number)
             if actuator.drive is Drive.ROTARY:
                 self._angle(number)
-            elif actuator.drive is Drive.DISTANCE and {actuator.a, actuator.b} & new:
-                if {actuator.a, actuator.b} <= self.placed:
-                    pair = actuator.a, actuator.b
+            elif actuator.drive is Drive.DISTANCE:
+                pair = actuator.a, actuator.b
+                if set(pair) & new and set(pair) <= self.placed:
                     self.equations.append(Equation("distance", *pair, None, value, actuator.name))
-            elif actuator.drive is Drive.TRAVEL:
-                if actuator.a in new or (actuator.reference_member in group and actuator.a in self.placed):
-                    normal = actuator.direction
-                    body = actuator.reference_member
-                    self._line(actuator.name, actuator.a, body, normal, actuator.point, value)
+            elif actuator.a in new or (actuator.reference_member in group and actuator.a in self.placed):
+                body = actuator.reference_member
+                self._line(actuator.name, actuator.a, body, actuator.direction, actuator.point, value)
 
     def _angle(self, number: int) -> None:
         """Hold a driven angle between two members that both have a direction of their own."""
@@ -334,7 +331,7 @@ class Builder:
             return
         reach = (self.layout.local(arm, pair[0]) - self.layout.local(arm, pair[1])) / actuator.arm_direction
         normal = normal.times(reach / abs(reach))
-        self.equations.append(Equation("line", *pair, normal, Value(0.0), actuator.name))
+        self.equations.append(Equation("line", pair[0], pair[1], normal, Value(0.0), actuator.name))
 
     def _line(self, name: str, node: int, body: int, normal: complex, point: complex, value: Value) -> None:
         source = self._source(body)

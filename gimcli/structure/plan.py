@@ -211,8 +211,7 @@ class Layout:
             for other in self.kinematic[body]:  # a translating member hands its nodes' loci on
                 if other != node:
                     offset = source.times(self.local(body, node) - self.local(body, other))
-                    for locus in self.own_loci(other, offset):
-                        yield locus
+                    yield from self.own_loci(other, offset)
             yield from self._carried_lines(node, body, source)
 
     def own_loci(self, node: int, offset: Vector | None) -> Iterator[Locus]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism, Member
 
 
 @dataclass(frozen=True)
@@ -53,13 +53,10 @@ def allowed(mechanism: Mechanism, tolerance: float) -> float:
     return max(tolerance, rounding)
 
 
-def errors(
-    mechanism: Mechanism, z: ComplexArray, inputs: FloatArray
-) -> Iterator[tuple[str, bool, FloatArray]]:
+def errors(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Iterator[tuple[str, bool, FloatArray]]:
     """Yield name, whether it is an angle, and the error of each constraint (rows,)."""
-    for index, member in enumerate(mechanism.members):
-        if index != FRAME:
-            yield from _member_errors(mechanism, index, z)
+    for member in mechanism.members[FRAME + 1 :]:
+        yield from _member_errors(mechanism, member, z)
     for slide in mechanism.slides:
         origin, unit = pose(mechanism, slide.member, z)
         offset = (z[slide.node] - origin) * np.conj(unit * slide.direction) - slide.point / slide.direction
@@ -80,8 +77,7 @@ def errors(
             yield actuator.name, True, angle_error(turned * np.exp(-1j * value))
 
 
-def _member_errors(mechanism: Mechanism, index: int, z: ComplexArray) -> Iterator[tuple[str, bool, FloatArray]]:
-    member = mechanism.members[index]
+def _member_errors(mechanism: Mechanism, member: Member, z: ComplexArray) -> Iterator[tuple[str, bool, FloatArray]]:
     first, names = member.nodes[0], mechanism.nodes
     arm, shape = z[member.nodes[1]] - z[first], member.shape - member.shape[0]
     for k, node in enumerate(member.nodes[1:], start=1):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -103,16 +104,16 @@ def member_models(mechanism: Mechanism, index: int, nodes: Sequence[int], known:
     chain = [n for n in member.nodes if n in nodes]
     sides = [rd(nodes[0], nodes[1])]
     for k, c in enumerate(nodes[2:], start=2):
-        best = max(((a, b) for i, b in enumerate(nodes[:k]) for a in nodes[:i]), key=lambda p: sine(*p, c))
-        if sine(*best, c) < COLLINEAR:
+        best = max((sine(a, b, c), a, b) for i, b in enumerate(nodes[:k]) for a in nodes[:i])
+        if best[0] < COLLINEAR:
             break
-        sides += [rd(best[0], c), rd(best[1], c)]
+        sides += [rd(best[1], c), rd(best[2], c)]
     else:
         models.append(wanted(sides))
     fixed = [n for n in nodes if n in known]
     if len(fixed) < 2:  # as written: A B C is AB, BC and the angle at B
         joints = zip(chain, chain[1:], chain[2:], strict=False)
-        links = zip(chain, chain[1:], strict=False)
+        links = pairwise(chain)
         models.append(wanted([rd(a, b) for a, b in links] + [ra(b, a, c) for a, b, c in joints]))
     for vertex in fixed[:2] if len(fixed) > 1 else nodes:
         others = [n for n in nodes if n != vertex]
@@ -121,7 +122,7 @@ def member_models(mechanism: Mechanism, index: int, nodes: Sequence[int], known:
             free = [n for n in others if n not in known]
             models.append([r for n in free for r in (rd(vertex, n), ra(vertex, arm, n))])
         else:
-            turns = zip(others, others[1:], strict=False)
+            turns = pairwise(others)
             models.append(wanted([rd(vertex, n) for n in others] + [ra(vertex, p, n) for p, n in turns]))
     return [m for k, m in enumerate(models) if _names(m) not in [_names(o) for o in models[:k]]]
 
@@ -134,7 +135,9 @@ def pair_restrictions(mechanism: Mechanism, known: set[int], kinematic: Sequence
     """Return the restrictions of sliding pairs and actuators that a free node takes part in."""
     result = []
     for slide in mechanism.slides:
-        result.append(_line(mechanism, slide.name, slide.node, slide.member, slide.point, 1j * slide.direction, kinematic))
+        result.append(
+            _line(mechanism, slide.name, slide.node, slide.member, slide.point, 1j * slide.direction, kinematic)
+        )
     for number, actuator in enumerate(mechanism.actuators):
         value = Value(0.0, number)
         if actuator.drive is Drive.DISTANCE:
@@ -157,7 +160,8 @@ def _line(
     member = mechanism.members[body]
     value = value or Value(0.0)
     if body == FRAME:
-        anchor, vector, movable = member.nodes[0], Vector(normal), (node,)
+        anchor, vector = member.nodes[0], Vector(normal)
+        movable: tuple[int, ...] = (node,)
     else:
         u, v = kinematic[body][:2]
         anchor = u

@@ -136,11 +136,7 @@ class Search:
         restrictions = self._restrictions(chosen)
         column = {n: k for k, n in enumerate(self.free)}
         entries = [
-            (i, 2 * column[n] + s)
-            for i, r in enumerate(restrictions)
-            for n in r.movable
-            if n in column
-            for s in (0, 1)
+            (i, 2 * column[n] + s) for i, r in enumerate(restrictions) for n in r.movable if n in column for s in (0, 1)
         ]
         at = np.array(entries).reshape(-1, 2).T
         shape = (len(restrictions), 2 * len(self.free))
@@ -181,7 +177,7 @@ class Search:
         tried = 0
         classic: tuple[float, tuple[Move, ...]] | None = None
         for variant in self._classic_models(chosen, mine):
-            for moves in islice(self._candidates(variant, inside, settled), CANDIDATES):
+            for moves in self._candidates(variant, inside, settled):
                 tried += 1
                 radius = self.radius(moves, nodes)
                 if classic is None or radius < classic[0]:
@@ -235,17 +231,10 @@ class Search:
         return [chains, list(chosen)] if chains != chosen else [chains]
 
     def _candidates(self, chosen: list[int], inside: set[int], settled: set[int]) -> Iterator[tuple[Move, ...]]:
-        mine = [
-            r for r in self._restrictions(chosen) if set(r.nodes) & inside and set(r.nodes) <= inside | settled
-        ]
+        mine = [r for r in self._restrictions(chosen) if set(r.nodes) & inside and set(r.nodes) <= inside | settled]
         if len(mine) < 2 * len(inside):
             return
-        count = 0
-        for moves in rule_sequences(mine, inside, settled, self.carried):
-            yield moves
-            count += 1
-            if count >= CANDIDATES:
-                return
+        yield from islice(rule_sequences(mine, inside, settled, self.carried), CANDIDATES)
 
     def radius(self, moves: tuple[Move, ...], nodes: tuple[int, ...]) -> float:
         """Return the spectral radius of one sweep over the moves."""
