@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from gimcli.analysis.mobility import assembled, check_driven, mobility
 from gimcli.errors import StructureError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.status import Status
@@ -19,6 +18,8 @@ def verify(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, status: St
     doubtful = plan.surplus > 0 or not mechanism.actuators or status is not Status.OK
     if not doubtful:
         return
+    from gimcli.analysis.mobility import assembled, check_driven, mobility
+
     home = z if status is Status.OK else assembled(mechanism)
     if home is not None:
         check_driven(mechanism, mobility(mechanism, home, inputs))

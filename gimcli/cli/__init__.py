@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 import typer
@@ -40,6 +41,7 @@ for module in (solve, trace, sequence, mobility, schema):
 
 def main() -> None:
     """Run the command line and exit with the status that the format page promises."""
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # none is used, and looking for them costs time
     try:
         app()
     except GimError as error:

@@ -247,7 +247,7 @@ class Checker:
             )
             if known:
                 self._guide(where, pair.guide, sliding)
-            if known and len(sliding) == 2 and not [m for m in self.carriers(*sliding) if m != "ground"]:
+            if known and len(sliding) == 2 and not self.carriers(*sliding):
                 self.fault(
                     (*where, "nodes"),
                     f"nodes {sliding[0]} and {sliding[1]} belong to no common member; one member slides",

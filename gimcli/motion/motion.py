@@ -15,7 +15,6 @@ from gimcli.motion.follow import Follower, Path
 from gimcli.motion.inputs import law_inputs, pace
 from gimcli.motion.options import Options
 from gimcli.motion.start import STEPS_A_TURN, start_position
-from gimcli.motion.sweeping import Sweeper
 from gimcli.solvers.newton import Run
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
@@ -111,6 +110,8 @@ def _swept(
     tell: Tell | None,
 ) -> tuple[ComplexArray, list[Status], FloatArray]:  # fmt: skip
     """Solve all rows by sweeps; the continuous motion z tells whether they stayed on its branch."""
+    from gimcli.motion.sweeping import Sweeper
+
     rows = values.shape[1]
     sweeper = Sweeper(mechanism, options, choose("off", 0.0))
     sweeper.run = choose(options.jit, gim_work(len(sweeper.moves), rows), tell)

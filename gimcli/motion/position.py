@@ -11,7 +11,6 @@ from gimcli.motion.assemble import Assembler, Assembly
 from gimcli.motion.effort import choose, gim_work, newton_work
 from gimcli.motion.options import Options
 from gimcli.motion.start import random_guess, start_position
-from gimcli.motion.sweeping import Sweeper
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import Residual, allowed, residual
@@ -63,6 +62,8 @@ def _judged(mechanism: Mechanism, inputs: FloatArray, found: Assembly, options: 
 def _by_sweeps(
     mechanism: Mechanism, inputs: FloatArray, guess: ComplexArray, options: Options, history: bool
 ) -> Position:
+    from gimcli.motion.sweeping import Sweeper
+
     sweeper = Sweeper(mechanism, options, choose(options.jit, 0.0))
     sweeper.run = choose(options.jit, gim_work(len(sweeper.moves), 10))
     done = sweeper.settle(inputs, guess, options.sweeps + 1 if history else 0)
