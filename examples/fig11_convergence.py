@@ -1,0 +1,30 @@
+"""Fig. 11 of the GIM paper: the error of a sweep falls as eq. (3) says, at the predicted rate.
+
+Run from the repository: python examples/fig11_convergence.py
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from gimcli.analysis.convergence import fit_history
+from gimcli.model import load
+from gimcli.motion.options import Options
+from gimcli.motion.position import solve
+
+MODEL = Path(__file__).parents[1] / "models" / "gim_fig11.yaml"
+
+
+def main() -> None:
+    """Solve the displaced position by sweeps and compare the rate with the spectral radius."""
+    mechanism = load(MODEL)
+    inputs = np.array([actuator.law(np.ones(1))[0] for actuator in mechanism.actuators])
+    position = solve(mechanism, inputs, Options(method="gim", strategy="classic", tolerance=1e-5), history=True)
+    assert position.sweeps == 13, "the paper's count"
+    law = fit_history(position)
+    assert abs(law.rate / law.radius - 1.0) < 0.1, "eq. (3) with the predicted radius"
+    print(f"{position.sweeps} sweeps; factor {law.rate:.4f} per sweep, spectral radius {law.radius:.4f}")
+
+
+if __name__ == "__main__":
+    main()
