@@ -109,7 +109,10 @@ def mobility(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mobil
     coordinates = 2 * len(jacobian.free)
     rank, spare = full_pivoting(table) if table.size else (0, [])
     apparent = coordinates - rank
-    found = _confirmed(jacobian, z, inputs, apparent)
+    found, z = _confirmed(jacobian, z, inputs, apparent)
+    if found not in (0, apparent):  # names are told where the position is not singular
+        table = jacobian.rows(jacobian.constraints, z, inputs)
+        spare = full_pivoting(table)[1]
     driven = np.vstack([table, jacobian.rows(jacobian.drives, z, inputs)])
     held, idle = full_pivoting(driven) if driven.size else (0, [])
     loose = _moving(jacobian, driven) if held < coordinates and found > 0 else []
@@ -131,21 +134,21 @@ def _moving(jacobian: Jacobian, table: FloatArray) -> list[int]:
     return [n for n, m in zip(jacobian.free, motion, strict=True) if m > 1e-6]
 
 
-def _confirmed(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, apparent: int) -> int:
-    """Return the freedoms that neighbouring assembled positions confirm.
+def _confirmed(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, apparent: int) -> tuple[int, ComplexArray]:
+    """Return the freedoms that neighbouring assembled positions confirm, and the neighbour with the least.
 
     A step is taken along motions that the Jacobian allows and the constraints are restored: where
     this leads back to the start, the motion was infinitesimal only.
     """
     if apparent == 0:
-        return 0
+        return 0, z
     table = jacobian.rows(jacobian.constraints, z, inputs)
     _, s, v = np.linalg.svd(table)
     null = v[int(np.sum(s > RANK * max(float(s[0]), 1e-300))) :] if len(s) else np.eye(2 * len(jacobian.free))
     generator = np.random.default_rng(0)
     home = np.array([measure(r, z, inputs) for r in jacobian.constraints])
     step = STEP * jacobian.mechanism.size
-    least = None
+    least: tuple[int, ComplexArray] | None = None
     for _ in range(4):
         motion = generator.standard_normal(len(null)) @ null
         trial = z.copy()
@@ -155,8 +158,9 @@ def _confirmed(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, apparent
             continue
         rank, _ = full_pivoting(jacobian.rows(jacobian.constraints, there, inputs))
         freedoms = 2 * len(jacobian.free) - rank
-        least = freedoms if least is None else min(least, freedoms)
-    return least if least is not None else 0
+        if least is None or freedoms < least[0]:
+            least = freedoms, there
+    return least if least is not None else (0, z)
 
 
 def _restore(jacobian: Jacobian, trial: ComplexArray, goal: FloatArray, inputs: FloatArray) -> ComplexArray | None:

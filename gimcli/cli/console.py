@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import typer
@@ -27,13 +27,14 @@ def print_json(data: dict[str, Any]) -> None:
     typer.echo(json.dumps(clean(data), ensure_ascii=False))
 
 
-def print_table(title: str, head: Iterable[str], rows: Iterable[Iterable[str]], right: Iterable[int] = ()) -> None:
+def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], right: Iterable[int] = ()) -> None:
     """Print a table; columns named in `right` are numbers."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
 
     table = Table(title=title or None, box=box.SIMPLE_HEAD, title_justify="left", title_style="bold", pad_edge=False)
+    table.show_header = any(head)
     numbers = set(right)
     for k, name in enumerate(head):
         table.add_column(name, justify="right" if k in numbers else "left", overflow="fold")

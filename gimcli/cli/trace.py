@@ -116,7 +116,7 @@ def _report(motion: Motion, csv_path: Path, png_path: Path | None, steps: int, a
     typer.echo(f"{motion.mechanism.name}: {solved} of {steps + 1} positions solved, worst residual {worst:.1e}")
     _tell_reach(motion, reached)
     for event in found:
-        at = ", ".join(f"{k} = {v:.10g}" for k, v in event["at"].items())
+        at = ", ".join(f"{k} = {v:.8g}" for k, v in event["at"].items())
         if event["kind"] == "change point":
             typer.echo(f"passed straight through a change point at {at}")
     if solved < steps + 1:

@@ -52,14 +52,16 @@ class Assembler:
         self.accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest)
         self.packed = {k: Packed(s) for k, s in enumerate(plan.steps) if isinstance(s, Coupled)}
 
-    def assemble(self, inputs: FloatArray, guess: ComplexArray, time: float = 0.0) -> Assembly:
-        """Assemble at inputs (actuators,) from a guess (nodes,)."""
+    def assemble(
+        self, inputs: FloatArray, guess: ComplexArray, time: float = 0.0, signs: FloatArray | None = None
+    ) -> Assembly:
+        """Assemble at inputs (actuators,) from a guess (nodes,), on the sides of the guess or as `signs` say."""
         block = Block.empty(self.plan, len(self.mechanism.nodes), np.array([time]), inputs[:, None], 0)
         frame = self.mechanism.members[0]
         block.x[list(frame.nodes), 0], block.y[list(frame.nodes), 0] = frame.shape.real, frame.shape.imag
         drawn = Block.empty(self.plan, len(self.mechanism.nodes), np.array([time]), inputs[:, None], 0)
         drawn.x[:, 0], drawn.y[:, 0] = guess.real, guess.imag
-        signs = sides(self.plan, drawn, self.mechanism.size)
+        signs = sides(self.plan, drawn, self.mechanism.size) if signs is None else signs
         status = Status.OK
         with np.errstate(all="ignore"):
             for k, step in enumerate(self.plan.steps):
@@ -94,6 +96,8 @@ class Assembler:
                 far = float(np.max(np.abs(z - drawing)))
                 if self._faithful(block) and (best is None or far < best[0]):
                     best = far, z
+            elif number == 0 and block.singular and self._fits(packed, block, start):
+                return False  # a singular position: no other start will tell it better
             if best is not None and (best[0] <= NEAR * self.mechanism.size or number >= 1):
                 break
         if best is not None:
@@ -136,3 +140,14 @@ class Assembler:
         z = block.x[:, :1] + 1j * block.y[:, :1]
         angles = [e[0] for _, is_angle, e in errors(self.mechanism, z, block.inputs[:, :1]) if is_angle]
         return not any(np.isfinite(e) and e > 1.0 for e in angles)
+
+    def _fits(self, packed: Packed, block: Block, start: ComplexArray) -> bool:
+        """Tell whether the members of a group fit at its start already, which is then left in the block."""
+        base, group = list(packed.group.base), packed.group
+        block.x[base, 0], block.y[base, 0] = start.real, start.imag
+        for place in group.places:
+            closed.place(place, block)
+        names = {e.constraint for e in group.equations}
+        z = block.x[:, :1] + 1j * block.y[:, :1]
+        found = errors(self.mechanism, z, block.inputs[:, :1])
+        return all(e[0] <= self.accuracy.tolerance for name, _, e in found if name in names and np.isfinite(e[0]))

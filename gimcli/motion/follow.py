@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.solvers import closed, newton
 from gimcli.solvers.block import Block
 from gimcli.solvers.newton import Packed, Run
@@ -25,6 +25,10 @@ from gimcli.structure.steps import Coupled, Dyad, Orient, Place, Plan, Tilt
 
 Inputs = Callable[[FloatArray], FloatArray]
 """Inputs (actuators, rows) at times (rows,); also a little beyond the ends of the motion."""
+
+
+Assemble = Callable[[FloatArray, float], "list[tuple[Row, FloatArray]]"]
+"""Rows and signs of all branches at inputs (actuators,) and a time."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +90,26 @@ class Follower:
         self.log, self.sign = [row], signs.copy()
         self.determinant = dict.fromkeys(self.packed, 0.0)
         self.bridges = []
+
+    def leave(self, assemble: Assemble, singular: ComplexArray) -> bool:
+        """Start from a singular position (nodes,): leave it along the branch on which least moves.
+
+        The start itself is extrapolated from the rows after it.
+        """
+        for part in self.policy.leaps:
+            delta = part * self.turn
+            found = assemble(self.inputs(np.array([delta]))[:, 0], delta)
+            if not found:
+                continue
+            row, signs = min(found, key=lambda f: float(np.nanmax(np.abs(f[0].x + 1j * f[0].y - singular))))
+            self.begin(row, signs)
+            block = self.evaluate(delta * np.arange(2.0, 9.0), self.log)
+            if block.end == len(block.time):
+                rows = [row, *self.rows(block)]
+                self.bridges = [Bridge(0.0, [Bridge(0.0, rows).at(0.0), *rows])]
+                self.log = rows
+                return True
+        return False
 
     # -- blocks -------------------------------------------------------------------------
 
@@ -157,7 +181,7 @@ class Follower:
             np.full((len(self.mechanism.nodes), n), np.nan), np.full((len(self.mechanism.nodes), n), np.nan),
             np.full(n, float(Status.LIMIT)), np.full(n, np.nan), np.zeros(n),
         )  # fmt: skip
-        i = 0
+        i = self._fill(path, times, 0)
         while i < n:
             block = self.evaluate(times[i : i + self.policy.rows], self.log)
             good = block.end - block.history
@@ -282,7 +306,8 @@ class Follower:
         if block.end < len(block.time):
             return False
         self.log = rows + self.rows(block)
-        self.bridges.append(Bridge(centre, self.log.copy()))
+        bridge = Bridge(centre, self.log.copy())
+        self.bridges.append(Bridge(bridge.turning(), bridge.rows))
         return True
 
     def _sides(self, row: Row) -> FloatArray:
@@ -324,6 +349,19 @@ class Bridge:
             np.asarray(sum(w * getattr(row, part) for w, row in zip(weights, self.rows, strict=True))) for part in "xyg"
         )
         return Row(time, x, y, g)
+
+    def turning(self) -> float:
+        """Return the time at which a measure changes its sign; the centre where none does."""
+        low, high = self.rows[3], self.rows[4]
+        flips = np.flatnonzero(low.g * high.g < 0.0)
+        if not len(flips):
+            return self.centre
+        branch, a, b = flips[0], low.time, high.time
+        for _ in range(60):
+            middle = 0.5 * (a + b)
+            same = self.at(middle).g[branch] * low.g[branch] > 0.0
+            a, b = (middle, b) if same else (a, middle)
+        return 0.5 * (a + b)
 
 
 def lagrange(nodes: list[float], time: float) -> list[float]:

@@ -14,8 +14,7 @@ from gimcli.motion.effort import choose, gim_work, newton_work
 from gimcli.motion.follow import Follower, Path
 from gimcli.motion.inputs import law_inputs, pace
 from gimcli.motion.options import Options
-from gimcli.motion.start import STEPS_A_TURN, start_position
-from gimcli.solvers.newton import Run
+from gimcli.motion.start import STEPS_A_TURN, leave_singular, start_position
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed, residual
@@ -62,9 +61,17 @@ def trace(
     run = choose(options.jit, newton_work(plan, max(steps, STEPS_A_TURN)), tell)
     values = inputs(time)
     start = start_position(mechanism, plan, values[:, 0], run, options.tolerance)
+    follower = Follower(mechanism, plan, inputs, run, options.tolerance)
+    follower.progress = progress
+    way = pace(mechanism, inputs(np.linspace(0.0, 1.0, 65)))
+    follower.turn = 1.0 / max(way, 1e-3)
+    if start.status is Status.SINGULAR:
+        start = leave_singular(follower, start)
+    elif start.status is Status.OK:
+        follower.begin(start.row, start.signs)
     if start.status is not Status.OK:
         return _nothing(mechanism, time, values, start)
-    path = _along(mechanism, plan, start, inputs, time, run, options.tolerance, progress)
+    path = _along(follower, time, max(1, math.ceil(way * STEPS_A_TURN / steps)))
     z = np.concatenate([(start.row.x + 1j * start.row.y)[:, None], path.x + 1j * path.y], axis=1)
     status = [start.status, *(Status(int(s)) for s in path.status)]
     work = np.concatenate([[start.work], path.work])
@@ -84,17 +91,9 @@ def _nothing(mechanism: Mechanism, time: FloatArray, values: FloatArray, start: 
     )
 
 
-def _along(
-    mechanism: Mechanism, plan: Plan, start: Assembly, inputs: Callable[[FloatArray], FloatArray],
-    time: FloatArray, run: Run, tolerance: float, progress: Progress | None,
-) -> Path:  # fmt: skip
-    follower = Follower(mechanism, plan, inputs, run, tolerance)
-    way = pace(mechanism, inputs(np.linspace(0.0, 1.0, 65)))
-    follower.turn = 1.0 / max(way, 1e-3)
-    follower.begin(start.row, start.signs)
-    follower.progress = progress
+def _along(follower: Follower, time: FloatArray, parts: int) -> Path:
+    """Follow the rows after the first, each step in some parts."""
     steps = len(time) - 1
-    parts = max(1, math.ceil(way * STEPS_A_TURN / steps))
     if parts == 1:
         return follower.follow(time[1:])
     fine = np.arange(1, parts * steps + 1) / (parts * steps)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 
 import numpy as np
 
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler, Assembly
-from gimcli.motion.follow import Follower
+from gimcli.motion.follow import Follower, Row
 from gimcli.motion.inputs import nearest_turns, pace, straight_inputs
 from gimcli.solvers.newton import Run
 from gimcli.status import Status
@@ -16,6 +17,9 @@ from gimcli.structure.steps import Plan
 
 STEPS_A_TURN = 90
 """Rows are solved at least this densely inside, whatever the user asks to see."""
+
+FLAT = 1e-6
+"""A step with two solutions is singular when they are nearer than this, relative to the size."""
 
 
 def start_position(mechanism: Mechanism, plan: Plan, inputs: FloatArray, run: Run, tolerance: float) -> Assembly:
@@ -33,6 +37,29 @@ def start_position(mechanism: Mechanism, plan: Plan, inputs: FloatArray, run: Ru
             if moved is not None:
                 return moved
     return assembler.assemble(inputs, mechanism.drawn)
+
+
+def leave_singular(follower: Follower, start: Assembly) -> Assembly:
+    """Let a motion leave a singular start; return it told from the rows after it, or as it was."""
+    mechanism = follower.mechanism
+    assembler = Assembler(mechanism, follower.plan, follower.run, follower.accuracy.tolerance)
+    position = np.where(np.isfinite(start.row.x + start.row.y), start.row.x + 1j * start.row.y, mechanism.drawn)
+    flat = [k for k in range(follower.plan.branches) if not abs(start.row.g[k]) > FLAT * mechanism.size]
+
+    def branches(inputs: FloatArray, time: float) -> list[tuple[Row, FloatArray]]:
+        found = []
+        for turn in product((1.0, -1.0), repeat=min(len(flat), 4)):
+            signs = start.signs.copy()
+            signs[flat[:4]] = turn
+            tried = assembler.assemble(inputs, position, time, signs)
+            if tried.status is Status.OK:
+                found.append((tried.row, signs))
+        return found
+
+    if not follower.leave(branches, position):
+        return start
+    row = follower.at(0.0)
+    return Assembly(Status.OK, row, follower.sign.copy(), follower.tolerance, start.work, start.surplus)
 
 
 def drawn_inputs(mechanism: Mechanism) -> FloatArray:
