@@ -1,6 +1,7 @@
 """YAML text as plain data, with the line and column of every part.
 
-Plain scalars are read as in YAML 1.2: `on`, `yes` and `no` are words, `1e-3` is a number.
+Plain scalars are read as in YAML 1.2: `on`, `yes` and `no` are words, `1e-3` is a number. The data are built from
+the parser's events, so that nesting and aliases are refused before anything recurses into them or copies them.
 """
 
 from __future__ import annotations
@@ -15,16 +16,27 @@ import yaml
 from gimcli.errors import ModelError
 
 Where = tuple[str | int, ...]
+Spot = tuple[int, int]  # line and column, from 1
 
 MOST_BYTES = 4_000_000
 DEEPEST = 12
 MOST_PARTS = 400_000
 
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-_INTEGER = re.compile(r"[-+]?[0-9]+$")
+_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_INTEGER = re.compile(r"-?(0|[1-9][0-9]*)$")  # 007 is a number too, but no name
 _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?$")
 _SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)$|\.(nan|NaN|NAN)$")
 _WORDS = {"": None, "~": None, "null": None, "Null": None, "true": True, "True": True, "false": False, "False": False}
+_CONTROL = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+@dataclass(frozen=True, order=True)
+class Fault:
+    """What is wrong, and where; faults are told in the order of their lines."""
+
+    line: int
+    column: int
+    text: str
 
 
 @dataclass
@@ -33,130 +45,219 @@ class Source:
 
     path: Path
     data: Any = None
-    keys: dict[Where, tuple[int, int]] = field(default_factory=dict)
-    values: dict[Where, tuple[int, int]] = field(default_factory=dict)
-    faults: list[str] = field(default_factory=list)
+    keys: dict[Where, Spot] = field(default_factory=dict)
+    values: dict[Where, Spot] = field(default_factory=dict)
+    faults: list[Fault] = field(default_factory=list)
 
-    def at(self, where: Where, key: bool = False) -> str:
-        """Return file:line:column of a part, or of what holds it."""
+    def fault(self, where: Where, text: str, key: bool = False) -> None:
+        """Note a fault of a part, or of what holds it."""
         table = self.keys if key else self.values
         while where and where not in table:
             where, table = where[:-1], self.values
-        line, column = table.get(where, (1, 1))
-        return f"{self.path}:{line}:{column}"
+        self.fault_at(table.get(where, (1, 1)), text)
+
+    def fault_at(self, spot: Spot, text: str) -> None:
+        """Note a fault at a line and column."""
+        self.faults.append(Fault(*spot, text))
+
+    def error(self) -> ModelError:
+        """Return all faults, each `file:line:column: text`, as one error."""
+        found = sorted(dict.fromkeys(self.faults))
+        return ModelError([f"{self.path}:{f.line}:{f.column}: {f.text}" for f in found])
 
 
 def read_source(path: Path) -> Source:
     """Read a model file; raise ModelError where it is no YAML mapping of reasonable size."""
     text = _text(path)
-    _shallow(path, text)
     source = Source(path)
+    loader = _LOADER(text)
     try:
-        loader = _LOADER(text)
-        try:
-            root = loader.get_single_node()
-        finally:
-            loader.dispose()
+        source.data = _Builder(source, loader).document()
     except yaml.MarkedYAMLError as error:
-        raise ModelError([_syntax(path, text, error)]) from None
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
-        raise ModelError([f"{path}:1:1: not readable as YAML: {str(error).splitlines()[0]}"]) from None
-    if root is None:
-        raise ModelError([f"{path}:1:1: the file is empty; a model needs nodes, ground and links or elements"])
-    if not isinstance(root, yaml.MappingNode):
-        raise ModelError([f"{path}:1:1: met no keys; a model file starts with keys such as `nodes:` and `ground:`"])
-    source.data = _Builder(source).build(root, ())
+        source.fault_at(*_syntax(text, error))
+        raise source.error() from None
+    finally:
+        loader.dispose()
     return source
 
 
 def _text(path: Path) -> str:
-    if path.is_dir():
-        raise ModelError([f"{path}: is a folder; name a model file in it"])
     try:
-        size = path.stat().st_size
-        if size > MOST_BYTES:
-            raise ModelError([f"{path}: {size / 1e6:.0f} MB is no model file; the most that is read is 4 MB"])
-        raw = path.read_bytes()
+        if path.is_dir():
+            raise ModelError([f"{path}: is a folder; name a model file in it{_files_in(path)}"])
+        with path.open("rb") as handle:
+            raw = handle.read(MOST_BYTES + 1)
     except FileNotFoundError:
-        near = sorted(p.name for p in path.parent.glob("*.y*ml"))[:5] if path.parent.is_dir() else []
-        hint = f"; in that folder: {', '.join(near)}" if near else ""
-        raise ModelError([f"{path}: no such file{hint}"]) from None
+        raise ModelError([f"{path}: no such file; give the path of a model file{_files_in(path.parent)}"]) from None
     except OSError as error:
-        raise ModelError([f"{path}: cannot be read: {error.strerror}"]) from None
+        raise ModelError([f"{path}: cannot be read: {error.strerror}; give the path of a model file"]) from None
+    if len(raw) > MOST_BYTES:
+        raise ModelError([f"{path}: is too large for a model file; at most {MOST_BYTES // 1_000_000} MB are read"])
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise ModelError([f"{path}: not a text file (byte {error.start} is not UTF-8)"]) from None
-    if "\0" in text:
-        raise ModelError([f"{path}: not a text file (it has a zero byte)"])
+        cure = "save it as UTF-8"
+        raise ModelError([f"{path}: not a text file (byte {error.start} is not UTF-8); {cure}"]) from None
+    found = _CONTROL.search(text)
+    if found:
+        line, column = text.count("\n", 0, found.start()) + 1, found.start() - text.rfind("\n", 0, found.start())
+        sign = f"control character {ord(found[0]):#04x}"
+        raise ModelError([f"{path}:{line}:{column}: not a text file: met {sign}; remove it"])
     return text
 
 
-def _shallow(path: Path, text: str) -> None:
-    """Refuse nesting that no model has, before the parser recurses into it."""
-    depth = 0
-    for number, line in enumerate(text.splitlines(), start=1):
-        if line.count("- ") > DEEPEST or len(line) - len(line.lstrip(" ")) > 40 * DEEPEST:
-            raise ModelError([f"{path}:{number}:1: nested too deeply for a model file"])
-        if "[" not in line and "{" not in line and "]" not in line and "}" not in line:
-            continue
-        for column, sign in enumerate(line, start=1):
-            depth += (sign in "[{") - (sign in "]}")
-            depth = max(depth, 0)
-            if depth > DEEPEST:
-                raise ModelError([f"{path}:{number}:{column}: nested too deeply for a model file"])
+def _files_in(folder: Path) -> str:
+    """Return '; in that folder: ...' with the YAML files there, else ''."""
+    try:
+        names = sorted(p.name for p in folder.iterdir() if p.suffix in (".yaml", ".yml"))
+    except OSError:
+        return ""
+    return f"; in that folder: {', '.join(names[:8])}{' ...' if len(names) > 8 else ''}" if names else ""
 
 
-def _syntax(path: Path, text: str, error: yaml.MarkedYAMLError) -> str:
+def _syntax(text: str, error: yaml.MarkedYAMLError) -> tuple[Spot, str]:
     mark = error.problem_mark or error.context_mark
     line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
     lines = text.splitlines()
     row = lines[line - 1] if line <= len(lines) else ""
     if "\t" in row[: len(row) - len(row.lstrip())]:
-        return f"{path}:{line}:{row.index(chr(9)) + 1}: tabs cannot indent in YAML; use spaces"
-    return f"{path}:{line}:{column}: not readable as YAML: {error.problem or error.context}; mend the line"
+        return (line, row.index("\t") + 1), "tabs cannot indent in YAML; use spaces"
+    return (line, column), f"not readable as YAML: {error.problem or error.context}; mend the line"
+
+
+@dataclass(frozen=True)
+class _Anchor:
+    data: Any
+    parts: int
+    height: int
 
 
 class _Builder:
-    def __init__(self, source: Source) -> None:
-        self.source = source
+    """Builds plain data from the events of one document."""
+
+    def __init__(self, source: Source, loader: Any) -> None:
+        self.source, self.loader = source, loader
         self.parts = 0
+        self.anchors: dict[str, _Anchor] = {}
 
-    def build(self, node: Any, where: Where) -> Any:
-        self.parts += 1
-        if self.parts > MOST_PARTS or len(where) > DEEPEST:
-            raise ModelError([f"{self.source.path}:1:1: too many or too deeply nested parts for a model file"])
-        self.source.values[where] = (node.start_mark.line + 1, node.start_mark.column + 1)
-        if isinstance(node, yaml.MappingNode):
-            return self._mapping(node, where)
-        if isinstance(node, yaml.SequenceNode):
-            return [self.build(child, (*where, k)) for k, child in enumerate(node.value)]
-        return scalar(node)
+    def document(self) -> dict[str, Any]:
+        """Return the data of the only document, a mapping."""
+        self.loader.get_event()  # the stream's start
+        if self.loader.check_event(yaml.StreamEndEvent):
+            raise self.refused((1, 1), "the file is empty; a model needs `nodes`, `ground` and `links` or `elements`")
+        self.loader.get_event()  # the document's start
+        first = self.loader.peek_event()
+        if not isinstance(first, yaml.MappingStartEvent):
+            text = "met no keys; a model file starts with keys such as `nodes:` and `ground:`"
+            raise self.refused(_spot(first), text)
+        data, _ = self.part(())
+        self.loader.get_event()  # the document's end
+        if not self.loader.check_event(yaml.StreamEndEvent):
+            text = "a second document starts here; one file holds one model"
+            raise self.refused(_spot(self.loader.peek_event()), text)
+        assert isinstance(data, dict)
+        return data
 
-    def _mapping(self, node: yaml.MappingNode, where: Where) -> dict[str, Any]:
+    def refused(self, spot: Spot, text: str) -> ModelError:
+        """Return the error for what cannot be read further."""
+        self.source.fault_at(spot, text)
+        return self.source.error()
+
+    def part(self, where: Where) -> tuple[Any, int]:
+        """Return the next part and its height (0 for a scalar)."""
+        event = self.loader.get_event()
+        self.source.values[where] = _spot(event)
+        if isinstance(event, yaml.AliasEvent):
+            return self.alias(event, len(where))
+        before = self.count(event, len(where))
+        if isinstance(event, yaml.MappingStartEvent):
+            data, height = self.mapping(where)
+        elif isinstance(event, yaml.SequenceStartEvent):
+            data, height = self.sequence(where)
+        else:
+            data, height = scalar(event), 0
+        if event.anchor is not None:
+            self.anchors[event.anchor] = _Anchor(data, self.parts - before, height)
+        return data, height
+
+    def count(self, event: Any, depth: int, parts: int = 1) -> int:
+        """Count parts, refuse too many or too deep ones; return the count before them."""
+        if depth > DEEPEST:
+            raise self.refused(_spot(event), "nested too deeply for a model file; see the keys that `gim schema` tells")
+        self.parts += parts
+        if self.parts > MOST_PARTS:
+            raise self.refused(_spot(event), f"more than {MOST_PARTS} parts are too many for a model file; shorten it")
+        return self.parts - parts
+
+    def alias(self, event: Any, depth: int) -> tuple[Any, int]:
+        """Return what an alias stands for; it counts as if it were written out."""
+        anchor = self.anchors.get(event.anchor)
+        if anchor is None:
+            self.source.fault_at(_spot(event), f"alias *{event.anchor} stands for nothing; write &{event.anchor} above")
+            return None, 0
+        self.count(event, depth + anchor.height, anchor.parts)
+        return anchor.data, anchor.height
+
+    def sequence(self, where: Where) -> tuple[list[Any], int]:
+        """Return the entries up to the sequence's end."""
+        result, height = [], 0
+        while not self.loader.check_event(yaml.SequenceEndEvent):
+            entry, below = self.part((*where, len(result)))
+            result.append(entry)
+            height = max(height, below)
+        self.loader.get_event()
+        return result, height + 1
+
+    def mapping(self, where: Where) -> tuple[dict[str, Any], int]:
+        """Return the entries up to the mapping's end; note keys that are none or are given twice."""
         result: dict[str, Any] = {}
-        for key, value in node.value:
-            spot = (key.start_mark.line + 1, key.start_mark.column + 1)
-            if not isinstance(key, yaml.ScalarNode):
-                self.source.faults.append(f"{self.source.path}:{spot[0]}:{spot[1]}: a key must be a word")
+        height = 0
+        while not self.loader.check_event(yaml.MappingEndEvent):
+            name = self.key(where, len(where) + 1)
+            if name is None:
+                self.skip(len(where) + 1)
                 continue
-            name = str(key.value)
-            if name in result:
-                first = self.source.keys[(*where, name)][0]
-                self.source.faults.append(
-                    f"{self.source.path}:{spot[0]}:{spot[1]}: '{name}' is given twice, first in line {first};"
-                    " rename or remove one"
-                )
-                continue
-            self.source.keys[(*where, name)] = spot
-            result[name] = self.build(value, (*where, name))
-        return result
+            result[name], below = self.part((*where, name))
+            height = max(height, below)
+        self.loader.get_event()
+        return result, height + 1
+
+    def key(self, where: Where, depth: int) -> str | None:
+        """Return the next key and note its place; None for one that cannot be used."""
+        event = self.loader.peek_event()
+        spot = _spot(event)
+        if not isinstance(event, yaml.ScalarEvent) or not event.value:
+            self.skip(depth)
+            self.source.fault_at(spot, "a key must be a word; write `name: ...`")
+            return None
+        self.loader.get_event()
+        name = str(event.value)
+        if (*where, name) in self.source.keys:
+            first = self.source.keys[(*where, name)][0]
+            self.source.fault_at(spot, f"'{name}' is given twice, first in line {first}; rename or remove one")
+            return None
+        self.source.keys[(*where, name)] = spot
+        return name
+
+    def skip(self, depth: int) -> None:
+        """Pass over the next part."""
+        level = 0
+        while True:
+            event = self.loader.get_event()
+            self.count(event, depth + level)
+            level += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if level == 0:
+                return
 
 
-def scalar(node: Any) -> Any:
+def _spot(event: Any) -> Spot:
+    return event.start_mark.line + 1, event.start_mark.column + 1
+
+
+def scalar(event: Any) -> Any:
     """Return the value of a scalar: quoted ones are text."""
-    text = str(node.value)
-    if node.style in ("'", '"', "|", ">"):
+    text = str(event.value)
+    if event.style in ("'", '"', "|", ">"):
         return text
     if text in _WORDS:
         return _WORDS[text]

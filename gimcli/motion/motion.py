@@ -135,7 +135,7 @@ def _judged(
     """Check every row by a residual that nothing of the solution enters; empty those that fail."""
     start, error = z[:, 0].copy(), residual(mechanism, z, values).total
     wrong = Status.CONTRADICTORY if plan.surplus > 0 else Status.NOT_CONVERGED
-    for k in np.flatnonzero(~(error <= allowed(mechanism, options.tolerance))):
+    for k in np.flatnonzero(~(error <= allowed(mechanism, options.tolerance, options.method == "gim"))):
         if status[k] is Status.OK:
             status[k] = wrong
     bad = np.array([s is not Status.OK for s in status])

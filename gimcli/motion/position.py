@@ -69,7 +69,7 @@ def _by_sweeps(
     done = sweeper.settle(inputs, guess, options.sweeps + 1 if history else 0)
     check = residual(mechanism, done.z[:, None], inputs[:, None], names=True)
     status = Status.OK if done.good else Status.NOT_CONVERGED
-    if done.good and not check.total[0] <= allowed(mechanism, options.tolerance):
+    if done.good and not check.total[0] <= allowed(mechanism, options.tolerance, swept=True):
         status = Status.CONTRADICTORY
     return Position(
         mechanism, inputs, done.z, status, check, done.sweeps, float("nan"), done.history if history else None, options

@@ -14,6 +14,9 @@ import numpy as np
 
 from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism, Member
 
+SWEPT = 100.0
+"""What an error of the restrictions imposed may be worth in those of a member that are not."""
+
 
 @dataclass(frozen=True)
 class Residual:
@@ -47,10 +50,14 @@ def residual(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, names: b
     return Residual(lengths, angles, tuple(worst))
 
 
-def allowed(mechanism: Mechanism, tolerance: float) -> float:
-    """Return the residual up to which a position is right: the tolerance, or what rounding leaves of it."""
+def allowed(mechanism: Mechanism, tolerance: float, swept: bool = False) -> float:
+    """Return the residual up to which a position is right: the tolerance, or what rounding leaves of it.
+
+    Sweeps end by the restrictions of their own sequence; a member's other lengths and angles, which
+    are told here, may then be off by more.
+    """
     rounding = 64.0 * float(np.finfo(float).eps) * mechanism.size / mechanism.shortest
-    return max(tolerance, rounding)
+    return max(SWEPT * tolerance if swept else tolerance, rounding)
 
 
 def errors(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Iterator[tuple[str, bool, FloatArray]]:
