@@ -15,7 +15,8 @@ from gimcli.solvers import gim
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move
-from gimcli.structure.sequence import P0, P1, P2, Group, Sequence, find_sequence
+from gimcli.structure.rules import P0, P1, P2
+from gimcli.structure.sequence import Group, Sequence, find_sequence
 
 DISTURBED = 1e-2
 """Disturbance of the nodes from which sweeps are predicted and observed, relative to the size."""

@@ -5,369 +5,207 @@ Every fault of a file is one line: file:line:column, what was met, what to do.
 
 from __future__ import annotations
 
-import difflib
-import math
-from collections.abc import Iterable, Sequence
+import copy
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from gimcli.errors import ModelError
-from gimcli.model.schema import PROFILES, Actuator, Law, Model, long_form
+from gimcli.model import wording
+from gimcli.model.check_inputs import check_inputs, check_span
+from gimcli.model.references import CLOSEST, References
+from gimcli.model.schema import Element, Link, Load, Model, Tracer, long_form
 from gimcli.model.source import Source, Where, read_source
+
+SECTIONS = ("nodes", "links", "elements", "prismatic", "actuators", "points", "masses", "loads")
+CONSTRAINTS = ("links", "elements", "prismatic", "actuators")
+COLUMNS = ("step", "time", "residual", "sweeps", "status")
+SIZES = (1e-100, 1e100)
 
 
 def load_model(path: Path | str) -> Model:
     """Read and validate a model file; raise ModelError with all its faults."""
     source = read_source(Path(path))
-    try:
-        model = Model.model_validate(long_form(source.data))
-    except ValidationError as error:
-        faults = [_schema_fault(source, dict(e)) for e in error.errors()]
-        raise ModelError(_sorted(source.faults + faults)) from None
-    faults = source.faults + Checker(source, model).run()
-    if faults:
-        raise ModelError(_sorted(faults))
+    model, doubtful = _typed(source)
+    if model is not None:
+        check(References(source, model, doubtful))
+    if model is None or source.faults:
+        raise source.error()
     return model
 
 
-def _sorted(faults: Iterable[str]) -> list[str]:
-    def place(fault: str) -> tuple[int, int]:
-        numbers = [part for part in fault.split(":")[1:3] if part.isdigit()]
-        return (int(numbers[0]), int(numbers[1])) if len(numbers) == 2 else (0, 0)
-
-    return sorted(dict.fromkeys(faults), key=place)
-
-
-def near(word: str, words: Iterable[str]) -> str:
-    """Return '; did you mean X?' for a near miss, else ''."""
-    found = difflib.get_close_matches(word, list(words), 1, 0.6)
-    folded = [w for w in words if w.lower() == word.lower()]
-    best = folded or found
-    return f"; did you mean '{best[0]}'?" if best else ""
-
-
-# -- types ----------------------------------------------------------------------------------
+def _typed(source: Source) -> tuple[Model | None, set[Where]]:
+    """Return the model, and which of its parts had to be left out; None where too little is left of it."""
+    data = long_form(source.data)
+    try:
+        return Model.model_validate(data), set()
+    except ValidationError as error:
+        faults = [dict(e) for e in error.errors(include_url=False)]
+    for fault in faults:
+        wording.note(source, fault)
+    data, doubtful = _without(data, faults)
+    try:
+        return Model.model_validate(data), doubtful
+    except ValidationError:
+        return None, doubtful
 
 
-def _schema_fault(source: Source, error: dict[str, Any]) -> str:
-    kind, where = str(error["type"]), tuple(p for p in error["loc"])
-    met, limits = error.get("input"), error.get("ctx", {})
-    path: Where = tuple(p for p in where if not (p == "nodes" and _short(source, where)))
-    name = ".".join(str(p) for p in where) or "the file"
-    at = source.at(path)
-    if kind == "extra_forbidden":
-        known = _known_keys(where[:-1])
-        listed = near(str(where[-1]), known) or f"; known here: {', '.join(known)}"
-        return f"{source.at(path, key=True)}: unknown key '{where[-1]}'{listed}"
-    if kind == "missing":
-        cure = "; write `ground: [NODES]`, or `ground: {member: NAME}` for a floating mechanism"
-        return f"{at}: '{where[-1]}' is missing" + (cure if where == ("ground",) else f"; add `{where[-1]}:`")
-    if kind in ("float_type", "float_parsing"):
-        return f"{at}: {name}: a number is needed, met {_shown(met)}"
-    if kind == "finite_number":
-        return f"{at}: {name}: a finite number is needed, met {met}"
-    if kind in ("greater_than", "greater_than_equal"):
-        least = limits.get("gt", limits.get("ge"))
-        bound = "above" if "gt" in limits else "at least"
-        return f"{at}: {name}: must be {bound} {least:g}, met {met}"
-    if kind == "literal_error":
-        allowed = [w.strip(" '") for w in str(limits.get("expected", "")).replace(" or ", ", ").split(",")]
-        return f"{at}: {name}: met {_shown(met)}; choose {', '.join(allowed)}{near(str(met), allowed)}"
-    if kind in ("too_short", "too_long"):
-        length = limits.get("min_length", limits.get("max_length"))
-        count = limits.get("actual_length")
-        side = "at least" if kind == "too_short" else "no more than"
-        return f"{at}: {name}: {side} {length} entries are needed, met {count}"
-    if kind in ("list_type", "dict_type", "model_type"):
-        form = "a list such as [A, B]" if kind == "list_type" else "a mapping of keys"
-        return f"{at}: {name}: {form} is needed, met {_shown(met)}"
-    if kind.startswith("string"):
-        return f"{at}: {name}: a name is needed, met {_shown(met)}"
-    return f"{at}: {name}: {error.get('msg', kind)}, met {_shown(met)}"
-
-
-def _short(source: Source, where: Where) -> bool:
-    return len(where) > 1 and where not in source.values and where[:-1] in source.values
-
-
-def _shown(met: Any) -> str:
-    text = repr(met) if not isinstance(met, dict) else "a mapping"
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
-def _known_keys(where: Sequence[Any]) -> list[str]:
-    schema = Model.model_json_schema(by_alias=True)
-    node: dict[str, Any] = schema
-    for part in where:
-        if part in node.get("properties", {}):
-            node = node["properties"][part]
-        elif isinstance(node.get("additionalProperties"), dict):
-            node = node["additionalProperties"]
-        for option in [*node.get("anyOf", []), *node.get("allOf", []), node]:
-            if "$ref" in option:
-                node = schema["$defs"][option["$ref"].rsplit("/", 1)[-1]]
-                break
-    return list(node.get("properties", {}))
+def _without(data: dict[str, Any], faults: list[dict[str, Any]]) -> tuple[dict[str, Any], set[Where]]:
+    """Return the data without its unknown keys and its faulty parts, and what was left out."""
+    rest, doubtful = copy.deepcopy(data), set[Where]()
+    for fault in faults:
+        where: Where = tuple(fault["loc"])
+        if fault["type"] != "extra_forbidden":
+            where = where[:2] if where[0] in SECTIONS else where[:1]
+            doubtful.add(where)
+        inner: Any = rest
+        for part in where[:-1]:
+            inner = inner.get(part, {}) if isinstance(inner, dict) else {}
+        if isinstance(inner, dict):
+            inner.pop(where[-1], None)
+    if ("ground",) in doubtful:
+        rest["ground"] = {}
+    return rest, doubtful
 
 
 # -- references -----------------------------------------------------------------------------
 
 
-class Checker:
-    """What the parts of a model say of each other."""
+def check(refs: References) -> None:
+    """Note what does not fit together."""
+    if not refs.every and refs.sure:
+        refs.fault((), "no members; add `links:` or `elements:`")
+    _check_names(refs)
+    _check_ground(refs)
+    for name, link in refs.model.links.items():
+        _check_member(refs, ("links", name), link)
+    for name, element in refs.model.elements.items():
+        _check_member(refs, ("elements", name), element)
+    if refs.every and refs.sure and not SIZES[0] < refs.size < SIZES[1]:
+        refs.fault(("nodes",), f"the mechanism is {refs.size:g} in size; choose another unit of length")
+    for name in refs.model.prismatic:
+        _check_prismatic(refs, name)
+    check_inputs(refs)
+    _check_points(refs)
+    _check_dynamics(refs)
 
-    def __init__(self, source: Source, model: Model) -> None:
-        self.source, self.model = source, model
-        self.faults: list[str] = []
-        self.members: dict[str, list[str]] = {k: v.nodes for k, v in model.links.items()}
-        self.members |= {k: v.nodes for k, v in model.elements.items()}
-        self.ground = set(model.ground.nodes)
-        if model.ground.member in self.members:
-            self.ground = set(self.members[model.ground.member])
 
-    def run(self) -> list[str]:
-        """Return all faults."""
-        model = self.model
-        if not model.links and not model.elements:
-            self.fault((), "no members; add `links:` or `elements:`")
-        self._ground()
-        for name in set(model.links) & set(model.elements):
-            self.fault(("elements", name), f"'{name}' names a link too; rename one", key=True)
-        for name, nodes in self.members.items():
-            self._member(name, nodes)
-        for name, element in model.elements.items():
-            if element.shape is not None:
-                self._shape(name, element.nodes, element.shape)
-        self._prismatic()
-        for name, actuator in model.actuators.items():
-            self._actuator(name, actuator)
-        self._points()
-        return self.faults
+def _check_names(refs: References) -> None:
+    seen: dict[str, str] = {}
+    for section in CONSTRAINTS:
+        for name in getattr(refs.model, section):
+            if name in seen:
+                line = refs.source.keys[(seen[name], name)][0]
+                text = f"'{name}' is given twice, first under `{seen[name]}:` in line {line}; rename one"
+                refs.fault((section, name), text, key=True)
+            elif name == "ground" or (section == "actuators" and name in COLUMNS):
+                refs.fault((section, name), f"the name '{name}' is taken; rename it", key=True)
+            seen.setdefault(name, section)
 
-    def fault(self, where: Where, text: str, key: bool = False) -> None:
-        """Note a fault."""
-        while where and where not in self.source.values and "nodes" in where:
-            where = tuple(p for p in where if p != "nodes")
-        self.faults.append(f"{self.source.at(where, key)}: {text}")
 
-    def node(self, where: Where, name: str) -> bool:
-        """Tell whether a node is declared; note a fault where it is not."""
-        if name in self.model.nodes:
-            return True
-        hint = near(name, self.model.nodes) or f"; declare it under `nodes:` or use {self._some_nodes()}"
-        self.fault(where, f"node '{name}' is not declared{hint}")
-        return False
+def _check_ground(refs: References) -> None:
+    ground = refs.model.ground
+    if ground.member is not None and ground.nodes:
+        refs.fault(("ground",), "met both nodes and a member; ground one or the other")
+    elif ground.member == "ground":
+        refs.fault(("ground", "member"), "'ground' is no member; name a link or an element")
+    elif ground.member is not None:
+        if refs.member(("ground", "member"), ground.member):
+            _check_drawn(refs, ("ground", "member"), refs.every[ground.member])
+    elif not ground.nodes and ("ground",) not in refs.doubtful:
+        refs.fault(("ground",), "no node is fixed; write `ground: [NODES]` or `ground: {member: NAME}`")
+    refs.nodes(("ground", "nodes"), ground.nodes)
 
-    def _some_nodes(self) -> str:
-        names = list(self.model.nodes)
-        return ", ".join(names[:6]) + (" ..." if len(names) > 6 else "")
 
-    def nodes(self, where: Where, names: Sequence[str]) -> bool:
-        """Tell whether all nodes of a list are declared and different."""
-        good = all([self.node((*where, k), n) for k, n in enumerate(names)])
-        if len(set(names)) < len(names):
-            self.fault(where, f"a node is named twice in [{', '.join(names)}]; name different nodes")
-            return False
-        return good
+def _check_drawn(refs: References, where: Where, nodes: list[str]) -> None:
+    """Note a member whose drawn place cannot be told, as its first two nodes are drawn at one."""
+    a, b = nodes[:2]
+    if {a, b} <= set(refs.model.nodes) and a != b and not refs.apart(a, b):
+        refs.fault(where, f"nodes {a} and {b} are drawn at one place, which shows no direction; draw them apart")
 
-    def _ground(self) -> None:
-        ground = self.model.ground
-        if ground.member is not None and ground.nodes:
-            self.fault(("ground",), "met both nodes and a member; ground one or the other")
-        elif ground.member is not None:
-            if ground.member not in self.members:
-                hint = near(ground.member, self.members)
-                self.fault(("ground", "member"), f"member '{ground.member}' does not exist{hint}")
-        elif not ground.nodes:
-            self.fault(("ground",), "no node is fixed; write `ground: [NODES]` or `ground: {member: NAME}`")
-        self.nodes(("ground", "nodes"), ground.nodes)
 
-    def _member(self, name: str, nodes: list[str]) -> None:
-        section = "links" if name in self.model.links else "elements"
-        if not self.nodes((section, name, "nodes"), nodes):
-            return
-        if self.model.ground.member is None and set(nodes) <= self.ground:
-            self.fault((section, name), f"'{name}' joins ground nodes only; remove it, the frame is a member already")
-        free = (section == "links" and self.model.links[name].length is None) or (
-            section == "elements" and self.model.elements[name].shape is None
-        )
-        for i, a in enumerate(nodes) if free else ():
-            for b in nodes[:i]:
-                if self.model.nodes[a] == self.model.nodes[b]:
-                    cure = "move one, or give the `length`" if section == "links" else "move one, or give the `shape`"
-                    self.fault((section, name), f"nodes {b} and {a} of '{name}' coincide; {cure}")
+def _check_member(refs: References, where: Where, member: Link | Element) -> None:
+    name, nodes = where[1], member.nodes
+    known = refs.nodes((*where, "nodes"), nodes)
+    if known and refs.held is None and set(nodes) <= refs.ground:
+        refs.fault(where, f"'{name}' joins ground nodes only; remove it, the frame is a member already")
+    if isinstance(member, Element) and member.shape is not None:
+        _check_shape(refs, where, nodes, member.shape)
+    elif isinstance(member, Link) and member.length is not None:
+        if member.length <= CLOSEST * refs.size:
+            text = f"length {member.length:g} vanishes beside the mechanism's size {refs.size:g}; make it longer"
+            refs.fault((*where, "length"), text)
+    elif known:
+        cure = "give the `length`" if isinstance(member, Link) else "give the `shape`"
+        for a, b in refs.coincident({n: refs.model.nodes[n] for n in nodes}):
+            refs.fault((*where, "nodes"), f"nodes {a} and {b} of '{name}' coincide; move one, or {cure}")
 
-    def _shape(self, name: str, nodes: list[str], shape: dict[str, list[float]]) -> None:
-        for node in nodes:
-            if node not in shape:
-                self.fault(("elements", name, "shape"), f"shape of '{name}' lacks node {node}; add its place")
-        for node in shape:
-            if node not in nodes:
-                hint = near(node, nodes)
-                self.fault(("elements", name, "shape", node), f"'{node}' is no node of '{name}'{hint}", key=True)
-        places = [tuple(shape[n]) for n in nodes if n in shape]
-        if len(set(places)) < len(places):
-            self.fault(("elements", name, "shape"), f"two nodes of '{name}' coincide in its shape; move one")
 
-    def carriers(self, *nodes: str) -> list[str]:
-        """Return the members that hold all nodes; 'ground' first."""
-        found = ["ground"] if set(nodes) <= self.ground else []
-        return found + [k for k, v in self.members.items() if set(nodes) <= set(v)]
+def _check_shape(refs: References, where: Where, nodes: list[str], shape: dict[str, list[float]]) -> None:
+    for node in nodes:
+        if node not in shape:
+            refs.fault((*where, "shape"), f"shape of '{where[1]}' lacks node {node}; add its place")
+    for node in shape:
+        if node not in nodes:
+            hint = wording.near(node, nodes) or "; remove it or add it to `nodes`"
+            refs.fault((*where, "shape", node), f"'{node}' is no node of '{where[1]}'{hint}", key=True)
+    for a, b in refs.coincident({n: shape[n] for n in nodes if n in shape}):
+        refs.fault((*where, "shape"), f"nodes {a} and {b} of '{where[1]}' coincide in its shape; move one")
 
-    def _guide(self, where: Where, guide: list[str], sliding: list[str]) -> None:
-        if not self.nodes((*where, "guide"), guide):
-            return
-        carriers = self.carriers(*guide)
-        if not carriers:
-            text = f"guide nodes {guide[0]} and {guide[1]} belong to no common member; name two nodes of one, or of the ground"
-            self.fault((*where, "guide"), text)
-            return
-        if self.model.nodes[guide[0]] == self.model.nodes[guide[1]]:
-            self.fault((*where, "guide"), f"guide nodes {guide[0]} and {guide[1]} coincide; they must show a direction")
-        held = self.ground if carriers[0] == "ground" else set(self.members[carriers[0]])
-        for node in sliding:
-            if node in held:
-                self.fault(
-                    where, f"node {node} belongs to '{carriers[0]}', which carries the guide; it cannot slide on it"
-                )
 
-    def _prismatic(self) -> None:
-        for name, pair in self.model.prismatic.items():
-            where: Where = ("prismatic", name)
-            if (pair.node is None) == (pair.nodes is None):
-                self.fault(where, f"'{name}' needs either `node` (pin in a slot) or `nodes` (no relative rotation)")
-                continue
-            sliding = [pair.node] if pair.node is not None else list(pair.nodes or [])
-            known = (
-                self.node((*where, "node"), sliding[0])
-                if pair.node is not None
-                else self.nodes((*where, "nodes"), sliding)
+def _check_prismatic(refs: References, name: str) -> None:
+    where: Where = ("prismatic", name)
+    pair = refs.model.prismatic[name]
+    if (pair.node is None) == (pair.nodes is None):
+        refs.fault(where, f"'{name}' needs either `node` (pin in a slot) or `nodes` (no relative rotation)")
+        return
+    if pair.node is not None:
+        if refs.node((*where, "node"), pair.node):
+            check_span(refs, where, pair.guide, [pair.node])
+        return
+    sliding = pair.nodes or []
+    if refs.nodes((*where, "nodes"), sliding):
+        check_span(refs, where, pair.guide, sliding)
+        if refs.sure and not refs.carriers(*sliding):
+            text = (
+                f"nodes {sliding[0]} and {sliding[1]} belong to no common member; name two nodes of the one that slides"
             )
-            if known:
-                self._guide(where, pair.guide, sliding)
-            if known and len(sliding) == 2 and not self.carriers(*sliding):
-                self.fault(
-                    (*where, "nodes"),
-                    f"nodes {sliding[0]} and {sliding[1]} belong to no common member; one member slides",
-                )
+            refs.fault((*where, "nodes"), text)
 
-    # -- actuators --------------------------------------------------------------------------
 
-    def _actuator(self, name: str, actuator: Actuator) -> None:
-        where: Where = ("actuators", name)
-        given = {k for k in ("pivot", "arm", "reference", "nodes", "node", "guide") if getattr(actuator, k) is not None}
-        if actuator.type == "rotary":
-            self._fields(where, name, given, {"pivot", "arm"}, {"reference"})
-            if {"pivot", "arm"} <= given:
-                self._rotary(where, actuator)
-        elif "nodes" in given:
-            self._fields(where, name, given, {"nodes"}, set())
-            self._telescope(where, list(actuator.nodes or []))
+def _check_points(refs: References) -> None:
+    model = refs.model
+    for name, point in model.points.items():
+        _check_place(refs, ("points", name), point, "point")
+        if name in model.nodes:
+            refs.fault(("points", name), f"point '{name}' has the name of a node; rename it", key=True)
+    known = [*model.points, *model.nodes]
+    doubted = {where[-1] for where in refs.doubtful if where[0] in ("nodes", "points")}
+    for k, name in enumerate(model.trace):
+        if name not in known and not {name, "points"} & doubted:
+            refs.fault(("trace", k), f"'{name}' is neither a point nor a node{wording.near(name, known)}")
+    for name in (n for n, count in Counter(model.trace).items() if count > 1):
+        last = len(model.trace) - 1 - model.trace[::-1].index(name)
+        refs.fault(("trace", last), f"'{name}' is traced twice; name it once")
+
+
+def _check_place(refs: References, where: Where, part: Tracer | Load, what: str) -> None:
+    """Check what is carried by a member at one place."""
+    known = refs.member((*where, "on"), part.on)
+    if (part.at is None) == (part.local is None):
+        refs.fault(where, f"{what} '{where[1]}' needs either `at` (drawn) or `local`")
+    elif known and part.at is not None and part.on != "ground":
+        _check_drawn(refs, (*where, "at"), refs.every[part.on])
+
+
+def _check_dynamics(refs: References) -> None:
+    for name in refs.model.masses:
+        refs.member(("masses", name), name, key=True)
+    for name, load in refs.model.loads.items():
+        if (load.force is None) == (load.torque is None):
+            refs.fault(("loads", name), f"load '{name}' needs either `force` or `torque`")
+        if load.force is not None:
+            _check_place(refs, ("loads", name), load, "force")
         else:
-            self._fields(where, name, given, {"node", "guide"}, set())
-            if {"node", "guide"} <= given and self.node((*where, "node"), str(actuator.node)):
-                self._guide(where, list(actuator.guide or []), [str(actuator.node)])
-        if actuator.law is not None:
-            self._law((*where, "law"), actuator.law)
-
-    def _fields(self, where: Where, name: str, given: set[str], needed: set[str], optional: set[str]) -> None:
-        for key in sorted(needed - given):
-            self.fault(where, f"actuator '{name}' needs `{key}`")
-        for key in sorted(given - needed - optional):
-            kind = self.model.actuators[name].type
-            self.fault((*where, key), f"`{key}` does not belong to this {kind} actuator; remove it", key=True)
-
-    def _rotary(self, where: Where, actuator: Actuator) -> None:
-        pivot, arm, reference = str(actuator.pivot), str(actuator.arm), actuator.reference
-        known = [self.node((*where, k), n) for k, n in (("pivot", pivot), ("arm", arm))]
-        if reference is not None:
-            known.append(self.node((*where, "reference"), reference))
-        if not all(known):
-            return
-        arms = [m for m in self.carriers(pivot, arm) if m != "ground"]
-        if pivot == arm or not arms:
-            self.fault(
-                (*where, "arm"), f"pivot {pivot} and arm {arm} belong to no common moving member; name two nodes of one"
-            )
-            return
-        if reference is None:
-            others = [m for m in self.carriers(pivot) if m not in ("ground", arms[0])]
-            if pivot not in self.ground and others:
-                text = (
-                    f"pivot {pivot} joins '{arms[0]}' and '{others[0]}', which both move; add a `reference` node on one"
-                )
-                self.fault((*where, "pivot"), text)
-        elif not [m for m in self.carriers(pivot, reference) if m != arms[0]]:
-            text = f"pivot {pivot} and reference {reference} belong to no other common member; name a node of one that {arms[0]} turns on"
-            self.fault((*where, "reference"), text)
-
-    def _telescope(self, where: Where, nodes: list[str]) -> None:
-        if self.nodes((*where, "nodes"), nodes) and self.carriers(*nodes):
-            text = f"nodes {nodes[0]} and {nodes[1]} belong to one member ('{self.carriers(*nodes)[0]}'): their distance cannot change"
-            self.fault((*where, "nodes"), text)
-
-    def _law(self, where: Where, law: Law) -> None:
-        profile = law.profile
-        if profile.name not in PROFILES:
-            self.fault(
-                where,
-                f"profile '{profile.name}' is unknown; choose {', '.join(PROFILES)}{near(profile.name, PROFILES)}",
-            )
-        if law.by is not None and (law.from_ is not None or law.to is not None):
-            self.fault(where, "met `by` with `from` or `to`; give an increment or absolute values")
-        if profile.table is not None:
-            if law.from_ is not None or law.to is not None or law.by is not None:
-                self.fault(where, "a table holds absolute values; remove `from`, `to` and `by`")
-            self._table(where, profile.table)
-            return
-        if law.by is None and (law.from_ is None) != (law.to is None):
-            missing = "to" if law.to is None else "from"
-            self.fault(where, f"`{missing}` is missing; give both ends, or `by`")
-        if profile.polynomial is not None and (law.by is not None or law.from_ is not None):
-            ends = profile.polynomial[0], math.fsum(profile.polynomial)
-            if ends[0] != 0.0 or abs(ends[1] - 1.0) > 1e-9:
-                text = f"with `from` and `to` the polynomial must run from 0 to 1, met {ends[0]:g} to {ends[1]:g}"
-                self.fault(where, text)
-
-    def _table(self, where: Where, name: str) -> None:
-        from gimcli.model.tables import read_table
-
-        try:
-            time, _ = read_table(self.source.path.parent / name)
-        except ValueError as error:
-            self.fault(where, f"table {name}: {error}")
-            return
-        span, duration = time[-1] - time[0], self.model.duration
-        if duration is not None and abs(span - duration) > 1e-9 * duration:
-            self.fault(where, f"table {name} runs {span:g} s, duration is {duration:g} s; make them equal")
-
-    # -- points, masses, loads ------------------------------------------------------------------
-
-    def _points(self) -> None:
-        model = self.model
-        for name, point in model.points.items():
-            self._carried("points", name, point.on)
-            if (point.at is None) == (point.local is None):
-                self.fault(("points", name), f"point '{name}' needs either `at` (drawn) or `local`")
-            if name in model.nodes:
-                self.fault(("points", name), f"point '{name}' has the name of a node; rename it", key=True)
-        for k, name in enumerate(model.trace):
-            known = [*model.points, *model.nodes]
-            if name not in known:
-                self.fault(("trace", k), f"'{name}' is neither a point nor a node{near(name, known)}")
-        for name in model.masses:
-            self._carried("masses", name, name)
-        for name, load in model.loads.items():
-            self._carried("loads", name, load.on)
-            if (load.force is None) == (load.torque is None):
-                self.fault(("loads", name), f"load '{name}' needs either `force` or `torque`")
-            if load.force is not None and (load.at is None) == (load.local is None):
-                self.fault(("loads", name), f"force '{name}' needs either `at` (drawn) or `local`")
-
-    def _carried(self, section: str, name: str, member: str) -> None:
-        if member not in self.members and member != "ground":
-            where: Where = (section, name) if section == "masses" else (section, name, "on")
-            hint = near(member, self.members) or f"; members: {', '.join(list(self.members)[:8])}"
-            self.fault(where, f"member '{member}' does not exist{hint}", key=section == "masses")
+            refs.member(("loads", name, "on"), load.on)

@@ -17,6 +17,7 @@ def _word(value: Any) -> Any:
 
 
 Name = Annotated[str, BeforeValidator(_word), Field(min_length=1)]
+Text = Annotated[str, BeforeValidator(_word)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Length = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 Place = Annotated[list[Number], Field(min_length=2, max_length=2)]
@@ -25,7 +26,7 @@ Place = Annotated[list[Number], Field(min_length=2, max_length=2)]
 class Part(BaseModel):
     """A mapping whose keys are all known."""
 
-    model_config = ConfigDict(extra="forbid", populate_by_name=True)
+    model_config = ConfigDict(extra="forbid")
 
 
 class Units(Part):
@@ -77,7 +78,7 @@ class Profile(Part):
 class Law(Part):
     """Absolute values `from`, `to`, or an increment `by` on the drawn value."""
 
-    from_: Number | None = Field(None, alias="from")
+    from_: Number | None = Field(default=None, alias="from")
     to: Number | None = None
     by: Number | None = None
     profile: Profile = Profile()
@@ -125,8 +126,8 @@ class Load(Part):
 class Model(Part):
     """A planar mechanism."""
 
-    name: str = ""
-    source: str = ""
+    name: Text = ""
+    source: Text = ""
     units: Units = Units()
     nodes: dict[str, Place]
     ground: Ground

@@ -8,25 +8,32 @@ from pathlib import Path
 
 
 def read_table(path: Path) -> tuple[list[float], list[float]]:
-    """Return time [s] and value (file's unit); raise ValueError that says what is wrong."""
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as handle:
-            rows = [row for row in csv.reader(handle) if row]
-    except OSError as error:
-        raise ValueError(f"cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise ValueError("is not a text file") from None
-    if rows and not _numeric(rows[0]):
+    """Return time [s] and value (file's unit); raise ValueError that says what is wrong and what to do."""
+    rows = _rows(path)
+    if rows and not _numeric(rows[0][1]):
         rows = rows[1:]  # a header
     if len(rows) < 2:
-        raise ValueError("needs at least two rows of time,value")
-    for number, row in enumerate(rows, start=1):
+        raise ValueError("has fewer than two rows of time,value; add some")
+    for line, row in rows:
         if len(row) != 2 or not _numeric(row):
-            raise ValueError(f"row {number} is not time,value: {','.join(row)[:40]}")
-    time, value = ([float(row[k]) for row in rows] for k in (0, 1))
-    if any(b <= a for a, b in zip(time, time[1:], strict=False)):
-        raise ValueError("time must increase from row to row")
+            raise ValueError(f"line {line} is not time,value: {','.join(row)[:40]}; write two finite numbers")
+    time, value = ([float(row[k]) for _, row in rows] for k in (0, 1))
+    for (line, _), before, after in zip(rows[1:], time, time[1:], strict=False):
+        if after <= before:
+            raise ValueError(f"line {line}: time {after:g} after {before:g}; time must increase from row to row")
     return time, value
+
+
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Return the rows that hold something, each with its line."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as handle:
+            reader = csv.reader(handle)
+            return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+    except OSError as error:
+        raise ValueError(f"cannot be read: {error.strerror}; its path starts at the model's folder") from None
+    except (UnicodeDecodeError, csv.Error):
+        raise ValueError("is not a text file of rows time,value; name a CSV file") from None
 
 
 def _numeric(row: list[str]) -> bool:

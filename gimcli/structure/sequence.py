@@ -1,17 +1,10 @@
-"""The sequence in which restrictions are imposed: rules, candidates and their spectral radius.
+"""The search for the sequence in which restrictions are imposed: candidates and their spectral radius.
 
-Node types (Petuya et al. 2004, section 4): P known (fixed, or carried by an input), P0 not moved
-yet in the sweep, P1 moved once, P2 moved twice. Both fundamental conditions hold by construction:
-every free node is moved twice and every restriction is imposed once.
-
-Rule I: a node P1 is moved about nodes that are settled (P or P2), and becomes P2.
-Rule II: where no node can be settled, the sequence goes on to a new one: criterion 1, a node P0 is
-moved about a node carried by an input, or about nodes P2; criterion 2, about a node P1. Failing
-both, a node P1 is moved about a node P1.
-
-The rules leave choices. One sweep is a smooth map, so that its linearisation at a position is a
-product of small matrices; the spectral radius of the product is the factor by which the error
-falls with each sweep, exp(-C2) of eq. (3). Candidates are ranked by it.
+Both fundamental conditions of Petuya et al. 2004 hold by construction: every free node is moved twice
+and every restriction is imposed once. The rules leave choices, and a member can be modelled in several
+ways. One sweep is a smooth map, so that its linearisation at a position is a product of small
+matrices; the spectral radius of the product is the factor by which the error falls with each sweep,
+exp(-C2) of eq. (3). Candidates are ranked by it.
 """
 
 from __future__ import annotations
@@ -26,6 +19,7 @@ from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.kinematic import kinematic_nodes, loose_nodes
 from gimcli.structure.plan import Layout, make_plan
 from gimcli.structure.restrictions import Move, Restriction, gradient, member_models, pair_restrictions
+from gimcli.structure.rules import Walk
 from gimcli.structure.steps import Coupled, Dyad, Place, Plan, Tilt
 
 CANDIDATES = 400
@@ -33,8 +27,6 @@ CANDIDATES = 400
 
 CONVERGES = 0.99
 """Spectral radius below which the classic search is content with a sequence."""
-
-P, P0, P1, P2 = "P", "P0", "P1", "P2"
 
 
 @dataclass(frozen=True)
@@ -234,7 +226,7 @@ class Search:
         mine = [r for r in self._restrictions(chosen) if set(r.nodes) & inside and set(r.nodes) <= inside | settled]
         if len(mine) < 2 * len(inside):
             return
-        yield from islice(rule_sequences(mine, inside, settled, self.carried), CANDIDATES)
+        yield from islice(Walk(mine, inside, self.carried).sequences(), CANDIDATES)
 
     def radius(self, moves: tuple[Move, ...], nodes: tuple[int, ...]) -> float:
         """Return the spectral radius of one sweep over the moves."""
@@ -256,98 +248,6 @@ def placement_order(plan: Plan) -> list[int]:
         elif isinstance(step, Tilt):
             continue
     return order
-
-
-def rule_sequences(
-    restrictions: list[Restriction], inside: set[int], settled: set[int], carried: set[int]
-) -> Iterator[tuple[Move, ...]]:
-    """Yield the sequences that the rules allow, each once up to the order of independent moves."""
-    seen: set[tuple[tuple[str, int], ...]] = set()
-    surplus = len(restrictions) - 2 * len(inside)
-
-    def count(node: int, counts: dict[int, int]) -> int:
-        return counts[node] if node in inside else 2
-
-    def options(left: list[Restriction], counts: dict[int, int]) -> list[Move]:
-        tiers: dict[tuple[int, str], list[Move]] = {}
-        for r in left:
-            for node in r.movable:
-                if node not in inside or counts[node] >= 2:
-                    continue
-                others = [n for n in r.nodes if n != node]
-                done = min((count(n, counts) for n in others), default=2)
-                started = counts[node] == 1
-                if started and done == 2:
-                    tier = (0, "I")
-                elif not started and done == 2 and (r.driven or any(n in carried or n in inside for n in others)):
-                    tier = (1, "II.1")
-                elif not started and done == 1:
-                    tier = (2, "II.2")
-                elif started and done == 1:
-                    tier = (3, "II")
-                else:
-                    tier = (4, "II")
-                tiers.setdefault(tier, []).append(Move(r, node, tier[1]))
-        return tiers[min(tiers)] if tiers else []
-
-    def walk(left: list[Restriction], counts: dict[int, int], moves: list[Move]) -> Iterator[tuple[Move, ...]]:
-        if all(c == 2 for c in counts.values()):
-            spare = [(r, [n for n in r.movable if n in inside]) for r in left[:surplus]]
-            extra = [Move(r, nodes[0], "surplus") for r, nodes in spare if nodes]
-            key = _canonical(moves)
-            if key not in seen:
-                seen.add(key)
-                yield (*moves, *extra)
-            return
-        for move in options(left, counts):
-            if len(seen) > CANDIDATES:
-                return
-            rest = [r for r in left if r is not move.restriction]
-            after = {**counts, move.node: counts[move.node] + 1}
-            if _can_finish(rest, after):
-                yield from walk(rest, after, [*moves, move])
-
-    yield from walk(restrictions, dict.fromkeys(inside, 0), [])
-
-
-def _can_finish(left: list[Restriction], counts: dict[int, int]) -> bool:
-    """Tell whether every node can still get its two moves: a matching of places to restrictions."""
-    taken: dict[int, int] = {}
-    places = [node for node, c in counts.items() for _ in range(2 - c)]
-    offers = {node: [k for k, r in enumerate(left) if node in r.movable] for node in set(places)}
-
-    def augment(place: int, seen: set[int]) -> bool:
-        for k in offers[places[place]]:
-            if k not in seen:
-                seen.add(k)
-                if k not in taken or augment(taken[k], seen):
-                    taken[k] = place
-                    return True
-        return False
-
-    return all(augment(k, set()) for k in range(len(places)))
-
-
-def _canonical(moves: list[Move]) -> tuple[tuple[str, int], ...]:
-    """Return a key that is equal for sequences that differ in the order of independent moves only."""
-    left = list(enumerate(moves))
-    key = []
-    done: set[int] = set()
-    while left:
-        ready = [
-            (m.restriction.name, m.node, i)
-            for i, m in left
-            if all(
-                j in done
-                for j, other in enumerate(moves[:i])
-                if other.node in m.restriction.nodes or m.node in other.restriction.nodes
-            )
-        ]
-        name, node, i = min(ready)
-        key.append((name, node))
-        done.add(i)
-        left = [(j, m) for j, m in left if j != i]
-    return tuple(key)
 
 
 def spectral_radius(moves: list[tuple[int, dict[int, complex]]], nodes: tuple[int, ...]) -> float:

@@ -1,0 +1,170 @@
+"""Checks of the actuators: do their nodes fit the type, can their laws be driven."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from gimcli.model.references import References
+from gimcli.model.schema import PROFILES, Actuator, Law
+from gimcli.model.source import Where
+from gimcli.model.tables import read_table
+from gimcli.model.wording import near
+
+KEYS = ("pivot", "arm", "reference", "nodes", "node", "guide")
+Times = tuple[str, float]  # name of a table and what it spans in s
+
+
+def check_inputs(refs: References) -> None:
+    """Note what is wrong with the actuators."""
+    tables: list[Times] = []
+    for name, actuator in refs.model.actuators.items():
+        where: Where = ("actuators", name)
+        _check_nodes(refs, where, actuator)
+        if actuator.law is not None:
+            _check_law(refs, where, actuator, actuator.law, tables)
+
+
+def check_span(refs: References, where: Where, guide: Sequence[str], sliding: Sequence[str]) -> None:
+    """Note what is wrong with a guide, and with nodes that are to slide on it."""
+    if not refs.nodes((*where, "guide"), guide):
+        return
+    carriers = refs.carriers(*guide)
+    if not carriers:
+        if refs.sure:
+            nodes = f"guide nodes {guide[0]} and {guide[1]}"
+            text = f"{nodes} belong to no common member; name two nodes of one, or of the ground"
+            refs.fault((*where, "guide"), text)
+        return
+    if not refs.apart(*guide):
+        text = f"guide nodes {guide[0]} and {guide[1]} coincide; they must show a direction: draw them apart"
+        refs.fault((*where, "guide"), text)
+    held = refs.ground if carriers[0] == "ground" else set(refs.members[carriers[0]])
+    for node in sliding:
+        if node in held:
+            text = f"node {node} belongs to '{carriers[0]}', which carries the guide; name a node of another member"
+            refs.fault(where, text)
+
+
+# -- nodes ----------------------------------------------------------------------------------
+
+
+def _check_nodes(refs: References, where: Where, actuator: Actuator) -> None:
+    given = {key for key in KEYS if getattr(actuator, key) is not None}
+    needed, optional = {"node", "guide"}, set[str]()
+    if actuator.type == "rotary":
+        needed, optional = {"pivot", "arm"}, {"reference"}
+    elif "nodes" in given:
+        needed = {"nodes"}
+    for key in sorted(given - needed - optional):
+        text = f"`{key}` does not belong to this {actuator.type} actuator; remove it"
+        refs.fault((*where, key), text, key=True)
+    if needed - given:
+        either = "`nodes`, or " if actuator.type == "linear" else ""
+        missing = " and ".join(f"`{key}`" for key in sorted(needed - given, reverse=actuator.type == "rotary"))
+        refs.fault(where, f"actuator '{where[1]}' needs {either}{missing}; add it")
+    elif actuator.type == "rotary":
+        _check_rotary(refs, where, str(actuator.pivot), str(actuator.arm), actuator.reference)
+    elif actuator.nodes is not None:
+        _check_telescope(refs, where, actuator.nodes)
+    elif refs.node((*where, "node"), str(actuator.node)):
+        check_span(refs, where, actuator.guide or [], [str(actuator.node)])
+
+
+def _check_rotary(refs: References, where: Where, pivot: str, arm: str, reference: str | None) -> None:
+    known = [refs.node((*where, "pivot"), pivot), refs.node((*where, "arm"), arm)]
+    if reference is not None:
+        known.append(refs.node((*where, "reference"), reference))
+    if not all(known):
+        return
+    arms = [m for m in refs.carriers(pivot, arm) if m != "ground"] if pivot != arm else []
+    if not arms:
+        if refs.sure or pivot == arm:
+            text = f"pivot {pivot} and arm {arm} belong to no common moving member; name two nodes of one"
+            refs.fault((*where, "arm"), text)
+    elif reference is not None:
+        _check_reference(refs, (*where, "reference"), pivot, reference, arms[0])
+    elif pivot not in refs.ground and refs.sure:
+        others = [m for m in refs.carriers(pivot) if m != arms[0]]
+        if others:
+            text = f"pivot {pivot} joins '{arms[0]}' and '{others[0]}', which both move; add a `reference` node on one"
+            refs.fault((*where, "pivot"), text)
+
+
+def _check_reference(refs: References, where: Where, pivot: str, reference: str, arm: str) -> None:
+    if reference == pivot:
+        refs.fault(where, f"reference {reference} is the pivot itself; name another node, it must show a direction")
+    elif not [m for m in refs.carriers(pivot, reference) if m != arm]:
+        if refs.sure:
+            joint = f"pivot {pivot} and reference {reference} belong to no common member but '{arm}'"
+            refs.fault(where, f"{joint}; name a node of the one that '{arm}' turns on")
+    elif not refs.apart(pivot, reference):
+        refs.fault(where, f"pivot {pivot} and reference {reference} are drawn at one place; draw them apart")
+
+
+def _check_telescope(refs: References, where: Where, nodes: Sequence[str]) -> None:
+    if refs.nodes((*where, "nodes"), nodes):
+        holders = refs.carriers(*nodes)
+        if holders:
+            text = (
+                f"nodes {nodes[0]} and {nodes[1]} belong to one member ('{holders[0]}'): their distance cannot change"
+            )
+            refs.fault((*where, "nodes"), f"{text}; name nodes of two members")
+
+
+# -- laws -----------------------------------------------------------------------------------
+
+
+def _check_law(refs: References, where: Where, actuator: Actuator, law: Law, tables: list[Times]) -> None:
+    at: Where = (*where, "law")
+    profile = law.profile
+    if len(profile.model_fields_set) > 1:
+        keys = " and ".join(f"`{key}`" for key in sorted(profile.model_fields_set))
+        refs.fault((*at, "profile"), f"met {keys}; choose one of them")
+        return
+    if profile.name not in PROFILES:
+        choice = f"choose {', '.join(PROFILES)}{near(profile.name, PROFILES)}"
+        refs.fault((*at, "profile"), f"profile '{profile.name}' is unknown; {choice}")
+    ends = _check_ends(refs, at, law)
+    if profile.table is not None:
+        values = _check_table(refs, (*at, "profile", "table"), profile.table, tables)
+    elif profile.polynomial is not None and law.by is None and law.from_ is None:
+        values = [profile.polynomial[0], math.fsum(profile.polynomial)]
+    else:
+        values = ends
+    if actuator.nodes is not None and min(values, default=1.0) <= 0.0:
+        refs.fault(at, f"a distance must be above 0, met {min(values):g}; mend the law")
+
+
+def _check_ends(refs: References, at: Where, law: Law) -> list[float]:
+    """Check the ends of a law and what runs between them; return the ends that are absolute."""
+    absolute = [value for value in (law.from_, law.to) if value is not None]
+    if law.by is not None and absolute:
+        refs.fault((*at, "by"), "met `by` with `from` or `to`; give an increment or absolute values", key=True)
+    elif law.profile.table is not None:
+        if absolute or law.by is not None:
+            refs.fault(at, "a table holds absolute values; remove `from`, `to` and `by`")
+    elif len(absolute) == 1:
+        refs.fault(at, f"`{'to' if law.to is None else 'from'}` is missing; give both ends, or `by`")
+    if law.profile.polynomial is not None and (law.by is not None or absolute):
+        first, last = law.profile.polynomial[0], math.fsum(law.profile.polynomial)
+        if abs(first) > 1e-9 or abs(last - 1.0) > 1e-9:
+            text = f"between given ends the polynomial must run from 0 to 1, met {first:g} to {last:g}; mend it"
+            refs.fault((*at, "profile", "polynomial"), text)
+    return absolute
+
+
+def _check_table(refs: References, where: Where, name: str, tables: list[Times]) -> list[float]:
+    """Check a table; return its values."""
+    try:
+        time, values = read_table(refs.source.path.parent / name)
+    except ValueError as error:
+        refs.fault(where, f"table {name}: {error}")
+        return []
+    span = time[-1] - time[0]
+    duration = refs.model.duration
+    tables.append((name, span))
+    other, wanted = tables[0] if duration is None else ("duration", duration)
+    if abs(span - wanted) > 1e-9 * wanted:
+        refs.fault(where, f"table {name} runs {span:g} s, {other} is {wanted:g} s; make them equal")
+    return values

@@ -1,0 +1,92 @@
+"""What the checks of a model ask: which names are declared, which members hold which nodes, what is too near."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+
+from gimcli.model.schema import Model
+from gimcli.model.source import Source, Where
+from gimcli.model.wording import near, written
+
+CLOSEST = 1e-12
+"""Nodes nearer than this part of the mechanism's size coincide in double precision."""
+
+
+class References:
+    """The names of a model and where they stand.
+
+    `doubtful` holds the parts that were refused already: what refers to them is not a fault again.
+    """
+
+    def __init__(self, source: Source, model: Model, doubtful: Collection[Where]) -> None:
+        self.source, self.model, self.doubtful = source, model, doubtful
+        self.every: dict[str, list[str]] = {k: v.nodes for k, v in model.links.items()}
+        self.every |= {k: v.nodes for k, v in model.elements.items()}
+        self.held = model.ground.member
+        self.ground = set(model.ground.nodes if self.held is None else self.every.get(self.held, []))
+        self.members = {k: v for k, v in self.every.items() if k != self.held}
+        self.sure = not any(where[0] in ("ground", "links", "elements") for where in doubtful)
+        self.size = _size(model)
+
+    def fault(self, where: Where, text: str, key: bool = False) -> None:
+        """Note a fault."""
+        self.source.fault(written(self.source, where), text, key)
+
+    def node(self, where: Where, name: str) -> bool:
+        """Tell whether a node is declared; note a fault where it is not."""
+        if name in self.model.nodes:
+            return True
+        if ("nodes", name) not in self.doubtful:
+            some = ", ".join(list(self.model.nodes)[:6]) + (" ..." if len(self.model.nodes) > 6 else "")
+            hint = near(name, self.model.nodes) or f"; declare it under `nodes:` or use {some}"
+            self.fault(where, f"node '{name}' is not declared{hint}")
+        return False
+
+    def nodes(self, where: Where, names: Sequence[str]) -> bool:
+        """Tell whether all nodes of a list are declared and different."""
+        good = all([self.node((*where, k), n) for k, n in enumerate(names)])
+        if len(set(names)) < len(names):
+            self.fault(where, f"a node is named twice in [{', '.join(names)}]; name different nodes")
+            return False
+        return good
+
+    def member(self, where: Where, name: str, key: bool = False) -> bool:
+        """Tell whether a member or the ground has a name; note a fault where none has."""
+        if name in self.every or name == "ground":
+            return True
+        parts = {("links",), ("elements",), ("links", name), ("elements", name)}
+        if not parts & set(self.doubtful):
+            hint = near(name, self.every) or f"; members: {', '.join(list(self.every)[:8])}"
+            self.fault(where, f"member '{name}' does not exist{hint}", key)
+        return False
+
+    def carriers(self, *nodes: str) -> list[str]:
+        """Return the members that hold all nodes; 'ground' first."""
+        wanted = set(nodes)
+        return (["ground"] if wanted <= self.ground else []) + [k for k, v in self.members.items() if wanted <= set(v)]
+
+    def apart(self, a: str, b: str) -> bool:
+        """Tell whether two declared nodes are drawn apart."""
+        return math.dist(self.model.nodes[a], self.model.nodes[b]) > CLOSEST * self.size
+
+    def coincident(self, places: dict[str, list[float]]) -> list[tuple[str, str]]:
+        """Return pairs of names whose places coincide."""
+        grain = CLOSEST * self.size or 1.0
+        order = sorted(places, key=lambda name: (round(places[name][0] / grain), places[name][1]))
+        pairs = zip(order, order[1:], strict=False)
+        return [(a, b) for a, b in pairs if math.dist(places[a], places[b]) <= CLOSEST * self.size]
+
+
+def _size(model: Model) -> float:
+    """Return the largest dimension, drawn or given."""
+    shapes = [list(e.shape.values()) for e in model.elements.values() if e.shape]
+    spans = [_span(places) for places in [list(model.nodes.values()), *shapes]]
+    return max([*spans, *(link.length or 0.0 for link in model.links.values())])
+
+
+def _span(places: list[list[float]]) -> float:
+    if not places:
+        return 0.0
+    x, y = zip(*places, strict=True)
+    return math.hypot(max(x) - min(x), max(y) - min(y))

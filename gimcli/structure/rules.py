@@ -1,0 +1,129 @@
+"""The rules of the sequence: which move may come next, and all sequences that they allow.
+
+Node types (Petuya et al. 2004, section 4): P known (fixed, or carried by an input), P0 not moved yet
+in the sweep, P1 moved once, P2 moved twice.
+
+Rule I: a node P1 is moved about nodes that are settled (P or P2), and becomes P2.
+Rule II: where no node can be settled, the sequence goes on to a new one: criterion 1, a node P0 is
+moved about a node carried by an input, or about nodes P2; criterion 2, about a node P1. Failing
+both, a node P1 is moved about a node P1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gimcli.structure.restrictions import Move, Restriction
+
+P, P0, P1, P2 = "P", "P0", "P1", "P2"
+
+VISITS = 20_000
+"""States visited before the search for further sequences is given up."""
+
+Owner = dict[int, int]
+"""Restriction number -> node that is to be moved by it; every node owns what it still needs."""
+
+
+class Walk:
+    """A depth-first walk over the sequences of one group."""
+
+    def __init__(self, restrictions: list[Restriction], inside: set[int], carried: set[int]) -> None:
+        self.restrictions, self.inside, self.carried = restrictions, inside, carried
+        self.movable = [tuple(n for n in r.movable if n in inside) for r in restrictions]
+        self.offers = {n: [k for k, at in enumerate(self.movable) if n in at] for n in inside}
+        self.visits = 0
+
+    def sequences(self) -> Iterator[tuple[Move, ...]]:
+        """Yield every sequence once, up to the order of moves that do not touch each other."""
+        owner: Owner = {}
+        for node in sorted(self.inside):
+            for _ in range(2):
+                if not self._augment(node, owner, set(), set()):
+                    return
+        yield from self._walk(dict.fromkeys(self.inside, 0), [], owner, set(), [])
+
+    def _augment(self, node: int, owner: Owner, gone: set[int], seen: set[int]) -> bool:
+        """Find one more restriction for a node, along an alternating path."""
+        for k in self.offers[node]:
+            if k in seen or k in gone or owner.get(k) == node:
+                continue
+            seen.add(k)
+            if k not in owner or self._augment(owner[k], owner, gone, seen):
+                owner[k] = node
+                return True
+        return False
+
+    def _after(self, k: int, node: int, owner: Owner, gone: set[int]) -> Owner | None:
+        """Return who owns what after a move, or None if some node could not get its two moves any more."""
+        after = {r: n for r, n in owner.items() if r != k}
+        loser = owner.get(k, -1)
+        if loser == node:
+            return after
+        if loser >= 0:  # the node moved has a restriction to spare, which may mend the loss
+            return self._shed(after, node, loser, k, gone)
+        del after[next(r for r, n in after.items() if n == node)]
+        return after
+
+    def _shed(self, after: Owner, node: int, loser: int, k: int, gone: set[int]) -> Owner | None:
+        """Give up each of the moved node's restrictions in turn and let the loser find one."""
+        for r in [r for r, n in after.items() if n == node]:
+            trial = {q: n for q, n in after.items() if q != r}
+            if self._augment(loser, trial, gone | {k}, set()):
+                return trial
+        return None
+
+    def _options(self, counts: dict[int, int], gone: set[int]) -> list[tuple[int, int, str]]:
+        """Return the moves (restriction, node, rule) of the first tier that has any."""
+        tiers: dict[tuple[int, str], list[tuple[int, int, str]]] = {}
+        for k, r in enumerate(self.restrictions):
+            if k in gone:
+                continue
+            for node in self.movable[k]:
+                if counts[node] < 2:
+                    tier = self._tier(r, node, counts)
+                    tiers.setdefault(tier, []).append((k, node, tier[1]))
+        return tiers[min(tiers)] if tiers else []
+
+    def _tier(self, r: Restriction, node: int, counts: dict[int, int]) -> tuple[int, str]:
+        others = [n for n in r.nodes if n != node]
+        done = min((counts.get(n, 2) for n in others), default=2)
+        started = counts[node] == 1
+        if started and done == 2:
+            return 0, "I"
+        leads = r.driven or any(n in self.carried or n in self.inside for n in others)
+        if not started and done == 2 and leads:
+            return 1, "II.1"
+        if not started and done == 1:
+            return 2, "II.2"
+        return (3, "II") if started and done == 1 else (4, "II")
+
+    def _walk(
+        self, counts: dict[int, int], moves: list[tuple[int, int, str]], owner: Owner, gone: set[int],
+        asleep: list[tuple[int, int, str]],
+    ) -> Iterator[tuple[Move, ...]]:  # fmt: skip
+        self.visits += 1
+        if all(c == 2 for c in counts.values()):
+            yield self._finished(moves, gone)
+            return
+        asleep = list(asleep)  # orders of independent moves that a sibling has walked already
+        for move in self._options(counts, gone):
+            if self.visits > VISITS:
+                return
+            if move in asleep:
+                continue
+            k, node, _ = move
+            after = self._after(k, node, owner, gone)
+            if after is not None:
+                still = [m for m in asleep if self._independent(m, move)]
+                more = {**counts, node: counts[node] + 1}
+                yield from self._walk(more, [*moves, move], after, gone | {k}, still)
+            asleep.append(move)
+
+    def _independent(self, a: tuple[int, int, str], b: tuple[int, int, str]) -> bool:
+        return a[1] not in self.restrictions[b[0]].nodes and b[1] not in self.restrictions[a[0]].nodes
+
+    def _finished(self, moves: list[tuple[int, int, str]], gone: set[int]) -> tuple[Move, ...]:
+        """Return the moves; restrictions beyond two a node are redundant and are imposed as well."""
+        done = [Move(self.restrictions[k], node, rule) for k, node, rule in moves]
+        spare = [k for k in range(len(self.restrictions)) if k not in gone and self.movable[k]]
+        return (*done, *(Move(self.restrictions[k], self.movable[k][0], "surplus") for k in spare))
