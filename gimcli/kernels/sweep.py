@@ -2,7 +2,7 @@
 
     RD   B goes to A + L (B - A) / |B - A|
     RA   B turns about the vertex onto the ray
-    RL   B goes to its foot on the line; a node of the guide turns until the line passes B
+    RL   B goes to its foot on the line; a node of the guide moves until the line passes B
 
 Source: Petuya et al. 2004, section 3; errors are eqs (1) and (2).
 
@@ -104,30 +104,19 @@ def aim(
     wy: float,
     value: float,
 ) -> None:
-    """Turn a guide u-v about the node that stands so that its line passes node b at `value`.
+    """Move a node of a guide u-v, normal n = z (v - u), the shortest way that lets its line pass node b.
 
-    With the guide's normal n = z (v - u): n.(b - u) = value, and n.(b - v) = value - n.(v - u).
+    With f = n.(b - u) - value, v goes along conj(z) (b - u) and u along its negative minus n.
     """
-    stand = u if moved == v else v
-    size = math.sqrt(wx * wx + wy * wy)
-    nx, ny = wx / size, wy / size
-    height = value
-    if stand == v:
-        height -= nx * (x[v] - x[u]) + ny * (y[v] - y[u])
-    px, py = x[b] - x[stand], y[b] - y[stand]
-    p2 = px * px + py * py
-    if p2 == 0.0:
-        return
-    side = nx * py - ny * px
-    tau = math.sqrt(max(p2 - height * height, 0.0))
-    if side < 0.0:
-        tau = -tau
-    mx, my = (px * height + py * tau) / p2, (py * height - px * tau) / p2  # p (h - i tau) / |p|^2
-    ex, ey = mx * zr + my * zi, my * zr - mx * zi  # n conj(z): direction u -> v
-    if moved == v:
-        turn_onto(x, y, v, u, ex, ey)
-    else:
-        turn_onto(x, y, u, v, -ex, -ey)
+    px, py = x[b] - x[u], y[b] - y[u]
+    f = wx * px + wy * py - value
+    gx, gy = zr * px + zi * py, zr * py - zi * px
+    if moved == u:
+        gx, gy = -gx - wx, -gy - wy
+    g2 = gx * gx + gy * gy
+    if g2 > 0.0:
+        x[moved] -= f * gx / g2
+        y[moved] -= f * gy / g2
 
 
 @kernel

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
+from itertools import pairwise
 
 from gimcli.model.schema import Model
 from gimcli.model.source import Source, Where
@@ -74,8 +75,7 @@ class References:
         """Return pairs of names whose places coincide."""
         grain = CLOSEST * self.size or 1.0
         order = sorted(places, key=lambda name: (round(places[name][0] / grain), places[name][1]))
-        pairs = zip(order, order[1:], strict=False)
-        return [(a, b) for a, b in pairs if math.dist(places[a], places[b]) <= CLOSEST * self.size]
+        return [(a, b) for a, b in pairwise(order) if math.dist(places[a], places[b]) <= CLOSEST * self.size]
 
 
 def _size(model: Model) -> float:

@@ -170,6 +170,7 @@ class _Builder:
         if isinstance(event, yaml.AliasEvent):
             return self.alias(event, len(where))
         before = self.count(event, len(where))
+        data: Any
         if isinstance(event, yaml.MappingStartEvent):
             data, height = self.mapping(where)
         elif isinstance(event, yaml.SequenceStartEvent):
@@ -200,7 +201,8 @@ class _Builder:
 
     def sequence(self, where: Where) -> tuple[list[Any], int]:
         """Return the entries up to the sequence's end."""
-        result, height = [], 0
+        result: list[Any] = []
+        height = 0
         while not self.loader.check_event(yaml.SequenceEndEvent):
             entry, below = self.part((*where, len(result)))
             result.append(entry)

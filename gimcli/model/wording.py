@@ -101,9 +101,10 @@ def _choice(where: Where, met: Any, limits: dict[str, Any]) -> str:
 
 
 def _count(where: Where, met: Any, limits: dict[str, Any]) -> str:
-    side, bound = ("at least", limits["min_length"]) if "min_length" in limits else ("no more than", None)
-    entries = f"{side} {limits['max_length'] if bound is None else bound} entries are needed, met {limits.get('actual_length')}"
-    if where[0] == "links" and bound is None:
+    few = "min_length" in limits
+    bound = f"at least {limits['min_length']}" if few else f"no more than {limits['max_length']}"
+    entries = f"{bound} entries are needed, met {limits.get('actual_length')}"
+    if where[0] == "links" and not few:
         return f"{entries}; list a member of three or more nodes under `elements:`"
     if where[0] == "elements" and where[2:] == ("nodes",):
         return f"{entries}; list a member of two nodes under `links:`"

@@ -111,18 +111,10 @@ def _swept(
     """Solve all rows by sweeps; the continuous motion z tells whether they stayed on its branch."""
     from gimcli.motion.sweeping import Sweeper
 
-    rows = values.shape[1]
     sweeper = Sweeper(mechanism, options, choose("off", 0.0))
-    sweeper.run = choose(options.jit, gim_work(len(sweeper.moves), rows), tell)
+    sweeper.run = choose(options.jit, gim_work(len(sweeper.moves), values.shape[1]), tell)
     first = sweeper.settle(values[:, 0], mechanism.drawn)
-    work = np.zeros(rows)
-    work[0] = first.sweeps
-    swept = np.full_like(z, complex(math.nan, math.nan))
-    if first.good:
-        swept, sweeps, stop = sweeper.follow(values, first.z)
-        work[1:] = sweeps[1:]
-    else:
-        stop = 0
+    swept, work, stop = sweeper.motion(values, first, z)
     status = [s if k < stop or s is not Status.OK else Status.NOT_CONVERGED for k, s in enumerate(status)]
     apart = np.max(np.abs(swept - z), axis=0) > 0.05 * mechanism.size
     return swept, [Status.JUMPED if far and s is Status.OK else s for s, far in zip(status, apart, strict=True)], work

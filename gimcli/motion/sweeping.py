@@ -96,6 +96,39 @@ class Sweeper:
         z[:, :stop] = self.carried((x[:stop] + 1j * y[:stop]).T)
         return z, sweeps, stop
 
+    def motion(
+        self, inputs: FloatArray, first: Settled, foreseen: ComplexArray
+    ) -> tuple[ComplexArray, FloatArray, int]:
+        """Follow inputs from the first row; exchange the sequence where it has ceased to converge.
+
+        `foreseen` (nodes, rows) is where another one is ranked: its radius there is what matters.
+        Returns z, the sweeps of every row, and the rows solved.
+        """
+        rows = inputs.shape[1]
+        z, sweeps = np.full(foreseen.shape, complex(np.nan, np.nan)), np.zeros(rows)
+        sweeps[0] = first.sweeps
+        if not first.good:
+            return z, sweeps, 0
+        z[:, 0], done = first.z, 1
+        while done < rows:
+            part, work, stop = self.follow(inputs[:, done - 1 :], z[:, done - 1])
+            z[:, done : done - 1 + stop] = part[:, 1:stop]
+            sweeps[done : done - 1 + stop] = work[1:stop]
+            done += stop - 1
+            if done < rows and (stop == 1 or not self._exchange(foreseen[:, done], inputs[:, done])):
+                sweeps[done] = work[stop]
+                break
+        return z, sweeps, done
+
+    def _exchange(self, z: ComplexArray, inputs: FloatArray) -> bool:
+        """Take the sequence that is best at another position; tell whether it is a different one."""
+        if self.options.moves or not np.all(np.isfinite(z)):
+            return False
+        moves = find_sequence(self.mechanism, z, inputs, self.options.strategy, self.plan).moves
+        changed = moves != self.moves
+        self.moves = moves
+        return changed
+
     def carried(self, z: ComplexArray) -> ComplexArray:
         """Place the nodes that are only carried, from two kinematic nodes of their member."""
         z = z.copy()

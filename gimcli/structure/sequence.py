@@ -255,6 +255,8 @@ def spectral_radius(moves: list[tuple[int, dict[int, complex]]], nodes: tuple[in
 
     A move changes dB to (1 - n n') dB - n (sum of the other gradients) / |gradient at B|.
     """
+    if not nodes:
+        return 0.0
     column = {n: 2 * k for k, n in enumerate(nodes)}
     sweep = np.eye(2 * len(nodes))
     for moved, g in moves:
