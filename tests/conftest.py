@@ -72,5 +72,3 @@ def trace_model():
 @pytest.fixture(params=sorted(p.stem for p in MODELS.glob("*.yaml")))
 def model(request):
     return MODELS / f"{request.param}.yaml"
-
-

@@ -8,11 +8,11 @@ import pytest
 from gimcli.analysis.convergence import fit_history
 from gimcli.analysis.sequence_report import report
 from gimcli.model import load
+from gimcli.motion.effort import plain
 from gimcli.motion.options import Options
 from gimcli.motion.position import solve
 from gimcli.motion.start import drawn_inputs
 from gimcli.motion.sweeping import Sweeper
-from gimcli.motion.effort import plain
 from gimcli.structure.sequence import known_nodes
 
 MODELS = Path(__file__).parents[1] / "models"

@@ -42,9 +42,10 @@ def _typed(source: Source) -> tuple[Model | None, set[Where]]:
         return Model.model_validate(data), set()
     except ValidationError as error:
         faults = [dict(e) for e in error.errors(include_url=False)]
-    for fault in faults:
-        wording.note(source, fault)
     data, doubtful = _without(data, faults)
+    for fault in faults:
+        if fault["type"] != "missing" or fault["loc"] not in doubtful:
+            wording.note(source, fault)
     try:
         return Model.model_validate(data), doubtful
     except ValidationError:
@@ -52,21 +53,26 @@ def _typed(source: Source) -> tuple[Model | None, set[Where]]:
 
 
 def _without(data: dict[str, Any], faults: list[dict[str, Any]]) -> tuple[dict[str, Any], set[Where]]:
-    """Return the data without its unknown keys and its faulty parts, and what was left out."""
+    """Return the data without their unknown keys and faulty parts, and the paths that are missed there."""
     rest, doubtful = copy.deepcopy(data), set[Where]()
     for fault in faults:
         where: Where = tuple(fault["loc"])
-        if fault["type"] != "extra_forbidden":
+        if fault["type"] == "extra_forbidden":
+            doubtful |= {path for path in [wording.meant(where)] if path is not None}
+        else:
             where = where[:2] if where[0] in SECTIONS else where[:1]
             doubtful.add(where)
-        inner: Any = rest
-        for part in where[:-1]:
-            inner = inner.get(part, {}) if isinstance(inner, dict) else {}
-        if isinstance(inner, dict):
-            inner.pop(where[-1], None)
+        _remove(rest, where)
     if ("ground",) in doubtful:
         rest["ground"] = {}
     return rest, doubtful
+
+
+def _remove(data: Any, where: Where) -> None:
+    for part in where[:-1]:
+        data = data.get(part) if isinstance(data, dict) else None
+    if isinstance(data, dict):
+        data.pop(where[-1], None)
 
 
 # -- references -----------------------------------------------------------------------------
@@ -158,7 +164,8 @@ def _check_prismatic(refs: References, name: str) -> None:
     where: Where = ("prismatic", name)
     pair = refs.model.prismatic[name]
     if (pair.node is None) == (pair.nodes is None):
-        refs.fault(where, f"'{name}' needs either `node` (pin in a slot) or `nodes` (no relative rotation)")
+        text = f"'{name}' needs either `node` (pin in a slot) or `nodes` (no relative rotation)"
+        refs.lack(where, ("node", "nodes"), text)
         return
     if pair.node is not None:
         if refs.node((*where, "node"), pair.node):
@@ -194,7 +201,7 @@ def _check_place(refs: References, where: Where, part: Tracer | Load, what: str)
     """Check what is carried by a member at one place."""
     known = refs.member((*where, "on"), part.on)
     if (part.at is None) == (part.local is None):
-        refs.fault(where, f"{what} '{where[1]}' needs either `at` (drawn) or `local`")
+        refs.lack(where, ("at", "local"), f"{what} '{where[1]}' needs either `at` (drawn) or `local`")
     elif known and part.at is not None and part.on != "ground":
         _check_drawn(refs, (*where, "at"), refs.every[part.on])
 
@@ -204,7 +211,7 @@ def _check_dynamics(refs: References) -> None:
         refs.member(("masses", name), name, key=True)
     for name, load in refs.model.loads.items():
         if (load.force is None) == (load.torque is None):
-            refs.fault(("loads", name), f"load '{name}' needs either `force` or `torque`")
+            refs.lack(("loads", name), ("force", "torque"), f"load '{name}' needs either `force` or `torque`")
         if load.force is not None:
             _check_place(refs, ("loads", name), load, "force")
         else:

@@ -62,7 +62,7 @@ def _check_nodes(refs: References, where: Where, actuator: Actuator) -> None:
     if needed - given:
         either = "`nodes`, or " if actuator.type == "linear" else ""
         missing = " and ".join(f"`{key}`" for key in sorted(needed - given, reverse=actuator.type == "rotary"))
-        refs.fault(where, f"actuator '{where[1]}' needs {either}{missing}; add it")
+        refs.lack(where, KEYS, f"actuator '{where[1]}' needs {either}{missing}; add it")
     elif actuator.type == "rotary":
         _check_rotary(refs, where, str(actuator.pivot), str(actuator.arm), actuator.reference)
     elif actuator.nodes is not None:
@@ -145,7 +145,8 @@ def _check_ends(refs: References, at: Where, law: Law) -> list[float]:
         if absolute or law.by is not None:
             refs.fault(at, "a table holds absolute values; remove `from`, `to` and `by`")
     elif len(absolute) == 1:
-        refs.fault(at, f"`{'to' if law.to is None else 'from'}` is missing; give both ends, or `by`")
+        missing = "to" if law.to is None else "from"
+        refs.lack(at, (missing,), f"`{missing}` is missing; give both ends, or `by`")
     if law.profile.polynomial is not None and (law.by is not None or absolute):
         first, last = law.profile.polynomial[0], math.fsum(law.profile.polynomial)
         if abs(first) > 1e-9 or abs(last - 1.0) > 1e-9:

@@ -79,7 +79,7 @@ class _Compiler:
             return Member(name, nodes, np.array([0.0, length], dtype=complex))
         z: ComplexArray = drawn
         if part.shape is not None:
-            z = np.array([complex(*part.shape[n]) for n in part.nodes]) / self.scale
+            z = np.array([complex(*part.shape[n]) / self.scale for n in part.nodes])
         return Member(name, nodes, to_own_frame(z))
 
     def _frame(self, held: str | None) -> Member:

@@ -34,13 +34,19 @@ class References:
         """Note a fault."""
         self.source.fault(written(self.source, where), text, key)
 
+    def lack(self, where: Where, keys: Collection[str], text: str) -> None:
+        """Note that a part lacks one of some keys, unless an unknown key was probably meant to be it."""
+        if not any((*where, key) in self.doubtful for key in keys):
+            self.fault(where, text)
+
     def node(self, where: Where, name: str) -> bool:
         """Tell whether a node is declared; note a fault where it is not."""
         if name in self.model.nodes:
             return True
-        if ("nodes", name) not in self.doubtful:
-            some = ", ".join(list(self.model.nodes)[:6]) + (" ..." if len(self.model.nodes) > 6 else "")
-            hint = near(name, self.model.nodes) or f"; declare it under `nodes:` or use {some}"
+        declared = list(self.source.data["nodes"])
+        if name not in declared:
+            some = ", ".join(declared[:6]) + (" ..." if len(declared) > 6 else "")
+            hint = near(name, declared) or f"; declare it under `nodes:` or use {some}"
             self.fault(where, f"node '{name}' is not declared{hint}")
         return False
 

@@ -14,13 +14,25 @@ MOST_WORDS = 5_000
 """Near misses are looked for among so many names at most: the search is slow."""
 
 
-def near(word: str, words: Collection[str]) -> str:
-    """Return '; did you mean X?' for a near miss, else ''."""
+def nearest(word: str, words: Collection[str]) -> str | None:
+    """Return the word that was probably meant."""
     if len(words) > MOST_WORDS:
-        return ""
+        return None
     folded = [w for w in words if w.lower() == word.lower()]
     best = folded or difflib.get_close_matches(word, list(words), 1, 0.6)
-    return f"; did you mean '{best[0]}'?" if best else ""
+    return best[0] if best else None
+
+
+def near(word: str, words: Collection[str]) -> str:
+    """Return '; did you mean X?' for a near miss, else ''."""
+    best = nearest(word, words)
+    return f"; did you mean '{best}'?" if best else ""
+
+
+def meant(where: Where) -> Where | None:
+    """Return the path that an unknown key was probably meant to have."""
+    best = nearest(str(where[-1]), known_keys(where[:-1]))
+    return (*where[:-1], best) if best else None
 
 
 def note(source: Source, error: dict[str, Any]) -> None:

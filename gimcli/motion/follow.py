@@ -190,10 +190,10 @@ class Follower:
             if self.progress is not None:
                 self.progress(i, n)
             if good < min(self.policy.rows, n - len(path.x[0, :i])) and i < n:
-                status = self.cross(float(times[i]))
-                if status is not Status.OK:
+                if not self.cross(float(times[i])):
+                    row = self.evaluate(times[i : i + 1], self.log)
                     path.status[i:] = float(Status.LIMIT)
-                    path.status[i] = float(status)
+                    path.status[i] = float(Status.SINGULAR if row.singular and not row.blocked else Status.LIMIT)
                     path.limit = self.log[-1].time
                     break
                 i = self._fill(path, times, i)
@@ -231,7 +231,7 @@ class Follower:
 
     # -- doubtful rows ---------------------------------------------------------------------
 
-    def cross(self, time: float) -> Status:
+    def cross(self, time: float) -> bool:
         """Go on from the last row to a time on an ever finer grid; the log then ends there or beyond."""
         start = self.log[-1].time
         grid = start + (time - start) * np.arange(1, self.policy.split + 1) / self.policy.split
@@ -242,20 +242,16 @@ class Follower:
             good = block.end - block.history
             if good == len(grid):
                 break
-            target = float(grid[good])
-            status = self._pass(target, block)
-            if status is not Status.OK:
-                return status
-        return Status.OK
+            if not self._pass(float(grid[good]), block.singular):
+                return False
+        return True
 
-    def _pass(self, target: float, block: Block) -> Status:
+    def _pass(self, target: float, singular: bool) -> bool:
         gap = target - self.log[-1].time
-        if block.singular and self._leap(target):
-            return Status.OK
+        if singular and self._leap(target):
+            return True
         if gap <= self.policy.resolution * max(1.0, abs(target)):
-            if not block.singular and self._leap(target):
-                return Status.OK
-            return Status.SINGULAR if block.singular and not block.blocked else Status.LIMIT
+            return not singular and self._leap(target)
         return self.cross(target)
 
     def _leap(self, target: float) -> bool:
