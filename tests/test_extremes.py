@@ -105,9 +105,9 @@ def test_x01_height_of_the_table(delta, side):
     spec, _ = near_change_point(delta, side, 90, 180)
     m = run(spec, 90)
     assert m.status[-1] == "ok"
-    # the bound is for rounding errors everywhere: it is the branch +-h that counts
-    assert abs(m.z["B"][-1].imag * -side - X01[delta]) <= X01_BOUND[delta] + 1e-12 * X01[delta] + TOLERANCE * size(spec)
-    assert m.z["B"][-1].imag * -side > 0
+    height = m.z["B"][-1].imag * side
+    assert abs(height - X01[delta]) <= X01_BOUND[delta] + 1e-12 * X01[delta] + TOLERANCE * size(spec)
+    assert height > 0
 
 
 @pytest.mark.parametrize("steps", [180, 179, 7, 1])
@@ -118,9 +118,9 @@ def test_x01_the_limit_is_told(delta, side, steps):
     d = mpf(frame)
     angle = mp.degrees(mp.acos((1 + d**2 - 25) / (2 * d)))
     m = run(spec, steps)
-    assert set(m.status) >= {"ok", "unreachable"} or steps == 1
     assert np.all(m.value["motor"][good(m)] <= float(angle) + 1e-8)
-    assert abs(limit(m) - angle) <= max(1e-8, np.degrees(20 * U / np.radians(180 - float(angle))))
+    assert "unreachable" in m.status
+    assert abs(limit(m) - angle) <= np.degrees(max(1e-8, 20 * U / np.radians(180 - float(angle))))
 
 
 def test_x01_limits_of_the_table():
@@ -182,7 +182,7 @@ def test_x03_nearly_stretched(gap, method, tmp_path):
 @pytest.mark.parametrize("gap", [-1e-2, -1e-6, -1e-8, -1e-9])
 def test_x03_out_of_reach(gap, method, tmp_path):
     position, _ = tried(stretched(gap), tmp_path, method=method, sweeps=3000)
-    assert position.status.word in ("not-assembled", "not-converged")
+    assert position.status.word in ("not-assembled", "not-converged", "singular")
     assert position.worst in ("left", "right")
 
 
@@ -232,10 +232,11 @@ def test_x04_short_links_with_long_ones(side):
     """1e-3 : 1e3 : 1e3 : 0.9e-3 is a double crank."""
     b, _ = meet(1e-3j, 1e3, 0.9e-3, 1e3, side)
     spec = drawn(four_bar(1e-3, 1e3, 1e3, 0.9e-3), A=1e-3j, B=b) | {"actuators": rotary(90, 450)}
-    m = run(spec, 72)
-    for k in good(m):
-        b, _ = meet(mpf(1e-3) * exact_ray(m.value["motor"][k]), 1e3, 0.9e-3, 1e3, side)
-        assert abs(mpc(m.z["B"][k]) - b) <= TOLERANCE * size(spec)
+    for tolerance in (TOLERANCE, 1e-8):  # rounding a long length moves B by 1e-7
+        m = run(spec, 72, tolerance=tolerance)
+        for k in good(m):
+            b, _ = meet(mpf(1e-3) * exact_ray(m.value["motor"][k]), 1e3, 0.9e-3, 1e3, side)
+            assert abs(mpc(m.z["B"][k]) - b) <= tolerance * size(spec)
     assert set(m.status) == {"ok"}
 
 
@@ -243,10 +244,8 @@ def test_x04_short_links_with_long_ones(side):
 def test_x05_the_unit_of_length_does_not_matter(factor):
     def norton(factor):
         b, _ = meet(40j, 120, 100, 80)
-        spec = drawn(four_bar(40 * factor, 120 * factor, 80 * factor, 100 * factor))
-        nodes = {"A": 40j, "B": complex(b)}
-        spec["nodes"] |= {name: [z.real * factor, z.imag * factor] for name, z in nodes.items()}
-        return spec | {"actuators": rotary(0, 360)}
+        lengths = (length * factor for length in (40, 120, 80, 100))
+        return drawn(four_bar(*lengths), A=40j * factor, B=complex(b) * factor) | {"actuators": rotary(0, 360)}
 
     here, there = run(norton(1.0), 72), run(norton(factor), 72)
     assert set(here.status) == set(there.status) == {"ok"}
@@ -309,8 +308,9 @@ def test_x07_the_limit_is_told(delta):
     offset = 2.0 - delta
     m = run(slider_crank(3, -60, -120, offset=offset, at=np.radians(-60.0)), 60)
     angle = mp.degrees(mp.asin(mpf(offset) - 3))
-    assert abs(limit(m) - angle) <= max(1e-8, np.degrees(20 * U / np.radians(90 + float(angle))))
+    assert np.all(m.value["motor"][good(m)] >= float(angle) - 1e-8)
     assert "unreachable" in m.status
+    assert abs(limit(m) - angle) <= np.degrees(max(1e-8, 20 * U / np.radians(90 + float(angle))))
 
 
 def slider_driven(law):
@@ -332,7 +332,6 @@ def test_x08_beyond_the_dead_centre_is_refused(steps):
         angle = crank_angle(min(x[k], 4.0))
         near = max(TOLERANCE * 6, 8 * U / mp.sqrt(max(4 - mpf(x[k]), mpf(U))))
         assert abs(mpc(m.z["A"][k]) - mp.expj(angle)) <= near
-    assert not set(m.status) & {"ok"} - {"ok"}
     assert all(status != "ok" for status, value in zip(m.status, x, strict=True) if value > 4 + 1e-12)
     assert all(np.isnan(m.z["A"][k]) == (m.status[k] != "ok") for k in range(steps + 1))
     assert abs(limit(m, "table") - 4) <= 1e-8
@@ -450,21 +449,23 @@ def impossible():
 @pytest.mark.parametrize("method", ["auto", "newton", "gim"])
 @pytest.mark.parametrize(("name", "spec", "guilty"), list(impossible()), ids=[case[0] for case in impossible()])
 def test_x10_what_cannot_be_assembled(name, spec, guilty, method, tmp_path):
-    begin = time.monotonic()
+    begin, refusal = time.monotonic(), ""
     try:
         position, z = tried(spec, tmp_path, method=method, sweeps=2000)
         m = run(spec, 4, method=method, sweeps=2000, jit="off")
-    except GimError as refusal:
-        assert any(f"'{part}'" in str(refusal) or part in str(refusal) for part in guilty), refusal
-    else:
-        assert position.status.word not in ("ok", "jumped")
-        assert position.worst in guilty
-        assert position.residual.total[0] > 1e-4
-        assert not np.any(np.isinf(list(z.values())))
-        assert "ok" not in m.status
-        assert m.motion.worst in guilty
-        assert all(np.all(np.isnan(z)) for z in m.z.values())
+    except GimError as error:
+        refusal = str(error)
     assert time.monotonic() - begin < 20
+    if refusal:
+        assert any(f"'{part}'" in refusal for part in guilty)
+        return
+    assert position.status.word != "ok"
+    assert position.worst in guilty
+    assert position.residual.total[0] > 1e-4
+    assert not np.any(np.isinf(list(z.values())))
+    assert "ok" not in m.status
+    assert m.motion.worst in guilty
+    assert all(np.all(np.isnan(z)) for z in m.z.values())
 
 
 # --- X12, X13, X14: traps of the iteration ---------------------------------------------------------------

@@ -308,13 +308,9 @@ def test_newton_agrees_with_auto(name):
 
 
 GIM = {"method": "gim", "tolerance": 1e-8, "jit": "off", "sweeps": 2000}
-SLOW_SEARCH = {"plantigrade"}
-"""The search of a sequence takes a minute there."""
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.soak) if name in SLOW_SEARCH else name for name in NAMES]
-)
+@pytest.mark.parametrize("name", NAMES)
 def test_gim_agrees_or_says_so(name):
     steps = 8
     m, auto = run(read(name), steps, **GIM), known(name, steps)

@@ -59,7 +59,11 @@ REFUSED = {
     "unknown key, deep": (law("{from: 0, to: 9, profle: cubic}"), "5:63", ["'profle'", "did you mean 'profile'"]),
     "python's name of a key": (law("{from_: 0, to: 9}"), "5:47", ["unknown key 'from_'", "did you mean 'from'"]),
     "misspelt node": (FREE + "links: {good: [O, A], bad: [A, b]}\n", "3:32", ["node 'b'", "did you mean 'B'"]),
-    "undeclared node": (links("[A, Zeta]"), "5:12", ["node 'Zeta' is not declared", "declare it under `nodes:`", "O, G"]),
+    "undeclared node": (
+        links("[A, Zeta]"),
+        "5:12",
+        ["node 'Zeta' is not declared", "declare it under `nodes:`", "O, G"],
+    ),
     "undeclared node, long form": (links("{nodes: [A, Zeta]}"), "5:20", ["node 'Zeta' is not declared"]),
     "key twice": (TOP + "ground: [O]\n", "4:1", ["'ground' is given twice", "line 2", "rename or remove"]),
     "node twice": (nodes("[1, 1]\n  O: [3, 3]"), "6:3", ["'O' is given twice", "line 3"]),
@@ -79,7 +83,11 @@ REFUSED = {
     "list as key": (TOP + "? [a]\n: 3\n", "4:3", ["a key must be a word"]),
     "name that is a number": (links("[A, 1e3]"), "5:12", ["a name is needed", "1000.0", "quotes"]),
     # values
-    "coincident nodes": (FREE.replace("C: [5, 5]", "C: [3, 2]") + "links: {a: [B, C]}\n", "3:12", ["B and C", "coincide", "length"]),
+    "coincident nodes": (
+        FREE.replace("C: [5, 5]", "C: [3, 2]") + "links: {a: [B, C]}\n",
+        "3:12",
+        ["B and C", "coincide", "length"],
+    ),
     "all but coincident nodes": (
         "nodes: {O: [1, 0], A: [1e-17, 0], B: [0, 0]}\nground: [O]\nlinks: {a: [O, A], b: [A, B]}\n",
         "3:23",
@@ -140,9 +148,17 @@ REFUSED = {
         ["shape.B.1", "a number is needed"],
     ),
     "no members": (FREE, "1:1", ["no members", "`links:` or `elements:`"]),
-    "member of ground nodes": (FREE + "links: {a: [O, A], b: [O, G]}\n", "3:23", ["'b'", "ground nodes only", "remove it"]),
+    "member of ground nodes": (
+        FREE + "links: {a: [O, A], b: [O, G]}\n",
+        "3:23",
+        ["'b'", "ground nodes only", "remove it"],
+    ),
     # ground
-    "no ground": ("nodes: {A: [0, 0], B: [1, 0]}\nlinks: {a: [A, B]}\n", "1:1", ["'ground' is missing", "{member: NAME}"]),
+    "no ground": (
+        "nodes: {A: [0, 0], B: [1, 0]}\nlinks: {a: [A, B]}\n",
+        "1:1",
+        ["'ground' is missing", "{member: NAME}"],
+    ),
     "no nodes": ("ground: [A]\nlinks: {a: [A, B]}\n", "1:1", ["'nodes' is missing", "`nodes:`"]),
     "empty ground": (TOP.replace("[O, G]", "[]"), "2:9", ["no node is fixed", "{member: NAME}"]),
     "ground as a word": (TOP.replace("[O, G]", "O"), "2:9", ["a list of nodes or {member: NAME}", "'O'"]),
@@ -164,14 +180,18 @@ REFUSED = {
     "slide of nothing": (slide("{guide: [O, G]}"), "5:8", ["either `node`", "`nodes`"]),
     "slide of both": (slide("{node: B, nodes: [A, B], guide: [O, G]}"), "5:8", ["either `node`"]),
     "slide without guide": (slide("{node: B}"), "5:8", ["'guide' is missing", "add `guide:`"]),
-    "slide of two members": (slide("{nodes: [B, C], guide: [O, G]}").replace("nodes: {O", "nodes: {C: [9, 9], O"), "5:16", ["B and C", "no common member"]),
+    "slide of two members": (
+        slide("{nodes: [B, C], guide: [O, G]}").replace("nodes: {O", "nodes: {C: [9, 9], O"),
+        "5:16",
+        ["B and C", "no common member"],
+    ),
     "coincident guide": (
         "nodes: {O: [0, 0], G: [0, 0], B: [3, 2]}\nground: [O, G]\nlinks: {rod: [O, B]}\n"
         "prismatic: {s: {node: B, guide: [O, G]}}\n",
         "4:33",
         ["guide nodes O and G coincide", "draw them apart"],
     ),
-    "offset as text": (slide("{node: B, guide: [O, G], offset: far}"), "5:42", ["a number is needed", "'far'"]),
+    "offset as text": (slide("{node: B, guide: [O, G], offset: far}"), "5:41", ["a number is needed", "'far'"]),
     # actuators
     "motor without arm": (motor("{type: rotary, pivot: O}"), "5:8", ["'bad' needs `arm`"]),
     "motor without pivot": (motor("{type: rotary, arm: A}"), "5:8", ["'bad' needs `pivot`"]),
@@ -275,13 +295,17 @@ REFUSED = {
     "a list": ("- nodes\n- ground\n", "1:1", ["no keys", "`nodes:`"]),
     "a word": ("\nmechanism\n", "2:1", ["no keys"]),
     "two documents": (TOP + "---\n" + TOP, "4:1", ["second document", "one model"]),
-    "nodes as a list": ("nodes: [O, A]\nground: [O]\nlinks: {a: [O, A]}\n", "1:8", ["nodes: a mapping such as {A: ...}"]),
+    "nodes as a list": (
+        "nodes: [O, A]\nground: [O]\nlinks: {a: [O, A]}\n",
+        "1:8",
+        ["nodes: a mapping such as {A: ...}"],
+    ),
     "control character": (TOP + "name: a\x07b\n", "4:8", ["control character 0x07", "remove"]),
     "zero byte": (TOP + "\0", "4:1", ["not a text file"]),
     "alias of nothing": (TOP.replace("[O, G]", "*fixed"), "2:9", ["*fixed", "stands for nothing"]),
     "recursive alias": (TOP + "trace: &t [*t]\n", "4:12", ["*t", "stands for nothing"]),
     "nested too deeply": (TOP + "trace: " + "[" * 20 + "]" * 20, "4:20", ["nested too deeply"]),
-}  # fmt: skip
+}
 
 TABLES = {
     "good.csv": b"time,value\n1,0\n3,10\n",

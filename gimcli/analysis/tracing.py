@@ -27,7 +27,7 @@ def motion_table(motion: Motion, names: tuple[str, ...] | None = None) -> Table:
             Column(f"{name}.x", path.real, mechanism.length_unit),
             Column(f"{name}.y", path.imag, mechanism.length_unit),
         ]
-    words = np.array([s.word for s in motion.status])
+    words = np.array([s.word for s in Status])[motion.codes]
     columns += [
         Column("residual", motion.residual), Column("sweeps", motion.work.astype(np.int64)), Column("status", words),
     ]  # fmt: skip
@@ -37,11 +37,10 @@ def motion_table(motion: Motion, names: tuple[str, ...] | None = None) -> Table:
 def traced_paths(motion: Motion, names: tuple[str, ...] | None = None) -> dict[str, ComplexArray]:
     """Return the paths of the traced points in the file's coordinates; NaN where not solved."""
     mechanism = motion.mechanism
-    solved = np.array([s is Status.OK for s in motion.status])
     paths = {}
     for name in names or mechanism.traced:
         path = np.array(mechanism.to_file(carried_point(mechanism, name, motion.z)))
-        path[~solved] = complex(np.nan, np.nan)
+        path[~motion.good] = complex(np.nan, np.nan)
         paths[name] = path
     return paths
 
@@ -49,12 +48,11 @@ def traced_paths(motion: Motion, names: tuple[str, ...] | None = None) -> dict[s
 def reachable(motion: Motion) -> dict[str, list[list[float]]]:
     """Return for every actuator the interval of its law that the motion reached, in the file's unit."""
     mechanism = motion.mechanism
-    if motion.status[0] is not Status.OK:
+    if motion.first_status is not Status.OK:
         return {a.name: [] for a in mechanism.actuators}
     end = motion.limit
     if end is None:
-        good = [k for k, s in enumerate(motion.status) if s is Status.OK]
-        end = float(motion.time[good[-1]])
+        end = float(motion.time[motion.good][-1])
     ends = law_inputs(mechanism)(np.array([motion.time[0], end]))
     return {
         a.name: [[float(v) for v in mechanism.value_to_file(k, ends[k])]] for k, a in enumerate(mechanism.actuators)
@@ -64,7 +62,7 @@ def reachable(motion: Motion) -> dict[str, list[list[float]]]:
 def events(motion: Motion) -> list[dict[str, Any]]:
     """Return the singular positions passed and the limit met, with the inputs there."""
     found = [("change point", t) for t in motion.bridged]
-    if motion.limit is not None and motion.status[0] is Status.OK:
+    if motion.limit is not None and motion.first_status is Status.OK:
         found.append(("limit", motion.limit))
     inputs = law_inputs(motion.mechanism)
     result = []

@@ -63,7 +63,7 @@ def command(
         _refuse_undriven(mechanism)
         raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve`")
     motion = trace(mechanism, steps, chosen, tell=note, progress=progress_bar("tracing"))
-    verify(mechanism, motion.start, motion.inputs[:, 0], motion.status[0], tolerance)
+    verify(mechanism, motion.start, motion.inputs[:, 0], motion.first_status, tolerance)
     csv_path, png_path = out / f"{model.stem}.csv", out / f"{model.stem}.png"
     if csv_path.resolve() == model.resolve():
         raise UsageError(f"{csv_path} is the model itself; choose another --out")
@@ -71,7 +71,7 @@ def command(
     if png:
         _draw(motion, png_path)
     _report(motion, csv_path, png_path if png else None, steps, as_json)
-    if motion.solved < len(motion.status):
+    if motion.solved < len(motion.codes):
         raise typer.Exit(5)
 
 
@@ -86,12 +86,12 @@ def _draw(motion: Motion, path: Path) -> None:
 
     from gimcli.analysis.tracing import traced_paths
     from gimcli.output import draw_motion
-    from gimcli.status import Status
 
-    good = [k for k, s in enumerate(motion.status) if s is Status.OK]
-    chosen = [good[k] for k in np.linspace(0, len(good), POSES, endpoint=False).astype(int)] if good else []
-    poses = motion.mechanism.to_file(motion.z[:, list(dict.fromkeys(chosen))].T)
-    if not good:
+    good = np.flatnonzero(motion.good)
+    if len(good):
+        chosen = good[np.unique(np.linspace(0, len(good), POSES, endpoint=False).astype(int))]
+        poses = motion.mechanism.to_file(motion.z[:, chosen].T)
+    else:
         poses = np.full((1, len(motion.mechanism.nodes)), complex(np.nan, np.nan))
     draw_motion(motion.mechanism, poses, traced_paths(motion), path, motion.mechanism.name)
 
@@ -101,6 +101,7 @@ def _report(motion: Motion, csv_path: Path, png_path: Path | None, steps: int, a
 
     from gimcli.analysis.tracing import events, reachable
     from gimcli.cli.console import print_json
+    from gimcli.status import Status
 
     solved = motion.solved
     worst = float(np.nanmax(motion.residual)) if solved else float("nan")
@@ -108,7 +109,7 @@ def _report(motion: Motion, csv_path: Path, png_path: Path | None, steps: int, a
     if as_json:
         report = {
             "csv": str(csv_path), "png": str(png_path) if png_path else None, "steps": steps, "solved": solved,
-            "residual": worst, "reachable": reached, "events": found, "status": motion.status[0].word,
+            "residual": worst, "reachable": reached, "events": found, "status": motion.first_status.word,
         }  # fmt: skip
         print_json(report)
         return
@@ -120,7 +121,7 @@ def _report(motion: Motion, csv_path: Path, png_path: Path | None, steps: int, a
         if event["kind"] == "change point":
             typer.echo(f"passed straight through a change point at {at}")
     if solved < steps + 1:
-        first = next(s for s in motion.status if s.value)
+        first = Status(int(motion.codes[~motion.good][0]))
         typer.echo(f"{first.word}: {first.text}" + (f" (worst: {motion.worst})" if motion.worst else ""))
     typer.echo(f"wrote {where}")
 

@@ -41,10 +41,13 @@ def _typed(source: Source) -> tuple[Model | None, set[Where]]:
     try:
         return Model.model_validate(data), set()
     except ValidationError as error:
-        faults = [dict(e) for e in error.errors(include_url=False)]
+        faults: list[dict[str, Any]] = [dict(e) for e in error.errors(include_url=False)]
+    unknown = [tuple(f["loc"]) for f in faults if f["type"] == "extra_forbidden"]
+    missed = {path for path in map(wording.meant, unknown) if path is not None}
     data, doubtful = _without(data, faults)
+    doubtful |= missed
     for fault in faults:
-        if fault["type"] != "missing" or fault["loc"] not in doubtful:
+        if fault["type"] != "missing" or fault["loc"] not in missed:
             wording.note(source, fault)
     try:
         return Model.model_validate(data), doubtful
@@ -53,13 +56,11 @@ def _typed(source: Source) -> tuple[Model | None, set[Where]]:
 
 
 def _without(data: dict[str, Any], faults: list[dict[str, Any]]) -> tuple[dict[str, Any], set[Where]]:
-    """Return the data without their unknown keys and faulty parts, and the paths that are missed there."""
+    """Return the data without their unknown keys and faulty parts, and which parts were left out."""
     rest, doubtful = copy.deepcopy(data), set[Where]()
     for fault in faults:
         where: Where = tuple(fault["loc"])
-        if fault["type"] == "extra_forbidden":
-            doubtful |= {path for path in [wording.meant(where)] if path is not None}
-        else:
+        if fault["type"] != "extra_forbidden":
             where = where[:2] if where[0] in SECTIONS else where[:1]
             doubtful.add(where)
         _remove(rest, where)

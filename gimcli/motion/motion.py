@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
 from gimcli.motion.effort import choose, gim_work, newton_work
 from gimcli.motion.follow import Follower, Path
@@ -32,7 +34,7 @@ class Motion:
     time: FloatArray  # (rows,) 0..1
     inputs: FloatArray  # (actuators, rows)
     z: ComplexArray = field(repr=False)  # (nodes, rows), NaN where not solved
-    status: tuple[Status, ...]
+    codes: IntArray = field(repr=False)  # (rows,) of Status
     residual: FloatArray  # (rows,) NaN where not solved
     work: FloatArray  # (rows,) sweeps or iterations
     start: ComplexArray = field(repr=False)  # (nodes,) what was found at the start, whatever its status
@@ -43,7 +45,22 @@ class Motion:
     @property
     def solved(self) -> int:
         """Number of rows that are ok."""
-        return sum(s is Status.OK for s in self.status)
+        return int(self.good.sum())
+
+    @cached_property
+    def good(self) -> NDArray[np.bool_]:
+        """Tell of every row whether it is ok."""
+        return np.asarray(self.codes == Status.OK)
+
+    @cached_property
+    def status(self) -> tuple[Status, ...]:
+        """Every row's status."""
+        return tuple(Status(int(code)) for code in self.codes)
+
+    @property
+    def first_status(self) -> Status:
+        """The status of the start."""
+        return Status(int(self.codes[0]))
 
 
 def trace(
@@ -73,11 +90,11 @@ def trace(
         return _nothing(mechanism, time, values, start)
     path = _along(follower, time, max(1, math.ceil(way * STEPS_A_TURN / steps)))
     z = np.concatenate([(start.row.x + 1j * start.row.y)[:, None], path.x + 1j * path.y], axis=1)
-    status = [start.status, *(Status(int(s)) for s in path.status)]
+    codes = np.concatenate([[int(start.status)], path.status]).astype(np.int64)
     work = np.concatenate([[start.work], path.work])
     if options.method == "gim":
-        z, status, work = _swept(mechanism, values, z, status, options, tell)
-    return _judged(mechanism, plan, time, values, z, status, work, path, options)
+        z, codes, work = _swept(mechanism, values, z, codes, options, tell)
+    return _judged(mechanism, plan, time, values, z, codes, work, path, options)
 
 
 def _nothing(mechanism: Mechanism, time: FloatArray, values: FloatArray, start: Assembly) -> Motion:
@@ -87,7 +104,15 @@ def _nothing(mechanism: Mechanism, time: FloatArray, values: FloatArray, start: 
     z = start.row.x + 1j * start.row.y
     worst = residual(mechanism, z[:, None], values[:, :1], names=True).worst[0]
     return Motion(
-        mechanism, time, values, empty, (start.status,) * rows, np.full(rows, math.nan), np.zeros(rows), z, worst
+        mechanism,
+        time,
+        values,
+        empty,
+        np.full(rows, int(start.status)),
+        np.full(rows, math.nan),
+        np.zeros(rows),
+        z,
+        worst,
     )
 
 
@@ -105,9 +130,13 @@ def _along(follower: Follower, time: FloatArray, parts: int) -> Path:
 
 
 def _swept(
-    mechanism: Mechanism, values: FloatArray, z: ComplexArray, status: list[Status], options: Options,
+    mechanism: Mechanism,
+    values: FloatArray,
+    z: ComplexArray,
+    codes: IntArray,
+    options: Options,
     tell: Tell | None,
-) -> tuple[ComplexArray, list[Status], FloatArray]:  # fmt: skip
+) -> tuple[ComplexArray, IntArray, FloatArray]:
     """Solve all rows by sweeps; the continuous motion z tells whether they stayed on its branch."""
     from gimcli.motion.sweeping import Sweeper
 
@@ -115,25 +144,33 @@ def _swept(
     sweeper.run = choose(options.jit, gim_work(len(sweeper.moves), values.shape[1]), tell)
     first = sweeper.settle(values[:, 0], mechanism.drawn)
     swept, work, stop = sweeper.motion(values, first, z)
-    status = [s if k < stop or s is not Status.OK else Status.NOT_CONVERGED for k, s in enumerate(status)]
+    good = codes == Status.OK
     apart = np.max(np.abs(swept - z), axis=0) > 0.05 * mechanism.size
-    return swept, [Status.JUMPED if far and s is Status.OK else s for s, far in zip(status, apart, strict=True)], work
+    codes = np.where(good & apart, int(Status.JUMPED), codes)
+    codes[stop:][good[stop:]] = int(Status.NOT_CONVERGED)
+    return swept, codes, work
 
 
 def _judged(
-    mechanism: Mechanism, plan: Plan, time: FloatArray, values: FloatArray, z: ComplexArray, status: list[Status],
-    work: FloatArray, path: Path, options: Options,
-) -> Motion:  # fmt: skip
+    mechanism: Mechanism,
+    plan: Plan,
+    time: FloatArray,
+    values: FloatArray,
+    z: ComplexArray,
+    codes: IntArray,
+    work: FloatArray,
+    path: Path,
+    options: Options,
+) -> Motion:
     """Check every row by a residual that nothing of the solution enters; empty those that fail."""
     start, error = z[:, 0].copy(), residual(mechanism, z, values).total
-    wrong = Status.CONTRADICTORY if plan.surplus > 0 else Status.NOT_CONVERGED
-    for k in np.flatnonzero(~(error <= allowed(mechanism, options.tolerance, options.method == "gim"))):
-        if status[k] is Status.OK:
-            status[k] = wrong
-    bad = np.array([s is not Status.OK for s in status])
+    wrong = ~(error <= allowed(mechanism, options.tolerance, options.method == "gim"))
+    bad_sum = Status.CONTRADICTORY if plan.surplus > 0 else Status.NOT_CONVERGED
+    codes = np.where(wrong & (codes == Status.OK), int(bad_sum), codes)
+    bad = codes != Status.OK
     z[:, bad] = complex(math.nan, math.nan)
     error = np.where(bad, math.nan, error)
     worst = ""
     if bad[0]:
-        worst = residual(mechanism, z[:, :1], values[:, :1], names=True).worst[0]
-    return Motion(mechanism, time, values, z, tuple(status), error, work, start, worst, path.limit, tuple(path.bridged))
+        worst = residual(mechanism, start[:, None], values[:, :1], names=True).worst[0]
+    return Motion(mechanism, time, values, z, codes, error, work, start, worst, path.limit, tuple(path.bridged))
