@@ -92,6 +92,12 @@ def test_scaling_and_shifting_a_file_by_powers_of_two_changes_nothing(compiled):
         assert np.array_equal(a.shape, b.shape)
 
 
+def test_nodes_that_nothing_uses_are_left_out(compiled):
+    mechanism = compiled(PLAIN.replace("O: [100, 200]", "Z: [1e6, 1e6], O: [100, 200], Y: [0, 0]"))
+    assert mechanism.nodes == ("O", "G", "A", "B")
+    assert mechanism.traced == ("A", "B")
+
+
 # -- members ---------------------------------------------------------------------------------
 
 
@@ -317,6 +323,7 @@ def test_the_json_schema_refuses(case, validator):
 def test_the_json_schema_accepts_every_form_of_a_law(law, validator):
     data = read_source(next(p for p in MODELS if p.stem == "crank_rocker")).data
     data["actuators"]["motor"]["law"] = law
-    data["links"]["more"] = [1, "B"]
+    data["links"] |= {"more": [1, "B"], "long": {"nodes": [1, "B"], "length": 3}}
+    data["name"] = 2024
     data["ground"] = {"member": "coupler"}
     assert list(validator.iter_errors(data)) == []

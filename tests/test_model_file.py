@@ -191,6 +191,12 @@ REFUSED = {
         "4:33",
         ["guide nodes O and G coincide", "draw them apart"],
     ),
+    "all but coincident guide": (
+        "nodes: {O: [0.3, 0], G: [0.30000000000000004, 0], B: [3, 2]}\nground: [O, G]\nlinks: {rod: [O, B]}\n"
+        "prismatic: {s: {node: B, guide: [O, G]}}\n",
+        "4:33",
+        ["guide nodes O and G coincide"],
+    ),
     "offset as text": (slide("{node: B, guide: [O, G], offset: far}"), "5:41", ["a number is needed", "'far'"]),
     # actuators
     "motor without arm": (motor("{type: rotary, pivot: O}"), "5:8", ["'bad' needs `arm`"]),
@@ -267,6 +273,23 @@ REFUSED = {
         "5:43",
         ["distance must be above 0", "met 0"],
     ),
+    "increment of a jack below zero": (
+        motor("{type: linear, nodes: [O, G], law: {by: -4}}").replace("[O, G], law", "[O, B], law"),
+        "5:43",
+        ["distance must be above 0", "met -0.39"],
+    ),
+    "jack drawn without length": (
+        "nodes: {O: [0, 0], G: [4, 0], A: [4, 0]}\nground: [O, G]\nlinks: {a: [O, A]}\n"
+        "actuators: {m: {type: linear, nodes: [G, A], law: {by: 1}}}\n",
+        "4:51",
+        ["distance must be above 0", "met 0"],
+    ),
+    "endless turning": (law("{from: 0, to: 1e300}"), "5:46", ["reaches 1e+300", "shorten"]),
+    "endless travel": (
+        motor("{type: linear, node: B, guide: [O, G], law: {by: -1e9}}"),
+        "5:52",
+        ["reaches -1e+09", "shorten"],
+    ),
     # points, trace, dynamics
     "point on unknown member": (point("{on: rood, at: [1, 1]}"), "5:13", ["member 'rood'", "did you mean 'rod'"]),
     "point nowhere": (point("{on: rod}"), "5:8", ["either `at` (drawn) or `local`"]),
@@ -279,6 +302,11 @@ REFUSED = {
         ["O and A", "draw them apart"],
     ),
     "trace of nothing known": (TOP + "trace: [A, Bb]\n", "4:12", ["'Bb' is neither", "did you mean 'B'"]),
+    "trace of a node that nothing uses": (
+        TOP.replace("nodes: {O", "nodes: {Z: [9, 9], O") + "trace: [A, Z]\n",
+        "4:12",
+        ["'Z' belongs to no member", "do not trace it"],
+    ),
     "trace twice": (TOP + "trace: [A, B, A]\n", "4:15", ["'A' is traced twice"]),
     "mass of unknown member": (TOP + "masses: {rood: {mass: 1}}\n", "4:10", ["member 'rood'", "did you mean 'rod'"]),
     "negative mass": (TOP + "masses: {rod: {mass: -1}}\n", "4:22", ["at least 0", "met -1"]),

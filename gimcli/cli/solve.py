@@ -131,7 +131,11 @@ def _print(position: Position, law: Any) -> None:
     typer.echo(
         f"{status.word}; eq. (1) {residual.lengths[0]:.1e}, eq. (2) {residual.angles[0]:.1e} rad;"
         f" {position.sweeps} sweeps"
-        + (f"; estimated error of the nodes {position.error:.1e} of the size" if math.isfinite(position.error) else "")
+        + (
+            f"; estimated error of the nodes {position.error:.1e} of the size"
+            if math.isfinite(position.error) and not status.value
+            else ""
+        )
     )
     if status.value:
         typer.echo(f"{status.text}\nworst off: {position.worst}, by {residual.total[0]:.3g}")

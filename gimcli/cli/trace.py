@@ -68,9 +68,10 @@ def command(
     if csv_path.resolve() == model.resolve():
         raise UsageError(f"{csv_path} is the model itself; choose another --out")
     write_csv(motion_table(motion), csv_path)
-    if png:
+    drawn = png and motion.solved > 0
+    if drawn:
         _draw(motion, png_path)
-    _report(motion, csv_path, png_path if png else None, steps, as_json)
+    _report(motion, csv_path, png_path if drawn else None, steps, as_json)
     if motion.solved < len(motion.codes):
         raise typer.Exit(5)
 
@@ -88,11 +89,8 @@ def _draw(motion: Motion, path: Path) -> None:
     from gimcli.output import draw_motion
 
     good = np.flatnonzero(motion.good)
-    if len(good):
-        chosen = good[np.unique(np.linspace(0, len(good), POSES, endpoint=False).astype(int))]
-        poses = motion.mechanism.to_file(motion.z[:, chosen].T)
-    else:
-        poses = np.full((1, len(motion.mechanism.nodes)), complex(np.nan, np.nan))
+    chosen = good[np.unique(np.linspace(0, len(good), POSES, endpoint=False).astype(int))]
+    poses = motion.mechanism.to_file(motion.z[:, chosen].T)
     draw_motion(motion.mechanism, poses, traced_paths(motion), path, motion.mechanism.name)
 
 
@@ -114,7 +112,8 @@ def _report(motion: Motion, csv_path: Path, png_path: Path | None, steps: int, a
         print_json(report)
         return
     where = f"{csv_path} and {png_path}" if png_path else str(csv_path)
-    typer.echo(f"{motion.mechanism.name}: {solved} of {steps + 1} positions solved, worst residual {worst:.1e}")
+    quality = f", worst residual {worst:.1e}" if solved else ""
+    typer.echo(f"{motion.mechanism.name}: {solved} of {steps + 1} positions solved{quality}")
     _tell_reach(motion, reached)
     for event in found:
         at = ", ".join(f"{k} = {v:.8g}" for k, v in event["at"].items())

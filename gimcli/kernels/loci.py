@@ -85,7 +85,7 @@ def line_line(
     e = e + mx * (px - qx) + my * (py - qy)  # second line seen from q
     x = qx + (my * d - ny * e) / safe
     y = qy + (nx * e - mx * d) / safe
-    return x, y, g, g * g, np.where(g == 0.0, np.inf, ROUNDINGS * ROUNDINGS) + 0.0 * x
+    return x, y, g, g * g, np.where(g == 0.0, np.inf, 2.0 * ROUNDINGS * (abs(d) + abs(e) + 1.0)) + 0.0 * x
 
 
 def tilt(wx: FloatArray, wy: FloatArray, e: FloatArray, s: float) -> Meeting:

@@ -14,4 +14,5 @@ __all__ = ["compile_model", "json_schema", "load", "load_model"]
 
 def load(path: Path | str) -> Mechanism:
     """Read, validate and compile a model file."""
-    return compile_model(load_model(path), Path(path).parent)
+    model = load_model(path)
+    return compile_model(model if model.name else model.model_copy(update={"name": Path(path).stem}), Path(path).parent)

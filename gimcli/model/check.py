@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from gimcli.model import wording
 from gimcli.model.check_inputs import check_inputs, check_span
-from gimcli.model.references import CLOSEST, References
+from gimcli.model.references import CLOSEST, References, used_nodes
 from gimcli.model.schema import Element, Link, Load, Model, Tracer, long_form
 from gimcli.model.source import Source, Where, read_source
 
@@ -189,10 +189,13 @@ def _check_points(refs: References) -> None:
         if name in model.nodes:
             refs.fault(("points", name), f"point '{name}' has the name of a node; rename it", key=True)
     known = [*model.points, *model.nodes]
+    used = used_nodes(model)
     doubted = {where[-1] for where in refs.doubtful if where[0] in ("nodes", "points")}
     for k, name in enumerate(model.trace):
         if name not in known and not {name, "points"} & doubted:
             refs.fault(("trace", k), f"'{name}' is neither a point nor a node{wording.near(name, known)}")
+        elif name in model.nodes and refs.sure and name not in used:
+            refs.fault(("trace", k), f"node '{name}' belongs to no member; add it to one, or do not trace it")
     for name in (n for n, count in Counter(model.trace).items() if count > 1):
         last = len(model.trace) - 1 - model.trace[::-1].index(name)
         refs.fault(("trace", last), f"'{name}' is traced twice; name it once")

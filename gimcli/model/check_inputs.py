@@ -12,6 +12,9 @@ from gimcli.model.tables import read_table
 from gimcli.model.wording import near
 
 KEYS = ("pivot", "arm", "reference", "nodes", "node", "guide")
+MOST_TURNS = 1e4
+"""Revolutions, or sizes of the mechanism, that a law may reach: every one is followed."""
+
 Times = tuple[str, float]  # name of a table and what it spans in s
 
 
@@ -125,15 +128,26 @@ def _check_law(refs: References, where: Where, actuator: Actuator, law: Law, tab
     if profile.name not in PROFILES:
         choice = f"choose {', '.join(PROFILES)}{near(profile.name, PROFILES)}"
         refs.fault((*at, "profile"), f"profile '{profile.name}' is unknown; {choice}")
-    ends = _check_ends(refs, at, law)
+    values = _check_ends(refs, at, law)
     if profile.table is not None:
         values = _check_table(refs, (*at, "profile", "table"), profile.table, tables)
     elif profile.polynomial is not None and law.by is None and law.from_ is None:
         values = [profile.polynomial[0], math.fsum(profile.polynomial)]
-    else:
-        values = ends
+    elif actuator.nodes is not None and not values and set(actuator.nodes) <= set(refs.model.nodes):
+        drawn = math.dist(*(refs.model.nodes[n] for n in actuator.nodes))
+        values = [drawn, drawn + (law.by or 0.0)]
+    _check_values(refs, at, actuator, values, law.by or 0.0)
+
+
+def _check_values(refs: References, at: Where, actuator: Actuator, values: list[float], by: float) -> None:
+    """Note values that no mechanism takes, and those that are too far away to be followed."""
     if actuator.nodes is not None and min(values, default=1.0) <= 0.0:
         refs.fault(at, f"a distance must be above 0, met {min(values):g}; mend the law")
+    turn = 360.0 if refs.model.units.angle == "deg" else 2.0 * math.pi
+    most = MOST_TURNS * (turn if actuator.type == "rotary" else refs.size)
+    farthest = max([*values, by], key=abs)
+    if abs(farthest) > most > 0.0:
+        refs.fault(at, f"the law reaches {farthest:g}; {most:g} is the most that is followed: shorten it")
 
 
 def _check_ends(refs: References, at: Where, law: Law) -> list[float]:

@@ -13,6 +13,7 @@ from gimcli.mechanism import FRAME, Actuator, ComplexArray, Drive, Mechanism, Me
 from gimcli.mechanism import Law as MechanismLaw
 from gimcli.model import schema
 from gimcli.model.laws import PROFILES, Polynomial, Run, Scaled, Table
+from gimcli.model.references import used_nodes
 from gimcli.model.tables import read_table
 
 
@@ -24,7 +25,8 @@ def compile_model(model: schema.Model, folder: Path = Path()) -> Mechanism:
 class _Compiler:
     def __init__(self, model: schema.Model, folder: Path) -> None:
         self.model, self.folder = model, folder
-        self.names = list(model.nodes)
+        used = used_nodes(model)
+        self.names = [name for name in model.nodes if name in used]
         self.index = {name: k for k, name in enumerate(self.names)}
         raw = np.array([complex(*model.nodes[n]) for n in self.names])
         held = model.ground.member
@@ -43,7 +45,7 @@ class _Compiler:
         model = self.model
         points = [self._point(name, point) for name, point in model.points.items()]
         frame = set(self.members[FRAME].nodes)
-        moving = [n for k, n in enumerate(self.names) if k not in frame and self._used(k)]
+        moving = [n for k, n in enumerate(self.names) if k not in frame]
         traced = model.trace or list(model.points) or moving
         return Mechanism(
             name=model.name or "mechanism", nodes=tuple(self.names), drawn=self.drawn, members=tuple(self.members),
@@ -53,11 +55,6 @@ class _Compiler:
             origin=self.origin, length_unit=model.units.length, angle_unit=model.units.angle,
             duration=self._duration(), floating=model.ground.member is not None,
         )  # fmt: skip
-
-    def _used(self, node: int) -> bool:
-        return any(node in m.nodes for m in self.members) or any(
-            self.names[node] in (p.node, *(p.nodes or [])) for p in self.model.prismatic.values()
-        )
 
     def _extent(self, raw: ComplexArray) -> float:
         """Return the largest dimension, drawn or given."""

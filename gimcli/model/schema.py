@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
 LENGTH_UNITS = ("m", "mm", "cm", "um", "km", "in", "ft", "unit")
 ANGLE_UNITS = ("deg", "rad")
@@ -16,8 +16,9 @@ def _word(value: Any) -> Any:
     return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
-Name = Annotated[str, BeforeValidator(_word), Field(min_length=1)]
-Text = Annotated[str, BeforeValidator(_word)]
+_WORD = WithJsonSchema({"type": ["string", "integer"]})
+Name = Annotated[str, BeforeValidator(_word), Field(min_length=1), _WORD]
+Text = Annotated[str, BeforeValidator(_word), _WORD]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Length = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 Place = Annotated[list[Number], Field(min_length=2, max_length=2)]

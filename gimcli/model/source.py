@@ -20,7 +20,7 @@ Spot = tuple[int, int]  # line and column, from 1
 
 MOST_BYTES = 4_000_000
 DEEPEST = 12
-MOST_PARTS = 150_000
+MOST_PARTS = 100_000
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _INTEGER = re.compile(r"-?(0|[1-9][0-9]*)$")  # 007 is a number too, but no name

@@ -21,7 +21,8 @@ from gimcli.solvers.block import Block
 from gimcli.solvers.newton import Packed, Run
 from gimcli.solvers.side import sides
 from gimcli.status import Status
-from gimcli.structure.steps import Coupled, Dyad, Orient, Place, Plan, Tilt
+from gimcli.structure.residual import allowed, residual
+from gimcli.structure.steps import NONE, Coupled, Dyad, Orient, Place, Plan, Tilt
 
 Inputs = Callable[[FloatArray], FloatArray]
 """Inputs (actuators, rows) at times (rows,); also a little beyond the ends of the motion."""
@@ -39,6 +40,10 @@ class Policy:
     split: int = 8  # parts of an interval approached finer
     resolution: float = 1e-12  # of the motion: where a limit is told
     leaps: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)  # of a turn: half gaps tried at a singular position
+    window: float = 1e-4  # of a turn: within which two branches are looked for that meet
+    zooms: int = 9
+    loosest: float = 1e-6  # error of a coupled group's nodes on the way past a singular position
+    closure: float = 1e-9  # residual up to which a position interpolated over a singular one is assembled
     agreement: float = 0.2  # a landing may differ from the one foreseen by this part of the way
     memory: int = 400  # rows kept to continue from
 
@@ -51,6 +56,7 @@ class Row:
     x: FloatArray
     y: FloatArray
     g: FloatArray
+    error: float = 0.0
 
 
 @dataclass
@@ -74,14 +80,17 @@ class Follower:
         policy: Policy | None = None,
     ) -> None:  # fmt: skip
         self.mechanism, self.plan, self.inputs, self.run = mechanism, plan, inputs, run
+        self.policy = policy or Policy()
         self.tolerance = tolerance * mechanism.size
         self.accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest)
-        self.policy = policy or Policy()
+        self.loose = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest, self.policy.loosest)
         self.sign = np.ones(plan.branches)
         self.packed = {k: Packed(s) for k, s in enumerate(plan.steps) if isinstance(s, Coupled)}
         self.determinant = dict.fromkeys(self.packed, 0.0)
         self.log: list[Row] = []
         self.bridges: list[Bridge] = []
+        self.passed = 0  # bridges that stand
+        self.lenient = False  # on the way past a position that the tolerance cannot tell
         self.progress: Callable[[int, int], None] | None = None  # hears of rows done and rows in all
         self.turn = 1.0  # time of one turn, or of a travel of 2 pi sizes
 
@@ -123,6 +132,7 @@ class Follower:
         fixed = list(self.mechanism.members[0].nodes)
         drawn = self.mechanism.members[0].shape
         block.x[fixed, :], block.y[fixed, :] = drawn.real[:, None], drawn.imag[:, None]
+        block.lenient = self.lenient
         with np.errstate(all="ignore"):
             self._solve(block)
         return block
@@ -142,7 +152,8 @@ class Follower:
                 closed.tilt(step, block, self.sign, self.tolerance)
             else:
                 packed, sign = self.packed[k], self.determinant[k]
-                self.determinant[k] = newton.follow(packed, block, self.run, sign, self.accuracy)
+                accuracy = self.loose if block.lenient else self.accuracy
+                self.determinant[k] = newton.follow(packed, block, self.run, sign, accuracy)
 
     @staticmethod
     def _registers(step: Orient, block: Block) -> None:
@@ -163,7 +174,14 @@ class Follower:
         """Return the solved rows of a block."""
         span = range(block.history, block.end)
         return [
-            Row(float(block.time[k]), block.x[:, k].copy(), block.y[:, k].copy(), block.g[:, k].copy()) for k in span
+            Row(
+                float(block.time[k]),
+                block.x[:, k].copy(),
+                block.y[:, k].copy(),
+                block.g[:, k].copy(),
+                float(block.error[k]),
+            )
+            for k in span
         ]
 
     def remember(self, rows: list[Row]) -> None:
@@ -213,18 +231,19 @@ class Follower:
         while i < len(times) and times[i] <= self.log[-1].time:
             row = self.at(float(times[i]))
             path.x[:, i], path.y[:, i] = row.x, row.y
-            path.status[i], path.error[i] = float(Status.OK), self.tolerance
+            path.error[i] = row.error
+            path.status[i] = float(Status.OK if row.error <= self.tolerance else Status.SINGULAR)
             i += 1
         return i
 
     def at(self, time: float) -> Row:
         """Return the row at a time that has been passed: solved, or interpolated over a bridge."""
-        for row in reversed(self.log):
-            if row.time == time:
-                return row
         for bridge in reversed(self.bridges):
             if bridge.times[0] <= time <= bridge.times[-1]:
                 return bridge.at(time)
+        for row in reversed(self.log):
+            if row.time == time:
+                return row
         before = [row for row in self.log if row.time < time]
         block = self.evaluate(np.array([time]), before)
         return self.rows(block)[0]
@@ -242,34 +261,78 @@ class Follower:
             good = block.end - block.history
             if good == len(grid):
                 break
-            if not self._pass(float(grid[good]), block.singular):
+            if not self._pass(float(grid[good]), block):
                 return False
         return True
 
-    def _pass(self, target: float, singular: bool) -> bool:
+    def _pass(self, target: float, block: Block) -> bool:
+        """Get past a doubtful row: by a leap where two branches meet, else on a finer grid."""
         gap = target - self.log[-1].time
-        if singular and self._leap(target):
-            return True
+        if block.singular:
+            meeting = self._meeting(block.culprit, target)
+            if meeting is not None and self._leap(meeting):
+                return True
+            if not self.lenient:
+                self.lenient = True
+                done = self.cross(target)
+                self.lenient = False
+                return done
         if gap <= self.policy.resolution * max(1.0, abs(target)):
-            return not singular and self._leap(target)
+            return not block.singular and not block.blocked and self._leap(0.5 * (target + self.log[-1].time))
         return self.cross(target)
 
-    def _leap(self, target: float) -> bool:
-        """Pass a singular position near `target`: solve beyond it what is foreseen from before it."""
-        gap = target - self.log[-1].time
-        for part in self.policy.leaps:
-            delta = part * self.turn
-            if gap <= 0.5 * delta and self._bridge(0.5 * (target + self.log[-1].time), delta):
-                return True
-        return False
+    def _meeting(self, branch: int, target: float) -> float | None:
+        """Return the time near `target` at which two branches cannot be told apart, None where they always can.
+
+        The measure of a step does not depend on the side that is taken: it is sampled ever finer.
+        """
+        start = self.log[-1].time
+        if branch == NONE:  # a coupled group: only the landing will tell
+            return 0.5 * (start + target)
+        low, high = start, max(target, start + self.policy.window * self.turn)
+        for _ in range(self.policy.zooms):
+            grid = np.linspace(low, high, 4 * self.policy.split + 1)[1:]
+            quality = self._quality(branch, grid)
+            if not np.any(np.isfinite(quality)):
+                return None
+            k = int(np.nanargmin(quality))
+            if quality[k] < -1.0:
+                return None
+            step = grid[1] - grid[0]
+            low, high = max(start, grid[k] - step), grid[k] + step
+        return float(grid[k]) if quality[k] <= 1.0 else None
+
+    def _quality(self, branch: int, times: FloatArray) -> FloatArray:
+        lenient, self.lenient = self.lenient, True
+        block = self.evaluate(times, self.log)
+        self.lenient = lenient
+        return block.quality[branch, block.history :]
+
+    def _leap(self, centre: float) -> bool:
+        """Pass a singular position: solve beyond it what is foreseen from before it."""
+        gap = abs(centre - self.log[-1].time)
+        return any(
+            self._bridge(centre, part * self.turn) for part in self.policy.leaps if gap <= 0.5 * part * self.turn
+        )
 
     def _bridge(self, centre: float, delta: float) -> bool:
-        saved = self.sign.copy(), dict(self.determinant)
+        saved = self.sign.copy(), dict(self.determinant), self.log, self.lenient
+        self.lenient = False
         before = self._uniform(centre + delta * np.arange(-4.0, 0.0))
-        if before is not None and self._land(centre, delta, before):
-            return True
-        self.sign, self.determinant = saved
-        return False
+        done = before is not None and self._land(centre, delta, before) and self._closes()
+        self.lenient = saved[3]
+        if not done:
+            self.sign, self.determinant, self.log = saved[:3]
+            del self.bridges[self.passed :]
+        self.passed = len(self.bridges)
+        return done
+
+    def _closes(self) -> bool:
+        """Tell whether the mechanism is assembled at the singular position itself: no limit was leapt over."""
+        bridge = self.bridges[-1]
+        row, when = bridge.at(bridge.centre), np.array([bridge.centre])
+        found = residual(self.mechanism, (row.x + 1j * row.y)[:, None], self.inputs(when))
+        return bool(found.total[0] <= max(self.policy.closure, allowed(self.mechanism, self.accuracy.tolerance)))
 
     def _uniform(self, times: FloatArray) -> list[Row] | None:
         history = [row for row in self.log if row.time < times[0]]

@@ -25,11 +25,14 @@ class Block:
     g: FloatArray  # (branches, rows) signed measures of the steps with two solutions
     rx: FloatArray  # (registers, rows) directions
     ry: FloatArray
+    quality: FloatArray  # (branches, rows) square of the measure over its rounding: |quality| < 1 tells nothing
     error: FloatArray  # (rows,) estimated error of the nodes
     work: FloatArray  # (rows,) sweeps or iterations
     end: int
     blocked: bool = False  # the row at `end` has no solution at all
     singular: bool = False  # the row at `end` is solved, but not to the tolerance
+    culprit: int = NONE  # the branch that ended the block
+    lenient: bool = False  # go on as long as the branches can be told apart, whatever the tolerance
     cos: FloatArray = field(init=False)
     sin: FloatArray = field(init=False)
 
@@ -46,7 +49,7 @@ class Block:
 
         return Block(
             time, inputs, history, room(nodes), room(nodes), room(plan.branches), room(plan.registers),
-            room(plan.registers), np.zeros(rows), np.zeros(rows), rows,
+            room(plan.registers), room(plan.branches), np.zeros(rows), np.zeros(rows), rows,
         )  # fmt: skip
 
     @property
@@ -71,7 +74,7 @@ class Block:
             return zr * full, zi * full
         return zr * bx - zi * by, zr * by + zi * bx
 
-    def stop(self, row: int, blocked: bool = False, singular: bool = False) -> None:
+    def stop(self, row: int, blocked: bool = False, singular: bool = False, culprit: int = NONE) -> None:
         """Let the block end before a row, if it does not end earlier."""
         if row < self.end:
-            self.end, self.blocked, self.singular = row, blocked, singular
+            self.end, self.blocked, self.singular, self.culprit = row, blocked, singular, culprit

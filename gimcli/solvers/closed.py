@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimcli.kernels import loci
 from gimcli.kernels.loci import Meeting
 from gimcli.mechanism import FloatArray
 from gimcli.solvers.block import Block
 from gimcli.structure.steps import NONE, Circle, Dyad, Line, Locus, Orient, Place, Tilt
+
+Flags = NDArray[np.bool_]
 
 JUMP = 0.5
 """A row is doubtful when the other solution is not at least 1 / JUMP times as far from the one foreseen."""
@@ -45,7 +48,8 @@ def dyad(step: Dyad, block: Block, sign: FloatArray, tolerance: float) -> None:
     s = 1.0 if step.branch == NONE else float(sign[step.branch])
     meeting = meet(step.first, step.second, block, rows, s)
     block.x[step.node, rows], block.y[step.node, rows] = meeting[:2]
-    guard(block, step.branch, meeting, tolerance)
+    turned = None if step.branch == NONE else _turned(step.first, step.second, block)
+    guard(block, step.branch, meeting, tolerance, turned)
 
 
 def meet(first: Locus, second: Locus, block: Block, rows: slice, s: float) -> Meeting:
@@ -83,27 +87,47 @@ def line(locus: Line, block: Block, rows: slice) -> tuple[FloatArray, FloatArray
     return x, y, nx, ny, np.asarray(locus.distance.at(block.inputs[:, rows]))
 
 
-def guard(block: Block, branch: int, meeting: Meeting, tolerance: float) -> None:
+def guard(block: Block, branch: int, meeting: Meeting, tolerance: float, turned: Flags | None = None) -> None:
     """End the block before the first row that has no solution, is singular, or may have jumped."""
     _, _, g, g2, noise = meeting
     rows = block.span
     with np.errstate(divide="ignore", invalid="ignore"):
         error = noise / (2.0 * np.maximum(np.abs(g), np.sqrt(noise)))
+        quality = g2 / noise
     block.error[rows] = np.fmax(block.error[rows], error)
+    blocked = ~(quality >= -1.0)
+    singular = quality <= 1.0 if block.lenient else ~(error <= tolerance)
+    bad = blocked | singular
     if branch != NONE:
-        block.g[branch, rows] = g
-        doubtful = _jumps(block.g[branch], block)
-    else:
-        doubtful = np.zeros(len(g), dtype=bool)
-    blocked = ~(g2 >= -noise)
-    singular = ~(error <= tolerance)
-    bad = blocked | singular | doubtful
+        block.g[branch, rows], block.quality[branch, rows] = g, quality
+        bad |= _jumps(block.g[branch], block)
+    if turned is not None:
+        bad |= turned
     if bad.any():
         k = int(np.argmax(bad))
-        block.stop(rows.start + k, bool(blocked[k]), bool(singular[k] and not blocked[k]))
+        block.stop(rows.start + k, bool(blocked[k]), bool(singular[k] and not blocked[k]), branch)
 
 
-def _jumps(g: FloatArray, block: Block) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _turned(first: Locus, second: Locus, block: Block) -> Flags:
+    """Tell the rows in which what the sides refer to has turned by more than a right angle since the last."""
+    begin = max(block.history - 1, 0)
+    rows = slice(begin, block.end)
+    if isinstance(first, Line) and isinstance(second, Circle):
+        first, second = second, first
+    if isinstance(second, Line):
+        wx, wy = block.vector(second.normal, rows)
+    else:
+        ax, ay = centre(first.nodes[0], first, block, rows)
+        bx, by = centre(second.nodes[0], second, block, rows)
+        wx, wy = bx - ax, by - ay
+    flags = np.zeros(block.end - block.history, dtype=bool)
+    turned = wx[1:] * wx[:-1] + wy[1:] * wy[:-1] < 0.0
+    if len(turned):
+        flags[-len(turned) :] = turned
+    return flags
+
+
+def _jumps(g: FloatArray, block: Block) -> Flags:
     """Tell the rows whose measure is not clearly nearer to the one foreseen than its mirror is."""
     first, end, t = block.history, block.end, block.time
     if first == 0:

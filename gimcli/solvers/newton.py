@@ -28,6 +28,7 @@ class Accuracy:
     tolerance: float
     size: float
     shortest: float
+    singular: float = 0.0  # error of the nodes at which a position counts as singular, if not the tolerance
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class Policy:
         size, tolerance = accuracy.size, accuracy.tolerance
         first, contraction = (self.first_step * size, self.contraction) if near else (1e6, 1e6)
         finest = max(self.relative * tolerance * accuracy.shortest, self.rounding * size)
-        return np.array([finest, iterations, first, contraction, self.rounding / tolerance])
+        return np.array([finest, iterations, first, contraction, self.rounding / max(tolerance, accuracy.singular)])
 
 
 @dataclass(frozen=True)
