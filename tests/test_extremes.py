@@ -92,7 +92,10 @@ def test_x01_branches_stay_apart(delta, side, way, steps):
     for k in good(m):
         b, h = meet(exact_ray(m.value["motor"][k]), 3, frame, 2, side)
         assert abs(mpc(m.z["B"][k]) - b) <= max(TOLERANCE * size(spec), 40 * U * 1.2 / h)
-    assert set(m.status) == {"ok"}
+    for k in set(range(len(m.status))) - set(good(m)):  # only where rounding alone is worth the tolerance
+        _, h = meet(exact_ray(m.value["motor"][k]), 3, frame, 2, side)
+        assert m.status[k] == "singular"
+        assert 40 * U * 1.2 / h > 0.1 * TOLERANCE * size(spec)
 
 
 X01 = {1e-3: 0.0489869369526, 1e-6: 0.00154919324822, 1e-9: 4.89897968795e-05, 1e-12: 1.54926219905e-06}
@@ -104,6 +107,9 @@ X01_BOUND = {1e-3: 5.43895982204e-14, 1e-6: 1.71995011398e-12, 1e-9: 5.438959822
 def test_x01_height_of_the_table(delta, side):
     spec, _ = near_change_point(delta, side, 90, 180)
     m = run(spec, 90)
+    if X01_BOUND[delta] > TOLERANCE:
+        assert m.status[-1] == "singular"
+        m = run(spec, 90, tolerance=1e-8)
     assert m.status[-1] == "ok"
     height = m.z["B"][-1].imag * side
     assert abs(height - X01[delta]) <= X01_BOUND[delta] + 1e-12 * X01[delta] + TOLERANCE * size(spec)

@@ -6,7 +6,7 @@ Dyads take the side that the guess is drawn on; coupled groups are settled from 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -41,6 +41,8 @@ class Assembly:
     error: float
     work: float
     surplus: bool = False  # the plan has constraints that are only checked
+    quality: FloatArray = field(default_factory=lambda: np.empty(0))  # of every branch, see Block
+    singular: bool = False  # a singular position, however well it is told
 
 
 class Assembler:
@@ -69,7 +71,9 @@ class Assembler:
                     status = Status.SINGULAR if block.singular and not block.blocked else Status.NOT_ASSEMBLED
                     break
         row = Row(time, block.x[:, 0].copy(), block.y[:, 0].copy(), block.g[:, 0].copy())
-        return Assembly(status, row, signs, float(block.error[0]), float(block.work[0]), self.plan.surplus > 0)
+        return Assembly(
+            status, row, signs, float(block.error[0]), float(block.work[0]), self.plan.surplus > 0, block.quality[:, 0]
+        )
 
     def _step(self, k: int, step: object, block: Block, drawn: Block, signs: FloatArray) -> bool:
         if isinstance(step, Place):

@@ -42,6 +42,7 @@ class Policy:
     leaps: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)  # of a turn: half gaps tried at a singular position
     window: float = 1e-4  # of a turn: within which two branches are looked for that meet
     zooms: int = 9
+    meeting: float = 64.0  # quality below which they meet: a time cannot be hit more closely than its rounding
     loosest: float = 1e-6  # error of a coupled group's nodes on the way past a singular position
     closure: float = 1e-9  # residual up to which a position interpolated over a singular one is assembled
     agreement: float = 0.2  # a landing may differ from the one foreseen by this part of the way
@@ -300,7 +301,7 @@ class Follower:
                 return None
             step = grid[1] - grid[0]
             low, high = max(start, grid[k] - step), grid[k] + step
-        return float(grid[k]) if quality[k] <= 1.0 else None
+        return float(grid[k]) if quality[k] <= self.policy.meeting else None
 
     def _quality(self, branch: int, times: FloatArray) -> FloatArray:
         lenient, self.lenient = self.lenient, True
@@ -349,7 +350,7 @@ class Follower:
             centre + delta,
             *(sum(w * getattr(row, part) for w, row in zip(weights, before, strict=True)) for part in "xyg"),
         )
-        self.sign = self._sides(foreseen)
+        old, self.sign = self.sign, self._sides(foreseen)
         self.determinant = dict.fromkeys(self.determinant, 0.0)
         block = self.evaluate(np.array([centre + delta]), self._fan(before, foreseen))
         if block.end < len(block.time):
@@ -366,7 +367,8 @@ class Follower:
             return False
         self.log = rows + self.rows(block)
         bridge = Bridge(centre, self.log.copy())
-        self.bridges.append(Bridge(bridge.turning(), bridge.rows))
+        flipped = tuple(int(k) for k in np.flatnonzero(self.sign != old))
+        self.bridges.append(Bridge(bridge.turning(), bridge.rows, flipped))
         return True
 
     def _sides(self, row: Row) -> FloatArray:
@@ -395,6 +397,7 @@ class Bridge:
 
     centre: float
     rows: list[Row]
+    flipped: tuple[int, ...] = ()  # branches whose sign it changes
 
     @property
     def times(self) -> list[float]:

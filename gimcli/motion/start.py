@@ -18,9 +18,6 @@ from gimcli.structure.steps import Plan
 STEPS_A_TURN = 90
 """Rows are solved at least this densely inside, whatever the user asks to see."""
 
-FLAT = 1e-6
-"""A step with two solutions is singular when they are nearer than this, relative to the size."""
-
 
 def start_position(mechanism: Mechanism, plan: Plan, inputs: FloatArray, run: Run, tolerance: float) -> Assembly:
     """Assemble at given inputs on the branch that is drawn.
@@ -43,8 +40,8 @@ def leave_singular(follower: Follower, start: Assembly) -> Assembly:
     """Let a motion leave a singular start; return it told from the rows after it, or as it was."""
     mechanism = follower.mechanism
     assembler = Assembler(mechanism, follower.plan, follower.run, follower.accuracy.tolerance)
-    position = np.where(np.isfinite(start.row.x + start.row.y), start.row.x + 1j * start.row.y, mechanism.drawn)
-    flat = [k for k in range(follower.plan.branches) if not abs(start.row.g[k]) > FLAT * mechanism.size]
+    position = start.row.x + 1j * start.row.y if start.status is Status.OK else mechanism.drawn
+    flat = np.flatnonzero(~(start.quality > follower.policy.meeting))
 
     def branches(inputs: FloatArray, time: float) -> list[tuple[Row, FloatArray]]:
         found = []
@@ -90,6 +87,12 @@ def _move(
     if path.status[-1] != Status.OK:
         return None
     row = follower.at(1.0)
+    signs, quality, singular = follower.sign, np.full(plan.branches, np.inf), False
+    for bridge in follower.bridges[-1:]:
+        if bridge.times[3] < 1.0 < bridge.times[4]:  # the motion may go back from here or straight on
+            singular = True
+            quality[bridge.rows[3].g * bridge.rows[4].g <= 0.0] = 0.0
+            quality[bridge.flipped] = 0.0
     row.time = 0.0
     work = first.work + float(path.work.sum())
-    return Assembly(Status.OK, row, follower.sign.copy(), float(path.error[-1]), work, first.surplus)
+    return Assembly(Status.OK, row, signs.copy(), row.error, work, first.surplus, quality, singular)

@@ -196,7 +196,7 @@ def gradient(r: Restriction, z: ComplexArray, inputs: FloatArray) -> dict[int, c
     """Return g of every node with d(restriction) = sum Re(conj(g) dz), as a length."""
     a, b = complex(z[r.a]), complex(z[r.b])
     if r.kind == "RD":
-        n = (b - a) / abs(b - a)
+        n = (b - a) / abs(b - a) if b != a else 1.0 + 0.0j  # no direction: any will do
         return {r.b: n, r.a: -n}
     assert r.vector is not None
     w, factor = vector_value(r.vector, z, inputs)
