@@ -238,11 +238,12 @@ def test_x04_short_links_with_long_ones(side):
     """1e-3 : 1e3 : 1e3 : 0.9e-3 is a double crank."""
     b, _ = meet(1e-3j, 1e3, 0.9e-3, 1e3, side)
     spec = drawn(four_bar(1e-3, 1e3, 1e3, 0.9e-3), A=1e-3j, B=b) | {"actuators": rotary(90, 450)}
-    for tolerance in (TOLERANCE, 1e-8):  # rounding a long length moves B by 1e-7
+    for tolerance in (TOLERANCE, 1e-8, 1e-5):  # rounding a long length moves B by 1e-7
         m = run(spec, 72, tolerance=tolerance)
         for k in good(m):
             b, _ = meet(mpf(1e-3) * exact_ray(m.value["motor"][k]), 1e3, 0.9e-3, 1e3, side)
             assert abs(mpc(m.z["B"][k]) - b) <= tolerance * size(spec)
+        assert set(m.status) <= {"ok", "singular"}
     assert set(m.status) == {"ok"}
 
 

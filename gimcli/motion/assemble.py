@@ -12,7 +12,7 @@ import numpy as np
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.motion.follow import Row
+from gimcli.motion.follow import Foreseen, Row
 from gimcli.solvers import closed, newton
 from gimcli.solvers.block import Block
 from gimcli.solvers.newton import Packed, Run
@@ -42,7 +42,7 @@ class Assembly:
     work: float
     surplus: bool = False  # the plan has constraints that are only checked
     quality: FloatArray = field(default_factory=lambda: np.empty(0))  # of every branch, see Block
-    singular: bool = False  # a singular position, however well it is told
+    foreseen: Foreseen | None = None  # given where the position is singular but was reached by a motion
 
 
 class Assembler:

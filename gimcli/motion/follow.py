@@ -31,6 +31,9 @@ Inputs = Callable[[FloatArray], FloatArray]
 Assemble = Callable[[FloatArray, float], "list[tuple[Row, FloatArray]]"]
 """Rows and signs of all branches at inputs (actuators,) and a time."""
 
+Foreseen = Callable[[FloatArray], ComplexArray]
+"""Position (nodes,) that is expected at inputs (actuators,)."""
+
 
 @dataclass(frozen=True)
 class Policy:
@@ -101,17 +104,19 @@ class Follower:
         self.determinant = dict.fromkeys(self.packed, 0.0)
         self.bridges = []
 
-    def leave(self, assemble: Assemble, singular: ComplexArray) -> bool:
-        """Start from a singular position (nodes,): leave it along the branch on which least moves.
+    def leave(self, assemble: Assemble, foreseen: Foreseen) -> bool:
+        """Start from a singular position: leave it along the branch that is nearest to what is foreseen.
 
         The start itself is extrapolated from the rows after it.
         """
         for part in self.policy.leaps:
             delta = part * self.turn
-            found = assemble(self.inputs(np.array([delta]))[:, 0], delta)
+            inputs = self.inputs(np.array([delta]))[:, 0]
+            found = assemble(inputs, delta)
             if not found:
                 continue
-            row, signs = min(found, key=lambda f: float(np.nanmax(np.abs(f[0].x + 1j * f[0].y - singular))))
+            near = foreseen(inputs)
+            row, signs = min(found, key=lambda f: float(np.nanmax(np.abs(f[0].x + 1j * f[0].y - near))))  # noqa: B023
             self.begin(row, signs)
             block = self.evaluate(delta * np.arange(2.0, 9.0), self.log)
             if block.end == len(block.time):

@@ -82,7 +82,7 @@ def trace(
     follower.progress = progress
     way = pace(mechanism, inputs(np.linspace(0.0, 1.0, 65)))
     follower.turn = 1.0 / max(way, 1e-3)
-    if start.status is Status.SINGULAR or start.singular:
+    if start.status is Status.SINGULAR or start.foreseen is not None:
         start = leave_singular(follower, start)
     elif start.status is Status.OK:
         follower.begin(start.row, start.signs)

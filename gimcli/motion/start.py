@@ -9,7 +9,7 @@ import numpy as np
 
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler, Assembly
-from gimcli.motion.follow import Follower, Row
+from gimcli.motion.follow import Bridge, Follower, Foreseen, Row
 from gimcli.motion.inputs import nearest_turns, pace, straight_inputs
 from gimcli.solvers.newton import Run
 from gimcli.status import Status
@@ -41,6 +41,7 @@ def leave_singular(follower: Follower, start: Assembly) -> Assembly:
     mechanism = follower.mechanism
     assembler = Assembler(mechanism, follower.plan, follower.run, follower.accuracy.tolerance)
     position = start.row.x + 1j * start.row.y if start.status is Status.OK else mechanism.drawn
+    foreseen = start.foreseen or (lambda inputs: position)  # no motion has led here: the branch on which least moves
     flat = np.flatnonzero(~(start.quality > follower.policy.meeting))
 
     def branches(inputs: FloatArray, time: float) -> list[tuple[Row, FloatArray]]:
@@ -53,7 +54,7 @@ def leave_singular(follower: Follower, start: Assembly) -> Assembly:
                 found.append((tried.row, signs))
         return found
 
-    if not follower.leave(branches, position):
+    if not follower.leave(branches, foreseen):
         return start
     row = follower.at(0.0)
     return Assembly(Status.OK, row, follower.sign.copy(), follower.tolerance, start.work, start.surplus)
@@ -87,12 +88,22 @@ def _move(
     if path.status[-1] != Status.OK:
         return None
     row = follower.at(1.0)
-    signs, quality, singular = follower.sign, np.full(plan.branches, np.inf), False
+    quality, foreseen = np.full(plan.branches, np.inf), None
     for bridge in follower.bridges[-1:]:
         if bridge.times[3] < 1.0 < bridge.times[4]:  # the motion may go back from here or straight on
-            singular = True
-            quality[bridge.rows[3].g * bridge.rows[4].g <= 0.0] = 0.0
-            quality[bridge.flipped] = 0.0
+            quality[list(bridge.flipped)] = 0.0
+            foreseen = _along_bridge(bridge, begin, end)
     row.time = 0.0
     work = first.work + float(path.work.sum())
-    return Assembly(Status.OK, row, signs.copy(), row.error, work, first.surplus, quality, singular)
+    return Assembly(Status.OK, row, follower.sign.copy(), row.error, work, first.surplus, quality, foreseen)
+
+
+def _along_bridge(bridge: Bridge, begin: FloatArray, end: FloatArray) -> Foreseen:
+    """Return the positions that continue a straight run of the inputs through its singular end."""
+    way = end - begin
+
+    def foreseen(inputs: FloatArray) -> ComplexArray:
+        row = bridge.at(1.0 + float((inputs - end) @ way) / float(way @ way))
+        return np.asarray(row.x + 1j * row.y)
+
+    return foreseen

@@ -24,6 +24,9 @@ from gimcli.structure.restrictions import Move, Restriction, angle, distance
 from gimcli.structure.sequence import find_sequence, known_nodes
 from gimcli.structure.steps import Orient, Place, Plan, Value
 
+DISTURBANCE = 1e-2
+"""Disturbance of a start from which sweeps do not settle, relative to the size."""
+
 
 @dataclass
 class Sweeper:
@@ -72,6 +75,11 @@ class Sweeper:
         policy = gim.Policy(sweeps=self.options.sweeps)
         size, tolerance = self.mechanism.size, self.options.tolerance
         done = gim.settle(self.moves, z, inputs, size, tolerance, self.run, policy, record)
+        if not done.good:  # nodes in line never leave it: disturb them, the same way each time
+            noise = np.random.default_rng(0).standard_normal((2, len(self.free))) * DISTURBANCE * size
+            z[self.free] += noise[0] + 1j * noise[1]
+            again = gim.settle(self.moves, z, inputs, size, tolerance, self.run, policy, record)
+            done = again if again.good else done
         return Settled(
             done.good, self.carried(done.z[:, None])[:, 0], done.sweeps, done.length_error, done.angle_error,
             done.history,

@@ -104,9 +104,9 @@ def pose(mechanism: Mechanism, index: int, z: ComplexArray) -> tuple[ComplexArra
         return np.zeros(rows, dtype=complex), np.ones(rows, dtype=complex)
     shape = member.shape
     far = int(np.argmax(np.abs(shape - shape[0])))
-    run = z[member.nodes[far]] - z[member.nodes[0]]
-    unit = run / (shape[far] - shape[0])
-    unit = unit / np.abs(unit)
+    with np.errstate(all="ignore"):  # a NaN stays one
+        unit = (z[member.nodes[far]] - z[member.nodes[0]]) / (shape[far] - shape[0])
+        unit = unit / np.abs(unit)
     return z[member.nodes[0]] - unit * shape[0], unit
 
 
