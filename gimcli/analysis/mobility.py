@@ -114,16 +114,25 @@ def mobility(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mobil
         table = jacobian.rows(jacobian.constraints, z, inputs)
         spare = full_pivoting(table)[1]
     driven = np.vstack([table, jacobian.rows(jacobian.drives, z, inputs)])
-    held, idle = full_pivoting(driven) if driven.size else (0, [])
+    held = full_pivoting(driven)[0] if driven.size else 0
     loose = _moving(jacobian, driven) if held < coordinates and found > 0 else []
-    over = [jacobian.drives[k - len(table)].name for k in idle if k >= len(table)]
-    if len(mechanism.actuators) > found and not over:
-        over = [a.name for a in mechanism.actuators][found:]
+    over = _idle(jacobian, table, driven)
     return Mobility(
         gruebler(mechanism), rank, found, apparent, tuple(jacobian.constraints[k].name for k in spare),
         tuple(mechanism.nodes[n] for n in loose), len(mechanism.actuators),
-        tuple(over) if len(mechanism.actuators) > found else (),
+        over,
     )  # fmt: skip
+
+
+def _idle(jacobian: Jacobian, table: FloatArray, driven: FloatArray) -> tuple[str, ...]:
+    """Return the actuators that add nothing to the constraints and the actuators before them."""
+    idle, rank = [], full_pivoting(table)[0] if table.size else 0
+    for k, drive in enumerate(jacobian.drives, start=len(table) + 1):
+        now = full_pivoting(driven[:k])[0]
+        if now == rank:
+            idle.append(drive.name)
+        rank = now
+    return tuple(idle)
 
 
 def _moving(jacobian: Jacobian, table: FloatArray) -> list[int]:
@@ -193,10 +202,11 @@ def check_driven(mechanism: Mechanism, found: Mobility) -> None:
             f" {', '.join(a.name for a in mechanism.actuators)} cannot move it; remove a member or the actuator"
         )
     if found.overdriven:
+        loose = f"; nothing drives nodes {', '.join(found.undriven)}" if found.undriven else ""
         raise StructureError(
             f"over-driven: {count} actuators on a mechanism of mobility {found.mobility};"
             f" {', '.join(found.overdriven)} drives what is driven already: remove"
-            f" {'it' if len(found.overdriven) == 1 else 'them'}"
+            f" {'it' if len(found.overdriven) == 1 else 'them'}{loose}"
         )
     if found.undriven:
         raise StructureError(

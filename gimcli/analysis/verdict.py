@@ -2,11 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from gimcli.errors import StructureError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.start import drawn_inputs
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import residual
+
+
+@contextmanager
+def explained(mechanism: Mechanism) -> Iterator[None]:
+    """Let an error of the structure be told by its rank, which knows an idle actuator from a missing one."""
+    try:
+        yield
+    except StructureError:
+        from gimcli.analysis.mobility import assembled, check_driven, mobility
+
+        home = assembled(mechanism)
+        if home is not None:
+            check_driven(mechanism, mobility(mechanism, home, drawn_inputs(mechanism)))
+        raise
 
 
 def verify(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, status: Status, tolerance: float) -> None:

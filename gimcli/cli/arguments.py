@@ -38,7 +38,7 @@ class Jit(StrEnum):
     OFF = "off"
 
 
-ModelPath = Annotated[Path, typer.Argument(metavar="[MODEL]", help="Model file.", show_default=True)]
+ModelPath = Annotated[Path, typer.Argument(metavar="MODEL", help="Model file.", show_default=True)]
 MODEL = Path("model.yaml")
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 MethodOption = Annotated[

@@ -55,7 +55,7 @@ def command(
 ) -> None:
     """Solve one position."""
     from gimcli.analysis.convergence import fit_history
-    from gimcli.analysis.verdict import verify
+    from gimcli.analysis.verdict import explained, verify
     from gimcli.model import load
     from gimcli.motion.position import solve
 
@@ -65,7 +65,8 @@ def command(
         raise UsageError("--history tells the error per sweep: add --method gim")
     chosen = options(method, strategy, tolerance, jit, sequence, seed if start == "random" else None)
     mechanism = load(model)
-    position = solve(mechanism, inputs_at(mechanism, at), chosen, history)
+    with explained(mechanism):
+        position = solve(mechanism, inputs_at(mechanism, at), chosen, history)
     if start == "drawn":
         verify(mechanism, position.z, position.inputs, position.status, tolerance)
     law = fit_history(position) if history else None

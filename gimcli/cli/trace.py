@@ -34,6 +34,7 @@ HELP = (
 )
 
 POSES = 6
+PASSAGES = 6
 
 
 def command(
@@ -50,7 +51,7 @@ def command(
 ) -> None:
     """Trace a motion."""
     from gimcli.analysis.tracing import motion_table
-    from gimcli.analysis.verdict import verify
+    from gimcli.analysis.verdict import explained, verify
     from gimcli.cli.console import note, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
@@ -59,18 +60,19 @@ def command(
 
     chosen = options(method, strategy, tolerance, jit, sequence)
     mechanism = load(model)
-    if not mechanism.actuators:
-        _refuse_undriven(mechanism)
-        raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve`")
-    motion = trace(mechanism, steps, chosen, tell=note, progress=progress_bar("tracing"))
+    with explained(mechanism):
+        if not mechanism.actuators:
+            _refuse_undriven(mechanism)
+            raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve`")
+        motion = trace(mechanism, steps, chosen, tell=note, progress=progress_bar("tracing"))
     verify(mechanism, motion.start, motion.inputs[:, 0], motion.first_status, tolerance)
     csv_path, png_path = out / f"{model.stem}.csv", out / f"{model.stem}.png"
     if csv_path.resolve() == model.resolve():
         raise UsageError(f"{csv_path} is the model itself; choose another --out")
-    write_csv(motion_table(motion), csv_path)
     drawn = png and motion.solved > 0
     if drawn:
         _draw(motion, png_path)
+    write_csv(motion_table(motion), csv_path)
     _report(motion, csv_path, png_path if drawn else None, steps, as_json)
     if motion.solved < len(motion.codes):
         raise typer.Exit(5)
@@ -115,14 +117,19 @@ def _report(motion: Motion, csv_path: Path, png_path: Path | None, steps: int, a
     quality = f", worst residual {worst:.1e}" if solved else ""
     typer.echo(f"{motion.mechanism.name}: {solved} of {steps + 1} positions solved{quality}")
     _tell_reach(motion, reached)
-    for event in found:
-        at = ", ".join(f"{k} = {v:.8g}" for k, v in event["at"].items())
-        if event["kind"] == "change point":
-            typer.echo(f"passed straight through a change point at {at}")
+    _tell_passages([e for e in found if e["kind"] == "change point"])
     if solved < steps + 1:
         first = Status(int(motion.codes[~motion.good][0]))
         typer.echo(f"{first.word}: {first.text}" + (f" (worst: {motion.worst})" if motion.worst else ""))
     typer.echo(f"wrote {where}")
+
+
+def _tell_passages(found: list[dict[str, Any]]) -> None:
+    for event in found[:PASSAGES]:
+        at = ", ".join(f"{k} = {v:.8g}" for k, v in event["at"].items())
+        typer.echo(f"passed straight through a change point at {at}")
+    if len(found) > PASSAGES:
+        typer.echo(f"... and {len(found) - PASSAGES} more (--json names all)")
 
 
 def _tell_reach(motion: Motion, reached: dict[str, list[list[float]]]) -> None:

@@ -143,7 +143,7 @@ class _Compiler:
             away = self._local(reference_member, reference) - self._local(reference_member, pivot)
             reference_direction = _unit(away)
             ray /= complex(self.drawn[self.index[reference]] - self.drawn[self.index[pivot]])
-        drawn = cmath.phase(ray)
+        drawn = cmath.phase(complex(ray.real, ray.imag + 0.0))  # half a turn is pi: -0.0 would make it -pi
         law = self._law(actuator.law, drawn, self.turn, 2.0 * math.pi)
         return Actuator(
             name, Drive.ROTARY, law, drawn, self.index[pivot], arm_member=arm_member,
@@ -181,12 +181,12 @@ class _Compiler:
     def _point(self, name: str, point: schema.Tracer) -> Point:
         k = 0 if point.on == "ground" else self.number[point.on]
         member = self.members[k]
-        if point.local is not None and (k != FRAME or self.model.ground.member is not None):
+        if point.local is not None:
             local = complex(*point.local) / self.scale
-            first, second = complex(member.shape[0]), complex(member.shape[1])
-            return Point(name, k, first + local * _unit(second - first))
-        place = complex(*(point.at if point.at is not None else point.local or [0.0, 0.0]))
-        drawn = (place - self.origin) / self.scale
+            first = complex(member.shape[0])
+            along = _unit(complex(member.shape[1]) - first) if len(member.nodes) > 1 else 1.0 + 0.0j
+            return Point(name, k, first + local * along)
+        drawn = (complex(*(point.at or [0.0, 0.0])) - self.origin) / self.scale
         if k == FRAME:
             return Point(name, k, drawn)
         first, second = (complex(self.drawn[n]) for n in member.nodes[:2])

@@ -173,6 +173,8 @@ def _long_actuator(actuator: Any) -> Any:
 
 def json_schema() -> dict[str, Any]:
     """Return the JSON Schema of the file, short forms included, for editors."""
+    from gimcli.model.descriptions import describe
+
     schema = Model.model_json_schema(by_alias=True)
     parts = schema["$defs"]
     names = {"type": "array", "items": {"type": ["string", "integer"]}}
@@ -185,4 +187,5 @@ def json_schema() -> dict[str, Any]:
     parts["Law"]["properties"]["profile"] = profile
     for key in ("polynomial", "table"):
         parts["Law"]["properties"][key] = parts["Profile"]["properties"][key]
+    describe(schema)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "gim model file"}

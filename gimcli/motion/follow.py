@@ -116,7 +116,7 @@ class Follower:
             if not found:
                 continue
             near = foreseen(inputs)
-            row, signs = min(found, key=lambda f: float(np.nanmax(np.abs(f[0].x + 1j * f[0].y - near))))  # noqa: B023
+            row, signs = min(found, key=lambda f: float(np.nanmax(np.abs(f[0].x + 1j * f[0].y - near))))
             self.begin(row, signs)
             block = self.evaluate(delta * np.arange(2.0, 9.0), self.log)
             if block.end == len(block.time):
