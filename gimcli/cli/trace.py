@@ -56,7 +56,7 @@ def command(
     from gimcli.errors import StructureError
     from gimcli.model import load
     from gimcli.motion.motion import trace
-    from gimcli.output import write_csv
+    from gimcli.output import CsvStream
 
     chosen = options(method, strategy, tolerance, jit, sequence)
     mechanism = load(model)
@@ -70,9 +70,11 @@ def command(
     if csv_path.resolve() == model.resolve():
         raise UsageError(f"{csv_path} is the model itself; choose another --out")
     drawn = png and motion.solved > 0
-    if drawn:
-        _draw(motion, png_path)
-    write_csv(motion_table(motion), csv_path)
+    table = motion_table(motion)
+    with CsvStream(csv_path, table.names) as stream:  # appears when the picture has been written too
+        stream.append(table)
+        if drawn:
+            _draw(motion, png_path)
     _report(motion, csv_path, png_path if drawn else None, steps, as_json)
     if motion.solved < len(motion.codes):
         raise typer.Exit(5)
