@@ -149,3 +149,15 @@ def test_every_model_passes_through_every_command(command, model, tmp_path):
     if os.environ.get("CI") is None and command == "sequence":
         extra.append("--explain")
     gim(command, model, *extra)
+
+
+def test_every_model_is_drawn(model, tmp_path):
+    from gimcli.analysis.tracing import traced_paths
+    from gimcli.model import load
+    from gimcli.motion.motion import trace
+    from gimcli.output import draw_motion
+
+    motion = trace(load(model), 12)
+    path = tmp_path / "motion.png"
+    draw_motion(motion.mechanism, motion.mechanism.to_file(motion.z[:, ::4].T), traced_paths(motion), path, "motion")
+    assert path.read_bytes().startswith(b"\x89PNG")

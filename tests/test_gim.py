@@ -128,3 +128,15 @@ def test_nodes_that_an_input_carries_are_known():
     known, carried = known_nodes(mechanism)
     assert {mechanism.nodes[n] for n in carried} == {"S", "T"}
     assert {mechanism.nodes[n] for n in known} == {"P", "Q", "R", "S", "T"}
+
+
+def test_the_readme_tells_the_sweeps_that_are_measured():
+    text = (Path(__file__).parents[1] / "README.md").read_text()
+    for name in STEPS:
+        (line,) = [row for row in text.splitlines() if row.startswith(f"| `{name}`")]
+        told = [int(cell) for cell in line.strip("|").split("|")[1:]]
+        mechanism, inputs = displaced(name)
+        measured = [STEPS[name][1]]
+        for change in ({"moves": STEPS[name][2]}, {"strategy": "classic"}, {"strategy": "spectral"}):
+            measured.append(solve(mechanism, inputs, Options(method="gim", tolerance=1e-5, **change)).sweeps)
+        assert told == measured, name

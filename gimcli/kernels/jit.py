@@ -8,9 +8,7 @@ folder whose name is a hash of all kernel sources, so that an edit in a callee i
 
 from __future__ import annotations
 
-import hashlib
 import os
-import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -57,6 +55,8 @@ def is_cached() -> bool:
 @cache
 def cache_folder() -> Path | None:
     """Return a writable folder for this source's machine code, or None where there is none."""
+    import tempfile
+
     stamp = source_stamp()
     home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     user = str(os.getuid()) if hasattr(os, "getuid") else "user"
@@ -73,6 +73,8 @@ def cache_folder() -> Path | None:
 
 def source_stamp() -> str:
     """Return a hash of all kernel sources."""
+    import hashlib
+
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.read_bytes())

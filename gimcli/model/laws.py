@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import polynomial
 
 from gimcli.mechanism import FloatArray
 
@@ -27,8 +26,8 @@ class Polynomial:
 
     def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
         """Return the value or a derivative."""
-        c = np.asarray(self.coefficients)
-        return np.asarray(polynomial.polyval(time, polynomial.polyder(c, order) if order else c))
+        falling = np.asarray(self.coefficients[::-1], dtype=float)
+        return np.asarray(np.polyval(np.polyder(falling, order) if order else falling, time))
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ class Value:
         return np.asarray(self.constant + self.gain * inputs[self.actuator])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Circle:
     """Distance `radius` from node `centre` shifted by `offset`."""
 
@@ -75,7 +75,7 @@ class Circle:
         return (self.centre,)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Line:
     """normal . (p - anchor - offset) = distance."""
 
@@ -94,7 +94,7 @@ class Line:
 Locus = Circle | Line
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Place:
     """Carry a node along: node = anchor + vector."""
 
@@ -104,7 +104,7 @@ class Place:
     constraint: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Orient:
     """Keep a direction in a register: register = vector."""
 
@@ -113,7 +113,7 @@ class Orient:
     constraint: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tilt:
     """Turn a line through two placed nodes: register = direction u of B - A = u (tau + i e)."""
 
@@ -126,7 +126,7 @@ class Tilt:
     constraint: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Dyad:
     """Place a node where two loci meet; `branch` counts the steps that have two solutions."""
 
@@ -136,7 +136,7 @@ class Dyad:
     branch: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Equation:
     """One equation of a coupled group, in the nodes as numbered by the mechanism.
 
@@ -156,7 +156,7 @@ class Equation:
         return 2 if self.kind == "closure" else 1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Coupled:
     """A strongly coupled Assur group: base nodes found together, other nodes carried along."""
 
@@ -179,7 +179,7 @@ class Coupled:
 Step = Place | Orient | Tilt | Dyad | Coupled
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Plan:
     """Steps in the order of solution; every free node is placed by exactly one of them."""
 
