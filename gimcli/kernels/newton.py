@@ -24,22 +24,12 @@ import numpy as np
 
 from gimcli.kernels.jit import kernel
 from gimcli.kernels.linear import lu_factor, lu_solve, qr_factor, qr_solve
+from gimcli.kernels.vector import turned
 from gimcli.mechanism import FloatArray, IntArray
 
 DISTANCE = 0
 LINE = 1
 CLOSURE = 2
-
-
-@kernel
-def factor_of(k: int, vi: IntArray, vz: FloatArray, cos: FloatArray, sin: FloatArray) -> tuple[float, float]:
-    """Return z e^(+-i theta) of vector k."""
-    zr, zi = vz[k, 0], vz[k, 1]
-    a = vi[k, 3]
-    if a >= 0:
-        c, s = cos[a], sin[a] * vi[k, 4]
-        return zr * c - zi * s, zr * s + zi * c
-    return zr, zi
 
 
 @kernel
@@ -55,7 +45,7 @@ def vector_at(
     sin: FloatArray,
 ) -> tuple[float, float]:
     """Return vector k at a row's positions and directions."""
-    zr, zi = factor_of(k, vi, vz, cos, sin)
+    zr, zi = turned(vz[k, 0], vz[k, 1], vi[k, 3], vi[k, 4], cos, sin)
     u = vi[k, 0]
     if u >= 0:
         v = vi[k, 1]
@@ -94,7 +84,7 @@ def coefficients(
     nb = cr.shape[1]
     for k in range(pi.shape[0]):
         node, anchor, w = pi[k, 0], pi[k, 1], pi[k, 2]
-        zr, zi = factor_of(w, vi, vz, cos, sin)
+        zr, zi = turned(vz[w, 0], vz[w, 1], vi[w, 3], vi[w, 4], cos, sin)
         u, v = vi[w, 0], vi[w, 1]
         for j in range(nb):
             cr[node, j] = cr[anchor, j]
@@ -170,7 +160,7 @@ def jacobian(
         nx, ny, zr, zi, u, v = 0.0, 0.0, 0.0, 0.0, -1, -1
         if kind != DISTANCE:
             nx, ny = vector_at(w, vi, vz, x, y, dx, dy, cos, sin)
-            zr, zi = factor_of(w, vi, vz, cos, sin)
+            zr, zi = turned(vz[w, 0], vz[w, 1], vi[w, 3], vi[w, 4], cos, sin)
             u, v = vi[w, 0], vi[w, 1]
         for b in range(nb):
             gr, gi = cr[p, b] - cr[q, b], ci[p, b] - ci[q, b]

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 
 from gimcli.kernels.jit import kernel
+from gimcli.kernels.vector import turned
 from gimcli.mechanism import FloatArray, IntArray
 
 DISTANCE = 0
@@ -29,17 +30,6 @@ def turn_onto(x: FloatArray, y: FloatArray, b: int, a: int, ux: float, uy: float
     wx, wy = x[b] - x[a], y[b] - y[a]
     reach = math.sqrt(wx * wx + wy * wy) / math.sqrt(ux * ux + uy * uy)
     x[b], y[b] = x[a] + reach * ux, y[a] + reach * uy
-
-
-@kernel
-def turned(k: int, mi: IntArray, mz: FloatArray, cos: FloatArray, sin: FloatArray) -> tuple[float, float]:
-    """Return z e^(+-i theta) of a move."""
-    zr, zi = mz[k, 2], mz[k, 3]
-    t = mi[k, 7]
-    if t >= 0:
-        c, s = cos[t], sin[t] * mi[k, 8]
-        return zr * c - zi * s, zr * s + zi * c
-    return zr, zi
 
 
 @kernel
@@ -66,7 +56,7 @@ def impose(
             dx, d = 1.0, 1.0
         x[moved], y[moved] = x[other] + value / d * dx, y[other] + value / d * dy
         return
-    zr, zi = turned(k, mi, mz, cos, sin)
+    zr, zi = turned(mz[k, 2], mz[k, 3], mi[k, 7], mi[k, 8], cos, sin)
     u, v = mi[k, 5], mi[k, 6]
     wx, wy = zr, zi
     if u >= 0:
@@ -139,7 +129,7 @@ def error_of(
     px, py = x[b] - x[a], y[b] - y[a]
     if kind == DISTANCE:
         return abs(math.sqrt(px * px + py * py) / value - 1.0)
-    zr, zi = turned(k, mi, mz, cos, sin)
+    zr, zi = turned(mz[k, 2], mz[k, 3], mi[k, 7], mi[k, 8], cos, sin)
     u, v = mi[k, 5], mi[k, 6]
     wx, wy = zr, zi
     if u >= 0:

@@ -12,7 +12,8 @@ import numpy as np
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.motion.follow import Foreseen, Row
+from gimcli.motion.bridge import Row
+from gimcli.motion.follow import Foreseen
 from gimcli.solvers import closed, newton
 from gimcli.solvers.block import Block
 from gimcli.solvers.newton import Packed, Run

@@ -11,11 +11,13 @@ tell a node to half the digits only.
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.bridge import Bridge, Row, lagrange
 from gimcli.solvers import closed, newton
 from gimcli.solvers.block import Block
 from gimcli.solvers.newton import Packed, Run
@@ -50,17 +52,6 @@ class Policy:
     closure: float = 1e-9  # residual up to which a position interpolated over a singular one is assembled
     agreement: float = 0.2  # a landing may differ from the one foreseen by this part of the way
     memory: int = 400  # rows kept to continue from
-
-
-@dataclass
-class Row:
-    """One solved position and the measures that tell its branch."""
-
-    time: float
-    x: FloatArray
-    y: FloatArray
-    g: FloatArray
-    error: float = 0.0
 
 
 @dataclass
@@ -230,7 +221,7 @@ class Follower:
         path.error[into], path.work[into] = block.error[span], block.work[span]
         path.status[into] = float(Status.OK)
         keep = block.end - min(good, 8)
-        self.remember(self.rows(Block_tail(block, keep)))
+        self.remember(self.rows(_tail(block, keep)))
 
     def _fill(self, path: Path, times: FloatArray, i: int) -> int:
         """Fill the rows up to where crossing has arrived; return the next row to solve."""
@@ -387,57 +378,8 @@ class Follower:
         return [Row(before[-1].time, foreseen.x, foreseen.y, self.sign * np.abs(foreseen.g))]
 
 
-def Block_tail(block: Block, first: int) -> Block:  # noqa: N802
+def _tail(block: Block, first: int) -> Block:
     """Return the block with only its last rows counted as new."""
-    import copy
-
-    tail = copy.copy(block)
+    tail = copy(block)
     tail.history = max(first, block.history)
     return tail
-
-
-@dataclass(frozen=True)
-class Bridge:
-    """Positions on both sides of a singular one, and the polynomial through them."""
-
-    centre: float
-    rows: list[Row]
-    flipped: tuple[int, ...] = ()  # branches whose sign it changes
-
-    @property
-    def times(self) -> list[float]:
-        """Times of the positions."""
-        return [row.time for row in self.rows]
-
-    def at(self, time: float) -> Row:
-        """Return the interpolated position."""
-        weights = lagrange(self.times, time)
-        x, y, g = (
-            np.asarray(sum(w * getattr(row, part) for w, row in zip(weights, self.rows, strict=True))) for part in "xyg"
-        )
-        return Row(time, x, y, g)
-
-    def turning(self) -> float:
-        """Return the time at which a measure changes its sign; the centre where none does."""
-        low, high = self.rows[3], self.rows[4]
-        flips = np.flatnonzero(low.g * high.g < 0.0)
-        if not len(flips):
-            return self.centre
-        branch, a, b = flips[0], low.time, high.time
-        for _ in range(60):
-            middle = 0.5 * (a + b)
-            same = self.at(middle).g[branch] * low.g[branch] > 0.0
-            a, b = (middle, b) if same else (a, middle)
-        return 0.5 * (a + b)
-
-
-def lagrange(nodes: list[float], time: float) -> list[float]:
-    """Return the weights of the polynomial through values at some nodes."""
-    weights = []
-    for i, a in enumerate(nodes):
-        w = 1.0
-        for k, b in enumerate(nodes):
-            if k != i:
-                w *= (time - b) / (a - b)
-        weights.append(w)
-    return weights

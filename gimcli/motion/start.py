@@ -9,7 +9,8 @@ import numpy as np
 
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler, Assembly
-from gimcli.motion.follow import Bridge, Follower, Foreseen, Row
+from gimcli.motion.bridge import Bridge, Row
+from gimcli.motion.follow import Follower, Foreseen
 from gimcli.motion.inputs import nearest_turns, pace, straight_inputs
 from gimcli.solvers.newton import Run
 from gimcli.status import Status

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import Drive, Mechanism
-from gimcli.structure.plan import Layout
+from gimcli.structure.layout import Layout
 from gimcli.structure.steps import Coupled, Equation, Place, Value, Vector
 
 Unknown = tuple[str, int]

@@ -17,7 +17,8 @@ import numpy as np
 
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.kinematic import kinematic_nodes, loose_nodes
-from gimcli.structure.plan import Layout, make_plan
+from gimcli.structure.layout import Layout
+from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move, Restriction, gradient, member_models, pair_restrictions
 from gimcli.structure.rules import Walk
 from gimcli.structure.steps import Coupled, Dyad, Place, Plan, Tilt

@@ -1,0 +1,15 @@
+"""Vectors z e^(+-i theta) as the kernels hold them."""
+
+from __future__ import annotations
+
+from gimcli.kernels.jit import kernel
+from gimcli.mechanism import FloatArray
+
+
+@kernel
+def turned(zr: float, zi: float, a: int, turn: int, cos: FloatArray, sin: FloatArray) -> tuple[float, float]:
+    """Return z turned by the angle of actuator `a` in the sense `turn`, or z where there is none."""
+    if a >= 0:
+        c, s = cos[a], sin[a] * turn
+        return zr * c - zi * s, zr * s + zi * c
+    return zr, zi
