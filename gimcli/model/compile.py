@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, Actuator, ComplexArray, Drive, Mechanism, Member, Point, Slide
+from gimcli.mechanism import FRAME, Actuator, ComplexArray, Drive, FloatArray, Mechanism, Member, Point, Slide
 from gimcli.mechanism import Law as MechanismLaw
 from gimcli.model import schema
 from gimcli.model.laws import PROFILES, Polynomial, Run, Scaled, Table
@@ -156,16 +156,16 @@ class _Compiler:
         profile = law.profile
         if profile.table is not None:
             return Scaled(Table(*read_table(self.folder / profile.table)), unit)
-        shape: Callable[..., object] = PROFILES.get(profile.name, PROFILES["uniform"])
+        shape: Callable[[FloatArray, int], FloatArray] = PROFILES.get(profile.name, PROFILES["uniform"])
         if profile.polynomial is not None:
             shape = Polynomial(tuple(profile.polynomial))
             if law.from_ is None and law.by is None:
                 return Scaled(shape, unit)
         if law.by is not None:
-            return Run(drawn, drawn + law.by * unit, shape)  # type: ignore[arg-type]
+            return Run(drawn, drawn + law.by * unit, shape)
         if law.from_ is None or law.to is None:
-            return Run(drawn, drawn + default, shape)  # type: ignore[arg-type]
-        return Run(law.from_ * unit, law.to * unit, shape)  # type: ignore[arg-type]
+            return Run(drawn, drawn + default, shape)
+        return Run(law.from_ * unit, law.to * unit, shape)
 
     def _duration(self) -> float:
         if self.model.duration is not None:

@@ -9,6 +9,7 @@ along, linear in them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -107,7 +108,7 @@ def _first_group(layout: Layout, system: System) -> list[int]:
         raise undriven(layout, list(system.bodies))
     where = np.array(entries).T
     table = csr_array((np.ones(len(entries)), (where[0], where[1])), shape=(len(rows), len(unknowns)))
-    matched = maximum_bipartite_matching(table, perm_type="column")  # column of each row
+    matched = [int(c) for c in maximum_bipartite_matching(table, perm_type="column")]  # column of each row
     if len(set(matched) - {-1}) < len(unknowns):
         raise undriven(layout, _reachable_bodies(system, unknowns, rows, matched))
     edges = [(int(c), j) for row, c in zip(rows, matched, strict=True) if c >= 0 for j in row]
@@ -127,9 +128,9 @@ def _first_group(layout: Layout, system: System) -> list[int]:
     return min((p for p in parts.values() if p), key=len)
 
 
-def _over_part(rows: list[list[int]], matched: object, start: int) -> list[int]:
+def _over_part(rows: list[list[int]], matched: Sequence[int], start: int) -> list[int]:
     """Return the unknowns that an unmatched equation reaches by alternating paths."""
-    row_of = {int(c): i for i, c in enumerate(matched) if c >= 0}  # type: ignore[arg-type, var-annotated]
+    row_of = {int(c): i for i, c in enumerate(matched) if c >= 0}
     seen: dict[int, None] = {}
     todo = [start]
     while todo:
@@ -141,15 +142,17 @@ def _over_part(rows: list[list[int]], matched: object, start: int) -> list[int]:
     return list(seen)
 
 
-def _reachable_bodies(system: System, unknowns: list[Unknown], rows: list[list[int]], matched: object) -> list[int]:
+def _reachable_bodies(
+    system: System, unknowns: list[Unknown], rows: list[list[int]], matched: Sequence[int]
+) -> list[int]:
     """Return the bodies whose unknowns no equation can hold."""
-    taken = {int(c): i for i, c in enumerate(matched)}  # type: ignore[arg-type, var-annotated]
+    taken = {int(c): i for i, c in enumerate(matched)}
     todo = [k for k in range(len(unknowns)) if k not in taken]
     seen = set(todo)
     while todo:
         c = todo.pop()
         for i, row in enumerate(rows):
-            other = int(matched[i])  # type: ignore[index]
+            other = int(matched[i])
             if c in row and other >= 0 and other not in seen:
                 seen.add(other)
                 todo.append(other)
