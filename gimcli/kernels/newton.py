@@ -231,7 +231,7 @@ def newton(
 ) -> bool:
     """Settle one row from the base nodes in x, y; return whether it did.
 
-    limits: tolerance, iterations, greatest first step, greatest contraction, least pivot.
+    limits: tolerance, iterations, greatest first step, greatest contraction, least pivot, rounding.
     out: iterations, estimated error, sign of the determinant, first step, contraction, sign at the
     last good row, 1 where the row is singular to the tolerance.
     """
@@ -245,9 +245,11 @@ def newton(
         jacobian(x, y, dx, dy, values, cos, sin, vi, vz, ei, ev, cr, ci, j)
         sign = lu_factor(j, n, order) if m == n else qr_factor(j, m, n, order)
         out[2] = sign
-        if sign == 0.0 or least_pivot(j, n, order, m == n) < limits[4]:
+        pivot = least_pivot(j, n, order, m == n) if sign != 0.0 else 0.0
+        if not pivot >= limits[4]:
             out[6] = 1.0
             return False
+        finest = max(limits[0], limits[5] / pivot)  # what rounding leaves of a correction
         if m == n:
             lu_solve(j, n, order, f)
         else:
@@ -265,11 +267,11 @@ def newton(
             qr_solve(j, m, n, order, f)
         second = move(x, y, f, nb)
         carry(x, y, dx, dy, cos, sin, vi, vz, pi)
-        out[1] = second
-        if first > 1e4 * limits[0] and second > limits[3] * first:
+        out[1] = max(second, limits[5] / pivot)
+        if first > 1e4 * finest and second > limits[3] * first:
             out[4] = second / first
             return False
-        if second <= limits[0]:
+        if second <= finest:
             return True
     return False
 

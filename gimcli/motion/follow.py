@@ -206,9 +206,12 @@ class Follower:
                 self.progress(i, n)
             if good < min(self.policy.rows, n - len(path.x[0, :i])) and i < n:
                 if not self.cross(float(times[i])):
+                    self.lenient = True
                     row = self.evaluate(times[i : i + 1], self.log)
+                    self.lenient = False
                     path.status[i:] = float(Status.LIMIT)
-                    path.status[i] = float(Status.SINGULAR if row.singular and not row.blocked else Status.LIMIT)
+                    if row.end == len(row.time):  # it is there, but cannot be told
+                        path.status[i] = float(Status.SINGULAR)
                     path.limit = self.log[-1].time
                     break
                 i = self._fill(path, times, i)

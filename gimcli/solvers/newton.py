@@ -47,7 +47,16 @@ class Policy:
         size, tolerance = accuracy.size, accuracy.tolerance
         first, contraction = (self.first_step * size, self.contraction) if near else (1e6, 1e6)
         finest = max(self.relative * tolerance * accuracy.shortest, self.rounding * size)
-        return np.array([finest, iterations, first, contraction, self.rounding / max(tolerance, accuracy.singular)])
+        return np.array(
+            [
+                finest,
+                iterations,
+                first,
+                contraction,
+                self.rounding / max(tolerance, accuracy.singular),
+                self.rounding * size,
+            ]
+        )
 
 
 @dataclass(frozen=True)
