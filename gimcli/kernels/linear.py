@@ -41,10 +41,11 @@ def lu_factor(a: FloatArray, n: int, order: FloatArray) -> float:
 @kernel
 def lu_solve(a: FloatArray, n: int, order: FloatArray, b: FloatArray) -> None:
     """Solve with the factors of `lu_factor`; b is overwritten by the solution."""
-    for k in range(n):
+    for k in range(n):  # all exchanges first: the rows of both factors have been exchanged
         p = int(order[k])
         if p != k:
             b[k], b[p] = b[p], b[k]
+    for k in range(n):
         for i in range(k + 1, n):
             b[i] -= a[i, k] * b[k]
     for k in range(n - 1, -1, -1):

@@ -199,12 +199,12 @@ class Follower:
         i = self._fill(path, times, 0)
         while i < n:
             block = self.evaluate(times[i : i + self.policy.rows], self.log)
-            good = block.end - block.history
+            good, doubtful = block.end - block.history, block.end < len(block.time)
             self._store(path, block, i, good)
             i += good
             if self.progress is not None:
                 self.progress(i, n)
-            if good < min(self.policy.rows, n - len(path.x[0, :i])) and i < n:
+            if doubtful:
                 if not self.cross(float(times[i])):
                     self.lenient = True
                     row = self.evaluate(times[i : i + 1], self.log)
