@@ -9,6 +9,7 @@ from gimcli.errors import GimError
 from gimcli.model import load
 from gimcli.motion.motion import trace
 from gimcli.motion.options import Options
+from gimcli.status import Status
 
 
 def check(seed, groups, folder):
@@ -19,13 +20,15 @@ def check(seed, groups, folder):
         coarse = trace(mechanism, 24)
     except GimError:
         return False  # the drive that was put elsewhere does not drive everything
+    if coarse.first_status is Status.SINGULAR:
+        return False  # nor here, by its rank
     fine, newton = trace(mechanism, 96), trace(mechanism, 24, Options(method="newton"))
     assert np.max(np.abs(coarse.z[:, 0] - mechanism.drawn)) < 1e-9 * mechanism.size
     for other, z, good in ((fine, fine.z[:, ::4], fine.good[::4]), (newton, newton.z, newton.good)):
         assert np.array_equal(coarse.good, good)
         assert np.max(np.abs(coarse.z - z)[:, good], initial=0.0) < 1e-8 * mechanism.size
         assert (coarse.limit is None) == (other.limit is None)
-        assert coarse.limit is None or abs(coarse.limit - other.limit) < 1e-7
+        assert coarse.limit is None or abs(coarse.limit - other.limit) < 1e-6
     return True
 
 

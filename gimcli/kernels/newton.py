@@ -277,8 +277,11 @@ def newton(
 
 
 @kernel
-def predict(x: FloatArray, y: FloatArray, time: FloatArray, r: int, nb: int) -> None:
-    """Start row r by the polynomial through the rows before it, up to four of like spacing."""
+def predict(x: FloatArray, y: FloatArray, time: FloatArray, r: int, nb: int) -> float:
+    """Start row r by the polynomial through the rows before it, up to four of like spacing.
+
+    Returns the length of the step foreseen, infinite where only one row is behind.
+    """
     count = 1
     step = time[r] - time[r - 1]
     while count < 4 and r - count - 1 >= 0:
@@ -296,6 +299,13 @@ def predict(x: FloatArray, y: FloatArray, time: FloatArray, r: int, nb: int) -> 
         for b in range(nb):
             x[r, b] += weight * x[r - i, b]
             y[r, b] += weight * y[r - i, b]
+    if count == 1:
+        return math.inf
+    way = 0.0
+    for b in range(nb):
+        sx, sy = x[r, b] - x[r - 1, b], y[r, b] - y[r - 1, b]
+        way = max(way, math.sqrt(sx * sx + sy * sy))
+    return way
 
 
 @kernel
@@ -336,12 +346,13 @@ def newton_rows(
     j, f, order = np.zeros((m, 2 * nb)), np.zeros(m), np.zeros(2 * nb)
     out[5] = sign
     for r in range(start, rows):
-        predict(x, y, time, r, nb)
+        way = predict(x, y, time, r, nb)
         good = newton(
             x[r], y[r], dx[r], dy[r], values[r], cos[r], sin[r], vi, vz, pi, ei, ev, cr, ci, j, f, order, limits, out
         )
         iterations[r], errors[r] = out[0], out[1]
-        if not good or (m == 2 * nb and sign != 0.0 and out[2] != sign):
+        turned = m == 2 * nb and sign != 0.0 and out[2] != sign
+        if not good or turned or out[3] > 0.5 * way + 0.05 * limits[2]:  # not where it was foreseen
             return r
         sign = out[2]
         out[5] = sign

@@ -197,6 +197,8 @@ class Follower:
             np.full(n, float(Status.LIMIT)), np.full(n, np.nan), np.zeros(n),
         )  # fmt: skip
         i = self._fill(path, times, 0)
+        if i == 0 and n and self.cross(float(times[0])):  # finer at first: nothing is known of its pace
+            i = self._fill(path, times, 0)
         while i < n:
             block = self.evaluate(times[i : i + self.policy.rows], self.log)
             good, doubtful = block.end - block.history, block.end < len(block.time)
