@@ -42,6 +42,7 @@ class Policy:
     """Constants of the path following."""
 
     rows: int = 2048  # in one block: fits the cache
+    first: tuple[float, ...] = (1 / 512, 1 / 64, 1 / 8, 1.0)  # parts of the first step
     split: int = 8  # parts of an interval approached finer
     resolution: float = 1e-12  # of the motion: where a limit is told
     leaps: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)  # of a turn: half gaps tried at a singular position
@@ -197,9 +198,9 @@ class Follower:
             np.full(n, float(Status.LIMIT)), np.full(n, np.nan), np.zeros(n),
         )  # fmt: skip
         i = self._fill(path, times, 0)
-        if i == 0 and n and self.cross(float(times[0])):  # finer at first: nothing is known of its pace
-            i = self._fill(path, times, 0)
-        while i < n:
+        if i == 0 and n:
+            i = self._beyond(path, times, 0, self._set_out(float(times[0])))
+        while i < n and path.limit is None:
             block = self.evaluate(times[i : i + self.policy.rows], self.log)
             good, doubtful = block.end - block.history, block.end < len(block.time)
             self._store(path, block, i, good)
@@ -207,18 +208,21 @@ class Follower:
             if self.progress is not None:
                 self.progress(i, n)
             if doubtful:
-                if not self.cross(float(times[i])):
-                    self.lenient = True
-                    row = self.evaluate(times[i : i + 1], self.log)
-                    self.lenient = False
-                    path.status[i:] = float(Status.LIMIT)
-                    if row.end == len(row.time):  # it is there, but cannot be told
-                        path.status[i] = float(Status.SINGULAR)
-                    path.limit = self.log[-1].time
-                    break
-                i = self._fill(path, times, i)
+                i = self._beyond(path, times, i, self.cross(float(times[i])))
         path.bridged = [bridge.centre for bridge in self.bridges]
         return path
+
+    def _beyond(self, path: Path, times: FloatArray, i: int, crossed: bool) -> int:
+        """Fill what crossing has passed and return the next row; or end the motion at its limit."""
+        if crossed:
+            return self._fill(path, times, i)
+        self.lenient = True
+        row = self.evaluate(times[i : i + 1], self.log)
+        self.lenient = False
+        if row.end == len(row.time):  # it is there, but cannot be told
+            path.status[i] = float(Status.SINGULAR)
+        path.limit = self.log[-1].time
+        return i
 
     def _store(self, path: Path, block: Block, i: int, good: int) -> None:
         span, into = slice(block.history, block.end), slice(i, i + good)
@@ -249,6 +253,11 @@ class Follower:
         before = [row for row in self.log if row.time < time]
         block = self.evaluate(np.array([time]), before)
         return self.rows(block)[0]
+
+    def _set_out(self, time: float) -> bool:
+        """Go to the first row in steps that grow from very small ones: nothing is known of the pace yet."""
+        start = self.log[-1].time
+        return all(self.cross(start + part * (time - start)) for part in self.policy.first)
 
     # -- doubtful rows ---------------------------------------------------------------------
 
