@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -44,24 +45,23 @@ class Traced:
 def run_model(path, steps=360, laws=None, change=None, **options):
     """Trace a model file (or a bundled one by its stem), laws replaced and all nodes recorded."""
     path = Path(path) if str(path).endswith(".yaml") else MODELS / f"{path}.yaml"
-    if laws or change:
-        data = read_source(path).data
-        for name, law in (laws or {}).items():
-            data["actuators"][name]["law"] = law
-        if change:
-            change(data)
-        path = Path(change_folder()) / path.name
-        path.write_text(yaml.safe_dump(data, sort_keys=False))
-    mechanism = load(path)
+    mechanism = changed(path, laws, change) if laws or change else load(path)
     motion = trace(mechanism, steps, Options(**options))
     names = (*mechanism.nodes, *(p.name for p in mechanism.points))
     return Traced(motion_table(motion, names), mechanism, motion)
 
 
-def change_folder():
-    import tempfile
-
-    return tempfile.mkdtemp(prefix="gim-test-")
+def changed(path, laws, change):
+    """Load a model with other laws, or changed by a function of its data."""
+    data = read_source(path).data
+    for name, law in (laws or {}).items():
+        data["actuators"][name]["law"] = law
+    if change:
+        change(data)
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / path.name
+        copy.write_text(yaml.safe_dump(data, sort_keys=False))
+        return load(copy)
 
 
 @pytest.fixture
