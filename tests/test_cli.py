@@ -161,3 +161,15 @@ def test_every_model_is_drawn(model, tmp_path):
     path = tmp_path / "motion.png"
     draw_motion(motion.mechanism, motion.mechanism.to_file(motion.z[:, ::4].T), traced_paths(motion), path, "motion")
     assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_readme_example_runs_and_its_error_is_the_one_told(tmp_path):
+    text = (MODELS.parent / "README.md").read_text()
+    example = text.split("```yaml\n")[1].split("```")[0]
+    (tmp_path / "model.yaml").write_text(example)
+    assert json.loads(gim("trace", "--no-png", "--json", cwd=tmp_path))["solved"] == 361
+    (tmp_path / "model.yaml").write_text(example.replace("[A, B], length", "[A, Bb], length"))
+    told = text.split("```text\n")[1].split("\n```")[0]
+    command = [sys.executable, "-c", "from gimcli.cli import main; main()", "trace"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert told in done.stderr

@@ -45,7 +45,8 @@ def command(
     if as_json:
         print_json({"groups": [_json(g) for g in groups]})
         return
-    typer.echo(f"{mechanism.name}: {len(groups)} groups, {sum(len(g.steps) for g in groups)} moves a sweep")
+    count = f"{len(groups)} group{'s' * (len(groups) != 1)}"
+    typer.echo(f"{mechanism.name}: {count}, {sum(len(g.steps) for g in groups)} moves a sweep")
     for number, group in enumerate(groups, start=1):
         _print(mechanism, number, group, explain)
 
