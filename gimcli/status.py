@@ -40,10 +40,10 @@ _WORDS = {
 _TEXTS = {
     Status.OK: "solved to the tolerance",
     Status.LIMIT: "the mechanism cannot reach this input from its start: shorten the law to the reachable interval",
-    Status.NOT_ASSEMBLED: "no position was found that satisfies all constraints: check the lengths named, or draw"
-    " the start nearer to an assembled position",
-    Status.NOT_CONVERGED: "the iteration did not reach the tolerance: allow more sweeps, loosen --tolerance or use"
-    " --method auto",
+    Status.NOT_ASSEMBLED: "no position was found that satisfies all constraints: check the lengths named, draw the"
+    " start nearer to an assembled position, or see by `gim trace` how far the inputs reach",
+    Status.NOT_CONVERGED: "the iteration did not reach the tolerance: loosen --tolerance, or use --method auto"
+    " where the position exists",
     Status.SINGULAR: "the position is singular and cannot be told to the tolerance asked: loosen --tolerance",
     Status.JUMPED: "the iteration settled in another configuration than the continuous motion: take more steps or use"
     " --method auto",

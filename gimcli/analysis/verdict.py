@@ -38,9 +38,9 @@ def verify(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, status: St
         return
     from gimcli.analysis.mobility import assembled, check_driven, mobility
 
-    home = z if status is Status.OK else assembled(mechanism)
+    home, at = (z, inputs) if status is Status.OK else (assembled(mechanism), drawn_inputs(mechanism))
     if home is not None:
-        check_driven(mechanism, mobility(mechanism, home, inputs))
+        check_driven(mechanism, mobility(mechanism, home, at))
     if status is Status.CONTRADICTORY:
         check = residual(mechanism, z[:, None], inputs[:, None], names=True)
         raise StructureError(

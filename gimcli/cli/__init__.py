@@ -50,3 +50,6 @@ def main() -> None:
     except BrokenPipeError:
         sys.stderr.close()
         sys.exit(0)
+    except OSError as error:
+        typer.echo(f"gim: the output cannot be written: {error.strerror or error}", err=True)
+        os._exit(6)  # closing standard output would fail once more

@@ -32,11 +32,13 @@ def command(
 ) -> None:
     """Search and show the sequence."""
     from gimcli.analysis.sequence_report import report
+    from gimcli.analysis.verdict import explained
     from gimcli.cli.console import print_json
     from gimcli.model import load
 
     mechanism = load(model)
-    groups, z = report(mechanism, inputs_at(mechanism, at), strategy.value, tolerance)
+    with explained(mechanism):
+        groups, z = report(mechanism, inputs_at(mechanism, at), strategy.value, tolerance)
     if png is not None:
         from gimcli.output import draw_sequence
 

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from gimcli.motion.position import Position
 
 NAME = "solve"
+SHOWN = 25
 HELP = (
     "Find a position: the initial one, from the drawn coordinates, or one at given inputs.\n\n"
     "Example: gim solve models/crank_rocker.yaml --at motor=45\n\n"
@@ -147,6 +148,8 @@ def _print(position: Position, law: Any) -> None:
         print_table("", ("node", f"x{unit}", f"y{unit}"), rows, right=(1, 2))
     if law is not None:
         rows = [(str(k), f"{a:.3e}", f"{b:.3e}") for k, (a, b) in enumerate(law.errors)]
+        if len(rows) > 2 * SHOWN:
+            rows = [*rows[:SHOWN], ("...", "...", "..."), *rows[-SHOWN:]]
         print_table("Error per sweep", ("sweep", "eq. (1)", "eq. (2) [rad]"), rows, right=(0, 1, 2))
         typer.echo(
             f"eq. (3): E = {law.c1:.3g} exp(-{law.c2:.4g} n): factor {law.rate:.4f} per sweep,"

@@ -111,7 +111,7 @@ def _report(motion: Motion, csv_path: Path, png_path: Path | None, steps: int, a
     if as_json:
         report = {
             "csv": str(csv_path), "png": str(png_path) if png_path else None, "steps": steps, "solved": solved,
-            "residual": worst, "reachable": reached, "events": found, "status": motion.first_status.word,
+            "residual": worst, "reachable": reached, "events": found, "status": motion.overall.word,
         }  # fmt: skip
         print_json(report)
         return

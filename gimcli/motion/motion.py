@@ -58,6 +58,12 @@ class Motion:
         return tuple(Status(int(code)) for code in self.codes)
 
     @property
+    def overall(self) -> Status:
+        """OK where every row is, else what ended the first row that is not."""
+        bad = self.codes[~self.good]
+        return Status(int(bad[0])) if len(bad) else Status.OK
+
+    @property
     def first_status(self) -> Status:
         """The status of the start."""
         return Status(int(self.codes[0]))

@@ -62,7 +62,7 @@ def _sentence(path: Path, fault: OSError) -> str:
     """Return path, cause and cure."""
     cause = fault.strerror or str(fault)
     if isinstance(fault, (FileExistsError, NotADirectoryError)):
-        return f"{path}: cannot be written: '{path.parent}' runs through a file; choose a folder with --out"
+        return f"{path}: cannot be written: '{path.parent}' runs through a file; choose another folder"
     if isinstance(fault, PermissionError):
-        return f"{path}: cannot be written: {cause}; choose a folder that you may write to with --out"
-    return f"{path}: cannot be written: {cause}; free the place or choose another with --out"
+        return f"{path}: cannot be written: {cause}; choose a folder that you may write to"
+    return f"{path}: cannot be written: {cause}; free the place or choose another"

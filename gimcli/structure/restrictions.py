@@ -200,8 +200,8 @@ def gradient(r: Restriction, z: ComplexArray, inputs: FloatArray) -> dict[int, c
         return {r.b: n, r.a: -n}
     assert r.vector is not None
     w, factor = vector_value(r.vector, z, inputs)
-    if r.kind == "RA":
-        u = w / abs(w)
+    if r.kind == "RA":  # where it is fulfilled; a drive's value need not fit the position
+        u = (b - a) / abs(b - a) if b != a else w / abs(w)
         g = {r.b: 1j * u, r.a: -1j * u}
         if r.vector.u != NONE:
             arm = complex(z[r.vector.v] - z[r.vector.u])
