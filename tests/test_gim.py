@@ -7,6 +7,7 @@ import pytest
 
 from gimcli.analysis.convergence import fit_history
 from gimcli.analysis.sequence_report import report
+from gimcli.errors import UsageError
 from gimcli.model import load
 from gimcli.motion.effort import plain
 from gimcli.motion.options import Options
@@ -140,3 +141,9 @@ def test_the_readme_tells_the_sweeps_that_are_measured():
         for change in ({"moves": STEPS[name][2]}, {"strategy": "classic"}, {"strategy": "spectral"}):
             measured.append(solve(mechanism, inputs, Options(method="gim", tolerance=1e-5, **change)).sweeps)
         assert told == measured, name
+
+
+@pytest.mark.parametrize("wrong", [{"method": "gimm"}, {"strategy": "best"}, {"jit": "yes"}])
+def test_an_unknown_option_is_refused_not_taken_for_auto(wrong):
+    with pytest.raises(UsageError, match="choose"):
+        Options(**wrong)

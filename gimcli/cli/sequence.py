@@ -25,7 +25,7 @@ def command(
     model: ModelPath = MODEL,
     explain: Annotated[bool, typer.Option("--explain", help="Say for every step which rule placed it.")] = False,
     strategy: StrategyOption = Strategy.SPECTRAL,
-    at: At = [],  # noqa: B006
+    at: At = [],  # noqa: B006 - typer wants a list; nothing changes it
     tolerance: Tolerance = 1e-10,
     png: Annotated[Path | None, typer.Option("--png", help="Draw the mechanism with the steps numbered.")] = None,
     as_json: Json = False,

@@ -39,7 +39,7 @@ HELP = (
 
 def command(
     model: ModelPath = MODEL,
-    at: At = [],  # noqa: B006
+    at: At = [],  # noqa: B006 - typer wants a list; nothing changes it
     method: MethodOption = Method.AUTO,
     strategy: StrategyOption = Strategy.SPECTRAL,
     tolerance: Tolerance = 1e-10,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from gimcli.errors import UsageError
+
 METHODS = ("auto", "gim", "newton")
 STRATEGIES = ("spectral", "classic")
 JIT = ("auto", "on", "off")
@@ -20,3 +22,8 @@ class Options:
     sweeps: int = 20000  # at the most, for one position
     seed: int | None = None  # random start
     moves: str = ""  # a sequence given by the user, "A>B C>B ..."; "" searches one
+
+    def __post_init__(self) -> None:
+        for name, known in (("method", METHODS), ("strategy", STRATEGIES), ("jit", JIT)):
+            if getattr(self, name) not in known:
+                raise UsageError(f"{name} '{getattr(self, name)}': choose {', '.join(known)}")

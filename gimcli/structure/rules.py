@@ -15,7 +15,7 @@ from collections.abc import Iterator
 
 from gimcli.structure.restrictions import Move, Restriction
 
-P, P0, P1, P2 = "P", "P0", "P1", "P2"
+P0, P1, P2 = "P0", "P1", "P2"
 
 VISITS = 20_000
 """States visited before the search for further sequences is given up."""
