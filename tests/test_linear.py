@@ -13,14 +13,14 @@ def test_elimination_solves_and_tells_the_sign(n, seed):
     a, b = generator.standard_normal((n, n)), generator.standard_normal(n)
     a[generator.random((n, n)) < 0.3] = 0.0
     a += np.diag(1e-3 * np.arange(1, n + 1))  # small diagonal: rows have to be exchanged
-    factors, x, order = a.copy(), b.copy(), np.zeros(n)
+    factors, x, order = a.copy(), b.copy(), np.zeros(2 * n)
     assert lu_factor(factors, n, order) == np.sign(np.linalg.det(a))
     lu_solve(factors, n, order, x)
     assert np.allclose(x, np.linalg.solve(a, b), rtol=1e-13 * np.linalg.cond(a), atol=1e-13 * np.linalg.cond(a))
 
 
 def test_a_singular_table_has_no_sign():
-    assert lu_factor(np.zeros((3, 3)), 3, np.zeros(3)) == 0.0
+    assert lu_factor(np.zeros((3, 3)), 3, np.zeros(6)) == 0.0
     assert qr_factor(np.zeros((4, 3)), 4, 3, np.zeros(3)) == 0.0
 
 

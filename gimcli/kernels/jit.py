@@ -17,7 +17,11 @@ from typing import Any, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+COMPILER: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
+"""Kernels allocate nothing: counting references to the arrays of their records would cost more than they do."""
+
 _KERNELS: set[Callable[..., Any]] = set()
+_SCALAR_FORMS: dict[Callable[..., Any], Callable[..., Any]] = {}
 
 
 def kernel(function: F) -> F:
@@ -26,23 +30,40 @@ def kernel(function: F) -> F:
     return function
 
 
-@cache
+def scalar_form(scalar: Callable[..., Any]) -> Callable[[F], F]:
+    """Mark a function of arrays as a kernel that is another function, of numbers, when compiled."""
+
+    def mark(function: F) -> F:
+        _KERNELS.add(function)
+        _SCALAR_FORMS[function] = scalar
+        return function
+
+    return mark
+
+
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the compiled form of a kernel; the kernels that it calls are compiled first."""
+    """Return the compiled form of a kernel; the kernels that it calls are compiled into it."""
+    return _compiled(function, inner=False)
+
+
+@cache
+def _compiled(function: Callable[..., Any], inner: bool) -> Callable[..., Any]:
     import numba
 
     folder = cache_folder()
     if folder is not None:
         setattr(numba.config, "CACHE_DIR", str(folder))  # noqa: B010 - numba has no typed setter
+    function = _SCALAR_FORMS.get(function, function)
     names = dict(function.__globals__)
     for name in function.__code__.co_names:
         callee = names.get(name)
         if callee in _KERNELS:
-            names[name] = compiled(callee)
+            names[name] = _compiled(callee, inner=True)
     clone = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
     clone.__module__ = function.__module__
     clone.__qualname__ = function.__qualname__
-    jit: Callable[..., Any] = numba.njit(cache=folder is not None, error_model="numpy")(clone)
+    keep = folder is not None and not inner
+    jit: Callable[..., Any] = numba.njit(cache=keep, forceinline=inner, **COMPILER)(clone)
     return jit
 
 

@@ -13,7 +13,10 @@ from gimcli.mechanism import FloatArray
 
 @kernel
 def lu_factor(a: FloatArray, n: int, order: FloatArray) -> float:
-    """Factor a[:n, :n] in place; return the sign of the determinant, 0 where it is singular."""
+    """Factor a[:n, :n] in place; return the sign of the determinant, 0 where it is singular.
+
+    `order` (2 n,) keeps which rows were exchanged, then one over each pivot.
+    """
     sign = 1.0
     for k in range(n):
         p = k
@@ -29,9 +32,10 @@ def lu_factor(a: FloatArray, n: int, order: FloatArray) -> float:
                 a[k, j], a[p, j] = a[p, j], a[k, j]
         if a[k, k] < 0.0:
             sign = -sign
+        order[n + k] = 1.0 / a[k, k]
         for i in range(k + 1, n):
-            a[i, k] /= a[k, k]
-            f = a[i, k]
+            f = a[i, k] * order[n + k]
+            a[i, k] = f
             if f != 0.0:
                 for j in range(k + 1, n):
                     a[i, j] -= f * a[k, j]
@@ -45,13 +49,16 @@ def lu_solve(a: FloatArray, n: int, order: FloatArray, b: FloatArray) -> None:
         p = int(order[k])
         if p != k:
             b[k], b[p] = b[p], b[k]
-    for k in range(n):
-        for i in range(k + 1, n):
-            b[i] -= a[i, k] * b[k]
+    for k in range(1, n):
+        total = b[k]
+        for i in range(k):
+            total -= a[k, i] * b[i]
+        b[k] = total
     for k in range(n - 1, -1, -1):
+        total = b[k]
         for j in range(k + 1, n):
-            b[k] -= a[k, j] * b[j]
-        b[k] /= a[k, k]
+            total -= a[k, j] * b[j]
+        b[k] = total * order[n + k]
 
 
 @kernel

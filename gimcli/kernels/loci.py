@@ -1,4 +1,4 @@
-"""Loci and their intersections, row by row: every argument is an array over the steps (or a number).
+"""Loci and their intersections: every argument is an array over the rows, or a number when compiled.
 
 A locus is where a node may stand while the other nodes of one constraint stand still: a circle
 (distance) or a line (angle, sliding pair). Two loci meet in closed form; which of two meeting
@@ -14,20 +14,28 @@ all three as lengths or squares of lengths.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from gimcli.mechanism import FloatArray
+from gimcli.kernels.choice import where
+from gimcli.kernels.jit import kernel
 
 EPS = float(np.finfo(float).eps)
 ROUNDINGS = 4.0 * EPS
 """Relative error allowed for a sum of a few lengths."""
 
-Meeting = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+JUMP = 0.5
+"""A row is doubtful when the other solution is not at least 1 / JUMP times as far from the one foreseen."""
+
+STRETCH = 4.0
+"""A step this much longer than the one before it is not foreseen from it."""
+
+Meeting = tuple[Any, Any, Any, Any, Any]
 
 
-def circle_circle(
-    ax: FloatArray, ay: FloatArray, ra: FloatArray, bx: FloatArray, by: FloatArray, rb: FloatArray, s: float
-) -> Meeting:
+@kernel
+def circle_circle(ax: Any, ay: Any, ra: Any, bx: Any, by: Any, rb: Any, s: float) -> Meeting:
     """Meet circle (a, ra) with circle (b, rb): RRR dyad.
 
     The half chord comes from Heron's product, which keeps its digits near tangency.
@@ -37,67 +45,65 @@ def circle_circle(
     d = np.sqrt(d2)
     total = ra + rb + d
     f1, f3, f4 = ra + rb - d, d - ra + rb, d + ra - rb
-    safe = np.where(d2 > 0.0, d2, 1.0)
-    g2 = f1 * total * f3 * f4 / (4.0 * safe)
-    noise = ROUNDINGS * total * total * (abs(f3 * f4) + abs(f1 * f4) + abs(f1 * f3)) / (4.0 * safe)
-    noise = np.where(d2 > 0.0, noise, np.inf)
-    g = s * np.sqrt(np.maximum(g2, 0.0))
-    along = (ra - rb) * (ra + rb) / safe * 0.5 + 0.5
-    across = g / np.sqrt(safe)
+    inverse = 1.0 / where(d2 > 0.0, d2, 1.0)
+    quarter = 0.25 * inverse
+    g2 = f1 * total * f3 * f4 * quarter
+    noise = ROUNDINGS * total * total * (abs(f3 * f4) + abs(f1 * f4) + abs(f1 * f3)) * quarter
+    noise = where(d2 > 0.0, noise, np.inf)
+    g = s * np.sqrt(where(g2 > 0.0, g2, 0.0))
+    along = (ra - rb) * (ra + rb) * inverse * 0.5 + 0.5
+    across = g * d * inverse
     return ax + along * dx - across * dy, ay + along * dy + across * dx, g, g2, noise
 
 
-def circle_line(
-    ax: FloatArray,
-    ay: FloatArray,
-    r: FloatArray,
-    qx: FloatArray,
-    qy: FloatArray,
-    nx: FloatArray,
-    ny: FloatArray,
-    d: FloatArray,
-    s: float,
-) -> Meeting:
+@kernel
+def circle_line(ax: Any, ay: Any, r: Any, qx: Any, qy: Any, nx: Any, ny: Any, d: Any, s: float) -> Meeting:
     """Meet circle (a, r) with the line n.(p - q) = d (n a unit vector): RRP dyad."""
     e = nx * (ax - qx) + ny * (ay - qy) - d  # height of the centre over the line
     g2 = (r - e) * (r + e)
     reach = abs(ax - qx) + abs(ay - qy) + abs(d)
     noise = ROUNDINGS * (reach + r) * (abs(r - e) + abs(r + e))
-    g = s * np.sqrt(np.maximum(g2, 0.0))
+    g = s * np.sqrt(where(g2 > 0.0, g2, 0.0))
     return ax - e * nx + g * ny, ay - e * ny - g * nx, g, g2, noise
 
 
-def line_line(
-    qx: FloatArray,
-    qy: FloatArray,
-    nx: FloatArray,
-    ny: FloatArray,
-    d: FloatArray,
-    px: FloatArray,
-    py: FloatArray,
-    mx: FloatArray,
-    my: FloatArray,
-    e: FloatArray,
-) -> Meeting:
+@kernel
+def line_line(qx: Any, qy: Any, nx: Any, ny: Any, d: Any, px: Any, py: Any, mx: Any, my: Any, e: Any) -> Meeting:
     """Meet the lines n.(z - q) = d and m.(z - p) = e: PRP dyad; `g` is the sine between them."""
     g = nx * my - ny * mx
-    safe = np.where(g == 0.0, 1.0, g)
+    safe = where(g == 0.0, 1.0, g)
     e = e + mx * (px - qx) + my * (py - qy)  # second line seen from q
     x = qx + (my * d - ny * e) / safe
     y = qy + (nx * e - mx * d) / safe
-    return x, y, g, g * g, np.where(g == 0.0, np.inf, 2.0 * ROUNDINGS * (abs(d) + abs(e) + 1.0)) + 0.0 * x
+    return x, y, g, g * g, where(g == 0.0, np.inf, 2.0 * ROUNDINGS * (abs(d) + abs(e) + 1.0)) + 0.0 * x
 
 
-def tilt(wx: FloatArray, wy: FloatArray, e: FloatArray, s: float) -> Meeting:
+@kernel
+def tilt(wx: Any, wy: Any, e: Any, s: float) -> Meeting:
     """Turn a line so that it passes a point: unit direction u with w = u (tau + i e), RPR dyad.
 
     `w` runs from a node of the turning member to the point, `e` is the signed distance of the
     point from the line, parallel to it, through that node; tau has the sign `s`.
     """
     w2 = wx * wx + wy * wy
-    safe = np.where(w2 > 0.0, w2, 1.0)
+    safe = where(w2 > 0.0, w2, 1.0)
     w = np.sqrt(safe)
-    g2 = np.where(w2 > 0.0, (w - e) * (w + e), 0.0)
+    g2 = where(w2 > 0.0, (w - e) * (w + e), 0.0)
     noise = ROUNDINGS * (w + abs(e)) * (abs(w - e) + abs(w + e))
-    g = s * np.sqrt(np.maximum(g2, 0.0))
+    g = s * np.sqrt(where(g2 > 0.0, g2, 0.0))
     return (wx * g + wy * e) / safe, (wy * g - wx * e) / safe, g, g2, noise
+
+
+@kernel
+def doubt(g: Any, g2: Any, noise: Any) -> tuple[Any, Any]:
+    """Return the error of a meeting point and the quality of its measure: below 1 it tells no side."""
+    size, least = abs(g), np.sqrt(noise)
+    return noise / (2.0 * where(size > least, size, least)), g2 / noise
+
+
+@kernel
+def leaps(now: Any, last: Any, before: Any, step: Any, gap: Any) -> Any:
+    """Tell whether a measure is not clearly nearer to the one foreseen from two rows than its mirror is."""
+    rate = where(step <= STRETCH * gap, step / where(gap == 0.0, 1.0, gap), 0.0)
+    foreseen = last + rate * (last - before)
+    return (abs(foreseen - now) <= JUMP * abs(foreseen + now)) == False  # noqa: E712 - of numbers or arrays, NaN leaps

@@ -6,19 +6,16 @@ With base nodes b and carried nodes linear in them, p = C b + c, the equations a
     line       n.(p - q) - d = 0,   n = w (V - U) or a known direction
     closure    p - q - w (V - U) = 0
 
-and their gradients follow from the complex coefficients C. Each step is Newton's, then one more
-with the same factors: its length estimates the error that the first left behind, and the ratio of
-the two is the contraction that tells whether the start was near enough (Deuflhard).
-
-Arrays: x, y (rows, nodes) positions in local numbers, base nodes first; dx, dy (rows, registers);
-values, cos, sin (rows, actuators); vi (vectors, 5) u, v, register, actuator, turn; vz (vectors, 2);
-pi (places, 3) node, anchor, vector; ei (equations, 5) kind, p, q, vector, actuator;
-ev (equations, 2) constant, gain; time (rows,).
+and their gradients follow from the complex coefficients C. The factors of the gradients serve as
+long as the nodes have hardly moved (simplified Newton); the ratio of two corrections with the same
+factors is the contraction that tells whether the start was near enough (Deuflhard 2011, section 2.1).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,138 +28,168 @@ DISTANCE = 0
 LINE = 1
 CLOSURE = 2
 
+RENEWED = 128
+"""Rows after which the factors are renewed in any case, so that results do not depend on blocks of such a length."""
+
+SLOW = 0.02
+"""Contraction above which new factors pay."""
+
+SAME_STEP = 1e-6
+"""Relative difference up to which steps of the time count as equal."""
+
+
+class Group(NamedTuple):
+    """A coupled group; nodes are numbered base, carried, known."""
+
+    base: int  # number of base nodes
+    rows: int  # number of scalar equations
+    turning: bool  # an actuator turns what carries a node: C changes from row to row
+    nodes: IntArray  # (nodes,) the mechanism's numbers
+    vi: IntArray  # (vectors, 5) u, v, register, actuator, turn
+    vz: FloatArray  # (vectors, 2)
+    pi: IntArray  # (places, 3) node, anchor, vector
+    ei: IntArray  # (equations, 5) kind, p, q, vector, actuator
+    ev: FloatArray  # (equations, 2) constant, gain
+
+
+class Limits(NamedTuple):
+    """When to go on and when to stop; lengths in the normal frame."""
+
+    finest: float  # correction that ends a row
+    iterations: int
+    first: float  # greatest first correction
+    contraction: float  # greatest ratio of two corrections
+    pivot: float  # least pivot
+    rounding: float  # error of an equation
+    reach: float  # way of a node, over the least pivot, on which factors serve
+
+
+class Place(NamedTuple):
+    """One row of a group: what is known there, and room to work in."""
+
+    x: FloatArray  # (nodes,) by local numbers
+    y: FloatArray
+    dx: FloatArray  # (registers,)
+    dy: FloatArray
+    values: FloatArray  # (actuators,)
+    cos: FloatArray
+    sin: FloatArray
+    cr: FloatArray  # (nodes, base) C
+    ci: FloatArray
+    j: FloatArray  # (equations, 2 base) gradients, then their factors
+    f: FloatArray  # (equations,)
+    order: FloatArray  # (4 base,) of the factors
+    fx: FloatArray  # (base,) where the factors are of
+    fy: FloatArray
+    weights: FloatArray  # (4,) of the extrapolation
+    out: FloatArray  # (7,) see below
+
+
+ITERATIONS, ERROR, SIGN, FIRST, PIVOT, LAST_SIGN, SINGULAR = range(7)
+"""Of `out`: estimated error, the determinant's sign (0: no factors), first correction, least pivot, the sign at the
+last good row, 1 where the row is singular to the tolerance."""
+
+
+def room(groups: Sequence[Group], registers: int, actuators: int) -> Place:
+    """Return room for one row of the largest of some groups."""
+    nodes = max((len(g.nodes) for g in groups), default=0)
+    nb, m = max((g.base for g in groups), default=0), max((g.rows for g in groups), default=0)
+    return Place(
+        np.zeros(nodes), np.zeros(nodes), np.zeros(registers), np.zeros(registers), np.zeros(actuators),
+        np.zeros(actuators), np.zeros(actuators), np.zeros((nodes, nb)), np.zeros((nodes, nb)), np.zeros((m, 2 * nb)),
+        np.zeros(m), np.zeros(4 * nb), np.zeros(nb), np.zeros(nb), np.zeros(4), np.zeros(7),
+    )  # fmt: skip
+
 
 @kernel
-def vector_at(
-    k: int,
-    vi: IntArray,
-    vz: FloatArray,
-    x: FloatArray,
-    y: FloatArray,
-    dx: FloatArray,
-    dy: FloatArray,
-    cos: FloatArray,
-    sin: FloatArray,
-) -> tuple[float, float]:
+def vector_at(g: Group, p: Place, k: int) -> tuple[float, float]:
     """Return vector k at a row's positions and directions."""
-    zr, zi = turned(vz[k, 0], vz[k, 1], vi[k, 3], vi[k, 4], cos, sin)
-    u = vi[k, 0]
+    zr, zi = turned(g.vz[k, 0], g.vz[k, 1], g.vi[k, 3], g.vi[k, 4], p.cos, p.sin)
+    u = g.vi[k, 0]
     if u >= 0:
-        v = vi[k, 1]
-        bx, by = x[v] - x[u], y[v] - y[u]
-    elif vi[k, 2] >= 0:
-        bx, by = dx[vi[k, 2]], dy[vi[k, 2]]
+        v = g.vi[k, 1]
+        bx, by = p.x[v] - p.x[u], p.y[v] - p.y[u]
+    elif g.vi[k, 2] >= 0:
+        bx, by = p.dx[g.vi[k, 2]], p.dy[g.vi[k, 2]]
     else:
         return zr, zi
     return zr * bx - zi * by, zr * by + zi * bx
 
 
 @kernel
-def carry(
-    x: FloatArray,
-    y: FloatArray,
-    dx: FloatArray,
-    dy: FloatArray,
-    cos: FloatArray,
-    sin: FloatArray,
-    vi: IntArray,
-    vz: FloatArray,
-    pi: IntArray,
-) -> None:
+def carry(g: Group, p: Place) -> None:
     """Carry the nodes that are linear in the base nodes."""
-    for k in range(pi.shape[0]):
-        ex, ey = vector_at(pi[k, 2], vi, vz, x, y, dx, dy, cos, sin)
-        x[pi[k, 0]] = x[pi[k, 1]] + ex
-        y[pi[k, 0]] = y[pi[k, 1]] + ey
+    for k in range(g.pi.shape[0]):
+        ex, ey = vector_at(g, p, g.pi[k, 2])
+        p.x[g.pi[k, 0]] = p.x[g.pi[k, 1]] + ex
+        p.y[g.pi[k, 0]] = p.y[g.pi[k, 1]] + ey
 
 
 @kernel
-def coefficients(
-    cr: FloatArray, ci: FloatArray, cos: FloatArray, sin: FloatArray, vi: IntArray, vz: FloatArray, pi: IntArray
-) -> None:
+def clear(g: Group, p: Place) -> None:
+    """Make the room ready for a group."""
+    p.out[SIGN] = 0.0
+    for k in range(len(g.nodes)):
+        for b in range(g.base):
+            p.cr[k, b], p.ci[k, b] = 1.0 if k == b else 0.0, 0.0
+
+
+@kernel
+def coefficients(g: Group, p: Place) -> None:
     """Fill C (nodes, base nodes): base rows are the unit matrix, known nodes have zeros."""
-    nb = cr.shape[1]
-    for k in range(pi.shape[0]):
-        node, anchor, w = pi[k, 0], pi[k, 1], pi[k, 2]
-        zr, zi = turned(vz[w, 0], vz[w, 1], vi[w, 3], vi[w, 4], cos, sin)
-        u, v = vi[w, 0], vi[w, 1]
-        for j in range(nb):
-            cr[node, j] = cr[anchor, j]
-            ci[node, j] = ci[anchor, j]
+    for k in range(g.pi.shape[0]):
+        node, anchor, w = g.pi[k, 0], g.pi[k, 1], g.pi[k, 2]
+        zr, zi = turned(g.vz[w, 0], g.vz[w, 1], g.vi[w, 3], g.vi[w, 4], p.cos, p.sin)
+        u, v = g.vi[w, 0], g.vi[w, 1]
+        for b in range(g.base):
+            p.cr[node, b] = p.cr[anchor, b]
+            p.ci[node, b] = p.ci[anchor, b]
             if u >= 0:
-                er, ei = cr[v, j] - cr[u, j], ci[v, j] - ci[u, j]
-                cr[node, j] += zr * er - zi * ei
-                ci[node, j] += zr * ei + zi * er
+                er, ei = p.cr[v, b] - p.cr[u, b], p.ci[v, b] - p.ci[u, b]
+                p.cr[node, b] += zr * er - zi * ei
+                p.ci[node, b] += zr * ei + zi * er
 
 
 @kernel
-def equations(
-    x: FloatArray,
-    y: FloatArray,
-    dx: FloatArray,
-    dy: FloatArray,
-    values: FloatArray,
-    cos: FloatArray,
-    sin: FloatArray,
-    vi: IntArray,
-    vz: FloatArray,
-    ei: IntArray,
-    ev: FloatArray,
-    f: FloatArray,
-) -> None:
+def equations(g: Group, s: Place) -> None:
     """Fill the residuals f (lengths)."""
     row = 0
-    for k in range(ei.shape[0]):
-        p, q = ei[k, 1], ei[k, 2]
-        px, py = x[p] - x[q], y[p] - y[q]
-        value = ev[k, 0]
-        if ei[k, 4] >= 0:
-            value += ev[k, 1] * values[ei[k, 4]]
-        if ei[k, 0] == DISTANCE:
-            f[row] = (px * px + py * py - value * value) / (2.0 * value)
+    for k in range(g.ei.shape[0]):
+        p, q = g.ei[k, 1], g.ei[k, 2]
+        px, py = s.x[p] - s.x[q], s.y[p] - s.y[q]
+        value = g.ev[k, 0]
+        if g.ei[k, 4] >= 0:
+            value += g.ev[k, 1] * s.values[g.ei[k, 4]]
+        if g.ei[k, 0] == DISTANCE:
+            s.f[row] = (px * px + py * py - value * value) / (2.0 * value)
         else:
-            nx, ny = vector_at(ei[k, 3], vi, vz, x, y, dx, dy, cos, sin)
-            if ei[k, 0] == LINE:
-                f[row] = nx * px + ny * py - value
+            nx, ny = vector_at(g, s, g.ei[k, 3])
+            if g.ei[k, 0] == LINE:
+                s.f[row] = nx * px + ny * py - value
             else:
-                f[row] = px - nx
+                s.f[row] = px - nx
                 row += 1
-                f[row] = py - ny
+                s.f[row] = py - ny
         row += 1
 
 
 @kernel
-def jacobian(
-    x: FloatArray,
-    y: FloatArray,
-    dx: FloatArray,
-    dy: FloatArray,
-    values: FloatArray,
-    cos: FloatArray,
-    sin: FloatArray,
-    vi: IntArray,
-    vz: FloatArray,
-    ei: IntArray,
-    ev: FloatArray,
-    cr: FloatArray,
-    ci: FloatArray,
-    j: FloatArray,
-) -> None:
+def jacobian(g: Group, s: Place) -> None:
     """Fill the gradients j (equations, 2 x base nodes) by the coordinates of the base nodes."""
-    nb = cr.shape[1]
+    j, cr, ci = s.j, s.cr, s.ci
     row = 0
-    for k in range(ei.shape[0]):
-        kind, p, q, w = ei[k, 0], ei[k, 1], ei[k, 2], ei[k, 3]
-        px, py = x[p] - x[q], y[p] - y[q]
-        value = ev[k, 0]
-        if ei[k, 4] >= 0:
-            value += ev[k, 1] * values[ei[k, 4]]
+    for k in range(g.ei.shape[0]):
+        kind, p, q, w = g.ei[k, 0], g.ei[k, 1], g.ei[k, 2], g.ei[k, 3]
+        px, py = s.x[p] - s.x[q], s.y[p] - s.y[q]
+        value = g.ev[k, 0]
+        if g.ei[k, 4] >= 0:
+            value += g.ev[k, 1] * s.values[g.ei[k, 4]]
         nx, ny, zr, zi, u, v = 0.0, 0.0, 0.0, 0.0, -1, -1
         if kind != DISTANCE:
-            nx, ny = vector_at(w, vi, vz, x, y, dx, dy, cos, sin)
-            zr, zi = turned(vz[w, 0], vz[w, 1], vi[w, 3], vi[w, 4], cos, sin)
-            u, v = vi[w, 0], vi[w, 1]
-        for b in range(nb):
+            nx, ny = vector_at(g, s, w)
+            zr, zi = turned(g.vz[w, 0], g.vz[w, 1], g.vi[w, 3], g.vi[w, 4], s.cos, s.sin)
+            u, v = g.vi[w, 0], g.vi[w, 1]
+        for b in range(g.base):
             gr, gi = cr[p, b] - cr[q, b], ci[p, b] - ci[q, b]
             er, ee = 0.0, 0.0
             if u >= 0:
@@ -183,206 +210,201 @@ def jacobian(
 
 
 @kernel
-def move(x: FloatArray, y: FloatArray, f: FloatArray, nb: int) -> float:
+def move(g: Group, p: Place) -> float:
     """Subtract a correction from the base nodes; return its greatest length."""
     worst = 0.0
-    for b in range(nb):
-        sx, sy = f[2 * b], f[2 * b + 1]
-        x[b] -= sx
-        y[b] -= sy
-        length = math.sqrt(sx * sx + sy * sy)
-        if not length <= worst:  # a NaN stays
-            worst = length
-    return worst
+    for b in range(g.base):
+        sx, sy = p.f[2 * b], p.f[2 * b + 1]
+        p.x[b] -= sx
+        p.y[b] -= sy
+        square = sx * sx + sy * sy
+        if not square <= worst:  # a NaN stays
+            worst = square
+    return math.sqrt(worst)
 
 
 @kernel
-def least_pivot(j: FloatArray, n: int, diagonal: FloatArray, square: bool) -> float:
-    """Return the smallest pivot of a factored table: a bound on how far it is from singular."""
-    least = abs(j[0, 0]) if square else abs(diagonal[0])
-    for k in range(1, n):
-        pivot = abs(j[k, k]) if square else abs(diagonal[k])
-        if pivot < least:
-            least = pivot
-    return least
+def factor(g: Group, p: Place) -> None:
+    """Fill and factor the gradients; tell the determinant's sign and the least pivot: how far from singular it is."""
+    jacobian(g, p)
+    m, n = g.rows, 2 * g.base
+    sign = lu_factor(p.j, n, p.order) if m == n else qr_factor(p.j, m, n, p.order)
+    least = 0.0
+    if sign != 0.0:
+        least = math.inf
+        for k in range(n):
+            pivot = abs(p.j[k, k]) if m == n else abs(p.order[k])
+            if pivot < least:
+                least = pivot
+    p.out[SIGN], p.out[PIVOT] = sign, least
+    for b in range(g.base):
+        p.fx[b], p.fy[b] = p.x[b], p.y[b]
 
 
 @kernel
-def newton(
-    x: FloatArray,
-    y: FloatArray,
-    dx: FloatArray,
-    dy: FloatArray,
-    values: FloatArray,
-    cos: FloatArray,
-    sin: FloatArray,
-    vi: IntArray,
-    vz: FloatArray,
-    pi: IntArray,
-    ei: IntArray,
-    ev: FloatArray,
-    cr: FloatArray,
-    ci: FloatArray,
-    j: FloatArray,
-    f: FloatArray,
-    order: FloatArray,
-    limits: FloatArray,
-    out: FloatArray,
-) -> bool:
-    """Settle one row from the base nodes in x, y; return whether it did.
+def serves(g: Group, p: Place, limits: Limits) -> bool:
+    """Tell whether the factors are of a place so near that the gradients cannot have become singular since."""
+    if p.out[SIGN] == 0.0:
+        return False
+    reach = limits.reach * p.out[PIVOT]
+    way = 0.0
+    for b in range(g.base):
+        way += abs(p.x[b] - p.fx[b]) + abs(p.y[b] - p.fy[b])
+    return way <= reach
 
-    limits: tolerance, iterations, greatest first step, greatest contraction, least pivot, rounding.
-    out: iterations, estimated error, sign of the determinant, first step, contraction, sign at the
-    last good row, 1 where the row is singular to the tolerance.
-    """
-    nb, m, n = cr.shape[1], f.shape[0], 2 * cr.shape[1]
-    out[0], out[4], out[6] = 0.0, 0.0, 0.0
-    carry(x, y, dx, dy, cos, sin, vi, vz, pi)
-    coefficients(cr, ci, cos, sin, vi, vz, pi)
-    for _ in range(int(limits[1])):
-        out[0] += 1.0
-        equations(x, y, dx, dy, values, cos, sin, vi, vz, ei, ev, f)
-        jacobian(x, y, dx, dy, values, cos, sin, vi, vz, ei, ev, cr, ci, j)
-        sign = lu_factor(j, n, order) if m == n else qr_factor(j, m, n, order)
-        out[2] = sign
-        pivot = least_pivot(j, n, order, m == n) if sign != 0.0 else 0.0
-        if not pivot >= limits[4]:
-            out[6] = 1.0
-            return False
-        finest = max(limits[0], limits[5] / pivot)  # what rounding leaves of a correction
+
+@kernel
+def newton(g: Group, p: Place, limits: Limits) -> bool:
+    """Settle one row from the base nodes in x, y; return whether it did."""
+    m, n, out = g.rows, 2 * g.base, p.out
+    out[ITERATIONS], out[SINGULAR] = 0.0, 0.0
+    previous, fresh = math.inf, False
+    carry(g, p)
+    slow = not serves(g, p, limits)
+    for i in range(limits.iterations):
+        out[ITERATIONS] += 1.0
+        equations(g, p)
+        if slow:
+            factor(g, p)
+            previous, fresh = math.inf, True
+            if not out[PIVOT] >= limits.pivot:
+                out[SINGULAR] = 1.0
+                return False
         if m == n:
-            lu_solve(j, n, order, f)
+            lu_solve(p.j, n, p.order, p.f)
         else:
-            qr_solve(j, m, n, order, f)
-        first = move(x, y, f, nb)
-        if out[0] == 1.0:
-            out[3] = first
-        if not first <= limits[2]:
+            qr_solve(p.j, m, n, p.order, p.f)
+        length = move(g, p)
+        if i == 0:
+            out[FIRST] = length
+        if not length <= limits.first:
             return False
-        carry(x, y, dx, dy, cos, sin, vi, vz, pi)
-        equations(x, y, dx, dy, values, cos, sin, vi, vz, ei, ev, f)
-        if m == n:
-            lu_solve(j, n, order, f)
-        else:
-            qr_solve(j, m, n, order, f)
-        second = move(x, y, f, nb)
-        carry(x, y, dx, dy, cos, sin, vi, vz, pi)
-        out[1] = max(second, limits[5] / pivot)
-        if first > 1e4 * finest and second > limits[3] * first:
-            out[4] = second / first
-            return False
-        if second <= finest:
+        carry(g, p)
+        noise = limits.rounding / out[PIVOT]  # what rounding leaves of a correction
+        finest = max(limits.finest, noise)
+        out[ERROR] = max(length, noise)
+        if length <= finest:
             return True
+        if fresh and previous > 1e4 * finest and length > limits.contraction * previous:
+            return False
+        slow = length > SLOW * previous
+        previous = length
     return False
 
 
 @kernel
-def predict(x: FloatArray, y: FloatArray, time: FloatArray, r: int, nb: int) -> float:
+def predict(x: FloatArray, y: FloatArray, time: FloatArray, r: int, g: Group, p: Place) -> float:
     """Start row r by the polynomial through the rows before it, up to four of like spacing.
 
     Returns the length of the step foreseen, infinite where only one row is behind.
     """
-    count = 1
+    weights = p.weights
+    count = weigh(time, r, weights)
+    r1, r2, r3, r4 = r - 1, max(r - 2, 0), max(r - 3, 0), max(r - 4, 0)
+    w1, w2, w3, w4 = weights[0], weights[1], weights[2], weights[3]
+    way = 0.0
+    for b in range(g.base):
+        node = g.nodes[b]
+        sx = w1 * x[node, r1] + w2 * x[node, r2] + w3 * x[node, r3] + w4 * x[node, r4]
+        sy = w1 * y[node, r1] + w2 * y[node, r2] + w3 * y[node, r3] + w4 * y[node, r4]
+        p.x[b], p.y[b] = sx, sy
+        sx -= x[node, r - 1]
+        sy -= y[node, r - 1]
+        way = max(way, sx * sx + sy * sy)
+    return math.inf if count == 1 else math.sqrt(way)
+
+
+@kernel
+def weigh(time: FloatArray, r: int, weights: FloatArray) -> int:
+    """Fill the weights (4,) of the rows before row r in its extrapolation; return their number."""
     step = time[r] - time[r - 1]
+    count, even = 1, True
     while count < 4 and r - count - 1 >= 0:
         gap = time[r - count] - time[r - count - 1]
-        if gap == 0.0 or not 0.5 <= step / gap <= 2.0:
+        if gap == 0.0 or not 0.5 * gap <= step <= 2.0 * gap:
             break
+        even = even and abs(step - gap) <= SAME_STEP * step
         count += 1
-    for b in range(nb):
-        x[r, b], y[r, b] = 0.0, 0.0
-    for i in range(1, count + 1):
-        weight = 1.0
+    if count == 4 and even:
+        weights[0], weights[1], weights[2], weights[3] = 4.0, -6.0, 4.0, -1.0
+        return count
+    for i in range(1, 5):
+        weight = 1.0 if i <= count else 0.0
         for k in range(1, count + 1):
-            if k != i:
+            if k != i and i <= count:
                 weight *= (time[r] - time[r - k]) / (time[r - i] - time[r - k])
-        for b in range(nb):
-            x[r, b] += weight * x[r - i, b]
-            y[r, b] += weight * y[r - i, b]
-    if count == 1:
-        return math.inf
-    way = 0.0
-    for b in range(nb):
-        sx, sy = x[r, b] - x[r - 1, b], y[r, b] - y[r - 1, b]
-        way = max(way, math.sqrt(sx * sx + sy * sy))
-    return way
+        weights[i - 1] = weight
+    return count
 
 
 @kernel
-def newton_rows(
-    x: FloatArray,
-    y: FloatArray,
-    dx: FloatArray,
-    dy: FloatArray,
-    values: FloatArray,
-    cos: FloatArray,
-    sin: FloatArray,
-    vi: IntArray,
-    vz: FloatArray,
-    pi: IntArray,
-    ei: IntArray,
-    ev: FloatArray,
-    nb: int,
-    time: FloatArray,
-    start: int,
-    sign: float,
-    limits: FloatArray,
-    iterations: FloatArray,
-    errors: FloatArray,
-    out: FloatArray,
-) -> int:
-    """Follow a motion from row `start` on; return the first row that did not settle safely.
+def take(
+    x: FloatArray, y: FloatArray, rx: FloatArray, ry: FloatArray, values: FloatArray, cos: FloatArray,
+    sin: FloatArray, r: int, g: Group, p: Place,
+) -> None:  # fmt: skip
+    """Take what is known in row r."""
+    for k in range(g.base + g.pi.shape[0], len(g.nodes)):
+        p.x[k], p.y[k] = x[g.nodes[k], r], y[g.nodes[k], r]
+    for k in range(len(p.dx)):
+        p.dx[k], p.dy[k] = rx[k, r], ry[k, r]
+    for k in range(len(p.values)):
+        p.values[k], p.cos[k], p.sin[k] = values[k, r], cos[k, r], sin[k, r]
 
-    `sign` is the determinant's sign on this branch (0: not known yet); a change is not safe. out[5]
-    is the sign at the last row that is.
+
+@kernel
+def give(x: FloatArray, y: FloatArray, r: int, g: Group, p: Place) -> None:
+    """Give row r the group's nodes."""
+    for k in range(g.base + g.pi.shape[0]):
+        x[g.nodes[k], r], y[g.nodes[k], r] = p.x[k], p.y[k]
+
+
+@kernel
+def couple(
+    x: FloatArray, y: FloatArray, rx: FloatArray, ry: FloatArray, values: FloatArray, cos: FloatArray,
+    sin: FloatArray, time: FloatArray, start: int, end: int, g: Group, p: Place, sign: float, limits: Limits,
+    iterations: FloatArray, errors: FloatArray,
+) -> int:  # fmt: skip
+    """Follow a motion over rows start..end; return the first row that did not settle safely.
+
+    x, y (nodes, rows), rx, ry (registers, rows), values, cos, sin (actuators, rows). `sign` is the
+    determinant's sign on this branch (0: not known yet); a change is not safe.
     """
-    rows, nodes = x.shape
-    m = 0
-    for k in range(ei.shape[0]):
-        m += 2 if ei[k, 0] == CLOSURE else 1
-    cr, ci = np.zeros((nodes, nb)), np.zeros((nodes, nb))
-    for b in range(nb):
-        cr[b, b] = 1.0
-    j, f, order = np.zeros((m, 2 * nb)), np.zeros(m), np.zeros(2 * nb)
-    out[5] = sign
-    for r in range(start, rows):
-        way = predict(x, y, time, r, nb)
-        good = newton(
-            x[r], y[r], dx[r], dy[r], values[r], cos[r], sin[r], vi, vz, pi, ei, ev, cr, ci, j, f, order, limits, out
-        )
-        iterations[r], errors[r] = out[0], out[1]
-        turned = m == 2 * nb and sign != 0.0 and out[2] != sign
-        if not good or turned or out[3] > 0.5 * way + 0.05 * limits[2]:  # not where it was foreseen
-            return r
-        sign = out[2]
-        out[5] = sign
-    return rows
+    clear(g, p)
+    if start < end:
+        take(x, y, rx, ry, values, cos, sin, start, g, p)
+        coefficients(g, p)
+    stop = end
+    for r in range(start, end):
+        take(x, y, rx, ry, values, cos, sin, r, g, p)
+        if g.turning:
+            coefficients(g, p)
+        if (r - start) % RENEWED == 0:
+            p.out[SIGN] = 0.0
+        way = predict(x, y, time, r, g, p)
+        good = newton(g, p, limits)
+        iterations[r] += p.out[ITERATIONS]
+        turned_over = g.rows == 2 * g.base and sign != 0.0 and p.out[SIGN] != sign
+        if not good or turned_over or p.out[FIRST] > 0.5 * way + 0.05 * limits.first:  # not where it was foreseen
+            stop = r
+            break
+        give(x, y, r, g, p)
+        errors[r] = max(errors[r], p.out[ERROR])
+        sign = p.out[SIGN]
+    p.out[LAST_SIGN] = sign
+    return stop
 
 
 @kernel
-def newton_once(
-    x: FloatArray,
-    y: FloatArray,
-    dx: FloatArray,
-    dy: FloatArray,
-    values: FloatArray,
-    cos: FloatArray,
-    sin: FloatArray,
-    vi: IntArray,
-    vz: FloatArray,
-    pi: IntArray,
-    ei: IntArray,
-    ev: FloatArray,
-    nb: int,
-    limits: FloatArray,
-    out: FloatArray,
-) -> bool:
-    """Settle a single row from the base nodes given; return whether it did."""
-    m = 0
-    for k in range(ei.shape[0]):
-        m += 2 if ei[k, 0] == CLOSURE else 1
-    cr, ci = np.zeros((x.shape[0], nb)), np.zeros((x.shape[0], nb))
-    for b in range(nb):
-        cr[b, b] = 1.0
-    j, f, order = np.zeros((m, 2 * nb)), np.zeros(m), np.zeros(2 * nb)
-    return newton(x, y, dx, dy, values, cos, sin, vi, vz, pi, ei, ev, cr, ci, j, f, order, limits, out)
+def couple_once(
+    x: FloatArray, y: FloatArray, rx: FloatArray, ry: FloatArray, values: FloatArray, cos: FloatArray,
+    sin: FloatArray, r: int, g: Group, p: Place, limits: Limits,
+) -> bool:  # fmt: skip
+    """Settle row r from the base nodes that stand there; return whether it did. It gets the last iterate anyway."""
+    take(x, y, rx, ry, values, cos, sin, r, g, p)
+    for b in range(g.base):
+        p.x[b], p.y[b] = x[g.nodes[b], r], y[g.nodes[b], r]
+    clear(g, p)
+    coefficients(g, p)
+    good = newton(g, p, limits)
+    give(x, y, r, g, p)
+    return good

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gimcli.kernels.circular import cos_sin
 from gimcli.mechanism import FloatArray
 from gimcli.structure.steps import NONE, Plan, Vector
 
@@ -37,7 +38,7 @@ class Block:
     sin: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
-        self.cos, self.sin = np.cos(self.inputs), np.sin(self.inputs)
+        self.cos, self.sin = cos_sin(self.inputs)
 
     @staticmethod
     def empty(plan: Plan, nodes: int, time: FloatArray, inputs: FloatArray, history: int) -> Block:

@@ -13,9 +13,6 @@ from gimcli.structure.steps import NONE, Circle, Dyad, Line, Locus, Orient, Plac
 
 Flags = NDArray[np.bool_]
 
-JUMP = 0.5
-"""A row is doubtful when the other solution is not at least 1 / JUMP times as far from the one foreseen."""
-
 
 def place(step: Place, block: Block) -> None:
     """Carry a node along."""
@@ -92,8 +89,7 @@ def guard(block: Block, branch: int, meeting: Meeting, tolerance: float, turned:
     _, _, g, g2, noise = meeting
     rows = block.span
     with np.errstate(divide="ignore", invalid="ignore"):
-        error = noise / (2.0 * np.maximum(np.abs(g), np.sqrt(noise)))
-        quality = g2 / noise
+        error, quality = loci.doubt(g, g2, noise)
     block.error[rows] = np.fmax(block.error[rows], error)
     blocked = ~(quality >= -1.0)
     singular = quality <= 1.0 if block.lenient else ~(error <= tolerance)
@@ -132,11 +128,10 @@ def _jumps(g: FloatArray, block: Block) -> Flags:
     first, end, t = block.history, block.end, block.time
     if first == 0:
         return np.zeros(end, dtype=bool)
-    last, foreseen = g[first - 1 : end - 1], g[first - 1 : end - 1].copy()
-    k = 2 if first == 1 else first
-    if end > k and k >= 2:
-        run, gap = t[k:end] - t[k - 1 : end - 1], t[k - 1 : end - 1] - t[k - 2 : end - 2]
-        rate = np.where(run <= 4.0 * gap, run / np.where(gap == 0.0, 1.0, gap), 0.0)
-        foreseen[k - first :] += rate * (last[k - first :] - g[k - 2 : end - 2])
-    now = g[first:end]
-    return ~(np.abs(foreseen - now) <= JUMP * np.abs(foreseen + now))
+    last = g[first - 1 : end - 1]
+    before = np.concatenate(
+        [g[first - 2 : first - 1] if first > 1 else last[:1], g[first - 1 : max(end - 2, first - 1)]]
+    )
+    when = np.concatenate([t[first - 2 : first - 1] if first > 1 else [-np.inf], t[first - 1 : end]])
+    step = np.diff(when)
+    return np.asarray(loci.leaps(g[first:end], last, before[: end - first], step[1:], step[:-1]))

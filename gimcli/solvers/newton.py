@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.kernels import newton as kernels
 from gimcli.mechanism import FloatArray
@@ -42,21 +41,16 @@ class Policy:
 
     relative: float = 0.1  # of the shortest length: so that relative errors are below the tolerance too
 
-    def limits(self, accuracy: Accuracy, iterations: int, near: bool) -> FloatArray:
+    serving: float = 0.05  # of the shortest length and the least pivot: way on which factors serve
+
+    def limits(self, accuracy: Accuracy, iterations: int, near: bool) -> kernels.Limits:
         """Return the kernel's limits; `near`: the start must lie on the same branch."""
         size, tolerance = accuracy.size, accuracy.tolerance
         first, contraction = (self.first_step * size, self.contraction) if near else (1e6, 1e6)
         finest = max(self.relative * tolerance * accuracy.shortest, self.rounding * size)
-        return np.array(
-            [
-                finest,
-                iterations,
-                first,
-                contraction,
-                self.rounding / max(tolerance, accuracy.singular),
-                self.rounding * size,
-            ]
-        )
+        pivot = self.rounding / max(tolerance, accuracy.singular)
+        reach = self.serving * accuracy.shortest
+        return kernels.Limits(finest, iterations, first, contraction, pivot, self.rounding * size, reach)
 
 
 @dataclass(frozen=True)
@@ -76,8 +70,8 @@ class Packed:
         return tuple(dict.fromkeys(own))
 
     @cached_property
-    def arrays(self) -> tuple[NDArray[Any], ...]:
-        """vi, vz, pi, ei, ev of the kernel."""
+    def arrays(self) -> kernels.Group:
+        """The group as the kernel takes it."""
         local = {n: k for k, n in enumerate(self.nodes)}
         vectors: list[Vector] = []
 
@@ -94,7 +88,11 @@ class Packed:
         values = [(e.value.constant, e.value.gain) for e in self.group.equations]
         heads = [(local.get(v.u, NONE), local.get(v.v, NONE), v.register, v.actuator, v.turn) for v in vectors]
         factors = [(v.z.real, v.z.imag) for v in vectors]
-        return (
+        return kernels.Group(
+            len(self.group.base),
+            sum(e.rows for e in self.group.equations),
+            any(p.vector.actuator != NONE for p in self.group.places),
+            np.array(self.nodes, dtype=np.int64),
             np.array(heads, dtype=np.int64).reshape(-1, 5),
             np.array(factors, dtype=float).reshape(-1, 2),
             np.array(places, dtype=np.int64).reshape(-1, 3),
@@ -102,49 +100,32 @@ class Packed:
             np.array(values, dtype=float).reshape(-1, 2),
         )
 
-    def rows(self, block: Block, end: int) -> tuple[FloatArray, ...]:
-        """Return x, y, rx, ry, values, cos, sin with rows first."""
-        nodes = list(self.nodes)
-        parts = (block.x[nodes], block.y[nodes], block.rx, block.ry, block.inputs, block.cos, block.sin)
-        return tuple(np.ascontiguousarray(part[:, :end].T) for part in parts)
-
 
 def follow(packed: Packed, block: Block, run: Run, sign: float, accuracy: Accuracy) -> float:
     """Solve the group in all rows of a block; return the determinant's sign at the last good row."""
     policy = Policy()
     limits = policy.limits(accuracy, policy.iterations, near=True)
-    arrays = packed.rows(block, block.end)
-    iterations, errors, out = np.zeros(block.end), np.zeros(block.end), np.zeros(7)
-    vi, vz, pi, ei, ev = packed.arrays
-    stop = run(kernels.newton_rows)(
-        *arrays, vi, vz, pi, ei, ev, len(packed.group.base), block.time[: block.end], block.history,
-        sign, limits, iterations, errors, out,
-    )  # fmt: skip
-    _write(packed, block, arrays, stop)
-    rows = slice(block.history, stop)
-    block.work[rows] += iterations[rows]
-    block.error[rows] = np.fmax(block.error[rows], errors[rows])
-    block.stop(stop, singular=bool(out[6]))
-    return float(out[5])
+    room = kernels.room([packed.arrays], len(block.rx), len(block.inputs))
+    stop = run(kernels.couple)(
+        *_known(block), block.time, block.history, block.end, packed.arrays, room, sign, limits, block.work, block.error
+    )
+    out = room.out
+    block.stop(stop, singular=bool(out[kernels.SINGULAR]))
+    return float(out[kernels.LAST_SIGN])
 
 
 def settle(packed: Packed, block: Block, row: int, run: Run, accuracy: Accuracy) -> bool:
     """Solve the group in one row from the base nodes in the block; tell whether it settled."""
     limits = Policy().limits(accuracy, 50, near=False)
-    arrays = [part[row] for part in packed.rows(block, row + 1)]
-    out = np.zeros(7)
-    vi, vz, pi, ei, ev = packed.arrays
+    room = kernels.room([packed.arrays], len(block.rx), len(block.inputs))
     with np.errstate(all="ignore"):
-        good = run(kernels.newton_once)(*arrays, vi, vz, pi, ei, ev, len(packed.group.base), limits, out)
-    nodes = list(packed.group.nodes)
-    block.x[nodes, row], block.y[nodes, row] = arrays[0][: len(nodes)], arrays[1][: len(nodes)]
-    block.work[row] += out[0]
-    block.error[row] = max(block.error[row], out[1])
-    block.singular = bool(out[6]) and not good
+        good = run(kernels.couple_once)(*_known(block), row, packed.arrays, room, limits)
+    out = room.out
+    block.work[row] += out[kernels.ITERATIONS]
+    block.error[row] = max(block.error[row], out[kernels.ERROR])
+    block.singular = bool(out[kernels.SINGULAR]) and not good
     return bool(good)
 
 
-def _write(packed: Packed, block: Block, arrays: tuple[FloatArray, ...], stop: int) -> None:
-    nodes, rows = list(packed.group.nodes), slice(block.history, stop)
-    block.x[nodes, rows] = arrays[0][rows, : len(nodes)].T
-    block.y[nodes, rows] = arrays[1][rows, : len(nodes)].T
+def _known(block: Block) -> tuple[FloatArray, ...]:
+    return block.x, block.y, block.rx, block.ry, block.inputs, block.cos, block.sin

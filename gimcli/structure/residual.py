@@ -12,7 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism, Member
+from gimcli.kernels import constraints
+from gimcli.kernels.circular import cos_sin
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.structure.checks import Check, checks, farthest
+from gimcli.structure.steps import NONE, Vector
 
 SWEPT = 100.0
 """What an error of the restrictions imposed may be worth in those of a member that are not."""
@@ -62,38 +66,35 @@ def allowed(mechanism: Mechanism, tolerance: float, swept: bool = False) -> floa
 
 def errors(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Iterator[tuple[str, bool, FloatArray]]:
     """Yield name, whether it is an angle, and the error of each constraint (rows,)."""
-    for member in mechanism.members[FRAME + 1 :]:
-        yield from _member_errors(mechanism, member, z)
-    for slide in mechanism.slides:
-        origin, unit = pose(mechanism, slide.member, z)
-        offset = (z[slide.node] - origin) * np.conj(unit * slide.direction) - slide.point / slide.direction
-        yield slide.name, False, np.abs(offset.imag) / mechanism.size
-    for number, actuator in enumerate(mechanism.actuators):
-        value = inputs[number]
-        if actuator.drive is Drive.DISTANCE:
-            yield actuator.name, False, np.abs(np.abs(z[actuator.b] - z[actuator.a]) / value - 1.0)
-        elif actuator.drive is Drive.TRAVEL:
-            origin, unit = pose(mechanism, actuator.reference_member, z)
-            along = (z[actuator.a] - origin) * np.conj(unit * actuator.direction)
-            travel = (along - actuator.point / actuator.direction).real
-            yield actuator.name, False, np.abs(travel - value) / mechanism.size
-        else:
-            _, arm = pose(mechanism, actuator.arm_member, z)
-            _, reference = pose(mechanism, actuator.reference_member, z)
-            turned = arm * actuator.arm_direction * np.conj(reference * actuator.reference_direction)
-            yield actuator.name, True, angle_error(turned * np.exp(-1j * value))
+    x, y = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag)
+    cos, sin = cos_sin(inputs)
+    for check in checks(mechanism):
+        yield check.name, check.kind == constraints.ANGLE, _error(check, mechanism.size, x, y, inputs, cos, sin)
 
 
-def _member_errors(mechanism: Mechanism, member: Member, z: ComplexArray) -> Iterator[tuple[str, bool, FloatArray]]:
-    first, names = member.nodes[0], mechanism.nodes
-    arm, shape = z[member.nodes[1]] - z[first], member.shape - member.shape[0]
-    for k, node in enumerate(member.nodes[1:], start=1):
-        other = z[node] - z[first]
-        label = member.name if len(member.nodes) == 2 else f"{member.name} {names[first]}-{names[node]}"
-        yield label, False, np.abs(np.abs(other) / abs(shape[k]) - 1.0)
-        if k > 1:
-            label = f"{member.name} {names[member.nodes[1]]}-{names[first]}-{names[node]}"
-            yield label, True, angle_error(other * np.conj(arm) * np.conj(shape[k] * np.conj(shape[1])))
+def _error(
+    check: Check, size: float, x: FloatArray, y: FloatArray, inputs: FloatArray, cos: FloatArray, sin: FloatArray
+) -> FloatArray:
+    def laid(vector: Vector | None) -> tuple[FloatArray | float, FloatArray | float]:
+        assert vector is not None
+        zr, zi = vector.z.real, vector.z.imag
+        if vector.actuator != NONE:
+            c, s = cos[vector.actuator], sin[vector.actuator] * vector.turn
+            zr, zi = zr * c - zi * s, zr * s + zi * c
+        if vector.u == NONE:
+            return zr, zi
+        bx, by = x[vector.v] - x[vector.u], y[vector.v] - y[vector.u]
+        return zr * bx - zi * by, zr * by + zi * bx
+
+    if check.kind == constraints.ANGLE:
+        return np.asarray(constraints.angle_error(*laid(check.first), *laid(check.second)))
+    px, py = x[check.p], y[check.p]
+    if check.q != NONE:
+        px, py = px - x[check.q], py - y[check.q]
+    value = check.value.at(inputs)
+    if check.kind == constraints.SPAN:
+        return np.asarray(constraints.span_error(px, py, value))
+    return np.asarray(constraints.height_error(*laid(check.first), px, py, value, size))
 
 
 def pose(mechanism: Mechanism, index: int, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
@@ -103,13 +104,8 @@ def pose(mechanism: Mechanism, index: int, z: ComplexArray) -> tuple[ComplexArra
     if index == FRAME:
         return np.zeros(rows, dtype=complex), np.ones(rows, dtype=complex)
     shape = member.shape
-    far = int(np.argmax(np.abs(shape - shape[0])))
+    far = farthest(member)
     with np.errstate(all="ignore"):  # a NaN stays one
         unit = (z[member.nodes[far]] - z[member.nodes[0]]) / (shape[far] - shape[0])
         unit = unit / np.abs(unit)
     return z[member.nodes[0]] - unit * shape[0], unit
-
-
-def angle_error(turn: ComplexArray) -> FloatArray:
-    """Return |angle| of a complex number that should point along +x, in rad."""
-    return np.asarray(np.abs(np.angle(turn)))

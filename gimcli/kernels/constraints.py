@@ -1,0 +1,32 @@
+"""How far positions are from one constraint: over arrays of rows, or of one row when compiled."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gimcli.kernels.circular import angle_of
+from gimcli.kernels.jit import kernel
+
+SPAN = 0
+ANGLE = 1
+HEIGHT = 2
+
+
+@kernel
+def span_error(dx: Any, dy: Any, length: Any) -> Any:
+    """Return the relative error of a distance: eq. (1) of Petuya et al. 2004."""
+    return abs(np.sqrt(dx * dx + dy * dy) / length - 1.0)
+
+
+@kernel
+def angle_error(ax: Any, ay: Any, bx: Any, by: Any) -> Any:
+    """Return the angle [rad, 0..pi] between two directions that should be one: eq. (2)."""
+    return angle_of(ax * bx + ay * by, abs(ax * by - ay * bx))
+
+
+@kernel
+def height_error(nx: Any, ny: Any, px: Any, py: Any, height: Any, size: Any) -> Any:
+    """Return the error of a height over a line with normal n (of any length), relative to a size."""
+    return abs((nx * px + ny * py) / np.sqrt(nx * nx + ny * ny) - height) / size
