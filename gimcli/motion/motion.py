@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
-from gimcli.motion.effort import choose, gim_work, newton_work
+from gimcli.motion.effort import choose, gim_work, plan_work
 from gimcli.motion.follow import Follower, Path
 from gimcli.motion.inputs import law_inputs, pace
 from gimcli.motion.options import Options
@@ -24,6 +24,9 @@ from gimcli.structure.steps import Plan
 
 Tell = Callable[[str], None]
 Progress = Callable[[int, int], None]
+
+FAR = 0.05
+"""A swept position is on another branch when a node is farther off than this, relative to the size."""
 
 
 @dataclass(frozen=True)
@@ -77,30 +80,48 @@ def trace(
 
     `tell` hears of a compilation, `progress` of rows done and rows in all.
     """
+    return next(stream(mechanism, steps, options, tell, progress, rows=steps + 1))
+
+
+def stream(
+    mechanism: Mechanism, steps: int, options: Options | None = None, tell: Tell | None = None,
+    progress: Progress | None = None, rows: int = 65536,
+) -> Iterator[Motion]:  # fmt: skip
+    """Follow the actuators' laws as `trace` does, but yield the motion in pieces of some rows."""
     options = options or Options()
-    time = np.arange(steps + 1) / steps
     inputs = law_inputs(mechanism)
     plan = make_plan(mechanism, closed_forms=options.method != "newton")
-    run = choose(options.jit, newton_work(plan, max(steps, STEPS_A_TURN)), tell)
-    values = inputs(time)
-    start = start_position(mechanism, plan, values[:, 0], run, options.tolerance)
+    run = choose(options.jit, plan_work(plan, max(steps, STEPS_A_TURN)), tell)
+    begin = inputs(np.zeros(1))[:, 0]
+    start = start_position(mechanism, plan, begin, run, options.tolerance)
     follower = Follower(mechanism, plan, inputs, run, options.tolerance)
-    follower.progress = progress
     way = pace(mechanism, inputs(np.linspace(0.0, 1.0, 65)))
     follower.turn = 1.0 / max(way, 1e-3)
     if start.status is Status.SINGULAR or start.foreseen is not None:
         start = leave_singular(follower, start)
     elif start.status is Status.OK:
         follower.begin(start.row, start.signs)
+    pieces = (np.arange(first, min(first + rows, steps + 1)) / steps for first in range(0, steps + 1, rows))
     if start.status is not Status.OK:
-        return _nothing(mechanism, time, values, start)
-    path = _along(follower, time, max(1, math.ceil(way * STEPS_A_TURN / steps)))
-    z = np.concatenate([(start.row.x + 1j * start.row.y)[:, None], path.x + 1j * path.y], axis=1)
-    codes = np.concatenate([[int(start.status)], path.status]).astype(np.int64)
-    work = np.concatenate([[start.work], path.work])
-    if options.method == "gim":
-        z, codes, work = _swept(mechanism, values, z, codes, options, tell)
-    return _judged(mechanism, plan, time, values, z, codes, work, path, options)
+        yield from (_nothing(mechanism, time, inputs(time), start) for time in pieces)
+        return
+    swept = _Swept(mechanism, options, steps + 1, tell) if options.method == "gim" else None
+    parts = max(1, math.ceil(way * STEPS_A_TURN / steps))
+    done, limit = 0, None
+    for time in pieces:
+        if progress is not None:
+            follower.progress = _heard(progress, done, parts, steps + 1)
+        path = Path.empty(len(mechanism.nodes), time, inputs(time)) if limit else _along(follower, time, parts, steps)
+        if done == 0:
+            path.work[0] = start.work
+        path.limit = limit = limit or path.limit
+        done += len(time)
+        yield _judged(mechanism, plan, path if swept is None else swept.path(path), options)
+
+
+def _heard(progress: Progress, done: int, parts: int, total: int) -> Progress:
+    """Return what hears of the rows of a piece."""
+    return lambda rows, _: progress(done + rows // parts, total)
 
 
 def _nothing(mechanism: Mechanism, time: FloatArray, values: FloatArray, start: Assembly) -> Motion:
@@ -109,74 +130,69 @@ def _nothing(mechanism: Mechanism, time: FloatArray, values: FloatArray, start: 
     empty = np.full((len(mechanism.nodes), rows), complex(math.nan, math.nan))
     z = start.row.x + 1j * start.row.y
     worst = residual(mechanism, z[:, None], values[:, :1], names=True).worst[0]
-    return Motion(
-        mechanism,
-        time,
-        values,
-        empty,
-        np.full(rows, int(start.status)),
-        np.full(rows, math.nan),
-        np.zeros(rows),
-        z,
-        worst,
+    codes = np.full(rows, int(start.status))
+    return Motion(mechanism, time, values, empty, codes, np.full(rows, math.nan), np.zeros(rows), z, worst)
+
+
+def _along(follower: Follower, time: FloatArray, parts: int, steps: int) -> Path:
+    """Follow some rows, each step in some parts."""
+    if parts == 1:
+        return follower.follow(time)
+    first = round(float(time[0]) * steps)
+    fine = np.arange(max(0, (first - 1) * parts + 1), (first + len(time) - 1) * parts + 1) / (parts * steps)
+    own = slice((len(fine) - 1) % parts, None, parts)
+    fine[own] = time
+    path = follower.follow(fine)
+    work = np.add.reduceat(path.work, np.maximum(np.arange(len(time)) * parts + own.start - parts + 1, 0))
+    return Path(
+        time, path.inputs[:, own], path.z[:, own], path.codes[own], path.residual[own], work, path.bridged, path.limit
     )
 
 
-def _along(follower: Follower, time: FloatArray, parts: int) -> Path:
-    """Follow the rows after the first, each step in some parts."""
-    steps = len(time) - 1
-    if parts == 1:
-        return follower.follow(time[1:])
-    fine = np.arange(1, parts * steps + 1) / (parts * steps)
-    fine[parts - 1 :: parts] = time[1:]
-    path = follower.follow(fine)
-    rows = slice(parts - 1, None, parts)
-    work = path.work.reshape(steps, parts).sum(axis=1)
-    return Path(path.x[:, rows], path.y[:, rows], path.status[rows], path.error[rows], work, path.bridged, path.limit)
+class _Swept:
+    """Solves all rows by sweeps; the continuous motion tells whether they stayed on its branch."""
+
+    def __init__(self, mechanism: Mechanism, options: Options, rows: int, tell: Tell | None) -> None:
+        from gimcli.motion.sweeping import Sweeper
+
+        self.mechanism = mechanism
+        self.sweeper = Sweeper(mechanism, options, choose("off", 0.0))
+        self.sweeper.run = choose(options.jit, gim_work(len(self.sweeper.moves), rows), tell)
+        self.last: ComplexArray | None = None
+
+    def path(self, path: Path) -> Path:
+        """Return the path with its positions solved anew."""
+        first = self.sweeper.settle(path.inputs[:, 0], self.mechanism.drawn if self.last is None else self.last)
+        z, work, stop = self.sweeper.motion(path.inputs, first, path.z)
+        good = path.codes == Status.OK
+        with np.errstate(invalid="ignore"):
+            apart = np.max(np.abs(z - path.z), axis=0) > FAR * self.mechanism.size
+        codes = np.where(good & apart, int(Status.JUMPED), path.codes)
+        codes[stop:][good[stop:]] = int(Status.NOT_CONVERGED)
+        self.last = z[:, -1]
+        unknown = np.full(len(path.time), math.nan)
+        return Path(path.time, path.inputs, z, codes, unknown, work, path.bridged, path.limit)
 
 
-def _swept(
-    mechanism: Mechanism,
-    values: FloatArray,
-    z: ComplexArray,
-    codes: IntArray,
-    options: Options,
-    tell: Tell | None,
-) -> tuple[ComplexArray, IntArray, FloatArray]:
-    """Solve all rows by sweeps; the continuous motion z tells whether they stayed on its branch."""
-    from gimcli.motion.sweeping import Sweeper
-
-    sweeper = Sweeper(mechanism, options, choose("off", 0.0))
-    sweeper.run = choose(options.jit, gim_work(len(sweeper.moves), values.shape[1]), tell)
-    first = sweeper.settle(values[:, 0], mechanism.drawn)
-    swept, work, stop = sweeper.motion(values, first, z)
-    good = codes == Status.OK
-    apart = np.max(np.abs(swept - z), axis=0) > 0.05 * mechanism.size
-    codes = np.where(good & apart, int(Status.JUMPED), codes)
-    codes[stop:][good[stop:]] = int(Status.NOT_CONVERGED)
-    return swept, codes, work
-
-
-def _judged(
-    mechanism: Mechanism,
-    plan: Plan,
-    time: FloatArray,
-    values: FloatArray,
-    z: ComplexArray,
-    codes: IntArray,
-    work: FloatArray,
-    path: Path,
-    options: Options,
-) -> Motion:
+def _judged(mechanism: Mechanism, plan: Plan, path: Path, options: Options) -> Motion:
     """Check every row by a residual that nothing of the solution enters; empty those that fail."""
-    start, error = z[:, 0].copy(), residual(mechanism, z, values).total
+    z, codes, start = path.z, path.codes, path.z[:, 0].copy()
+    error = path.residual
+    unknown = np.isnan(error) & (codes == Status.OK)
+    if unknown.all():
+        error = residual(mechanism, z, path.inputs).total
+    elif unknown.any():
+        error[unknown] = residual(mechanism, z[:, unknown], path.inputs[:, unknown]).total
     wrong = ~(error <= allowed(mechanism, options.tolerance, options.method == "gim"))
-    bad_sum = Status.CONTRADICTORY if plan.surplus > 0 else Status.NOT_CONVERGED
-    codes = np.where(wrong & (codes == Status.OK), int(bad_sum), codes)
-    bad = codes != Status.OK
-    z[:, bad] = complex(math.nan, math.nan)
-    error = np.where(bad, math.nan, error)
+    if wrong.any():
+        bad_sum = Status.CONTRADICTORY if plan.surplus > 0 else Status.NOT_CONVERGED
+        codes[wrong & (codes == Status.OK)] = int(bad_sum)
+        bad = codes != Status.OK
+        z[:, bad] = complex(math.nan, math.nan)
+        error[bad] = math.nan
     worst = ""
-    if bad[0]:
-        worst = residual(mechanism, start[:, None], values[:, :1], names=True).worst[0]
-    return Motion(mechanism, time, values, z, codes, error, work, start, worst, path.limit, tuple(path.bridged))
+    if codes[0] != Status.OK:
+        worst = residual(mechanism, start[:, None], path.inputs[:, :1], names=True).worst[0]
+    return Motion(
+        mechanism, path.time, path.inputs, z, codes, error, path.work, start, worst, path.limit, tuple(path.bridged)
+    )

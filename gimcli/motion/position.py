@@ -8,7 +8,7 @@ import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler, Assembly
-from gimcli.motion.effort import choose, gim_work, newton_work
+from gimcli.motion.effort import choose, gim_work, plan_work
 from gimcli.motion.options import Options
 from gimcli.motion.start import random_guess, start_position
 from gimcli.status import Status
@@ -42,7 +42,7 @@ def solve(mechanism: Mechanism, inputs: FloatArray, options: Options, history: b
     if options.method == "gim":
         return _by_sweeps(mechanism, inputs, guess, options, history)
     plan = make_plan(mechanism, closed_forms=options.method == "auto")
-    run = choose(options.jit, newton_work(plan, 50))
+    run = choose(options.jit, plan_work(plan, 50))
     if options.seed is None:
         found = start_position(mechanism, plan, inputs, run, options.tolerance)
     else:

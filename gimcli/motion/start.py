@@ -86,7 +86,7 @@ def _move(
     follower.begin(first.row, first.signs)
     steps = max(8, math.ceil(way * STEPS_A_TURN))
     path = follower.follow(np.arange(1, steps + 1) / steps)
-    if path.status[-1] != Status.OK:
+    if path.codes[-1] != Status.OK:
         return None
     row = follower.at(1.0)
     quality, foreseen = np.full(plan.branches, np.inf), None

@@ -107,7 +107,17 @@ def follow(packed: Packed, block: Block, run: Run, sign: float, accuracy: Accura
     limits = policy.limits(accuracy, policy.iterations, near=True)
     room = kernels.room([packed.arrays], len(block.rx), len(block.inputs))
     stop = run(kernels.couple)(
-        *_known(block), block.time, block.history, block.end, packed.arrays, room, sign, limits, block.work, block.error
+        *_known(block),
+        block.time,
+        block.history,
+        block.end,
+        packed.arrays,
+        room,
+        sign,
+        limits,
+        block.work,
+        block.error,
+        True,
     )
     out = room.out
     block.stop(stop, singular=bool(out[kernels.SINGULAR]))
@@ -119,12 +129,12 @@ def settle(packed: Packed, block: Block, row: int, run: Run, accuracy: Accuracy)
     limits = Policy().limits(accuracy, 50, near=False)
     room = kernels.room([packed.arrays], len(block.rx), len(block.inputs))
     with np.errstate(all="ignore"):
-        good = run(kernels.couple_once)(*_known(block), row, packed.arrays, room, limits)
-    out = room.out
-    block.work[row] += out[kernels.ITERATIONS]
-    block.error[row] = max(block.error[row], out[kernels.ERROR])
-    block.singular = bool(out[kernels.SINGULAR]) and not good
-    return bool(good)
+        stop = run(kernels.couple)(
+            *_known(block), block.time, row, row + 1, packed.arrays, room, 0.0, limits, block.work, block.error, False
+        )
+    good = bool(stop > row)
+    block.singular = bool(room.out[kernels.SINGULAR]) and not good
+    return good
 
 
 def _known(block: Block) -> tuple[FloatArray, ...]:

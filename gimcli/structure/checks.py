@@ -14,6 +14,8 @@ from gimcli.kernels import constraints
 from gimcli.mechanism import FRAME, Actuator, Drive, Mechanism, Member
 from gimcli.structure.steps import NONE, Value, Vector
 
+NOTHING = Value(0.0)
+
 
 @dataclass(frozen=True, eq=False)
 class Check:
@@ -28,7 +30,7 @@ class Check:
     q: int = NONE  # NONE: the origin
     first: Vector | None = None  # arm, or normal
     second: Vector | None = None  # what the arm should point along
-    value: Value = Value(0.0)  # length, or height
+    value: Value = NOTHING  # length, or height
 
 
 def checks(mechanism: Mechanism) -> Iterator[Check]:
