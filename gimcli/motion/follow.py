@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -44,6 +45,7 @@ class Policy:
     """Constants of the path following."""
 
     rows: int = 2048  # in one block: fits the cache
+    many: int = 256  # rows worth one call for all
     first: tuple[float, ...] = (1 / 512, 1 / 64, 1 / 8, 1.0)  # parts of the first step
     small: float = 1e-4  # of a turn: a first step that needs no parts
     split: int = 8  # parts of an interval approached finer
@@ -100,7 +102,6 @@ class Follower:
         self.lenient = False  # on the way past a position that the tolerance cannot tell
         self.progress: Callable[[int, int], None] | None = None  # hears of rows done and rows in all
         self.turn = 1.0  # time of one turn, or of a travel of 2 pi sizes
-        self.marcher = Marcher(mechanism, plan, self.accuracy) if run is jit.compiled else None
 
     def begin(self, row: Row, signs: FloatArray) -> None:
         """Start from a solved position."""
@@ -210,7 +211,8 @@ class Follower:
         if len(self.log) == 1 and i < n:
             i = self._beyond(path, i, self._set_out(float(times[i])))
         while i < n and path.limit is None:
-            good, doubtful = self._block(path, i) if self.marcher is None else self._march(path, i, self.marcher)
+            marches = self.run is jit.compiled and n - i >= self.policy.many
+            good, doubtful = self._march(path, i) if marches else self._block(path, i)
             i += good
             if self.progress is not None:
                 self.progress(i, n)
@@ -241,8 +243,13 @@ class Follower:
         self.remember(self.rows(_tail(block, block.end - min(good, 8))))
         return good, block.end < len(block.time)
 
-    def _march(self, path: Path, i: int, marcher: Marcher) -> tuple[int, bool]:
+    @cached_property
+    def _marcher(self) -> Marcher:
+        return Marcher(self.mechanism, self.plan, self.accuracy)
+
+    def _march(self, path: Path, i: int) -> tuple[int, bool]:
         """Solve all rows from row i on in one call; return how many, and whether the next is doubtful."""
+        marcher = self._marcher
         history = self._useful(path.time[i:], self.log)
         when = np.array([row.time for row in history])
         marcher.recall(when, self.inputs(when), *(np.array([getattr(row, part) for row in history]) for part in "xyg"))

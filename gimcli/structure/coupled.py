@@ -41,7 +41,8 @@ def next_group(layout: Layout) -> None:
     group = _first_group(layout, system)
     builder = Builder(layout, group)
     layout.steps.append(builder.build())
-    layout.placed |= builder.placed
+    for node in sorted(builder.placed - layout.placed):
+        layout.stand(node)
     layout.carry()
 
 
@@ -57,8 +58,8 @@ def structural_system(layout: Layout) -> System:
             system.bodies[-1 - node] = [("x", -1 - node), ("y", -1 - node)]
     for node in range(len(mechanism.nodes)):
         _join(layout, system, node)
-    for slide in mechanism.slides:
-        if mechanism.slides.index(slide) not in layout.rotation.implied:
+    for number, slide in enumerate(mechanism.slides):
+        if number not in layout.rotation.implied:
             system.add(slide.name, _body_at(layout, system, slide.node) + system.bodies.get(slide.member, []))
     for actuator in mechanism.actuators:
         if actuator.drive is Drive.ROTARY:

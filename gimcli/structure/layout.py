@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Iterator
+from heapq import heapify, heappop, heappush
 
 from gimcli.mechanism import FRAME, Actuator, Drive, Mechanism, Slide
 from gimcli.structure.kinematic import kinematic_nodes, loose_nodes
@@ -27,7 +28,7 @@ class Layout:
         self.kinematic = kinematic_nodes(mechanism)
         self.rotation = rotation_classes(mechanism, self.members)
         self.free_points = loose_nodes(mechanism)
-        self.placed: set[int] = set(mechanism.members[FRAME].nodes)
+        self.placed: set[int] = set()
         self.direction: dict[int, Vector] = {self.rotation.of[FRAME]: Vector(1.0 / self.rotation.phase[FRAME])}
         self.steps: list[Step] = []
         self.registers = 0
@@ -40,10 +41,79 @@ class Layout:
             self.slides_at.setdefault(slide.node, []).append(slide)
             self.slides_on.setdefault(slide.member, []).append(slide)
         self.actuators_at: dict[int, list[Actuator]] = {}
+        self.travels_on: dict[int, list[Actuator]] = {}
         for actuator in mechanism.actuators:
             if actuator.drive is not Drive.ROTARY:
                 for node in {actuator.a, actuator.b} - {NONE}:
                     self.actuators_at.setdefault(node, []).append(actuator)
+            if actuator.drive is Drive.TRAVEL:
+                self.travels_on.setdefault(actuator.reference_member, []).append(actuator)
+        self._prepare()
+
+    # -- what is worth looking at: only what stands next to something new --------------------
+
+    def _prepare(self) -> None:
+        free = dict.fromkeys(n for nodes in (*self.kinematic, self.free_points) for n in nodes)
+        self.rank = {node: k for k, node in enumerate(free)}
+        self.missing = set(free)
+        self.near: set[int] = set()  # free nodes that may have loci
+        self.turnable: set[int] = set()  # members of which a node or the direction is new
+        self.carriable: set[int] = set()
+        self.tiltable: set[int] = set()  # slides of which something is new
+        self.drives = [k for k, a in enumerate(self.mechanism.actuators) if a.drive is Drive.ROTARY]
+        self.tied: dict[int, list[int]] = {}
+        for index, group in enumerate(self.rotation.of):
+            self.tied.setdefault(group, []).append(index)
+        self.all_slides_at: dict[int, list[int]] = {}
+        self.all_slides_on: dict[int, list[int]] = {}
+        for number, slide in enumerate(self.mechanism.slides):
+            self.all_slides_at.setdefault(slide.node, []).append(number)
+            self.all_slides_on.setdefault(slide.member, []).append(number)
+        for node in self.mechanism.members[FRAME].nodes:
+            self.stand(node)
+        for member in self.tied[self.rotation.of[FRAME]]:
+            self._touch(member)
+
+    def stand(self, node: int) -> None:
+        """Note that a node is placed."""
+        self.placed.add(node)
+        self.missing.discard(node)
+        self.near.discard(node)
+        for member in self.members[node]:
+            if member != FRAME:
+                self._touch(member)
+        for number in self.all_slides_at.get(node, ()):
+            self.tiltable.add(number)
+            for other in self.kinematic[self.mechanism.slides[number].member]:
+                self._reach(other)
+        for actuator in self.actuators_at.get(node, ()):
+            for other in (actuator.a, actuator.b, *self._guide_nodes(actuator)):
+                self._reach(other)
+
+    def _guide_nodes(self, actuator: Actuator) -> tuple[int, ...]:
+        return self.kinematic[actuator.reference_member] if actuator.drive is Drive.TRAVEL else ()
+
+    def _touch(self, member: int) -> None:
+        """Note that a node or the direction of a member is new."""
+        self.turnable.add(member)
+        self.carriable.add(member)
+        for number in self.all_slides_on.get(member, ()):
+            self.tiltable.add(number)
+            self._reach(self.mechanism.slides[number].node)
+        for actuator in self.travels_on.get(member, ()):
+            self._reach(actuator.a)
+        for node in self.kinematic[member]:
+            if node not in self.placed:
+                self._reach(node)
+                self.tiltable.update(self.all_slides_at.get(node, ()))
+
+    def _reach(self, node: int) -> None:
+        """Note that a node may have a new locus, and what a translating member hands it on to."""
+        if node in self.missing:
+            self.near.add(node)
+            for member in self.members[node]:
+                if self.source(member) is not None:
+                    self.near.update(n for n in self.kinematic[member] if n in self.missing)
 
     # -- what is known of a member -------------------------------------------------
 
@@ -69,11 +139,14 @@ class Layout:
     def place(self, node: int, anchor: int, vector: Vector, constraint: str) -> None:
         """Add a step that carries a node."""
         self.steps.append(Place(node, anchor, vector, constraint))
-        self.placed.add(node)
+        self.stand(node)
 
     def orient(self, member: int, vector: Vector) -> None:
         """Record e^(i phi) of a member."""
-        self.direction[self.rotation.of[member]] = vector.times(1.0 / self.rotation.phase[member])
+        group = self.rotation.of[member]
+        self.direction[group] = vector.times(1.0 / self.rotation.phase[member])
+        for tied in self.tied[group]:
+            self._touch(tied)
 
     def register(self) -> int:
         """Return a new register for a direction."""
@@ -96,16 +169,16 @@ class Layout:
 
     def _turn_members(self) -> bool:
         news = False
-        for index in range(1, len(self.mechanism.members)):
-            if self.source(index) is None:
+        members, self.turnable = sorted(self.turnable), set()
+        for index in members:
+            if index != FRAME and self.source(index) is None:
                 pair = [n for n in self.mechanism.members[index].nodes if n in self.placed][:2]
                 if len(pair) == 2:
                     u, v = pair
                     self.orient(index, Vector(1.0 / (self.local(index, v) - self.local(index, u)), u, v))
                     news = True
-        for number, actuator in enumerate(self.mechanism.actuators):
-            if actuator.drive is Drive.ROTARY:
-                news |= self._drive(number, actuator)
+        for number in self.drives.copy():
+            news |= self._drive(number, self.mechanism.actuators[number])
         return news
 
     def _drive(self, number: int, actuator: Actuator) -> bool:
@@ -114,7 +187,10 @@ class Layout:
         known, free, factor, turn = self.source(reference), arm, ratio, 1
         if known is None:
             known, free, factor, turn = self.source(arm), reference, 1.0 / ratio, -1
-        if known is None or self.source(free) is not None:
+        if known is None:
+            return False
+        self.drives.remove(number)
+        if self.source(free) is not None:
             return False
         vector = known.driven(factor, number, turn)
         if vector is None:  # one actuator a vector: keep the direction turned so far
@@ -126,21 +202,30 @@ class Layout:
 
     def _carry_nodes(self) -> bool:
         news = False
-        for index in range(1, len(self.mechanism.members)):
+        todo, self.carriable = list(self.carriable), set()
+        heapify(todo)
+        while todo:
+            index = heappop(todo)
             source, anchor = self.source(index), self.anchor(index)
-            if source is None or anchor is None:
+            if index == FRAME or source is None or anchor is None:
                 continue
             for node in self.wanted(index):
                 reach = self.local(index, node) - self.local(index, anchor)
                 self.place(node, anchor, source.times(reach), self.mechanism.members[index].name)
                 news = True
+            later = {k for k in self.carriable if k > index}
+            self.carriable -= later
+            for k in later:
+                heappush(todo, k)
         return news
 
     def tilt(self) -> bool:
         """Turn one line through a placed node, if there is one to turn."""
-        for slide in self.mechanism.slides:
+        for number in sorted(self.tiltable):
+            slide = self.mechanism.slides[number]
             found = self._tiltable(slide)
             if found is None:
+                self.tiltable.discard(number)
                 continue
             a, b, e = found
             register = self.register()
@@ -173,7 +258,7 @@ class Layout:
     def dyad(self, good: float = GOOD_CROSSING) -> bool:
         """Place one node on two loci: the first that crosses well, else the best there is."""
         best: tuple[float, int, Locus, Locus] | None = None
-        for node in self.frontier():
+        for node in sorted(self.near, key=self.rank.__getitem__):
             loci = list(self.loci(node))
             for i in range(len(loci)):
                 for j in range(i):
@@ -187,17 +272,8 @@ class Layout:
         _, node, first, second = best
         both_lines = isinstance(first, Line) and isinstance(second, Line)
         self.steps.append(Dyad(node, first, second, NONE if both_lines else self.branch()))
-        self.placed.add(node)
+        self.stand(node)
         return True
-
-    def frontier(self) -> Iterator[int]:
-        """Yield the free nodes that take part in the solution."""
-        seen: set[int] = set()
-        for nodes in (*self.kinematic, self.free_points):
-            for node in nodes:
-                if node not in self.placed and node not in seen:
-                    seen.add(node)
-                    yield node
 
     def loci(self, node: int) -> Iterator[Locus]:
         """Yield the loci of a free node on what stands, one a constraint."""

@@ -24,7 +24,7 @@ def make_plan(mechanism: Mechanism, closed_forms: bool = True) -> Plan:
     while True:
         while layout.carry() or (closed_forms and (layout.tilt() or layout.dyad())):
             pass
-        if not any(True for _ in layout.frontier()):
+        if not layout.missing:
             break
         next_group(layout)
     _carried(layout)

@@ -44,9 +44,9 @@ def rotation_classes(mechanism: Mechanism, members: list[list[int]]) -> Rotation
         return index, factor
 
     implied = set()
+    earlier: dict[int, list[Slide]] = {}
     for i, first in enumerate(mechanism.slides):
-        for j in range(i):
-            second = mechanism.slides[j]
+        for second in earlier.setdefault(first.member, []):  # on the same guide
             body = _tied_body(mechanism, members, first, second)
             if body is None:
                 continue
@@ -58,6 +58,7 @@ def rotation_classes(mechanism: Mechanism, members: list[list[int]]) -> Rotation
                 link = turn * fb / fa if a == high else fa / (turn * fb)
                 parent[high], phase[high] = low, link / abs(link)
             break
+        earlier[first.member].append(first)
     found = [find(k) for k in range(len(parent))]
     return Rotation(tuple(f[0] for f in found), tuple(f[1] for f in found), frozenset(implied))
 
