@@ -14,11 +14,11 @@ from gimcli.status import Status
 from gimcli.table import Column, Table
 
 
-def motion_table(motion: Motion, names: tuple[str, ...] | None = None) -> Table:
-    """Return one row a step: step, time, inputs, traced points, residual, sweeps and status."""
+def motion_table(motion: Motion, names: tuple[str, ...] | None = None, first: int = 0) -> Table:
+    """Return one row a step, the steps counted from `first`: time, inputs, traced points, residual, sweeps, status."""
     mechanism = motion.mechanism
     rows = len(motion.time)
-    columns = [Column("step", np.arange(rows)), Column("time", motion.time * mechanism.duration, "s")]
+    columns = [Column("step", np.arange(first, first + rows)), Column("time", motion.time * mechanism.duration, "s")]
     for k, actuator in enumerate(mechanism.actuators):
         unit = mechanism.angle_unit if actuator.drive is Drive.ROTARY else mechanism.length_unit
         columns.append(Column(actuator.name, mechanism.value_to_file(k, motion.inputs[k]), unit))

@@ -24,6 +24,7 @@ from gimcli.cli.arguments import (
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
+    from gimcli.analysis.summary import Summary
     from gimcli.motion.motion import Motion
 
 NAME = "trace"
@@ -50,33 +51,39 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Trace a motion."""
+    from gimcli.analysis.summary import Summary
     from gimcli.analysis.tracing import motion_table
     from gimcli.analysis.verdict import explained, verify
     from gimcli.cli.console import note, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
-    from gimcli.motion.motion import trace
+    from gimcli.motion.motion import stream
     from gimcli.output import CsvStream
 
     chosen = options(method, strategy, tolerance, jit, sequence)
     mechanism = load(model)
+    csv_path, png_path = out / f"{model.stem}.csv", out / f"{model.stem}.png"
+    if csv_path.resolve() == model.resolve():
+        raise UsageError(f"{csv_path} is the model itself; choose another --out")
     with explained(mechanism):
         if not mechanism.actuators:
             _refuse_undriven(mechanism)
             raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve`")
-        motion = trace(mechanism, steps, chosen, tell=note, progress=progress_bar("tracing"))
-    verify(mechanism, motion.start, motion.inputs[:, 0], motion.first_status, tolerance)
-    csv_path, png_path = out / f"{model.stem}.csv", out / f"{model.stem}.png"
-    if csv_path.resolve() == model.resolve():
-        raise UsageError(f"{csv_path} is the model itself; choose another --out")
-    drawn = png and motion.solved > 0
-    table = motion_table(motion)
-    with CsvStream(csv_path, table.names) as stream:  # appears when the picture has been written too
-        stream.append(table)
+        pieces = stream(mechanism, steps, chosen, tell=note, progress=progress_bar("tracing"))
+        piece: Motion | None = next(pieces)
+    assert piece is not None
+    verify(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
+    summary = Summary(steps + 1)
+    with CsvStream(csv_path, motion_table(piece).names) as table:  # appears when the picture has been written too
+        while piece is not None:
+            table.append(motion_table(piece, first=summary.seen))
+            summary.add(piece)
+            piece = next(pieces, None)
+        drawn = png and summary.solved > 0
         if drawn:
-            _draw(motion, png_path)
-    _report(motion, csv_path, png_path if drawn else None, steps, as_json)
-    if motion.solved < len(motion.codes):
+            _draw(summary.motion, png_path)
+    _report(summary, csv_path, png_path if drawn else None, steps, as_json)
+    if summary.solved < summary.rows:
         raise typer.Exit(5)
 
 
@@ -98,15 +105,12 @@ def _draw(motion: Motion, path: Path) -> None:
     draw_motion(motion.mechanism, poses, traced_paths(motion), path, motion.mechanism.name)
 
 
-def _report(motion: Motion, csv_path: Path, png_path: Path | None, steps: int, as_json: bool) -> None:
-    import numpy as np
-
+def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int, as_json: bool) -> None:
     from gimcli.analysis.tracing import events, reachable
     from gimcli.cli.console import print_json
     from gimcli.status import Status
 
-    solved = motion.solved
-    worst = float(np.nanmax(motion.residual)) if solved else float("nan")
+    motion, solved, worst = summary.motion, summary.solved, summary.residual
     reached, found = reachable(motion), events(motion)
     if as_json:
         report = {

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +66,28 @@ class Motion:
         """OK where every row is, else what ended the first row that is not."""
         bad = self.codes[~self.good]
         return Status(int(bad[0])) if len(bad) else Status.OK
+
+    def rows(self, chosen: IntArray) -> Motion:
+        """Return the motion with only some of its rows; its events stay."""
+        return replace(
+            self, time=self.time[chosen], inputs=self.inputs[:, chosen], z=self.z[:, chosen], codes=self.codes[chosen],
+            residual=self.residual[chosen], work=self.work[chosen],
+        )  # fmt: skip
+
+    @staticmethod
+    def joined(pieces: Sequence[Motion]) -> Motion:
+        """Return pieces that follow each other as one motion."""
+        first, last = pieces[0], pieces[-1]
+        if len(pieces) == 1:
+            return first
+
+        def joint(part: str) -> Any:
+            return np.concatenate([getattr(piece, part) for piece in pieces], axis=-1)
+
+        return Motion(
+            first.mechanism, joint("time"), joint("inputs"), joint("z"), joint("codes"), joint("residual"),
+            joint("work"), first.start, first.worst, last.limit, tuple(t for piece in pieces for t in piece.bridged),
+        )  # fmt: skip
 
     @property
     def first_status(self) -> Status:

@@ -1,0 +1,44 @@
+"""What is kept of a motion that comes in pieces: its counts, and so many rows that it can be drawn."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gimcli.motion.motion import Motion
+
+DRAWN = 4096
+"""Rows kept, about: more than a picture has points."""
+
+
+class Summary:
+    """Counts of a motion of `rows` rows, and a motion of a few of them."""
+
+    def __init__(self, rows: int) -> None:
+        self.rows = rows
+        self.seen = 0
+        self.solved = 0
+        self.residual = math.nan  # greatest
+        self._every = -(-rows // DRAWN)
+        self._pieces: list[Motion] = []
+        self._bad = False
+
+    def add(self, piece: Motion) -> None:
+        """Take the next piece."""
+        keep = (self.seen + np.arange(len(piece.time))) % self._every == 0
+        keep[-1] = True
+        bad, good = np.flatnonzero(~piece.good), np.flatnonzero(piece.good)
+        if len(bad) and not self._bad:  # the row at which something ends, and the last before it
+            keep[bad[0]] = keep[max(0, bad[0] - 1)] = self._bad = True
+        if len(good):
+            keep[good[-1]] = True
+            self.residual = float(np.fmax(self.residual, np.max(piece.residual[good])))
+        self.solved += len(good)
+        self.seen += len(piece.time)
+        self._pieces.append(piece if keep.all() else piece.rows(np.flatnonzero(keep)))
+
+    @property
+    def motion(self) -> Motion:
+        """The rows kept, as one motion with all its events."""
+        return Motion.joined(self._pieces)
