@@ -17,6 +17,7 @@ import tracemalloc
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from unittest.mock import patch
 
 from machine import RESULTS, Row, interleaved, keep, show  # isort: skip - first: one thread
 import numpy as np
@@ -25,8 +26,8 @@ import yaml
 from gimcli.mechanism import Mechanism
 from gimcli.model import load
 from gimcli.motion.motion import Motion, trace
-from gimcli.motion.options import Options
 from gimcli.structure.plan import make_plan
+from gimcli.structure.steps import Plan
 
 SIZES = (1, 3, 10, 30, 100, 300, 1000)
 AGREEMENT = 1e-9
@@ -102,27 +103,41 @@ def loaded(data: Data) -> tuple[Mechanism, float]:
 def measure(name: str, n: int, steps: int, repeats: int) -> Row:
     """Return what one chain costs; its motion must agree with the closed form."""
     mechanism, load_time = loaded(CHAINS[name].model(n))
-    planning = interleaved({"plan": lambda: make_plan(mechanism)}, 1)["plan"]
+    begin = time.perf_counter()
+    plan = make_plan(mechanism)
+    planning = time.perf_counter() - begin
     if planning < 1.0:
         planning = min(planning, interleaved({"plan": lambda: make_plan(mechanism)}, repeats)["plan"])
-    motion = trace(mechanism, steps, Options())
-    miss = CHAINS[name].miss(motion, n)
+    begin = time.perf_counter()
+    motion = trace(mechanism, steps)
+    call, miss = time.perf_counter() - begin, CHAINS[name].miss(motion, n)
     if not (motion.solved == steps + 1 and miss <= AGREEMENT):
         raise SystemExit(f"{name} of {n}: {motion.solved} of {steps + 1} rows solved, {miss:.1e} off the closed form")
-    rows, few = (steps, max(1, steps // 2)) if planning < 5.0 else (steps, steps // 2)
-    sides = {"all": lambda: trace(mechanism, rows, Options()), "few": lambda: trace(mechanism, few, Options())}
-    best = interleaved(sides, repeats if planning < 1.0 else 1)
     return {
         "chain": name, "n": n, "nodes": len(mechanism.nodes), "load s": round(load_time, 4),
-        "plan s": round(planning, 6), "ns a position": round((best["all"] - best["few"]) / (rows - few) * 1e9, 1),
-        "call s": round(best["all"], 4), "MB": round(memory(mechanism, steps), 3), "miss": float(f"{miss:.1e}"),
+        "plan s": round(planning, 6), "ns a position": round(marginal(mechanism, plan, n, steps, repeats), 1),
+        "call s": round(call, 4), "MB": round(memory(mechanism, plan, steps), 3), "miss": float(f"{miss:.1e}"),
     }  # fmt: skip
 
 
-def memory(mechanism: Mechanism, steps: int) -> float:
-    """Return the peak of allocations during a motion, planning included [MB]."""
+def planned(mechanism: Mechanism, plan: Plan, steps: int) -> Motion:
+    """Trace with a plan that is made already: planning has a column of its own."""
+    with patch("gimcli.motion.motion.make_plan", lambda *_, **__: plan):
+        return trace(mechanism, steps)
+
+
+def marginal(mechanism: Mechanism, plan: Plan, n: int, steps: int, repeats: int) -> float:
+    """Return the time of one position more [ns]; short chains are given more of them."""
+    few = max(steps, 40 * steps // n)
+    sides = {k * few: lambda k=k: planned(mechanism, plan, k * few) for k in (1, 2)}
+    best = interleaved(sides, repeats)
+    return (best[2 * few] - best[few]) / few * 1e9
+
+
+def memory(mechanism: Mechanism, plan: Plan, steps: int) -> float:
+    """Return the peak of allocations during a motion [MB]."""
     tracemalloc.start()
-    trace(mechanism, steps, Options())
+    planned(mechanism, plan, steps)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     return peak / 1e6
