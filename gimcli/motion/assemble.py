@@ -1,6 +1,8 @@
 """The initial position problem: assemble a mechanism at given inputs from a guess.
 
-Dyads take the side that the guess is drawn on; coupled groups are settled from the guess.
+Dyads take the side that the guess is drawn on; coupled groups are settled from the guess. From a
+random start any configuration will do: where a side leads nowhere the other one is taken, and a
+group that does not settle near its start is started from other places too.
 """
 
 from __future__ import annotations
@@ -11,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gimcli.errors import StructureError
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.bridge import Row
 from gimcli.motion.follow import Foreseen
 from gimcli.solvers import closed, newton
@@ -20,7 +22,8 @@ from gimcli.solvers.newton import Packed, Run
 from gimcli.solvers.side import sides
 from gimcli.status import Status
 from gimcli.structure.residual import errors
-from gimcli.structure.steps import Coupled, Dyad, Orient, Place, Plan, Tilt
+from gimcli.structure.restrictions import Move
+from gimcli.structure.steps import NONE, Coupled, Dyad, Orient, Place, Plan, Tilt
 
 NEAR = 0.2
 """A position is taken at once when no node is farther from its guess, relative to the size."""
@@ -30,6 +33,12 @@ SWEEPS = 60
 
 TRIALS = 60
 """Disturbed guesses tried before a group counts as impossible to assemble."""
+
+STREWN = 120
+"""Starts strewn over a square of twice the size that are tried after them where any configuration will do."""
+
+TURNS = 1024
+"""Sides that are exchanged before dyads count as impossible to assemble."""
 
 
 @dataclass
@@ -49,11 +58,13 @@ class Assembly:
 class Assembler:
     """Assembles single positions of a plan."""
 
-    def __init__(self, mechanism: Mechanism, plan: Plan, run: Run, tolerance: float) -> None:
-        self.mechanism, self.plan, self.run = mechanism, plan, run
+    def __init__(self, mechanism: Mechanism, plan: Plan, run: Run, tolerance: float, anywhere: bool = False) -> None:
+        """Prepare; `anywhere`: guesses are random starts, any configuration will do."""
+        self.mechanism, self.plan, self.run, self.anywhere = mechanism, plan, run, anywhere
         self.tolerance = tolerance * mechanism.size
         self.accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest)
         self.packed = {k: Packed(s) for k, s in enumerate(plan.steps) if isinstance(s, Coupled)}
+        self._sequences: dict[tuple[int, ...], tuple[Move, ...]] = {}
 
     def assemble(
         self, inputs: FloatArray, guess: ComplexArray, time: float = 0.0, signs: FloatArray | None = None
@@ -65,16 +76,42 @@ class Assembler:
         drawn = Block.empty(self.plan, len(self.mechanism.nodes), np.array([time]), inputs[:, None], 0)
         drawn.x[:, 0], drawn.y[:, 0] = guess.real, guess.imag
         signs = sides(self.plan, drawn, self.mechanism.size) if signs is None else signs
-        status = Status.OK
         with np.errstate(all="ignore"):
-            for k, step in enumerate(self.plan.steps):
-                if not self._step(k, step, block, drawn, signs):
-                    status = Status.SINGULAR if block.singular and not block.blocked else Status.NOT_ASSEMBLED
-                    break
+            status = self._take(block, drawn, signs)
         row = Row(time, block.x[:, 0].copy(), block.y[:, 0].copy(), block.g[:, 0].copy())
         return Assembly(
             status, row, signs, float(block.error[0]), float(block.work[0]), self.plan.surplus > 0, block.quality[:, 0]
         )
+
+    def _take(self, block: Block, drawn: Block, signs: FloatArray) -> Status:
+        """Take all steps in order; `signs` then tells the sides taken."""
+        steps, begun, k, first = self.plan.steps, signs.copy(), 0, Status.OK
+        before = [0.0] * len(steps)  # error that each step started with
+        turns = TURNS if self.anywhere else 0
+        while k < len(steps):
+            before[k] = float(block.error[0])
+            if self._step(k, steps[k], block, drawn, signs):
+                k += 1
+                continue
+            if first is Status.OK:
+                first = Status.SINGULAR if block.singular and not block.blocked else Status.NOT_ASSEMBLED
+            k = self._other_side(k, signs, begun) if turns else NONE
+            if k == NONE:
+                return first
+            turns -= 1
+            block.end, block.blocked, block.singular, block.error[0] = 1, False, False, before[k]
+        return Status.OK
+
+    def _other_side(self, k: int, signs: FloatArray, begun: FloatArray) -> int:
+        """Exchange the last side before step k that has not been, reset those after it; return its step or NONE."""
+        for earlier in range(k - 1, NONE, -1):
+            branch = getattr(self.plan.steps[earlier], "branch", NONE)
+            if branch != NONE:
+                if signs[branch] == begun[branch]:
+                    signs[branch] = -begun[branch]
+                    return earlier
+                signs[branch] = begun[branch]
+        return NONE
 
     def _step(self, k: int, step: object, block: Block, drawn: Block, signs: FloatArray) -> bool:
         if isinstance(step, Place):
@@ -101,6 +138,8 @@ class Assembler:
                 far = float(np.max(np.abs(z - drawing)))
                 if self._faithful(block) and (best is None or far < best[0]):
                     best = far, z
+                    if self.anywhere:
+                        break
             elif number == 0 and block.singular and self._fits(packed, block, start):
                 return False  # a singular position: no other start will tell it better
             if best is not None and (best[0] <= NEAR * self.mechanism.size or number >= 1):
@@ -111,7 +150,7 @@ class Assembler:
         return best is not None
 
     def _starts(self, packed: Packed, block: Block, drawn: Block) -> Iterator[ComplexArray]:
-        """Yield starts of the base nodes: the guess, the guess after some sweeps, the guess disturbed."""
+        """Yield starts of the base nodes: the guess, the guess after some sweeps, the guess disturbed, any."""
         base, size = list(packed.group.base), self.mechanism.size
         guess = drawn.x[:, 0] + 1j * drawn.y[:, 0]
         yield guess[base]
@@ -123,6 +162,10 @@ class Assembler:
             reach = size * (0.02 + k / TRIALS)
             noise = generator.standard_normal((2, len(base))) * reach
             yield guess[base] + noise[0] + 1j * noise[1]
+        centre = np.mean(self.mechanism.members[FRAME].shape)
+        for _ in range(STREWN if self.anywhere else 0):
+            spread = generator.uniform(-1.0, 1.0, (2, len(base))) * size
+            yield centre + spread[0] + 1j * spread[1]
 
     def _swept(self, packed: Packed, block: Block, guess: ComplexArray) -> ComplexArray | None:
         from gimcli.solvers import gim
@@ -131,9 +174,14 @@ class Assembler:
         own = list(packed.group.nodes)
         z = np.where(np.isfinite(block.x[:, 0]), block.x[:, 0] + 1j * block.y[:, 0], guess)
         z[own] = guess[own]
-        try:
-            moves = group_sequence(self.mechanism, own, z, block.inputs[:, 0], self.plan)
-        except StructureError:
+        if packed.group.base not in self._sequences:
+            try:
+                found = group_sequence(self.mechanism, own, self.mechanism.drawn, block.inputs[:, 0], self.plan)
+            except StructureError:
+                found = ()
+            self._sequences[packed.group.base] = found
+        moves = self._sequences[packed.group.base]
+        if not moves:
             return None
         policy = gim.Policy(sweeps=SWEEPS)
         done = gim.settle(moves, z, block.inputs[:, 0], self.mechanism.size, 1e-6, self.run, policy)
