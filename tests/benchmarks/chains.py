@@ -146,7 +146,7 @@ def memory(mechanism: Mechanism, plan: Plan, steps: int) -> float:
 def exponent(rows: list[Row], column: str) -> float:
     """Return the slope of a column against n on logarithmic axes, from n = 10 on."""
     points = [(float(str(r["n"])), float(str(r[column]))) for r in rows]
-    points = [(n, v) for n, v in points if n >= 10 and v > 0.0] or points
+    points = [(n, v) for n, v in points if n >= 10 and v > 0.0]
     if len(points) < 2:
         return math.nan
     return float(np.polyfit(*np.log(np.array(points)).T, 1)[0])
