@@ -31,7 +31,14 @@ def test_positions(tmp_path, monkeypatch):
 def test_loops_by_hand_hold_their_lengths():
     """Bars of the Stephenson mechanism and the platform, from the positions alone."""
     c, e, f, b = (q[0] + 1j * q[1] for q in positions.by_hand.trace("stephenson_3_far", 50, True))
-    for one, other, square in ((c, e, 149), (e, b, 530), (b, c, 481), (c, 23 + 10j, 229), (e, f, 634)):
+    for one, other, square in (
+        (c, e, 149),
+        (e, b, 530),
+        (b, c, 481),
+        (c, 23 + 10j, 229),
+        (e, f, 634),
+        (b, 7 + 4j, 148),
+    ):
         assert np.allclose(np.abs(one - other) ** 2, square, rtol=1e-10)
     elbows = positions.by_hand.trace("platform_3rrr", 50, True)[4:]
     corners = positions.by_hand.trace("platform_3rrr", 50, True)[1:4]

@@ -25,9 +25,10 @@ def test_auto_is_at_least_as_good_as_either(name):
     for other in ("gim", "newton"):
         assert found["auto"].settled >= found[other].settled, other
         assert found["auto"].configurations(mechanism.size) >= found[other].configurations(mechanism.size), other
+    assert found["auto"].settled == len(STARTS)  # each can be assembled
 
 
-@pytest.mark.parametrize("name", ["klann", "stephenson_1", "excavator"])
+@pytest.mark.parametrize("name", ["klann", "stephenson_1"])
 def test_a_side_that_leads_nowhere_is_exchanged(name):
     """Each of these has random starts whose own sides cannot be assembled; `gim solve --seed` finds others."""
     mechanism = load(random_starts.MODELS / f"{name}.yaml")
