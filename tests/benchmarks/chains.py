@@ -128,7 +128,7 @@ def planned(mechanism: Mechanism, plan: Plan, steps: int) -> Motion:
 
 def marginal(mechanism: Mechanism, plan: Plan, n: int, steps: int, repeats: int) -> float:
     """Return the time of one position more [ns]; short chains are given more of them."""
-    few = max(steps, 40 * steps // n)
+    few = max(steps, 100 * steps // n)
     sides = {k * few: lambda k=k: planned(mechanism, plan, k * few) for k in (1, 2)}
     best = interleaved(sides, repeats)
     return (best[2 * few] - best[few]) / few * 1e9
@@ -178,7 +178,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--steps", type=int, default=1000)
     parser.add_argument("--largest", type=int, default=1000)
     parser.add_argument("--limit", type=float, default=60.0, help="seconds of planning")
-    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--out", type=Path, default=RESULTS)
     chosen = parser.parse_args(arguments)
     every = []
