@@ -30,7 +30,7 @@ def test_auto_is_at_least_as_good_as_either(name):
 
 @pytest.mark.parametrize("name", ["klann", "stephenson_1"])
 def test_a_side_that_leads_nowhere_is_exchanged(name):
-    """Each of these has random starts whose own sides cannot be assembled; `gim solve --seed` finds others."""
+    """Each of these has random starts whose own sides cannot be assembled; `gim solve --start random` finds others."""
     mechanism = load(random_starts.MODELS / f"{name}.yaml")
     inputs = drawn_inputs(mechanism)
     for seed in range(20):

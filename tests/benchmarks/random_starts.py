@@ -4,7 +4,7 @@ Run: python tests/benchmarks/random_starts.py [--starts 10000]
 
 Nodes are strewn evenly over a square of twice the mechanism's size, the same starts for each method, inputs as
 drawn, tolerance 1e-10. `gim` sweeps by the sequence that `gim sequence` tells; `newton` is Newton-Raphson alone
-from the start given, without closed forms and restarts; `auto` is what `gim solve --seed` does. A start has
+from the start given, without closed forms and restarts; `auto` is what `gim solve --start random` does. A start has
 settled where the residual of the members as written says so, too. Configurations are clusters of node positions
 (1e-6 of the size). The mechanisms are in general position: none has a configuration that can move by itself.
 """
