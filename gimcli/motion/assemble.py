@@ -21,7 +21,7 @@ from gimcli.solvers.block import Block
 from gimcli.solvers.newton import Packed, Run
 from gimcli.solvers.side import sides
 from gimcli.status import Status
-from gimcli.structure.residual import errors
+from gimcli.structure.residual import allowed, errors
 from gimcli.structure.restrictions import Move
 from gimcli.structure.steps import NONE, Coupled, Dyad, Orient, Place, Plan, Tilt
 
@@ -85,22 +85,35 @@ class Assembler:
 
     def _take(self, block: Block, drawn: Block, signs: FloatArray) -> Status:
         """Take all steps in order; `signs` then tells the sides taken."""
-        steps, begun, k, first = self.plan.steps, signs.copy(), 0, Status.OK
+        steps, begun, k, failed = self.plan.steps, signs.copy(), 0, Status.OK
         before = [0.0] * len(steps)  # error that each step started with
         turns = TURNS if self.anywhere else 0
-        while k < len(steps):
-            before[k] = float(block.error[0])
-            if self._step(k, steps[k], block, drawn, signs):
-                k += 1
-                continue
-            if first is Status.OK:
-                first = Status.SINGULAR if block.singular and not block.blocked else Status.NOT_ASSEMBLED
+        while True:
+            if k == len(steps):
+                if not turns or self._holds(self.plan.surplus, block):
+                    return Status.OK
+            else:
+                before[k] = float(block.error[0])
+                if self._step(k, steps[k], block, drawn, signs):
+                    k += 1
+                    continue
+                if failed is Status.OK:
+                    failed = Status.SINGULAR if block.singular and not block.blocked else Status.NOT_ASSEMBLED
             k = self._other_side(k, signs, begun) if turns else NONE
             if k == NONE:
-                return first
+                return failed
             turns -= 1
+            self._forget(k, block)
             block.end, block.blocked, block.singular, block.error[0] = 1, False, False, before[k]
-        return Status.OK
+
+    def _forget(self, k: int, block: Block) -> None:
+        """Take back what the steps from k on have placed."""
+        for step in self.plan.steps[k:]:
+            if isinstance(step, Orient | Tilt):
+                block.rx[step.register, 0] = block.ry[step.register, 0] = np.nan
+            else:
+                nodes = list(step.nodes) if isinstance(step, Coupled) else [step.node]
+                block.x[nodes, 0] = block.y[nodes, 0] = np.nan
 
     def _other_side(self, k: int, signs: FloatArray, begun: FloatArray) -> int:
         """Exchange the last side before step k that has not been, reset those after it; return its step or NONE."""
@@ -130,24 +143,37 @@ class Assembler:
         """Settle a group: the assembled position nearest to the guess of those that the first starts find."""
         base, nodes = list(packed.group.base), list(packed.group.nodes)
         drawing = drawn.x[nodes, 0] + 1j * drawn.y[nodes, 0]
-        best: tuple[float, ComplexArray] | None = None
+        best: tuple[tuple[bool, float], ComplexArray] | None = None
         for number, start in enumerate(self._starts(packed, block, drawn)):
             block.x[base, 0], block.y[base, 0] = start.real, start.imag
             if newton.settle(packed, block, 0, self.run, self.accuracy):
                 z = block.x[nodes, 0] + 1j * block.y[nodes, 0]
-                far = float(np.max(np.abs(z - drawing)))
-                if self._faithful(block) and (best is None or far < best[0]):
-                    best = far, z
-                    if self.anywhere:
-                        break
+                loose = self.anywhere and not self._holds(packed.group.surplus, block)
+                rank = loose, float(np.max(np.abs(z - drawing)))
+                if self._faithful(block) and (best is None or rank < best[0]):
+                    best = rank, z
             elif number == 0 and block.singular and self._fits(packed, block, start):
                 return False  # a singular position: no other start will tell it better
-            if best is not None and (best[0] <= NEAR * self.mechanism.size or number >= 1):
+            if best is not None and self._enough(best[0], number):
                 break
         if best is not None:
             block.x[nodes, 0], block.y[nodes, 0] = best[1].real, best[1].imag
             block.singular = False
         return best is not None
+
+    def _enough(self, rank: tuple[bool, float], number: int) -> bool:
+        """Tell whether no start after this one is needed: the first position, or the nearest of two."""
+        loose, far = rank
+        return not loose if self.anywhere else far <= NEAR * self.mechanism.size or number >= 1
+
+    def _holds(self, surplus: int, block: Block) -> bool:
+        """Tell whether surplus constraints, which nothing imposes exactly, hold among what is placed."""
+        if surplus <= 0:
+            return True
+        z = block.x[:, :1] + 1j * block.y[:, :1]
+        enough = allowed(self.mechanism, self.accuracy.tolerance)
+        found = (e[0] for _, _, e in errors(self.mechanism, z, block.inputs[:, :1]))
+        return all(e <= enough for e in found if np.isfinite(e))
 
     def _starts(self, packed: Packed, block: Block, drawn: Block) -> Iterator[ComplexArray]:
         """Yield starts of the base nodes: the guess, the guess after some sweeps, the guess disturbed, any."""
