@@ -16,6 +16,7 @@ from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.bridge import Row
 from gimcli.motion.follow import Foreseen
+from gimcli.motion.ways import Strewn, Ways
 from gimcli.solvers import closed, newton
 from gimcli.solvers.block import Block
 from gimcli.solvers.newton import Packed, Run
@@ -36,9 +37,6 @@ TRIALS = 60
 
 STREWN = 120
 """Starts strewn over a square of twice the size that are tried after them where any configuration will do."""
-
-TURNS = 1024
-"""Sides that are exchanged before dyads count as impossible to assemble."""
 
 
 @dataclass
@@ -85,12 +83,12 @@ class Assembler:
 
     def _take(self, block: Block, drawn: Block, signs: FloatArray) -> Status:
         """Take all steps in order; `signs` then tells the sides taken."""
-        steps, begun, k, failed = self.plan.steps, signs.copy(), 0, Status.OK
+        steps, k, failed = self.plan.steps, 0, Status.OK
         before = [0.0] * len(steps)  # error that each step started with
-        turns = TURNS if self.anywhere else 0
+        ways = Ways(self.plan, signs, drawn, self._strewn(np.random.default_rng(0))) if self.anywhere else None
         while True:
             if k == len(steps):
-                if not turns or self._holds(self.plan.surplus, block):
+                if ways is None or self._holds(self.plan.surplus, block):
                     return Status.OK
             else:
                 before[k] = float(block.error[0])
@@ -99,10 +97,9 @@ class Assembler:
                     continue
                 if failed is Status.OK:
                     failed = Status.SINGULAR if block.singular and not block.blocked else Status.NOT_ASSEMBLED
-            k = self._other_side(k, signs, begun) if turns else NONE
+            k = ways.other(k) if ways is not None else NONE
             if k == NONE:
                 return failed
-            turns -= 1
             self._forget(k, block)
             block.end, block.blocked, block.singular, block.error[0] = 1, False, False, before[k]
 
@@ -114,17 +111,6 @@ class Assembler:
             else:
                 nodes = list(step.nodes) if isinstance(step, Coupled) else [step.node]
                 block.x[nodes, 0] = block.y[nodes, 0] = np.nan
-
-    def _other_side(self, k: int, signs: FloatArray, begun: FloatArray) -> int:
-        """Exchange the last side before step k that has not been, reset those after it; return its step or NONE."""
-        for earlier in range(k - 1, NONE, -1):
-            branch = getattr(self.plan.steps[earlier], "branch", NONE)
-            if branch != NONE:
-                if signs[branch] == begun[branch]:
-                    signs[branch] = -begun[branch]
-                    return earlier
-                signs[branch] = begun[branch]
-        return NONE
 
     def _step(self, k: int, step: object, block: Block, drawn: Block, signs: FloatArray) -> bool:
         if isinstance(step, Place):
@@ -188,10 +174,19 @@ class Assembler:
             reach = size * (0.02 + k / TRIALS)
             noise = generator.standard_normal((2, len(base))) * reach
             yield guess[base] + noise[0] + 1j * noise[1]
-        centre = np.mean(self.mechanism.members[FRAME].shape)
+        strewn = self._strewn(generator)
         for _ in range(STREWN if self.anywhere else 0):
-            spread = generator.uniform(-1.0, 1.0, (2, len(base))) * size
-            yield centre + spread[0] + 1j * spread[1]
+            yield strewn(len(base))
+
+    def _strewn(self, generator: np.random.Generator) -> Strewn:
+        """Return a source of places strewn evenly over a square of twice the size about the frame."""
+        centre, size = np.mean(self.mechanism.members[FRAME].shape), self.mechanism.size
+
+        def strewn(count: int) -> ComplexArray:
+            spread = generator.uniform(-1.0, 1.0, (2, count)) * size
+            return np.asarray(centre + spread[0] + 1j * spread[1])
+
+        return strewn
 
     def _swept(self, packed: Packed, block: Block, guess: ComplexArray) -> ComplexArray | None:
         from gimcli.solvers import gim
