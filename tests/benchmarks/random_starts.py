@@ -6,7 +6,9 @@ Nodes are strewn evenly over a square of twice the mechanism's size, the same st
 drawn, tolerance 1e-10. `gim` sweeps by the sequence that `gim sequence` tells; `newton` is Newton-Raphson alone
 from the start given, without closed forms and restarts; `auto` is what `gim solve --start random` does. A start has
 settled where the residual of the members as written says so, too. Configurations are clusters of node positions
-(1e-6 of the size). The mechanisms are in general position: none has a configuration that can move by itself.
+(1e-6 of the size). The mechanisms are in general position. Counts mean nothing for two of the bundled ones that are
+left out: a folded Peaucellier linkage moves by itself, and sweeps turn a Scotch yoke, held by a true prismatic pair,
+end for end, which the residual does not see.
 """
 
 from __future__ import annotations
