@@ -1,6 +1,8 @@
 """The initial position problem: assemble a mechanism at given inputs from a guess.
 
-Dyads take the side that the guess is drawn on; coupled groups are settled from the guess.
+Dyads take the side that the guess is drawn on; coupled groups are settled from the guess. From a
+random start any configuration will do: where a side leads nowhere the other one is taken, and a
+group that does not settle near its start is started from other places too.
 """
 
 from __future__ import annotations
@@ -11,16 +13,18 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gimcli.errors import StructureError
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.bridge import Row
 from gimcli.motion.follow import Foreseen
+from gimcli.motion.ways import Strewn, Ways
 from gimcli.solvers import closed, newton
 from gimcli.solvers.block import Block
 from gimcli.solvers.newton import Packed, Run
 from gimcli.solvers.side import sides
 from gimcli.status import Status
-from gimcli.structure.residual import errors
-from gimcli.structure.steps import Coupled, Dyad, Orient, Place, Plan, Tilt
+from gimcli.structure.residual import allowed, errors
+from gimcli.structure.restrictions import Move
+from gimcli.structure.steps import NONE, Coupled, Dyad, Orient, Place, Plan, Tilt
 
 NEAR = 0.2
 """A position is taken at once when no node is farther from its guess, relative to the size."""
@@ -30,6 +34,9 @@ SWEEPS = 60
 
 TRIALS = 60
 """Disturbed guesses tried before a group counts as impossible to assemble."""
+
+STREWN = 120
+"""Starts strewn over a square of twice the size that are tried after them where any configuration will do."""
 
 
 @dataclass
@@ -49,11 +56,13 @@ class Assembly:
 class Assembler:
     """Assembles single positions of a plan."""
 
-    def __init__(self, mechanism: Mechanism, plan: Plan, run: Run, tolerance: float) -> None:
-        self.mechanism, self.plan, self.run = mechanism, plan, run
+    def __init__(self, mechanism: Mechanism, plan: Plan, run: Run, tolerance: float, anywhere: bool = False) -> None:
+        """Prepare; `anywhere`: guesses are random starts, any configuration will do."""
+        self.mechanism, self.plan, self.run, self.anywhere = mechanism, plan, run, anywhere
         self.tolerance = tolerance * mechanism.size
         self.accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest)
         self.packed = {k: Packed(s) for k, s in enumerate(plan.steps) if isinstance(s, Coupled)}
+        self._sequences: dict[tuple[int, ...], tuple[Move, ...]] = {}
 
     def assemble(
         self, inputs: FloatArray, guess: ComplexArray, time: float = 0.0, signs: FloatArray | None = None
@@ -65,16 +74,43 @@ class Assembler:
         drawn = Block.empty(self.plan, len(self.mechanism.nodes), np.array([time]), inputs[:, None], 0)
         drawn.x[:, 0], drawn.y[:, 0] = guess.real, guess.imag
         signs = sides(self.plan, drawn, self.mechanism.size) if signs is None else signs
-        status = Status.OK
         with np.errstate(all="ignore"):
-            for k, step in enumerate(self.plan.steps):
-                if not self._step(k, step, block, drawn, signs):
-                    status = Status.SINGULAR if block.singular and not block.blocked else Status.NOT_ASSEMBLED
-                    break
+            status = self._take(block, drawn, signs)
         row = Row(time, block.x[:, 0].copy(), block.y[:, 0].copy(), block.g[:, 0].copy())
         return Assembly(
             status, row, signs, float(block.error[0]), float(block.work[0]), self.plan.surplus > 0, block.quality[:, 0]
         )
+
+    def _take(self, block: Block, drawn: Block, signs: FloatArray) -> Status:
+        """Take all steps in order; `signs` then tells the sides taken."""
+        steps, k, failed = self.plan.steps, 0, Status.OK
+        before = [0.0] * len(steps)  # error that each step started with
+        ways = Ways(self.plan, signs, drawn, self._strewn(np.random.default_rng(0))) if self.anywhere else None
+        while True:
+            if k == len(steps):
+                if ways is None or self._holds(self.plan.surplus, block):
+                    return Status.OK
+            else:
+                before[k] = float(block.error[0])
+                if self._step(k, steps[k], block, drawn, signs):
+                    k += 1
+                    continue
+                if failed is Status.OK:
+                    failed = Status.SINGULAR if block.singular and not block.blocked else Status.NOT_ASSEMBLED
+            k = ways.other(k) if ways is not None else NONE
+            if k == NONE:
+                return failed
+            self._forget(k, block)
+            block.end, block.blocked, block.singular, block.error[0] = 1, False, False, before[k]
+
+    def _forget(self, k: int, block: Block) -> None:
+        """Take back what the steps from k on have placed."""
+        for step in self.plan.steps[k:]:
+            if isinstance(step, Orient | Tilt):
+                block.rx[step.register, 0] = block.ry[step.register, 0] = np.nan
+            else:
+                nodes = list(step.nodes) if isinstance(step, Coupled) else [step.node]
+                block.x[nodes, 0] = block.y[nodes, 0] = np.nan
 
     def _step(self, k: int, step: object, block: Block, drawn: Block, signs: FloatArray) -> bool:
         if isinstance(step, Place):
@@ -93,25 +129,40 @@ class Assembler:
         """Settle a group: the assembled position nearest to the guess of those that the first starts find."""
         base, nodes = list(packed.group.base), list(packed.group.nodes)
         drawing = drawn.x[nodes, 0] + 1j * drawn.y[nodes, 0]
-        best: tuple[float, ComplexArray] | None = None
+        best: tuple[tuple[bool, float], ComplexArray] | None = None
         for number, start in enumerate(self._starts(packed, block, drawn)):
             block.x[base, 0], block.y[base, 0] = start.real, start.imag
             if newton.settle(packed, block, 0, self.run, self.accuracy):
                 z = block.x[nodes, 0] + 1j * block.y[nodes, 0]
-                far = float(np.max(np.abs(z - drawing)))
-                if self._faithful(block) and (best is None or far < best[0]):
-                    best = far, z
+                loose = self.anywhere and not self._holds(packed.group.surplus, block)
+                rank = loose, float(np.max(np.abs(z - drawing)))
+                if self._faithful(block) and (best is None or rank < best[0]):
+                    best = rank, z
             elif number == 0 and block.singular and self._fits(packed, block, start):
                 return False  # a singular position: no other start will tell it better
-            if best is not None and (best[0] <= NEAR * self.mechanism.size or number >= 1):
+            if best is not None and self._enough(best[0], number):
                 break
         if best is not None:
             block.x[nodes, 0], block.y[nodes, 0] = best[1].real, best[1].imag
             block.singular = False
         return best is not None
 
+    def _enough(self, rank: tuple[bool, float], number: int) -> bool:
+        """Tell whether no start after this one is needed: the first position, or the nearest of two."""
+        loose, far = rank
+        return not loose if self.anywhere else far <= NEAR * self.mechanism.size or number >= 1
+
+    def _holds(self, surplus: int, block: Block) -> bool:
+        """Tell whether surplus constraints, which nothing imposes exactly, hold among what is placed."""
+        if surplus <= 0:
+            return True
+        z = block.x[:, :1] + 1j * block.y[:, :1]
+        enough = allowed(self.mechanism, self.accuracy.tolerance)
+        found = (e[0] for _, _, e in errors(self.mechanism, z, block.inputs[:, :1]))
+        return all(e <= enough for e in found if np.isfinite(e))
+
     def _starts(self, packed: Packed, block: Block, drawn: Block) -> Iterator[ComplexArray]:
-        """Yield starts of the base nodes: the guess, the guess after some sweeps, the guess disturbed."""
+        """Yield starts of the base nodes: the guess, the guess after some sweeps, the guess disturbed, any."""
         base, size = list(packed.group.base), self.mechanism.size
         guess = drawn.x[:, 0] + 1j * drawn.y[:, 0]
         yield guess[base]
@@ -123,6 +174,19 @@ class Assembler:
             reach = size * (0.02 + k / TRIALS)
             noise = generator.standard_normal((2, len(base))) * reach
             yield guess[base] + noise[0] + 1j * noise[1]
+        strewn = self._strewn(generator)
+        for _ in range(STREWN if self.anywhere else 0):
+            yield strewn(len(base))
+
+    def _strewn(self, generator: np.random.Generator) -> Strewn:
+        """Return a source of places strewn evenly over a square of twice the size about the frame."""
+        centre, size = np.mean(self.mechanism.members[FRAME].shape), self.mechanism.size
+
+        def strewn(count: int) -> ComplexArray:
+            spread = generator.uniform(-1.0, 1.0, (2, count)) * size
+            return np.asarray(centre + spread[0] + 1j * spread[1])
+
+        return strewn
 
     def _swept(self, packed: Packed, block: Block, guess: ComplexArray) -> ComplexArray | None:
         from gimcli.solvers import gim
@@ -131,9 +195,14 @@ class Assembler:
         own = list(packed.group.nodes)
         z = np.where(np.isfinite(block.x[:, 0]), block.x[:, 0] + 1j * block.y[:, 0], guess)
         z[own] = guess[own]
-        try:
-            moves = group_sequence(self.mechanism, own, z, block.inputs[:, 0], self.plan)
-        except StructureError:
+        if packed.group.base not in self._sequences:
+            try:
+                found = group_sequence(self.mechanism, own, self.mechanism.drawn, block.inputs[:, 0], self.plan)
+            except StructureError:
+                found = ()
+            self._sequences[packed.group.base] = found
+        moves = self._sequences[packed.group.base]
+        if not moves:
             return None
         policy = gim.Policy(sweeps=SWEEPS)
         done = gim.settle(moves, z, block.inputs[:, 0], self.mechanism.size, 1e-6, self.run, policy)

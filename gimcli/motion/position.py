@@ -46,7 +46,7 @@ def solve(mechanism: Mechanism, inputs: FloatArray, options: Options, history: b
     if options.seed is None:
         found = start_position(mechanism, plan, inputs, run, options.tolerance)
     else:
-        found = Assembler(mechanism, plan, run, options.tolerance).assemble(inputs, guess)
+        found = Assembler(mechanism, plan, run, options.tolerance, anywhere=True).assemble(inputs, guess)
     return _judged(mechanism, inputs, found, options)
 
 

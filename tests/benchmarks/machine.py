@@ -1,0 +1,74 @@
+"""The machine that a benchmark runs on: one thread, its name in the results, timing and tables.
+
+Import this first: it holds the numerical libraries to one thread.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import platform
+import re
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+for _name in ("OMP", "OPENBLAS", "MKL", "NUMBA"):
+    os.environ.setdefault(f"{_name}_NUM_THREADS", "1")
+
+ROOT = Path(__file__).parents[2]
+MODELS = ROOT / "models"
+RESULTS = Path(__file__).parent / "results"
+
+Row = dict[str, object]
+
+
+def cpu() -> str:
+    """Return the processor's name, fit for a file name."""
+    name = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        found = re.search(r"model name\s*:\s*(.+)", info.read_text())
+        name = found.group(1) if found else name
+    return re.sub(r"[^a-z0-9]+", "-", re.sub(r"\(.*?\)|cpu|processor", "", name.lower())).strip("-")
+
+
+def result_path(name: str, folder: Path = RESULTS) -> Path:
+    """Return where the results of a benchmark on this machine are kept."""
+    return folder / f"{name}-{cpu()}-{os.cpu_count()}.csv"
+
+
+def interleaved(sides: dict[str, Callable[[], object]], repeats: int) -> dict[str, float]:
+    """Return the best time of each side [s]; the sides take turns."""
+    best = dict.fromkeys(sides, float("inf"))
+    for _ in range(repeats):
+        for name, side in sides.items():
+            begin = time.perf_counter()
+            side()
+            best[name] = min(best[name], time.perf_counter() - begin)
+    return best
+
+
+def keep(name: str, rows: Sequence[Row], folder: Path = RESULTS) -> Path:
+    """Write the rows as CSV, the machine in the file's name."""
+    path = result_path(name, folder)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    return path
+
+
+def show(title: str, rows: Sequence[Row]) -> None:
+    """Print rows as a table."""
+    heads = list(rows[0])
+    cells = [[_text(row[h]) for h in heads] for row in rows]
+    width = [max(len(h), *(len(c[k]) for c in cells)) for k, h in enumerate(heads)]
+    print(f"\n{title}\n" + "  ".join(h.ljust(w) for h, w in zip(heads, width, strict=True)))
+    for line in cells:
+        print("  ".join(c.ljust(w) for c, w in zip(line, width, strict=True)).rstrip())
+
+
+def _text(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

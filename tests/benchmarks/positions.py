@@ -1,0 +1,129 @@
+"""Time per position against loops written by hand for one mechanism, and against other programs.
+
+Run: python tests/benchmarks/positions.py [--steps 100000] [--repeats 7]
+
+All in one process on one thread, in turn, best of the repeats. Ratios: time of `gim` over that of the loop by
+hand (at most 1.5 is aimed at), time of a peer over that of `gim` (at least 3, coupled groups 50). Marginal
+figures are the difference of two sizes: what a position costs without what a call costs. Programs that differ
+from the loop by hand by more than 1e-9 of the size end the run, if they are ours.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+
+from machine import MODELS, RESULTS, Row, interleaved, keep, show  # isort: skip - first: one thread
+import by_hand
+import numpy as np
+import peers
+
+from gimcli.analysis.tracing import traced_paths
+from gimcli.mechanism import Mechanism
+from gimcli.model import load
+from gimcli.motion.motion import Motion, trace
+from gimcli.motion.options import Options
+
+COUPLED = {"crank_rocker": False, "jansen": False, "stephenson_3_far": True, "platform_3rrr": True}
+HAND = 1.5
+PEER = {False: 3.0, True: 50.0}
+AGREEMENT = 1e-9
+FEWEST = 20
+
+
+def ours(mechanism: Mechanism, steps: int) -> Motion:
+    """Trace a loaded mechanism, compiled."""
+    return trace(mechanism, steps, Options(jit="on"))
+
+
+def sides(name: str, mechanism: Mechanism) -> dict[str, Callable[[int], object]]:
+    """Return the programs on our side of the comparison as functions of the number of steps."""
+    return {
+        "gim": lambda steps: ours(mechanism, steps),
+        "gim, with the traced points": lambda steps: traced_paths(ours(mechanism, steps)),
+        "by hand": lambda steps: by_hand.trace(name, steps),
+        "by hand, all nodes": lambda steps: by_hand.trace(name, steps, True),
+    }
+
+
+def apart(name: str, mechanism: Mechanism, steps: int) -> float:
+    """Return the greatest difference of the traced points from the loop by hand, relative to the size."""
+    theirs = by_hand.trace(name, steps)
+    paths = traced_paths(ours(mechanism, steps)).values()
+    worst = max(np.max(np.abs(p - (q[0] + 1j * q[1]))) for p, q in zip(paths, theirs, strict=True))
+    far = float(worst / (mechanism.size * mechanism.scale))
+    if not far <= AGREEMENT:
+        raise SystemExit(f"{name}: gim and the loop by hand differ by {far:.1e} of the size")
+    return far
+
+
+def peers_of(name: str, mechanism: Mechanism, steps: int) -> tuple[dict[str, tuple[peers.Trace, int]], list[Row]]:
+    """Return the peers that can do a mechanism with their steps, and rows for those that cannot."""
+    able: dict[str, tuple[peers.Trace, int]] = {}
+    rows: list[Row] = []
+    for peer, (build, fewer) in peers.PEERS.items():
+        count = max(FEWEST, steps // fewer)
+        try:
+            run = build(peers.LINKAGES[name])
+            path, hand = run(count), by_hand.trace(name, count)[0]
+            far = np.max(np.abs(path - (hand[0] + 1j * hand[1])[1:])) / (mechanism.size * mechanism.scale)
+            able[peer] = run, count
+            rows.append(row(name, peer, count, difference=float(far)))
+        except peers.UnableError as reason:
+            rows.append(row(name, peer, 0, note=f"cannot: {reason}"))
+        except ImportError:
+            rows.append(row(name, peer, 0, note="not installed"))
+    return able, rows
+
+
+def row(mechanism: str, program: str, steps: int, **values: object) -> Row:
+    """Return a row of the table, empty where nothing was measured."""
+    heads = ("ns", "marginal ns", "ratio", "marginal ratio", "target", "met", "difference", "note")
+    return {"mechanism": mechanism, "program": program, "steps": steps} | dict.fromkeys(heads, "") | values
+
+
+def compare(name: str, steps: int, repeats: int) -> list[Row]:
+    """Return the rows of one mechanism."""
+    mechanism = load(MODELS / f"{name}.yaml")
+    far = apart(name, mechanism, steps)
+    programs = sides(name, mechanism)
+    able, rows = peers_of(name, mechanism, steps)
+    timed = {(p, n): lambda run=run, n=n: run(n) for p, run in programs.items() for n in (steps, 2 * steps)}
+    timed |= {(p, n): lambda run=run, n=n: run(n) for p, (run, n) in able.items()}
+    best = interleaved(timed, repeats)
+    whole = {p: best[p, steps] / steps * 1e9 for p in programs}
+    marginal = {p: (best[p, 2 * steps] - best[p, steps]) / steps * 1e9 for p in programs}
+    result = [row(name, p, steps, **{"ns": round(whole[p], 1), "marginal ns": round(marginal[p], 1)}) for p in programs]
+    for line, base in zip(result, ("by hand", "by hand", "", ""), strict=True):
+        if base:
+            ratio = whole[str(line["program"])] / whole[base]
+            less = marginal[str(line["program"])] / marginal[base]
+            line |= {"ratio": round(ratio, 2), "marginal ratio": round(less, 2), "target": f"<= {HAND:g}"}
+            line |= {"met": "yes" if ratio <= HAND else "no", "difference": float(f"{far:.1e}")}
+    for line in rows:
+        if not line["note"]:
+            ns = best[str(line["program"]), line["steps"]] / int(str(line["steps"])) * 1e9
+            ratio, aim = ns / whole["gim"], PEER[COUPLED[name]]
+            line |= {"ns": round(ns, 1), "ratio": round(ratio, 2), "target": f">= {aim:g}"}
+            line |= {"met": "yes" if ratio >= aim else "no", "difference": float(f"{line['difference']:.1e}")}
+    return result + rows
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Compare all mechanisms."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--steps", type=int, default=100_000)
+    parser.add_argument("--repeats", type=int, default=7)
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    chosen = parser.parse_args(arguments)
+    rows = []
+    for name in COUPLED:
+        part = compare(name, chosen.steps, chosen.repeats)
+        show(name, [{k: v for k, v in r.items() if k != "mechanism"} for r in part])
+        rows += part
+    print(f"\nkept in {keep('positions', rows, chosen.out)}")
+
+
+if __name__ == "__main__":
+    main()

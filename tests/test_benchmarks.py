@@ -1,0 +1,71 @@
+"""The benchmarks run: tiny sizes, results into a folder of the test. What they time is not looked at."""
+
+import csv
+import sys
+
+import chains
+import first_call
+import machine
+import numpy as np
+import positions
+import pytest
+import random_starts
+
+
+def rows_of(name, folder):
+    with machine.result_path(name, folder).open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_positions(tmp_path, monkeypatch):
+    for peer in ("pylinkage", "python_solvespace", "exudyn"):
+        monkeypatch.setitem(sys.modules, peer, None)
+    positions.main(["--steps", "50", "--repeats", "1", "--out", str(tmp_path)])
+    rows = rows_of("positions", tmp_path)
+    assert {r["mechanism"] for r in rows} == set(positions.COUPLED)
+    assert all(float(r["difference"]) <= 1e-9 for r in rows if r["program"] == "gim")
+    dyadic = [r for r in rows if r["program"] in positions.peers.PEERS and r["mechanism"] == "jansen"]
+    assert [r["note"] for r in dyadic] == ["not installed"] * 3
+
+
+def test_loops_by_hand_hold_their_lengths():
+    """Bars of the Stephenson mechanism and the platform, from the positions alone."""
+    c, e, f, b = (q[0] + 1j * q[1] for q in positions.by_hand.trace("stephenson_3_far", 50, True))
+    for one, other, square in (
+        (c, e, 149),
+        (e, b, 530),
+        (b, c, 481),
+        (c, 23 + 10j, 229),
+        (e, f, 634),
+        (b, 7 + 4j, 148),
+    ):
+        assert np.allclose(np.abs(one - other) ** 2, square, rtol=1e-10)
+    elbows = positions.by_hand.trace("platform_3rrr", 50, True)[4:]
+    corners = positions.by_hand.trace("platform_3rrr", 50, True)[1:4]
+    legs = np.abs((elbows[:, 0] + 1j * elbows[:, 1]) - (corners[:, 0] + 1j * corners[:, 1]))
+    assert np.allclose(legs, 6.0, rtol=1e-10)
+
+
+def test_chains(tmp_path):
+    chains.main(["--steps", "20", "--largest", "3", "--repeats", "1", "--out", str(tmp_path)])
+    assert [(r["chain"], r["n"]) for r in rows_of("chains", tmp_path)] == [
+        (name, n) for name in ("scissor", "windows") for n in ("1", "3")
+    ]
+
+
+def test_exponent_of_a_power_law():
+    rows = [{"n": n, "t": 3.0 * n**1.7} for n in (1, 10, 100, 1000)]
+    assert chains.exponent(rows, "t") == pytest.approx(1.7, abs=1e-9)
+
+
+def test_first_call(tmp_path):
+    first_call.main(["--runs", "1", "--steps", "0", "--out", str(tmp_path)])
+    assert len(rows_of("first_call", tmp_path)) == 2
+
+
+def test_random_starts(tmp_path):
+    arguments = ["--starts", "12", "--models", "crank_rocker", "--processes", "1", "--out", str(tmp_path)]
+    random_starts.main(arguments)
+    rows = rows_of("random_starts", tmp_path)
+    assert [r["method"] for r in rows] == list(random_starts.METHODS)
+    assert [r["configurations"] for r in rows if r["method"] != "newton"] == ["2", "2"]  # a four-bar has two
