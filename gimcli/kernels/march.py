@@ -19,8 +19,8 @@ from gimcli.kernels.loci import circle_circle, circle_line, doubt, leaps, line_l
 from gimcli.kernels.newton import LAST_SIGN, Group, Limits, Place, couple
 from gimcli.mechanism import FloatArray, IntArray
 
-HISTORY = 4
-ROWS = 128
+HISTORY = 8
+ROWS = 512
 WIDTH = HISTORY + ROWS
 KEPT = 2048
 """Rows after which some are kept to continue from."""

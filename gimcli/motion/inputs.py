@@ -14,13 +14,14 @@ def law_inputs(mechanism: Mechanism) -> Inputs:
     """Return the actuators' laws as inputs; beyond the ends they go on straight."""
 
     def inputs(time: FloatArray) -> FloatArray:
-        inside = np.clip(time, 0.0, 1.0)
-        beyond = time - inside
         values = np.empty((len(mechanism.actuators), len(time)))
+        if len(time) and np.min(time) >= 0.0 and np.max(time) <= 1.0:
+            for k, actuator in enumerate(mechanism.actuators):
+                values[k] = actuator.law(time)
+            return values
+        inside = np.clip(time, 0.0, 1.0)
         for k, actuator in enumerate(mechanism.actuators):
-            values[k] = actuator.law(inside)
-            if beyond.any():
-                values[k] += beyond * actuator.law(inside, 1)
+            values[k] = actuator.law(inside) + (time - inside) * actuator.law(inside, 1)
         return values
 
     return inputs

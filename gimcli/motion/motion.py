@@ -200,17 +200,18 @@ class _Swept:
 def _judged(mechanism: Mechanism, plan: Plan, path: Path, options: Options) -> Motion:
     """Check every row by a residual that nothing of the solution enters; empty those that fail."""
     z, codes, start = path.z, path.codes, path.z[:, 0].copy()
-    error = path.residual
-    unknown = np.isnan(error) & (codes == Status.OK)
+    error, bound = path.residual, allowed(mechanism, options.tolerance, options.method == "gim")
+    unknown = np.isnan(error)
     if unknown.all():
         error = residual(mechanism, z, path.inputs).total
     elif unknown.any():
+        unknown &= codes == Status.OK
         error[unknown] = residual(mechanism, z[:, unknown], path.inputs[:, unknown]).total
-    wrong = ~(error <= allowed(mechanism, options.tolerance, options.method == "gim"))
-    if wrong.any():
+    if not (error <= bound).all():
         bad_sum = Status.CONTRADICTORY if plan.surplus > 0 else Status.NOT_CONVERGED
-        codes[wrong & (codes == Status.OK)] = int(bad_sum)
-        bad = codes != Status.OK
+        codes[~(error <= bound) & (codes == Status.OK)] = int(bad_sum)
+    bad = codes != Status.OK
+    if bad.any():
         z[:, bad] = complex(math.nan, math.nan)
         error[bad] = math.nan
     worst = ""

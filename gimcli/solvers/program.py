@@ -32,6 +32,9 @@ from gimcli.structure.steps import (
 RING = 80
 """Rows kept to continue from."""
 
+LINE = 64
+"""Bytes of a line of the cache."""
+
 Kept = tuple[float, FloatArray, FloatArray, FloatArray, float]
 """Time, x, y (nodes,), g (branches,) and error of a row."""
 
@@ -123,7 +126,7 @@ class Marcher:
         counts = [len(mechanism.nodes)] * 2 + [plan.registers] * 2 + [len(mechanism.actuators)] * 3 + [plan.branches]
         firsts = kernels.FIXED + np.concatenate([[0], np.cumsum(counts)])
         self.at = kernels.Lanes(*(int(f) for f in firsts[:-1]))
-        self.lanes: FloatArray = np.zeros((int(firsts[-1]), kernels.WIDTH))
+        self.lanes = _aligned(int(firsts[-1]), kernels.WIDTH)
         self.room = newton.room(groups, plan.registers, len(mechanism.actuators))
         policy = Policy()
         self.limits = policy.limits(accuracy, policy.iterations, near=True)
@@ -170,6 +173,13 @@ class Marcher:
         for row in kept:
             error = float(row[kernels.ERROR])
             yield float(row[kernels.TIME]), row[at.x : at.y], row[at.y : at.rx], row[at.g :], error
+
+
+def _aligned(lanes: int, width: int) -> FloatArray:
+    """Return zeros whose rows begin where a line of the cache does."""
+    room = np.zeros(lanes * width + LINE // 8)
+    skip = (-room.ctypes.data % LINE) // 8
+    return room[skip : skip + lanes * width].reshape(lanes, width)
 
 
 def _program(mechanism: Mechanism, plan: Plan) -> tuple[kernels.Program, list[newton.Group]]:
