@@ -188,7 +188,7 @@ def test_x03_nearly_stretched(gap, method, tmp_path):
 @pytest.mark.parametrize("gap", [-1e-2, -1e-6, -1e-8, -1e-9])
 def test_x03_out_of_reach(gap, method, tmp_path):
     position, _ = tried(stretched(gap), tmp_path, method=method, sweeps=3000)
-    assert position.status.word in ("not-assembled", "not-converged", "singular")
+    assert position.status.word in ("not-assembled", "not-converged", "stalled", "singular")
     assert position.worst in ("left", "right")
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -41,6 +41,7 @@ class Motion:
     worst: str = ""  # the constraint that is worst off where the start could not be assembled
     limit: float | None = None  # time of the limit that was met
     bridged: tuple[float, ...] = ()  # times of the singular positions passed
+    exchanged: tuple[float, ...] = ()  # times at which sweeps went on by another sequence
 
     @property
     def solved(self) -> int:
@@ -98,9 +99,11 @@ def trace(
     z = np.concatenate([(start.row.x + 1j * start.row.y)[:, None], path.x + 1j * path.y], axis=1)
     codes = np.concatenate([[int(start.status)], path.status]).astype(np.int64)
     work = np.concatenate([[start.work], path.work])
-    if options.method == "gim":
-        z, codes, work = _swept(mechanism, values, z, codes, options, tell)
-    return _judged(mechanism, plan, time, values, z, codes, work, path, options)
+    if options.method != "gim":
+        return _judged(mechanism, plan, time, values, z, codes, work, path, options)
+    z, codes, work, rows = _swept(mechanism, values, z, codes, options, tell)
+    motion = _judged(mechanism, plan, time, values, z, codes, work, path, options)
+    return replace(motion, exchanged=tuple(float(time[k]) for k in rows))
 
 
 def _nothing(mechanism: Mechanism, time: FloatArray, values: FloatArray, start: Assembly) -> Motion:
@@ -142,19 +145,23 @@ def _swept(
     codes: IntArray,
     options: Options,
     tell: Tell | None,
-) -> tuple[ComplexArray, IntArray, FloatArray]:
-    """Solve all rows by sweeps; the continuous motion z tells whether they stayed on its branch."""
+) -> tuple[ComplexArray, IntArray, FloatArray, list[int]]:
+    """Solve all rows by sweeps; the continuous motion z tells whether they stayed on its branch.
+
+    Returns the rows after which the sequence was exchanged too.
+    """
+    from gimcli.motion.exchange import Passage
     from gimcli.motion.sweeping import Sweeper
 
     sweeper = Sweeper(mechanism, options, choose("off", 0.0))
     sweeper.run = choose(options.jit, gim_work(len(sweeper.moves), values.shape[1]), tell)
-    first = sweeper.settle(values[:, 0], mechanism.drawn)
-    swept, work, stop = sweeper.motion(values, first, z)
     good = codes == Status.OK
-    apart = np.max(np.abs(swept - z), axis=0) > 0.05 * mechanism.size
-    codes = np.where(good & apart, int(Status.JUMPED), codes)
-    codes[stop:][good[stop:]] = int(Status.NOT_CONVERGED)
-    return swept, codes, work
+    rows = int(np.flatnonzero(good)[-1]) + 1 if good.any() else 0
+    swept = Passage(sweeper, values[:, :rows], z[:, :rows]).run()
+    z, codes, work = z.copy(), codes.copy(), np.zeros(len(codes))
+    z[:, :rows], work[:rows] = swept.z, swept.work
+    codes[:rows] = np.where(good[:rows], swept.codes, codes[:rows])
+    return z, codes, work, swept.exchanged
 
 
 def _judged(

@@ -30,6 +30,13 @@ CONVERGES = 0.99
 """Spectral radius below which the classic search is content with a sequence."""
 
 
+RESTARTS = 60
+"""Random choices of models from which the spectral search starts again where nothing has converged."""
+
+FEW = CANDIDATES // 20
+"""Sequences tried for a choice of models that is one of many."""
+
+
 @dataclass(frozen=True)
 class Group:
     """One group of the sequence: its moves, and what was found on the way."""
@@ -112,9 +119,30 @@ class Search:
         """Yield the groups in order of solution."""
         chosen = [0] * len(self.models)
         settled = set(self.known)
-        for nodes in self._components(chosen):
+        components = self._components(chosen)
+        if self.strategy == "spectral":
+            components = self._turned(components, chosen)
+        for nodes in components:
             yield self._best(nodes, settled, chosen)
             settled |= set(nodes)
+
+    def _turned(self, components: list[tuple[int, ...]], chosen: list[int]) -> list[tuple[int, ...]]:
+        """Place a node about two settled ones of its member by a distance and an angle: radius 0, in one sweep.
+
+        Two distances converge by the squared cosine between them, and the groups of a member that spans
+        several cannot choose its model.
+        """
+        label = {n: k for k, nodes in enumerate(components) for n in nodes}
+        for k, models in enumerate(self.models):
+            free = {n for r in models[0] for n in r.nodes} - self.known
+            turned = [i for i, model in enumerate(models) if _about_one(model)]
+            if len({label[n] for n in free}) < 2 or not turned:
+                continue
+            old, chosen[k] = chosen[k], turned[0]
+            changed = self._components(chosen)
+            if len(changed) < len(components):
+                chosen[k] = old
+        return self._components(chosen)
 
     def _restrictions(self, chosen: list[int]) -> list[Restriction]:
         return [r for models, k in zip(self.models, chosen, strict=True) for r in models[k]] + self.pairs
@@ -181,6 +209,9 @@ class Search:
         if self.strategy == "spectral":
             best, more = self._descend(nodes, settled, chosen, mine)
             tried += more
+            if best is not None and best[0] >= CONVERGES and mine:
+                best, more = self._restart(best, nodes, settled, chosen, mine)
+                tried += more
         if best is None or classic is None:
             from gimcli.errors import StructureError
 
@@ -213,7 +244,26 @@ class Search:
                 for other in range(len(self.models[k]))
                 if other != chosen[k]
             ]
-            most = CANDIDATES // 20
+            most = FEW
+        return best, tried
+
+    def _restart(
+        self, best: tuple[float, tuple[Move, ...]], nodes: tuple[int, ...], settled: set[int], chosen: list[int],
+        mine: list[int],
+    ) -> tuple[tuple[float, tuple[Move, ...]], int]:  # fmt: skip
+        """Try random models of the members, the same each time: a plateau of radius 1 shows no way down."""
+        generator, tried = np.random.default_rng(0), 0
+        for _ in range(RESTARTS):
+            variant = list(chosen)
+            for k in mine:
+                variant[k] = int(generator.integers(len(self.models[k])))
+            for moves in islice(self._candidates(variant, set(nodes), settled), FEW):
+                tried += 1
+                radius = self.radius(moves, nodes)
+                if radius < best[0] - 1e-9:
+                    best, chosen[:] = (radius, moves), variant
+            if best[0] < CONVERGES:
+                break
         return best, tried
 
     def _classic_models(self, chosen: list[int], mine: list[int]) -> list[list[int]]:
@@ -236,6 +286,17 @@ class Search:
                 self.kept.append(move.restriction)
                 self.gradients[id(move.restriction)] = gradient(move.restriction, self.z, self.inputs)
         return spectral_radius([(m.node, self.gradients[id(m.restriction)]) for m in moves], nodes)
+
+
+def _about_one(model: list[Restriction]) -> bool:
+    """Tell whether all angles of a member's model are about one vertex, from which its distances are."""
+    angles = [r for r in model if r.kind == "RA"]
+    return bool(angles) and all(angles[0].a in (r.a, r.b) and (r.kind == "RD" or r.a == angles[0].a) for r in model)
+
+
+def radius_at(moves: tuple[Move, ...], nodes: tuple[int, ...], z: ComplexArray, inputs: FloatArray) -> float:
+    """Return the spectral radius of a sequence that moves some nodes, at a position z (nodes,)."""
+    return spectral_radius([(m.node, gradient(m.restriction, z, inputs)) for m in moves], nodes)
 
 
 def placement_order(plan: Plan) -> list[int]:
