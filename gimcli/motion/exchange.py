@@ -31,7 +31,7 @@ class Policy:
     slower: float = 4.0  # a row that takes so many times the sweeps asks for another sequence
     least: int = 60  # sweeps that never ask for one
     gain: float = 1.2  # another sequence is taken if it needs so many times fewer sweeps
-    parts: tuple[int, ...] = (4, 16)  # into which a step that fails is cut
+    parts: tuple[int, ...] = (4, 16, 64)  # into which a step that fails is cut
     steps_a_turn: int = 90  # on the way from the drawn inputs to the first row's
     apart: float = 0.05  # of the size: nodes of one branch are never so far apart
     halfway: float = 8.0  # error halfway, in units of the one at the ends, that tells two branches

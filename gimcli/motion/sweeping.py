@@ -22,7 +22,7 @@ from gimcli.status import Status
 from gimcli.structure.kinematic import kinematic_nodes, loose_nodes
 from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move, Restriction, angle, distance
-from gimcli.structure.sequence import find_sequence, known_nodes, radius_at
+from gimcli.structure.sequence import Sequence, find_sequence, known_nodes
 from gimcli.structure.steps import Orient, Place, Plan, Value
 
 DISTURBANCE = 1e-2
@@ -40,6 +40,7 @@ class Sweeper:
     known: set[int] = field(init=False)
     free: list[int] = field(init=False)
     moves: tuple[Move, ...] = field(init=False)
+    sequence: Sequence | None = field(init=False, default=None)  # None: the user's
 
     def __post_init__(self) -> None:
         mechanism = self.mechanism
@@ -51,7 +52,8 @@ class Sweeper:
         if self.options.moves:
             self.moves = parse_moves(mechanism, self.options.moves)
         else:
-            self.moves = find_sequence(mechanism, mechanism.drawn, drawn, self.options.strategy, self.plan).moves
+            self.sequence = find_sequence(mechanism, mechanism.drawn, drawn, self.options.strategy, self.plan)
+            self.moves = self.sequence.moves
 
     def held(self, inputs: FloatArray) -> Block:
         """Return a block over inputs (actuators, rows) in which the nodes P stand."""
@@ -116,14 +118,14 @@ class Sweeper:
 
         A sequence given by the user is kept.
         """
-        if self.options.moves or not np.all(np.isfinite(z)):
+        if self.sequence is None or not np.all(np.isfinite(z)):
             return False
         found = find_sequence(self.mechanism, z, inputs, self.options.strategy, self.plan)
-        old = radius_at(self.moves, tuple(self.free), z, inputs)
+        old = self.sequence.radius_at(z, inputs)
         better = found.radius < 1.0 and (old >= 1.0 or found.radius < old**gain)
         if found.moves == self.moves or not better:
             return False
-        self.moves = found.moves
+        self.sequence, self.moves = found, found.moves
         return True
 
     def carried(self, z: ComplexArray) -> ComplexArray:

@@ -9,8 +9,10 @@ exp(-C2) of eq. (3). Candidates are ranked by it.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from heapq import heappop, heappush
 from itertools import islice
 
 import numpy as np
@@ -65,6 +67,14 @@ class Sequence:
     def radius(self) -> float:
         """Spectral radius of the whole sweep: the groups are a triangle of blocks."""
         return max((g.radius for g in self.groups), default=0.0)
+
+    def radius_at(self, z: ComplexArray, inputs: FloatArray) -> float:
+        """Return the spectral radius at another position z (nodes,)."""
+        radii = [
+            spectral_radius([(m.node, gradient(m.restriction, z, inputs)) for m in g.moves], g.nodes)
+            for g in self.groups
+        ]
+        return max(radii, default=0.0)
 
 
 def known_nodes(mechanism: Mechanism) -> tuple[set[int], set[int]]:
@@ -133,16 +143,16 @@ class Search:
         several cannot choose its model.
         """
         label = {n: k for k, nodes in enumerate(components) for n in nodes}
+        turned = list(chosen)
         for k, models in enumerate(self.models):
             free = {n for r in models[0] for n in r.nodes} - self.known
-            turned = [i for i, model in enumerate(models) if _about_one(model)]
-            if len({label[n] for n in free}) < 2 or not turned:
-                continue
-            old, chosen[k] = chosen[k], turned[0]
-            changed = self._components(chosen)
-            if len(changed) < len(components):
-                chosen[k] = old
-        return self._components(chosen)
+            if len({label[n] for n in free}) > 1:
+                turned[k] = next((i for i, model in enumerate(models) if _about_one(model)), chosen[k])
+        changed = self._components(turned)
+        if len(changed) < len(components):
+            return components
+        chosen[:] = turned
+        return changed
 
     def _restrictions(self, chosen: list[int]) -> list[Restriction]:
         return [r for models, k in zip(self.models, chosen, strict=True) for r in models[k]] + self.pairs
@@ -174,16 +184,26 @@ class Search:
         return self._ordered(label, ends)
 
     def _ordered(self, label: FloatArray, ends: FloatArray) -> list[tuple[int, ...]]:
-        needs: dict[int, set[int]] = {int(k): set() for k in label}
-        for a, b in ends.T:
-            if label[a] != label[b]:
-                needs[int(label[a])].add(int(label[b]))
-        done: list[int] = []
-        while len(done) < len(needs):
-            ready = [k for k in needs if k not in done and needs[k] <= set(done)]
-            first = min(ready, key=lambda k: next(i for i, c in enumerate(label) if c == k))
-            done.append(first)
-        return [tuple(n for n, c in zip(self.free, label, strict=True) if c == k) for k in done]
+        """Return the nodes of each component after those that it needs; an edge runs to what is needed."""
+        heads: dict[int, set[int]] = {}  # component -> those that need it
+        for a, b in {(int(label[a]), int(label[b])) for a, b in ends.T}:
+            if a != b:
+                heads.setdefault(b, set()).add(a)
+        needs = Counter(a for after in heads.values() for a in after)
+        nodes: dict[int, list[int]] = {}
+        for n, c in zip(self.free, label, strict=True):
+            nodes.setdefault(int(c), []).append(n)
+        rank = {c: i for i, c in enumerate(nodes)}  # as the plan places them, where nothing else decides
+        ready = [(i, c) for c, i in rank.items() if not needs[c]]
+        done: list[tuple[int, ...]] = []
+        while ready:
+            _, c = heappop(ready)
+            done.append(tuple(nodes[c]))
+            for a in heads.get(c, ()):
+                needs[a] -= 1
+                if not needs[a]:
+                    heappush(ready, (rank[a], a))
+        return done
 
     def _best(self, nodes: tuple[int, ...], settled: set[int], chosen: list[int]) -> Group:
         """Try candidates for one group: all models of its members one by one, the rules' choices in each."""
@@ -292,11 +312,6 @@ def _about_one(model: list[Restriction]) -> bool:
     """Tell whether all angles of a member's model are about one vertex, from which its distances are."""
     angles = [r for r in model if r.kind == "RA"]
     return bool(angles) and all(angles[0].a in (r.a, r.b) and (r.kind == "RD" or r.a == angles[0].a) for r in model)
-
-
-def radius_at(moves: tuple[Move, ...], nodes: tuple[int, ...], z: ComplexArray, inputs: FloatArray) -> float:
-    """Return the spectral radius of a sequence that moves some nodes, at a position z (nodes,)."""
-    return spectral_radius([(m.node, gradient(m.restriction, z, inputs)) for m in moves], nodes)
 
 
 def placement_order(plan: Plan) -> list[int]:
