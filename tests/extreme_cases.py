@@ -166,16 +166,14 @@ class Case:
     name: str
     spec: dict
     steps: int
-    exact: Callable[[float], dict]  # nodes at a value of the first actuator
+    exact: Callable[[float], dict | list]  # nodes at a value of the first actuator; several, where all are right
     condition: Callable[[float], float]  # at a value of the first actuator
-    options: dict | None = None
+    swept: float = 1.0  # part of the rows that sweeps attain at least
+    known: tuple[tuple[str, str], ...] = ()  # methods that fail, and how
     unknown: Callable[[float], bool] = lambda value: False  # values where two branches cross: nothing is compared
 
     def run(self, method, steps=None, **more):
-        return run(self.spec, steps or self.steps, method=method, **{**(self.options or {}), **more})
-
-    def tolerance(self):
-        return (self.options or {}).get("tolerance", TOLERANCE)
+        return run(self.spec, steps or self.steps, method=method, **more)
 
     def rounding(self, value):
         """What a few roundings of the dimensions make of a position."""
@@ -183,7 +181,7 @@ class Case:
 
     def limit(self, method, value):
         """How far off a row marked ok may be."""
-        big, tolerance = size(self.spec), self.tolerance()
+        big, tolerance = size(self.spec), TOLERANCE
         if method != "gim":
             return max(tolerance * big, self.rounding(value))
         swept = SWEPT * big * min(self.condition(value) * tolerance, tolerance**0.5)
@@ -192,7 +190,17 @@ class Case:
     def error(self, m, row):
         """Greatest distance of a node from where it belongs."""
         value = m.value[next(iter(m.value))][row]
-        return float(max(abs(mpc(m.z[n][row]) - z) for n, z in self.exact(value).items()))
+        places = self.exact(value)
+        places = places if isinstance(places, list) else [places]
+        return float(min(max(abs(mpc(m.z[n][row]) - z) for n, z in place.items()) for place in places))
+
+    def compared(self, m):
+        """Rows that are marked ok, but for those next to where two branches cross."""
+        value = m.value[next(iter(m.value))]
+        return [k for k, status in enumerate(m.status) if status == "ok" and not self.unknown(value[k])]
+
+    def value(self, m, row):
+        return m.value[next(iter(m.value))][row]
 
 
 def over(h, scale=1.0):
@@ -203,12 +211,18 @@ def over(h, scale=1.0):
 def change_point(delta, side, way=(90, 270), steps=36):
     spec, frame = near_change_point(delta, side, *way)
 
-    def dyad(angle):
+    def dyad(angle, side=side):
         return meet(exact_ray(angle), 3, frame, 2, side)
 
+    def places(angle):  # where rounding of the frame closes the gap, straight through is right too
+        merged = dyad(180)[1] ** 2 < ROUNDINGS * U
+        return [{"B": dyad(angle, s)[0]} for s in ((side, -side) if merged else (side,))]
+
+    known = (("newton", "goes straight through a change point that is missed by h < 1e-4"),) if delta <= 1e-9 else ()
+    far = 0.5 - 1.0 / steps if abs(way[1] - way[0]) > 90 else 0.0
     return Case(
-        f"change point missed by {delta:g}", spec, steps, lambda a: {"B": dyad(a)[0]},
-        lambda a: over(dyad(a)[1], 1.2),
+        f"change point missed by {delta:g}", spec, steps, places, lambda a: over(dyad(a)[1], 1.2),
+        swept=1.0 if delta > 1e-4 else far, known=known if delta > 1e-14 else (),
     )  # fmt: skip
 
 
@@ -219,7 +233,7 @@ def parallelogram(start, end, steps):
         return over(mp.sin(mp.radians(mpf(float(angle)))) if angle % 180 else 0)
 
     return Case(
-        "parallelogram through its flat position", spec, steps, lambda a: {"B": 3 + exact_ray(a)}, slope,
+        f"parallelogram, {start:g} to {end:g} deg", spec, steps, lambda a: {"B": 3 + exact_ray(a)}, slope, swept=0.1,
         unknown=lambda a: abs((a + 90) % 180 - 90) < 1e-3,
     )  # fmt: skip
 
@@ -238,21 +252,23 @@ def kite(start, end, steps):
         return over(mp.sin(mp.radians(mpf(float(angle)) / 2)), 4) if angle % 360 else 1e300
 
     return Case(
-        "kite through its folded position", spec, steps, lambda a: {"B": place(a)}, condition,
+        f"kite, {start:g} to {end:g} deg", spec, steps, lambda a: {"B": place(a)}, condition, swept=0.4,
         unknown=lambda a: abs((a + 180) % 360 - 180) < 1e-3,
     )  # fmt: skip
 
 
 def dead_centre(law, steps):
     spec = slider_driven(law)
+    sides = (1, -1) if "profile" in law else (1,)  # back from the dead centre both are motions
 
     def place(x):
-        return {"A": mp.expj(crank_angle(min(mpf(float(x)), mpf(4)))), "B": mpc(float(x))}
+        angle = crank_angle(min(mpf(float(x)), mpf(4)))
+        return [{"A": mp.expj(side * angle), "B": mpc(float(x))} for side in sides]
 
     def condition(x):
         return over(mp.sqrt(max(4 - mpf(float(x)), 0)), 2)
 
-    return Case("slider driven to its dead centre", spec, steps, place, condition)
+    return Case(f"slider driven to its dead centre, {law}", spec, steps, place, condition, swept=0.4)
 
 
 def long_rod(ratio, steps=36):
@@ -275,7 +291,7 @@ def short_links(ratio, side=1):
     def condition(angle):  # the angle between both long links is about |A - O4| / c
         return over(abs(mpf(a) * exact_ray(angle) - frame), c)
 
-    return Case(f"four-bar with lengths 1 : {ratio:g}", spec, 36, place, condition)
+    return Case(f"four-bar with lengths 1 : {ratio:g}", spec, 36, place, condition, swept=0.0)
 
 
 def scaled(factor):
@@ -346,7 +362,8 @@ def steep_rod(delta):
 
     return Case(
         f"rod {delta:g} from perpendicular to its guide", spec, 30,
-        lambda a: {"B": mpc(slider_place(a, 3, offset), mpf(offset))}, lambda a: over(lean(a), 3),
+        lambda a: {"B": mpc(slider_place(a, 3, offset), mpf(offset))}, lambda a: over(lean(a), 3), swept=0.4,
+        known=(("newton", "goes straight through a dead centre that is missed"),) if delta <= 1e-9 else (),
     )  # fmt: skip
 
 
@@ -365,7 +382,12 @@ def guides(angle):
         return float(1 / sine**2)
 
     return Case(
-        f"slots {angle:g} deg from parallel", spec | {"actuators": rotary(200, 180 + angle)}, 20, place, condition
+        f"slots {angle:g} deg from parallel",
+        spec | {"actuators": rotary(200, 180 + angle)},
+        20,
+        place,
+        condition,
+        swept=0.8,
     )
 
 

@@ -158,9 +158,14 @@ def _swept(
     good = codes == Status.OK
     rows = int(np.flatnonzero(good)[-1]) + 1 if good.any() else 0
     swept = Passage(sweeper, values[:, :rows], z[:, :rows]).run()
-    z, codes, work = z.copy(), codes.copy(), np.zeros(len(codes))
+    exact, z, codes, work = z, z.copy(), codes.copy(), np.zeros(len(codes))
     z[:, :rows], work[:rows] = swept.z, swept.work
-    codes[:rows] = np.where(good[:rows], swept.codes, codes[:rows])
+    unsolved = swept.codes
+    if sweeper.plan.surplus:  # sweeps stall on a contradiction too
+        error = residual(mechanism, exact[:, :rows], values[:, :rows]).total
+        contradicts = (unsolved != Status.OK) & ~(error <= allowed(mechanism, options.tolerance))
+        unsolved = np.where(contradicts, int(Status.CONTRADICTORY), unsolved)
+    codes[:rows] = np.where(good[:rows], unsolved, codes[:rows])
     return z, codes, work, swept.exchanged
 
 
