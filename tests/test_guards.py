@@ -176,8 +176,12 @@ def test_a_sequence_that_becomes_slow_is_exchanged(monkeypatch):
 
 
 def test_a_sequence_given_is_kept():
+    mechanism = load(MODELS / "ten_bar.yaml")
+    sweeper = Sweeper(mechanism, Options(method="gim", moves=STEPS["ten_bar"][2]), plain)
+    moves = sweeper.moves
+    assert not sweeper.exchange(mechanism.drawn, np.array([a.drawn for a in mechanism.actuators]), 0.0)
+    assert sweeper.moves == moves
     m = run_model("ten_bar", 72, method="gim", moves=STEPS["ten_bar"][2], jit="on")
-    assert m.motion.work[-1] > 4 * m.motion.work[1]  # slow enough to ask for another
     assert m.motion.exchanged == ()
 
 
