@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from conftest import MODELS, run_model
 from extreme_cases import near_change_point, stretched, tried
+from random_mechanisms import Growth
 from test_gim import STEPS
 from typer.testing import CliRunner
 
 from gimcli.cli import app
+from gimcli.errors import StructureError
 from gimcli.kernels import jit
 from gimcli.kernels import sweep as kernels
 from gimcli.model import load
@@ -194,6 +196,14 @@ def test_exchanges_are_told_in_words_and_in_json(tmp_path):
     exchanged = [e for e in found if e["kind"] == "sequence exchanged"]
     assert len(exchanged) >= 2
     assert all(set(e["at"]) == {"motor"} for e in exchanged)
+
+
+def test_a_search_without_a_sequence_ends(tmp_path):
+    """A slider's travel moves that slider only: the group is a constraint short of two moves a node."""
+    spec = Growth(4259149354, ["true_pair", "rpr", "triad", "triad"], "travel").model()
+    mechanism = mechanism_of(spec, tmp_path)
+    with pytest.raises(StructureError, match="no sequence moves nodes"):
+        Sweeper(mechanism, Options(method="gim"), plain)
 
 
 @pytest.mark.parametrize(("name", "most"), [("excavator", 20_000), ("peaucellier", 20_000), ("klann", 5_000)])

@@ -254,7 +254,7 @@ class Search:
                     radius = self.radius(moves, nodes)
                     if best is None or radius < best[0] - 1e-9:
                         best, winner = (radius, moves), variant
-            if winner is None and best is not None:
+            if winner is None and (best is not None or most == FEW):
                 break
             if winner is not None:
                 chosen[:] = winner
