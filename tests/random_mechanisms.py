@@ -155,7 +155,7 @@ class Growth:
             moving = [n for n in self.nodes if "ground" not in self.at[n]]
             end = self.random.choice(moving or [crank])
             self.actuators = {"motor": {"type": "linear", "nodes": [self.ground[2], end]}}
-        reach = abs(self.drawn_value()) if drive == "distance" else 1.0
+        reach = self.drawn_value() if "nodes" in self.actuators["motor"] else 1.0
         self.actuators["motor"]["law"] = {"by": self.random.choice([-1, 1]) * self.random.uniform(0.01, 0.1) * reach}
 
     def drawn_value(self):
