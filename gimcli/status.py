@@ -15,6 +15,9 @@ class Status(IntEnum):
     SINGULAR = 4
     CONTRADICTORY = 5
     JUMPED = 6
+    STALLED = 7
+    CYCLING = 8
+    DIVERGED = 9
 
     @property
     def word(self) -> str:
@@ -35,6 +38,9 @@ _WORDS = {
     Status.SINGULAR: "singular",
     Status.CONTRADICTORY: "contradictory",
     Status.JUMPED: "other-configuration",
+    Status.STALLED: "stalled",
+    Status.CYCLING: "cycling",
+    Status.DIVERGED: "diverged",
 }
 
 _TEXTS = {
@@ -46,6 +52,12 @@ _TEXTS = {
     " where the position exists",
     Status.SINGULAR: "the position is singular and cannot be told to the tolerance asked: loosen --tolerance",
     Status.JUMPED: "the iteration settled in another configuration than the continuous motion: take more steps or use"
+    " --method auto",
+    Status.STALLED: "the sweeps hardly move the nodes any more, above the tolerance: the position is singular or out of"
+    " reach, or the sequence converges too slowly; use --strategy spectral, take more steps, or use --method auto",
+    Status.CYCLING: "the sweeps go in a circle above the tolerance: draw the start elsewhere (not in line), choose"
+    " another --strategy, or use --method auto",
+    Status.DIVERGED: "the sweeps lead away beyond all numbers: use --strategy spectral, take more steps, or use"
     " --method auto",
     Status.CONTRADICTORY: "a surplus constraint contradicts the others: correct its dimension or remove it",
 }

@@ -1,12 +1,20 @@
 """Random assemblable mechanisms: built from a random position, so that the drawing fits exactly."""
 
+import cmath
+import math
 import random
+
+KINDS = ("rrr", "rrp", "rpr", "prp", "triad", "true_pair", "nary")
+"""Groups that a mechanism grows by."""
+
+DRIVES = ("crank", "elsewhere", "distance", "travel")
+"""Where it is driven: the crank's angle, a relative angle, a distance of two nodes, a travel along a guide."""
 
 
 class Growth:
-    """A mechanism that grows group by group from a crank."""
+    """A mechanism that grows group by group from a crank; `groups` counts them or names their kinds."""
 
-    def __init__(self, seed, groups):
+    def __init__(self, seed, groups, drive=None):
         self.random = random.Random(seed)
         self.nodes, self.bodies, self.at, self.pairs = {}, {}, {}, {}
         self.ground = [self.node() for _ in range(5)]
@@ -16,10 +24,16 @@ class Growth:
         self.body([self.ground[0], crank, *self.maybe(1)])
         turn = self.random.choice([-1, 1]) * self.random.uniform(20, 200)
         self.actuators = {"motor": {"type": "rotary", "pivot": self.ground[0], "arm": crank, "law": {"by": turn}}}
-        for _ in range(groups):
-            self.random.choice([self.rrr, self.rrr, self.rrp, self.rpr, self.triad, self.true_pair])()
-        if self.random.random() < 0.5:
+        if not isinstance(groups, int):
+            for kind in groups:
+                getattr(self, kind)()
+        else:
+            for _ in range(groups):
+                self.random.choice([self.rrr, self.rrr, self.rrp, self.rpr, self.triad, self.true_pair])()
+        if drive == "elsewhere" or (drive is None and self.random.random() < 0.5):
             self.drive_elsewhere()
+        elif drive in ("distance", "travel"):
+            self.drive_linear(drive)
 
     def node(self, place=None):
         name = f"n{len(self.nodes)}"
@@ -75,6 +89,28 @@ class Growth:
             self.body([ends[0], new, *self.maybe(1)])
             self.slide([ends[1]], ends[0], new)
 
+    def prp(self):
+        """A node on two lines of different members."""
+        body, u, v = self.guide()
+        other, p, q = self.guide()
+        if body == other:
+            return
+        along, across = (self.place(b) - self.place(a) for a, b in ((u, v), (p, q)))
+        if abs((along.conjugate() * across).imag) < 0.2 * abs(along) * abs(across):
+            return
+        new = self.node()
+        self.at[new] = set()
+        self.slide([new], u, v)
+        self.slide([new], p, q)
+
+    def nary(self):
+        """A member of four nodes or five, held by three links."""
+        if ends := self.pick(3):
+            new = [self.node() for _ in range(self.random.choice([4, 5]))]
+            self.body(new)
+            for a, b in zip(ends, new, strict=False):
+                self.body([a, b])
+
     def triad(self):
         if ends := self.pick(3):
             new = [self.node() for _ in ends]
@@ -107,6 +143,55 @@ class Growth:
         self.actuators = {
             "motor": {"type": "rotary", "pivot": pivot, "arm": arm, "reference": reference, "law": {"by": turn}}
         }
+
+    def drive_linear(self, drive):
+        """Drive a length instead of the crank: a jack between two nodes, or the travel of a slider."""
+        crank = self.actuators["motor"]["arm"]
+        sliders = [p for p in self.pairs.values() if "node" in p]
+        if drive == "travel" and sliders:  # along an offset line it is the same number
+            slide = self.random.choice(sliders)
+            self.actuators = {"motor": {"type": "linear", "node": slide["node"], "guide": slide["guide"]}}
+        else:
+            moving = [n for n in self.nodes if "ground" not in self.at[n]]
+            end = self.random.choice(moving or [crank])
+            self.actuators = {"motor": {"type": "linear", "nodes": [self.ground[2], end]}}
+        reach = self.drawn_value() if "nodes" in self.actuators["motor"] else 1.0
+        self.actuators["motor"]["law"] = {"by": self.random.choice([-1, 1]) * self.random.uniform(0.01, 0.1) * reach}
+
+    def drawn_value(self):
+        """Return the drive's value in the position that the mechanism was built from; deg or a length."""
+        motor = self.actuators["motor"]
+        if "pivot" in motor:
+            turn = self.place(motor["arm"]) - self.place(motor["pivot"])
+            if "reference" in motor:
+                turn /= self.place(motor["reference"]) - self.place(motor["pivot"])
+            return math.degrees(cmath.phase(turn))
+        if "nodes" in motor:
+            a, b = motor["nodes"]
+            return abs(self.place(b) - self.place(a))
+        u, v = (self.place(n) for n in motor["guide"])
+        return ((self.place(motor["node"]) - u) * (v - u).conjugate()).real / abs(v - u)
+
+    def explicit(self, noise, seed=0):
+        """Return the model file's data with all dimensions written, and drawn off by some noise.
+
+        What is known is that `self.nodes` is a position of it, at the start of the law.
+        """
+        spec, shake = self.model(), random.Random(seed)
+        spec["links"] = {
+            k: {"nodes": v, "length": abs(self.place(v[1]) - self.place(v[0]))} for k, v in spec["links"].items()
+        }
+        spec["elements"] = {
+            k: {"nodes": v, "shape": {n: list(self.nodes[n]) for n in v}} for k, v in spec["elements"].items()
+        }
+        start = self.drawn_value()
+        motor = dict(self.actuators["motor"])
+        motor["law"] = {"from": start, "to": start + motor["law"]["by"]}
+        spec["actuators"] = {"motor": motor}
+        spec["nodes"] = {
+            n: z if n in self.ground else [v + noise * shake.uniform(-1, 1) for v in z] for n, z in self.nodes.items()
+        }
+        return spec
 
     def model(self):
         """Return the model file's data."""

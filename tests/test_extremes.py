@@ -7,50 +7,34 @@ what rounding of the dimensions makes of a position, or the tolerance, whichever
 from __future__ import annotations
 
 import copy
-import json
 import time
 
 import numpy as np
 import pytest
+from extreme_cases import (
+    TOLERANCE,
+    U,
+    crank_angle,
+    drawn,
+    exact_ray,
+    link,
+    meet,
+    near_change_point,
+    rotary,
+    scissor,
+    slider_crank,
+    slider_driven,
+    slider_place,
+    stretched,
+    third_crank,
+    tried,
+    walker,
+    windows,
+)
 from mpmath import mp, mpc, mpf
 from test_laws import four_bar, ray, read, run, size, worst
 
 from gimcli.errors import GimError
-from gimcli.model import load
-from gimcli.motion.options import Options
-from gimcli.motion.position import law_start, solve
-
-mp.dps = 40
-U = 2.0**-53
-TOLERANCE = 1e-10
-
-
-def drawn(spec, **places):
-    """Return a specification with (more) nodes drawn where they are told."""
-    spec = copy.deepcopy(spec)
-    spec["nodes"] = {name: [complex(z).real, complex(z).imag] for name, z in (spec["nodes"] | places).items()}
-    return {"links": {}, "elements": {}, "actuators": {}, **spec}
-
-
-def rotary(start, end, **more):
-    return {"motor": {"type": "rotary", "pivot": "O2", "arm": "A", "law": {"from": start, "to": end}} | more}
-
-
-def link(a, b, length):
-    return {"nodes": [a, b], "length": length}
-
-
-def meet(a, ra, b, rb, side=1):
-    """Where circles about a and b meet, to the left (side 1) or right of a -> b, and how far off the line."""
-    a, b = mpc(a), mpc(b)
-    d = abs(b - a)
-    x = (mpf(ra) ** 2 - mpf(rb) ** 2 + d**2) / (2 * d)
-    h = mp.sqrt(mpf(ra) ** 2 - x**2)
-    return a + (b - a) / d * (x + mpc(0, side) * h), h
-
-
-def exact_ray(degrees):
-    return mp.expjpi(mpf(degrees) / 180)
 
 
 def good(m):
@@ -62,24 +46,7 @@ def limit(m, name="motor"):
     return m.value[name][0] + (m.value[name][-1] - m.value[name][0]) * m.motion.limit
 
 
-def tried(spec, tmp_path, **options):
-    """Solve a specification at the start of its laws."""
-    path = tmp_path / "model.yaml"
-    path.write_text(json.dumps(spec))
-    mechanism = load(path)
-    position = solve(mechanism, law_start(mechanism), Options(**options))
-    return position, dict(zip(mechanism.nodes, mechanism.to_file(position.z), strict=True))
-
-
 # --- X01, X02: change points, nearly and exactly ---------------------------------------------------------
-
-
-def near_change_point(delta, side, start, end):
-    """Crank 1, coupler 3, rocker 2, frame 4 - delta: the dyad is nearly stretched at 180 deg."""
-    frame = 4.0 - delta
-    b, _ = meet(1j, 3, frame, 2, side)
-    spec = drawn(four_bar(1, 3, 2, frame), A=1j, B=b)
-    return spec | {"actuators": rotary(start, end)}, frame
 
 
 @pytest.mark.parametrize("steps", [180, 179, 7, 1])
@@ -165,11 +132,6 @@ def test_x02_through_the_flat_parallelogram(crossed):
 # --- X03: a nearly stretched dyad ------------------------------------------------------------------------
 
 
-def stretched(gap):
-    links = {"left": link("O2", "C", 1), "right": link("D", "C", 1)}
-    return drawn({"nodes": {"O2": 0, "D": 2 - gap, "C": 1 + 0.3j}, "ground": ["O2", "D"], "links": links})
-
-
 @pytest.mark.parametrize("method", ["auto", "newton", "gim"])
 @pytest.mark.parametrize("gap", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14])
 def test_x03_nearly_stretched(gap, method, tmp_path):
@@ -188,7 +150,7 @@ def test_x03_nearly_stretched(gap, method, tmp_path):
 @pytest.mark.parametrize("gap", [-1e-2, -1e-6, -1e-8, -1e-9])
 def test_x03_out_of_reach(gap, method, tmp_path):
     position, _ = tried(stretched(gap), tmp_path, method=method, sweeps=3000)
-    assert position.status.word in ("not-assembled", "not-converged", "singular")
+    assert position.status.word in ("not-assembled", "not-converged", "stalled", "singular")
     assert position.worst in ("left", "right")
 
 
@@ -199,25 +161,6 @@ def test_x03_exactly_stretched(method, tmp_path):
 
 
 # --- X04, X05, X06: long, small, far ---------------------------------------------------------------------
-
-
-def slider_crank(rod, start, end, direction=1.0, offset=0.0, at=0.5, reach=None):
-    """In-line (or offset) slider-crank 1 : rod along a guide, drawn at a crank angle [rad] from the guide."""
-    pin = np.exp(1j * at)
-    slider = pin.real + np.sqrt(rod**2 - (pin.imag - offset) ** 2) + 1j * offset
-    reach = reach or 2.0 * rod
-    nodes = {"O2": 0, "H": reach + 0j, "A": pin, "B": slider}
-    spec = {
-        "nodes": {name: z * direction for name, z in nodes.items()}, "ground": ["O2", "H"],
-        "links": {"crank": link("O2", "A", 1), "rod": link("A", "B", rod)},
-        "prismatic": {"slide": {"node": "B", "guide": ["O2", "H"], "offset": offset}},
-    }  # fmt: skip
-    return drawn(spec) | {"actuators": rotary(start, end)}
-
-
-def slider_place(angle, rod, offset=0.0):
-    a = exact_ray(angle)
-    return a.real + mp.sqrt(mpf(rod) ** 2 - (a.imag - mpf(offset)) ** 2)
 
 
 @pytest.mark.parametrize("steps", [360, 7])
@@ -327,16 +270,6 @@ def test_x07_the_limit_is_told(delta):
     assert abs(limit(m) - angle) <= np.degrees(max(1e-8, 20 * U / np.radians(90 + float(angle))))
 
 
-def slider_driven(law):
-    table = {"table": {"type": "linear", "node": "B", "guide": ["O2", "H"], "law": law}}
-    return slider_crank(3, 0, 1, at=0.4) | {"actuators": table}
-
-
-def crank_angle(x):
-    x = mpf(x)
-    return mp.acos((x**2 - 8) / (2 * x))
-
-
 @pytest.mark.parametrize("steps", [20, 19, 7, 2])
 def test_x08_beyond_the_dead_centre_is_refused(steps):
     m = run(slider_driven({"from": 3.9, "to": 4.1}), steps)
@@ -390,24 +323,6 @@ def test_x19_steep_guides(direction):
 # --- X09: chains -----------------------------------------------------------------------------------------
 
 
-def scissor(n, width, law):
-    height = np.sqrt(4 - width**2)
-    nodes = {"L0": 0, "X": 2, "R0": width}
-    elements, shape = {}, [[0, 0], [1, 0], [2, 0]]
-    for k in range(1, n + 1):
-        nodes |= {
-            f"C{k}": width / 2 + 1j * (k - 0.5) * height,
-            f"L{k}": 1j * k * height,
-            f"R{k}": width + 1j * k * height,
-        }
-        for name, ends in ((f"a{k}", (f"L{k - 1}", f"C{k}", f"R{k}")), (f"b{k}", (f"R{k - 1}", f"C{k}", f"L{k}"))):
-            elements[name] = {"nodes": list(ends), "shape": dict(zip(ends, shape, strict=True))}
-    spec = drawn({"nodes": nodes, "ground": ["L0", "X"], "elements": elements})
-    spec["prismatic"] = {"roller": {"node": "R0", "guide": ["L0", "X"]}}
-    spec["actuators"] = {"ram": {"type": "linear", "node": "R0", "guide": ["L0", "X"], "law": law}}
-    return spec
-
-
 @pytest.mark.parametrize("n", [1, 10, 100])
 def test_x09_scissor(n):
     spec = scissor(n, 1.2, {"from": 1.2, "to": 1.6})
@@ -418,15 +333,6 @@ def test_x09_scissor(n):
         assert np.max(abs(m.z[f"L{k}"] - 1j * k * np.sqrt(4 - w**2))) <= TOLERANCE * size(spec)
         assert np.max(abs(m.z[f"R{k}"] - w - 1j * k * np.sqrt(4 - w**2))) <= TOLERANCE * size(spec)
     assert abs(m.z[f"L{n}"][0] - 1.6j * n) <= 1.3e-11 * 1.6 * max(n, 10)
-
-
-def windows(n, start, end):
-    nodes = {f"O{k}": k for k in range(n + 1)} | {f"B{k}": k + ray(60.0) for k in range(n + 1)}
-    links = {f"v{k}": link(f"O{k}", f"B{k}", 1) for k in range(n + 1)}
-    links |= {f"h{k}": link(f"B{k}", f"B{k + 1}", 1) for k in range(n)}
-    spec = drawn({"nodes": nodes, "ground": [f"O{k}" for k in range(n + 1)], "links": links})
-    motor = {"type": "rotary", "pivot": "O0", "arm": "B0", "law": {"from": start, "to": end}}
-    return spec | {"actuators": {"motor": motor}}
 
 
 @pytest.mark.parametrize(("n", "ends"), [(2, (12, 166)), (50, (12, 166)), (2, (12, 340)), (50, (12, 340))])
@@ -590,20 +496,6 @@ def test_x17_359_and_minus_1():
 
 
 # --- X20: redundant constraints --------------------------------------------------------------------------
-
-
-def third_crank(error):
-    nodes = {"O2": 0, "E": 1.25, "D": 2.5} | {n: z + ray(60.0) for n, z in {"A": 0, "F": 1.25, "C": 2.5}.items()}
-    links = {"left": link("O2", "A", 1), "middle": link("E", "F", 1 + error), "right": link("D", "C", 1)}
-    spec = drawn({"nodes": nodes, "ground": ["O2", "E", "D"], "links": links})
-    spec["elements"] = {"bar": {"nodes": ["A", "F", "C"], "shape": {"A": [0, 0], "F": [1.25, 0], "C": [2.5, 0]}}}
-    return spec | {"actuators": rotary(20, 160)}
-
-
-def walker(error):
-    spec = copy.deepcopy(read("plantigrade"))
-    spec["links"]["swinging_foot"]["length"] += error * 6
-    return spec
 
 
 @pytest.mark.parametrize("method", ["auto", "newton"])

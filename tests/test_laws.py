@@ -335,7 +335,7 @@ def test_gim_agrees_or_says_so(name):
     steps = 8
     m, auto = run(read(name), steps, **GIM), known(name, steps)
     good = [k for k, status in enumerate(m.status) if status == "ok"]
-    assert {"ok", "not-converged", "other-configuration"} >= set(m.status)
+    assert {"ok", "not-converged", "stalled", "other-configuration"} >= set(m.status)
     for node, z in m.z.items():
         assert np.all(np.isnan(np.delete(z, good)))
         assert np.max(abs(z - auto.z[node])[good], initial=0.0) <= 1e-5 * size(read(name))

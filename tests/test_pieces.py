@@ -1,4 +1,4 @@
-"""One call for a whole motion, pieces of it, and blocks of arrays give the same bits; a long trace needs no more room."""
+"""One call for a motion, its pieces, and blocks of arrays give the same bits; a long trace needs no more room."""
 
 import subprocess
 import sys
@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from conftest import changed
 from random_mechanisms import Growth
 
 from gimcli.analysis.summary import DRAWN, Summary
@@ -61,11 +62,11 @@ def test_pieces_make_the_whole(name, jit, steps, rows):
     assert whole.work[0] == joined.work[0]
 
 
-def test_pieces_after_a_limit_keep_their_rows_and_reason(tmp_path):
-    text = MODELS[0].with_name("crank_rocker.yaml").read_text()
-    path = tmp_path / "rocker.yaml"
-    path.write_text(text.replace("length: 40}", "length: 20}"))  # the crank is too long to turn
-    mechanism = load(path)
+def test_pieces_after_a_limit_keep_their_rows_and_reason():
+    def longer(data):
+        data["links"]["crank"]["length"] = 70  # too long to pass the frame
+
+    mechanism = changed(MODELS[0].with_name("crank_rocker.yaml"), {"motor": {"from": 90, "to": 360}}, longer)
     whole = trace(mechanism, 1000)
     joined = Motion.joined(list(stream(mechanism, 1000, rows=64)))
     assert 0 < whole.solved < 1001

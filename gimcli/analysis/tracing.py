@@ -60,8 +60,9 @@ def reachable(motion: Motion) -> dict[str, list[list[float]]]:
 
 
 def events(motion: Motion) -> list[dict[str, Any]]:
-    """Return the singular positions passed and the limit met, with the inputs there."""
+    """Return the singular positions passed, the sequences exchanged and the limit met, with the inputs there."""
     found = [("change point", t) for t in motion.bridged]
+    found += [("sequence exchanged", t) for t in motion.exchanged]
     if motion.limit is not None and motion.first_status is Status.OK:
         found.append(("limit", motion.limit))
     inputs = law_inputs(motion.mechanism)

@@ -35,7 +35,7 @@ HELP = (
 )
 
 POSES = 6
-PASSAGES = 6
+EVENTS = 6
 
 
 def command(
@@ -123,19 +123,20 @@ def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int,
     quality = f", worst residual {worst:.1e}" if solved else ""
     typer.echo(f"{motion.mechanism.name}: {solved} of {steps + 1} positions solved{quality}")
     _tell_reach(motion, reached)
-    _tell_passages([e for e in found if e["kind"] == "change point"])
+    _tell_events([e for e in found if e["kind"] == "change point"], "passed straight through a change point")
+    _tell_events([e for e in found if e["kind"] == "sequence exchanged"], "sequence exchanged for a faster one")
     if solved < steps + 1:
         first = Status(int(motion.codes[~motion.good][0]))
         typer.echo(f"{first.word}: {first.text}" + (f" (worst: {motion.worst})" if motion.worst else ""))
     typer.echo(f"wrote {where}")
 
 
-def _tell_passages(found: list[dict[str, Any]]) -> None:
-    for event in found[:PASSAGES]:
+def _tell_events(found: list[dict[str, Any]], what: str) -> None:
+    for event in found[:EVENTS]:
         at = ", ".join(f"{k} = {v:.8g}" for k, v in event["at"].items())
-        typer.echo(f"passed straight through a change point at {at}")
-    if len(found) > PASSAGES:
-        typer.echo(f"... and {len(found) - PASSAGES} more (--json names all)")
+        typer.echo(f"{what} at {at}")
+    if len(found) > EVENTS:
+        typer.echo(f"... and {len(found) - EVENTS} more (--json names all)")
 
 
 def _tell_reach(motion: Motion, reached: dict[str, list[list[float]]]) -> None:

@@ -6,6 +6,11 @@
 
 Source: Petuya et al. 2004, section 3; errors are eqs (1) and (2).
 
+A run of sweeps that goes nowhere ends early, and tells why: it has come back to where it was one sweep
+ago (stalled) or some sweeps ago (cycling), its error hardly falls (stalled), or its nodes have left
+the numbers (diverged). Where it was is looked up by Brent's method: a mark at sweeps 1, 2, 4, 8 ...
+Source: Brent, BIT 20 (1980) 176-184, section 2.
+
 Arrays: mi (moves, 9) kind, moved, a, b, value actuator, u, v, turning actuator, turn;
 mz (moves, 4) constant, gain, zr, zi.
 """
@@ -23,12 +28,21 @@ RAY = 1
 LINE = 2
 AIM = 3
 
+SETTLED = 0
+EXHAUSTED = 1
+STALLED = 2
+CYCLING = 3
+DIVERGED = 4
+
 
 @kernel
 def turn_onto(x: FloatArray, y: FloatArray, b: int, a: int, ux: float, uy: float) -> None:
     """Turn node b about node a onto the ray along (ux, uy)."""
     wx, wy = x[b] - x[a], y[b] - y[a]
-    reach = math.sqrt(wx * wx + wy * wy) / math.sqrt(ux * ux + uy * uy)
+    u2 = ux * ux + uy * uy
+    if u2 == 0.0:  # no direction: another move has to part the arm's nodes first
+        return
+    reach = math.sqrt(wx * wx + wy * wy) / math.sqrt(u2)
     x[b], y[b] = x[a] + reach * ux, y[a] + reach * uy
 
 
@@ -71,8 +85,9 @@ def impose(
             ex, ey = x[b] - x[a], y[b] - y[a]
             turn_onto(x, y, moved, a, zr * ex + zi * ey, zr * ey - zi * ex)
     elif kind == LINE:
-        n2 = wx * wx + wy * wy
-        norm = math.sqrt(n2)
+        norm = math.sqrt(wx * wx + wy * wy)
+        if norm == 0.0:
+            return
         gap = ((x[b] - x[a]) * wx + (y[b] - y[a]) * wy) / norm - value
         x[b] -= gap * wx / norm
         y[b] -= gap * wy / norm
@@ -174,6 +189,25 @@ def worst_errors(
 
 
 @kernel
+def whereabouts(x: FloatArray, y: FloatArray, mark: FloatArray, near: float) -> int:
+    """Tell whether the nodes are back at a mark (2, nodes): 1 if so, 0 if not, -1 where they are no numbers."""
+    back = 1
+    for k in range(x.shape[0]):
+        if not math.isfinite(x[k] + y[k]):
+            return -1
+        if not (abs(x[k] - mark[0, k]) <= near and abs(y[k] - mark[1, k]) <= near):
+            back = 0
+    return back
+
+
+@kernel
+def keep(x: FloatArray, y: FloatArray, mark: FloatArray) -> None:
+    """Mark where the nodes are."""
+    for k in range(x.shape[0]):
+        mark[0, k], mark[1, k] = x[k], y[k]
+
+
+@kernel
 def settle(
     x: FloatArray,
     y: FloatArray,
@@ -184,35 +218,48 @@ def settle(
     mz: FloatArray,
     size: float,
     limits: FloatArray,
+    mark: FloatArray,
     history: FloatArray,
     out: FloatArray,
-) -> bool:
-    """Sweep until eqs (1) and (2) are met; return whether they were.
+) -> int:
+    """Sweep until eqs (1) and (2) are met; return how it ended.
 
-    limits: tolerance, sweeps, sweeps within which the error must fall, factor by which.
+    limits: tolerance, sweeps, sweeps within which the error must fall, factor by which, distance
+    relative to the size within which nodes are where they were. mark (2, nodes): room.
     history (sweeps + 1, 2): errors before the first and after every sweep, as far as there is room.
     out: eqs (1), (2), sweeps.
     """
     worst_errors(x, y, values, cos, sin, mi, mz, size, out)
     if history.shape[0] > 0:
         history[0, 0], history[0, 1] = out[0], out[1]
-    done = 0
-    mark = max(out[0], out[1])
-    while not (out[0] <= limits[0] and out[1] <= limits[0]):
+    done, marked, end = 0, 0, SETTLED
+    last = max(out[0], out[1])
+    keep(x, y, mark)
+    while end == SETTLED and not (out[0] <= limits[0] and out[1] <= limits[0]):
         if done >= limits[1]:
+            end = EXHAUSTED
             break
         sweep(x, y, values, cos, sin, mi, mz)
         done += 1
         worst_errors(x, y, values, cos, sin, mi, mz, size, out)
         if done < history.shape[0]:
             history[done, 0], history[done, 1] = out[0], out[1]
+        met = out[0] <= limits[0] and out[1] <= limits[0]
+        here = whereabouts(x, y, mark, limits[4] * size)
+        if here < 0:
+            end = DIVERGED
+        elif here > 0 and not met:
+            end = STALLED if done - marked == 1 else CYCLING
+        if done == 2 * marked or marked == 0:
+            keep(x, y, mark)
+            marked = done
         if done % limits[2] == 0:
             now = max(out[0], out[1])
-            if not now <= limits[3] * mark:
-                break
-            mark = now
+            if end == SETTLED and not met and math.isfinite(last) and not now <= limits[3] * last:
+                end = STALLED
+            last = now
     out[2] = done
-    return out[0] <= limits[0] and out[1] <= limits[0]
+    return end
 
 
 @kernel
@@ -227,22 +274,26 @@ def settle_rows(
     mz: FloatArray,
     size: float,
     start: int,
+    slow: float,
     limits: FloatArray,
+    mark: FloatArray,
     history: FloatArray,
     sweeps: FloatArray,
-    good: FloatArray,
     out: FloatArray,
 ) -> int:
-    """Follow a motion from row `start` on, each row from the one before; return the first that fails.
+    """Follow a motion from row `start` on, each row from the one before; return the first that is not solved.
 
     x, y (rows, nodes); `free` are the nodes to be moved, all others stand in every row already.
+    It ends too after a row that took more than `slow` sweeps. out: as of `settle`, and how the last row ended.
     """
     for r in range(start, x.shape[0]):
         for k in range(free.shape[0]):
             x[r, free[k]], y[r, free[k]] = x[r - 1, free[k]], y[r - 1, free[k]]
-        fine = settle(x[r], y[r], values[r], cos[r], sin[r], mi, mz, size, limits, history, out)
+        end = settle(x[r], y[r], values[r], cos[r], sin[r], mi, mz, size, limits, mark, history, out)
         sweeps[r] = out[2]
-        good[r] = 1.0 if fine else 0.0
-        if not fine:
+        out[3] = end
+        if end != SETTLED:
             return r
+        if out[2] > slow:
+            return r + 1
     return x.shape[0]

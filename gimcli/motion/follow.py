@@ -72,6 +72,7 @@ class Path:
     work: FloatArray  # (rows,)
     bridged: list[float] = field(default_factory=list)  # times of the singular positions passed
     limit: float | None = None  # time of the limit that was met
+    exchanged: list[float] = field(default_factory=list)  # times at which sweeps went on by another sequence
 
     @staticmethod
     def empty(nodes: int, time: FloatArray, inputs: FloatArray) -> Path:

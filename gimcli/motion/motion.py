@@ -26,9 +26,6 @@ from gimcli.structure.steps import Plan
 Tell = Callable[[str], None]
 Progress = Callable[[int, int], None]
 
-FAR = 0.05
-"""A swept position is on another branch when a node is farther off than this, relative to the size."""
-
 
 @dataclass(frozen=True)
 class Motion:
@@ -45,6 +42,7 @@ class Motion:
     worst: str = ""  # the constraint that is worst off where the start could not be assembled
     limit: float | None = None  # time of the limit that was met
     bridged: tuple[float, ...] = ()  # times of the singular positions passed
+    exchanged: tuple[float, ...] = ()  # times at which sweeps went on by another sequence
 
     @property
     def solved(self) -> int:
@@ -87,6 +85,7 @@ class Motion:
         return Motion(
             first.mechanism, joint("time"), joint("inputs"), joint("z"), joint("codes"), joint("residual"),
             joint("work"), first.start, first.worst, last.limit, tuple(t for piece in pieces for t in piece.bridged),
+            tuple(t for piece in pieces for t in piece.exchanged),
         )  # fmt: skip
 
     @property
@@ -178,23 +177,40 @@ class _Swept:
     def __init__(self, mechanism: Mechanism, options: Options, rows: int, tell: Tell | None) -> None:
         from gimcli.motion.sweeping import Sweeper
 
-        self.mechanism = mechanism
+        self.mechanism, self.options = mechanism, options
         self.sweeper = Sweeper(mechanism, options, choose("off", 0.0))
         self.sweeper.run = choose(options.jit, gim_work(len(self.sweeper.moves), rows), tell)
-        self.last: ComplexArray | None = None
+        self.status = Status.OK  # how the last row ended
+        self.last: tuple[FloatArray, ComplexArray] | None = None  # inputs and positions (·, 1) there
 
     def path(self, path: Path) -> Path:
         """Return the path with its positions solved anew."""
-        first = self.sweeper.settle(path.inputs[:, 0], self.mechanism.drawn if self.last is None else self.last)
-        z, work, stop = self.sweeper.motion(path.inputs, first, path.z)
+        from gimcli.motion.exchange import Passage
+
         good = path.codes == Status.OK
-        with np.errstate(invalid="ignore"):
-            apart = np.max(np.abs(z - path.z), axis=0) > FAR * self.mechanism.size
-        codes = np.where(good & apart, int(Status.JUMPED), path.codes)
-        codes[stop:][good[stop:]] = int(Status.NOT_CONVERGED)
-        self.last = z[:, -1]
+        rows = int(np.flatnonzero(good)[-1]) + 1 if good.any() else 0
+        z, codes, work, exchanged = np.full_like(path.z, np.nan), path.codes.copy(), np.zeros(len(path.time)), []
+        codes[good] = int(self.status)
+        if rows and self.status is Status.OK:
+            inputs, exact = path.inputs[:, :rows], path.z[:, :rows]
+            lead = 0 if self.last is None else 1
+            if self.last is not None:
+                inputs, exact = np.hstack([self.last[0], inputs]), np.hstack([self.last[1], exact])
+            swept = Passage(self.sweeper, inputs, exact).run(None if self.last is None else self.last[1][:, 0])
+            z[:, :rows], work[:rows] = swept.z[:, lead:], swept.work[lead:]
+            codes[:rows] = np.where(good[:rows], self._reasons(swept.codes, exact, inputs)[lead:], codes[:rows])
+            exchanged = [float(path.time[max(0, k - lead)]) for k in swept.exchanged]
+            self.last, self.status = (inputs[:, -1:], z[:, rows - 1 : rows]), Status(int(swept.codes[-1]))
         unknown = np.full(len(path.time), math.nan)
-        return Path(path.time, path.inputs, z, codes, unknown, work, path.bridged, path.limit)
+        return Path(path.time, path.inputs, z, codes, unknown, work, path.bridged, path.limit, exchanged)
+
+    def _reasons(self, codes: IntArray, exact: ComplexArray, inputs: FloatArray) -> IntArray:
+        """Return why rows were not solved: sweeps stall on a contradiction too."""
+        if not self.sweeper.plan.surplus:
+            return codes
+        error = residual(self.mechanism, exact, inputs).total
+        contradicts = (codes != Status.OK) & ~(error <= allowed(self.mechanism, self.options.tolerance))
+        return np.where(contradicts, int(Status.CONTRADICTORY), codes)
 
 
 def _judged(mechanism: Mechanism, plan: Plan, path: Path, options: Options) -> Motion:
@@ -218,5 +234,16 @@ def _judged(mechanism: Mechanism, plan: Plan, path: Path, options: Options) -> M
     if codes[0] != Status.OK:
         worst = residual(mechanism, start[:, None], path.inputs[:, :1], names=True).worst[0]
     return Motion(
-        mechanism, path.time, path.inputs, z, codes, error, path.work, start, worst, path.limit, tuple(path.bridged)
+        mechanism,
+        path.time,
+        path.inputs,
+        z,
+        codes,
+        error,
+        path.work,
+        start,
+        worst,
+        path.limit,
+        tuple(path.bridged),
+        tuple(path.exchanged),
     )

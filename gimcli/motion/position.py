@@ -68,7 +68,7 @@ def _by_sweeps(
     sweeper.run = choose(options.jit, gim_work(len(sweeper.moves), 10))
     done = sweeper.settle(inputs, guess, options.sweeps + 1 if history else 0)
     check = residual(mechanism, done.z[:, None], inputs[:, None], names=True)
-    status = Status.OK if done.good else Status.NOT_CONVERGED
+    status = done.status
     if done.good and not check.total[0] <= allowed(mechanism, options.tolerance, swept=True):
         status = Status.CONTRADICTORY
     return Position(

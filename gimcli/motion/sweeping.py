@@ -18,10 +18,11 @@ from gimcli.solvers import closed, gim
 from gimcli.solvers.block import Block
 from gimcli.solvers.gim import Settled
 from gimcli.solvers.newton import Run
+from gimcli.status import Status
 from gimcli.structure.kinematic import kinematic_nodes, loose_nodes
 from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move, Restriction, angle, distance
-from gimcli.structure.sequence import find_sequence, known_nodes
+from gimcli.structure.sequence import Sequence, find_sequence, known_nodes
 from gimcli.structure.steps import Orient, Place, Plan, Value
 
 DISTURBANCE = 1e-2
@@ -39,6 +40,7 @@ class Sweeper:
     known: set[int] = field(init=False)
     free: list[int] = field(init=False)
     moves: tuple[Move, ...] = field(init=False)
+    sequence: Sequence | None = field(init=False, default=None)  # None: the user's
 
     def __post_init__(self) -> None:
         mechanism = self.mechanism
@@ -50,7 +52,8 @@ class Sweeper:
         if self.options.moves:
             self.moves = parse_moves(mechanism, self.options.moves)
         else:
-            self.moves = find_sequence(mechanism, mechanism.drawn, drawn, self.options.strategy, self.plan).moves
+            self.sequence = find_sequence(mechanism, mechanism.drawn, drawn, self.options.strategy, self.plan)
+            self.moves = self.sequence.moves
 
     def held(self, inputs: FloatArray) -> Block:
         """Return a block over inputs (actuators, rows) in which the nodes P stand."""
@@ -81,61 +84,49 @@ class Sweeper:
             again = gim.settle(self.moves, z, inputs, size, tolerance, self.run, policy, record)
             done = again if again.good else done
         return Settled(
-            done.good, self.carried(done.z[:, None])[:, 0], done.sweeps, done.length_error, done.angle_error,
+            done.status, self.carried(done.z[:, None])[:, 0], done.sweeps, done.length_error, done.angle_error,
             done.history,
         )  # fmt: skip
 
-    def follow(self, inputs: FloatArray, start: ComplexArray) -> tuple[ComplexArray, FloatArray, int]:
-        """Follow inputs (actuators, rows) from a settled first row; return z, sweeps and the rows solved."""
+    def follow(
+        self, inputs: FloatArray, start: ComplexArray, slow: float
+    ) -> tuple[ComplexArray, FloatArray, int, Status]:
+        """Follow inputs (actuators, rows) from a settled first row, up to one that takes more sweeps than `slow`.
+
+        Returns z (nodes, rows), the sweeps of every row, the rows solved, and how the last one tried ended.
+        """
         block = self.held(inputs)
-        x, y = np.ascontiguousarray(block.x.T), np.ascontiguousarray(block.y.T)
+        standing = sorted(self.known)
+        x, y = np.zeros((2, *block.x.shape[::-1]))
+        x[:, standing], y[:, standing] = block.x[standing].T, block.y[standing].T
         x[0], y[0] = start.real, start.imag
         mi, mz = gim.pack(self.moves)
-        rows = inputs.shape[1]
-        sweeps, good, out = np.zeros(rows), np.zeros(rows), np.zeros(3)
+        sweeps, mark, out = np.zeros(inputs.shape[1]), np.zeros((2, x.shape[1])), np.zeros(4)
         limits = gim.limits(self.options.tolerance, gim.Policy(sweeps=self.options.sweeps))
         values, cos, sin = (np.ascontiguousarray(a.T) for a in (inputs, block.cos, block.sin))
         with np.errstate(all="ignore"):
             stop = self.run(kernels.settle_rows)(
                 x, y, values, cos, sin, np.array(self.free, dtype=np.int64), mi, mz, self.mechanism.size, 1,
-                limits, np.zeros((0, 2)), sweeps, good, out,
+                float(slow), limits, mark, np.zeros((0, 2)), sweeps, out,
             )  # fmt: skip
         z = np.full(block.x.shape, complex(np.nan, np.nan))
         z[:, :stop] = self.carried((x[:stop] + 1j * y[:stop]).T)
-        return z, sweeps, stop
+        return z, sweeps, stop, gim.ENDS[int(out[3])]
 
-    def motion(
-        self, inputs: FloatArray, first: Settled, foreseen: ComplexArray
-    ) -> tuple[ComplexArray, FloatArray, int]:
-        """Follow inputs from the first row; exchange the sequence where it has ceased to converge.
+    def exchange(self, z: ComplexArray, inputs: FloatArray, gain: float) -> bool:
+        """Take the sequence that is best at a position, if that needs `gain` times fewer sweeps; tell whether it does.
 
-        `foreseen` (nodes, rows) is where another one is ranked: its radius there is what matters.
-        Returns z, the sweeps of every row, and the rows solved.
+        A sequence given by the user is kept.
         """
-        rows = inputs.shape[1]
-        z, sweeps = np.full(foreseen.shape, complex(np.nan, np.nan)), np.zeros(rows)
-        sweeps[0] = first.sweeps
-        if not first.good:
-            return z, sweeps, 0
-        z[:, 0], done = first.z, 1
-        while done < rows:
-            part, work, stop = self.follow(inputs[:, done - 1 :], z[:, done - 1])
-            z[:, done : done - 1 + stop] = part[:, 1:stop]
-            sweeps[done : done - 1 + stop] = work[1:stop]
-            done += stop - 1
-            if done < rows and (stop == 1 or not self._exchange(foreseen[:, done], inputs[:, done])):
-                sweeps[done] = work[stop]
-                break
-        return z, sweeps, done
-
-    def _exchange(self, z: ComplexArray, inputs: FloatArray) -> bool:
-        """Take the sequence that is best at another position; tell whether it is a different one."""
-        if self.options.moves or not np.all(np.isfinite(z)):
+        if self.sequence is None or not np.all(np.isfinite(z)):
             return False
-        moves = find_sequence(self.mechanism, z, inputs, self.options.strategy, self.plan).moves
-        changed = moves != self.moves
-        self.moves = moves
-        return changed
+        found = find_sequence(self.mechanism, z, inputs, self.options.strategy, self.plan)
+        old = self.sequence.radius_at(z, inputs)
+        better = found.radius < 1.0 and (old >= 1.0 or found.radius < old**gain)
+        if found.moves == self.moves or not better:
+            return False
+        self.sequence, self.moves = found, found.moves
+        return True
 
     def carried(self, z: ComplexArray) -> ComplexArray:
         """Place the nodes that are only carried, from two kinematic nodes of their member."""

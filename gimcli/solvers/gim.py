@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from gimcli.kernels import sweep as kernels
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.solvers.newton import Run
+from gimcli.status import Status
 from gimcli.structure.restrictions import Move
 from gimcli.structure.steps import NONE
 
@@ -21,18 +22,33 @@ class Policy:
     sweeps: int = 20000
     patience: int = 500  # sweeps within which the error must fall
     progress: float = 0.5  # by this factor
+    rounding: float = 4.0 * float(np.finfo(float).eps)  # nodes that moved by less, relative to the size, are back
+
+
+ENDS = {
+    kernels.SETTLED: Status.OK,
+    kernels.EXHAUSTED: Status.NOT_CONVERGED,
+    kernels.STALLED: Status.STALLED,
+    kernels.CYCLING: Status.CYCLING,
+    kernels.DIVERGED: Status.DIVERGED,
+}
 
 
 @dataclass(frozen=True)
 class Settled:
     """What sweeping one position gave."""
 
-    good: bool
+    status: Status
     z: ComplexArray
     sweeps: int
     length_error: float  # eq. (1)
     angle_error: float  # eq. (2)
     history: FloatArray = field(repr=False)  # (sweeps + 1, 2)
+
+    @property
+    def good(self) -> bool:
+        """Tell whether eqs (1) and (2) are met."""
+        return self.status is Status.OK
 
 
 def pack(moves: tuple[Move, ...]) -> tuple[NDArray[np.int64], FloatArray]:
@@ -52,7 +68,7 @@ def pack(moves: tuple[Move, ...]) -> tuple[NDArray[np.int64], FloatArray]:
 
 def limits(tolerance: float, policy: Policy) -> FloatArray:
     """Return the kernel's limits."""
-    return np.array([tolerance, policy.sweeps, policy.patience, policy.progress])
+    return np.array([tolerance, policy.sweeps, policy.patience, policy.progress, policy.rounding])
 
 
 def settle(
@@ -63,10 +79,10 @@ def settle(
     policy = policy or Policy()
     mi, mz = pack(moves)
     x, y = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag)
-    history, out = np.full((record, 2), np.nan), np.zeros(3)
+    history, mark, out = np.full((record, 2), np.nan), np.zeros((2, len(x))), np.zeros(3)
     with np.errstate(all="ignore"):
-        good = run(kernels.settle)(
-            x, y, inputs, np.cos(inputs), np.sin(inputs), mi, mz, size, limits(tolerance, policy), history, out
+        end = run(kernels.settle)(
+            x, y, inputs, np.cos(inputs), np.sin(inputs), mi, mz, size, limits(tolerance, policy), mark, history, out
         )
     done = int(out[2])
-    return Settled(bool(good), x + 1j * y, done, float(out[0]), float(out[1]), history[: done + 1])
+    return Settled(ENDS[int(end)], x + 1j * y, done, float(out[0]), float(out[1]), history[: done + 1])

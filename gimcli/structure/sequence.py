@@ -9,8 +9,10 @@ exp(-C2) of eq. (3). Candidates are ranked by it.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from heapq import heappop, heappush
 from itertools import islice
 
 import numpy as np
@@ -28,6 +30,13 @@ CANDIDATES = 400
 
 CONVERGES = 0.99
 """Spectral radius below which the classic search is content with a sequence."""
+
+
+RESTARTS = 60
+"""Random choices of models from which the spectral search starts again where nothing has converged."""
+
+FEW = CANDIDATES // 20
+"""Sequences tried for a choice of models that is one of many."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +67,14 @@ class Sequence:
     def radius(self) -> float:
         """Spectral radius of the whole sweep: the groups are a triangle of blocks."""
         return max((g.radius for g in self.groups), default=0.0)
+
+    def radius_at(self, z: ComplexArray, inputs: FloatArray) -> float:
+        """Return the spectral radius at another position z (nodes,)."""
+        radii = [
+            spectral_radius([(m.node, gradient(m.restriction, z, inputs)) for m in g.moves], g.nodes)
+            for g in self.groups
+        ]
+        return max(radii, default=0.0)
 
 
 def known_nodes(mechanism: Mechanism) -> tuple[set[int], set[int]]:
@@ -112,9 +129,30 @@ class Search:
         """Yield the groups in order of solution."""
         chosen = [0] * len(self.models)
         settled = set(self.known)
-        for nodes in self._components(chosen):
+        components = self._components(chosen)
+        if self.strategy == "spectral":
+            components = self._turned(components, chosen)
+        for nodes in components:
             yield self._best(nodes, settled, chosen)
             settled |= set(nodes)
+
+    def _turned(self, components: list[tuple[int, ...]], chosen: list[int]) -> list[tuple[int, ...]]:
+        """Place a node about two settled ones of its member by a distance and an angle: radius 0, in one sweep.
+
+        Two distances converge by the squared cosine between them, and the groups of a member that spans
+        several cannot choose its model.
+        """
+        label = {n: k for k, nodes in enumerate(components) for n in nodes}
+        turned = list(chosen)
+        for k, models in enumerate(self.models):
+            free = {n for r in models[0] for n in r.nodes} - self.known
+            if len({label[n] for n in free}) > 1:
+                turned[k] = next((i for i, model in enumerate(models) if _about_one(model)), chosen[k])
+        changed = self._components(turned)
+        if len(changed) < len(components):
+            return components
+        chosen[:] = turned
+        return changed
 
     def _restrictions(self, chosen: list[int]) -> list[Restriction]:
         return [r for models, k in zip(self.models, chosen, strict=True) for r in models[k]] + self.pairs
@@ -146,16 +184,26 @@ class Search:
         return self._ordered(label, ends)
 
     def _ordered(self, label: FloatArray, ends: FloatArray) -> list[tuple[int, ...]]:
-        needs: dict[int, set[int]] = {int(k): set() for k in label}
-        for a, b in ends.T:
-            if label[a] != label[b]:
-                needs[int(label[a])].add(int(label[b]))
-        done: list[int] = []
-        while len(done) < len(needs):
-            ready = [k for k in needs if k not in done and needs[k] <= set(done)]
-            first = min(ready, key=lambda k: next(i for i, c in enumerate(label) if c == k))
-            done.append(first)
-        return [tuple(n for n, c in zip(self.free, label, strict=True) if c == k) for k in done]
+        """Return the nodes of each component after those that it needs; an edge runs to what is needed."""
+        heads: dict[int, set[int]] = {}  # component -> those that need it
+        for a, b in {(int(label[a]), int(label[b])) for a, b in ends.T}:
+            if a != b:
+                heads.setdefault(b, set()).add(a)
+        needs = Counter(a for after in heads.values() for a in after)
+        nodes: dict[int, list[int]] = {}
+        for n, c in zip(self.free, label, strict=True):
+            nodes.setdefault(int(c), []).append(n)
+        rank = {c: i for i, c in enumerate(nodes)}  # as the plan places them, where nothing else decides
+        ready = [(i, c) for c, i in rank.items() if not needs[c]]
+        done: list[tuple[int, ...]] = []
+        while ready:
+            _, c = heappop(ready)
+            done.append(tuple(nodes[c]))
+            for a in heads.get(c, ()):
+                needs[a] -= 1
+                if not needs[a]:
+                    heappush(ready, (rank[a], a))
+        return done
 
     def _best(self, nodes: tuple[int, ...], settled: set[int], chosen: list[int]) -> Group:
         """Try candidates for one group: all models of its members one by one, the rules' choices in each."""
@@ -181,6 +229,9 @@ class Search:
         if self.strategy == "spectral":
             best, more = self._descend(nodes, settled, chosen, mine)
             tried += more
+            if best is not None and best[0] >= CONVERGES and mine:
+                best, more = self._restart(best, nodes, settled, chosen, mine)
+                tried += more
         if best is None or classic is None:
             from gimcli.errors import StructureError
 
@@ -203,7 +254,7 @@ class Search:
                     radius = self.radius(moves, nodes)
                     if best is None or radius < best[0] - 1e-9:
                         best, winner = (radius, moves), variant
-            if winner is None and best is not None:
+            if winner is None and (best is not None or most == FEW):
                 break
             if winner is not None:
                 chosen[:] = winner
@@ -213,7 +264,26 @@ class Search:
                 for other in range(len(self.models[k]))
                 if other != chosen[k]
             ]
-            most = CANDIDATES // 20
+            most = FEW
+        return best, tried
+
+    def _restart(
+        self, best: tuple[float, tuple[Move, ...]], nodes: tuple[int, ...], settled: set[int], chosen: list[int],
+        mine: list[int],
+    ) -> tuple[tuple[float, tuple[Move, ...]], int]:  # fmt: skip
+        """Try random models of the members, the same each time: a plateau of radius 1 shows no way down."""
+        generator, tried = np.random.default_rng(0), 0
+        for _ in range(RESTARTS):
+            variant = list(chosen)
+            for k in mine:
+                variant[k] = int(generator.integers(len(self.models[k])))
+            for moves in islice(self._candidates(variant, set(nodes), settled), FEW):
+                tried += 1
+                radius = self.radius(moves, nodes)
+                if radius < best[0] - 1e-9:
+                    best, chosen[:] = (radius, moves), variant
+            if best[0] < CONVERGES:
+                break
         return best, tried
 
     def _classic_models(self, chosen: list[int], mine: list[int]) -> list[list[int]]:
@@ -236,6 +306,12 @@ class Search:
                 self.kept.append(move.restriction)
                 self.gradients[id(move.restriction)] = gradient(move.restriction, self.z, self.inputs)
         return spectral_radius([(m.node, self.gradients[id(m.restriction)]) for m in moves], nodes)
+
+
+def _about_one(model: list[Restriction]) -> bool:
+    """Tell whether all angles of a member's model are about one vertex, from which its distances are."""
+    angles = [r for r in model if r.kind == "RA"]
+    return bool(angles) and all(angles[0].a in (r.a, r.b) and (r.kind == "RD" or r.a == angles[0].a) for r in model)
 
 
 def placement_order(plan: Plan) -> list[int]:

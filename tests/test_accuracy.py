@@ -1,0 +1,27 @@
+"""README's table of extremes is what is measured."""
+
+from pathlib import Path
+
+import pytest
+from benchmarks.accuracy import CASES, METHODS, attained
+
+README = (Path(__file__).parents[1] / "README.md").read_text()
+ROWS = {cells[0]: cells[2:] for line in README.splitlines() if (cells := [c.strip() for c in line.split("|")[1:-1]])}
+
+
+def test_every_case_is_in_the_readme():
+    assert set(CASES) <= set(ROWS)
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if "100" not in name])
+def test_the_readme_tells_what_is_attained(name):
+    for method, told in zip(METHODS, ROWS[name], strict=True):
+        if "known" in told:
+            continue
+        worst, good, rows, why = attained(CASES[name], method)
+        number, _, rest = told.partition(", ")
+        if good:
+            assert worst <= 3.0 * float(number) + 1e-15, method
+        if good < rows:
+            assert set(why.split(", ")) <= set((rest.partition(": ")[2] or told).split(", ")), method
+            assert not good or f"{good} of {rows}" in rest, method
