@@ -169,7 +169,6 @@ class Case:
     exact: Callable[[float], dict | list]  # nodes at a value of the first actuator; several, where all are right
     condition: Callable[[float], float]  # at a value of the first actuator
     swept: float = 1.0  # part of the rows that sweeps attain at least
-    known: tuple[tuple[str, str], ...] = ()  # methods that fail, and how
     unknown: Callable[[float], bool] = lambda value: False  # values where two branches cross: nothing is compared
 
     def run(self, method, steps=None, **more):
@@ -218,11 +217,10 @@ def change_point(delta, side, way=(90, 270), steps=36):
         merged = dyad(180)[1] ** 2 < ROUNDINGS * U
         return [{"B": dyad(angle, s)[0]} for s in ((side, -side) if merged else (side,))]
 
-    known = (("newton", "goes straight through a change point that is missed by h < 1e-4"),) if delta <= 1e-9 else ()
     far = 0.5 - 1.0 / steps if abs(way[1] - way[0]) > 90 else 0.0
     return Case(
         f"change point missed by {delta:g}", spec, steps, places, lambda a: over(dyad(a)[1], 1.2),
-        swept=1.0 if delta > 1e-4 else far, known=known if delta > 1e-14 else (),
+        swept=1.0 if delta > 1e-4 else far,
     )  # fmt: skip
 
 
@@ -363,7 +361,6 @@ def steep_rod(delta):
     return Case(
         f"rod {delta:g} from perpendicular to its guide", spec, 30,
         lambda a: {"B": mpc(slider_place(a, 3, offset), mpf(offset))}, lambda a: over(lean(a), 3), swept=0.4,
-        known=(("newton", "goes straight through a dead centre that is missed"),) if delta <= 1e-9 else (),
     )  # fmt: skip
 
 

@@ -71,14 +71,12 @@ CASES: dict[str, list[Case]] = {
 
 
 def table(subjects=tuple(CASES)):
-    """Return every case with every method; those that are known to fail are expected to."""
+    """Return every case with every method."""
     rows = []
     for subject in subjects:
         for number, case in enumerate(CASES[subject]):
             for method in METHODS:
-                why = dict(case.known).get(method)
-                marks = [pytest.mark.xfail(strict=True, reason=why)] if why else []
-                rows.append(pytest.param(case, method, marks=marks, id=f"{subject} {number}: {case.name}, {method}"))
+                rows.append(pytest.param(case, method, id=f"{subject} {number}: {case.name}, {method}"))
     return rows
 
 
@@ -134,16 +132,8 @@ def test_sweeps_tell_a_contradiction(make, error):
     assert set(m.status) <= {"contradictory", "not-assembled"}
 
 
-HOPS = pytest.mark.xfail(strict=True, reason="a pin of two slots hops over infinity, which rows at odd places miss")
-
-
-@pytest.mark.parametrize(
-    ("method", "steps"),
-    [
-        *((method, 10) for method in METHODS), ("newton", 11),
-        pytest.param("auto", 11, marks=HOPS), pytest.param("gim", 11, marks=HOPS),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("steps", [10, 11])
 def test_slots_that_turn_through_parallel_end_the_motion(method, steps):
     """Slot and rail are parallel at 180 deg: the pin goes to infinity and cannot come back from the other side."""
     spec = guides(1.0).spec | {"actuators": rotary(200, 160)}

@@ -73,9 +73,9 @@ def line_line(qx: Any, qy: Any, nx: Any, ny: Any, d: Any, px: Any, py: Any, mx: 
     g = nx * my - ny * mx
     safe = where(g == 0.0, 1.0, g)
     e = e + mx * (px - qx) + my * (py - qy)  # second line seen from q
-    x = qx + (my * d - ny * e) / safe
-    y = qy + (nx * e - mx * d) / safe
-    return x, y, g, g * g, where(g == 0.0, np.inf, 2.0 * ROUNDINGS * (abs(d) + abs(e) + 1.0)) + 0.0 * x
+    wx, wy = (my * d - ny * e) / safe, (nx * e - mx * d) / safe
+    noise = 2.0 * ROUNDINGS * (abs(d) + abs(e) + abs(wx) + abs(wy) + 1.0)
+    return qx + wx, qy + wy, g, g * g, where(g == 0.0, np.inf, noise)
 
 
 @kernel

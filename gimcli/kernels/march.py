@@ -250,13 +250,16 @@ def meet_circle_and_line(w: FloatArray, sign: float, high: int) -> None:
 
 @stage
 def meet_lines(w: FloatArray, high: int) -> None:
-    """Meet the lines A ... E and F ... J."""
+    """Meet the lines A ... E and F ... J; A and B become the sine between them and 0."""
     for r in range(high):
         x, y, g, g2, noise = line_line(
             w[A * WIDTH + r], w[B * WIDTH + r], w[C * WIDTH + r], w[D * WIDTH + r], w[E * WIDTH + r],
             w[F * WIDTH + r], w[G * WIDTH + r], w[H * WIDTH + r], w[I * WIDTH + r], w[J * WIDTH + r],
         )  # fmt: skip
         note(w, r, x, y, g, g2, noise)
+    for r in range(high):
+        w[A * WIDTH + r] = w[MEASURE * WIDTH + r]
+        w[B * WIDTH + r] = 0.0
 
 
 @stage
@@ -360,7 +363,7 @@ def step(
         meet(w, lanes, q, at, k, s, high)
     give(lanes, x, X, high)
     give(lanes, y, Y, high)
-    return guard(w, lanes, at, branch, kind != TILT and branch >= 0, tolerance, high)
+    return guard(w, lanes, at, branch, kind != TILT, tolerance, high)
 
 
 @stage

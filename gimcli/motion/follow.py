@@ -55,7 +55,7 @@ class Policy:
     zooms: int = 9
     meeting: float = 64.0  # quality below which they meet: a time cannot be hit more closely than its rounding
     loosest: float = 1e-6  # error of a coupled group's nodes on the way past a singular position
-    closure: float = 1e-9  # residual up to which a position interpolated over a singular one is assembled
+    closure: float = 2e-13  # residual up to which a position interpolated over a singular one is assembled
     agreement: float = 0.2  # a landing may differ from the one foreseen by this part of the way
     memory: int = 400  # rows kept to continue from
 
@@ -372,7 +372,7 @@ class Follower:
         bridge = self.bridges[-1]
         row, when = bridge.at(bridge.centre), np.array([bridge.centre])
         found = residual(self.mechanism, (row.x + 1j * row.y)[:, None], self.inputs(when))
-        return bool(found.total[0] <= max(self.policy.closure, allowed(self.mechanism, self.accuracy.tolerance)))
+        return bool(found.total[0] <= max(self.policy.closure, allowed(self.mechanism, 0.0)))
 
     def _uniform(self, times: FloatArray) -> list[Row] | None:
         history = [row for row in self.log if row.time < times[0]]

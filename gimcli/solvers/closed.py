@@ -45,8 +45,7 @@ def dyad(step: Dyad, block: Block, sign: FloatArray, tolerance: float) -> None:
     s = 1.0 if step.branch == NONE else float(sign[step.branch])
     meeting = meet(step.first, step.second, block, rows, s)
     block.x[step.node, rows], block.y[step.node, rows] = meeting[:2]
-    turned = None if step.branch == NONE else _turned(step.first, step.second, block)
-    guard(block, step.branch, meeting, tolerance, turned)
+    guard(block, step.branch, meeting, tolerance, _turned(step.first, step.second, block))
 
 
 def meet(first: Locus, second: Locus, block: Block, rows: slice, s: float) -> Meeting:
@@ -105,12 +104,19 @@ def guard(block: Block, branch: int, meeting: Meeting, tolerance: float, turned:
 
 
 def _turned(first: Locus, second: Locus, block: Block) -> Flags:
-    """Tell the rows in which what the sides refer to has turned by more than a right angle since the last."""
+    """Tell the rows since whose last what the sides refer to has turned by more than a right angle.
+
+    Two lines: where the sine between them has changed its sign, the point has passed infinity.
+    """
     begin = max(block.history - 1, 0)
     rows = slice(begin, block.end)
     if isinstance(first, Line) and isinstance(second, Circle):
         first, second = second, first
-    if isinstance(second, Line):
+    if isinstance(first, Line):
+        assert isinstance(second, Line)
+        (nx, ny), (mx, my) = block.vector(first.normal, rows), block.vector(second.normal, rows)
+        wx, wy = nx * my - ny * mx, np.zeros(block.end - begin)
+    elif isinstance(second, Line):
         wx, wy = block.vector(second.normal, rows)
     else:
         ax, ay = centre(first.nodes[0], first, block, rows)

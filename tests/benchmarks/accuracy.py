@@ -71,8 +71,6 @@ def attained(case: Case, method: str) -> tuple[float, int, int, str]:
 def cell(case: Case, method: str) -> str:
     """Return what a method attains, in a few words."""
     worst, good, rows, why = attained(case, method)
-    if dict(case.known).get(method):
-        return "other branch (known)"
     return f"{worst:.0e}" if good == rows else f"{worst:.0e}, {good} of {rows}: {why}" if good else why
 
 
