@@ -55,7 +55,7 @@ def joint_value(q: FloatArray, values: FloatArray, constant: float, variable: in
     if variable >= 0:
         return constant + q[variable]
     if actuator >= 0:
-        return constant + turn * values[actuator]
+        return constant + values[actuator] * turn
     return constant
 
 
@@ -160,7 +160,9 @@ def absolute_rows(g: FloatArray, gb: IntArray, bi: IntArray, j: FloatArray) -> N
 
 
 @kernel
-def chain_column(row: int, k: int, gx: float, gy: float, gp: float, x: float, y: float, v: FloatArray, j: FloatArray) -> None:
+def chain_column(
+    row: int, k: int, gx: float, gy: float, gp: float, x: float, y: float, v: FloatArray, j: FloatArray
+) -> None:
     """Add what a variable does to a row through a body at (x, y) with partial derivatives gx, gy, gp."""
     if v[k, 0] == 1.0:
         j[row, k] += gy * (x - v[k, 1]) - gx * (y - v[k, 2]) + gp

@@ -11,6 +11,7 @@ from gimcli.kernels import coordinates as kernels
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.solvers.newton import Run
 from gimcli.solvers.pairs import Bodies
+from gimcli.solvers.stop import Stop
 
 NO_JOINTS = np.zeros((0, 9), dtype=np.int64), np.zeros((0, 10)), np.zeros(0, dtype=np.int64)
 
@@ -26,9 +27,9 @@ class Absolute:
         self.unknowns = sum(sizes)
         self.equations = sum(p.rows for p in self.bodies.pairs)
 
-    def weights(self) -> FloatArray:
-        """Return what a correction of each unknown (unknowns,) is worth: 1/size for lengths, 1 for angles."""
-        parts = [[1.0 / self.mechanism.size] * 2 + [1.0] * int(turns) for _, turns in self.layout[1:]]
+    def weights(self, length: float) -> FloatArray:
+        """Return what a correction of each unknown (unknowns,) is worth: lengths by `length`, angles by 1."""
+        parts = [[1.0 / length] * 2 + [1.0] * int(turns) for _, turns in self.layout[1:]]
         return np.array([w for part in parts for w in part], dtype=float)
 
     def start(self, z: ComplexArray) -> FloatArray:
@@ -40,14 +41,15 @@ class Absolute:
         return q
 
     def follow(
-        self, inputs: FloatArray, start: ComplexArray, tolerance: float, run: Run, most: int
+        self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
     ) -> tuple[ComplexArray, FloatArray, FloatArray]:
         """Follow inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 where it settled."""
         rows = inputs.shape[1]
         pose, iterations, good = frame_poses(rows, self.bodies.count), np.zeros(rows), np.zeros(rows)
         run(kernels.follow_bodies)(
             self.start(start), np.ascontiguousarray(inputs.T), self.layout, *self.bodies.arrays(self.bodies.pairs),
-            *NO_JOINTS, self.equations, self.weights(), tolerance, most, pose, iterations, good,
+            *NO_JOINTS, self.equations, self.weights(stop.length), stop.tolerance,
+            stop.iterations, pose, iterations, good,
         )  # fmt: skip
         return read_positions(self.bodies, pose), iterations, good
 

@@ -8,6 +8,7 @@ that Petuya et al. 2004 compare their method with.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
@@ -20,6 +21,7 @@ from gimcli.solvers.absolute import Absolute
 from gimcli.solvers.joint import Joint
 from gimcli.solvers.natural import Natural
 from gimcli.solvers.newton import Run
+from gimcli.solvers.stop import Stop
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,7 @@ class Policy:
     """Constants of the iteration."""
 
     iterations: int = 50  # at the most, for one position
+    length: float = math.nan  # what corrections of lengths refer to; NaN: the mechanism's size
 
 
 @dataclass(frozen=True)
@@ -51,8 +54,13 @@ class Coordinates(Protocol):
         """Number of equations."""
         ...
 
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism that is described."""
+        ...
+
     def follow(
-        self, inputs: FloatArray, start: ComplexArray, tolerance: float, run: Run, most: int
+        self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
     ) -> tuple[ComplexArray, FloatArray, FloatArray]:
         """Follow inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 where it settled."""
         ...
@@ -70,9 +78,10 @@ def follow(
     policy: Policy | None = None,
 ) -> Followed:  # fmt: skip
     """Follow inputs (actuators, rows) from an assembled position (nodes,), each row from the one before."""
-    most = (policy or Policy()).iterations
+    policy = policy or Policy()
+    length = system.mechanism.size if math.isnan(policy.length) else policy.length
     with np.errstate(all="ignore"):
-        z, iterations, settled = system.follow(inputs, start, tolerance, run, most)
+        z, iterations, settled = system.follow(inputs, start, Stop(tolerance, length, policy.iterations), run)
     good = (settled == 1.0) & np.all(np.isfinite(z), axis=0)
     z[:, ~good] = complex(np.nan, np.nan)
     return Followed(z, iterations, good)

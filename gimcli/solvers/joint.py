@@ -19,6 +19,7 @@ from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.solvers.absolute import frame_poses, read_positions
 from gimcli.solvers.newton import Run
 from gimcli.solvers.pairs import Bodies, Pair
+from gimcli.solvers.stop import Stop
 from gimcli.structure.steps import NONE
 
 PARALLEL = 1e-12
@@ -135,7 +136,7 @@ class Joint:
 
     def _prismatic_turn(self, first: Pair, second: Pair) -> float:
         """Return the constant angle from the guide to the sliding body, in the sense drawn."""
-        origins, turns = self.bodies.poses(self.mechanism.drawn)
+        _, turns = self.bodies.poses(self.mechanism.drawn)
         run = second.za - first.za
         along = first.normal / 1j * turns[first.b]
         sense = 1.0 if (along.conjugate() * run * turns[first.a]).real >= 0.0 else -1.0
@@ -172,13 +173,13 @@ class Joint:
             parts.append((*points, j.angle.constant, j.travel.constant))
         return np.array(heads, dtype=np.int64).reshape(-1, 9), np.array(parts).reshape(-1, 10), above
 
-    def weights(self) -> FloatArray:
-        """Return what a correction of each variable (unknowns,) is worth: 1/size for lengths, 1 for angles."""
-        length, weights = 1.0 / self.mechanism.size, []
+    def weights(self, length: float) -> FloatArray:
+        """Return what a correction of each variable (unknowns,) is worth: lengths by `length`, angles by 1."""
+        weights: list[float] = []
         for joint in self.joints:
             weights += [1.0] * joint.angle.variable
             shifts = joint.variables - joint.angle.variable
-            weights += [1.0 if joint.kind == pairs.RAM else length] * shifts
+            weights += [1.0 if joint.kind == pairs.RAM else 1.0 / length] * shifts
         return np.array(weights, dtype=float)
 
     def start(self, z: ComplexArray) -> FloatArray:
@@ -199,7 +200,7 @@ class Joint:
         return np.array(q, dtype=float)
 
     def follow(
-        self, inputs: FloatArray, start: ComplexArray, tolerance: float, run: Run, most: int
+        self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
     ) -> tuple[ComplexArray, FloatArray, FloatArray]:
         """Follow inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 where it settled."""
         rows = inputs.shape[1]
@@ -207,6 +208,7 @@ class Joint:
         layout = np.zeros((self.bodies.count, 2), dtype=np.int64)
         run(kernels.follow_bodies)(
             self.start(start), np.ascontiguousarray(inputs.T), layout, *self.bodies.arrays(self.cut), *self.arrays(),
-            self.equations, self.weights(), tolerance, most, pose, iterations, good,
+            self.equations, self.weights(stop.length), stop.tolerance,
+            stop.iterations, pose, iterations, good,
         )  # fmt: skip
         return read_positions(self.bodies, pose), iterations, good

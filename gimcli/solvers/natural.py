@@ -15,6 +15,7 @@ from gimcli.kernels import coordinates as kernels
 from gimcli.kernels.points import DISTANCE, LINE, RIGID
 from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.solvers.newton import Run
+from gimcli.solvers.stop import Stop
 from gimcli.structure.kinematic import kinematic_nodes, loose_nodes
 from gimcli.structure.steps import NONE
 
@@ -44,16 +45,16 @@ class Natural:
         return np.stack([z[self.free].real, z[self.free].imag], axis=1).ravel()
 
     def follow(
-        self, inputs: FloatArray, start: ComplexArray, tolerance: float, run: Run, most: int
+        self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
     ) -> tuple[ComplexArray, FloatArray, FloatArray]:
         """Follow inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 where it settled."""
         rows = inputs.shape[1]
         x, y = (np.tile(part, (rows, 1)) for part in (start.real, start.imag))
         iterations, good = np.zeros(rows), np.zeros(rows)
-        weights = np.full(self.unknowns, 1.0 / self.mechanism.size)
+        weights = np.full(self.unknowns, 1.0 / stop.length)
         run(kernels.follow_points)(
             self.start(start), np.ascontiguousarray(inputs.T), self.heads, self.factors, self.columns,
-            self.equations, weights, tolerance, most, x, y, iterations, good,
+            self.equations, weights, stop.tolerance, stop.iterations, x, y, iterations, good,
         )  # fmt: skip
         return self._carried((x + 1j * y).T), iterations, good
 
