@@ -27,6 +27,9 @@ from gimcli.table import Column, Table
 ALIKE = 1.15
 """Times that differ by less than this factor count as equal: the more accurate entry is advised."""
 
+ROUNDING = 8.0 * float(np.finfo(float).eps)
+"""True errors below this are rounding: none is better than another."""
+
 TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 DIGITS = (3, 6, 9, 12)
 
@@ -53,6 +56,11 @@ class Entry:
     def complete(self) -> bool:
         """Tell whether all positions are solved."""
         return self.solved == self.rows > 0
+
+    @property
+    def told(self) -> float:
+        """True error as far as it tells methods apart."""
+        return max(self.error, ROUNDING)
 
     @property
     def drawable(self) -> bool:
@@ -169,10 +177,8 @@ def mark_efficient(entries: Sequence[Entry]) -> list[Entry]:
     whole = [e for e in entries if e.complete and e.drawable]
 
     def beaten(e: Entry) -> bool:
-        return any(
-            o.seconds <= e.seconds and o.error <= e.error and (o.seconds < e.seconds or o.error < e.error)
-            for o in whole
-        )
+        better = [o for o in whole if o.seconds <= e.seconds and o.told <= e.told]
+        return any(o.seconds < e.seconds or o.told < e.told for o in better)
 
     return [replace(e, efficient=e in whole and not beaten(e)) for e in entries]
 
@@ -227,7 +233,7 @@ def advise(found: Tradeoff, digits: Sequence[int] = DIGITS) -> list[Advice]:
         other = _fastest(references, count)
         if best is not None and other is not None and other.seconds * ALIKE >= best.seconds:
             other = None
-        advice.append(Advice(count, best, min(tools, key=lambda e: e.error, default=None), other))
+        advice.append(Advice(count, best, min(tools, key=lambda e: (e.told, e.seconds), default=None), other))
     return advice
 
 
@@ -235,7 +241,7 @@ def _fastest(entries: Sequence[Entry], digits: int) -> Entry | None:
     enough = [e for e in entries if e.error < 10.0**-digits]
     least = min((e.seconds for e in enough), default=0.0)
     alike = [e for e in enough if e.seconds <= ALIKE * least]
-    return min(alike, key=lambda e: (e.error, e.seconds), default=None)
+    return min(alike, key=lambda e: (e.told, e.seconds), default=None)
 
 
 def tradeoff_table(found: Tradeoff) -> Table:

@@ -77,7 +77,9 @@ def polished(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, steps: i
                 break
             inverse = np.linalg.pinv(jacobian[fine])
             change = (inverse @ residual.T[fine][:, :, None])[:, :, 0]
-            z[np.ix_(np.array(system.free, dtype=np.int64), np.flatnonzero(fine))] -= (change[:, 0::2] + 1j * change[:, 1::2]).T
+            z[np.ix_(np.array(system.free, dtype=np.int64), np.flatnonzero(fine))] -= (
+                change[:, 0::2] + 1j * change[:, 1::2]
+            ).T
             if np.max(np.abs(change)) <= 4.0 * np.finfo(float).eps * mechanism.size:
                 break
     return z
