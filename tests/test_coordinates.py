@@ -115,6 +115,34 @@ def test_two_rams_by_the_cosine_law(tmp_path):
         assert np.allclose(c - p, abs(complex(2, 3)) * np.exp(1j * motion.inputs[2]), atol=1e-11), name
 
 
+TRUNNION = """
+nodes: {O: [0, 0], G: [10, 0], W: [0, 2], K: [1, 1], U: [-2, -2], V: [4, 4], T: [3, 5], H: [-2, 5], L: [-2, -9]}
+ground: [O, G, H, L]
+elements: {block: [O, W, K], rod: [T, U, V]}
+prismatic:
+  trunnion: {nodes: [O, K], guide: [U, V]}
+  slot: {node: U, guide: [H, L]}
+actuators: {motor: {type: rotary, pivot: O, arm: K, law: {from: 45, to: 80}}}
+trace: [U, V, T]
+"""
+
+
+def test_a_guide_that_hangs_on_what_slides_in_it(tmp_path):
+    """The rod slides through a driven trunnion and ends in a slot x = -2: U = -2 (1 + i tan)."""
+    mechanism = written(tmp_path, TRUNNION)
+    motion = trace(mechanism, 24, Options(tolerance=1e-12))
+    ray = np.exp(1j * motion.inputs[0])
+    u = -2.0 / ray.real * ray
+    t = u + (complex(5, 7) / complex(1, 1)) * abs(complex(1, 1)) * ray
+    for name, make in COORDINATES.items():
+        found = follow(make(mechanism), motion.inputs, motion.z[:, 0], 1e-12, plain)
+        assert found.good.all(), name
+        assert np.allclose(mechanism.to_file(found.z[mechanism.nodes.index("U")]), u, atol=1e-10), name
+        assert np.allclose(mechanism.to_file(found.z[mechanism.nodes.index("T")]), t, atol=1e-10), name
+    joint = COORDINATES["joint"](mechanism)
+    assert (joint.unknowns, joint.equations) == (1, 1)
+
+
 @pytest.mark.parametrize("name", ["parallelogram_third_crank", "plantigrade", "dixon_k33"])
 def test_surplus_constraints_are_met_by_least_squares(name):
     mechanism = load(MODELS / f"{name}.yaml")
@@ -204,3 +232,13 @@ def test_a_position_that_does_not_exist_fails_and_the_next_goes_on(tmp_path):
         found = follow(make(mechanism), inputs, motion.z[:, 0], 1e-12, plain)
         assert list(np.flatnonzero(~found.good)) == [4]
         assert np.all(np.isnan(found.z[:, 4]))
+        others = np.arange(9) != 4
+        assert np.max(np.abs(found.z - motion.z)[:, others]) < 1e-9 * mechanism.size
+
+
+def test_what_has_not_come_to_rest_is_not_solved():
+    mechanism, inputs, start = displaced(CASES[1])
+    for make in COORDINATES.values():
+        found = follow(make(mechanism), inputs[:, None], start, 1e-11, plain, Policy(iterations=3))
+        assert not found.good.any()
+        assert found.iterations[0] == 3

@@ -141,7 +141,7 @@ def advice_on(*entries):
 
 
 def test_advice_is_the_fastest_with_enough_digits_of_what_the_tool_offers():
-    slow, quick, rough = entry(3, 5e-5, 1e-14), entry(2, 2e-5, 1e-8), entry(1, 1e-5, 1e-4)
+    slow, quick, rough = entry(3, 5e-5, 1e-14), entry(2, 2e-5, 3e-9), entry(1, 1e-5, 3e-4)
     partial, reference = entry(0, 1e-6, 1e-14, solved=9), entry(5, 3e-5, 1e-15)
     told = advice_on(slow, quick, rough, partial, reference)
     assert [told[d].best for d in (3, 6, 9, 12)] == [rough, quick, slow, slow]
