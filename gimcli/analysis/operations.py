@@ -43,7 +43,10 @@ class Cost:
     paper: float  # as the paper counts one sweep or iteration
 
     def operations(self, count: float) -> float:
-        """Return the operations of a position with this many sweeps or iterations, all systems together."""
+        """Return the operations of a position with this many sweeps or iterations.
+
+        They are counted over all systems together, as path following tells them: each takes its even part.
+        """
         mean = sum(self.iterations) / len(self.iterations) if self.iterations else 0.0
         return self.position + count * mean
 

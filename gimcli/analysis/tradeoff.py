@@ -41,7 +41,8 @@ class Entry:
     method: Method
     tolerance: float
     unknowns: tuple[int, ...]  # of every system that is solved
-    work: float  # sweeps or iterations a position, mean
+    iterations: tuple[float, ...]  # operations of one sweep or iteration, of every system
+    work: float  # sweeps or iterations a position, mean; of all systems together
     most: float  # the greatest of them
     paper: float  # operations a position as the paper counts them
     operations: float  # operations a position as they are
@@ -139,7 +140,7 @@ def _entries(
             entries.append((entry, Clock(found, timing) if entry.solved else None))
     except StructureError as fault:
         nan = math.nan
-        entries.append((Entry(method, nan, (), nan, nan, nan, nan, nan, nan, 0, rows, str(fault)), None))
+        entries.append((Entry(method, nan, (), (), nan, nan, nan, nan, nan, nan, 0, rows, str(fault)), None))
     return entries
 
 
@@ -157,8 +158,8 @@ def _entry(method: Method, tolerance: float, found: Outcome, truth: Truth) -> En
         work, most = float(np.mean(found.work[right])), float(np.max(found.work[right]))
         worst = float(np.max(error[right]))
     return Entry(
-        method, tolerance, found.cost.unknowns, work, most, found.cost.paper * work, found.cost.operations(work),
-        math.nan, worst, solved, rows, reason,
+        method, tolerance, found.cost.unknowns, found.cost.iterations, work, most, found.cost.paper * work,
+        found.cost.operations(work), math.nan, worst, solved, rows, reason,
     )  # fmt: skip
 
 
@@ -220,7 +221,8 @@ class Advice:
 
 
 def _time(entry: Entry) -> str:
-    return f"{1e6 * entry.seconds:.3g} µs"
+    micro = 1e6 * entry.seconds
+    return f"{micro:.3g} µs" if micro < 1e3 else f"{micro / 1e3:.3g} ms"
 
 
 def advise(found: Tradeoff, digits: Sequence[int] = DIGITS) -> list[Advice]:
@@ -256,6 +258,7 @@ def tradeoff_table(found: Tradeoff) -> Table:
             Column("method", np.array([x.method.name for x in e])),
             floats("tolerance", [x.tolerance for x in e]),
             Column("unknowns", np.array(["+".join(map(str, x.unknowns)) for x in e])),
+            Column("iteration_operations", np.array(["+".join(f"{n:.0f}" for n in x.iterations) for x in e])),
             floats("iterations", [x.work for x in e]),
             floats("most_iterations", [x.most for x in e]),
             floats("paper_operations", [x.paper for x in e]),

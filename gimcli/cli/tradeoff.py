@@ -19,8 +19,8 @@ HELP = (
     " iterations, operations, time and true error; say which to use for 3, 6, 9 and 12 digits.\n\n"
     "Errors are those of the traced points against positions refined to 40 digits, relative to the mechanism's size. A"
     " position on another branch is not solved. Newton-Raphson in joint, absolute and natural coordinates, as"
-    " multibody programs have it, is there for comparison only. Times are the least of some runs, without what a"
-    " method prepares once. Writes MODEL.tradeoff.csv and MODEL.tradeoff.png.\n\n"
+    " multibody programs have it, is there for comparison only. Times are processor times, the least of some runs,"
+    " without what a method prepares once. Writes MODEL.tradeoff.csv and MODEL.tradeoff.png.\n\n"
     "Example: gim tradeoff models/platform_3rrr.yaml --tolerances 1e-3,1e-6,1e-9 --out results"
 )
 
@@ -109,7 +109,8 @@ def _print_json(found: Tradeoff, steps: int, paths: dict[str, Any]) -> None:
     ]  # fmt: skip
     entries = [
         {
-            "method": e.method.name, "tolerance": e.tolerance, "unknowns": list(e.unknowns), "iterations": e.work,
+            "method": e.method.name, "tolerance": e.tolerance, "unknowns": list(e.unknowns),
+            "iteration_operations": list(e.iterations), "iterations": e.work,
             "most_iterations": e.most, "paper_operations": e.paper, "operations": e.operations, "seconds": e.seconds,
             "error": e.error, "solved": e.solved, "positions": e.rows, "efficient": e.efficient, "reason": e.reason,
         }
