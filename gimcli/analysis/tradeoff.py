@@ -7,7 +7,7 @@ on another branch than that of the continuous motion is not solved, however smal
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -102,8 +102,9 @@ def tradeoff(
     part = (lambda done: progress(done, (1 + timing.rounds) * total)) if progress is not None else _silent
     entries: list[tuple[Entry, Clock | None]] = []
     for method in methods:
-        entries += _entries(method, task, truth, tolerances, timing)
-        part(len(entries))
+        for found in _entries(method, task, truth, tolerances, timing):
+            entries.append(found)
+            part(len(entries))
     for number in range(timing.rounds):
         for k, (_, clock) in enumerate(entries, start=1):
             if clock is not None and not clock.long:
@@ -128,20 +129,18 @@ def _work(mechanism: Mechanism, steps: int, tolerances: int) -> float:
 
 def _entries(
     method: Method, task: Task, truth: Truth, tolerances: Sequence[float], timing: Timing
-) -> list[tuple[Entry, Clock | None]]:
-    """Return a row for every tolerance, or one with the reason where the method cannot do the mechanism."""
+) -> Iterator[tuple[Entry, Clock | None]]:
+    """Yield a row for every tolerance, or one with the reason where the method cannot do the mechanism."""
     rows = int(truth.known[1:].sum())
-    entries: list[tuple[Entry, Clock | None]] = []
     try:
         solver = method.prepare(task)
         for tolerance in sorted(tolerances, reverse=True):
             found = solver.solve(tolerance)
             entry = _entry(method, tolerance, found, truth)
-            entries.append((entry, Clock(found, timing) if entry.solved else None))
+            yield entry, Clock(found, timing) if entry.solved else None
     except StructureError as fault:
         nan = math.nan
-        entries.append((Entry(method, nan, (), (), nan, nan, nan, nan, nan, nan, 0, rows, str(fault)), None))
-    return entries
+        yield Entry(method, nan, (), (), nan, nan, nan, nan, nan, nan, 0, rows, str(fault)), None
 
 
 def _entry(method: Method, tolerance: float, found: Outcome, truth: Truth) -> Entry:
