@@ -13,19 +13,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gimcli.analysis.methods import METHODS, Clock, Method, Outcome, Task, Timing
+from gimcli.analysis.operations import coordinates_cost
 from gimcli.analysis.true_error import Truth, refine
 from gimcli.analysis.verdict import verify
 from gimcli.errors import StructureError
 from gimcli.kernels.jit import compiled
 from gimcli.mechanism import Mechanism
-from gimcli.motion.effort import choose, gim_work, newton_work
+from gimcli.motion.effort import choose, gim_work
 from gimcli.motion.motion import Motion, Progress, Tell, trace
 from gimcli.motion.options import Options
-from gimcli.structure.plan import make_plan
+from gimcli.solvers.absolute import Absolute
 from gimcli.table import Column, Table
 
 ALIKE = 1.15
 """Times that differ by less than this factor count as equal: the more accurate entry is advised."""
+
+PLAIN, ITERATIONS, RUNS = 1.5e-7, 4, 3
+"""Seconds of an operation that is not compiled; iterations and runs that the work is estimated by."""
 
 ROUNDING = 8.0 * float(np.finfo(float).eps)
 """True errors below this are rounding: none is better than another."""
@@ -122,9 +126,9 @@ def _silent(done: int) -> None:
 
 def _work(mechanism: Mechanism, steps: int, tolerances: int) -> float:
     """Estimate the seconds that the whole comparison takes without compiling."""
-    plan, runs = make_plan(mechanism, closed_forms=False), 3 * tolerances
-    moves = 4 * len(mechanism.nodes)
-    return runs * (2 * gim_work(moves, steps) + 4 * newton_work(plan, steps))
+    position = coordinates_cost(Absolute(mechanism)).operations(ITERATIONS) * PLAIN
+    sweeps = gim_work(4 * len(mechanism.nodes), steps)
+    return RUNS * tolerances * (2 * sweeps + 2 * steps * position)
 
 
 def _entries(
