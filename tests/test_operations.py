@@ -78,7 +78,7 @@ def test_natural_coordinates(model):
 @pytest.mark.parametrize(("m", "n"), [(8, 8), (27, 27), (12, 9), (40, 30)])
 def test_linear_algebra_of_full_tables(m, n):
     generator = np.random.default_rng(0)
-    table, right, work = generator.random((m, n)), generator.random(m), np.zeros(n)
+    table, right, work = generator.random((m, n)), generator.random(m), np.zeros(2 * n)
     if m == n:
         factor, solve = (table, n, work), (n, work, right)
         factored, solved = operations(linear.lu_factor, *factor), linear.lu_solve

@@ -65,7 +65,7 @@ def follow_bodies(
     good. A row that fails leaves the unknowns where the last good row had them.
     """
     n = q.shape[0]
-    j, f, order = np.zeros((rows, n)), np.zeros(rows), np.zeros(n)
+    j, f, order = np.zeros((rows, n)), np.zeros(rows), np.zeros(2 * n)
     g, gb, v = np.zeros((rows, 6)), np.zeros((rows, 2), dtype=np.int64), np.zeros((n, 3))
     last = q.copy()
     for r in range(values.shape[0]):
@@ -115,7 +115,7 @@ def follow_points(
 ) -> None:
     """Follow a motion in natural coordinates; as `follow_bodies`, x, y (rows, nodes) filled."""
     n = q.shape[0]
-    j, f, order = np.zeros((rows, n)), np.zeros(rows), np.zeros(n)
+    j, f, order = np.zeros((rows, n)), np.zeros(rows), np.zeros(2 * n)
     cos, sin = np.cos(values), np.sin(values)
     last = q.copy()
     for r in range(values.shape[0]):
