@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from table1_operations import CASES
 
 from gimcli.analysis.convergence import fit_history
 from gimcli.analysis.sequence_report import report
@@ -21,14 +22,7 @@ MODELS = Path(__file__).parents[1] / "models"
 # Table 1 and Fig. 11 of the paper: sweeps to 1e-5 from the previous position. Dimensions and sequences
 # are those that reproduce the counts (the paper gives neither).
 STEPS = {
-    "gim_fig13a": ({"*": 30.0}, 4, "B>C D>C"),
-    "gim_fig13b": ({"*": 10.0}, 7, "B>C D>C B>E C>E E>F G>F"),
-    "gim_fig13c": ({"*": -10.0}, 18, "T>X S>V X>W W>U Q>U U>V V>W W>Y R>Y Y>X"),
-    "ten_bar": (
-        {"*": 5.0},
-        22,
-        "j2>j13 j2>j8 j8>j4 j3>j4 j4>j9 j9>j10 j10>j11 j7>j11 j11>j12 j7>j12 j12>j13 j13>j8 j8>j9 j9>j6 j5>j6 j6>j10",
-    ),
+    **{case.model: ({"*": case.step}, case.sweeps, case.sequence) for case in CASES},
     "gim_fig11": ({"FD": 30.0, "OA": 20.0}, 13, "O>A F^D>E F>E D>B E>C A>B B>C C^B>A"),
 }
 

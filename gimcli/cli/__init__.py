@@ -8,7 +8,7 @@ import sys
 import typer
 
 from gimcli import __version__
-from gimcli.cli import mobility, schema, sequence, solve, trace
+from gimcli.cli import mobility, schema, sequence, solve, trace, tradeoff
 from gimcli.errors import GimError
 
 app = typer.Typer(
@@ -35,7 +35,7 @@ def _main(
     pass
 
 
-for module in (solve, trace, sequence, mobility, schema):
+for module in (solve, trace, sequence, mobility, tradeoff, schema):
     app.command(module.NAME, help=module.HELP)(module.command)
 
 

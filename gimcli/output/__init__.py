@@ -30,6 +30,7 @@ __all__ = [
     "draw_motion",
     "draw_position",
     "draw_sequence",
+    "draw_tradeoff",
     "write",
     "write_csv",
     "written_bytes",
@@ -111,3 +112,10 @@ def draw_history(
     from gimcli.output.drawing import history_picture
 
     write(history_picture(errors, fit, title, predicted, first), path)
+
+
+def draw_tradeoff(curves: Mapping[str, FloatArray], front: FloatArray, path: Path | str, title: str) -> None:
+    """Draw error over time: curves (points, 3) of seconds, error and 1 where all is solved; front (points, 2)."""
+    from gimcli.output.tradeoff import tradeoff_picture
+
+    write(tradeoff_picture(curves, front, title), path)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray
-from gimcli.output.picture import Picture, Text
+from gimcli.output.picture import Key, Picture, Text
 from gimcli.output.style import DPI, FONT, INK, PAPER, Mark, Pen
 
 LEFT, RIGHT, BOTTOM, TOP = 0.85, 0.3, 0.5, 0.2
@@ -77,9 +77,25 @@ def _dress(axes: Any, picture: Picture) -> None:
     for side in axes.spines.values():
         side.set_linewidth(0.6)
     if picture.logarithmic:
-        decades = np.arange(np.ceil(low.imag), np.floor(high.imag) + 1)
-        ticks = decades[:: max(1, len(decades) // 8)]
-        axes.set_yticks(ticks, [_power(int(tick)) for tick in ticks])
+        axes.set_yticks(*_decades(low.imag, high.imag))
+    if picture.logarithmic_x:
+        axes.set_xticks(*_decades(low.real, high.real))
+        axes.set_xticks(_between(low.real, high.real), minor=True)
+        axes.tick_params(which="minor", width=0.4, length=1.8, direction="in", top=True)
+
+
+def _decades(low: float, high: float) -> tuple[NDArray[np.float64], list[str]]:
+    """Return ticks at powers of ten, and their texts."""
+    decades = np.arange(np.ceil(low), np.floor(high) + 1)
+    ticks = decades[:: max(1, len(decades) // 8)]
+    return ticks, [_power(int(tick)) for tick in ticks]
+
+
+def _between(low: float, high: float) -> NDArray[np.float64]:
+    """Return ticks at 2 to 9 times the powers of ten."""
+    decades = np.arange(np.floor(low), np.ceil(high))
+    ticks = np.add.outer(decades, np.log10(np.arange(2.0, 10.0))).ravel()
+    return np.asarray(ticks[(ticks > low) & (ticks < high)])
 
 
 def _power(exponent: int) -> str:
@@ -177,7 +193,9 @@ def _add_legend(figure: Any, picture: Picture, columns: int, at: tuple[float, fl
         text.set(parse_math=False, text=_cut(name))
 
 
-def _key_style(style: Pen | Mark) -> dict[str, Any]:
+def _key_style(style: Key) -> dict[str, Any]:
+    if isinstance(style, tuple):
+        return {**_mark_style(style[1]), **_key_style(style[0])}
     if isinstance(style, Mark):
         return _mark_style(style)
     return {"color": style.color, "linewidth": style.width, "linestyle": _dash(style)}

@@ -17,6 +17,10 @@ WIDEST, HIGHEST, LEAST = 5.9, 5.4, 2.7
 """Limits of the axes' sides [in]."""
 
 
+Key = Pen | Mark | tuple[Pen, Mark]
+"""What stands beside a name in the legend."""
+
+
 @dataclass(frozen=True)
 class Frame:
     """The window of the axes: data limits and the size on paper."""
@@ -67,11 +71,12 @@ class Picture:
     frame: Frame
     labels: tuple[str, str] = ("x", "y")
     logarithmic: bool = False  # the vertical axis holds decimal logarithms
+    logarithmic_x: bool = False  # so does the horizontal one
     strokes: dict[Pen, list[ComplexArray]] = field(default_factory=dict)
     areas: dict[Fill, list[ComplexArray]] = field(default_factory=dict)
     marks: dict[Mark, list[complex]] = field(default_factory=dict)
     texts: list[Text] = field(default_factory=list)
-    legend: list[tuple[str, Pen | Mark]] = field(default_factory=list)
+    legend: list[tuple[str, Key]] = field(default_factory=list)
 
     def stroke(self, pen: Pen, *paths: ComplexArray | Iterable[complex]) -> None:
         """Add open polylines."""

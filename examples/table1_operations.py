@@ -1,0 +1,130 @@
+"""Table 1 of the GIM paper: sweeps against Newton-Raphson, counted as the paper does and as they are.
+
+The paper: 4, 7, 18, 22 sweeps of 12 operations a moving node against 4, 4-5, 4, 4-5 iterations of 9 E^3,
+E the moving links. Dimensions and sequences are those that reproduce the sweeps (the paper gives neither).
+
+Run from the repository: python examples/table1_operations.py
+"""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from gimcli.analysis.convergence import radius_at
+from gimcli.analysis.operations import coordinates_cost, paper_iteration, paper_sweep, plan_cost, sweep_cost
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.model import load
+from gimcli.motion.assemble import Assembler
+from gimcli.motion.effort import plain
+from gimcli.motion.options import Options
+from gimcli.motion.position import solve
+from gimcli.motion.start import drawn_inputs, random_guess
+from gimcli.motion.sweeping import Sweeper, parse_moves
+from gimcli.solvers.coordinates import COORDINATES, Policy, follow
+from gimcli.structure.plan import make_plan
+from gimcli.structure.residual import residual
+
+MODELS = Path(__file__).parents[1] / "models"
+STOP, TIGHT = 1e-5, 1e-12
+STARTS = 50
+HEAD = "            sweeps   paper    real  rho   to 1e-12 | absolute   paper    real   joint natural    auto  to 1e-12"
+
+
+@dataclass(frozen=True)
+class Case:
+    """One column of the table."""
+
+    model: str
+    step: float  # deg, from the drawn position
+    sequence: str
+    sweeps: int  # the paper's
+    iterations: tuple[int, ...]  # the paper's, of Newton-Raphson
+
+
+CASES = (
+    Case("gim_fig13a", 30.0, "B>C D>C", 4, (4,)),
+    Case("gim_fig13b", 10.0, "B>C D>C B>E C>E E>F G>F", 7, (4, 5)),
+    Case("gim_fig13c", -10.0, "T>X S>V X>W W>U Q>U U>V V>W W>Y R>Y Y>X", 18, (4,)),
+    Case(
+        "ten_bar",
+        5.0,
+        "j2>j13 j2>j8 j8>j4 j3>j4 j4>j9 j9>j10 j10>j11 j7>j11 j11>j12 j7>j12 j12>j13 j13>j8 j8>j9 j9>j6 j5>j6 j6>j10",
+        22,
+        (4, 5),
+    ),
+)
+
+
+def displaced(case: Case) -> tuple[Mechanism, FloatArray, ComplexArray]:
+    """Return the mechanism, its inputs a step from the drawn position, and the nodes before the step."""
+    mechanism = load(MODELS / f"{case.model}.yaml")
+    drawn = drawn_inputs(mechanism)
+    start = solve(mechanism, drawn, Options(tolerance=1e-13)).z
+    return mechanism, drawn + math.radians(case.step), start
+
+
+def measure(case: Case) -> dict[str, float]:
+    """Return sweeps and iterations of one mechanism, and their operations."""
+    mechanism, inputs, start = displaced(case)
+    swept = [solve(mechanism, inputs, Options("gim", tolerance=t, moves=case.sequence)) for t in (STOP, TIGHT)]
+    found = {"sweeps": float(swept[0].sweeps), "tight sweeps": float(swept[1].sweeps), "rho": radius_at(swept[1])}
+    found["paper"] = paper_sweep(mechanism) * found["sweeps"]
+    found["real"] = sweep_cost(mechanism, parse_moves(mechanism, case.sequence)).operations(found["sweeps"])
+    unit = Policy(length=1.0 / mechanism.scale)  # corrections in the file's unit and rad, as the paper's
+    for name, make in COORDINATES.items():
+        system = make(mechanism)
+        counts = [float(follow(system, inputs[:, None], start, t, plain, unit).iterations[0]) for t in (STOP, TIGHT)]
+        found[f"{name} iterations"], found[f"tight {name}"] = counts
+        found[f"real {name}"] = coordinates_cost(system).operations(counts[0])
+    found["paper absolute"] = paper_iteration(mechanism) * found["absolute iterations"]
+    plan = make_plan(mechanism)
+    work = Assembler(mechanism, plan, plain, STOP).assemble(inputs, start).work
+    found["real auto"] = plan_cost(mechanism, plan).operations(work)
+    return found
+
+
+def from_far(case: Case) -> tuple[int, int]:
+    """Return how many random starts sweeps settle from, and Newton-Raphson in absolute coordinates."""
+    mechanism, inputs, _ = displaced(case)
+    sweeper = Sweeper(mechanism, Options("gim", tolerance=STOP, moves=case.sequence), plain)
+    system, swept, newton = COORDINATES["absolute"](mechanism), 0, 0
+    for seed in range(STARTS):
+        guess = random_guess(mechanism, seed)
+        swept += sweeper.settle(inputs, guess).good
+        found = follow(system, inputs[:, None], guess, STOP, plain)
+        newton += bool(residual(mechanism, found.z, inputs[:, None]).total[0] < 1e-3)
+    return swept, newton
+
+
+def main() -> None:
+    """Print the table; assert the paper's counts, and where its conclusion does not hold."""
+    rows = [measure(case) for case in CASES]
+    print(HEAD)
+    for case, r in zip(CASES, rows, strict=True):
+        print(
+            f"{case.model:11s} {r['sweeps']:6.0f} {r['paper']:7.0f} {r['real']:7.0f} {r['rho']:5.3f}"
+            f" {r['tight sweeps']:7.0f}  | {r['absolute iterations']:8.0f} {r['paper absolute']:7.0f}"
+            f" {r['real absolute']:7.0f} {r['real joint']:7.0f} {r['real natural']:7.0f} {r['real auto']:7.0f}"
+            f" {r['tight absolute']:8.0f}"
+        )
+        assert r["sweeps"] == case.sweeps, "the paper's sweeps"
+        assert r["absolute iterations"] in case.iterations, "the paper's iterations"
+        assert r["paper"] < r["paper absolute"], "by the paper's count sweeps cost less"
+        more = np.log(TIGHT / STOP) / np.log(r["rho"])
+        assert abs(r["tight sweeps"] - r["sweeps"] - more) < 1.0 + 0.1 * more, "they grow like ln(eps) / ln(rho)"
+        assert r["tight absolute"] <= r["absolute iterations"] + 2, "Newton-Raphson adds an iteration or two"
+        assert r["real auto"] < 0.6 * r["paper absolute"], "and costs less than 9 E^3 in few unknowns"
+    far = [from_far(case) for case in CASES]
+    print(
+        f"from {STARTS} random starts settle by sweeps", *(s for s, _ in far), "and by iterations", *(n for _, n in far)
+    )
+    assert all(swept < STARTS for swept, _ in far[1:]), "sweeps do not converge from anywhere"
+    assert far[-1][0] < STARTS // 4, "from few starts of the ten-bar"
+    assert [r["paper"] for r in rows] == [48.0, 252.0, 1080.0, 2112.0], "12 nnod nit"
+    assert all(r["real auto"] < r["real"] for r in rows[2:]), "less than the sweeps of larger groups"
+
+
+if __name__ == "__main__":
+    main()

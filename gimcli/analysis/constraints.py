@@ -1,0 +1,100 @@
+"""Members, sliding pairs and inputs as written, as polynomials of second degree in the nodes' coordinates.
+
+They are written once for numbers of any precision: arrays of complex doubles, or of mpmath's numbers.
+Being of second degree, their Jacobian is what central differences of any width give, exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.structure.rotation import members_of
+
+Numbers = Any
+"""An array (rows,) of complex numbers of some precision."""
+
+
+class Constraints:
+    """The equations of a mechanism in the coordinates of its moving nodes."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        frame = set(mechanism.members[FRAME].nodes)
+        held = [s.node for s in mechanism.slides] + [n for a in mechanism.actuators for n in (a.a, a.b) if n >= 0]
+        tied = {n for n, holders in enumerate(members_of(mechanism)) if holders} | set(held)
+        self.free = sorted(tied - frame)
+
+    def equations(
+        self, z: Numbers, inputs: Numbers, turns: Numbers, exact: Any = complex
+    ) -> Iterator[tuple[str, Numbers]]:
+        """Yield each equation (rows,) and which part of it counts: "real", "imag" or "both".
+
+        z (nodes, rows); inputs (actuators, rows) and turns = exp(i inputs) of them; `exact` makes a
+        number of the precision of z from a double.
+        """
+        for member in self.mechanism.members[FRAME + 1 :]:
+            first, far = self._base(member.shape)
+            u, v = member.nodes[first], member.nodes[far]
+            arm, reach = z[v] - z[u], exact(member.shape[far]) - exact(member.shape[first])
+            yield "real", arm * arm.conjugate() - reach * reach.conjugate()
+            for k, node in enumerate(member.nodes):
+                if k not in (first, far):
+                    yield "both", z[node] - z[u] - (exact(member.shape[k]) - exact(member.shape[first])) / reach * arm
+        for slide in self.mechanism.slides:
+            at = self._seen(slide.node, slide.member, slide.point, z, exact)
+            yield "imag", at * exact(slide.direction).conjugate()
+        for k, a in enumerate(self.mechanism.actuators):
+            if a.drive is Drive.DISTANCE:
+                arm = z[a.b] - z[a.a]
+                yield "real", arm * arm.conjugate() - inputs[k] * inputs[k]
+            elif a.drive is Drive.TRAVEL:
+                along = self._seen(a.a, a.reference_member, a.point, z, exact) * exact(a.direction).conjugate()
+                yield "real", along - inputs[k]
+            else:
+                arm = self._turn(a.arm_member, z, exact) * exact(a.arm_direction)
+                reference = self._turn(a.reference_member, z, exact) * exact(a.reference_direction)
+                yield "imag", arm * (reference * turns[k]).conjugate()
+
+    def residual(self, z: ComplexArray, inputs: FloatArray) -> FloatArray:
+        """Return the equations in double precision (equations, rows)."""
+        rows = []
+        for part, value in self.equations(z, inputs + 0.0j, np.exp(1j * inputs)):
+            rows += [value.real] * (part != "imag") + [value.imag] * (part != "real")
+        return np.array(rows).reshape(-1, z.shape[1])
+
+    def jacobian(self, z: ComplexArray, inputs: FloatArray) -> FloatArray:
+        """Return their derivatives (rows, equations, 2 x moving nodes), x and y of a node side by side."""
+        columns = []
+        for node in self.free:
+            for step in (1.0, 1.0j):  # any width: what is of second degree has no third derivative
+                ahead, behind = z.copy(), z.copy()
+                ahead[node] += step
+                behind[node] -= step
+                columns.append(0.5 * (self.residual(ahead, inputs) - self.residual(behind, inputs)))
+        return np.moveaxis(np.array(columns), (0, 1, 2), (2, 1, 0))
+
+    @staticmethod
+    def _base(shape: ComplexArray) -> tuple[int, int]:
+        return 0, int(np.argmax(np.abs(shape - shape[0])))
+
+    def _turn(self, index: int, z: Numbers, exact: Any) -> Numbers:
+        """Return e^(i phi) of a member, linear in two of its nodes."""
+        member = self.mechanism.members[index]
+        if index == FRAME:
+            return exact(1.0)
+        first, far = self._base(member.shape)
+        reach = exact(member.shape[far]) - exact(member.shape[first])
+        return (z[member.nodes[far]] - z[member.nodes[first]]) / reach
+
+    def _seen(self, node: int, index: int, point: complex, z: Numbers, exact: Any) -> Numbers:
+        """Return where a node is, seen from a point of a member and turned back with it."""
+        member = self.mechanism.members[index]
+        if index == FRAME:
+            return z[node] - exact(point)
+        turn = self._turn(index, z, exact)
+        origin = z[member.nodes[0]] - turn * exact(member.shape[0])
+        return (z[node] - origin - turn * exact(point)) * turn.conjugate()

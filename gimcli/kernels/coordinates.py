@@ -1,0 +1,137 @@
+"""Newton-Raphson in absolute, joint or natural coordinates, row after row of a motion.
+
+The textbook iteration: every row starts from the row before it, and ends when no unknown is corrected
+by more than the tolerance. More equations than unknowns are met in the least-squares sense.
+
+Source: Garcia de Jalon & Bayo 1994, section 3.2; Fraczek & Wojtyra, lecture notes on multibody methods.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gimcli.kernels.bodies import absolute_rows, joint_rows, pair_rows, place_bodies, place_tree
+from gimcli.kernels.jit import kernel
+from gimcli.kernels.linear import lu_factor, lu_solve, qr_factor, qr_solve
+from gimcli.kernels.points import move_points, point_rows
+from gimcli.mechanism import FloatArray, IntArray
+
+
+@kernel
+def correct(q: FloatArray, j: FloatArray, f: FloatArray, order: FloatArray, weight: FloatArray) -> float:
+    """Correct the unknowns once; return the greatest weighted correction, infinite where there is none."""
+    m, n = j.shape
+    if m < n:
+        return math.inf
+    regular = lu_factor(j, n, order) if m == n else qr_factor(j, m, n, order)
+    if regular == 0.0:
+        return math.inf
+    if m == n:
+        lu_solve(j, n, order, f)
+    else:
+        qr_solve(j, m, n, order, f)
+    worst = 0.0
+    for k in range(n):
+        q[k] -= f[k]
+        step = abs(f[k]) * weight[k]
+        if not step <= worst:  # a NaN stays
+            worst = step
+    return worst if math.isfinite(worst) else math.inf
+
+
+@kernel
+def follow_bodies(
+    q: FloatArray,
+    values: FloatArray,
+    bi: IntArray,
+    pi: IntArray,
+    pz: FloatArray,
+    ji: IntArray,
+    jz: FloatArray,
+    above: IntArray,
+    rows: int,
+    weight: FloatArray,
+    tolerance: float,
+    most: int,
+    pose: FloatArray,
+    iterations: FloatArray,
+    good: FloatArray,
+) -> None:
+    """Follow a motion in absolute coordinates, or in joint coordinates where there are joints.
+
+    q (unknowns,) is the start; values (rows, actuators). Filled: pose (rows, bodies, 5), iterations,
+    good. A row that fails leaves the unknowns where the last good row had them.
+    """
+    n = q.shape[0]
+    j, f, order = np.zeros((rows, n)), np.zeros(rows), np.zeros(2 * n)
+    g, gb, v = np.zeros((rows, 6)), np.zeros((rows, 2), dtype=np.int64), np.zeros((n, 3))
+    last = q.copy()
+    for r in range(values.shape[0]):
+        for k in range(n):
+            q[k] = last[k]
+        done, step = 0, math.inf
+        while done < most and step > tolerance:
+            if ji.shape[0] > 0:
+                place_tree(q, values[r], ji, jz, pose[r], v)
+            else:
+                place_bodies(q, bi, pose[r])
+            pair_rows(values[r], pi, pz, pose[r], f, g, gb)
+            if ji.shape[0] > 0:
+                joint_rows(g, gb, ji, above, pose[r], v, j)
+            else:
+                absolute_rows(g, gb, bi, j)
+            step = correct(q, j, f, order, weight)
+            done += 1
+            if step == math.inf:
+                break
+        iterations[r] = done
+        good[r] = 1.0 if step <= tolerance else 0.0
+        if step <= tolerance:
+            for k in range(n):
+                last[k] = q[k]
+            if ji.shape[0] > 0:
+                place_tree(q, values[r], ji, jz, pose[r], v)
+            else:
+                place_bodies(q, bi, pose[r])
+
+
+@kernel
+def follow_points(
+    q: FloatArray,
+    values: FloatArray,
+    ei: IntArray,
+    ez: FloatArray,
+    col: IntArray,
+    rows: int,
+    weight: FloatArray,
+    tolerance: float,
+    most: int,
+    x: FloatArray,
+    y: FloatArray,
+    iterations: FloatArray,
+    good: FloatArray,
+) -> None:
+    """Follow a motion in natural coordinates; as `follow_bodies`, x, y (rows, nodes) filled."""
+    n = q.shape[0]
+    j, f, order = np.zeros((rows, n)), np.zeros(rows), np.zeros(2 * n)
+    cos, sin = np.cos(values), np.sin(values)
+    last = q.copy()
+    for r in range(values.shape[0]):
+        for k in range(n):
+            q[k] = last[k]
+        done, step = 0, math.inf
+        while done < most and step > tolerance:
+            move_points(q, col, x[r], y[r])
+            point_rows(x[r], y[r], values[r], cos[r], sin[r], ei, ez, col, f, j)
+            step = correct(q, j, f, order, weight)
+            done += 1
+            if step == math.inf:
+                break
+        iterations[r] = done
+        good[r] = 1.0 if step <= tolerance else 0.0
+        if step <= tolerance:
+            for k in range(n):
+                last[k] = q[k]
+            move_points(q, col, x[r], y[r])
