@@ -109,7 +109,6 @@ def test_a_method_that_does_not_converge_or_has_no_sequence_keeps_its_row():
     (entry,) = of(found, "gim-classic")
     assert 0 < entry.solved < entry.rows
     assert entry.reason in ("stalled", "not-converged", "other-configuration")
-    assert math.isnan(entry.seconds)
 
     def refuse(task):
         raise StructureError("no sequence moves nodes A, B twice each")
