@@ -15,9 +15,9 @@ HEIGHT = 2
 
 
 @kernel
-def span_error(dx: Any, dy: Any, length: Any) -> Any:
-    """Return the relative error of a distance: eq. (1) of Petuya et al. 2004."""
-    return abs(np.sqrt(dx * dx + dy * dy) / length - 1.0)
+def span_error(dx: Any, dy: Any, inverse: Any) -> Any:
+    """Return the relative error of a distance, one over which is given: eq. (1) of Petuya et al. 2004."""
+    return abs(np.sqrt(dx * dx + dy * dy) * inverse - 1.0)
 
 
 @kernel

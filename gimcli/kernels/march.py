@@ -20,7 +20,7 @@ from gimcli.kernels.newton import LAST_SIGN, Group, Limits, Place, couple
 from gimcli.mechanism import FloatArray, IntArray
 
 HISTORY = 8
-ROWS = 512
+ROWS = 256
 WIDTH = HISTORY + ROWS
 KEPT = 2048
 """Rows after which some are kept to continue from."""
@@ -177,6 +177,18 @@ def lay_value(lanes: FloatArray, at: Lanes, to: int, constant: float, gain: floa
             a[r] = constant + gain * b[r]
     else:
         fill(lanes, to, constant, high)
+
+
+@stage
+def lay_inverse(lanes: FloatArray, at: Lanes, to: int, constant: float, gain: float, actuator: int, high: int) -> None:
+    """Lay out one over a length that may follow an actuator."""
+    lay_value(lanes, at, to, constant, gain, actuator, high)
+    if actuator < 0:
+        fill(lanes, to, 1.0 / constant, high)
+    else:
+        a = lanes[to]
+        for r in range(high):
+            a[r] = 1.0 / a[r]
 
 
 @stage
@@ -375,7 +387,7 @@ def check_angle(w: FloatArray, high: int) -> None:
 
 @stage
 def check_span(w: FloatArray, high: int) -> None:
-    """Fill the errors of the length C of A, B."""
+    """Fill the errors of the length of A, B, one over which is C."""
     for r in range(high):
         w[X * WIDTH + r] = span_error(w[A * WIDTH + r], w[B * WIDTH + r], w[C * WIDTH + r])
 
@@ -408,10 +420,11 @@ def check(w: FloatArray, lanes: FloatArray, q: Program, at: Lanes, high: int) ->
             else:
                 take(lanes, A, at.x + p, high)
                 take(lanes, B, at.y + p, high)
-            lay_value(lanes, at, C, q.cv[k, 0], q.cv[k, 1], q.ci[k, 5], high)
             if kind == SPAN:
+                lay_inverse(lanes, at, C, q.cv[k, 0], q.cv[k, 1], q.ci[k, 5], high)
                 check_span(w, high)
             else:
+                lay_value(lanes, at, C, q.cv[k, 0], q.cv[k, 1], q.ci[k, 5], high)
                 lay_vector(w, lanes, q.vi, q.vz, at, q.ci[k, 3], high)
                 check_height(w, q.size, high)
         for r in range(high):

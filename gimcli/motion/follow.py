@@ -47,7 +47,8 @@ class Policy:
     rows: int = 2048  # in one block: fits the cache
     many: int = 256  # rows worth one call for all
     first: tuple[float, ...] = (1 / 512, 1 / 64, 1 / 8, 1.0)  # parts of the first step
-    small: float = 1e-4  # of a turn: a first step that needs no parts
+    growth: float = 1.75  # of the steps of which the first is made
+    steps: int = 14
     split: int = 8  # parts of an interval approached finer
     resolution: float = 1e-12  # of the motion: where a limit is told
     leaps: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)  # of a turn: half gaps tried at a singular position
@@ -285,8 +286,14 @@ class Follower:
     def _set_out(self, time: float) -> bool:
         """Go to the first row in steps that grow from very small ones: nothing is known of the pace yet."""
         start = self.log[-1].time
-        parts = self.policy.first if time - start > self.policy.small * self.turn else (1.0,)
-        return all(self.cross(start + part * (time - start)) for part in parts)
+        growing = start + (time - start) * self.policy.growth ** np.arange(-self.policy.steps, 1.0)
+        growing[-1] = time
+        block = self.evaluate(growing, self.log)
+        self.remember(self.rows(block))
+        if block.end == len(block.time):
+            return True
+        ends = start + (time - start) * np.array(self.policy.first)
+        return all(self.cross(float(end)) for end in ends if end > self.log[-1].time)
 
     # -- doubtful rows ---------------------------------------------------------------------
 

@@ -93,7 +93,7 @@ def _error(
         px, py = px - x[check.q], py - y[check.q]
     value = check.value.at(inputs)
     if check.kind == constraints.SPAN:
-        return np.asarray(constraints.span_error(px, py, value))
+        return np.asarray(constraints.span_error(px, py, 1.0 / value))
     return np.asarray(constraints.height_error(*laid(check.first), px, py, value, size))
 
 
