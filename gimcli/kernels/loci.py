@@ -95,10 +95,10 @@ def tilt(wx: Any, wy: Any, e: Any, s: float) -> Meeting:
 
 
 @kernel
-def doubt(g: Any, g2: Any, noise: Any) -> tuple[Any, Any]:
-    """Return the error of a meeting point and the quality of its measure: below 1 it tells no side."""
+def doubt(g: Any, noise: Any) -> Any:
+    """Return the error of a meeting point."""
     size, least = abs(g), np.sqrt(noise)
-    return noise / (2.0 * where(size > least, size, least)), g2 / noise
+    return noise / (2.0 * where(size > least, size, least))
 
 
 @kernel

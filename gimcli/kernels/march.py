@@ -309,9 +309,10 @@ def guard(w: FloatArray, lanes: FloatArray, at: Lanes, branch: int, turning: boo
     new = high - HISTORY
     for k in range(new):
         r = HISTORY + k
-        error, quality = doubt(w[MEASURE * WIDTH + r], w[SQUARE * WIDTH + r], w[NOISE * WIDTH + r])
+        noise = w[NOISE * WIDTH + r]
+        error = doubt(w[MEASURE * WIDTH + r], noise)
         w[ERROR * WIDTH + r] = where(error > w[ERROR * WIDTH + r], error, w[ERROR * WIDTH + r])
-        w[DOUBT * WIDTH + r] = where((quality >= -1.0) & (error <= tolerance), 0.0, 1.0)
+        w[DOUBT * WIDTH + r] = where((w[SQUARE * WIDTH + r] >= -noise) & (error <= tolerance), 0.0, 1.0)
     if branch >= 0:
         take(lanes, MEASURE, at.g + branch, HISTORY)
         for k in range(new):
@@ -458,18 +459,20 @@ def begin(w: FloatArray, lanes: FloatArray, at: Lanes, rows: Rows, done: int, co
 
 
 @stage
-def finish(lanes: FloatArray, at: Lanes, rows: Rows, done: int, solved: int) -> None:
+def finish(lanes: FloatArray, at: Lanes, rows: Rows, done: int, solved: int, iterates: bool) -> None:
     """Write the solved rows out, and make the last of them the history of what is to come."""
     for node in range(rows.z.shape[0]):
         x, y, z = lanes[at.x + node], lanes[at.y + node], rows.z[node, done : done + solved]
         for k in range(solved):
             z[k, 0] = x[HISTORY + k]
             z[k, 1] = y[HISTORY + k]
-    worst, work = lanes[WORST], lanes[WORK]
-    residual, spent = rows.residual[done : done + solved], rows.work[done : done + solved]
+    worst, residual = lanes[WORST], rows.residual[done : done + solved]
     for k in range(solved):
         residual[k] = worst[HISTORY + k]
-        spent[k] = work[HISTORY + k]
+    if iterates:
+        work, spent = lanes[WORK], rows.work[done : done + solved]
+        for k in range(solved):
+            spent[k] = work[HISTORY + k]
     for lane in range(lanes.shape[0]):
         for r in range(HISTORY):
             lanes[lane, r] = lanes[lane, solved + r]
@@ -511,7 +514,7 @@ def march(
                 break
         check(w, lanes, q, at, high)
         solved = high - HISTORY
-        finish(lanes, at, rows, done, solved)
+        finish(lanes, at, rows, done, solved, q.gi.shape[0] > 0)
         done += solved
         keep(lanes, rows, solved, solved < count or done == total)
         if solved < count:

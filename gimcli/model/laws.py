@@ -86,10 +86,11 @@ class Run:
     def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
         """Return the value or a derivative by the normalised time."""
         t = np.asarray(time, dtype=float)
-        run = (self.end - self.start) * self.profile(t, order)
-        if order:
-            return np.asarray(run)
-        return np.where(t == 1.0, self.end, self.start + run)  # profiles begin with 0 exactly
+        run = np.atleast_1d((self.end - self.start) * self.profile(t, order))
+        if order == 0:  # profiles begin with 0 exactly
+            run += self.start
+            run[np.atleast_1d(t == 1.0)] = self.end
+        return run.reshape(t.shape)
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,8 @@ def choose(mode: str, work: float, tell: Callable[[str], None] | None = None) ->
     """Return how to run kernels: `mode` auto, on or off; `tell` hears of a compilation."""
     if mode == "off" or (mode == "auto" and work < WORTH):
         return plain
+    if mode == "on" and tell is None:
+        return jit.compiled
     cached = jit.is_cached()
     if mode == "auto" and not cached and work < COMPILING:
         return plain

@@ -69,8 +69,9 @@ class Path:
     inputs: FloatArray  # (actuators, rows)
     z: ComplexArray  # (nodes, rows)
     codes: IntArray  # (rows,) of Status
-    residual: FloatArray  # (rows,) NaN where not computed yet
+    residual: FloatArray  # (rows,) undefined where `unchecked`
     work: FloatArray  # (rows,)
+    unchecked: list[slice] = field(default_factory=list)  # rows whose residual is not computed yet
     bridged: list[float] = field(default_factory=list)  # times of the singular positions passed
     limit: float | None = None  # time of the limit that was met
     exchanged: list[float] = field(default_factory=list)  # times at which sweeps went on by another sequence
@@ -79,8 +80,13 @@ class Path:
     def empty(nodes: int, time: FloatArray, inputs: FloatArray) -> Path:
         """Return a path with nothing solved."""
         rows = len(time)
-        z = np.empty((nodes, rows), dtype=complex)
-        return Path(time, inputs, z, np.full(rows, int(Status.LIMIT)), np.full(rows, np.nan), np.zeros(rows))
+        z, codes = np.empty((nodes, rows), dtype=complex), np.zeros(rows, dtype=np.int64)
+        return Path(time, inputs, z, codes, np.empty(rows), np.zeros(rows))
+
+    def end(self, row: int) -> None:
+        """Leave the rows from `row` on empty: a limit was met."""
+        self.codes[row:] = int(Status.LIMIT)
+        self.unchecked.append(slice(row, len(self.time)))
 
 
 class Follower:
@@ -230,6 +236,7 @@ class Follower:
         self.lenient = True
         row = self.evaluate(path.time[i : i + 1], self.log)
         self.lenient = False
+        path.end(i)
         if row.end == len(row.time):  # it is there, but cannot be told
             path.codes[i] = int(Status.SINGULAR)
         path.limit = self.log[-1].time
@@ -241,7 +248,8 @@ class Follower:
         good = block.end - block.history
         span, into = slice(block.history, block.end), slice(i, i + good)
         path.z.real[:, into], path.z.imag[:, into] = block.x[:, span], block.y[:, span]
-        path.work[into], path.codes[into] = block.work[span], int(Status.OK)
+        path.work[into] = block.work[span]
+        path.unchecked.append(into)
         self.remember(self.rows(_tail(block, block.end - min(good, 8))))
         return good, block.end < len(block.time)
 
@@ -258,7 +266,6 @@ class Follower:
         determinant = np.array([*self.determinant.values()])
         good, kept = marcher.go(i, path.time, path.inputs, path.z, path.residual, path.work, self.sign, determinant)
         self.determinant = dict(zip(self.determinant, determinant.tolist(), strict=True))
-        path.codes[i : i + good] = int(Status.OK)
         self.remember([Row(*parts) for parts in kept if parts[0] > self.log[-1].time])
         return good, i + good < len(path.time)
 
@@ -268,6 +275,7 @@ class Follower:
             row = self.at(float(path.time[i]))
             path.z[:, i] = row.x + 1j * row.y
             path.codes[i] = int(Status.OK if row.error <= self.tolerance else Status.SINGULAR)
+            path.unchecked.append(slice(i, i + 1))
             i += 1
         return i
 

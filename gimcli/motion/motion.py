@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
 from gimcli.motion.effort import choose, gim_work, plan_work
-from gimcli.motion.follow import Follower, Path
+from gimcli.motion.follow import Follower, Inputs, Path
 from gimcli.motion.inputs import law_inputs, pace
 from gimcli.motion.options import Options
 from gimcli.motion.start import STEPS_A_TURN, leave_singular, start_position
@@ -25,6 +25,9 @@ from gimcli.structure.steps import Plan
 
 Tell = Callable[[str], None]
 Progress = Callable[[int, int], None]
+
+ALL = [slice(None)]
+"""All rows."""
 
 
 @dataclass(frozen=True)
@@ -133,12 +136,19 @@ def stream(
     for time in pieces:
         if progress is not None:
             follower.progress = _heard(progress, done, parts, steps + 1)
-        path = Path.empty(len(mechanism.nodes), time, inputs(time)) if limit else _along(follower, time, parts, steps)
+        path = _after(mechanism, time, inputs) if limit else _along(follower, time, parts, steps)
         if done == 0:
             path.work[0] = start.work
         path.limit = limit = limit or path.limit
         done += len(time)
         yield _judged(mechanism, plan, path if swept is None else swept.path(path), options)
+
+
+def _after(mechanism: Mechanism, time: FloatArray, inputs: Inputs) -> Path:
+    """Return rows after a limit."""
+    path = Path.empty(len(mechanism.nodes), time, inputs(time))
+    path.end(0)
+    return path
 
 
 def _heard(progress: Progress, done: int, parts: int, total: int) -> Progress:
@@ -167,8 +177,9 @@ def _along(follower: Follower, time: FloatArray, parts: int, steps: int) -> Path
     path = follower.follow(fine)
     work = np.add.reduceat(path.work, np.maximum(np.arange(len(time)) * parts + own.start - parts + 1, 0))
     return Path(
-        time, path.inputs[:, own], path.z[:, own], path.codes[own], path.residual[own], work, path.bridged, path.limit
-    )
+        time, path.inputs[:, own], path.z[:, own], path.codes[own], np.empty(len(time)), work, ALL, path.bridged,
+        path.limit,
+    )  # fmt: skip
 
 
 class _Swept:
@@ -201,8 +212,7 @@ class _Swept:
             codes[:rows] = np.where(good[:rows], self._reasons(swept.codes, exact, inputs)[lead:], codes[:rows])
             exchanged = [float(path.time[max(0, k - lead)]) for k in swept.exchanged]
             self.last, self.status = (inputs[:, -1:], z[:, rows - 1 : rows]), Status(int(swept.codes[-1]))
-        unknown = np.full(len(path.time), math.nan)
-        return Path(path.time, path.inputs, z, codes, unknown, work, path.bridged, path.limit, exchanged)
+        return Path(path.time, path.inputs, z, codes, path.residual, work, ALL, path.bridged, path.limit, exchanged)
 
     def _reasons(self, codes: IntArray, exact: ComplexArray, inputs: FloatArray) -> IntArray:
         """Return why rows were not solved: sweeps stall on a contradiction too."""
@@ -217,17 +227,13 @@ def _judged(mechanism: Mechanism, plan: Plan, path: Path, options: Options) -> M
     """Check every row by a residual that nothing of the solution enters; empty those that fail."""
     z, codes, start = path.z, path.codes, path.z[:, 0].copy()
     error, bound = path.residual, allowed(mechanism, options.tolerance, options.method == "gim")
-    unknown = np.isnan(error)
-    if unknown.all():
-        error = residual(mechanism, z, path.inputs).total
-    elif unknown.any():
-        unknown &= codes == Status.OK
-        error[unknown] = residual(mechanism, z[:, unknown], path.inputs[:, unknown]).total
-    if not (error <= bound).all():
+    for rows in path.unchecked:
+        error[rows] = residual(mechanism, z[:, rows], path.inputs[:, rows]).total
+    if not np.max(error) <= bound:
         bad_sum = Status.CONTRADICTORY if plan.surplus > 0 else Status.NOT_CONVERGED
         codes[~(error <= bound) & (codes == Status.OK)] = int(bad_sum)
-    bad = codes != Status.OK
-    if bad.any():
+    if codes.any():
+        bad = codes != Status.OK
         z[:, bad] = complex(math.nan, math.nan)
         error[bad] = math.nan
     worst = ""

@@ -88,9 +88,9 @@ def guard(block: Block, branch: int, meeting: Meeting, tolerance: float, turned:
     _, _, g, g2, noise = meeting
     rows = block.span
     with np.errstate(divide="ignore", invalid="ignore"):
-        error, quality = loci.doubt(g, g2, noise)
+        error, quality = loci.doubt(g, noise), g2 / noise
     block.error[rows] = np.fmax(block.error[rows], error)
-    blocked = ~(quality >= -1.0)
+    blocked = ~(g2 >= -noise)
     singular = quality <= 1.0 if block.lenient else ~(error <= tolerance)
     bad = blocked | singular
     if branch != NONE:
