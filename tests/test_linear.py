@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gimcli.kernels.circular import angle_of, cos_sin
 from gimcli.kernels.linear import lu_factor, lu_solve, qr_factor, qr_solve
 
 
@@ -33,3 +34,12 @@ def test_reflections_solve_in_the_least_squares_sense(m, n, seed):
     assert qr_factor(factors, m, n, diagonal) == 1.0
     qr_solve(factors, m, n, diagonal, x)
     assert np.allclose(x[:n], np.linalg.lstsq(a, b, rcond=None)[0], rtol=1e-11, atol=1e-12)
+
+
+@pytest.mark.parametrize("turns", [0.3, 10.0, 9000.0])
+def test_sine_cosine_and_angle_are_those_of_the_library(turns):
+    angle = np.random.default_rng(0).uniform(-turns, turns, 5000) * 2.0 * np.pi
+    cos, sin = cos_sin(angle)
+    assert np.max(np.abs(cos - np.cos(angle))) < 3e-16
+    assert np.max(np.abs(sin - np.sin(angle))) < 3e-16
+    assert np.max(np.abs(angle_of(cos, np.abs(sin)) - np.arctan2(np.abs(sin), cos))) < 1e-15

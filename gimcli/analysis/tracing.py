@@ -39,9 +39,7 @@ def traced_paths(motion: Motion, names: tuple[str, ...] | None = None) -> dict[s
     mechanism = motion.mechanism
     paths = {}
     for name in names or mechanism.traced:
-        path = np.array(mechanism.to_file(carried_point(mechanism, name, motion.z)))
-        path[~motion.good] = complex(np.nan, np.nan)
-        paths[name] = path
+        paths[name] = np.asarray(mechanism.to_file(carried_point(mechanism, name, motion.z)))
     return paths
 
 

@@ -74,15 +74,21 @@ def _compiled(function: Callable[..., Any], inner: bool) -> Callable[..., Any]:
     return jit
 
 
-def is_cached() -> bool:
-    """Tell whether compiled kernels of this source lie on disk."""
+def is_cached(*functions: Callable[..., Any]) -> bool:
+    """Tell whether the compiled forms of some kernels of this source lie on disk."""
     folder = cache_folder()
-    return folder is not None and any(folder.rglob("*.nbc"))
+    if folder is None:
+        return False
+    names = [path.name for path in folder.rglob("*.nbc")]
+    return all(any(f".{function.__name__}-" in name for name in names) for function in functions)
 
 
 @cache
 def cache_folder() -> Path | None:
-    """Return a writable folder for this source's machine code, or None where there is none."""
+    """Return a writable folder for this source's machine code, or None where there is none.
+
+    Machine code is loaded by unpickling: a folder that belongs to somebody else is not taken.
+    """
     import tempfile
 
     stamp = source_stamp()
@@ -91,7 +97,9 @@ def cache_folder() -> Path | None:
     for base in (Path(home) / "gimcli", Path(tempfile.gettempdir()) / f"gimcli-{user}"):
         folder = base / stamp
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+            if hasattr(os, "getuid") and any(path.stat().st_uid != os.getuid() for path in (base, folder)):
+                continue
             with tempfile.TemporaryFile(dir=folder):
                 return folder
         except OSError:

@@ -20,7 +20,7 @@ from gimcli.kernels.newton import LAST_SIGN, Group, Limits, Place, couple
 from gimcli.mechanism import FloatArray, IntArray
 
 HISTORY = 8
-ROWS = 256
+ROWS = 512
 WIDTH = HISTORY + ROWS
 KEPT = 2048
 """Rows after which some are kept to continue from."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from gimcli.kernels import jit
@@ -35,13 +35,15 @@ def gim_work(moves: int, rows: int) -> float:
     return rows * 20 * moves * 5e-6
 
 
-def choose(mode: str, work: float, tell: Callable[[str], None] | None = None) -> Run:
-    """Return how to run kernels: `mode` auto, on or off; `tell` hears of a compilation."""
+def choose(
+    mode: str, work: float, tell: Callable[[str], None] | None = None, kernels: Sequence[Callable[..., Any]] = ()
+) -> Run:
+    """Return how to run some kernels: `mode` auto, on or off; `tell` hears of a compilation."""
     if mode == "off" or (mode == "auto" and work < WORTH):
         return plain
     if mode == "on" and tell is None:
         return jit.compiled
-    cached = jit.is_cached()
+    cached = jit.is_cached(*kernels)
     if mode == "auto" and not cached and work < COMPILING:
         return plain
     if tell is not None and not cached:
