@@ -7,15 +7,18 @@ from typing import Any
 import numpy as np
 
 from gimcli.analysis.carried import carried_point
-from gimcli.mechanism import ComplexArray, Drive
+from gimcli.mechanism import FRAME, ComplexArray, Drive
 from gimcli.motion.inputs import law_inputs
 from gimcli.motion.motion import Motion
 from gimcli.status import Status
 from gimcli.table import Column, Table
 
 
-def motion_table(motion: Motion, names: tuple[str, ...] | None = None, first: int = 0) -> Table:
-    """Return one row a step, the steps counted from `first`: time, inputs, traced points, residual, sweeps, status."""
+def motion_table(motion: Motion, names: tuple[str, ...] | None = None, first: int = 0, order: int = 0) -> Table:
+    """Return one row a step, the steps counted from `first`: time, inputs, traced points, residual, sweeps, status.
+
+    `order` asks for the points' derivatives by the real time, up to jerk (3), and the members' angular ones.
+    """
     mechanism = motion.mechanism
     rows = len(motion.time)
     columns = [Column("step", np.arange(first, first + rows)), Column("time", motion.time * mechanism.duration, "s")]
@@ -27,11 +30,34 @@ def motion_table(motion: Motion, names: tuple[str, ...] | None = None, first: in
             Column(f"{name}.x", path.real, mechanism.length_unit),
             Column(f"{name}.y", path.imag, mechanism.length_unit),
         ]
+    if order:
+        columns += _rate_columns(motion, names or mechanism.traced, order)
     words = np.array([s.word for s in Status])[motion.codes]
     columns += [
         Column("residual", motion.residual), Column("sweeps", motion.work.astype(np.int64)), Column("status", words),
     ]  # fmt: skip
     return Table(tuple(columns))
+
+
+def _rate_columns(motion: Motion, names: tuple[str, ...], order: int) -> list[Column]:
+    """Return velocity, acceleration, jerk of points, then omega, alpha, angular jerk of members."""
+    from gimcli.analysis.derivatives import rates
+
+    mechanism, columns = motion.mechanism, []
+    found = rates(mechanism, motion.time, motion.z, order)
+    for name in names:
+        point = found.point(name) * mechanism.scale
+        for k in range(1, order + 1):
+            unit = f"{mechanism.length_unit}/s{('', '', '^2', '^3')[k]}"
+            label = f"{name}.{'vaj'[k - 1]}"
+            columns += [Column(f"{label}x", point[k].real, unit), Column(f"{label}y", point[k].imag, unit)]
+    for index, member in enumerate(mechanism.members[FRAME + 1 :], start=FRAME + 1):
+        angular = found.angular(index)
+        angular = np.degrees(angular) if mechanism.angle_unit == "deg" else angular
+        for k in range(order):
+            unit = f"{mechanism.angle_unit}/s{('', '^2', '^3')[k]}"
+            columns.append(Column(f"{member.name}.{('omega', 'alpha', 'jerk')[k]}", angular[k], unit))
+    return columns
 
 
 def traced_paths(motion: Motion, names: tuple[str, ...] | None = None) -> dict[str, ComplexArray]:

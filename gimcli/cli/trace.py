@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 NAME = "trace"
 HELP = (
     "Follow the motion along the actuators' laws; write the traced points as CSV and PNG.\n\n"
-    "N steps are N+1 rows. A step that cannot be solved keeps its row and its reason.\n\n"
+    "N steps are N+1 rows. A step that cannot be solved keeps its row and its reason. With --derivatives the CSV"
+    " also has velocities (vx, vy), accelerations (ax, ay) and jerks (jx, jy) of the traced points and omega, alpha and"
+    " jerk of every member, by the real time of `duration`.\n\n"
     "Example: gim trace models/crank_rocker.yaml --steps 360 --out results"
 )
 
@@ -43,6 +45,10 @@ def command(
     steps: Annotated[int, typer.Option("--steps", "-n", min=1, max=10_000_000, help="Steps of the motion.")] = 360,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")] = Path(),
     png: Annotated[bool, typer.Option("--png/--no-png", help="Draw the picture.")] = True,
+    derivatives: Annotated[
+        int,
+        typer.Option("--derivatives", "-d", min=0, max=3, help="1 velocities, 2 accelerations, 3 jerks, by real time."),
+    ] = 0,
     method: MethodOption = Method.AUTO,
     strategy: StrategyOption = Strategy.SPECTRAL,
     tolerance: Tolerance = 1e-10,
@@ -51,6 +57,8 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Trace a motion."""
+    import numpy as np
+
     from gimcli.analysis.summary import Summary
     from gimcli.analysis.tracing import motion_table
     from gimcli.analysis.verdict import explained, verify
@@ -74,9 +82,11 @@ def command(
     assert piece is not None
     verify(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
     summary = Summary(steps + 1)
-    with CsvStream(csv_path, motion_table(piece).names) as table:  # appears when the picture has been written too
+    with CsvStream(
+        csv_path, motion_table(piece.rows(np.arange(1)), order=derivatives).names
+    ) as table:  # appears when the picture has been written too
         while piece is not None:
-            table.append(motion_table(piece, first=summary.seen))
+            table.append(motion_table(piece, first=summary.seen, order=derivatives))
             summary.add(piece)
             piece = next(pieces, None)
         drawn = png and summary.solved > 0
