@@ -6,6 +6,10 @@ import csv
 import json
 import math
 import os
+import signal
+import subprocess
+import sys
+import time
 
 import pytest
 import yaml
@@ -77,6 +81,12 @@ def gim(tmp_path, monkeypatch, capsys):
         return code, out, err
 
     return run
+
+
+def started(*arguments, **more):
+    """Start the command line in a process of its own."""
+    command = [sys.executable, "-c", "from gimcli.cli import main; main()", *map(str, arguments)]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, **more)
 
 
 def refuse(token):
@@ -291,6 +301,48 @@ def test_where_the_picture_cannot_be_written_the_table_does_not_stay_alone(gim, 
     assert "m.png" in err
     assert [name for name in files(tmp_path) if name.endswith(".part")] == []
     assert files(tmp_path) == ["m.png"]
+
+
+@pytest.mark.parametrize(("command", "name"), [("trace", "m"), ("tradeoff", "m.tradeoff")])
+@pytest.mark.parametrize("kind", ["csv", "png"])
+def test_what_cannot_be_written_is_told_before_the_work(command, name, kind, gim, tmp_path, monkeypatch):
+    def late(*_):
+        raise AssertionError("the work has begun")
+
+    monkeypatch.setattr("gimcli.analysis.tradeoff.tradeoff", late)
+    monkeypatch.setattr("gimcli.analysis.summary.Summary.add", late)
+    (tmp_path / f"{name}.{kind}").mkdir()
+    code, out, err = gim(FOUR + CRANK, command, "m.yaml", "--steps", "4")
+    assert (code, out) == (6, ""), err
+    assert f"{name}.{kind}" in err
+    assert files(tmp_path) == [f"{name}.{kind}"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_trace_that_is_stopped_leaves_nothing(number, tmp_path):
+    (tmp_path / "m.yaml").write_text(FOUR + CRANK)
+    running = started("trace", "m.yaml", "--steps", 10_000_000, "--no-png", cwd=tmp_path, stdout=subprocess.PIPE)
+    deadline = time.monotonic() + 60
+    while not files(tmp_path) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert [name.endswith(".part") for name in files(tmp_path)] == [True]
+    running.send_signal(number)
+    out, err = running.communicate(timeout=60)
+    assert (running.returncode, out, err) == (128 + number, b"", b"")
+    assert files(tmp_path) == []
+
+
+@pytest.mark.parametrize("command", ["solve", "trace", "sequence", "mobility"])
+@pytest.mark.parametrize("more", [(), ("--json",)])
+def test_a_reader_that_has_gone_away_is_no_failure(command, more, tmp_path):
+    (tmp_path / "m.yaml").write_text(FOUR + CRANK)
+    reading, writing = os.pipe()
+    os.close(reading)
+    running = started(command, "m.yaml", *more, cwd=tmp_path, stdout=writing)
+    os.close(writing)
+    _, err = running.communicate(timeout=60)
+    assert (running.returncode, err) == (0, b"")
+    assert files(tmp_path) == (["m.csv", "m.png"] if command == "trace" else [])
 
 
 @pytest.mark.parametrize("kind", ["csv", "png"])

@@ -58,7 +58,7 @@ def command(
     from gimcli.errors import StructureError
     from gimcli.model import load
     from gimcli.motion.motion import stream
-    from gimcli.output import CsvStream
+    from gimcli.output import CsvStream, refuse_unwritable
 
     chosen = options(method, strategy, tolerance, jit, sequence)
     mechanism = load(model)
@@ -73,6 +73,7 @@ def command(
         piece: Motion | None = next(pieces)
     assert piece is not None
     verify(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
+    refuse_unwritable(csv_path, *([png_path] if png else []))
     summary = Summary(steps + 1)
     with CsvStream(csv_path, motion_table(piece).names) as table:  # appears when the picture has been written too
         while piece is not None:

@@ -44,15 +44,16 @@ def command(
     from gimcli.cli.console import note, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
-    from gimcli.output import CsvStream
+    from gimcli.output import CsvStream, refuse_unwritable
 
     asked = _tolerances(tolerances) or TOLERANCES
     mechanism = load(model)
+    csv_path, png_path = out / f"{model.stem}.tradeoff.csv", out / f"{model.stem}.tradeoff.png"
     with explained(mechanism):
         if not mechanism.actuators:
             raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one")
+        refuse_unwritable(csv_path, *([png_path] if png else []))
         found = tradeoff(mechanism, steps, asked, jit.value, note, progress_bar("comparing"))
-    csv_path, png_path = out / f"{model.stem}.tradeoff.csv", out / f"{model.stem}.tradeoff.png"
     table = tradeoff_table(found)
     drawn = png and any(e.drawable for e in found.entries)
     with CsvStream(csv_path, table.names) as stream:  # appears when the picture has been written too
