@@ -13,6 +13,7 @@ import time
 
 import pytest
 import yaml
+from conftest import MODELS
 
 from gimcli.cli import main
 from gimcli.model.source import read_source
@@ -378,6 +379,8 @@ WRONG = {
     "value is a word": (["solve", "m.yaml", "--at", "motor=abc"], ["motor=abc", "not a finite number"]),
     "value is no number": (["solve", "m.yaml", "--at", "motor=nan"], ["motor=nan", "not a finite number"]),
     "value is infinite": (["solve", "m.yaml", "--at", "motor=inf"], ["motor=inf", "not a finite number"]),
+    "value is too far away": (["solve", "m.yaml", "--at", "motor=1e308"], ["motor=1e308", "turns"]),
+    "value is given twice": (["solve", "m.yaml", "--at", "motor=1", "--at", "motor=2"], ["motor=2", "once"]),
     "value is missing": (["solve", "m.yaml", "--at", "motor"], ["ACTUATOR=VALUE", "motor"]),
     "no steps": (["trace", "m.yaml", "--steps", "0"], ["--steps"]),
     "steps below zero": (["trace", "m.yaml", "--steps", "-5"], ["--steps"]),
@@ -392,6 +395,13 @@ WRONG = {
     "moves of unknown nodes": (["solve", "m.yaml", "--method", "gim", "--sequence", "O>Q"], ["Q"]),
     "moves that are none": (["solve", "m.yaml", "--method", "gim", "--sequence", "hop"], ["hop"]),
 }  # fmt: skip
+
+
+@pytest.mark.parametrize(("value", "reason"), [("-5", "above 0"), ("0", "above 0"), ("1e200", "sizes")])
+def test_a_length_that_is_none_is_wrong_usage(value, reason, gim):
+    code, out, err = gim(None, "solve", str(MODELS / "gim_fig11.yaml"), "--at", f"OA={value}")
+    assert (code, out) == (2, "")
+    assert reason in err
 
 
 @pytest.mark.parametrize("case", WRONG)
