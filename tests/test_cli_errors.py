@@ -237,9 +237,9 @@ actuators:
 """
 
 
-@pytest.mark.parametrize("command", ["solve", "trace"])
+@pytest.mark.parametrize("command", ["solve", "trace", "tradeoff"])
 def test_dimensions_that_cannot_be_assembled_name_the_worst_constraint(command, gim):
-    more = ("--steps", "4", "--no-png") if command == "trace" else ()
+    more = ("--steps", "4", "--no-png") if command != "solve" else ()
     code, out, err = gim(TOO_SHORT, command, "m.yaml", *more)
     assert code == 5, err
     assert "not-assembled" in out

@@ -145,7 +145,8 @@ def _print(found: Tradeoff, steps: int, paths: dict[str, Any]) -> None:
     if found.untold:
         typer.echo(f"{found.untold} positions are too near to a singular one for a true error and left out")
     if not found.reached:
-        typer.echo(f"{found.motion.overall.word}: {found.motion.overall.text}")
+        worst = f" (worst: {found.motion.worst})" if found.motion.worst else ""
+        typer.echo(f"{found.motion.overall.word}: {found.motion.overall.text}{worst}")
     for advice in advise(found):
         typer.echo(advice.text)
     typer.echo("wrote " + " and ".join(path for path in paths.values() if path))
