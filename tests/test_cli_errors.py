@@ -6,9 +6,14 @@ import csv
 import json
 import math
 import os
+import signal
+import subprocess
+import sys
+import time
 
 import pytest
 import yaml
+from conftest import MODELS
 
 from gimcli.cli import main
 from gimcli.model.source import read_source
@@ -77,6 +82,12 @@ def gim(tmp_path, monkeypatch, capsys):
         return code, out, err
 
     return run
+
+
+def started(*arguments, **more):
+    """Start the command line in a process of its own."""
+    command = [sys.executable, "-c", "from gimcli.cli import main; main()", *map(str, arguments)]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, **more)
 
 
 def refuse(token):
@@ -226,9 +237,9 @@ actuators:
 """
 
 
-@pytest.mark.parametrize("command", ["solve", "trace"])
+@pytest.mark.parametrize("command", ["solve", "trace", "tradeoff"])
 def test_dimensions_that_cannot_be_assembled_name_the_worst_constraint(command, gim):
-    more = ("--steps", "4", "--no-png") if command == "trace" else ()
+    more = ("--steps", "4", "--no-png") if command != "solve" else ()
     code, out, err = gim(TOO_SHORT, command, "m.yaml", *more)
     assert code == 5, err
     assert "not-assembled" in out
@@ -293,6 +304,48 @@ def test_where_the_picture_cannot_be_written_the_table_does_not_stay_alone(gim, 
     assert files(tmp_path) == ["m.png"]
 
 
+@pytest.mark.parametrize(("command", "name"), [("trace", "m"), ("tradeoff", "m.tradeoff")])
+@pytest.mark.parametrize("kind", ["csv", "png"])
+def test_what_cannot_be_written_is_told_before_the_work(command, name, kind, gim, tmp_path, monkeypatch):
+    def late(*_):
+        raise AssertionError("the work has begun")
+
+    monkeypatch.setattr("gimcli.analysis.tradeoff.tradeoff", late)
+    monkeypatch.setattr("gimcli.analysis.summary.Summary.add", late)
+    (tmp_path / f"{name}.{kind}").mkdir()
+    code, out, err = gim(FOUR + CRANK, command, "m.yaml", "--steps", "4")
+    assert (code, out) == (6, ""), err
+    assert f"{name}.{kind}" in err
+    assert files(tmp_path) == [f"{name}.{kind}"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_trace_that_is_stopped_leaves_nothing(number, tmp_path):
+    (tmp_path / "m.yaml").write_text(FOUR + CRANK)
+    running = started("trace", "m.yaml", "--steps", 10_000_000, "--no-png", cwd=tmp_path, stdout=subprocess.PIPE)
+    deadline = time.monotonic() + 60
+    while not files(tmp_path) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert [name.endswith(".part") for name in files(tmp_path)] == [True]
+    running.send_signal(number)
+    out, err = running.communicate(timeout=60)
+    assert (running.returncode, out, err) == (128 + number, b"", b"")
+    assert files(tmp_path) == []
+
+
+@pytest.mark.parametrize("command", ["solve", "trace", "sequence", "mobility"])
+@pytest.mark.parametrize("more", [(), ("--json",)])
+def test_a_reader_that_has_gone_away_is_no_failure(command, more, tmp_path):
+    (tmp_path / "m.yaml").write_text(FOUR + CRANK)
+    reading, writing = os.pipe()
+    os.close(reading)
+    running = started(command, "m.yaml", *more, cwd=tmp_path, stdout=writing)
+    os.close(writing)
+    _, err = running.communicate(timeout=60)
+    assert (running.returncode, err) == (0, b"")
+    assert files(tmp_path) == (["m.csv", "m.png"] if command == "trace" else [])
+
+
 @pytest.mark.parametrize("kind", ["csv", "png"])
 def test_a_position_that_cannot_be_written(kind, gim, tmp_path):
     (tmp_path / f"there.{kind}").mkdir()
@@ -326,6 +379,8 @@ WRONG = {
     "value is a word": (["solve", "m.yaml", "--at", "motor=abc"], ["motor=abc", "not a finite number"]),
     "value is no number": (["solve", "m.yaml", "--at", "motor=nan"], ["motor=nan", "not a finite number"]),
     "value is infinite": (["solve", "m.yaml", "--at", "motor=inf"], ["motor=inf", "not a finite number"]),
+    "value is too far away": (["solve", "m.yaml", "--at", "motor=1e308"], ["motor=1e308", "turns"]),
+    "value is given twice": (["solve", "m.yaml", "--at", "motor=1", "--at", "motor=2"], ["motor=2", "once"]),
     "value is missing": (["solve", "m.yaml", "--at", "motor"], ["ACTUATOR=VALUE", "motor"]),
     "no steps": (["trace", "m.yaml", "--steps", "0"], ["--steps"]),
     "steps below zero": (["trace", "m.yaml", "--steps", "-5"], ["--steps"]),
@@ -340,6 +395,13 @@ WRONG = {
     "moves of unknown nodes": (["solve", "m.yaml", "--method", "gim", "--sequence", "O>Q"], ["Q"]),
     "moves that are none": (["solve", "m.yaml", "--method", "gim", "--sequence", "hop"], ["hop"]),
 }  # fmt: skip
+
+
+@pytest.mark.parametrize(("value", "reason"), [("-5", "above 0"), ("0", "above 0"), ("1e200", "sizes")])
+def test_a_length_that_is_none_is_wrong_usage(value, reason, gim):
+    code, out, err = gim(None, "solve", str(MODELS / "gim_fig11.yaml"), "--at", f"OA={value}")
+    assert (code, out) == (2, "")
+    assert reason in err
 
 
 @pytest.mark.parametrize("case", WRONG)

@@ -64,7 +64,7 @@ class Constraints:
         rows = []
         for part, value in self.equations(z, inputs + 0.0j, np.exp(1j * inputs)):
             rows += [value.real] * (part != "imag") + [value.imag] * (part != "real")
-        return np.array(rows).reshape(-1, z.shape[1])
+        return np.array(rows).reshape(len(rows), z.shape[1])
 
     def jacobian(self, z: ComplexArray, inputs: FloatArray) -> FloatArray:
         """Return their derivatives (rows, equations, 2 x moving nodes), x and y of a node side by side."""

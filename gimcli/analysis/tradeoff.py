@@ -23,6 +23,7 @@ from gimcli.motion.effort import choose, gim_work
 from gimcli.motion.motion import Motion, Progress, Tell, trace
 from gimcli.motion.options import Options
 from gimcli.solvers.absolute import Absolute
+from gimcli.status import Status
 from gimcli.table import Column, Table
 
 ALIKE = 1.15
@@ -99,6 +100,8 @@ def tradeoff(
     fast = mode is compiled
     motion = trace(mechanism, steps, Options(jit="on" if fast else "off"))
     verify(mechanism, motion.start, motion.inputs[:, 0], motion.first_status, Options().tolerance)
+    if motion.first_status is not Status.OK:  # nothing to begin from
+        methods = ()
     truth = refine(mechanism, motion.z, motion.inputs, motion.good)
     task = Task(mechanism, steps, motion.inputs, motion.z, mode, "on" if fast else "off")
     timing = timing or Timing()

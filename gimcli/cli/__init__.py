@@ -3,15 +3,33 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
+from types import FrameType
+from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
 from gimcli import __version__
 from gimcli.cli import mobility, schema, sequence, solve, trace, tradeoff
 from gimcli.errors import GimError
 
+
+class _Commands(TyperGroup):
+    """The commands; a reader that has gone away (`gim ... | head`) is no failure of theirs."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command."""
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left to flush goes nowhere
+            raise typer.Exit(0) from None
+
+
 app = typer.Typer(
+    cls=_Commands,
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -39,17 +57,20 @@ for module in (solve, trace, sequence, mobility, tradeoff, schema):
     app.command(module.NAME, help=module.HELP)(module.command)
 
 
+def _stop(number: int, frame: FrameType | None) -> None:
+    """End as an error does, so that nothing half-written stays."""
+    sys.exit(128 + number)
+
+
 def main() -> None:
     """Run the command line and exit with the status that the format page promises."""
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # none is used, and looking for them costs time
+    signal.signal(signal.SIGTERM, _stop)
     try:
         app()
     except GimError as error:
         typer.echo(f"gim: {error}" if "\n" not in str(error) else f"gim:\n{error}", err=True)
         sys.exit(error.exit_code)
-    except BrokenPipeError:
-        sys.stderr.close()
-        sys.exit(0)
     except OSError as error:
         typer.echo(f"gim: the output cannot be written: {error.strerror or error}", err=True)
         os._exit(6)  # closing standard output would fail once more

@@ -79,12 +79,12 @@ def options(
 def inputs_at(mechanism: Mechanism, given: list[str]) -> FloatArray:
     """Return the inputs: the start of every law, replaced by what --at gives."""
     import difflib
-    import math
 
     from gimcli.motion.position import law_start
 
     values = law_start(mechanism)
     names = [a.name for a in mechanism.actuators]
+    told: set[str] = set()
     for text in given:
         name, equals, number = text.partition("=")
         if not equals:
@@ -93,11 +93,29 @@ def inputs_at(mechanism: Mechanism, given: list[str]) -> FloatArray:
             near = difflib.get_close_matches(name, names, 1)
             hint = f"; did you mean '{near[0]}'?" if near else f"; actuators: {', '.join(names) or 'none'}"
             raise UsageError(f"--at {text}: no actuator '{name}'{hint}")
-        try:
-            value = float(number)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise UsageError(f"--at {text}: '{number}' is not a finite number")
-        values[names.index(name)] = mechanism.value_from_file(names.index(name), value)
+        if name in told:
+            raise UsageError(f"--at {text}: '{name}' has a value already; give it once")
+        told.add(name)
+        values[names.index(name)] = _input_value(mechanism, names.index(name), text, number)
     return values
+
+
+def _input_value(mechanism: Mechanism, k: int, text: str, number: str) -> float:
+    """Return an input in the normal frame; refuse what no law may reach either."""
+    import math
+
+    from gimcli.mechanism import Drive
+    from gimcli.model.check_inputs import MOST_TURNS
+
+    try:
+        given = float(number)
+    except ValueError:
+        given = math.nan
+    if not math.isfinite(given):
+        raise UsageError(f"--at {text}: '{number}' is not a finite number")
+    drive, value = mechanism.actuators[k].drive, float(mechanism.value_from_file(k, given))
+    if drive is Drive.DISTANCE and value <= 0.0:
+        raise UsageError(f"--at {text}: a distance must be above 0")
+    if abs(value) > MOST_TURNS * (2.0 * math.pi if drive is Drive.ROTARY else mechanism.size):
+        raise UsageError(f"--at {text}: more than {MOST_TURNS:g} turns, or sizes of the mechanism, from 0")
+    return value

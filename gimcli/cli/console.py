@@ -43,7 +43,9 @@ def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], 
     console = Console(highlight=False, markup=False, soft_wrap=False)
     if not console.is_terminal:
         console = Console(highlight=False, markup=False, width=160)
-    console.print(table)
+    with console.capture() as drawn:  # rich itself would end the program where the reader has gone away
+        console.print(table)
+    typer.echo(drawn.get(), nl=False)
 
 
 def note(text: str) -> None:

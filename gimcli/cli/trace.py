@@ -66,7 +66,7 @@ def command(
     from gimcli.errors import StructureError
     from gimcli.model import load
     from gimcli.motion.motion import stream
-    from gimcli.output import CsvStream
+    from gimcli.output import CsvStream, refuse_unwritable
 
     chosen = options(method, strategy, tolerance, jit, sequence)
     mechanism = load(model)
@@ -81,6 +81,7 @@ def command(
         piece: Motion | None = next(pieces)
     assert piece is not None
     verify(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
+    refuse_unwritable(csv_path, *([png_path] if png else []))
     summary = Summary(steps + 1)
     with CsvStream(
         csv_path, motion_table(piece.rows(np.arange(1)), order=derivatives).names

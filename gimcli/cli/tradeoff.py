@@ -44,15 +44,16 @@ def command(
     from gimcli.cli.console import note, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
-    from gimcli.output import CsvStream
+    from gimcli.output import CsvStream, refuse_unwritable
 
     asked = _tolerances(tolerances) or TOLERANCES
     mechanism = load(model)
+    csv_path, png_path = out / f"{model.stem}.tradeoff.csv", out / f"{model.stem}.tradeoff.png"
     with explained(mechanism):
         if not mechanism.actuators:
             raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one")
+        refuse_unwritable(csv_path, *([png_path] if png else []))
         found = tradeoff(mechanism, steps, asked, jit.value, note, progress_bar("comparing"))
-    csv_path, png_path = out / f"{model.stem}.tradeoff.csv", out / f"{model.stem}.tradeoff.png"
     table = tradeoff_table(found)
     drawn = png and any(e.drawable for e in found.entries)
     with CsvStream(csv_path, table.names) as stream:  # appears when the picture has been written too
@@ -144,7 +145,8 @@ def _print(found: Tradeoff, steps: int, paths: dict[str, Any]) -> None:
     if found.untold:
         typer.echo(f"{found.untold} positions are too near to a singular one for a true error and left out")
     if not found.reached:
-        typer.echo(f"{found.motion.overall.word}: {found.motion.overall.text}")
+        worst = f" (worst: {found.motion.worst})" if found.motion.worst else ""
+        typer.echo(f"{found.motion.overall.word}: {found.motion.overall.text}{worst}")
     for advice in advise(found):
         typer.echo(advice.text)
     typer.echo("wrote " + " and ".join(path for path in paths.values() if path))

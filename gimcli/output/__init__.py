@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.output.atomic import written_bytes, written_text
+from gimcli.output.atomic import refuse_unwritable, written_bytes, written_text
 from gimcli.output.csv import CsvStream, write_csv
 from gimcli.output.pdf import write_pdf
 from gimcli.output.png import write_png
@@ -31,6 +31,7 @@ __all__ = [
     "draw_position",
     "draw_sequence",
     "draw_tradeoff",
+    "refuse_unwritable",
     "write",
     "write_csv",
     "written_bytes",

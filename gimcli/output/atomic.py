@@ -25,10 +25,24 @@ def written_bytes(path: Path | str) -> Iterator[BinaryIO]:
         yield cast(BinaryIO, handle)
 
 
+def refuse_unwritable(*paths: Path) -> None:
+    """Raise OutputError where one of the files could not appear: before the work that is to fill it."""
+    for path in paths:
+        part = _beside(path)
+        try:
+            _make_room(path)
+            _opened(part, "xb").close()
+        except OSError as fault:
+            raise OutputError(_sentence(path, fault)) from fault
+        finally:
+            with suppress(OSError):
+                part.unlink()
+
+
 @contextmanager
 def _written(path: Path, mode: str) -> Iterator[IO[str] | IO[bytes]]:
     """Write beside `path` and rename; whatever fails, the temporary file goes and `path` stays."""
-    part = path.parent / f".gim-{os.urandom(6).hex()}.part"
+    part = _beside(path)
     try:
         _make_room(path)
         with _opened(part, mode) as handle:
@@ -39,6 +53,10 @@ def _written(path: Path, mode: str) -> Iterator[IO[str] | IO[bytes]]:
     finally:
         with suppress(OSError):
             part.unlink()
+
+
+def _beside(path: Path) -> Path:
+    return path.parent / f".gim-{os.urandom(6).hex()}.part"
 
 
 def _opened(part: Path, mode: str) -> IO[str] | IO[bytes]:
