@@ -11,7 +11,7 @@ from random_mechanisms import Growth
 from table1_operations import CASES, displaced
 
 from gimcli.errors import GimError
-from gimcli.kernels import bodies, points
+from gimcli.kernels import bodies, jit, points
 from gimcli.model import load
 from gimcli.motion.effort import plain
 from gimcli.motion.motion import trace
@@ -37,6 +37,18 @@ def test_every_model_agrees_with_path_following(model):
     motion = trace(load(model), STEPS, Options(tolerance=1e-11))
     assert motion.good.all()
     agree(motion)
+
+
+@pytest.mark.parametrize("name", ["gim_fig11", "platform_3rpr", "stephenson_3_far"])
+def test_compiled_iterations_are_the_plain_ones(name):
+    motion = trace(load(MODELS / f"{name}.yaml"), STEPS, Options(tolerance=1e-11))
+    for make in COORDINATES.values():
+        one, other = (
+            follow(make(motion.mechanism), motion.inputs, motion.z[:, 0], 1e-11, run) for run in (plain, jit.compiled)
+        )
+        assert np.array_equal(one.iterations, other.iterations)
+        assert np.array_equal(one.good, other.good)
+        assert np.max(np.abs(one.z - other.z)) < 1e-13 * motion.mechanism.size
 
 
 def test_random_mechanisms_agree(tmp_path):

@@ -217,3 +217,29 @@ def test_sweeps_reach_the_start_and_all_rows(name, most):
 def test_the_kernels_ends_are_statuses():
     ends = (kernels.SETTLED, kernels.EXHAUSTED, kernels.STALLED, kernels.CYCLING, kernels.DIVERGED)
     assert set(gim.ENDS) == set(ends)
+
+
+# --- a motion past infinity ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("jit", ["off", "on"])
+def test_a_pin_in_a_slot_that_a_slider_turns_does_not_pass_infinity(jit, tmp_path):
+    """Whitworth's rocker becomes parallel to a rail where the crank pin is as high as its pivot: sin = 1/3."""
+    spec = {
+        "nodes": {"O1": [0, -1], "O2": [0, 0], "H": [-4, 1], "K": [4, 1], "C": [0, 2], "T": [0, 3], "B": [0, 1]},
+        "ground": ["O1", "O2", "H", "K"],
+        "links": {"crank": ["O1", "C"], "rocker": ["O2", "T"]},
+        "prismatic": {
+            "block": {"node": "C", "guide": ["O2", "T"]}, "slot": {"node": "B", "guide": ["O2", "T"]},
+            "rail": {"node": "B", "guide": ["H", "K"]},
+        },
+        "actuators": {"motor": {"type": "rotary", "pivot": "O1", "arm": "C", "law": {"from": 90, "to": 450}}},
+    }  # fmt: skip
+    (tmp_path / "model.yaml").write_text(json.dumps(spec))
+    mechanism = load(tmp_path / "model.yaml")
+    parallel = 0.25 - np.arcsin(1 / 3) / (2 * np.pi)
+    for steps in (40, 44, 60, 128, 180, 284, 301, 388):
+        motion = trace(mechanism, steps, Options(jit=jit))
+        assert motion.limit == pytest.approx(parallel, abs=1e-6)
+        assert not motion.good[motion.time > parallel].any()
+        assert motion.good[motion.time < parallel - 1e-3].all()

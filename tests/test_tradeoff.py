@@ -203,8 +203,9 @@ def test_nothing_of_the_picture_is_clipped():
         assert box.y1 <= figure.bbox.y1
 
 
-def test_command_line(tmp_path):
-    arguments = ("--steps", 12, "--tolerances", "1e-3,1e-8", "--jit", "off", "--out", tmp_path)
+@pytest.mark.parametrize("jit", ["off", "on"])
+def test_command_line(jit, tmp_path):
+    arguments = ("--steps", 12, "--tolerances", "1e-3,1e-8", "--jit", jit, "--out", tmp_path)
     report = json.loads(gim("tradeoff", MODELS / "gim_fig13a.yaml", *arguments, "--json"))
     assert report["steps"] == 12
     assert report["solved"] == 13

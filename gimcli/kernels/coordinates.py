@@ -9,6 +9,7 @@ Source: Garcia de Jalon & Bayo 1994, section 3.2; Fraczek & Wojtyra, lecture not
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,26 @@ from gimcli.kernels.jit import kernel
 from gimcli.kernels.linear import lu_factor, lu_solve, qr_factor, qr_solve
 from gimcli.kernels.points import move_points, point_rows
 from gimcli.mechanism import FloatArray, IntArray
+
+
+class Room(NamedTuple):
+    """Room to work in: kernels allocate nothing."""
+
+    j: FloatArray  # (equations, unknowns) gradients, then their factors
+    f: FloatArray  # (equations,)
+    order: FloatArray  # (2 unknowns,) of the factors
+    last: FloatArray  # (unknowns,) at the last good row
+    g: FloatArray  # (equations, 6) partial derivatives by two bodies
+    gb: IntArray  # (equations, 2) the bodies
+    v: FloatArray  # (unknowns, 3) the tree's variables
+
+
+def room(equations: int, unknowns: int) -> Room:
+    """Return room for a system."""
+    return Room(
+        np.zeros((equations, unknowns)), np.zeros(equations), np.zeros(2 * unknowns), np.zeros(unknowns),
+        np.zeros((equations, 6)), np.zeros((equations, 2), dtype=np.int64), np.zeros((unknowns, 3)),
+    )  # fmt: skip
 
 
 @kernel
@@ -51,7 +72,7 @@ def follow_bodies(
     ji: IntArray,
     jz: FloatArray,
     above: IntArray,
-    rows: int,
+    room: Room,
     weight: FloatArray,
     tolerance: float,
     most: int,
@@ -65,9 +86,9 @@ def follow_bodies(
     good. A row that fails leaves the unknowns where the last good row had them.
     """
     n = q.shape[0]
-    j, f, order = np.zeros((rows, n)), np.zeros(rows), np.zeros(2 * n)
-    g, gb, v = np.zeros((rows, 6)), np.zeros((rows, 2), dtype=np.int64), np.zeros((n, 3))
-    last = q.copy()
+    j, f, order, last, g, gb, v = room
+    for k in range(n):
+        last[k] = q[k]
     for r in range(values.shape[0]):
         for k in range(n):
             q[k] = last[k]
@@ -101,10 +122,12 @@ def follow_bodies(
 def follow_points(
     q: FloatArray,
     values: FloatArray,
+    cos: FloatArray,
+    sin: FloatArray,
     ei: IntArray,
     ez: FloatArray,
     col: IntArray,
-    rows: int,
+    room: Room,
     weight: FloatArray,
     tolerance: float,
     most: int,
@@ -113,11 +136,14 @@ def follow_points(
     iterations: FloatArray,
     good: FloatArray,
 ) -> None:
-    """Follow a motion in natural coordinates; as `follow_bodies`, x, y (rows, nodes) filled."""
+    """Follow a motion in natural coordinates; as `follow_bodies`, x, y (rows, nodes) filled.
+
+    cos, sin (rows, actuators) of the values.
+    """
     n = q.shape[0]
-    j, f, order = np.zeros((rows, n)), np.zeros(rows), np.zeros(2 * n)
-    cos, sin = np.cos(values), np.sin(values)
-    last = q.copy()
+    j, f, order, last = room.j, room.f, room.order, room.last
+    for k in range(n):
+        last[k] = q[k]
     for r in range(values.shape[0]):
         for k in range(n):
             q[k] = last[k]

@@ -221,8 +221,11 @@ def carry(w: FloatArray, lanes: FloatArray, q: Program, at: Lanes, k: int, high:
         for r in range(high):
             ex[r] += ax[r]
             ey[r] += ay[r]
-    give(lanes, x, EX, high)
-    give(lanes, y, EY, high)
+        give(lanes, x, EX, high)
+        give(lanes, y, EY, high)
+    else:  # of the history too: whether lines have turned is told from it
+        take(lanes, x, EX, high)
+        take(lanes, y, EY, high)
 
 
 @kernel
@@ -372,10 +375,12 @@ def step(
     s = sign[branch] if branch >= 0 else 1.0
     if kind == TILT:
         turn_line(w, lanes, q, at, k, s, high)
+        take(lanes, x, X, high)  # of the history too, as `carry`
+        take(lanes, y, Y, high)
     else:
         meet(w, lanes, q, at, k, s, high)
-    give(lanes, x, X, high)
-    give(lanes, y, Y, high)
+        give(lanes, x, X, high)
+        give(lanes, y, Y, high)
     return guard(w, lanes, at, branch, kind != TILT, tolerance, high)
 
 

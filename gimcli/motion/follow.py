@@ -165,7 +165,6 @@ class Follower:
             elif isinstance(step, Dyad):
                 closed.dyad(step, block, self.sign, self.tolerance)
             elif isinstance(step, Orient):
-                self._registers(step, block)
                 closed.orient(step, block)
             elif isinstance(step, Tilt):
                 closed.tilt(step, block, self.sign, self.tolerance)
@@ -173,10 +172,6 @@ class Follower:
                 packed, sign = self.packed[k], self.determinant[k]
                 accuracy = self.loose if block.lenient else self.accuracy
                 self.determinant[k] = newton.follow(packed, block, self.run, sign, accuracy)
-
-    @staticmethod
-    def _registers(step: Orient, block: Block) -> None:
-        block.rx[step.register, : block.history] = 0.0  # history of a direction is never read
 
     def _useful(self, times: FloatArray, history: list[Row]) -> list[Row]:
         """Choose up to four rows of history spaced like what is to come."""

@@ -48,7 +48,7 @@ class Absolute:
         pose, iterations, good = frame_poses(rows, self.bodies.count), np.zeros(rows), np.zeros(rows)
         run(kernels.follow_bodies)(
             self.start(start), np.ascontiguousarray(inputs.T), self.layout, *self.bodies.arrays(self.bodies.pairs),
-            *NO_JOINTS, self.equations, self.weights(stop.length), stop.tolerance,
+            *NO_JOINTS, kernels.room(self.equations, self.unknowns), self.weights(stop.length), stop.tolerance,
             stop.iterations, pose, iterations, good,
         )  # fmt: skip
         return read_positions(self.bodies, pose), iterations, good

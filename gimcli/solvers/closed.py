@@ -23,20 +23,22 @@ def place(step: Place, block: Block) -> None:
 
 
 def orient(step: Orient, block: Block) -> None:
-    """Keep a direction in its register."""
-    rows = block.span
+    """Keep a direction in its register, of the history too: whether lines have turned is told from it."""
+    rows = slice(0, block.end)
     block.rx[step.register, rows], block.ry[step.register, rows] = block.vector(step.vector, rows)
 
 
 def tilt(step: Tilt, block: Block, sign: FloatArray, tolerance: float) -> None:
     """Turn a line so that it passes a node."""
-    rows = block.span
+    rows = slice(0, block.end)
     wx = block.x[step.b, rows] - block.x[step.a, rows]
     wy = block.y[step.b, rows] - block.y[step.a, rows]
     e = np.asarray(step.distance)
-    meeting = loci.tilt(wx, wy, e, sign[step.branch])
-    block.rx[step.register, rows], block.ry[step.register, rows] = meeting[:2]
-    guard(block, step.branch, meeting, tolerance)
+    ux, uy, *measure = loci.tilt(wx, wy, e, sign[step.branch])
+    block.rx[step.register, rows], block.ry[step.register, rows] = ux, uy  # of the history too, as `orient`
+    new = block.history
+    g, g2, noise = (part[new:] for part in measure)
+    guard(block, step.branch, (ux[new:], uy[new:], g, g2, noise), tolerance)
 
 
 def dyad(step: Dyad, block: Block, sign: FloatArray, tolerance: float) -> None:

@@ -208,7 +208,7 @@ class Joint:
         layout = np.zeros((self.bodies.count, 2), dtype=np.int64)
         run(kernels.follow_bodies)(
             self.start(start), np.ascontiguousarray(inputs.T), layout, *self.bodies.arrays(self.cut), *self.arrays(),
-            self.equations, self.weights(stop.length), stop.tolerance,
+            kernels.room(self.equations, self.unknowns), self.weights(stop.length), stop.tolerance,
             stop.iterations, pose, iterations, good,
         )  # fmt: skip
         return read_positions(self.bodies, pose), iterations, good

@@ -52,9 +52,11 @@ class Natural:
         x, y = (np.tile(part, (rows, 1)) for part in (start.real, start.imag))
         iterations, good = np.zeros(rows), np.zeros(rows)
         weights = np.full(self.unknowns, 1.0 / stop.length)
+        values = np.ascontiguousarray(inputs.T)
         run(kernels.follow_points)(
-            self.start(start), np.ascontiguousarray(inputs.T), self.heads, self.factors, self.columns,
-            self.equations, weights, stop.tolerance, stop.iterations, x, y, iterations, good,
+            self.start(start), values, np.cos(values), np.sin(values), self.heads, self.factors, self.columns,
+            kernels.room(self.equations, self.unknowns), weights, stop.tolerance, stop.iterations, x, y, iterations,
+            good,
         )  # fmt: skip
         return self._carried((x + 1j * y).T), iterations, good
 

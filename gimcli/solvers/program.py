@@ -146,7 +146,7 @@ class Marcher:
             lanes[at.x : at.y, k], lanes[at.y : at.rx, k], lanes[at.g :, k] = xs[n], ys[n], gs[n]
             lanes[at.values : at.cos, k], lanes[at.cos : at.sin, k] = inputs[:, n], cos[:, n]
             lanes[at.sin : at.g, k] = sin[:, n]
-        lanes[at.rx : at.values, : kernels.HISTORY] = 0.0  # history of a direction is never read
+        lanes[at.rx : at.values, : kernels.HISTORY] = 0.0  # directions are found from the nodes
 
     def go(
         self, first: int, time: FloatArray, inputs: FloatArray, z: ComplexArray, residual: FloatArray,
