@@ -69,8 +69,8 @@ def options(
     method: Method, strategy: Strategy, tolerance: float, jit: Jit, moves: str = "", seed: int | None = None
 ) -> Options:
     """Return the solver's options; refuse a tolerance that means nothing."""
-    if not 1e-15 <= tolerance < 1.0:
-        raise UsageError(f"--tolerance {tolerance:g}: a number from 1e-15 to below 1 is needed")
+    if not 1e-14 <= tolerance < 1.0:
+        raise UsageError(f"--tolerance {tolerance:g}: a number from 1e-14 to below 1 is needed")
     if moves and method is not Method.GIM:
         raise UsageError("--sequence belongs to --method gim")
     return Options(method.value, strategy.value, tolerance, jit.value, seed=seed, moves=moves)

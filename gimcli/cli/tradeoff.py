@@ -24,7 +24,7 @@ HELP = (
     "Example: gim tradeoff models/platform_3rrr.yaml --tolerances 1e-3,1e-6,1e-9 --out results"
 )
 
-FINEST, COARSEST = 1e-15, 1.0
+FINEST, COARSEST = 1e-14, 1.0
 
 
 def command(
@@ -78,7 +78,7 @@ def _tolerances(text: str) -> tuple[float, ...]:
         except ValueError:
             value = float("nan")
         if not FINEST <= value < COARSEST:
-            raise UsageError(f"--tolerances: '{word}' is not a number from 1e-15 to below 1")
+            raise UsageError(f"--tolerances: '{word}' is not a number from 1e-14 to below 1")
         values.append(value)
     return tuple(dict.fromkeys(values))
 
