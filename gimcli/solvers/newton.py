@@ -34,7 +34,8 @@ class Accuracy:
 class Policy:
     """Constants of the method. Contraction 1/4: Deuflhard, Newton Methods, 2011, section 2.1."""
 
-    iterations: int = 12
+    iterations: int = 24  # corrections of a row, from the one before
+    far: int = 100  # from anywhere
     contraction: float = 0.25
     first_step: float = 0.2  # of the size: a longer first correction is not continuation
     rounding: float = 4.0 * float(np.finfo(float).eps)  # error of an equation, relative to the size
@@ -126,7 +127,8 @@ def follow(packed: Packed, block: Block, run: Run, sign: float, accuracy: Accura
 
 def settle(packed: Packed, block: Block, row: int, run: Run, accuracy: Accuracy) -> bool:
     """Solve the group in one row from the base nodes in the block; tell whether it settled."""
-    limits = Policy().limits(accuracy, 50, near=False)
+    policy = Policy()
+    limits = policy.limits(accuracy, policy.far, near=False)
     room = kernels.room([packed.arrays], len(block.rx), len(block.inputs))
     with np.errstate(all="ignore"):
         stop = run(kernels.couple)(
