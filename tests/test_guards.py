@@ -22,7 +22,9 @@ from gimcli.motion.options import Options
 from gimcli.motion.sweeping import Sweeper
 from gimcli.solvers import gim
 from gimcli.status import Status
+from gimcli.structure.residual import errors
 from gimcli.structure.restrictions import Move, angle, distance
+from gimcli.structure.rotation import members_of, ties
 from gimcli.structure.steps import Value
 
 NONE = np.zeros(0)
@@ -243,3 +245,17 @@ def test_a_pin_in_a_slot_that_a_slider_turns_does_not_pass_infinity(jit, tmp_pat
         assert motion.limit == pytest.approx(parallel, abs=1e-6)
         assert not motion.good[motion.time > parallel].any()
         assert motion.good[motion.time < parallel - 1e-3].all()
+
+
+def test_a_prismatic_pair_turned_end_for_end_is_seen():
+    """A yoke that points the other way along its guide has the same heights over it: its angle tells."""
+    mechanism = load(MODELS / "scotch_yoke.yaml")
+    motion = trace(mechanism, 8)
+    tie = next(iter(ties(mechanism, members_of(mechanism))))
+    nodes = list(mechanism.members[tie.body].nodes)
+    pivot = motion.z[mechanism.slides[tie.slide].node, :1]
+    turned = motion.z[:, :1].copy()
+    turned[nodes] = 2.0 * pivot - turned[nodes]
+    names = {name for name, _, error in errors(mechanism, turned, motion.inputs[:, :1]) if error[0] > 3.0}
+    assert mechanism.slides[tie.slide].pair in names
+    assert all(error[0] < 1e-12 for _, _, error in errors(mechanism, motion.z[:, :1], motion.inputs[:, :1]))

@@ -74,13 +74,13 @@ def _compiled(function: Callable[..., Any], inner: bool) -> Callable[..., Any]:
     return jit
 
 
-def is_cached(*functions: Callable[..., Any]) -> bool:
-    """Tell whether the compiled forms of some kernels of this source lie on disk."""
+def is_cached(*kernels: str) -> bool:
+    """Tell whether the compiled forms of some kernels, by name, lie on disk for this source."""
     folder = cache_folder()
     if folder is None:
         return False
     names = [path.name for path in folder.rglob("*.nbc")]
-    return all(any(f".{function.__name__}-" in name for name in names) for function in functions)
+    return all(any(f".{kernel}-" in name for name in names) for kernel in kernels)
 
 
 @cache

@@ -35,10 +35,8 @@ def gim_work(moves: int, rows: int) -> float:
     return rows * 20 * moves * 5e-6
 
 
-def choose(
-    mode: str, work: float, tell: Callable[[str], None] | None = None, kernels: Sequence[Callable[..., Any]] = ()
-) -> Run:
-    """Return how to run some kernels: `mode` auto, on or off; `tell` hears of a compilation."""
+def choose(mode: str, work: float, tell: Callable[[str], None] | None = None, kernels: Sequence[str] = ()) -> Run:
+    """Return how to run some kernels, by name: `mode` auto, on or off; `tell` hears of a compilation."""
     if mode == "off" or (mode == "auto" and work < WORTH):
         return plain
     if mode == "on" and tell is None:

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,11 +24,13 @@ from gimcli.motion.bridge import Bridge, Row, lagrange
 from gimcli.solvers import closed, newton
 from gimcli.solvers.block import Block
 from gimcli.solvers.newton import Packed, Run
-from gimcli.solvers.program import Marcher
 from gimcli.solvers.side import sides
 from gimcli.status import Status
 from gimcli.structure.residual import allowed, residual
 from gimcli.structure.steps import NONE, Coupled, Dyad, Orient, Place, Plan, Tilt
+
+if TYPE_CHECKING:
+    from gimcli.solvers.program import Marcher
 
 Inputs = Callable[[FloatArray], FloatArray]
 """Inputs (actuators, rows) at times (rows,); also a little beyond the ends of the motion."""
@@ -250,6 +253,8 @@ class Follower:
 
     @cached_property
     def _marcher(self) -> Marcher:
+        from gimcli.solvers.program import Marcher
+
         return Marcher(self.mechanism, self.plan, self.accuracy)
 
     def _march(self, path: Path, i: int) -> tuple[int, bool]:

@@ -11,8 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.kernels.march import march
-from gimcli.kernels.sweep import settle_rows
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
 from gimcli.motion.effort import choose, gim_work, plan_work
@@ -118,7 +116,7 @@ def stream(
     options = options or Options()
     inputs = law_inputs(mechanism)
     plan = make_plan(mechanism, closed_forms=options.method != "newton")
-    run = choose(options.jit, plan_work(plan, max(steps, STEPS_A_TURN)), tell, (march,))
+    run = choose(options.jit, plan_work(plan, max(steps, STEPS_A_TURN)), tell, ("march",))
     begin = inputs(np.zeros(1))[:, 0]
     start = start_position(mechanism, plan, begin, run, options.tolerance)
     follower = Follower(mechanism, plan, inputs, run, options.tolerance)
@@ -192,7 +190,7 @@ class _Swept:
 
         self.mechanism, self.options = mechanism, options
         self.sweeper = Sweeper(mechanism, options, choose("off", 0.0))
-        self.sweeper.run = choose(options.jit, gim_work(len(self.sweeper.moves), rows), tell, (settle_rows,))
+        self.sweeper.run = choose(options.jit, gim_work(len(self.sweeper.moves), rows), tell, ("settle_rows",))
         self.status = Status.OK  # how the last row ended
         self.last: tuple[FloatArray, ComplexArray] | None = None  # inputs and positions (·, 1) there
 

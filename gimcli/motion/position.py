@@ -70,7 +70,7 @@ def _by_sweeps(
     check = residual(mechanism, done.z[:, None], inputs[:, None], names=True)
     status = done.status
     if done.good and not check.total[0] <= allowed(mechanism, options.tolerance, swept=True):
-        status = Status.CONTRADICTORY
+        status = Status.CONTRADICTORY if sweeper.plan.surplus > 0 else Status.JUMPED
     return Position(
         mechanism, inputs, done.z, status, check, done.sweeps, float("nan"), done.history if history else None, options
     )

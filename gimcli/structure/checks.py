@@ -12,6 +12,7 @@ import numpy as np
 
 from gimcli.kernels import constraints
 from gimcli.mechanism import FRAME, Actuator, Drive, Mechanism, Member
+from gimcli.structure.rotation import members_of, ties
 from gimcli.structure.steps import NONE, Value, Vector
 
 NOTHING = Value(0.0)
@@ -39,6 +40,11 @@ def checks(mechanism: Mechanism) -> Iterator[Check]:
         yield from _of_member(mechanism, member)
     for slide in mechanism.slides:
         yield _height(mechanism, slide.name, slide.node, slide.member, slide.point, 1j * slide.direction, NONE)
+    if mechanism.slides:
+        for tie in ties(mechanism, members_of(mechanism)):  # heights do not tell a member turned end for end
+            held = direction(mechanism, tie.guide).times(tie.turn)
+            name = mechanism.slides[tie.slide].pair
+            yield Check(name, constraints.ANGLE, first=direction(mechanism, tie.body), second=held)
     for number, actuator in enumerate(mechanism.actuators):
         yield _of_actuator(mechanism, number, actuator)
 

@@ -5,6 +5,7 @@ e^(i phi) of a member is `phase[member]` times e^(i phi) of its class.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from gimcli.mechanism import Mechanism, Member, Slide
@@ -22,6 +23,16 @@ class Rotation:
     implied: frozenset[int]  # slides implied by the tie and the pair's other slide
 
 
+@dataclass(frozen=True)
+class Tie:
+    """A member that its guide holds from turning: e^(i phi) of the body is `turn` times that of the guide."""
+
+    slide: int  # the slide that this makes superfluous
+    body: int
+    guide: int
+    turn: complex
+
+
 def members_of(mechanism: Mechanism) -> list[list[int]]:
     """Return for every node the members that it belongs to."""
     table: list[list[int]] = [[] for _ in mechanism.nodes]
@@ -29,6 +40,19 @@ def members_of(mechanism: Mechanism) -> list[list[int]]:
         for node in member.nodes:
             table[node].append(index)
     return table
+
+
+def ties(mechanism: Mechanism, members: list[list[int]]) -> Iterator[Tie]:
+    """Yield what true prismatic pairs, and two pins in one slot, hold from turning."""
+    earlier: dict[int, list[Slide]] = {}
+    for number, slide in enumerate(mechanism.slides):
+        for other in earlier.setdefault(slide.member, []):  # on the same guide
+            body = _tied_body(mechanism, members, slide, other)
+            if body is not None:
+                turn = _turn(mechanism, mechanism.members[body], other, slide)
+                yield Tie(number, body, slide.member, turn)
+                break
+        earlier[slide.member].append(slide)
 
 
 def rotation_classes(mechanism: Mechanism, members: list[list[int]]) -> Rotation:
@@ -44,21 +68,13 @@ def rotation_classes(mechanism: Mechanism, members: list[list[int]]) -> Rotation
         return index, factor
 
     implied = set()
-    earlier: dict[int, list[Slide]] = {}
-    for i, first in enumerate(mechanism.slides):
-        for second in earlier.setdefault(first.member, []):  # on the same guide
-            body = _tied_body(mechanism, members, first, second)
-            if body is None:
-                continue
-            turn = _turn(mechanism, mechanism.members[body], second, first)
-            (a, fa), (b, fb) = find(body), find(first.member)
-            implied.add(i)
-            if a != b:  # e_body = turn e_guide
-                low, high = min(a, b), max(a, b)
-                link = turn * fb / fa if a == high else fa / (turn * fb)
-                parent[high], phase[high] = low, link / abs(link)
-            break
-        earlier[first.member].append(first)
+    for tie in ties(mechanism, members):
+        (a, fa), (b, fb) = find(tie.body), find(tie.guide)
+        implied.add(tie.slide)
+        if a != b:  # e_body = turn e_guide
+            low, high = min(a, b), max(a, b)
+            link = tie.turn * fb / fa if a == high else fa / (tie.turn * fb)
+            parent[high], phase[high] = low, link / abs(link)
     found = [find(k) for k in range(len(parent))]
     return Rotation(tuple(f[0] for f in found), tuple(f[1] for f in found), frozenset(implied))
 
