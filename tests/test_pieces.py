@@ -13,8 +13,10 @@ from random_mechanisms import Growth
 from gimcli.analysis.summary import DRAWN, Summary
 from gimcli.errors import GimError
 from gimcli.model import load
-from gimcli.motion.motion import Motion, stream, trace
+from gimcli.motion.follow import Path as Followed
+from gimcli.motion.motion import Motion, _judged, stream, trace
 from gimcli.motion.options import Options
+from gimcli.structure.plan import make_plan
 
 MODELS = sorted((Path(__file__).parents[1] / "models").glob("*.yaml"))
 STEPS = 700
@@ -81,6 +83,13 @@ def test_swept_pieces_make_the_whole(name):
     joined = Motion.joined(list(stream(mechanism, 200, Options(method="gim"), rows=50)))
     assert np.array_equal(whole.codes, joined.codes)
     assert np.max(np.abs(whole.z - joined.z)) < 1e-8
+
+
+def test_a_row_that_nothing_has_solved_is_never_ok():
+    mechanism = load(MODELS[0].with_name("crank_rocker.yaml"))
+    path = Followed.empty(len(mechanism.nodes), np.arange(5) / 4, np.zeros((1, 5)))
+    path.z[:] = trace(mechanism, 4).z  # as good as solved, but nobody has checked
+    assert not _judged(mechanism, make_plan(mechanism), path, Options()).good.any()
 
 
 def test_a_summary_counts_all_and_keeps_some():

@@ -106,4 +106,4 @@ def leaps(now: Any, last: Any, before: Any, step: Any, gap: Any) -> Any:
     """Tell whether a measure is not clearly nearer to the one foreseen from two rows than its mirror is."""
     rate = where(step <= STRETCH * gap, step / where(gap == 0.0, 1.0, gap), 0.0)
     foreseen = last + rate * (last - before)
-    return (abs(foreseen - now) <= JUMP * abs(foreseen + now)) == False  # noqa: E712 - of numbers or arrays, NaN leaps
+    return where(abs(foreseen - now) <= JUMP * abs(foreseen + now), False, True)  # a NaN leaps

@@ -49,9 +49,9 @@ class Policy:
 
     rows: int = 2048  # in one block: fits the cache
     many: int = 256  # rows worth one call for all
-    first: tuple[float, ...] = (1 / 512, 1 / 64, 1 / 8, 1.0)  # parts of the first step
     growth: float = 1.75  # of the steps of which the first is made
     steps: int = 14
+    first: tuple[float, ...] = (1 / 512, 1 / 64, 1 / 8, 1.0)  # its parts, where those steps do not get there
     split: int = 8  # parts of an interval approached finer
     resolution: float = 1e-12  # of the motion: where a limit is told
     leaps: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)  # of a turn: half gaps tried at a singular position
@@ -72,7 +72,7 @@ class Path:
     inputs: FloatArray  # (actuators, rows)
     z: ComplexArray  # (nodes, rows)
     codes: IntArray  # (rows,) of Status
-    residual: FloatArray  # (rows,) undefined where `unchecked`
+    residual: FloatArray  # (rows,) NaN where `unchecked`, or not solved
     work: FloatArray  # (rows,)
     unchecked: list[slice] = field(default_factory=list)  # rows whose residual is not computed yet
     bridged: list[float] = field(default_factory=list)  # times of the singular positions passed
@@ -84,12 +84,11 @@ class Path:
         """Return a path with nothing solved."""
         rows = len(time)
         z, codes = np.empty((nodes, rows), dtype=complex), np.zeros(rows, dtype=np.int64)
-        return Path(time, inputs, z, codes, np.empty(rows), np.zeros(rows))
+        return Path(time, inputs, z, codes, np.full(rows, np.nan), np.zeros(rows))  # a NaN is never ok
 
     def end(self, row: int) -> None:
         """Leave the rows from `row` on empty: a limit was met."""
         self.codes[row:] = int(Status.LIMIT)
-        self.unchecked.append(slice(row, len(self.time)))
 
 
 class Follower:

@@ -74,13 +74,11 @@ class _Writer:
     def loci_arrays(self) -> tuple[IntArray, FloatArray]:
         heads, values = [], []
         for locus in self.loci:
-            circle = isinstance(locus, Circle)
             value = locus.radius if isinstance(locus, Circle) else locus.distance
             normal = NONE if isinstance(locus, Circle) else self.vector(locus.normal)
             node = locus.centre if isinstance(locus, Circle) else locus.anchor
             heads.append((node, self.vector(locus.offset), normal, value.actuator))
             values.append((value.constant, value.gain))
-            assert circle or normal != NONE
         return _ints(heads, 4), _floats(values, 2)
 
     def vector_arrays(self) -> tuple[IntArray, FloatArray]:
@@ -121,7 +119,6 @@ class Marcher:
     """A plan ready to be followed over many rows in one call."""
 
     def __init__(self, mechanism: Mechanism, plan: Plan, accuracy: Accuracy) -> None:
-        self.mechanism, self.plan = mechanism, plan
         self.program, groups = _program(mechanism, plan)
         counts = [len(mechanism.nodes)] * 2 + [plan.registers] * 2 + [len(mechanism.actuators)] * 3 + [plan.branches]
         firsts = kernels.FIXED + np.concatenate([[0], np.cumsum(counts)])
