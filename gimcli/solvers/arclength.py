@@ -86,7 +86,7 @@ def correct(system: Implicit, p: FloatArray, policy: Policy, normal: FloatArray 
             g, table = np.append(g, 0.0), np.vstack([table, normal])
         if not (np.all(np.isfinite(g)) and np.all(np.isfinite(table))):
             return None
-        step = np.linalg.lstsq(table, -g, rcond=policy.rank)[0]
+        step = _least(table, -g, len(p) if normal is not None else len(p) - 1, policy.rank)
         p += step
         size = float(np.linalg.norm(step))
         if size <= policy.closeness:
@@ -95,6 +95,14 @@ def correct(system: Implicit, p: FloatArray, policy: Policy, normal: FloatArray 
             break
         last = size
     return p if last <= policy.rounding else None
+
+
+def _least(table: FloatArray, wanted: FloatArray, rank: int, lost: float) -> FloatArray:
+    """Return the least step of some rank that does most; beside the curve surplus equations seem to hold one more."""
+    left, values, right = np.linalg.svd(table, full_matrices=False)
+    values = values[: min(rank, int(np.sum(values > lost * values[0])))]
+    told = len(values)
+    return np.asarray(right[:told].T @ ((left[:, :told].T @ wanted) / values))
 
 
 def advance(system: Implicit, here: Place, step: float, policy: Policy) -> Place | None:
