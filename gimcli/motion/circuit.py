@@ -27,9 +27,11 @@ from gimcli.solvers.crossing import Policy as Meeting
 class Policy:
     """Constants of following a circuit; lengths are those of positions and inputs together."""
 
-    steps: arclength.Policy = field(default_factory=lambda: arclength.Policy(longest=0.1, shortest=1e-13))
+    steps: arclength.Policy = field(
+        default_factory=lambda: arclength.Policy(longest=0.1, shortest=1e-10, rounding=1e-8, noise=1e-8)
+    )
     meeting: Meeting = field(default_factory=Meeting)
-    exact: float = 2e-13  # miss below which branches meet, as for a motion (see follow.Policy.closure)
+    exact: float = 2e-14  # miss below which branches meet: some roundings of the equations
     ahead: float = 2.0  # steps within which a rank that falls is looked for
     near: float = 0.25  # of the distance to a missed meeting: longest step
     landing: float = 1e-3  # step over a singular position
@@ -205,7 +207,8 @@ class Walker:
             return float(curve.apart(at.p, home.p) @ normal)
 
         step = float(np.linalg.norm(there.p - here.p))
-        if not (over(here) < 0.0 <= over(there) and np.linalg.norm(curve.apart(there.p, home.p)) < 3.0 * step):
+        at_home = -self.policy.home
+        if not (over(here) < at_home <= over(there) and np.linalg.norm(curve.apart(there.p, home.p)) < 3.0 * step):
             return False
         if there.tangent @ home.tangent < 0.5:
             return False

@@ -41,6 +41,7 @@ class Policy:
     corrections: int = 6
     closeness: float = 1e-14  # size of the last correction
     rounding: float = 1e-11  # below it corrections that end to shrink have arrived
+    noise: float = 0.0  # correction that rounding alone may cause beside a singular position
     rank: float = 1e-10  # of singular values over the greatest: below it the tangent is not told
     points: int = 100_000  # at most
 
@@ -109,7 +110,7 @@ def advance(system: Implicit, here: Place, step: float, policy: Policy) -> Place
     """Return the place a step along the tangent; None where it bends or has to be pulled too much."""
     ahead = here.p + step * here.tangent
     found = correct(system, ahead, policy)
-    if found is None or not np.linalg.norm(found - ahead) <= policy.pull * abs(step):
+    if found is None or not np.linalg.norm(found - ahead) <= policy.pull * abs(step) + policy.noise:
         return None
     there = place(system, found, here.tangent)
     return there if there.tangent @ here.tangent >= np.cos(policy.bend) else None
