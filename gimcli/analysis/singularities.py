@@ -8,30 +8,27 @@ is 0: what a teacher calls a dead centre.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 
 from gimcli.mechanism import FRAME, Drive, FloatArray
-from gimcli.motion.circuit import Circuit, Policy
+from gimcli.motion.circuit import Circuit
 from gimcli.motion.curve import Curve
-from gimcli.solvers.arclength import Place, pinned
+from gimcli.motion.folds import REST, Rate, between, folds, roots
+from gimcli.solvers.arclength import Place
 from gimcli.solvers.crossing import Crossing
 from gimcli.structure.checks import farthest
 
 LIMIT, DEAD, CHANGE, TANGENCY, STATIONARY = "limit", "dead point", "change point", "tangency", "stationary"
-
-Rate = Callable[[Place], float]
 
 
 @dataclass(frozen=True)
 class Bounds:
     """Constants of the search."""
 
-    rest: float = 1e-9  # part of a unit tangent that is none
-    still: float = 1e-7  # the same, where a smallest value is looked at
+    still: float = 1e-7  # part of a unit tangent that is none where a smallest value is looked at
     slow: float = 0.2  # part of a unit tangent below which a smallest value may be none
     share: float = 0.05  # of the greatest entry of a null vector: what it is about
 
@@ -88,7 +85,7 @@ def rates(curve: Curve, p: FloatArray, v: FloatArray) -> tuple[float, dict[str, 
     turns = turning(curve, p, v)
     moves = abs(v[-1]) > Bounds().still
     unit = float(v[-1]) if moves else max(turns.values(), key=abs, default=1.0) or 1.0
-    dust = Bounds().rest * max(map(abs, turns.values()), default=0.0)  # what rounding left of no rotation
+    dust = REST * max(map(abs, turns.values()), default=0.0)  # what rounding left of no rotation
     return float(moves), {name: rate / unit if abs(rate) > dust else 0.0 for name, rate in turns.items()}
 
 
@@ -97,7 +94,7 @@ class _Search:
 
     def __init__(self, circuit: Circuit, number: int, bounds: Bounds) -> None:
         self.circuit, self.curve, self.number, self.bounds = circuit, circuit.curve, number, bounds
-        self.places, self.policy = circuit.places, Policy().steps
+        self.places = circuit.places
         steps = np.linalg.norm(np.diff(circuit.p, axis=1), axis=0)
         self.way = np.concatenate([[0.0], np.cumsum(steps)]) / max(float(steps.sum()), 1e-300)
 
@@ -114,9 +111,9 @@ class _Search:
 
     def limits(self) -> Iterator[Singularity]:
         """Yield where the parameter turns back."""
-        for index, here, side in self.roots(lambda at: float(at.tangent[-1])):
-            end = "upper" if side < 0.0 else "lower"
-            yield self._told(LIMIT, index, here, self._held(here), end=end)
+        for root in folds(self.circuit):
+            end = "upper" if root.side < 0.0 else "lower"
+            yield self._told(LIMIT, root.index, root.place, self._held(root.place), end=end)
 
     def dead_points(self) -> Iterator[Singularity]:
         """Yield where the parameter rests without turning back, and once where it rests for good."""
@@ -130,38 +127,15 @@ class _Search:
             signs = np.sign([self.places[j].tangent[-1] for j in (k - 1, k + 1)])
             if signs[0] != signs[1] or k in self.circuit.crossings:
                 continue
-            found = self._between(k - 1, k + 1, lambda at: float(bend(self.curve, at)[-1]))
+            found = between(self.circuit, k - 1, k + 1, lambda at: float(bend(self.curve, at)[-1]))
             if found is not None and abs(found.tangent[-1]) <= self.bounds.still:
                 yield self._told(DEAD, k - 1, found, self._held(found))
 
     def stationary(self) -> Iterator[Singularity]:
         """Yield where members hinged to the frame, and sliders on it, turn back."""
         for name, rate in outputs(self.curve):
-            for index, here, _ in self.roots(rate):
-                yield self._told(STATIONARY, index, here, (name,))
-
-    def roots(self, rate: Rate) -> Iterator[tuple[int, Place, float]]:
-        """Yield where a rate changes its sign: the place before, the place, and the sign after."""
-        values = np.array([rate(here) for here in self.places])
-        told = np.flatnonzero(np.abs(values) > self.bounds.rest).tolist()
-        for i, j in pairwise(told):
-            if values[i] * values[j] < 0.0:
-                resting = [k for k in range(i + 1, j) if k in self.circuit.crossings]
-                found = self.places[resting[0]] if resting else self._between(i, j, rate)
-                if found is not None:
-                    yield i, found, float(np.sign(values[j]))
-        if self.circuit.closed and told and told[0] > 0 and values[told[0]] * values[told[-1]] < 0.0:
-            yield 0, self.places[0], float(np.sign(values[told[0]]))
-
-    def _between(self, i: int, j: int, rate: Rate) -> Place | None:
-        """Return where a rate is 0 between two places."""
-        here = self.places[i]
-        way = self.places[j].p - here.p
-        step = float(way @ here.tangent)
-        found = pinned(self.curve, here, step, rate, self.policy)
-        if found is None:  # the plane through the other place cuts the curve beside it
-            found = pinned(self.curve, here, 1.5 * step, rate, self.policy)
-        return None if found is None else found[1]
+            for root in roots(self.circuit, rate):
+                yield self._told(STATIONARY, root.index, root.place, (name,))
 
     def _told(
         self, kind: str, index: int, here: Place, about: tuple[str, ...], met: Crossing | None = None, end: str = ""

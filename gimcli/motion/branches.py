@@ -6,15 +6,14 @@ A circuit goes straight through the crossings on its way, so that a branch belon
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.motion.circuit import Circuit, Policy, at_crossing, follow_circuit, landed, start_place
+from gimcli.motion.circuit import Circuit, Policy, follow_circuit, landed, rolled, start_place
 from gimcli.motion.curve import Curve
-from gimcli.solvers.arclength import Place
 from gimcli.solvers.crossing import Crossing
 
 MOST = 24
@@ -115,23 +114,25 @@ def _note(circuit: Circuit, number: int, knots: list[Knot]) -> None:
         knots[int(np.argmin(apart))].take(circuit.places[index].tangent, number)
 
 
+def leaving(
+    curve: Curve, met: Crossing, ahead: FloatArray, policy: Policy, progress: Callable[[float], None] | None = None
+) -> Circuit | None:
+    """Return the circuit that leaves a crossing along a tangent and is followed from there; None where none does."""
+    start = landed(curve, met, ahead, policy)
+    if start is None:
+        return None
+    circuit = follow_circuit(curve, start, policy, progress=progress)
+    same = [k for k, own in circuit.crossings.items() if np.linalg.norm(own.p[:-1] - met.p[:-1]) <= SAME]
+    before = [k for k in same if k < circuit.start]
+    if circuit.closed and same:
+        return rolled(circuit, max(same), 0)
+    return replace(circuit, start=max(before)) if before else circuit
+
+
 def _from(
     curve: Curve, met: Crossing, tangent: FloatArray, policy: Policy, progress: Callable[[float], None] | None
 ) -> Circuit | None:
     """Return the circuit that leaves a crossing along a tangent, in the sense of the laws where it has one."""
     sense = -1.0 if tangent[-1] * curve.forward() < -policy.singular else 1.0
-    for ahead in (sense * tangent, -sense * tangent):
-        start = landed(curve, met, ahead, policy)
-        if start is not None:
-            return _begun_at(follow_circuit(curve, start, policy, progress=progress), met, ahead)
-    return None
-
-
-def _begun_at(circuit: Circuit, met: Crossing, ahead: FloatArray) -> Circuit:
-    """Return a closed circuit that was begun beside a crossing as beginning with it."""
-    last = len(circuit.places) - 2
-    if not circuit.closed or last not in circuit.crossings:
-        return circuit
-    first: Place = at_crossing(circuit.curve, met, ahead)
-    crossings = {0: met} | {k + 1: known for k, known in circuit.crossings.items()}
-    return Circuit(circuit.curve, (first, *circuit.places[:-1]), crossings, circuit.ended, circuit.turns)
+    ahead = leaving(curve, met, sense * tangent, policy, progress)
+    return ahead if ahead is not None else leaving(curve, met, -sense * tangent, policy, progress)

@@ -59,6 +59,7 @@ class Circuit:
     crossings: dict[int, Crossing] = field(repr=False)  # by the index of their place
     ended: str
     turns: float = 0.0  # of a single rotary input from the start to the end
+    start: int = 0  # index of the place from which it was followed
 
     @property
     def closed(self) -> bool:
@@ -74,6 +75,19 @@ class Circuit:
     def mechanism(self) -> Mechanism:
         """What moves."""
         return self.curve.mechanism
+
+
+def rolled(circuit: Circuit, index: int, start: int) -> Circuit:
+    """Return a closed circuit that begins at one of its places a round earlier, followed from another (`start`)."""
+    last, shift = len(circuit.places) - 1, 2.0 * math.pi * circuit.turns
+
+    def back(at: Place) -> Place:
+        return Place(np.append(at.p[:-1], at.p[-1] - shift), at.tangent, at.jacobian, at.values, at.left)
+
+    places = (*(back(at) for at in circuit.places[index:last]), *circuit.places[: index + 1])
+    crossings = {k - index: met for k, met in circuit.crossings.items() if index <= k < last}
+    crossings |= {k + last - index: met for k, met in circuit.crossings.items() if k <= index}
+    return Circuit(circuit.curve, places, crossings, circuit.ended, circuit.turns, start)
 
 
 def start_place(curve: Curve, z: ComplexArray, q: float, policy: Policy) -> tuple[Place, Crossing | None]:
@@ -104,7 +118,7 @@ class Walker:
         """Walk until the circuit ends; return why."""
         while True:
             before = len(self.places)
-            if not self._go():
+            if not self.go():
                 return Ended.LOST
             for index in range(before, len(self.places)):
                 if closes and index > 1 and self._comes_home(index):
@@ -119,7 +133,7 @@ class Walker:
             if self.length > self.policy.longest:
                 return Ended.LONG
 
-    def _go(self) -> bool:
+    def go(self) -> bool:
         """Add the next place, or a singular position with the places before and after it."""
         here, steps = self.places[-1], self.policy.steps
         while self.step >= steps.shortest:
@@ -282,7 +296,7 @@ def follow_circuit(
     behind = [Place(p.p, -p.tangent, p.jacobian, p.values, p.left) for p in reversed(back.places[1:])]
     known = {len(behind) - k: met for k, met in back.crossings.items()}
     known |= {len(behind) + k: met for k, met in crossings.items()}
-    return Circuit(curve, (*behind, *places), known, ended, 0.0)
+    return Circuit(curve, (*behind, *places), known, ended, 0.0, len(behind))
 
 
 def _turns(curve: Curve, places: list[Place]) -> float:
