@@ -77,13 +77,13 @@ def _time(curve: Curve, near: float, q: float) -> float:
     """Return the time next to another at which the parameter has a value; the other one where none is."""
     time = near
     for _ in range(Policy().corrections):
+        if abs(q - _parameter(curve, time)) <= Policy().closeness:
+            break  # a time that is right stays as it is
         rate = _parameter(curve, time, 1)
         step = (q - _parameter(curve, time)) / rate if rate else np.nan
         if not abs(step) <= NEAR:
             return near
         time += step
-        if abs(step) <= Policy().closeness:
-            break
     return float(time)
 
 

@@ -77,16 +77,35 @@ def turning(curve: Curve, p: FloatArray, v: FloatArray) -> dict[str, float]:
     return turns
 
 
-def rates(curve: Curve, p: FloatArray, v: FloatArray) -> tuple[float, dict[str, float]]:
-    """Return the rate of the parameter, 1 or 0, and of every member's rotation [rad per unit of it] on a branch.
+@dataclass(frozen=True)
+class Rates:
+    """How inputs and members move on a branch, in the file's units, over the rate of the input that moves most.
 
-    Where the parameter rests, rotations are told by the fastest.
+    Where all inputs rest, over the rate of the member that turns fastest.
     """
-    turns = turning(curve, p, v)
-    moves = abs(v[-1]) > Bounds().still
-    unit = float(v[-1]) if moves else max(turns.values(), key=abs, default=1.0) or 1.0
+
+    inputs: dict[str, float]
+    members: dict[str, float]  # rotation
+
+    @property
+    def rests(self) -> bool:
+        """Tell whether the inputs rest."""
+        return not any(self.inputs.values())
+
+
+def rates(curve: Curve, p: FloatArray, v: FloatArray) -> Rates:
+    """Return the rates along the tangent v (n + 1,) of a branch."""
+    mechanism, turns = curve.mechanism, turning(curve, p, v)
+    driven = curve.travel(v, float(p[-1]))[curve.system.n :] * (abs(v[-1]) > Bounds().still)
+    degree = float(np.degrees(1.0)) if mechanism.angle_unit == "deg" else 1.0
+    inputs = {
+        a.name: rate * (degree if a.drive is Drive.ROTARY else mechanism.scale)
+        for a, rate in zip(mechanism.actuators, driven.tolist(), strict=True)
+    }
     dust = REST * max(map(abs, turns.values()), default=0.0)  # what rounding left of no rotation
-    return float(moves), {name: rate / unit if abs(rate) > dust else 0.0 for name, rate in turns.items()}
+    members = {name: degree * rate if abs(rate) > dust else 0.0 for name, rate in turns.items()}
+    unit = max(inputs.values(), key=abs) or max(members.values(), key=abs, default=0.0) or 1.0
+    return Rates({k: r / unit for k, r in inputs.items()}, {k: r / unit for k, r in members.items()})
 
 
 class _Search:

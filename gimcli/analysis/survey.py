@@ -71,7 +71,7 @@ def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress | 
     reach = []
     for number, circuit in enumerate(branches.circuits):
         own = singularities(circuit, number)
-        reach.append(interval(circuit, own))
+        reach.append(_first_round(branches.circuits[0], interval(circuit, own)))
         for what in own:
             _add(found, what, number, circuit)
     return Survey(branches, tuple(found), tuple(reach))
@@ -86,6 +86,14 @@ def _add(found: list[Found], what: Singularity, number: int, circuit: Circuit) -
                 found[k] = Found(known.what, (*known.circuits, number))
             return
     found.append(Found(what, (number,)))
+
+
+def _first_round(first: Circuit, ends: tuple[float, float]) -> tuple[float, float]:
+    """Return an interval moved by whole turns next to the first circuit's, if that turns fully."""
+    if not first.turns:
+        return ends
+    shift = 2.0 * math.pi * math.floor((ends[0] - float(first.p[-1].min()) + SAME) / (2.0 * math.pi))
+    return ends[0] - shift, ends[1] - shift
 
 
 def first_turn(survey: Survey, q: float) -> float:

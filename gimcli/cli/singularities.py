@@ -10,6 +10,7 @@ import typer
 from gimcli.cli.arguments import MODEL, Json, ModelPath
 
 if TYPE_CHECKING:
+    from gimcli.analysis.singularities import Rates
     from gimcli.analysis.survey import Found, Survey
     from gimcli.mechanism import FloatArray
 
@@ -25,6 +26,8 @@ HELP = (
 )
 MEMBERS = 3
 CURVES = 6
+DUST = 1e-14
+"""An input below this, in rad or in the normal frame's length, is 0."""
 
 
 def command(
@@ -52,7 +55,10 @@ def command(
 
 
 def _inputs(found: Survey, u: FloatArray) -> dict[str, float]:
+    import numpy as np
+
     mechanism = found.curve.mechanism
+    u = np.where(np.abs(u) > DUST, u, 0.0)
     return {a.name: float(mechanism.value_to_file(k, u[k : k + 1])[0]) for k, a in enumerate(mechanism.actuators)}
 
 
@@ -61,16 +67,10 @@ def _interval(found: Survey, reach: tuple[float, float]) -> dict[str, list[float
     return {name: sorted([low[name], high[name]]) for name in low}
 
 
-def _tangents(found: Survey, one: Found) -> list[dict[str, Any]]:
-    """Return the rates of inputs and members on every branch; angles in rad and deg cancel for a rotary input."""
+def _tangents(found: Survey, one: Found) -> list[Rates]:
     from gimcli.analysis.singularities import rates
 
-    curve = found.curve
-    told = []
-    for v in one.what.branches:
-        drive, turns = rates(curve, one.what.p, v)
-        told.append({"input": drive, "members": turns})
-    return told
+    return [rates(found.curve, one.what.p, v) for v in one.what.branches]
 
 
 def _report(found: Survey, png: Path | None) -> dict[str, Any]:
@@ -82,7 +82,8 @@ def _report(found: Survey, png: Path | None) -> dict[str, Any]:
             {
                 "kind": one.what.kind, "at": _inputs(found, _at(found, one)), "end": one.what.end or None,
                 "about": list(one.what.about), "branches": [k + 1 for k in one.circuits],
-                "tangents": _tangents(found, one), "nodes": dict(zip(mechanism.nodes, _pairs(z), strict=True)),
+                "tangents": [{"inputs": t.inputs, "members": t.members} for t in _tangents(found, one)],
+                 "nodes": dict(zip(mechanism.nodes, _pairs(z), strict=True)),
             }
         )  # fmt: skip
     circuits = [
@@ -150,13 +151,13 @@ def _rates(found: Survey, one: Found) -> str:
     told = _tangents(found, one)
     if not told:
         return ""
-    names = list(told[0]["members"])
-    spread = {n: max(t["members"][n] for t in told) - min(t["members"][n] for t in told) for n in names}
+    names = list(told[0].members)
+    spread = {n: max(t.members[n] for t in told) - min(t.members[n] for t in told) for n in names}
     chosen = [n for n in sorted(names, key=lambda n: -spread[n])[:MEMBERS] if spread[n] > 0.0] or names[:MEMBERS]
     lines = []
     for t in told:
-        rest = "" if t["input"] else "input rests: "
-        lines.append(rest + ", ".join(f"{n} {t['members'][n]:+.6g}" for n in chosen))
+        rest = "input rests: " if t.rests else ""
+        lines.append(rest + ", ".join(f"{n} {t.members[n]:+.6g}" for n in chosen))
     return "\n".join(lines)
 
 
@@ -167,8 +168,8 @@ def _draw(found: Survey, png: Path) -> None:
     from gimcli.output.singular import Shown
 
     curve, mechanism = found.curve, found.curve.mechanism
-    names = mechanism.traced[:CURVES]
     several = len(found.branches.circuits) > 1
+    names = mechanism.traced[: max(1, CURVES // len(found.branches.circuits))]
     curves = {}
     for k, circuit in enumerate(found.branches.circuits):
         z = curve.nodes(along(circuit, max(361, len(circuit.places))))
