@@ -45,6 +45,7 @@ class Singularity:
     branches: tuple[FloatArray, ...] = field(repr=False, default=())  # tangents of all branches (n + 1,)
     end: str = ""  # of a limit: "upper" or "lower"
     circuit: int = 0  # which of several
+    loose: bool = False  # positions of more than one freedom meet the circuit there
 
 
 def singularities(circuit: Circuit, number: int = 0, bounds: Bounds | None = None) -> list[Singularity]:
@@ -122,7 +123,7 @@ class _Search:
         for index, met in self.circuit.crossings.items():
             if self.circuit.closed and index == len(self.places) - 1:
                 continue
-            single = len(met.tangents) == 1 or (met.touching and not met.tangents)
+            single = not met.loose and (len(met.tangents) == 1 or (met.touching and not met.tangents))
             here = self.places[index]
             yield self._told(
                 TANGENCY if single else CHANGE, index, here, _involved(self.curve, met.left, self.bounds), met
@@ -164,7 +165,8 @@ class _Search:
         whole = max(float(np.linalg.norm(self.places[ahead].p - self.places[index].p)), 1e-300)
         way = float(self.way[index] + (self.way[ahead] - self.way[index]) * min(part / whole, 1.0))
         branches = () if met is None else met.tangents
-        return Singularity(kind, way, here.p, here.tangent, about, branches, end, self.number)
+        loose = met is not None and met.loose
+        return Singularity(kind, way, here.p, here.tangent, about, branches, end, self.number, loose)
 
     def _held(self, here: Place) -> tuple[str, ...]:
         """Return the constraints whose forces hold each other while the input is held: they stop it."""

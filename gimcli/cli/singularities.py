@@ -81,7 +81,7 @@ def _report(found: Survey, png: Path | None) -> dict[str, Any]:
         listed.append(
             {
                 "kind": one.what.kind, "at": _inputs(found, _at(found, one)), "end": one.what.end or None,
-                "about": list(one.what.about), "branches": [k + 1 for k in one.circuits],
+                "about": list(one.what.about), "freer": one.what.loose, "branches": [k + 1 for k in one.circuits],
                 "tangents": [{"inputs": t.inputs, "members": t.members} for t in _tangents(found, one)],
                  "nodes": dict(zip(mechanism.nodes, _pairs(z), strict=True)),
             }
@@ -149,8 +149,9 @@ def _unit(mechanism: Any, k: int) -> str:
 def _rates(found: Survey, one: Found) -> str:
     """Return, for every branch, the members whose rates differ most between branches."""
     told = _tangents(found, one)
+    free = ["more than one freedom"] * one.what.loose
     if not told:
-        return ""
+        return "".join(free)
     names = list(told[0].members)
     spread = {n: max(t.members[n] for t in told) - min(t.members[n] for t in told) for n in names}
     chosen = [n for n in sorted(names, key=lambda n: -spread[n])[:MEMBERS] if spread[n] > 0.0] or names[:MEMBERS]
@@ -158,7 +159,7 @@ def _rates(found: Survey, one: Found) -> str:
     for t in told:
         rest = "input rests: " if t.rests else ""
         lines.append(rest + ", ".join(f"{n} {t.members[n]:+.6g}" for n in chosen))
-    return "\n".join(lines)
+    return "\n".join(lines + free)
 
 
 def _draw(found: Survey, png: Path) -> None:
