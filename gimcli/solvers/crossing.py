@@ -67,21 +67,21 @@ def crossing(curve: Bent, guess: FloatArray, policy: Policy) -> Crossing | None:
     for lost in range(1, policy.most + 1):
         if lost > len(guess) - 1:
             break
-        found = _refined(curve, guess, lost, policy)
-        if found is None:
+        p = _refined(curve, guess, lost, policy)
+        if p is None:
             continue
-        p, miss = found
         left, values, right = np.linalg.svd(curve.jacobian(p))
         n = len(p) - 1
         if int(np.sum(values[:n] <= policy.lost * values[0])) == lost:
             null, normal = right[n - lost :].T, left[:, n - lost :]
             tangents, touching, loose = _tangents(_forms(curve, p, null, normal), policy)
+            miss = float(np.linalg.norm(normal.T @ curve.residual(p)))
             return Crossing(p, miss, null, normal, tuple(null @ a for a in tangents), touching, loose)
     return None
 
 
-def _refined(curve: Bent, p: FloatArray, lost: int, policy: Policy) -> tuple[FloatArray, float] | None:
-    """Return the position that loses so much rank and what it misses, by Newton's method."""
+def _refined(curve: Bent, p: FloatArray, lost: int, policy: Policy) -> FloatArray | None:
+    """Return the position that loses so much rank, by Newton's method."""
     n = len(p) - 1
     left, _, right = np.linalg.svd(curve.jacobian(p))
     b, c = left[:, n - lost :], right[n - lost :].T
@@ -95,11 +95,11 @@ def _refined(curve: Bent, p: FloatArray, lost: int, policy: Policy) -> tuple[Flo
         p, e = p + step[: n + 1], e + step[n + 1 :]
         size = float(np.linalg.norm(step))
         if size <= policy.closeness or (size >= last and last <= policy.rounding):
-            return p, float(np.linalg.norm(e))
+            return p
         if size > 1.0 or (count > 8 and size > 0.9 * last):
             return None
         last = size
-    return (p, float(np.linalg.norm(e))) if last <= policy.lost else None
+    return p if last <= policy.lost else None
 
 
 def _augmented(
