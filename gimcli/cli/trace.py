@@ -88,12 +88,10 @@ def command(
     from gimcli.analysis.summary import Summary
     from gimcli.analysis.tracing import motion_table
     from gimcli.analysis.verdict import explained, verify
-    from gimcli.cli.circuit import trace_circuit
     from gimcli.cli.console import note, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
     from gimcli.motion.motion import stream
-    from gimcli.motion.ride import ride
     from gimcli.output import CsvStream, refuse_unwritable
 
     chosen = options(method, strategy, tolerance, jit, sequence)
@@ -106,12 +104,16 @@ def command(
             _refuse_undriven(mechanism)
             raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve`")
         if circuit or all_branches:
+            from gimcli.cli.circuit import trace_circuit
+
             _refuse_mixed(method, derivatives, at_limit, branch, all_branches)
             paths = csv_path, png_path if png else None
             if not trace_circuit(mechanism, steps, tolerance, branch, all_branches, paths, as_json):
                 raise typer.Exit(5)
             return
         if at_limit is not AtLimit.STOP or branch > 1:
+            from gimcli.motion.ride import ride
+
             _refuse_mixed(method, derivatives if at_limit is AtLimit.REVERSE or branch > 1 else 0)
             show = progress_bar("tracing")
             pieces = iter([ride(mechanism, steps, chosen, at_limit.value, branch, show)])
@@ -170,14 +172,19 @@ def _draw(motion: Motion, path: Path) -> None:
 
 
 def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int, as_json: bool) -> None:
-    from gimcli.analysis.sharpen import reach, sharpened
     from gimcli.analysis.tracing import events, reachable
     from gimcli.cli.console import print_json
     from gimcli.status import Status
 
-    motion, solved, worst = sharpened(summary.motion), summary.solved, summary.residual
+    motion, solved, worst = summary.motion, summary.solved, summary.residual
+    if motion.limit is not None or motion.bridged:
+        from gimcli.analysis.sharpen import sharpened
+
+        motion = sharpened(motion)
     reached, found = reachable(motion), events(motion)
-    if motion.limit is not None and found and found[-1]["kind"] == "limit":
+    if found and found[-1]["kind"] == "limit":
+        from gimcli.analysis.sharpen import reach
+
         found[-1]["interval"] = reach(motion)
     if as_json:
         report = {
