@@ -106,7 +106,7 @@ def rates(curve: Curve, p: FloatArray, v: FloatArray) -> Rates:
     dust = REST * max(map(abs, turns.values()), default=0.0)  # what rounding left of no rotation
     members = {name: degree * rate if abs(rate) > dust else 0.0 for name, rate in turns.items()}
     unit = max(inputs.values(), key=abs) or max(members.values(), key=abs, default=0.0) or 1.0
-    return Rates({k: r / unit for k, r in inputs.items()}, {k: r / unit for k, r in members.items()})
+    return Rates({k: r / unit + 0.0 for k, r in inputs.items()}, {k: r / unit + 0.0 for k, r in members.items()})
 
 
 class _Search:
