@@ -47,7 +47,7 @@ class Field:
     """Arrows of some kinds about a drawing, and their scales."""
 
     def __init__(self, kinds: Sequence[Arrows], shown: ComplexArray) -> None:
-        z = shown[np.isfinite(shown)]
+        z = shown[np.isfinite(shown)] if np.isfinite(shown).any() else np.zeros(1, dtype=complex)
         self.corner = complex(z.real.min(), z.imag.min())
         self.side = max(float(np.ptp(z.real)), float(np.ptp(z.imag)))
         self.kinds = [kind for kind in kinds if kind.greatest > NOTHING * self.side]
@@ -80,7 +80,7 @@ class Field:
             (start, end), value = self._bar(row, kind)
             _arrow(picture, start, end - start, pen, head, True)
             text = f"{kind.name} {value:g} {kind.unit}"
-            picture.texts.append(Text(end + (8.0 + 0.3 * FONT * len(text)) * pt, text))
+            picture.texts.append(Text(end + (6.0 + 0.28 * FONT * len(text)) * pt, text))
 
 
 def _arrow(picture: Picture, start: complex, way: complex, pen: Pen, head: Fill, seen: bool) -> None:

@@ -1,7 +1,8 @@
 """Instant centres and centrodes: where a point of two members has one velocity, over the motion.
 
 A point P of a member moves at v + i omega (P - O); two members i, j agree at P = i (v_i - v_j) / (omega_i - omega_j),
-v being the velocity of the member's point at the frame's origin. The centre's place in the frame is the fixed
+v being the velocity of the member's point at the frame's origin. Where they rest against each other for a moment, both
+differences vanish and their derivatives tell the centre; a pin that joins them is their centre always. The centre's place in the frame is the fixed
 centrode, its places in the members are the moving ones; they roll on each other. Source: Bottema & Roth, Theoretical
 Kinematics, 1979, chapter VIII; Norton, Design of Machinery, section 6.5.
 """
@@ -68,24 +69,27 @@ class Centre(Measure):
 
 def instant_centre(rates: Rates, first: int, second: int) -> ComplexArray:
     """Return where two members have one velocity (rows,), normal frame; NaN at infinity or where they are one."""
-    size = rates.mechanism.size
-    (v, w), (other, turn) = _spin(rates, first), _spin(rates, second)
-    drift, spin = v - other, w - turn
+    mechanism, size = rates.mechanism, rates.mechanism.size
+    pins = set(mechanism.members[first].nodes) & set(mechanism.members[second].nodes)
+    if len(pins) == 1:
+        return np.asarray(rates.nodes[0, pins.pop()])
+    drift, spin = (one - other for one, other in zip(_spin(rates, first), _spin(rates, second), strict=True))
     with np.errstate(all="ignore"):
-        place = 1j * drift / spin
+        rests = np.abs(drift) + size * np.abs(spin) <= FAR.still * size
+        drift, spin = (np.where(rests[0], value[1], value[0]) for value in (drift, spin))
         near = np.abs(drift) <= FAR.sizes * size * np.abs(spin)
-        moved = np.abs(drift) + size * np.abs(spin) > FAR.still * size
-    return np.asarray(np.where(near & moved, place, complex(np.nan, np.nan)))
+        moves = np.abs(drift) + size * np.abs(spin) > FAR.still * size
+        return np.asarray(np.where(near & moves, 1j * drift / spin, complex(np.nan, np.nan)))
 
 
 def _spin(rates: Rates, index: int) -> tuple[ComplexArray, FloatArray]:
-    """Return the velocity of a member's point at the origin, and omega, (rows,)."""
+    """Return the velocity of a member's point at the origin, and omega, each with its derivative (2, rows)."""
     rows = rates.nodes.shape[2]
     if index == FRAME:
-        return np.zeros(rows, dtype=complex), np.zeros(rows)
-    node = rates.mechanism.members[index].nodes[0]
-    omega = rates.angular(index)[0]
-    return rates.nodes[1, node] - 1j * omega * rates.nodes[0, node], omega
+        return np.zeros((2, rows), dtype=complex), np.zeros((2, rows))
+    z, v, a = rates.nodes[:3, rates.mechanism.members[index].nodes[0]]
+    omega, alpha = rates.angular(index)[:2]
+    return np.array([v - 1j * omega * z, a - 1j * alpha * z - 1j * omega * v]), np.array([omega, alpha])
 
 
 def _frame_of(mechanism: Mechanism, index: int, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:

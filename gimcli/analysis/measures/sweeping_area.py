@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gimcli.analysis.carried import carried_point
 from gimcli.analysis.influence import Sight
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 
@@ -21,7 +22,8 @@ from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 class Fineness:
     """How finely a region is resolved."""
 
-    poses: int = 1440  # over the motion, at least: a turn's chords err by 3e-6 of a circle's area
+    poses: int = 1440  # a turn, and at least: its chords err by 3e-6 of a circle's area
+    turns: int = 6  # beyond so many, no more poses
     lines: int = 2048  # the edge of a hole costs their power of -3/2
     block: int = 200_000  # sections held at the same time
     thin: float = 1e-9  # of the longest span: an outline thinner than this is a line
@@ -58,8 +60,11 @@ def _chain(z: ComplexArray, ordered: Sequence[int]) -> list[int]:
 
 def swept_area(sight: Sight, corners: Sequence[str]) -> tuple[float, float]:
     """Return the area of the region that an outline passes over, and how far it may be off; normal frame."""
-    rows = sight.motion.solved
-    parts = max(2, 2 * -(-FINENESS.poses // (2 * max(1, rows - 1))))
+    z = sight.motion.z[:, sight.motion.good]
+    arm = np.diff([carried_point(sight.mechanism, name, z) for name in corners[:2]], axis=0)[0]
+    turns = np.sum(np.abs(np.angle(arm[1:] * np.conj(arm[:-1])))) / (2.0 * np.pi)
+    poses = FINENESS.poses * min(max(1.0, turns), FINENESS.turns)
+    parts = max(2, int(np.ceil(poses / max(1, z.shape[1] - 1))))
     fine = union_area(swept(sight, corners, parts), FINENESS.lines)
     coarse = union_area(swept(sight, corners, parts, every=2), FINENESS.lines // 2)
     return fine, abs(fine - coarse)
@@ -69,7 +74,7 @@ def swept(sight: Sight, corners: Sequence[str], parts: int, every: int = 1) -> C
     """Return triangles (triangles, 3) that cover what an outline passes over, each step in some parts."""
     time = sight.motion.time * sight.mechanism.duration
     paths = np.array([sight.timed.point(name) for name in corners])  # (corners, 3, rows)
-    paths[:, 0] = [_placed(sight, name) for name in corners]
+    paths[:, 0] = [carried_point(sight.mechanism, name, sight.motion.z) for name in corners]  # where v is unknown too
     good = np.flatnonzero(sight.motion.good)
     found = [np.zeros((0, 3), dtype=complex)]
     for run in np.split(good, np.flatnonzero(np.diff(good) > 1) + 1):
@@ -78,13 +83,6 @@ def swept(sight: Sight, corners: Sequence[str], parts: int, every: int = 1) -> C
             outline = _between(time[chosen], paths[:, :, chosen], parts)
             found += [_fan(outline[:, 0]), *(_sides(outline[k - 1], outline[k]) for k in _edges(len(corners)))]
     return np.concatenate(found)
-
-
-def _placed(sight: Sight, name: str) -> ComplexArray:
-    """Return a point's path, told also in rows that have no velocity."""
-    from gimcli.analysis.carried import carried_point
-
-    return carried_point(sight.mechanism, name, sight.motion.z)
 
 
 def _edges(corners: int) -> range:
