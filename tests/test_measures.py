@@ -18,7 +18,6 @@ from gimcli.errors import UsageError
 from gimcli.model import load
 from gimcli.motion.motion import Motion, stream, trace
 
-
 TRANSLATING = ("parallelogram", "parallelogram_third_crank", "scotch_yoke")
 """Models in which no three members have all their centres in reach."""
 

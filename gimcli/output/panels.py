@@ -51,7 +51,8 @@ def panel(name: str, table: Table, width: float) -> Picture:
 
 def _draw(picture: Picture, index: int, x: FloatArray, column: Column) -> None:
     pen, span = curve_pen(index), picture.frame.high.imag - picture.frame.low.imag
-    z = x + 1j * np.asarray(column.values, dtype=np.float64)
+    z = x.astype(np.complex128)
+    z.imag = column.values
     runs = list(_runs(z, span))
     picture.stroke(pen, *(run for run in runs if len(run) > 1))
     picture.mark(Mark("o", 2.0, pen.color, pen.color), *(complex(run[0]) for run in runs if len(run) == 1))
