@@ -18,6 +18,7 @@ from gimcli.analysis.measures import KINDS
 from gimcli.model import load
 from gimcli.motion.options import Options
 from gimcli.motion.position import solve
+from gimcli.output.curves import drawn_runs
 from gimcli.output.drawing import position_picture
 from gimcli.output.panels import panel
 from gimcli.output.vectors import PENS, Arrows, Field
@@ -80,6 +81,15 @@ def test_a_centrode_far_away_does_not_shrink_the_mechanism(tmp_path):
     picture = motion_picture(run.mechanism, poses, {}, "t", {"centrode": far.astype(complex)})
     assert picture.frame.high.real - picture.frame.low.real < 2.0 * (plain.frame.high.real - plain.frame.low.real)
     assert picture.legend[0][0] == "centrode"
+
+
+def test_a_curve_that_goes_round_twice_is_drawn_once():
+    """Dashes over dashes would make a full line; one lap and a half stays as it is."""
+    circle = np.exp(1j * np.linspace(0.0, 4.0 * np.pi, 361))
+    (twice,) = drawn_runs(circle, 0.01)
+    assert np.sum(np.abs(np.diff(twice))) == pytest.approx(2.0 * np.pi, rel=1e-3)
+    (half,) = drawn_runs(circle[:271], 0.01)
+    assert np.sum(np.abs(np.diff(half))) == pytest.approx(3.0 * np.pi, rel=1e-3)
 
 
 def test_wrong_asking_is_refused_before_the_work(tmp_path):

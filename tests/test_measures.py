@@ -119,6 +119,12 @@ def test_a_centrode_does_not_depend_on_the_law_nor_on_standing_still():
         assert slow[column] == pytest.approx(even[column], rel=1e-9)
 
 
+def test_a_law_that_never_moves_has_centres_all_the_same():
+    still = told(sight_of("crank_rocker", 1, laws={"motor": {"from": 40, "to": 40}}), "centre:frame/coupler")
+    moving = told(sight_of("crank_rocker", 1, laws={"motor": {"from": 40, "to": 41}}), "centre:frame/coupler")
+    assert still["x"][0] == pytest.approx(moving["x"][0], rel=1e-12)
+
+
 def test_centres_at_infinity_are_empty_and_poison_nothing():
     """The coupler of a parallelogram only translates; crank and rocker never turn against each other."""
     sight = sight_of("parallelogram", 8, laws={"motor": {"from": 10, "to": 90}})
@@ -128,6 +134,37 @@ def test_centres_at_infinity_are_empty_and_poison_nothing():
     assert np.isfinite(told(sight, f"centre:frame/{names[0]}")["x"]).all()
 
 
+def test_members_at_rest_for_a_moment_keep_their_centre():
+    """Watt II at a dead centre of its first loop: the second loop rests too, its centre is the neighbours' middle."""
+    mechanism = load(MODELS / "watt_2.yaml")
+    motor = mechanism.actuators[0].name
+    a, b, c, d = _first_loop(mechanism)
+    dead = math.degrees(math.acos((d**2 + (a + b) ** 2 - c**2) / (2 * d * (a + b))))
+    base = math.degrees(np.angle(mechanism.drawn[mechanism.nodes.index("O4")] - mechanism.drawn[0]))
+    middle = {}
+    for h in (0.0, 0.01, 0.02):
+        sight = sight_of("watt_2", 2, laws={motor: {"from": base + dead - h - 1.0, "to": base + dead - h + 1.0}})
+        got = told(sight, "centre:frame/drag_link")
+        middle[h] = complex(got["x"][1], got["y"][1])
+        if h == 0.0:
+            assert np.max(np.abs(sight.along.nodes[1, mechanism.nodes.index("B"), 1])) < 1e-10
+    # a one-sided difference extrapolated to the dead centre: third order in 0.01 deg
+    assert abs(middle[0.0] - (2 * middle[0.01] - middle[0.02])) < 1e-4 * abs(middle[0.0] - mechanism.origin)
+    assert abs(middle[0.01] - middle[0.02]) > 1e-7
+
+
+def _first_loop(mechanism):
+    """Crank, coupler, side O4-B of the bell crank, and frame; normal frame."""
+    member = {m.name: m for m in mechanism.members}
+    node = mechanism.nodes.index
+    crank, coupler = (m for m in mechanism.members[1:3])
+    bell = member["bell_crank"]
+    a, b = (abs(m.shape[1] - m.shape[0]) for m in (crank, coupler))
+    c = abs(bell.local(node("B")) - bell.local(node("O4")))
+    d = abs(mechanism.drawn[node("O4")] - mechanism.drawn[0])
+    return a, b, c, d
+
+
 def test_the_pivots_are_centres_themselves():
     sight = sight_of("crank_rocker", 12)
     got, b = told(sight, "centre:coupler/rocker"), sight.motion.z[sight.mechanism.nodes.index("B")]
@@ -135,6 +172,9 @@ def test_the_pivots_are_centres_themselves():
     assert np.max(np.abs(got["x"] + 1j * got["y"] - place)) < 1e-9
     assert got["coupler.x"] == pytest.approx(np.full(13, 120.0))
     assert np.max(np.abs(got["coupler.y"])) < 1e-9
+    dead = math.degrees(math.acos((100**2 + 160**2 - 80**2) / (2 * 100 * 160)))
+    got = told(sight_of("crank_rocker", 1, laws={"motor": {"from": dead + 1e-7, "to": 90}}), "centre:frame/rocker")
+    assert abs(got["x"][0] - 100.0 + 1j * got["y"][0]) < 1e-11, "hardly moving against each other"
 
 
 # --- curvature -------------------------------------------------------------------------------------------
@@ -176,8 +216,21 @@ def test_a_slider_turns_back_on_its_line():
     assert np.isnan(got["centre.x"]).all()
 
 
+def test_a_slider_turns_back_on_a_slanting_line():
+    """Where rounding leaves a bend: still straight."""
+    run = run_model("slider_crank", 8, laws={"motor": {"from": 33, "to": 393}}, change=_slanting)
+    got = told(Sight(run.motion), "curvature:B")
+    assert np.abs(Sight(run.motion).along.point("B")[1][[0, 4, 8]]) == pytest.approx(np.zeros(3), abs=1e-12)
+    assert np.isinf(got["radius"]).all()
+
+
 def _no_offset(data):
     data["nodes"] |= {"G": [1, 0], "H": [5, 0], "B": [3.5, 0]}
+
+
+def _slanting(data):
+    turn = np.exp(1j * np.radians(33.0))
+    data["nodes"] |= {n: [float((r * turn).real), float((r * turn).imag)] for n, r in (("G", 1), ("H", 5), ("B", 3.5))}
 
 
 def test_a_rolling_circles_cusp_has_radius_0():
@@ -278,6 +331,21 @@ def test_curvature_where_several_inputs_start_from_rest():
         assert other["centre.x"] == pytest.approx(even["centre.x"], rel=1e-7)
 
 
+def test_curvature_where_the_inputs_turn_against_each_other():
+    """Two inputs of which one slows down: the circle through three close positions tells the same."""
+    names = [a.name for a in load(MODELS / "five_bar.yaml").actuators]
+    laws = {names[0]: {"by": 25, "profile": "cubic"}, names[1]: {"by": -20}}
+    sight = sight_of("five_bar", 400, laws=laws)
+    point = sight.mechanism.traced[0]
+    p = sight.along.point(point)[0]
+    a, b, c = p[:-2], p[1:-1], p[2:]
+    near = 2.0 * (np.conj(b - a) * (c - b)).imag / (np.abs(b - a) * np.abs(c - b) * np.abs(c - a))
+    got = told(sight, f"curvature:{point}")["curvature"][1:-1] * sight.mechanism.scale
+    known = np.isfinite(got) & np.isfinite(near)
+    assert known.sum() > 100
+    assert np.max(np.abs(near - got)[known]) < 1e-4 * np.max(np.abs(got[known]))
+
+
 def test_inputs_that_start_from_rest_in_different_ways_have_no_curvature_there():
     names = [a.name for a in load(MODELS / "five_bar.yaml").actuators]
     laws = {names[0]: {"by": 20, "profile": "cubic"}, names[1]: {"by": -20, "profile": "quintic"}}
@@ -311,23 +379,35 @@ def test_the_transmission_angle_of_a_slider_crank():
     assert measure.spec == "transmission:rod/slide"
     pressure = np.degrees(np.arcsin((np.sin(np.radians(run.value["motor"])) - 0.5) / 3.0))
     assert measure.values(Sight(run.motion))[0] == pytest.approx(90.0 - pressure, abs=1e-10)
+    assert measure.whole(Sight(run.motion))["worst"] == pytest.approx(60.0), "crank at 270 deg: arcsin(1.5 / 3)"
 
 
 def test_the_transmission_angle_of_a_ram():
     """Excavator: at every ram the law of cosines of the triangle pivot, foot and head of the ram."""
     run = run_model("excavator", 8)
     specs = [m.spec for m in measures_of(run.mechanism, "transmission")]
-    assert specs
-    rams = [a for a in run.mechanism.actuators if any(f":{a.name}/" in spec for spec in specs)]
-    assert rams
-    for measure in measures_of(run.mechanism, "transmission"):
-        if measure.lines[0].name not in {r.name for r in rams}:
-            continue
-        z = {n: run.motion.z[n] for n in (measure.joint, measure.lines[0].node, measure.lines[1].node)}
-        joint, foot, pivot = (z[n] for n in (measure.joint, measure.lines[0].node, measure.lines[1].node))
-        x, y, w = np.abs(foot - joint), np.abs(pivot - joint), np.abs(foot - pivot)
+    assert specs == [
+        f"transmission:{p}" for p in ("boom/boom_ram", "arm/arm_ram", "h_link/bucket_ram", "bucket/side_link")
+    ]
+    for spec, pivot, foot, head in (("boom_ram/boom", "C", "D", "E"), ("arm/arm_ram", "H", "F", "G")):
+        (measure,) = measures_of(run.mechanism, f"transmission:{spec}")
+        p, f, h = (run.xy(name) for name in (pivot, foot, head))
+        x, y, w = np.abs(f - h), np.abs(p - h), np.abs(f - p)
         expected = np.degrees(np.arccos((x**2 + y**2 - w**2) / (2 * x * y)))
         assert measure.values(Sight(run.motion))[0] == pytest.approx(expected, abs=1e-9)
+
+
+def test_every_output_dyad_has_a_transmission_angle():
+    """Jansen's leg: the three dyads of Assur that its crank drives; Whitworth's ram; none without a line."""
+    named = {
+        "jansen": ["j/bde", "k/c", "f/g"],
+        "whitworth": ["rod/ram"],
+        "watt_2": ["coupler/bell_crank", "drag_link/output"],
+        "scott_russell": ["bar/slide"],
+    }
+    for model, parts in named.items():
+        found = [m.spec for m in measures_of(load(MODELS / f"{model}.yaml"), "transmission")]
+        assert found == [f"transmission:{part}" for part in parts]
 
 
 # --- mechanical advantage --------------------------------------------------------------------------------

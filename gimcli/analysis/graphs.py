@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gimcli.analysis.measures.measure import Head
 from gimcli.mechanism import FRAME, Drive, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.table import Column, Table
@@ -45,10 +46,14 @@ def quantity(mechanism: Mechanism, table: Table, name: str) -> list[Column]:
     return curves
 
 
-def by_unit(name: str, columns: Sequence[Column]) -> dict[str, list[Column]]:
-    """Return columns of a kind of measure, those of one unit together, named after what tells them apart."""
-    groups: dict[str, list[Column]] = {}
-    for column in columns:
-        short = column.name.removeprefix(f"{name}:")
-        groups.setdefault(column.unit, []).append(Column(short, column.values, column.unit))
-    return {f"{name} ({unit})" if len(groups) > 1 else name: group for unit, group in groups.items()}
+def measured(heads: Sequence[Head], columns: Sequence[Column]) -> dict[str, list[Column]]:
+    """Return the graphs that measures' columns make: those of one graph and unit together."""
+    groups: dict[tuple[str, str], list[Column]] = {}
+    for head, column in zip(heads, columns, strict=True):
+        if head.graph:
+            short = Column(head.name.partition(":")[2], column.values, column.unit)
+            groups.setdefault((head.graph, head.unit), []).append(short)
+    return {
+        graph if graph not in [g for g, u in groups if u != unit] else f"{graph}, {unit or '-'}": group
+        for (graph, unit), group in groups.items()
+    }

@@ -96,22 +96,24 @@ class Asked:
 
     def panels(self, motion: Motion) -> dict[str, Table]:
         """Return the graphs: their names, and tables whose first column is the abscissa."""
-        from gimcli.analysis.graphs import ORDERS, abscissa, by_unit, quantity
+        from gimcli.analysis.graphs import ORDERS, abscissa, measured, quantity
         from gimcli.analysis.measures.record import Record
         from gimcli.analysis.tracing import motion_table
         from gimcli.table import Table
 
         if not self.plots:
             return {}
-        more = Record(self.mechanism, self.specs).columns(motion)  # anew: only some rows have been kept
+        record = Record(self.mechanism, self.specs)  # anew: only some rows have been kept
+        more, heads = record.columns(motion), record.heads
+        specs = [measure.spec for measure in record.measures for _ in measure.heads]
         table, across, panels = motion_table(motion, order=self.order), abscissa(motion), {}
         for word in self.plots:
             if word in ORDERS:
                 panels[word] = Table((across, *quantity(self.mechanism, table, word)))
                 continue
-            own = [c for c in more if c.name.startswith((f"{word}:", f"{word}.")) or c.name == word]
-            for name, group in by_unit(word.partition(":")[0], own).items():
-                panels[f"{word} {name}" if name in panels else name] = Table((across, *group))
+            own = [k for k, spec in enumerate(specs) if word in (spec, spec.partition(":")[0])]
+            for name, group in measured([heads[k] for k in own], [more[k] for k in own]).items():
+                panels[f"{name}, {word}" if name in panels else name] = Table((across, *group))
         return panels
 
     def report(self, motion: Motion) -> dict[str, Any]:

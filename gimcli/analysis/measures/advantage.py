@@ -38,8 +38,8 @@ class Advantage(Measure):
         turning = mechanism.actuators[actuator].drive is Drive.ROTARY
         linear = self.member is None
         units = ("", "") if turning != linear else ("1/{}", "{}") if turning else ("{}", "1/{}")
-        names = (spec, f"{spec}.ratio")
-        self.heads = tuple(Head(n, unit_of(mechanism, u) if u else "") for n, u in zip(names, units, strict=True))
+        own, ratio = (unit_of(mechanism, unit) if unit else "" for unit in units)
+        self.heads = (Head(spec, own, "mechanical advantage"), Head(f"{spec}.ratio", ratio))
         scale = (mechanism.scale if linear else 1.0) / (1.0 if turning else mechanism.scale)
         self.scale = scale  # from the normal frame to the file's units
 

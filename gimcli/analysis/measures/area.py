@@ -28,7 +28,7 @@ class Area(Measure):
     def __init__(self, mechanism: Mechanism, spec: str, member: int) -> None:
         self.mechanism, self.spec, self.member = mechanism, spec, member
         self.unit = unit_of(mechanism, "{}^2")
-        self.heads = (Head(f"{spec}.signed", self.unit),)
+        self.heads = (Head(f"{spec}.signed", self.unit, "signed area swept"),)
         self._sum = 0.0
         self._last: ComplexArray | None = None  # (time, rate, its derivative, arm, middle) of the last row so far
 

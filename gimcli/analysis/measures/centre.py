@@ -42,7 +42,11 @@ class Centre(Measure):
         self.moving = [m for m in self.pair if m != FRAME]
         unit = mechanism.length_unit
         names = [f".{mechanism.members[m].name}" for m in self.moving]
-        self.heads = tuple(Head(f"{spec}{name}.{axis}", unit) for name in ["", *names] for axis in "xy")
+        self.heads = tuple(
+            Head(f"{spec}{name}.{axis}", unit, "" if name else "instant centre")
+            for name in ["", *names]
+            for axis in "xy"
+        )
 
     def values(self, sight: Sight) -> list[FloatArray]:
         """Return x, y in the frame, then along and to the left of each moving member's first two nodes."""

@@ -38,9 +38,11 @@ class Curvature(Measure):
         self.mechanism, self.spec, self.point = mechanism, spec, point
         unit = mechanism.length_unit
         self.heads = (
-            Head(f"{spec}.radius", unit), Head(f"{spec}.curvature", unit_of(mechanism, "1/{}")),
-            Head(f"{spec}.centre.x", unit), Head(f"{spec}.centre.y", unit),
-        )  # fmt: skip
+            Head(f"{spec}.radius", unit, "radius of curvature"),
+            Head(f"{spec}.curvature", unit_of(mechanism, "1/{}"), "curvature"),
+            Head(f"{spec}.centre.x", unit),
+            Head(f"{spec}.centre.y", unit),
+        )
 
     def values(self, sight: Sight) -> list[FloatArray]:
         """Return radius (inf where straight, 0 at a cusp), curvature, and the centre (empty where straight)."""

@@ -15,10 +15,11 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 
 @dataclass(frozen=True)
 class Head:
-    """Name and unit of a column."""
+    """Name and unit of a column, and the graph that it belongs to."""
 
     name: str
     unit: str = ""
+    graph: str = ""  # "" for none
 
 
 class Measure(ABC):

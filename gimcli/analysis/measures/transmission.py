@@ -1,10 +1,11 @@
 """Transmission angle of a joint: how well the force of one part moves the other, best at 90 degrees.
 
 At a pin it is the angle between the two members' lines, each from the pin to the member's other node or, of an n-ary
-member, to its pivot on the frame; at a sliding pair the angle between the member's line and the normal of the guide,
-that is 90 degrees less the pressure angle; at a ram the angle between ram and member. It runs from 0 to 180 degrees;
-what counts is how far it is from both. Source: Norton, Design of Machinery, section 3.3; Balli & Chand, Transmission
-angle in mechanisms, Mech. Mach. Theory 37 (2002) 175-195.
+member, to the node that its dyad is placed from, else to its pivot on the frame; at a sliding pair the angle between
+the member's line and the normal of the guide, that is 90 degrees less the pressure angle; at a ram the angle between
+ram and member. It runs from 0 to 180 degrees; what counts is how far it is from both.
+Source: Norton, Design of Machinery, section 3.3; Balli & Chand, Transmission angle in mechanisms, Mech. Mach. Theory
+37 (2002) 175-195.
 """
 
 from __future__ import annotations
@@ -22,8 +23,10 @@ from gimcli.analysis.measures import naming
 from gimcli.analysis.measures.measure import Head, Kind, Measure, angle_to_file
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism, Slide
+from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import pose
 from gimcli.structure.rotation import members_of
+from gimcli.structure.steps import Circle, Coupled, Dyad, Locus
 
 
 @dataclass(frozen=True)
@@ -41,18 +44,34 @@ class Line:
         return np.asarray(1j * self.slide.direction * pose(mechanism, self.slide.member, z)[1])
 
 
+@dataclass(frozen=True)
+class Joint:
+    """Two lines that meet at a node."""
+
+    node: int
+    first: Line
+    second: Line
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of the two parts."""
+        return frozenset((self.first.name, self.second.name))
+
+
 class Transmission(Measure):
     """The angle between two lines at a joint."""
 
-    def __init__(self, mechanism: Mechanism, spec: str, joint: int, first: Line, second: Line) -> None:
-        self.mechanism, self.spec, self.joint, self.lines = mechanism, spec, joint, (first, second)
-        self.heads = (Head(spec, mechanism.angle_unit),)
+    def __init__(self, mechanism: Mechanism, spec: str, joint: Joint) -> None:
+        self.mechanism, self.spec, self.joint = mechanism, spec, joint
+        self.heads = (Head(spec, mechanism.angle_unit, "transmission angle"),)
 
     def values(self, sight: Sight) -> list[FloatArray]:
         """Return the angle, 0 to 180 degrees."""
         z = sight.motion.z
         with np.errstate(all="ignore"):
-            first, second = (line.direction(self.mechanism, self.joint, z) for line in self.lines)
+            first, second = (
+                line.direction(self.mechanism, self.joint.node, z) for line in (self.joint.first, self.joint.second)
+            )
             product = np.conj(first) * second
             angle = np.where(product == 0.0, np.nan, np.arctan2(np.abs(product.imag), product.real))
         return [angle_to_file(self.mechanism, angle)]
@@ -115,13 +134,39 @@ def _driven(mechanism: Mechanism) -> set[str]:
     return names
 
 
-def output_joints(mechanism: Mechanism) -> list[tuple[int, Line, Line]]:
-    """Return the joints that move what no input moves itself: of every output dyad, and of every ram."""
-    driven, frame = _driven(mechanism), set(mechanism.members[FRAME].nodes)
-    joints = [n for n in range(len(mechanism.nodes)) if n not in frame]
-    return [
-        (n, one, two) for n in joints for one, two in _joined(mechanism, n) if not {one.name, two.name} & driven
-    ]  # fmt: skip
+def output_joints(mechanism: Mechanism) -> list[Joint]:
+    """Return the joints that move what no input moves itself: the dyads, and the pins of strongly coupled groups.
+
+    A dyad's lines are those along which it is placed, so that an n-ary member has one too.
+    """
+    driven, found = _driven(mechanism), []
+    for step in make_plan(mechanism).steps:
+        if isinstance(step, Dyad):
+            lines = [_locus_line(mechanism, locus) for locus in (step.first, step.second)]
+            if lines[0] is not None and lines[1] is not None and any(line.slide is None for line in lines if line):
+                one, two = sorted((lines[0], lines[1]), key=lambda line: line.slide is not None)
+                found.append(Joint(step.node, one, two))
+        elif isinstance(step, Coupled):
+            met = [Joint(n, *pair) for n in step.nodes for pair in _joined(mechanism, n)]
+            found += [joint for joint in met if not joint.names & driven]
+    return found
+
+
+def _locus_line(mechanism: Mechanism, locus: Locus) -> Line | None:
+    """Return the line of a member or ram, or the normal of a guide, that a dyad's locus stands for."""
+    if locus.offset is not None:
+        return None
+    if isinstance(locus, Circle):
+        return Line(locus.constraint, locus.centre)
+    slides = [s for s in mechanism.slides if s.name == locus.constraint]
+    return Line(slides[0].pair, slide=slides[0]) if slides else None
+
+
+def joints_at(mechanism: Mechanism, node: int) -> list[Joint]:
+    """Return all joints at a node, each pair of parts once."""
+    own = [joint for joint in output_joints(mechanism) if joint.node == node]
+    told = {joint.names for joint in own}
+    return own + [j for pair in _joined(mechanism, node) if (j := Joint(node, *pair)).names not in told]
 
 
 # -- what the user asks for -----------------------------------------------------------------------------
@@ -133,7 +178,7 @@ def _make(mechanism: Mechanism, names: Sequence[str]) -> list[Measure]:
         found = output_joints(mechanism)
         if not found:
             raise UsageError(f"measure '{KIND.name}': no output joint was found; write {KIND.name}:NODE/JOINT/NODE")
-        return [_measure(mechanism, *joint) for joint in found]
+        return [_measure(mechanism, joint) for joint in found]
     naming.refuse_count(spec, names, (1, 2, 3), f"{KIND.name}:{KIND.arguments}")
     if len(names) == 1:
         return _at_node(mechanism, spec, naming.node(mechanism, spec, names[0]))
@@ -141,23 +186,22 @@ def _make(mechanism: Mechanism, names: Sequence[str]) -> list[Measure]:
         first, joint, second = (naming.node(mechanism, spec, name) for name in names)
         if joint in (first, second) or first == second:
             raise UsageError(f"measure '{spec}': three different nodes make an angle")
-        return [Transmission(mechanism, spec, joint, Line(names[0], first), Line(names[2], second))]
+        return [Transmission(mechanism, spec, Joint(joint, Line(names[0], first), Line(names[2], second)))]
     return [_between(mechanism, spec, *names)]
 
 
-def _measure(mechanism: Mechanism, joint: int, one: Line, two: Line) -> Transmission:
-    """Return a measure named after its parts, and after its joint where they have several in common."""
-    return Transmission(mechanism, f"{KIND.name}:{one.name}/{two.name}", joint, one, two)
+def _measure(mechanism: Mechanism, joint: Joint) -> Transmission:
+    return Transmission(mechanism, f"{KIND.name}:{joint.first.name}/{joint.second.name}", joint)
 
 
-def _at_node(mechanism: Mechanism, spec: str, joint: int) -> list[Measure]:
-    found = list(_joined(mechanism, joint))
+def _at_node(mechanism: Mechanism, spec: str, node: int) -> list[Measure]:
+    found = joints_at(mechanism, node)
     if not found:
         raise UsageError(
             f"measure '{spec}': no two parts that have a line of their own meet there; write"
-            f" {KIND.name}:NODE/{mechanism.nodes[joint]}/NODE"
+            f" {KIND.name}:NODE/{mechanism.nodes[node]}/NODE"
         )
-    return [_measure(mechanism, joint, one, two) for one, two in found]
+    return [_measure(mechanism, joint) for joint in found]
 
 
 def _between(mechanism: Mechanism, spec: str, first: str, second: str) -> Measure:
@@ -166,10 +210,10 @@ def _between(mechanism: Mechanism, spec: str, first: str, second: str) -> Measur
     for name in (first, second):
         if name not in known:
             raise naming.unknown(spec, "member, sliding pair or ram", name, known)
-    for joint in range(len(mechanism.nodes)):
-        for one, two in _joined(mechanism, joint):
-            if {one.name, two.name} == {first, second} and first != second:
-                return Transmission(mechanism, spec, joint, one, two)
+    for node in range(len(mechanism.nodes)):
+        for joint in joints_at(mechanism, node):
+            if joint.names == {first, second}:
+                return Transmission(mechanism, spec, joint)
     raise UsageError(
         f"measure '{spec}': they have no joint at which both have a line (an n-ary member has one where it is pivoted"
         f" on the frame); write {KIND.name}:NODE/JOINT/NODE"
