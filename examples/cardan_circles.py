@@ -2,7 +2,7 @@
 
 The fixed centrode is the circle of radius L about the crossing of the guides, the moving one the circle of radius L/2
 about the bar's middle; every point of the moving one runs straight, the middle on a circle, all others on ellipses.
-The picture: gim trace models/elliptic_trammel.yaml -m centre:frame/bar -m area:bar --plot velocity,curvature:P
+The picture: gim trace models/elliptic_trammel.yaml -m centre:frame/bar -m area:bar --plot velocity
 
 Run from the repository: python examples/cardan_circles.py
 """

@@ -470,6 +470,38 @@ def test_a_linear_inputs_advantage_over_a_rotation_is_a_length():
         assert np.abs(advantage) == pytest.approx(arm, rel=1e-9)
 
 
+def test_a_block_slides_on_its_moving_guide(model):
+    """The rate along every guide is the difference of the travel along it, of second order."""
+    mechanism = load(model)
+    if not mechanism.slides or any(a.law(np.zeros(1), 2)[0] for a in mechanism.actuators):
+        pytest.skip("nothing slides, or not evenly")
+    motion = trace(mechanism, 2000)
+    sight = Sight(motion)
+    for pair in {s.pair: s for s in mechanism.slides}.values():
+        carrier = mechanism.members[pair.member]
+        turn, origin = 1.0, 0.0
+        if pair.member:
+            a, b = (motion.z[n] for n in carrier.nodes[:2])
+            turn = (b - a) / (carrier.shape[1] - carrier.shape[0])
+            origin = a - turn * carrier.shape[0]
+        travel = ((motion.z[pair.node] - origin - turn * pair.point) * np.conj(turn * pair.direction)).real
+        speed = (travel[2:] - travel[:-2]) / (motion.time[2:] - motion.time[:-2])
+        told_rate = sum(
+            a.law(motion.time, 1) * _normal(mechanism, a, told(sight, f"advantage:{a.name}/{pair.pair}")["ratio"])
+            for a in mechanism.actuators
+        )[1:-1]
+        if pair.pair in [m.name for m in mechanism.members]:
+            continue  # the name is a member's first
+        known = np.isfinite(speed) & np.isfinite(told_rate)
+        assert known.sum() > 1000
+        assert np.median(np.abs(speed - told_rate)[known]) < 1e-4 * np.max(np.abs(speed[known]), initial=1.0)
+
+
+def _normal(mechanism, actuator, ratio):
+    """A rate of travel in the file's units as one of the normal frame."""
+    return ratio / mechanism.scale if actuator.drive.value == "rotary" else ratio
+
+
 def test_an_output_at_rest_has_an_infinite_advantage():
     dead = math.degrees(math.acos((100**2 + 160**2 - 80**2) / (2 * 100 * 160)))
     got = told(sight_of("crank_rocker", 1, laws={"motor": {"from": dead, "to": 90}}), "advantage:motor/rocker")
@@ -534,6 +566,13 @@ def test_a_plate_sweeps_the_disk_of_its_farthest_corner():
     whole = measure.whole(Sight(run.motion))
     assert abs(whole["area"] - 9.0 * math.pi) <= whole["error"]
     assert whole["unit"] == "m^2"
+
+
+def test_a_plate_that_stands_still_covers_itself():
+    """Corners O, B and C at 0, 3 and 2 + i, A on the side O-B: 3/2."""
+    run = run_model("slider_crank", 1, change=lambda d: (plate(d), d["actuators"]["motor"].update(law={"by": 0})))
+    (measure,) = measures_of(run.mechanism, "area:plate")
+    assert measure.whole(Sight(run.motion))["area"] == pytest.approx(1.5, rel=1e-5)
 
 
 def test_a_translating_bar_sweeps_a_parallelogram():
