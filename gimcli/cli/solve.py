@@ -23,16 +23,24 @@ from gimcli.cli.arguments import (
     inputs_at,
     options,
 )
+from gimcli.cli.velocities import tell_velocities, velocities_report, velocity_arrows
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
+    from gimcli.analysis.instant import Instant
     from gimcli.motion.position import Position
 
 NAME = "solve"
 SHOWN = 25
 HELP = (
     "Find a position: the initial one, from the drawn coordinates, or one at given inputs.\n\n"
+    "--velocities adds velocities and accelerations of nodes and points, omega and alpha of members, by the real"
+    " time. An input moves as its law does at the first time at which the law has the input's value (so a profile that"
+    " starts from rest tells 0 at its start); where the law never has it, by one unit of the file (deg, rad, length) a"
+    " second, without acceleration. The rates taken are told. A singular position has no velocities: it says so, and"
+    " the exit status is 5.\n\n"
     "Example: gim solve models/crank_rocker.yaml --at motor=45\n\n"
+    "Example: gim solve models/crank_rocker.yaml --at motor=40 --velocities --png velocities.png\n\n"
     "Example: gim solve models/gim_fig11.yaml --at FD=120 --at OA=119 --method gim --tolerance 1e-5 --history"
 )
 
@@ -47,6 +55,9 @@ def command(
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of a random start.")] = 0,
     history: Annotated[
         bool, typer.Option("--history", help="Tell the error after every sweep (--method gim).")
+    ] = False,
+    velocities: Annotated[
+        bool, typer.Option("--velocities", help="Tell velocities and accelerations; with --png draw them.")
     ] = False,
     jit: JitOption = Jit.AUTO,
     sequence: SequenceText = "",
@@ -71,16 +82,28 @@ def command(
     if start == "drawn":
         verify(mechanism, position.z, position.inputs, position.status, tolerance)
     law = fit_history(position) if history else None
+    moving = _instant(position) if velocities else None
     if csv is not None:
         _write_csv(position, csv)
     if png is not None:
-        _write_png(position, law, png)
+        _write_png(position, law, png, moving)
     if as_json:
-        _print_json(position, law)
+        _print_json(position, law, moving)
     else:
         _print(position, law)
-    if position.status.value:
+        if moving is not None:
+            tell_velocities(moving)
+    if position.status.value or (moving is not None and moving.singular):
         raise typer.Exit(5)
+
+
+def _instant(position: Position) -> Instant | None:
+    """Return the velocities of a solved position."""
+    from gimcli.analysis.instant import instant
+
+    if position.status.value:
+        return None
+    return instant(position.mechanism, position.inputs, position.z)
 
 
 def _places(position: Position) -> tuple[dict[str, complex], dict[str, complex]]:
@@ -93,7 +116,7 @@ def _places(position: Position) -> tuple[dict[str, complex], dict[str, complex]]
     return nodes, points
 
 
-def _print_json(position: Position, law: Any) -> None:
+def _print_json(position: Position, law: Any, moving: Instant | None) -> None:
     from gimcli.cli.console import print_json
 
     nodes, points = _places(position)
@@ -110,6 +133,8 @@ def _print_json(position: Position, law: Any) -> None:
         report |= {"worst": position.worst, "reason": position.status.text}
     if law is not None:
         report |= {"history": law.errors.tolist(), "C1": law.c1, "C2": law.c2, "rate": law.rate, "radius": law.radius}
+    if moving is not None:
+        report |= velocities_report(moving)
     print_json(report)
 
 
@@ -176,7 +201,7 @@ def _write_csv(position: Position, path: Path) -> None:
     write_csv(Table(columns), path)
 
 
-def _write_png(position: Position, law: Any, path: Path) -> None:
+def _write_png(position: Position, law: Any, path: Path, moving: Instant | None) -> None:
     from gimcli.output import draw_history, draw_position
 
     mechanism = position.mechanism
@@ -184,5 +209,6 @@ def _write_png(position: Position, law: Any, path: Path) -> None:
         errors = law.errors.max(axis=1)
         draw_history(errors, (law.c1, law.c2), path, f"{mechanism.name}: error per sweep", predicted=law.radius)
     elif position.status.value == 0:
-        _, points = _places(position)
-        draw_position(mechanism, mechanism.to_file(position.z), path, mechanism.name, points)
+        nodes, points = _places(position)
+        arrows = velocity_arrows(moving, nodes | points) if moving is not None and not moving.singular else []
+        draw_position(mechanism, mechanism.to_file(position.z), path, mechanism.name, points, arrows)

@@ -21,10 +21,12 @@ from gimcli.cli.arguments import (
     Tolerance,
     options,
 )
+from gimcli.cli.asked import MEASURE_HELP, MeasureOption, PlotOption, tell_measures
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
     from gimcli.analysis.summary import Summary
+    from gimcli.cli.asked import Asked
     from gimcli.motion.motion import Motion
 
 NAME = "trace"
@@ -33,7 +35,9 @@ HELP = (
     "N steps are N+1 rows. A step that cannot be solved keeps its row and its reason. With --derivatives the CSV"
     " also has velocities (vx, vy), accelerations (ax, ay) and jerks (jx, jy) of the traced points and omega, alpha and"
     " jerk of every member, by the real time of `duration`.\n\n"
-    "Example: gim trace models/crank_rocker.yaml --steps 360 --out results"
+    f"{MEASURE_HELP}\n\n"
+    "Example: gim trace models/crank_rocker.yaml --steps 360 --out results\n\n"
+    "Example: gim trace models/crank_rocker.yaml -m transmission -m centre:frame/coupler --plot velocity,transmission"
 )
 
 POSES = 6
@@ -49,6 +53,8 @@ def command(
         int,
         typer.Option("--derivatives", "-d", min=0, max=3, help="1 velocities, 2 accelerations, 3 jerks, by real time."),
     ] = 0,
+    plot: PlotOption = "",
+    measure: MeasureOption = [],  # noqa: B006 - typer wants a list; nothing changes it
     method: MethodOption = Method.AUTO,
     strategy: StrategyOption = Strategy.SPECTRAL,
     tolerance: Tolerance = 1e-10,
@@ -59,9 +65,12 @@ def command(
     """Trace a motion."""
     import numpy as np
 
+    if "help" in measure:
+        tell_measures()
     from gimcli.analysis.summary import Summary
     from gimcli.analysis.tracing import motion_table
     from gimcli.analysis.verdict import explained, verify
+    from gimcli.cli.asked import Asked
     from gimcli.cli.console import note, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
@@ -69,7 +78,10 @@ def command(
     from gimcli.output import CsvStream, refuse_unwritable
 
     chosen = options(method, strategy, tolerance, jit, sequence)
+    if plot and not png:
+        raise UsageError("--plot draws into the picture: leave --no-png out")
     mechanism = load(model)
+    asked = Asked(mechanism, measure, plot, derivatives)
     csv_path, png_path = out / f"{model.stem}.csv", out / f"{model.stem}.png"
     if csv_path.resolve() == model.resolve():
         raise UsageError(f"{csv_path} is the model itself; choose another --out")
@@ -83,17 +95,19 @@ def command(
     verify(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
     refuse_unwritable(csv_path, *([png_path] if png else []))
     summary = Summary(steps + 1)
+    row = piece.rows(np.arange(1))
     with CsvStream(
-        csv_path, motion_table(piece.rows(np.arange(1)), order=derivatives).names
+        csv_path, motion_table(row, order=asked.order, more=asked.head(row)).names
     ) as table:  # appears when the picture has been written too
         while piece is not None:
-            table.append(motion_table(piece, first=summary.seen, order=derivatives))
+            more = asked.record.columns(piece)
+            table.append(motion_table(piece, first=summary.seen, order=asked.order, more=more))
             summary.add(piece)
             piece = next(pieces, None)
         drawn = png and summary.solved > 0
         if drawn:
-            _draw(summary.motion, png_path)
-    _report(summary, csv_path, png_path if drawn else None, steps, as_json)
+            _draw(summary.motion, png_path, asked)
+    _report(summary, csv_path, png_path if drawn else None, steps, as_json, asked)
     if summary.solved < summary.rows:
         raise typer.Exit(5)
 
@@ -104,7 +118,7 @@ def _refuse_undriven(mechanism: Any) -> None:
     make_plan(mechanism)
 
 
-def _draw(motion: Motion, path: Path) -> None:
+def _draw(motion: Motion, path: Path, asked: Asked) -> None:
     import numpy as np
 
     from gimcli.analysis.tracing import traced_paths
@@ -113,20 +127,23 @@ def _draw(motion: Motion, path: Path) -> None:
     good = np.flatnonzero(motion.good)
     chosen = good[np.unique(np.linspace(0, len(good), POSES, endpoint=False).astype(int))]
     poses = motion.mechanism.to_file(motion.z[:, chosen].T)
-    draw_motion(motion.mechanism, poses, traced_paths(motion), path, motion.mechanism.name)
+    draw_motion(
+        motion.mechanism, poses, traced_paths(motion), path, motion.mechanism.name, asked.curves(motion),
+        asked.outlines(motion), asked.panels(motion),
+    )  # fmt: skip
 
 
-def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int, as_json: bool) -> None:
+def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int, as_json: bool, asked: Asked) -> None:
     from gimcli.analysis.tracing import events, reachable
     from gimcli.cli.console import print_json
     from gimcli.status import Status
 
     motion, solved, worst = summary.motion, summary.solved, summary.residual
-    reached, found = reachable(motion), events(motion)
+    reached, found, measured = reachable(motion), events(motion), asked.report(motion)
     if as_json:
         report = {
             "csv": str(csv_path), "png": str(png_path) if png_path else None, "steps": steps, "solved": solved,
-            "residual": worst, "reachable": reached, "events": found, "status": motion.overall.word,
+            "residual": worst, "reachable": reached, "events": found, "status": motion.overall.word, **measured,
         }  # fmt: skip
         print_json(report)
         return
@@ -136,6 +153,7 @@ def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int,
     _tell_reach(motion, reached)
     _tell_events([e for e in found if e["kind"] == "change point"], "passed straight through a change point")
     _tell_events([e for e in found if e["kind"] == "sequence exchanged"], "sequence exchanged for a faster one")
+    asked.tell(measured)
     if solved < steps + 1:
         first = Status(int(motion.codes[~motion.good][0]))
         typer.echo(f"{first.word}: {first.text}" + (f" (worst: {motion.worst})" if motion.worst else ""))

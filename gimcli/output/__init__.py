@@ -21,6 +21,7 @@ from gimcli.table import Table
 if TYPE_CHECKING:
     from gimcli.output.drawing import Step
     from gimcli.output.picture import Picture
+    from gimcli.output.vectors import Arrows
 
 __all__ = [
     "PICTURE_FORMATS",
@@ -72,11 +73,21 @@ def draw_motion(
     curves: Mapping[str, ComplexArray],
     path: Path | str,
     title: str,
+    measured: Mapping[str, ComplexArray] | None = None,
+    areas: Sequence[ComplexArray] = (),
+    panels: Mapping[str, Table] | None = None,
 ) -> None:
-    """Draw some poses (poses, nodes) and the traced curves, both in the file's units."""
-    from gimcli.output.drawing import motion_picture
+    """Draw some poses (poses, nodes) and the traced curves, both in the file's units.
 
-    write(motion_picture(mechanism, positions, curves, title), path)
+    Curves that measures add show only as far as there is room; `areas` are regions passed over; `panels` are graphs
+    below the drawing, tables whose first column is the abscissa.
+    """
+    from gimcli.output.drawing import motion_picture
+    from gimcli.output.panels import add_panels
+
+    picture = motion_picture(mechanism, positions, curves, title, measured or {}, areas)
+    add_panels(picture, panels or {})
+    write(picture, path)
 
 
 def draw_position(
@@ -85,11 +96,12 @@ def draw_position(
     path: Path | str,
     title: str,
     points: Mapping[str, complex] | None = None,
+    arrows: Sequence[Arrows] = (),
 ) -> None:
-    """Draw one pose (nodes,) with its names, and named points, in the file's units."""
+    """Draw one pose (nodes,) with its names, named points, and vectors at them, in the file's units."""
     from gimcli.output.drawing import position_picture
 
-    write(position_picture(mechanism, position, title, points or {}), path)
+    write(position_picture(mechanism, position, title, points or {}, arrows), path)
 
 
 def draw_sequence(

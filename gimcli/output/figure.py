@@ -18,6 +18,9 @@ from gimcli.output.style import DPI, FONT, INK, PAPER, Mark, Pen
 LEFT, RIGHT, BOTTOM, TOP = 0.85, 0.3, 0.5, 0.2
 """Borders about the axes [in]."""
 
+GAP = 0.16
+"""Free space above axes that stand below others [in]."""
+
 NARROWEST = 4.8
 """Least width of a figure [in]."""
 
@@ -45,25 +48,44 @@ def canvas_of(canvas: Any, picture: Picture) -> Any:
 
 
 def figure_of(picture: Picture) -> Any:
-    """Return the matplotlib figure of a picture."""
+    """Return the matplotlib figure of a picture, and of those that stand below it."""
     from matplotlib.figure import Figure
 
-    frame = picture.frame
-    width = max(LEFT + frame.width + RIGHT, NARROWEST)
+    blocks = [picture, *picture.below]
+    width = max(*(LEFT + block.frame.width + RIGHT for block in blocks), NARROWEST)
     title = textwrap.wrap(picture.title, int(width / (LETTER * (FONT + 2)))) or [""]
-    columns, rows = _legend_shape(picture, width)
-    bottom, top = BOTTOM + rows * LINE + (0.04 if rows else 0.0), TOP + len(title) * LINE
-    height = bottom + frame.height + top
-    left = LEFT + (width - LEFT - RIGHT - frame.width) / 2
+    legends = [_legend_shape(block, width) for block in blocks]
+    feet = [BOTTOM + rows * LINE + (0.04 if rows else 0.0) for _, rows in legends]
+    heights = [foot + block.frame.height for foot, block in zip(feet, blocks, strict=True)]
+    height = sum(heights) + GAP * len(picture.below) + TOP + len(title) * LINE
     figure = Figure((width, height), dpi=DPI, facecolor=PAPER)
-    axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
+    top = height - TOP - len(title) * LINE
+    for block, foot, own, (columns, rows) in zip(blocks, feet, heights, legends, strict=True):
+        middle = _add_axes(figure, block, top - own + foot)
+        if rows:
+            _add_legend(figure, block, columns, (middle, (top - own + 0.07) / height))
+        top -= own + GAP
+    _write_title(figure, title, _middle(width, picture), 1 - 0.12 / height)
+    return figure
+
+
+def _middle(width: float, picture: Picture) -> float:
+    """Return where the middle of the axes is, as part of the figure's width."""
+    return (LEFT + (width - LEFT - RIGHT - picture.frame.width) / 2 + picture.frame.width / 2) / width
+
+
+def _add_axes(figure: Any, picture: Picture, bottom: float) -> float:
+    """Draw a picture's axes at a height [in]; return their middle as part of the figure's width."""
+    width, height = figure.get_size_inches()
+    frame, middle = picture.frame, _middle(width, picture)
+    left = middle - frame.width / 2 / width
+    axes = figure.add_axes((left, bottom / height, frame.width / width, frame.height / height))
     _dress(axes, picture)
     _fill(axes, picture)
-    middle = (left + frame.width / 2) / width
-    _write_title(figure, title, middle, 1 - 0.12 / height)
-    if rows:
-        _add_legend(figure, picture, columns, (middle, 0.07 / height))
-    return figure
+    if not (picture.logarithmic or picture.logarithmic_x):
+        axes.ticklabel_format(axis="y", scilimits=(-4, 5))  # longer numbers would leave the figure
+        axes.yaxis.get_offset_text().set_fontsize(FONT)
+    return middle
 
 
 def _dress(axes: Any, picture: Picture) -> None:

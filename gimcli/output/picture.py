@@ -77,6 +77,7 @@ class Picture:
     marks: dict[Mark, list[complex]] = field(default_factory=dict)
     texts: list[Text] = field(default_factory=list)
     legend: list[tuple[str, Key]] = field(default_factory=list)
+    below: list[Picture] = field(default_factory=list)  # further axes under these, without titles
 
     def stroke(self, pen: Pen, *paths: ComplexArray | Iterable[complex]) -> None:
         """Add open polylines."""
