@@ -21,6 +21,7 @@ from gimcli.table import Table
 if TYPE_CHECKING:
     from gimcli.output.drawing import Step
     from gimcli.output.picture import Picture
+    from gimcli.output.singular import Shown
     from gimcli.output.vectors import Arrows
 
 __all__ = [
@@ -31,6 +32,7 @@ __all__ = [
     "draw_motion",
     "draw_position",
     "draw_sequence",
+    "draw_singularities",
     "draw_tradeoff",
     "refuse_unwritable",
     "write",
@@ -111,6 +113,19 @@ def draw_sequence(
     from gimcli.output.drawing import sequence_picture
 
     write(sequence_picture(mechanism, position, steps, title), path)
+
+
+def draw_singularities(
+    mechanism: Mechanism,
+    shown: Sequence[Shown],
+    curves: Mapping[str, ComplexArray],
+    path: Path | str,
+    title: str,
+) -> None:
+    """Draw singular positions, numbered, over the curves of circuits, all in the file's units."""
+    from gimcli.output.singular import singular_picture
+
+    write(singular_picture(mechanism, shown, curves, title), path)
 
 
 def draw_history(
