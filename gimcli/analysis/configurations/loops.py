@@ -16,26 +16,13 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 
 GROUND = -1
 """Rail of a slide whose direction is known."""
-
-
-class Coefficients(NamedTuple):
-    """Coefficients of f (C0, C, U) and of g (D0, D, V); leading axes, if any, are members of the family."""
-
-    C0: ComplexArray  # (..., L)
-    C: ComplexArray  # (..., L, n)
-    U: ComplexArray  # (..., L, q)
-    D0: ComplexArray  # (..., L)
-    D: ComplexArray  # (..., L, n)
-    V: ComplexArray  # (..., L, q)
 
 
 @dataclass(frozen=True)
@@ -50,17 +37,17 @@ class Family:
     @property
     def loops(self) -> int:
         """Number of loops L."""
-        return self.T0.shape[0]
+        return int(self.T0.shape[0])
 
     @property
     def angles(self) -> int:
         """Number of rotation classes n."""
-        return self.TC.shape[1]
+        return int(self.TC.shape[1])
 
     @property
     def slides(self) -> int:
         """Number of passive slides q."""
-        return self.TU.shape[1]
+        return int(self.TU.shape[1])
 
     @property
     def square(self) -> bool:
@@ -86,20 +73,17 @@ class Family:
 
     @cached_property
     def stacked(self) -> FloatArray:
-        """The three tensors as one (L (1 + n + q), parameters)."""
-        count = self.T0.shape[-1]
-        return np.concatenate([self.T0.reshape(-1, count), self.TC.reshape(-1, count), self.TU.reshape(-1, count)])
+        """The three tensors as one (L (1 + n + q), parameters), a loop's constant first."""
+        table = np.concatenate([self.T0[:, None, :], self.TC, self.TU], axis=1)
+        return table.reshape(-1, table.shape[2])
 
-    def member(self, p: ComplexArray, pb: ComplexArray) -> Coefficients:
-        """Return the coefficients for parameters p and, independent of them, pb, both (..., parameters)."""
-        return Coefficients(*self._half(p), *self._half(pb))
+    def member(self, p: ComplexArray, pb: ComplexArray) -> ComplexArray:
+        """Return the coefficients H (..., 2, L, 1 + n + q) of f and g.
 
-    def _half(self, p: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        L, n, q = self.loops, self.angles, self.slides
-        flat = p @ self.stacked.T
-        lead = flat.shape[:-1]
-        c0, c, u = flat[..., :L], flat[..., L : L + L * n], flat[..., L + L * n :]
-        return c0, c.reshape(*lead, L, n), u.reshape(*lead, L, q)
+        p and, independent of them, pb are (..., parameters). A column is the constant, an angle or a slide.
+        """
+        both = np.stack([p, pb], axis=-2) @ self.stacked.T
+        return both.reshape(*both.shape[:-1], self.loops, -1)
 
 
 @dataclass(frozen=True)
@@ -116,72 +100,48 @@ class Loops:
     @classmethod
     def of(cls, family: Family, p: ComplexArray) -> Loops:
         """Return the linkage of a family that has parameters p."""
-        c0, c, u = family.member(p, p)[:3]
-        return cls(c0, c, u, family.rail, family, p)
+        half, n = family.member(p, p)[0], family.angles
+        return cls(half[:, 0], half[:, 1 : 1 + n], half[:, 1 + n :], family.rail, family, p)
 
     @cached_property
-    def coefficients(self) -> Coefficients:
-        """Both halves; the second is the conjugate of the first."""
-        return Coefficients(self.C0, self.C, self.U, self.C0.conj(), self.C.conj(), self.U.conj())
-
-    @property
-    def span(self) -> float:
-        """Largest coefficient of a length: what residuals are relative to."""
-        return float(max(np.max(np.abs(self.C0), initial=0.0), np.max(np.abs(self.C), initial=0.0)))
+    def H(self) -> ComplexArray:  # noqa: N802 - the equations' own letter
+        """(2, L, 1 + n + q) coefficients of f and g; the second half is the conjugate of the first."""
+        half = np.concatenate([self.C0[:, None], self.C, self.U], axis=1)
+        return np.stack([half, half.conj()])
 
 
-class Terms(NamedTuple):
-    """The terms of f and g at some roots, from which the equations and the Jacobian are summed."""
+def factors(family: Family, w: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return what the coefficients are multiplied by at w (..., n + q).
 
-    turn: ComplexArray  # (roots, n) theta
-    ride: ComplexArray  # (roots, q) theta_m
-    f_angle: ComplexArray  # (roots, L, n)
-    g_angle: ComplexArray
-    f_slide: ComplexArray  # (roots, L, q)
-    g_slide: ComplexArray
-
-
-def terms(family: Family, h: Coefficients, w: ComplexArray) -> Terms:
-    """Return the terms at w (roots, n + q)."""
+    These are (..., 2, 1 + n + q) of 1, theta, s theta_m and of 1, 1/theta, s/theta_m; then (..., 2, q) of
+    theta_m and 1/theta_m.
+    """
     n = family.angles
-    turn, s = np.exp(w[:, :n]), w[:, n:]
-    back = 1.0 / turn
-    if not family.slides:
-        none = np.zeros((len(w), family.loops, 0), dtype=complex)
-        return Terms(turn, s, h.C * turn[:, None, :], h.D * back[:, None, :], none, none)
-    ride = np.concatenate([np.ones((len(w), 1)), turn], axis=1)[:, family.rail + 1]
-    f_slide = h.U * (s * ride)[:, None, :]
-    g_slide = h.V * (s / ride)[:, None, :]
-    return Terms(turn, ride, h.C * turn[:, None, :], h.D * back[:, None, :], f_slide, g_slide)
+    ab = np.ones((*w.shape[:-1], 2, 1 + n + family.slides), dtype=complex)
+    ab[..., 0, 1 : 1 + n] = np.exp(w[..., :n])
+    ab[..., 1, 1 : 1 + n] = 1.0 / ab[..., 0, 1 : 1 + n]
+    ride = ab[..., family.rail + 1]
+    ab[..., 1 + n :] = ride * w[..., None, n:]
+    return ab, ride
 
 
-def values(family: Family, h: Coefficients, w: ComplexArray) -> ComplexArray:
-    """Return f and g (roots, 2 L) at w (roots, n + q)."""
-    t = terms(family, h, w)
-    f = h.C0 + t.f_angle.sum(axis=2) + t.f_slide.sum(axis=2)
-    g = h.D0 + t.g_angle.sum(axis=2) + t.g_slide.sum(axis=2)
-    return np.concatenate([f, g], axis=1)
+def values(family: Family, H: ComplexArray, w: ComplexArray) -> ComplexArray:
+    """Return f and g (..., 2 L) at w (..., n + q)."""
+    ab, _ = factors(family, w)
+    value = (H @ ab[..., None])[..., 0]
+    return value.reshape(*value.shape[:-2], -1)
 
 
-def values_and_jacobian(family: Family, h: Coefficients, w: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Return f and g (roots, 2 L) and their derivatives by w (roots, 2 L, n + q)."""
-    t, L, n = terms(family, h, w), family.loops, family.angles
-    value = np.empty((len(w), 2 * L), dtype=complex)
-    value[:, :L] = h.C0 + t.f_angle.sum(axis=2) + t.f_slide.sum(axis=2)
-    value[:, L:] = h.D0 + t.g_angle.sum(axis=2) + t.g_slide.sum(axis=2)
-    jacobian = np.empty((len(w), 2 * L, n + family.slides), dtype=complex)
-    jacobian[:, :L, :n] = t.f_angle
-    jacobian[:, L:, :n] = -t.g_angle
+def values_and_jacobian(family: Family, H: ComplexArray, w: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return f and g (..., 2 L) and their derivatives by w (..., 2 L, n + q)."""
+    n, (ab, ride) = family.angles, factors(family, w)
+    term = H * ab[..., None, :]
+    value = term.sum(axis=-1)
+    jacobian = term[..., 1:]
     if family.slides:
-        jacobian[:, :L, :n] += t.f_slide @ family.carried
-        jacobian[:, L:, :n] -= t.g_slide @ family.carried
-        jacobian[:, :L, n:] = h.U * t.ride[:, None, :]
-        jacobian[:, L:, n:] = h.V / t.ride[:, None, :]
-    return value, jacobian
-
-
-def real_point(family: Family, w: ComplexArray, tolerance: float) -> NDArray[np.bool_]:
-    """Tell which points (roots, n + q) are their own mirror image: unit theta, real s."""
-    n = family.angles
-    off = np.concatenate([np.abs(w[:, :n].real), np.abs(w[:, n:].imag)], axis=1)
-    return np.asarray(np.max(off, axis=1, initial=0.0) <= tolerance)
+        jacobian[..., :n] += term[..., 1 + n :] @ family.carried
+    jacobian[..., 1, :, :n] *= -1.0
+    if family.slides:
+        jacobian[..., n:] = H[..., 1 + n :] * ride[..., None, :]
+    lead = value.shape[:-2]
+    return value.reshape(*lead, -1), jacobian.reshape(*lead, 2 * family.loops, -1)
