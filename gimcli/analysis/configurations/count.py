@@ -40,7 +40,7 @@ class Matroid:
 
     def __init__(self, family: Family) -> None:
         generator = np.random.default_rng(SEED)
-        p = [int(v) for v in generator.integers(1, PRIME, family.stacked.shape[1])]
+        p = [int(v) for v in np.asarray(generator.integers(1, PRIME, family.stacked.shape[1]))]
         rows = [[sum(int(t) * v for t, v in zip(row, p, strict=True) if t) % PRIME for row in loop] for loop in
                 family.stacked.reshape(family.loops, -1, len(p))]  # fmt: skip
         self.columns = list(zip(*rows, strict=True))
@@ -144,14 +144,14 @@ def _meetings(seen: FloatArray, flags: FloatArray, shift: FloatArray) -> int:
     """Return the sum of |det| over the pairs of cones that meet."""
     a, b = len(seen), len(flags)
     L, size = flags.shape[1:]
-    system = np.empty((a, b, size, size))
-    system[:, :, :L] = seen[:, None]
-    system[:, :, L:] = -flags[None]
-    system = system.reshape(a * b, size, size).transpose(0, 2, 1)
+    pairs = np.empty((a, b, size, size))
+    pairs[:, :, :L] = seen[:, None]
+    pairs[:, :, L:] = -flags[None]
+    system = pairs.reshape(a * b, size, size).transpose(0, 2, 1)
     weight = np.abs(np.linalg.det(system))
     full = weight > 0.5  # determinants of integers
     solution = np.linalg.solve(system[full], np.broadcast_to(shift[:, None], (int(full.sum()), size, 1)))[:, :, 0]
-    return int(round(float(weight[full][np.all(solution > 0.0, axis=1)].sum())))
+    return round(float(weight[full][np.all(solution > 0.0, axis=1)].sum()))
 
 
 def _flags(matroid: Matroid) -> Iterator[list[list[float]]]:
