@@ -39,3 +39,10 @@ class Policy:
     moved: float = 1.0  # a candidate that corrections move farther was none [rad]
     residual: float = 1e-9  # of a candidate, relative to the coefficients
     near: float = 1e-5  # distance under which two endpoints are one multiple root [rad]
+    slope: float = 0.02  # |d log theta / d tau| at which a path that ends goes to infinity: rational, not small
+    late: float = 0.999  # time before which a path that stops was lost
+    real: float = 1e-4  # distance from its mirror image at which a multiple root may be real [rad]
+    aside: float = 1.0  # how far the linkage half-way between two rows is off the real ones, over their distance
+    along: float = 0.5  # first step between two rows
+    fits: float = 1e-10  # residual of the constraints as written, that of `gim solve`
+    positions: int = 65_536  # configurations that are listed
