@@ -22,6 +22,7 @@ from gimcli.analysis.configurations.linkage import NONE, Joint, Linkage, linkage
 from gimcli.analysis.configurations.multiple import doubtful_real, kept_apart
 from gimcli.analysis.configurations.policy import Policy
 from gimcli.analysis.configurations.roots import OPEN, REACHED, REALS, Roots, all_roots
+from gimcli.analysis.configurations.store import known_count
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.residual import allowed, residual
@@ -158,7 +159,7 @@ class Assembler:
         """Solve a group on every partial configuration."""
         H = group.family.member(*([group.values(leaves.state)] * 2))
         H[:, 1] = H[:, 0].conj()
-        report = GroupReport(self._names(group), group.family.loops, None)
+        report = GroupReport(self._names(group), group.family.loops, known_count(group.family, self.policy))
         if group.family.loops == 1:
             report, found = _dyads(report, group, H, self.policy)
         else:

@@ -101,12 +101,12 @@ def _bounds(
     """
     n, size = family.angles, w.shape[1]
     ab, ride = factors(family, w)
-    term = np.abs(H * ab[..., None, :]).reshape(len(w), size, -1)
+    term = np.abs(H * ab[..., None, :]).reshape(len(w), 2 * family.loops, 1 + n + family.slides)
     inverse = np.abs(Y)
     rounding = (1 + n + family.slides + 12) * EPS
     beta = np.abs(Y @ value[:, :, None])[:, :, 0] + (inverse @ (rounding * term.sum(axis=2))[:, :, None])[:, :, 0]
     moving = family.carried.any(axis=1)
-    rides = np.abs(H[..., 1 + n :] * ride[..., None, :]).reshape(len(w), size, -1) * moving
+    rides = np.abs(H[..., 1 + n :] * ride[..., None, :]).reshape(len(w), 2 * family.loops, family.slides) * moving
     spread = term[:, :, 1 : 1 + n].sum(axis=2) + rides.sum(axis=2)
     own = np.abs(np.eye(size) - Y @ J).sum(axis=2)
     own += (inverse @ (2 * size * EPS * np.abs(J)).sum(axis=2)[:, :, None])[:, :, 0]

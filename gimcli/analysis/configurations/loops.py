@@ -83,7 +83,7 @@ class Family:
         p and, independent of them, pb are (..., parameters). A column is the constant, an angle or a slide.
         """
         both = np.stack([p, pb], axis=-2) @ self.stacked.T
-        return both.reshape(*both.shape[:-1], self.loops, -1)
+        return both.reshape(*both.shape[:-1], self.loops, 1 + self.angles + self.slides)
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def values(family: Family, H: ComplexArray, w: ComplexArray) -> ComplexArray:
     """Return f and g (..., 2 L) at w (..., n + q)."""
     ab, _ = factors(family, w)
     value = (H @ ab[..., None])[..., 0]
-    return value.reshape(*value.shape[:-2], -1)
+    return value.reshape(*value.shape[:-2], 2 * family.loops)
 
 
 def values_and_jacobian(family: Family, H: ComplexArray, w: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
@@ -143,5 +143,5 @@ def values_and_jacobian(family: Family, H: ComplexArray, w: ComplexArray) -> tup
     jacobian[..., 1, :, :n] *= -1.0
     if family.slides:
         jacobian[..., n:] = H[..., 1 + n :] * ride[..., None, :]
-    lead = value.shape[:-2]
-    return value.reshape(*lead, -1), jacobian.reshape(*lead, 2 * family.loops, -1)
+    lead, rows = value.shape[:-2], 2 * family.loops
+    return value.reshape(*lead, rows), jacobian.reshape(*lead, rows, n + family.slides)

@@ -70,7 +70,7 @@ def track(family: Family, start: ComplexArray, end: ComplexArray, w: ComplexArra
             steps[active] += 1
             good = active[accepted]
             w[good], t[good] = next_w[accepted], there[accepted]
-            far = np.max(np.abs(w[active].real), axis=1, initial=0.0) > policy.far
+            far = np.max(np.abs(w[active, : family.angles].real), axis=1, initial=0.0) > policy.far
             stuck = (h[active] < policy.shortest) | (steps[active] > policy.most) | far
             active = active[~((t[active] >= 1.0) | stuck)]
     return Tracked(w, t >= 1.0, t, rate)
@@ -107,6 +107,8 @@ def _corrected(
     w = w - first
     value, J = values_and_jacobian(family, H, w)
     second = solve_each(J, value)
-    moved, left = (np.max(np.abs(d), axis=1, initial=0.0) for d in (first, second))
+    reach = np.ones(w.shape)
+    reach[:, family.angles :] = np.maximum(np.abs(w[:, family.angles :]), 1.0)  # a slide may pass near infinity
+    moved, left = (np.max(np.abs(d) / reach, axis=1, initial=0.0) for d in (first, second))
     accepted = (moved < policy.correction) & (left < np.maximum(policy.contraction * moved, policy.settled))
     return accepted, moved, w - second

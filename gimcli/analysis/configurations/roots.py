@@ -134,10 +134,10 @@ def _replaced(done: Tracked, chosen: NDArray[np.bool_], new: Tracked) -> Tracked
 
 def _alone(family: Family, H: ComplexArray, done: Tracked, point: ComplexArray, policy: Policy) -> NDArray[np.bool_]:
     """Tell which paths arrived at a proved root that no other path arrived at."""
-    safe = np.where(np.isfinite(point).all(axis=1)[:, None], point, 0.0)
+    safe = np.where(np.isfinite(point).all(axis=1, keepdims=True), point, 0.0)
     proven = prove(family, H, safe)
-    good = np.asarray(done.arrived & np.isfinite(point).all(axis=1) & proven.sure)
-    good &= proven.residual < policy.residual
+    good = np.asarray(done.arrived & np.isfinite(point).all(axis=1), dtype=bool)
+    good = np.asarray(good & proven.sure & (proven.residual < policy.residual), dtype=bool)
     gap = distances(family, safe, safe)
     np.fill_diagonal(gap, np.inf)
     met = (gap <= policy.near) & good[:, None] & good[None, :]
