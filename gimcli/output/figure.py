@@ -6,7 +6,7 @@ import textwrap
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 from gimcli.mechanism import ComplexArray
 from gimcli.output.picture import Key, Picture, Text
 from gimcli.output.style import DPI, FONT, INK, PAPER, Mark, Pen
+
+if TYPE_CHECKING:
+    from gimcli.output.gallery import Gallery
 
 LEFT, RIGHT, BOTTOM, TOP = 0.85, 0.3, 0.5, 0.2
 """Borders about the axes [in]."""
@@ -42,9 +45,13 @@ def quiet() -> Iterator[None]:
         yield
 
 
-def canvas_of(canvas: Any, picture: Picture) -> Any:
+def canvas_of(canvas: Any, picture: Picture | Gallery) -> Any:
     """Return a picture on matplotlib's canvas of some format."""
-    return canvas(figure_of(picture))
+    if isinstance(picture, Picture):
+        return canvas(figure_of(picture))
+    from gimcli.output.gallery import gallery_figure
+
+    return canvas(gallery_figure(picture))
 
 
 def figure_of(picture: Picture) -> Any:
@@ -65,7 +72,7 @@ def figure_of(picture: Picture) -> Any:
         if rows:
             _add_legend(figure, block, columns, (middle, (top - own + 0.07) / height))
         top -= own + GAP
-    _write_title(figure, title, _middle(width, picture), 1 - 0.12 / height)
+    write_title(figure, title, _middle(width, picture), 1 - 0.12 / height)
     return figure
 
 
@@ -80,15 +87,15 @@ def _add_axes(figure: Any, picture: Picture, bottom: float) -> float:
     frame, middle = picture.frame, _middle(width, picture)
     left = middle - frame.width / 2 / width
     axes = figure.add_axes((left, bottom / height, frame.width / width, frame.height / height))
-    _dress(axes, picture)
-    _fill(axes, picture)
+    dress(axes, picture)
+    fill(axes, picture)
     if not (picture.logarithmic or picture.logarithmic_x):
         axes.ticklabel_format(axis="y", scilimits=(-4, 5))  # longer numbers would leave the figure
         axes.yaxis.get_offset_text().set_fontsize(FONT)
     return middle
 
 
-def _dress(axes: Any, picture: Picture) -> None:
+def dress(axes: Any, picture: Picture) -> None:
     """Set limits, labels and ticks."""
     low, high = picture.frame.low, picture.frame.high
     axes.set_xlim(low.real, high.real)
@@ -124,7 +131,7 @@ def _power(exponent: int) -> str:
     return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
-def _fill(axes: Any, picture: Picture) -> None:
+def fill(axes: Any, picture: Picture) -> None:
     """Add one collection per pen and fill, one line of markers per mark, and the texts."""
     from matplotlib.collections import LineCollection, PolyCollection
 
@@ -176,7 +183,8 @@ def _write_text(axes: Any, text: Text) -> None:
     )
 
 
-def _write_title(figure: Any, lines: list[str], x: float, y: float) -> None:
+def write_title(figure: Any, lines: list[str], x: float, y: float) -> None:
+    """Write a figure's title."""
     figure.text(x, y, "\n".join(lines), ha="center", va="top", fontsize=FONT + 2, color=INK, parse_math=False)
 
 
