@@ -91,5 +91,13 @@ class Picture:
         self.marks.setdefault(mark, []).extend(complex(place) for place in places)
 
 
+@dataclass(frozen=True)
+class Sheet:
+    """Pictures one above the other under one title."""
+
+    title: str
+    pictures: tuple[Picture, ...]
+
+
 def _array(path: ComplexArray | Iterable[complex]) -> ComplexArray:
     return np.asarray(path if isinstance(path, np.ndarray) else list(path), dtype=np.complex128)
