@@ -63,7 +63,7 @@ def figure_of(content: Picture | Sheet) -> Any:
 
 
 def _lines(title: str, width: float) -> list[str]:
-    return textwrap.wrap(title, int(width / (LETTER * (FONT + 2)))) or [""]
+    return textwrap.wrap(title, int(width / (LETTER * (FONT + 2))))
 
 
 def _height(picture: Picture, width: float) -> float:
