@@ -21,6 +21,7 @@ from gimcli.table import Table
 if TYPE_CHECKING:
     from gimcli.output.drawing import Step
     from gimcli.output.forces import Effort
+    from gimcli.output.groups import Box, Joint
     from gimcli.output.picture import Picture, Sheet
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "TABLE_FORMATS",
     "CsvStream",
     "draw_forces",
+    "draw_groups",
     "draw_history",
     "draw_motion",
     "draw_position",
@@ -129,3 +131,10 @@ def draw_forces(efforts: Sequence[Effort], shaking: ComplexArray, path: Path | s
     from gimcli.output.forces import forces_sheet
 
     write(forces_sheet(efforts, shaking, title), path)
+
+
+def draw_groups(boxes: Sequence[Box], joints: Sequence[Joint], path: Path | str, title: str) -> None:
+    """Draw groups as boxes, each below those that it is joined to, and the pairs that join them."""
+    from gimcli.output.groups import groups_picture
+
+    write(groups_picture(boxes, joints, title), path)

@@ -94,6 +94,9 @@ def _dress(axes: Any, picture: Picture) -> None:
     low, high = picture.frame.low, picture.frame.high
     axes.set_xlim(low.real, high.real)
     axes.set_ylim(low.imag, high.imag)
+    if picture.bare:
+        axes.set_axis_off()
+        return
     axes.set_xlabel(picture.labels[0], fontsize=FONT + 1, parse_math=False)
     axes.set_ylabel(picture.labels[1], fontsize=FONT + 1, parse_math=False)
     axes.tick_params(labelsize=FONT, width=0.6, length=3, direction="in", top=True, right=True)

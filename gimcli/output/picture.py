@@ -72,6 +72,7 @@ class Picture:
     labels: tuple[str, str] = ("x", "y")
     logarithmic: bool = False  # the vertical axis holds decimal logarithms
     logarithmic_x: bool = False  # so does the horizontal one
+    bare: bool = False  # no axes: a diagram
     strokes: dict[Pen, list[ComplexArray]] = field(default_factory=dict)
     areas: dict[Fill, list[ComplexArray]] = field(default_factory=dict)
     marks: dict[Mark, list[complex]] = field(default_factory=dict)
