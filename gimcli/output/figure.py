@@ -6,23 +6,17 @@ import textwrap
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray
-from gimcli.output.picture import Key, Picture, Text
+from gimcli.output.picture import Content, Gallery, Key, Picture, Sheet, Text
 from gimcli.output.style import DPI, FONT, INK, PAPER, Mark, Pen
-
-if TYPE_CHECKING:
-    from gimcli.output.gallery import Gallery
 
 LEFT, RIGHT, BOTTOM, TOP = 0.85, 0.3, 0.5, 0.2
 """Borders about the axes [in]."""
-
-GAP = 0.16
-"""Free space above axes that stand below others [in]."""
 
 NARROWEST = 4.8
 """Least width of a figure [in]."""
@@ -45,54 +39,61 @@ def quiet() -> Iterator[None]:
         yield
 
 
-def canvas_of(canvas: Any, picture: Picture | Gallery) -> Any:
-    """Return a picture on matplotlib's canvas of some format."""
-    if isinstance(picture, Picture):
-        return canvas(figure_of(picture))
-    from gimcli.output.gallery import gallery_figure
+def canvas_of(canvas: Any, content: Content) -> Any:
+    """Return what is to be drawn on matplotlib's canvas of some format."""
+    if isinstance(content, Gallery):
+        from gimcli.output.gallery import gallery_figure
 
-    return canvas(gallery_figure(picture))
+        return canvas(gallery_figure(content))
+    return canvas(figure_of(content))
 
 
-def figure_of(picture: Picture) -> Any:
-    """Return the matplotlib figure of a picture, and of those that stand below it."""
+def figure_of(content: Picture | Sheet) -> Any:
+    """Return the matplotlib figure of a picture, or of several one above the other."""
     from matplotlib.figure import Figure
 
-    blocks = [picture, *picture.below]
-    width = max(*(LEFT + block.frame.width + RIGHT for block in blocks), NARROWEST)
-    title = textwrap.wrap(picture.title, int(width / (LETTER * (FONT + 2)))) or [""]
-    legends = [_legend_shape(block, width) for block in blocks]
-    feet = [BOTTOM + rows * LINE + (0.04 if rows else 0.0) for _, rows in legends]
-    heights = [foot + block.frame.height for foot, block in zip(feet, blocks, strict=True)]
-    height = sum(heights) + GAP * len(picture.below) + TOP + len(title) * LINE
+    pictures = content.pictures if isinstance(content, Sheet) else (content,)
+    width = max([NARROWEST, *(LEFT + picture.frame.width + RIGHT for picture in pictures)])
+    heading = _lines(content.title, width) if isinstance(content, Sheet) else []
+    heights = [_height(picture, width) for picture in pictures]
+    height = sum(heights) + len(heading) * LINE
     figure = Figure((width, height), dpi=DPI, facecolor=PAPER)
-    top = height - TOP - len(title) * LINE
-    for block, foot, own, (columns, rows) in zip(blocks, feet, heights, legends, strict=True):
-        middle = _add_axes(figure, block, top - own + foot)
-        if rows:
-            _add_legend(figure, block, columns, (middle, (top - own + 0.07) / height))
-        top -= own + GAP
-    write_title(figure, title, _middle(width, picture), 1 - 0.12 / height)
+    write_title(figure, heading, 0.5, 1 - 0.12 / height)
+    bottom = sum(heights)
+    for picture, own in zip(pictures, heights, strict=True):
+        bottom -= own
+        _add_picture(figure, picture, bottom, own, (width, height))
     return figure
 
 
-def _middle(width: float, picture: Picture) -> float:
-    """Return where the middle of the axes is, as part of the figure's width."""
-    return (LEFT + (width - LEFT - RIGHT - picture.frame.width) / 2 + picture.frame.width / 2) / width
+def _lines(title: str, width: float) -> list[str]:
+    return textwrap.wrap(title, int(width / (LETTER * (FONT + 2))))
 
 
-def _add_axes(figure: Any, picture: Picture, bottom: float) -> float:
-    """Draw a picture's axes at a height [in]; return their middle as part of the figure's width."""
-    width, height = figure.get_size_inches()
-    frame, middle = picture.frame, _middle(width, picture)
-    left = middle - frame.width / 2 / width
-    axes = figure.add_axes((left, bottom / height, frame.width / width, frame.height / height))
+def _height(picture: Picture, width: float) -> float:
+    """Return the height [in] of a picture with its title and legend."""
+    _, rows = _legend_shape(picture, width)
+    bottom, top = BOTTOM + rows * LINE + (0.04 if rows else 0.0), TOP + len(_lines(picture.title, width)) * LINE
+    return bottom + picture.frame.height + top
+
+
+def _add_picture(figure: Any, picture: Picture, base: float, own: float, size: tuple[float, float]) -> None:
+    """Add a picture whose lower edge is at `base` [in] of a figure."""
+    width, height = size
+    frame, title = picture.frame, _lines(picture.title, width)
+    columns, rows = _legend_shape(picture, width)
+    bottom = base + BOTTOM + rows * LINE + (0.04 if rows else 0.0)
+    left = LEFT + (width - LEFT - RIGHT - frame.width) / 2
+    axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
     dress(axes, picture)
     fill(axes, picture)
     if not (picture.logarithmic or picture.logarithmic_x):
         axes.ticklabel_format(axis="y", scilimits=(-4, 5))  # longer numbers would leave the figure
         axes.yaxis.get_offset_text().set_fontsize(FONT)
-    return middle
+    middle = (left + frame.width / 2) / width
+    write_title(figure, title, middle, (base + own - 0.12) / height)
+    if rows:
+        _add_legend(figure, picture, columns, (middle, (base + 0.07) / height))
 
 
 def dress(axes: Any, picture: Picture) -> None:
@@ -100,6 +101,9 @@ def dress(axes: Any, picture: Picture) -> None:
     low, high = picture.frame.low, picture.frame.high
     axes.set_xlim(low.real, high.real)
     axes.set_ylim(low.imag, high.imag)
+    if picture.bare:
+        axes.set_axis_off()
+        return
     axes.set_xlabel(picture.labels[0], fontsize=FONT + 1, parse_math=False)
     axes.set_ylabel(picture.labels[1], fontsize=FONT + 1, parse_math=False)
     axes.tick_params(labelsize=FONT, width=0.6, length=3, direction="in", top=True, right=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output.drawing import length_labels
 from gimcli.output.figure import LEFT, LETTER, LINE, RIGHT, TOP, dress, fill, write_title
 from gimcli.output.labels import Labels
-from gimcli.output.picture import Frame, Picture
+from gimcli.output.picture import Frame, Gallery, Picture
 from gimcli.output.skeleton import Skeleton, draw_markers, draw_strong
 from gimcli.output.style import DPI, FONT, PAPER
 
@@ -40,15 +39,6 @@ HEAD = 0.2
 
 FOOT = 0.5
 """Room under the last row for its numbers and the axis' name [in]."""
-
-
-@dataclass(frozen=True)
-class Gallery:
-    """Panels in rows; `columns` of them side by side."""
-
-    title: str
-    panels: tuple[Picture, ...]
-    columns: int
 
 
 def gallery_picture(mechanism: Mechanism, positions: ComplexArray, titles: Sequence[str], title: str) -> Gallery:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.output.picture import Frame, Picture
+from gimcli.output.picture import Frame, Picture, Sheet
 from gimcli.output.style import SOFT, Mark, Pen, curve_pen
 from gimcli.table import Column, Table
 
@@ -25,10 +25,11 @@ all values but this part at either end."""
 ZERO = Pen(0.6, SOFT, layer=1)
 
 
-def add_panels(picture: Picture, panels: Mapping[str, Table]) -> None:
-    """Add a panel for each table: its first column is the abscissa, its title names the quantity."""
+def with_panels(picture: Picture, panels: Mapping[str, Table]) -> Picture | Sheet:
+    """Return a picture with a panel below it for each table: its first column across, its name the quantity."""
     width = max(picture.frame.width, LEAST_WIDTH)
-    picture.below += [panel(name, table, width) for name, table in panels.items()]
+    below = [panel(name, table, width) for name, table in panels.items()]
+    return Sheet("", (picture, *below)) if below else picture
 
 
 def panel(name: str, table: Table, width: float) -> Picture:
