@@ -16,6 +16,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.dynamics import Dynamics
+
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.int64]
@@ -123,6 +125,8 @@ class Mechanism:
     angle_unit: str = "deg"  # or "rad"
     duration: float = 1.0  # s, for the normalised time 0..1
     floating: bool = False  # no node is grounded: member 0 is a held member of the file
+    dynamics: Dynamics = field(default=Dynamics(), repr=False)
+    gauges: tuple[Actuator, ...] = field(default=(), repr=False)  # what springs and dampers read; nothing drives them
 
     @cached_property
     def shortest(self) -> float:

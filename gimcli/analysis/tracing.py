@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,10 +15,13 @@ from gimcli.status import Status
 from gimcli.table import Column, Table
 
 
-def motion_table(motion: Motion, names: tuple[str, ...] | None = None, first: int = 0, order: int = 0) -> Table:
+def motion_table(
+    motion: Motion, names: tuple[str, ...] | None = None, first: int = 0, order: int = 0, more: Sequence[Column] = ()
+) -> Table:
     """Return one row a step, the steps counted from `first`: time, inputs, traced points, residual, sweeps, status.
 
-    `order` asks for the points' derivatives by the real time, up to jerk (3), and the members' angular ones.
+    `order` asks for the points' derivatives by the real time, up to jerk (3), and the members' angular ones; `more`
+    are columns of measures, which stand after them.
     """
     mechanism = motion.mechanism
     rows = len(motion.time)
@@ -32,6 +36,7 @@ def motion_table(motion: Motion, names: tuple[str, ...] | None = None, first: in
         ]
     if order:
         columns += _rate_columns(motion, names or mechanism.traced, order)
+    columns += more
     words = np.array([s.word for s in Status])[motion.codes]
     columns += [
         Column("residual", motion.residual), Column("sweeps", motion.work.astype(np.int64)), Column("status", words),

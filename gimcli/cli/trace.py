@@ -22,10 +22,12 @@ from gimcli.cli.arguments import (
     Tolerance,
     options,
 )
+from gimcli.cli.asked import MEASURE_HELP, MeasureOption, PlotOption, tell_measures
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
     from gimcli.analysis.summary import Summary
+    from gimcli.cli.asked import Asked
     from gimcli.motion.motion import Motion
 
 
@@ -50,8 +52,10 @@ HELP = (
     " --all-branches follows every circuit that meets it too, its rows one after another with a last column `branch`;"
     " --branch K takes the K-th of them as `gim singularities` numbers them, or, without --circuit, turns off at the"
     " first change point of the law (1 goes straight on).\n\n"
+    f"{MEASURE_HELP}\n\n"
     "Example: gim trace models/crank_rocker.yaml --steps 360 --out results\n\n"
-    "Example: gim trace models/chebyshev.yaml --circuit"
+    "Example: gim trace models/crank_rocker.yaml -m transmission -m centre:frame/coupler --plot velocity,transmission"
+    "\n\nExample: gim trace models/chebyshev.yaml --circuit"
 )
 
 POSES = 6
@@ -67,6 +71,8 @@ def command(
         int,
         typer.Option("--derivatives", "-d", min=0, max=3, help="1 velocities, 2 accelerations, 3 jerks, by real time."),
     ] = 0,
+    plot: PlotOption = "",
+    measure: MeasureOption = [],  # noqa: B006 - typer wants a list; nothing changes it
     at_limit: Annotated[
         AtLimit, typer.Option("--at-limit", help="At the limit of an input: stop, skip what is out of reach, reverse.")
     ] = AtLimit.STOP,
@@ -85,9 +91,12 @@ def command(
     """Trace a motion."""
     import numpy as np
 
+    if "help" in measure:
+        tell_measures()
     from gimcli.analysis.summary import Summary
     from gimcli.analysis.tracing import motion_table
     from gimcli.analysis.verdict import explained, verify
+    from gimcli.cli.asked import Asked
     from gimcli.cli.console import note, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
@@ -95,7 +104,10 @@ def command(
     from gimcli.output import CsvStream, refuse_unwritable
 
     chosen = options(method, strategy, tolerance, jit, sequence)
+    if plot and not png:
+        raise UsageError("--plot draws into the picture: leave --no-png out")
     mechanism = load(model)
+    asked = Asked(mechanism, measure, plot, derivatives)
     csv_path, png_path = out / f"{model.stem}.csv", out / f"{model.stem}.png"
     if csv_path.resolve() == model.resolve():
         raise UsageError(f"{csv_path} is the model itself; choose another --out")
@@ -106,7 +118,7 @@ def command(
         if circuit or all_branches:
             from gimcli.cli.circuit import trace_circuit
 
-            _refuse_mixed(method, derivatives, at_limit, branch, all_branches)
+            _refuse_mixed(method, asked.order or plot or measure, at_limit, branch, all_branches)
             paths = csv_path, png_path if png else None
             if not trace_circuit(mechanism, steps, tolerance, branch, all_branches, paths, as_json):
                 raise typer.Exit(5)
@@ -114,7 +126,7 @@ def command(
         if at_limit is not AtLimit.STOP or branch > 1:
             from gimcli.motion.ride import ride
 
-            _refuse_mixed(method, derivatives if at_limit is AtLimit.REVERSE or branch > 1 else 0)
+            _refuse_mixed(method, asked.order if at_limit is AtLimit.REVERSE or branch > 1 else 0)
             show = progress_bar("tracing")
             pieces = iter([ride(mechanism, steps, chosen, at_limit.value, branch, show)])
         else:
@@ -124,29 +136,33 @@ def command(
     verify(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
     refuse_unwritable(csv_path, *([png_path] if png else []))
     summary = Summary(steps + 1)
+    row = piece.rows(np.arange(1))
     with CsvStream(
-        csv_path, motion_table(piece.rows(np.arange(1)), order=derivatives).names
+        csv_path, motion_table(row, order=asked.order, more=asked.head(row)).names
     ) as table:  # appears when the picture has been written too
         while piece is not None:
-            table.append(motion_table(piece, first=summary.seen, order=derivatives))
+            more = asked.record.columns(piece)
+            table.append(motion_table(piece, first=summary.seen, order=asked.order, more=more))
             summary.add(piece)
             piece = next(pieces, None)
         drawn = png and summary.solved > 0
         if drawn:
-            _draw(summary.motion, png_path)
-    _report(summary, csv_path, png_path if drawn else None, steps, as_json)
+            _draw(summary.motion, png_path, asked)
+    _report(summary, csv_path, png_path if drawn else None, steps, as_json, asked)
     if summary.solved < summary.rows:
         raise typer.Exit(5)
 
 
 def _refuse_mixed(
-    method: Method, derivatives: int, at_limit: AtLimit = AtLimit.STOP, branch: int = 1, every: bool = False
+    method: Method, rates: Any, at_limit: AtLimit = AtLimit.STOP, branch: int = 1, every: bool = False
 ) -> None:
     """Refuse what does not go with following a circuit."""
     if method is Method.GIM:
         raise UsageError("--method gim: circuits, branches and limits are followed by continuation; leave it out")
-    if derivatives:
-        raise UsageError("--derivatives belong to a motion by its law alone; leave out --circuit, --branch, reverse")
+    if rates:
+        raise UsageError(
+            "--derivatives, --measure and --plot belong to a motion by its law: leave out --circuit, --branch, reverse"
+        )
     if at_limit is not AtLimit.STOP:
         raise UsageError(f"--at-limit {at_limit}: a circuit goes through limits; leave out one of both")
     if every and branch > 1:
@@ -159,7 +175,7 @@ def _refuse_undriven(mechanism: Any) -> None:
     make_plan(mechanism)
 
 
-def _draw(motion: Motion, path: Path) -> None:
+def _draw(motion: Motion, path: Path, asked: Asked) -> None:
     import numpy as np
 
     from gimcli.analysis.tracing import traced_paths
@@ -168,10 +184,13 @@ def _draw(motion: Motion, path: Path) -> None:
     good = np.flatnonzero(motion.good)
     chosen = good[np.unique(np.linspace(0, len(good), POSES, endpoint=False).astype(int))]
     poses = motion.mechanism.to_file(motion.z[:, chosen].T)
-    draw_motion(motion.mechanism, poses, traced_paths(motion), path, motion.mechanism.name)
+    draw_motion(
+        motion.mechanism, poses, traced_paths(motion), path, motion.mechanism.name, asked.curves(motion),
+        asked.outlines(motion), asked.panels(motion),
+    )  # fmt: skip
 
 
-def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int, as_json: bool) -> None:
+def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int, as_json: bool, asked: Asked) -> None:
     from gimcli.analysis.tracing import events, reachable
     from gimcli.cli.console import print_json
     from gimcli.status import Status
@@ -181,7 +200,7 @@ def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int,
         from gimcli.analysis.sharpen import sharpened
 
         motion = sharpened(motion)
-    reached, found = reachable(motion), events(motion)
+    reached, found, measured = reachable(motion), events(motion), asked.report(motion)
     if found and found[-1]["kind"] == "limit":
         from gimcli.analysis.sharpen import reach
 
@@ -189,7 +208,7 @@ def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int,
     if as_json:
         report = {
             "csv": str(csv_path), "png": str(png_path) if png_path else None, "steps": steps, "solved": solved,
-            "residual": worst, "reachable": reached, "events": found, "status": motion.overall.word,
+            "residual": worst, "reachable": reached, "events": found, "status": motion.overall.word, **measured,
         }  # fmt: skip
         print_json(report)
         return
@@ -203,6 +222,7 @@ def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int,
         )
     _tell_events([e for e in found if e["kind"] == "change point"], "passed straight through a change point")
     _tell_events([e for e in found if e["kind"] == "sequence exchanged"], "sequence exchanged for a faster one")
+    asked.tell(measured)
     if solved < steps + 1:
         first = Status(int(motion.codes[~motion.good][0]))
         typer.echo(f"{first.word}: {first.text}" + (f" (worst: {motion.worst})" if motion.worst else ""))

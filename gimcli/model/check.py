@@ -13,12 +13,15 @@ from typing import Any
 from pydantic import ValidationError
 
 from gimcli.model import wording
+from gimcli.model.check_dynamics import check_dynamics
 from gimcli.model.check_inputs import check_inputs, check_span
+from gimcli.model.check_places import check_drawn, check_place
 from gimcli.model.references import CLOSEST, References, used_nodes
-from gimcli.model.schema import Element, Link, Load, Model, Tracer, long_form
+from gimcli.model.schema import Element, Link, Model, long_form
 from gimcli.model.source import Source, Where, read_source
 
-SECTIONS = ("nodes", "links", "elements", "prismatic", "actuators", "points", "masses", "loads")
+SECTIONS = ("nodes", "links", "elements", "prismatic", "actuators", "points", "masses", "loads",
+            "springs", "dampers", "friction")  # fmt: skip
 CONSTRAINTS = ("links", "elements", "prismatic", "actuators")
 COLUMNS = ("step", "time", "residual", "sweeps", "status")
 SIZES = (1e-100, 1e100)
@@ -95,7 +98,7 @@ def check(refs: References) -> None:
         _check_prismatic(refs, name)
     check_inputs(refs)
     _check_points(refs)
-    _check_dynamics(refs)
+    check_dynamics(refs)
 
 
 def _check_names(refs: References) -> None:
@@ -119,17 +122,10 @@ def _check_ground(refs: References) -> None:
         refs.fault(("ground", "member"), "'ground' is no member; name a link or an element")
     elif ground.member is not None:
         if refs.member(("ground", "member"), ground.member):
-            _check_drawn(refs, ("ground", "member"), refs.every[ground.member])
+            check_drawn(refs, ("ground", "member"), refs.every[ground.member])
     elif not ground.nodes and ("ground",) not in refs.doubtful:
         refs.fault(("ground",), "no node is fixed; write `ground: [NODES]` or `ground: {member: NAME}`")
     refs.nodes(("ground", "nodes"), ground.nodes)
-
-
-def _check_drawn(refs: References, where: Where, nodes: list[str]) -> None:
-    """Note a member whose drawn place cannot be told, as its first two nodes are drawn at one."""
-    a, b = nodes[:2]
-    if {a, b} <= set(refs.model.nodes) and a != b and not refs.apart(a, b):
-        refs.fault(where, f"nodes {a} and {b} are drawn at one place, which shows no direction; draw them apart")
 
 
 def _check_member(refs: References, where: Where, member: Link | Element) -> None:
@@ -185,7 +181,7 @@ def _check_prismatic(refs: References, name: str) -> None:
 def _check_points(refs: References) -> None:
     model = refs.model
     for name, point in model.points.items():
-        _check_place(refs, ("points", name), point, "point")
+        check_place(refs, ("points", name), point, "point")
         if name in model.nodes:
             refs.fault(("points", name), f"point '{name}' has the name of a node; rename it", key=True)
     known = [*model.points, *model.nodes]
@@ -199,24 +195,3 @@ def _check_points(refs: References) -> None:
     for name in (n for n, count in Counter(model.trace).items() if count > 1):
         last = len(model.trace) - 1 - model.trace[::-1].index(name)
         refs.fault(("trace", last), f"'{name}' is traced twice; name it once")
-
-
-def _check_place(refs: References, where: Where, part: Tracer | Load, what: str) -> None:
-    """Check what is carried by a member at one place."""
-    known = refs.member((*where, "on"), part.on)
-    if (part.at is None) == (part.local is None):
-        refs.lack(where, ("at", "local"), f"{what} '{where[1]}' needs either `at` (drawn) or `local`")
-    elif known and part.at is not None and part.on != "ground":
-        _check_drawn(refs, (*where, "at"), refs.every[part.on])
-
-
-def _check_dynamics(refs: References) -> None:
-    for name in refs.model.masses:
-        refs.member(("masses", name), name, key=True)
-    for name, load in refs.model.loads.items():
-        if (load.force is None) == (load.torque is None):
-            refs.lack(("loads", name), ("force", "torque"), f"load '{name}' needs either `force` or `torque`")
-        if load.force is not None:
-            _check_place(refs, ("loads", name), load, "force")
-        else:
-            refs.member(("loads", name, "on"), load.on)

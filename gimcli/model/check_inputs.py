@@ -23,7 +23,7 @@ def check_inputs(refs: References) -> None:
     tables: list[Times] = []
     for name, actuator in refs.model.actuators.items():
         where: Where = ("actuators", name)
-        _check_nodes(refs, where, actuator)
+        check_nodes(refs, where, actuator)
         if actuator.law is not None:
             _check_law(refs, where, actuator, actuator.law, tables)
 
@@ -52,7 +52,8 @@ def check_span(refs: References, where: Where, guide: Sequence[str], sliding: Se
 # -- nodes ----------------------------------------------------------------------------------
 
 
-def _check_nodes(refs: References, where: Where, actuator: Actuator) -> None:
+def check_nodes(refs: References, where: Where, actuator: Actuator, what: str = "actuator") -> None:
+    """Note nodes that do not fit what is driven, or measured."""
     given = {key for key in KEYS if getattr(actuator, key) is not None}
     needed, optional = {"node", "guide"}, set[str]()
     if actuator.type == "rotary":
@@ -60,12 +61,12 @@ def _check_nodes(refs: References, where: Where, actuator: Actuator) -> None:
     elif "nodes" in given:
         needed = {"nodes"}
     for key in sorted(given - needed - optional):
-        text = f"`{key}` does not belong to this {actuator.type} actuator; remove it"
+        text = f"`{key}` does not belong to this {actuator.type} {what}; remove it"
         refs.fault((*where, key), text, key=True)
     if needed - given:
         either = "`nodes`, or " if actuator.type == "linear" else ""
         missing = " and ".join(f"`{key}`" for key in sorted(needed - given, reverse=actuator.type == "rotary"))
-        refs.lack(where, KEYS, f"actuator '{where[1]}' needs {either}{missing}; add it")
+        refs.lack(where, KEYS, f"{what} '{where[1]}' needs {either}{missing}; add it")
     elif actuator.type == "rotary":
         _check_rotary(refs, where, str(actuator.pivot), str(actuator.arm), actuator.reference)
     elif actuator.nodes is not None:
@@ -139,15 +140,22 @@ def _check_law(refs: References, where: Where, actuator: Actuator, law: Law, tab
     _check_values(refs, at, actuator, values, law.by or 0.0)
 
 
-def _check_values(refs: References, at: Where, actuator: Actuator, values: list[float], by: float) -> None:
+def check_reach(refs: References, at: Where, actuator: Actuator, value: float) -> None:
+    """Note a value that the input cannot have."""
+    _check_values(refs, at, actuator, [value], 0.0, "the start")
+
+
+def _check_values(
+    refs: References, at: Where, actuator: Actuator, values: list[float], by: float, what: str = "the law"
+) -> None:
     """Note values that no mechanism takes, and those that are too far away to be followed."""
     if actuator.nodes is not None and min(values, default=1.0) <= 0.0:
-        refs.fault(at, f"a distance must be above 0, met {min(values):g}; mend the law")
+        refs.fault(at, f"a distance must be above 0, met {min(values):g}; mend {what}")
     turn = 360.0 if refs.model.units.angle == "deg" else 2.0 * math.pi
     most = MOST_TURNS * (turn if actuator.type == "rotary" else refs.size)
     farthest = max([*values, by], key=abs)
     if abs(farthest) > most > 0.0:
-        refs.fault(at, f"the law reaches {farthest:g}; {most:g} is the most that is followed: shorten it")
+        refs.fault(at, f"{what} reaches {farthest:g}; {most:g} is the most that is followed: shorten it")
 
 
 def _check_ends(refs: References, at: Where, law: Law) -> list[float]:

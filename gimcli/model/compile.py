@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gimcli.dynamics import Dynamics
 from gimcli.mechanism import FRAME, Actuator, ComplexArray, Drive, FloatArray, Mechanism, Member, Point, Slide
 from gimcli.mechanism import Law as MechanismLaw
 from gimcli.model import schema
@@ -19,10 +20,12 @@ from gimcli.model.tables import read_table
 
 def compile_model(model: schema.Model, folder: Path = Path()) -> Mechanism:
     """Return the mechanism of a validated model; `folder` is where tables of laws are looked for."""
-    return _Compiler(model, folder).mechanism()
+    return Compiler(model, folder).mechanism()
 
 
-class _Compiler:
+class Compiler:
+    """Compiles a validated model, part by part."""
+
     def __init__(self, model: schema.Model, folder: Path) -> None:
         self.model, self.folder = model, folder
         used = used_nodes(model)
@@ -42,19 +45,33 @@ class _Compiler:
         self.number = {m.name: k for k, m in enumerate(self.members)}
 
     def mechanism(self) -> Mechanism:
+        """Return the mechanism."""
         model = self.model
-        points = [self._point(name, point) for name, point in model.points.items()]
+        points = [self.point(name, point) for name, point in model.points.items()]
         frame = set(self.members[FRAME].nodes)
         moving = [n for k, n in enumerate(self.names) if k not in frame]
         traced = model.trace or list(model.points) or moving
+        slides = tuple(s for name, pair in model.prismatic.items() for s in self._slides(name, pair))
+        actuators = tuple(self.actuator(name, a) for name, a in model.actuators.items())
+        dynamics, gauges = self._dynamics(slides, actuators)
         return Mechanism(
             name=model.name or "mechanism", nodes=tuple(self.names), drawn=self.drawn, members=tuple(self.members),
-            slides=tuple(s for name, pair in model.prismatic.items() for s in self._slides(name, pair)),
-            actuators=tuple(self._actuator(name, a) for name, a in model.actuators.items()),
+            slides=slides, actuators=actuators, dynamics=dynamics, gauges=gauges,
             points=tuple(points), traced=tuple(traced), size=self.size / self.scale, scale=self.scale,
             origin=self.origin, length_unit=model.units.length, angle_unit=model.units.angle,
             duration=self._duration(), floating=model.ground.member is not None,
         )  # fmt: skip
+
+    def _dynamics(
+        self, slides: tuple[Slide, ...], actuators: tuple[Actuator, ...]
+    ) -> tuple[Dynamics, tuple[Actuator, ...]]:
+        """Return what acts on the mechanism, and what it reads; nothing where the file is silent."""
+        model = self.model
+        if not any((model.masses, model.loads, model.springs, model.dampers, model.friction)):
+            return Dynamics(), ()
+        from gimcli.model.compile_dynamics import DynamicsCompiler
+
+        return DynamicsCompiler(self, slides, actuators).compile()
 
     def _extent(self, raw: ComplexArray) -> float:
         """Return the largest dimension, drawn or given."""
@@ -115,7 +132,8 @@ class _Compiler:
             return [Slide(name, name, self.index[pair.node], member, point, direction)]
         return [Slide(f"{name} {node}", name, self.index[node], member, point, direction) for node in pair.nodes or []]
 
-    def _actuator(self, name: str, actuator: schema.Actuator) -> Actuator:
+    def actuator(self, name: str, actuator: schema.Actuator) -> Actuator:
+        """Return an actuator, or what a gauge reads."""
         if actuator.type == "rotary":
             return self._rotary(name, actuator)
         if actuator.nodes is not None:
@@ -178,7 +196,8 @@ class _Compiler:
 
     # -- points -------------------------------------------------------------------------------
 
-    def _point(self, name: str, point: schema.Tracer) -> Point:
+    def point(self, name: str, point: schema.Tracer) -> Point:
+        """Return a point carried by a member."""
         k = 0 if point.on == "ground" else self.number[point.on]
         member = self.members[k]
         if point.local is not None:

@@ -20,6 +20,17 @@ FILE = {
     "masses": "Mass of each member, by the member's name",
     "gravity": "Acceleration of gravity [m/s2], [x, y] in the frame",
     "loads": "Forces and torques on members, by name",
+    "springs": "Springs between two nodes, along a guide or about a pivot, by name",
+    "dampers": "Viscous dampers between two nodes, along a guide or about a pivot, by name",
+    "friction": "Viscous friction of pairs, by node [N m s/rad] or sliding pair [N s/m]",
+}
+GAUGE = {
+    "pivot": "Node about which the angle pivot -> arm is measured",
+    "arm": "Node of the ray pivot -> arm",
+    "reference": "Node of the ray from which the angle counts; default: the frame's +x direction",
+    "nodes": "The two nodes whose distance is measured",
+    "node": "Node whose travel along `guide` is measured",
+    "guide": "Travel counts from the first node, positive towards the second",
 }
 PARTS = {
     "Units": {
@@ -61,7 +72,24 @@ PARTS = {
         "node": "Linear: node whose travel along `guide` is driven",
         "guide": "Linear: travel counts from the first node, positive towards the second",
         "law": "Value over the motion; default: the drawn value, and a rotary input turns once",
+        "free": "Whether `gim simulate` lets the loads move it; default: it follows its law",
+        "start": "Value at which `gim simulate` begins; default: where the law starts",
+        "speed": "Speed at which `gim simulate` begins, in the file's unit per second; default 0",
+        "effort": "Driving torque [N m] or force [N] of a free input: a number or a mapping",
     },
+    "Effort": {
+        "constant": "Constant torque [N m] or force [N]",
+        "table": "CSV file of two columns, what `over` names and torque [N m] or force [N]",
+        "over": "What the table runs over: time [s], the input's value or its speed; default time",
+        "stall": "Torque or force at standstill",
+        "idle": "Speed at which it has fallen to 0, in the file's unit per second",
+    },
+    "Spring": {
+        **GAUGE,
+        "stiffness": "Stiffness [N/m], or [N m/rad] about a pivot",
+        "free": "Length, travel or angle without force; default: as drawn",
+    },
+    "Damper": {**GAUGE, "damping": "Damping [N s/m], or [N m s/rad] about a pivot"},
     "Tracer": {
         "on": "Member that carries the point",
         "at": "Drawn position [x, y]",
@@ -70,14 +98,17 @@ PARTS = {
     "Mass": {
         "mass": "Mass",
         "inertia": "Moment of inertia about the centre of mass [kg m2]",
-        "centre": "Centre of mass: along, and to the left of, first node -> second node",
+        "centre": "Centre of mass: along, and to the left of, first node -> second; default: mean of the nodes",
     },
     "Load": {
         "on": "Member that is loaded",
         "at": "Point of the force, drawn position [x, y]",
         "local": "Point of the force: along, and to the left of, first node -> second node",
         "force": "Force [N], [x, y] in the frame",
+        "follower": "Force [N] that turns with the member: along, and to the left of, first node -> second node",
         "torque": "Torque [N m]",
+        "table": "CSV file of two columns, what `over` names and a factor of the load; the ends go on",
+        "over": "What the table runs over: time [s], or an actuator by name; default time",
     },
 }
 

@@ -103,3 +103,17 @@ class Scaled:
     def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
         """Return the value or a derivative by the normalised time."""
         return np.asarray(self.factor * self.law(np.asarray(time, dtype=float), order))
+
+
+class Sampled:
+    """Shape-preserving cubic through samples; beyond the first and the last it stays as it is there."""
+
+    def __init__(self, at: Sequence[float], value: Sequence[float]) -> None:
+        from scipy.interpolate import PchipInterpolator
+
+        self._ends = at[0], at[-1]
+        self._curve: Any = PchipInterpolator(at, value)
+
+    def __call__(self, at: FloatArray) -> FloatArray:
+        """Return the value at each place."""
+        return np.asarray(self._curve(np.clip(at, *self._ends)), dtype=float)

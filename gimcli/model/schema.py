@@ -21,6 +21,7 @@ Name = Annotated[str, BeforeValidator(_word), Field(min_length=1), _WORD]
 Text = Annotated[str, BeforeValidator(_word), _WORD]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Length = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 Place = Annotated[list[Number], Field(min_length=2, max_length=2)]
 
 
@@ -85,17 +86,36 @@ class Law(Part):
     profile: Profile = Profile()
 
 
-class Actuator(Part):
-    """An input: a rotary or a linear actuator."""
+class Gauge(Part):
+    """An angle about a pivot, a distance of two nodes, or the travel of a node along a guide."""
 
-    type: Literal["rotary", "linear"]
     pivot: Name | None = None
     arm: Name | None = None
     reference: Name | None = None
     nodes: Annotated[list[Name], Field(min_length=2, max_length=2)] | None = None
     node: Name | None = None
     guide: Annotated[list[Name], Field(min_length=2, max_length=2)] | None = None
+
+
+class Effort(Part):
+    """Driving torque or force: constant, from a table, or falling with speed from `stall` to 0 at `idle`."""
+
+    constant: Number | None = None
+    table: str | None = None
+    over: Literal["time", "value", "speed"] = "time"
+    stall: Number | None = None
+    idle: Number | None = None
+
+
+class Actuator(Gauge):
+    """An input: a rotary or a linear actuator."""
+
+    type: Literal["rotary", "linear"]
     law: Law | None = None
+    free: Annotated[bool, Field(strict=True)] = False
+    start: Number | None = None
+    speed: Number = 0.0
+    effort: Effort | None = None
 
 
 class Tracer(Part):
@@ -109,19 +129,35 @@ class Tracer(Part):
 class Mass(Part):
     """Mass, moment of inertia about the centre of mass, and its place in the member's own frame."""
 
-    mass: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
-    inertia: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] = 0.0
+    mass: Positive
+    inertia: Positive = 0.0
     centre: Place | None = None
 
 
 class Load(Part):
-    """A force at a point of a member, or a torque on it."""
+    """A force at a point of a member, or a torque on it; a table multiplies it."""
 
     on: Name
     at: Place | None = None
     local: Place | None = None
     force: Place | None = None
+    follower: Place | None = None
     torque: Number | None = None
+    table: str | None = None
+    over: Name = "time"
+
+
+class Spring(Gauge):
+    """A linear spring between two nodes or along a guide, or a torsion spring about a pivot."""
+
+    stiffness: Length
+    free: Number | None = None
+
+
+class Damper(Gauge):
+    """A viscous damper between two nodes or along a guide, or about a pivot."""
+
+    damping: Positive
 
 
 class Model(Part):
@@ -142,6 +178,9 @@ class Model(Part):
     masses: dict[str, Mass] = {}
     gravity: Place | None = None
     loads: dict[str, Load] = {}
+    springs: dict[str, Spring] = {}
+    dampers: dict[str, Damper] = {}
+    friction: dict[str, Positive] = {}
 
 
 def long_form(data: dict[str, Any]) -> dict[str, Any]:
@@ -159,6 +198,8 @@ def long_form(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def _long_actuator(actuator: Any) -> Any:
+    if isinstance(actuator, dict) and isinstance(actuator.get("effort"), int | float):
+        actuator = {**actuator, "effort": {"constant": actuator["effort"]}}
     if not isinstance(actuator, dict) or not isinstance(actuator.get("law"), dict):
         return actuator
     law = dict(actuator["law"])
@@ -187,5 +228,6 @@ def json_schema() -> dict[str, Any]:
     parts["Law"]["properties"]["profile"] = profile
     for key in ("polynomial", "table"):
         parts["Law"]["properties"][key] = parts["Profile"]["properties"][key]
+    parts["Actuator"]["properties"]["effort"] = {"anyOf": [{"type": "number"}, {"$ref": "#/$defs/Effort"}]}
     describe(schema)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "gim model file"}

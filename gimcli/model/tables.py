@@ -1,4 +1,4 @@
-"""Tables of an input's law: two columns, time and value, in a CSV file."""
+"""Tables of laws and loads: two columns, time (or an input) and value, in a CSV file."""
 
 from __future__ import annotations
 
@@ -7,24 +7,27 @@ import math
 from pathlib import Path
 
 
-def read_table(path: Path) -> tuple[list[float], list[float]]:
-    """Return time [s] and value (file's unit); raise ValueError that says what is wrong and what to do."""
-    rows = _rows(path)
+def read_table(path: Path, first: str = "time") -> tuple[list[float], list[float]]:
+    """Return time [s], or what `first` names, and value (file's unit).
+
+    Raises ValueError that says what is wrong and what to do.
+    """
+    rows = _rows(path, first)
     if rows and not _numeric(rows[0][1]):
         rows = rows[1:]  # a header
     if len(rows) < 2:
-        raise ValueError("has fewer than two rows of time,value; add some")
+        raise ValueError(f"has fewer than two rows of {first},value; add some")
     for line, row in rows:
         if len(row) != 2 or not _numeric(row):
-            raise ValueError(f"line {line} is not time,value: {','.join(row)[:40]}; write two finite numbers")
+            raise ValueError(f"line {line} is not {first},value: {','.join(row)[:40]}; write two finite numbers")
     time, value = ([float(row[k]) for _, row in rows] for k in (0, 1))
     for (line, _), before, after in zip(rows[1:], time, time[1:], strict=False):
         if after <= before:
-            raise ValueError(f"line {line}: time {after:g} after {before:g}; time must increase from row to row")
+            raise ValueError(f"line {line}: {first} {after:g} after {before:g}; {first} must increase from row to row")
     return time, value
 
 
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
+def _rows(path: Path, first: str) -> list[tuple[int, list[str]]]:
     """Return the rows that hold something, each with its line."""
     try:
         with path.open(newline="", encoding="utf-8-sig") as handle:
@@ -33,7 +36,7 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
     except OSError as error:
         raise ValueError(f"cannot be read: {error.strerror}; its path starts at the model's folder") from None
     except (UnicodeDecodeError, csv.Error):
-        raise ValueError("is not a text file of rows time,value; name a CSV file") from None
+        raise ValueError(f"is not a text file of rows {first},value; name a CSV file") from None
 
 
 def _numeric(row: list[str]) -> bool:

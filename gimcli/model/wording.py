@@ -56,7 +56,7 @@ def written(source: Source, where: Where) -> Where:
     if where in source.values:
         return where
     for k, part in enumerate(where):
-        if part in ("nodes", "profile") and where[: k + 1] not in source.values:
+        if part in ("nodes", "profile", "constant") and where[: k + 1] not in source.values:
             return written(source, (*where[:k], *where[k + 1 :]))
     return where
 
@@ -147,6 +147,7 @@ def _other(where: Where, met: Any, limits: dict[str, Any]) -> str:
 _TEXTS: dict[str, Callable[[Where, Any, dict[str, Any]], str]] = {
     "float_type": _number,
     "float_parsing": _number,
+    "bool_type": lambda where, met, limits: f"true or false is needed, met {shown(met)}",
     "finite_number": lambda where, met, limits: f"a finite number is needed, met {met}",
     "greater_than": _bound,
     "greater_than_equal": _bound,
@@ -162,4 +163,8 @@ _TEXTS: dict[str, Callable[[Where, Any, dict[str, Any]], str]] = {
 
 
 def _list(where: Where) -> str:
-    return "[0, 0]" if where[0] == "nodes" or where[-1] in ("at", "local", "centre", "force", "gravity") else "[A, B]"
+    return (
+        "[0, 0]"
+        if where[0] == "nodes" or where[-1] in ("at", "local", "centre", "force", "follower", "gravity")
+        else "[A, B]"
+    )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray
-from gimcli.output.picture import Key, Picture, Text
+from gimcli.output.picture import Content, Gallery, Key, Picture, Sheet, Text
 from gimcli.output.style import DPI, FONT, INK, PAPER, Mark, Pen
 
 LEFT, RIGHT, BOTTOM, TOP = 0.85, 0.3, 0.5, 0.2
@@ -39,38 +39,71 @@ def quiet() -> Iterator[None]:
         yield
 
 
-def canvas_of(canvas: Any, picture: Picture) -> Any:
-    """Return a picture on matplotlib's canvas of some format."""
-    return canvas(figure_of(picture))
+def canvas_of(canvas: Any, content: Content) -> Any:
+    """Return what is to be drawn on matplotlib's canvas of some format."""
+    if isinstance(content, Gallery):
+        from gimcli.output.gallery import gallery_figure
+
+        return canvas(gallery_figure(content))
+    return canvas(figure_of(content))
 
 
-def figure_of(picture: Picture) -> Any:
-    """Return the matplotlib figure of a picture."""
+def figure_of(content: Picture | Sheet) -> Any:
+    """Return the matplotlib figure of a picture, or of several one above the other."""
     from matplotlib.figure import Figure
 
-    frame = picture.frame
-    width = max(LEFT + frame.width + RIGHT, NARROWEST)
-    title = textwrap.wrap(picture.title, int(width / (LETTER * (FONT + 2)))) or [""]
-    columns, rows = _legend_shape(picture, width)
-    bottom, top = BOTTOM + rows * LINE + (0.04 if rows else 0.0), TOP + len(title) * LINE
-    height = bottom + frame.height + top
-    left = LEFT + (width - LEFT - RIGHT - frame.width) / 2
+    pictures = content.pictures if isinstance(content, Sheet) else (content,)
+    width = max([NARROWEST, *(LEFT + picture.frame.width + RIGHT for picture in pictures)])
+    heading = _lines(content.title, width) if isinstance(content, Sheet) else []
+    heights = [_height(picture, width) for picture in pictures]
+    height = sum(heights) + len(heading) * LINE
     figure = Figure((width, height), dpi=DPI, facecolor=PAPER)
-    axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
-    _dress(axes, picture)
-    _fill(axes, picture)
-    middle = (left + frame.width / 2) / width
-    _write_title(figure, title, middle, 1 - 0.12 / height)
-    if rows:
-        _add_legend(figure, picture, columns, (middle, 0.07 / height))
+    write_title(figure, heading, 0.5, 1 - 0.12 / height)
+    bottom = sum(heights)
+    for picture, own in zip(pictures, heights, strict=True):
+        bottom -= own
+        _add_picture(figure, picture, bottom, own, (width, height))
     return figure
 
 
-def _dress(axes: Any, picture: Picture) -> None:
+def _lines(title: str, width: float) -> list[str]:
+    return textwrap.wrap(title, int(width / (LETTER * (FONT + 2))))
+
+
+def _height(picture: Picture, width: float) -> float:
+    """Return the height [in] of a picture with its title and legend."""
+    _, rows = _legend_shape(picture, width)
+    bottom, top = BOTTOM + rows * LINE + (0.04 if rows else 0.0), TOP + len(_lines(picture.title, width)) * LINE
+    return bottom + picture.frame.height + top
+
+
+def _add_picture(figure: Any, picture: Picture, base: float, own: float, size: tuple[float, float]) -> None:
+    """Add a picture whose lower edge is at `base` [in] of a figure."""
+    width, height = size
+    frame, title = picture.frame, _lines(picture.title, width)
+    columns, rows = _legend_shape(picture, width)
+    bottom = base + BOTTOM + rows * LINE + (0.04 if rows else 0.0)
+    left = LEFT + (width - LEFT - RIGHT - frame.width) / 2
+    axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
+    dress(axes, picture)
+    fill(axes, picture)
+    if not (picture.logarithmic or picture.logarithmic_x):
+        axes.ticklabel_format(axis="y", scilimits=(-4, 5))  # longer numbers would leave the figure
+        axes.yaxis.get_offset_text().set_fontsize(FONT)
+    middle = (left + frame.width / 2) / width
+    write_title(figure, title, middle, (base + own - 0.12) / height)
+    if rows:
+        _add_legend(figure, picture, columns, (middle, (base + 0.07) / height))
+
+
+def dress(axes: Any, picture: Picture) -> None:
     """Set limits, labels and ticks."""
     low, high = picture.frame.low, picture.frame.high
     axes.set_xlim(low.real, high.real)
     axes.set_ylim(low.imag, high.imag)
+    if picture.bare:
+        axes.set_axis_off()
+        return
     axes.set_xlabel(picture.labels[0], fontsize=FONT + 1, parse_math=False)
     axes.set_ylabel(picture.labels[1], fontsize=FONT + 1, parse_math=False)
     axes.tick_params(labelsize=FONT, width=0.6, length=3, direction="in", top=True, right=True)
@@ -102,7 +135,7 @@ def _power(exponent: int) -> str:
     return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
-def _fill(axes: Any, picture: Picture) -> None:
+def fill(axes: Any, picture: Picture) -> None:
     """Add one collection per pen and fill, one line of markers per mark, and the texts."""
     from matplotlib.collections import LineCollection, PolyCollection
 
@@ -154,7 +187,8 @@ def _write_text(axes: Any, text: Text) -> None:
     )
 
 
-def _write_title(figure: Any, lines: list[str], x: float, y: float) -> None:
+def write_title(figure: Any, lines: list[str], x: float, y: float) -> None:
+    """Write a figure's title."""
     figure.text(x, y, "\n".join(lines), ha="center", va="top", fontsize=FONT + 2, color=INK, parse_math=False)
 
 

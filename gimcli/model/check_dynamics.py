@@ -1,0 +1,126 @@
+"""Checks of what acts on a mechanism: masses, loads, springs, dampers, friction, and how inputs are let go."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from gimcli.model.check_inputs import check_nodes, check_reach
+from gimcli.model.check_places import check_place
+from gimcli.model.references import References, used_nodes
+from gimcli.model.schema import Actuator, Damper, Effort, Gauge, Load, Spring
+from gimcli.model.source import Where
+from gimcli.model.tables import read_table
+from gimcli.model.wording import near
+
+
+def check_dynamics(refs: References) -> None:
+    """Note what is wrong with what acts on the mechanism."""
+    for name in refs.model.masses:
+        refs.member(("masses", name), name, key=True)
+    for name, load in refs.model.loads.items():
+        _check_load(refs, ("loads", name), load)
+    for name, spring in refs.model.springs.items():
+        _check_gauge(refs, ("springs", name), spring, "spring")
+    for name, damper in refs.model.dampers.items():
+        _check_gauge(refs, ("dampers", name), damper, "damper")
+    for name in refs.model.friction:
+        _check_pair(refs, name)
+    for name, actuator in refs.model.actuators.items():
+        _check_release(refs, ("actuators", name), actuator)
+
+
+def _check_load(refs: References, where: Where, load: Load) -> None:
+    kinds = ("force", "follower", "torque")
+    given = [kind for kind in kinds if getattr(load, kind) is not None]
+    if len(given) != 1:
+        refs.lack(where, kinds, f"load '{where[1]}' needs either `force` or `torque` (or `follower`)")
+    elif given != ["torque"]:
+        check_place(refs, where, load, "force")
+    if given == ["torque"] or len(given) != 1:
+        refs.member((*where, "on"), load.on)
+    if load.table is not None:
+        _check_table(refs, (*where, "table"), load.table, "time" if load.over == "time" else "input")
+        if load.over != "time" and load.over not in refs.model.actuators:
+            _unknown_input(refs, (*where, "over"), load.over)
+    elif load.over != "time":
+        refs.lack(where, ("table",), f"load '{where[1]}' runs over '{load.over}' but has no `table`; add one")
+
+
+def _unknown_input(refs: References, where: Where, name: str) -> None:
+    if ("actuators",) not in refs.doubtful and ("actuators", name) not in refs.doubtful:
+        known = ["time", *refs.model.actuators]
+        refs.fault(where, f"'{name}' is neither time nor an actuator{near(name, known) or _choice(known)}")
+
+
+def _choice(names: Iterable[str]) -> str:
+    return f"; choose {', '.join(list(names)[:8])}"
+
+
+def _check_table(refs: References, where: Where, name: str, over: str) -> None:
+    try:
+        read_table(refs.source.path.parent / name, over)
+    except ValueError as error:
+        refs.fault(where, f"table {name}: {error}")
+
+
+def _check_gauge(refs: References, where: Where, part: Spring | Damper, what: str) -> None:
+    check_nodes(refs, where, as_actuator(part), what)
+    used = used_nodes(refs.model)
+    named = {key: getattr(part, key) for key in ("pivot", "arm", "reference", "node")}
+    for key, node in [
+        *named.items(),
+        *(("nodes", n) for n in part.nodes or []),
+        *(("guide", n) for n in part.guide or []),
+    ]:
+        if node in refs.model.nodes and node not in used and refs.sure:
+            refs.fault((*where, key), f"node '{node}' belongs to no member; add it to one")
+    if isinstance(part, Spring) and part.free is not None and part.nodes is not None and part.free < 0.0:
+        refs.fault((*where, "free"), f"a free length must be at least 0, met {part.free:g}")
+
+
+def as_actuator(gauge: Gauge) -> Actuator:
+    """Return the actuator that would drive what a gauge reads."""
+    keys = {key: getattr(gauge, key) for key in Gauge.model_fields}
+    turns = gauge.pivot is not None or gauge.arm is not None
+    return Actuator(type="rotary" if turns else "linear", **keys)
+
+
+def _check_pair(refs: References, name: str) -> None:
+    model, where = refs.model, ("friction", name)
+    if name in model.prismatic or ("prismatic", name) in refs.doubtful:
+        return
+    if name not in model.nodes:
+        known = [*model.prismatic, *model.nodes]
+        text = f"'{name}' is neither a node nor a sliding pair{near(name, known) or _choice(known)}"
+        refs.fault(where, text, key=True)
+    elif refs.sure and len(refs.carriers(name)) < 2:
+        refs.fault(where, f"node {name} is no pair, as fewer than two members meet there; name another", key=True)
+
+
+# -- how inputs are let go ---------------------------------------------------------------------
+
+
+def _check_release(refs: References, where: Where, actuator: Actuator) -> None:
+    if actuator.start is not None:
+        check_reach(refs, (*where, "start"), actuator, actuator.start)
+    if actuator.effort is not None:
+        _check_effort(refs, (*where, "effort"), actuator.effort)
+
+
+def _check_effort(refs: References, where: Where, effort: Effort) -> None:
+    line = effort.stall is not None or effort.idle is not None
+    given = [effort.constant is not None, effort.table is not None, line]
+    if sum(given) != 1:
+        text = f"the effort of '{where[1]}' needs a number, or `table`, or `stall` and `idle`"
+        refs.lack(where, ("table", "stall", "idle"), text)
+    elif line and (effort.stall is None or effort.idle is None):
+        missing = "stall" if effort.stall is None else "idle"
+        refs.lack(where, (missing,), f"`{missing}` is missing; a torque-speed line needs `stall` and `idle`")
+    elif line and effort.idle == 0.0:
+        refs.fault((*where, "idle"), "the idle speed must not be 0")
+    if effort.table is not None:
+        _check_table(refs, (*where, "table"), effort.table, effort.over)
+    elif effort.over != "time":
+        refs.lack(
+            where, ("table",), f"the effort of '{where[1]}' runs over its {effort.over} but has no `table`; add one"
+        )

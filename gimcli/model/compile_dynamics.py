@@ -1,0 +1,108 @@
+"""What acts on a mechanism, from the file's units to SI units and the normal frame."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gimcli.dynamics import TIME, Damper, Dynamics, Effort, Friction, Inertia, Load, Release, Spring
+from gimcli.mechanism import FRAME, Actuator, Drive, Slide
+from gimcli.model import schema
+from gimcli.model.check_dynamics import as_actuator
+from gimcli.model.laws import Sampled
+from gimcli.model.tables import read_table
+
+if TYPE_CHECKING:
+    from gimcli.model.compile import Compiler
+
+METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "km": 1e3, "in": 0.0254, "ft": 0.3048}
+KILOGRAMS = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}
+
+
+class DynamicsCompiler:
+    """Compiles the dynamic sections of a model whose members have been compiled."""
+
+    def __init__(self, own: Compiler, slides: tuple[Slide, ...], actuators: tuple[Actuator, ...]) -> None:
+        self.model, self.folder, self.members, self.nodes, self.scale = (
+            own.model, own.folder, own.members, own.names, own.scale,
+        )  # fmt: skip
+        self.slides, self.actuators, self.turn = slides, actuators, own.turn
+        self.read, self.place = own.actuator, own.point
+        self.number = {m.name: k for k, m in enumerate(self.members)} | {"ground": FRAME}
+        self.gauges: list[Actuator] = []
+
+    def compile(self) -> tuple[Dynamics, tuple[Actuator, ...]]:
+        """Return what acts, and the gauges that springs and dampers read."""
+        model = self.model
+        metre = METRES.get(model.units.length)
+        dynamics = Dynamics(
+            metre=None if metre is None else metre * self.scale,
+            inertias=tuple(self._inertia(name, mass) for name, mass in model.masses.items()),
+            gravity=complex(*(model.gravity or (0.0, 0.0))),
+            loads=tuple(self._load(name, load) for name, load in model.loads.items()),
+            springs=tuple(self._spring(name, spring) for name, spring in model.springs.items()),
+            dampers=tuple(Damper(n, self._gauge(n, d), d.damping) for n, d in model.dampers.items()),
+            frictions=tuple(self._friction(name, damping) for name, damping in model.friction.items()),
+            releases=tuple(self._release(k, name) for k, name in enumerate(model.actuators)),
+        )
+        return dynamics, tuple(self.gauges)
+
+    def _inertia(self, name: str, mass: schema.Mass) -> Inertia:
+        member = self.members[self.number[name]]
+        if mass.centre is None:
+            centre = complex(member.shape.mean())
+        else:
+            centre = self.place(name, schema.Tracer(on=name, local=mass.centre)).local
+        return Inertia(self.number[name], mass.mass * KILOGRAMS[self.model.units.mass], mass.inertia, centre)
+
+    def _load(self, name: str, load: schema.Load) -> Load:
+        member, point, force = self.number[load.on], 0.0j, complex(*(load.force or load.follower or (0.0, 0.0)))
+        if load.torque is None:
+            point = self.place(name, schema.Tracer(on=load.on, at=load.at, local=load.local)).local
+        if load.follower is not None:
+            shape = self.members[member].shape
+            along = complex(shape[1] - shape[0]) if len(shape) > 1 else 1.0 + 0.0j
+            force *= along / abs(along)
+        curve, over = None, TIME
+        if load.table is not None:
+            at, factor = read_table(self.folder / load.table)
+            if load.over != "time":
+                over = list(self.model.actuators).index(load.over)
+                at = [value * self._unit(self.actuators[over]) for value in at]
+            curve = Sampled(at, factor)
+        return Load(name, member, point, force, load.torque or 0.0, load.follower is not None, curve, over)
+
+    def _unit(self, actuator: Actuator) -> float:
+        return self.turn if actuator.drive is Drive.ROTARY else 1.0 / self.scale
+
+    def _gauge(self, name: str, part: schema.Gauge) -> int:
+        self.gauges.append(self.read(name, as_actuator(part)))
+        return len(self.gauges) - 1
+
+    def _spring(self, name: str, spring: schema.Spring) -> Spring:
+        k = self._gauge(name, spring)
+        gauge = self.gauges[k]
+        return Spring(
+            name, k, spring.stiffness, gauge.drawn if spring.free is None else spring.free * self._unit(gauge)
+        )
+
+    def _friction(self, name: str, damping: float) -> Friction:
+        if name in self.model.prismatic:
+            return Friction(name, damping, slide=[s.pair for s in self.slides].index(name))
+        return Friction(name, damping, node=self.nodes.index(name))
+
+    def _release(self, k: int, name: str) -> Release:
+        actuator, unit = self.model.actuators[name], self._unit(self.actuators[k])
+        start = None if actuator.start is None else actuator.start * unit
+        return Release(k, actuator.free, start, actuator.speed * unit, self._effort(actuator.effort, unit))
+
+    def _effort(self, effort: schema.Effort | None, unit: float) -> Effort:
+        if effort is None:
+            return Effort()
+        if effort.table is not None:
+            at, value = read_table(self.folder / effort.table)
+            if effort.over != "time":
+                at = [place * unit for place in at]
+            return Effort(curve=Sampled(at, value), over=effort.over)
+        if effort.stall is not None:
+            return Effort(constant=effort.stall, idle=(effort.idle or 0.0) * unit)
+        return Effort(effort.constant or 0.0)
