@@ -13,13 +13,15 @@ import pytest
 from four_bars import four_bar
 from typer.testing import CliRunner
 
-from gimcli.analysis.singularities import CHANGE, DEAD, LIMIT, STATIONARY, TANGENCY, rates
+from gimcli.analysis.singularities import CHANGE, DEAD, LIMIT, STATIONARY, TANGENCY, dead_points, limits, rates
 from gimcli.analysis.survey import Found, Survey, survey
 from gimcli.cli import app
 from gimcli.mechanism import FloatArray
 from gimcli.model import load
 from gimcli.motion.circuit import Circuit
 from gimcli.motion.stations import circuit_motion
+from gimcli.solvers.arclength import Policy as StepPolicy
+from gimcli.solvers.arclength import place, walk
 from gimcli.solvers.crossing import Policy, crossing
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -229,6 +231,39 @@ def test_a_cusp_has_one_tangent_told_twice() -> None:
     assert found.touching
     (tangent,) = found.tangents
     assert abs(float(tangent[1] / tangent[0])) < 1e-5
+
+
+class Dwelling:
+    """The input q = x^3 - c x of a made-up motion: it rests at 0 for c = 0, and turns back twice for c > 0."""
+
+    names = ("g",)
+
+    def __init__(self, c: float) -> None:
+        self.c = c
+
+    def residual(self, p: FloatArray) -> FloatArray:
+        return np.array([p[0] ** 3 - self.c * p[0] - p[1]])
+
+    def jacobian(self, p: FloatArray) -> FloatArray:
+        return np.array([[3.0 * p[0] ** 2 - self.c, -1.0]])
+
+    def jacobian_along(self, p: FloatArray, v: FloatArray) -> FloatArray:
+        return np.array([[6.0 * p[0] * v[0], 0.0]])
+
+
+@pytest.mark.parametrize(("c", "dead", "ends"), [(0.0, 1, 0), (0.03, 0, 2), (-0.03, 0, 0)])
+def test_a_dead_point_is_where_the_input_rests_but_does_not_turn_back(c: float, dead: int, ends: int) -> None:
+    curve: Any = Dwelling(c)
+    start = place(curve, np.array([-0.8, -0.512 + 0.8 * c]), np.array([1.0, 0.0]))
+    places = (start, *walk(curve, start, StepPolicy(points=40)))
+    circuit = Circuit(curve, places, {}, "end")
+    found = dead_points(circuit)
+    assert len(found) == dead
+    assert len(limits(circuit)) == ends
+    for one in found:
+        assert np.abs(one.p).max() < 1e-12
+    for one in limits(circuit):
+        assert abs(one.p[0]) == pytest.approx(math.sqrt(c / 3.0), abs=1e-12)
 
 
 def run(*arguments: object) -> Any:

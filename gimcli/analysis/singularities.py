@@ -60,6 +60,11 @@ def limits(circuit: Circuit, bounds: Bounds | None = None) -> list[Singularity]:
     return sorted(_Search(circuit, 0, bounds or Bounds()).limits(), key=lambda s: s.way)
 
 
+def dead_points(circuit: Circuit, bounds: Bounds | None = None) -> list[Singularity]:
+    """Return where the input rests without turning back."""
+    return sorted(_Search(circuit, 0, bounds or Bounds()).dead_points(), key=lambda s: s.way)
+
+
 def interval(circuit: Circuit, found: list[Singularity]) -> tuple[float, float]:
     """Return the least and greatest parameter of a circuit with its limits `found`."""
     q = np.concatenate([circuit.p[-1], [s.p[-1] for s in found if s.kind == LIMIT]])
