@@ -64,7 +64,9 @@ def _compiled(function: Callable[..., Any], inner: bool) -> Callable[..., Any]:
     names = dict(function.__globals__)
     for name in function.__code__.co_names:
         callee = names.get(name)
-        if callee in _KERNELS:
+        if isinstance(_SCALAR_FORMS.get(callee), type):  # a builtin, as it is: `range` in a call does not vectorise
+            names[name] = _SCALAR_FORMS[callee]
+        elif callee in _KERNELS:
             names[name] = _compiled(callee, inner=callee not in _STAGES)
     clone = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
     clone.__module__ = function.__module__

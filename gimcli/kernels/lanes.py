@@ -17,11 +17,7 @@ WIDTH = ROWS + 8
 """One line of the cache more than a power of two: lanes do not push each other out."""
 
 
-def _numbers(high: int) -> range:
-    return range(high)
-
-
-@scalar_form(_numbers)
+@scalar_form(range)
 def rows(high: int) -> Any:
     """Return the rows of a stretch: one slice, or their numbers when compiled."""
     return (slice(0, high),)
