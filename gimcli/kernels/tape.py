@@ -333,12 +333,12 @@ def make_complex(w: FloatArray, head: IntArray, f: float, g: float, high: int) -
         solve(w, to, a, b, c, int(f), int(g), high)
 
 
-@kernel
-def run(
+@stage
+def play(
     w: FloatArray, heads: IntArray, factors: FloatArray, z: FloatArray, given: FloatArray, points: FloatArray,
     angles: FloatArray,
 ) -> None:  # fmt: skip
-    """Run a tape over all rows.
+    """Play a tape over all rows.
 
     Positions z (nodes, rows, 2), inputs `given` (slots, actuators, rows); points (slots, points, rows, 2) and
     angles (slots, members, rows) are filled. w is room to work in; constants stand in it.

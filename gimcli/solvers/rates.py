@@ -21,24 +21,20 @@ Derivatives, 2008, chapter 13. Never by differences.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from gimcli.kernels import tape as kernels
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism, Member
-from gimcli.solvers.newton import Run
+from gimcli.mechanism import FRAME, Mechanism, Member, Point
+from gimcli.solvers.imposed import DISTANCE, LINE, Imposed
 from gimcli.solvers.tape import Lane, Number, Pair, Real, Tape, Term
 from gimcli.structure.checks import farthest
 from gimcli.structure.steps import (
     NONE,
-    Circle,
     Coupled,
     Dyad,
-    Equation,
-    Locus,
     Orient,
     Place,
     Plan,
@@ -63,9 +59,6 @@ class Slot:
 
 
 POSITION = Slot(given=0, order=0)
-DISTANCE, LINE, CLOSURE = "distance", "line", "closure"
-"""Kinds of equations."""
-
 Ways = dict[int, dict[int, Number]]
 """Of nodes, how they move with each base node."""
 
@@ -296,9 +289,9 @@ class Differentiated:
 
     # -- what is asked for -----------------------------------------------------------------------
 
-    def tell_point(self, number: int, name: str, skipped: int) -> None:
+    def tell_point(self, number: int, point: str | Point, skipped: int) -> None:
         """Write all slots of a point out."""
-        u, v, z = carrier(self.mechanism, name)
+        u, v, z = carrier(self.mechanism, point)
         with self.tape.step():
             for k in range(skipped, len(self.slots)):
                 place = self.nodes[u][k]
@@ -331,121 +324,13 @@ def _way(ways: Ways, node: int, base: int) -> Number:
     return ways[node][base] if node in ways else 0j
 
 
-@dataclass(frozen=True)
-class Imposed:
-    """A distance, a line or a closure that holds some unknowns, by slots: what is away, and the vector."""
-
-    of: Differentiated
-    kind: str
-    away: Callable[[int], Number]
-    vector: Callable[[int], Number] | None
-    value: Value
-
-    @staticmethod
-    def locus(of: Differentiated, node: int, locus: Locus) -> Imposed:
-        """Return a locus of a node."""
-        hung = locus.centre if isinstance(locus, Circle) else locus.anchor
-
-        def away(k: int) -> Number:
-            way = of.tape.plus(of.nodes[node][k], of.nodes[hung][k], -1.0)
-            return way if locus.offset is None else of.tape.plus(way, of.vector(locus.offset, k), -1.0)
-
-        if isinstance(locus, Circle):
-            return Imposed(of, DISTANCE, away, None, locus.radius)
-        return Imposed(of, LINE, away, partial(of.vector, locus.normal), locus.distance)
-
-    @staticmethod
-    def equation(of: Differentiated, equation: Equation) -> Imposed:
-        """Return an equation of a coupled group."""
-
-        def away(k: int) -> Number:
-            return of.tape.plus(of.nodes[equation.p][k], of.nodes[equation.q][k], -1.0)
-
-        vector = None if equation.vector is None else partial(of.vector, equation.vector)
-        return Imposed(of, equation.kind, away, vector, equation.value)
-
-    def normal(self, k: int) -> Number:
-        """Return slot k of the vector."""
-        assert self.vector is not None
-        return self.vector(k)
-
-    def gradient(self) -> Number:
-        """Return the gradient by what is away."""
-        return self.away(0) if self.kind == DISTANCE else self.normal(0)
-
-    def gradients(self, way: Number, turning: Number) -> list[Number]:
-        """Return the gradients by a complex unknown that moves what is away by `way`, the vector by `turning`.
-
-        Re(conj(a) c s) is, by the two parts of s, the complex number conj(c) a.
-        """
-        tape = self.of.tape
-        if self.kind == CLOSURE:
-            both = tape.plus(way, turning, -1.0)
-            return [tape.products([(1.0, both, unit)], conjugate=True) for unit in (1.0 + 0j, 1j)]
-        if self.kind == DISTANCE:
-            return [tape.products([(1.0, way, self.away(0))], conjugate=True)]
-        terms: list[Term] = [(1.0, way, self.normal(0))]
-        if turning != 0.0:
-            terms.append((1.0, turning, self.away(0)))
-        return [tape.products(terms, conjugate=True)]
-
-    def fill(self, to: int, k: int) -> bool:
-        """Fill a lane, two for a closure, with slot k > 0 as everything stands; tell whether it is not 0 anyway."""
-        of, tape = self.of, self.of.tape
-        if self.kind == CLOSURE:
-            apart = tape.plus(self.away(k), self.normal(k), -1.0)
-            tape.put(to, apart)
-            return apart != 0.0
-        away = {n: self.away(n) for n in of.needed(k)}
-        value = {n: of.value(self.value, n) for n in of.needed(k)}
-        i, j, c = of.slots[k].cross or (0, 0, 0)
-        if self.kind == DISTANCE:
-            terms: list[Term] = [(1.0, away[0], away[k]), (1.0 * c, away[i], away[j])]
-            return tape.dots(to, terms, [(-1.0, value[0], value[k]), (-1.0 * c, value[i], value[j])])
-        normal = {n: self.normal(n) for n in of.needed(k)}
-        return tape.dots(to, of.leibniz(normal, away, k), [(-1.0, 1.0, value[k])])
-
-
-class Differentiator:
-    """A plan ready to be differentiated in many rows in one call: some slots of some points and of all members.
-
-    Points are nodes or points by name; slot 0, the position, is told of them where `position` asks for it.
-    """
-
-    def __init__(
-        self, mechanism: Mechanism, plan: Plan, slots: Sequence[Slot], names: Sequence[str], run: Run,
-        position: bool = True,
-    ) -> None:  # fmt: skip
-        self.run, skipped = run, 0 if position else 1
-        found = Differentiated(mechanism, plan, [POSITION, *slots])
-        for number, name in enumerate(names):
-            found.tell_point(number, name, skipped)
-        for number, member in enumerate(mechanism.members[FRAME + 1 :]):
-            found.tell_angle(number, member)
-        self.w, self.heads, self.factors = found.tape.arrays()
-        self.points = len(slots) + 1 - skipped, len(names)
-        self.angles = len(slots), len(mechanism.members) - 1
-
-    def __call__(self, z: ComplexArray, given: FloatArray) -> tuple[ComplexArray, FloatArray]:
-        """Return points (slots, points, rows) and members' angles (slots - 1, members, rows).
-
-        z (nodes, rows) and given (., actuators, rows) are contiguous; members are those of the mechanism but the
-        frame. NaN where a row has no position or its gradients are singular.
-        """
-        rows = z.shape[1]
-        points, angles = np.empty((*self.points, rows), dtype=complex), np.empty((*self.angles, rows))
-        pairs = (part.view(float).reshape(*part.shape, 2) for part in (z, points))
-        with np.errstate(all="ignore"):
-            self.run(kernels.run)(self.w, self.heads, self.factors, next(pairs), given, next(pairs), angles)
-        return points, angles
-
-
-def carrier(mechanism: Mechanism, name: str) -> tuple[int, int, complex]:
+def carrier(mechanism: Mechanism, point: str | Point) -> tuple[int, int, complex]:
     """Return nodes u, v and z so that a node or point is u + z (v - u), or u + z for one node."""
-    if name in mechanism.nodes:
-        node = mechanism.nodes.index(name)
+    if isinstance(point, str) and point in mechanism.nodes:
+        node = mechanism.nodes.index(point)
         return node, node, 0j
-    point = next(p for p in mechanism.points if p.name == name)
+    if isinstance(point, str):
+        point = next(p for p in mechanism.points if p.name == point)
     member = mechanism.members[point.member]
     far, first = farthest(member), member.shape[0]
     u, v = member.nodes[0], member.nodes[far]
