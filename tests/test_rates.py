@@ -203,6 +203,23 @@ def test_rows_do_not_depend_on_where_they_stand():
 
 
 @pytest.mark.parametrize("run", [plain, jit.compiled])
+def test_a_crank_without_a_position_has_no_velocity(run):
+    """Its velocity is told by the input alone; a row without a position is empty all the same."""
+
+    def change(data):
+        for part, names in (("nodes", "B"), ("links", "rocker"), ("links", "coupler"), ("elements", "coupler")):
+            data.get(part, {}).pop(names, None)
+        data["points"], data["trace"] = {}, ["A"]
+
+    motion = run_model("crank_rocker", 10, change=change).motion
+    z = motion.z.copy()
+    z[:, 4] = complex(np.nan, np.nan)
+    found = rates(motion.mechanism, motion.time, z, 2, run=run)
+    assert np.array_equal(np.isnan(found.nodes).all(axis=(0, 1)), np.arange(11) == 4)
+    assert np.array_equal(np.isnan(found.angular(1)).all(axis=0), np.arange(11) == 4)
+
+
+@pytest.mark.parametrize("run", [plain, jit.compiled])
 def test_a_singular_group_tells_no_velocity(run):
     """A platform on three parallel legs can move across them."""
 
