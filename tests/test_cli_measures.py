@@ -307,6 +307,15 @@ def test_the_vector_picture(tmp_path):
             assert low.imag < tip.imag < high.imag
 
 
+def test_an_arrow_that_leaves_the_mechanism_is_not_clipped():
+    """The rocker's pin alone moves, away from all else."""
+    mechanism = load(FOUR_BAR)
+    z = mechanism.to_file(mechanism.drawn)
+    arrows = Arrows("velocity", "mm/s", {"B": (complex(z[3]), 7.0 + 0.0j)})
+    picture = position_picture(mechanism, z, "t", {}, [arrows])
+    assert picture.frame.high.real > z[3].real + 0.29 * np.ptp(z.real)
+
+
 def test_a_mechanism_at_rest_has_no_arrows(tmp_path):
     text = FOUR_BAR.read_text().replace("{from: 0, to: 360}", "{from: 0, to: 90, profile: quintic}")
     (tmp_path / "m.yaml").write_text(text)
