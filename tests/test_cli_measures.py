@@ -67,6 +67,8 @@ def test_what_is_plotted_is_written_and_makes_the_picture_taller(tmp_path):
     assert not any("v" in h.partition(".")[2] for h in heads[0][2:])
     assert {"P.vx", "P.ay", "crank.alpha", "transmission:coupler/rocker"} <= set(heads[1])
     assert "P.jx" not in heads[1]
+    gim("trace", FOUR_BAR, "-n", 2, "-o", tmp_path / "most", "--plot", "velocity", "-d", 3)
+    assert "P.jx" in rows_of(tmp_path / "most" / "crank_rocker.csv")[0], "no less than what is asked for"
     assert size_of(more.with_suffix(".png"))[1] > size_of(plain.with_suffix(".png"))[1] + 3 * 150
 
 

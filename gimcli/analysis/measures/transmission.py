@@ -123,23 +123,12 @@ def _rams(mechanism: Mechanism) -> list[_Ram]:
     return [_Ram(a.name, a.a, a.b) for a in mechanism.actuators if a.drive is Drive.DISTANCE]
 
 
-def _driven(mechanism: Mechanism) -> set[str]:
-    """Return the names of members and sliding pairs that an input moves itself."""
-    names = set()
-    for a in mechanism.actuators:
-        if a.drive is Drive.ROTARY:
-            names |= {mechanism.members[m].name for m in (a.arm_member, a.reference_member) if m != FRAME}
-        elif a.drive is Drive.TRAVEL:
-            names |= {s.pair for s in mechanism.slides if s.node == a.a and s.member == a.reference_member}
-    return names
-
-
 def output_joints(mechanism: Mechanism) -> list[Joint]:
-    """Return the joints that move what no input moves itself: the dyads, and the pins of strongly coupled groups.
+    """Return the joints through which the inputs move the rest: the dyads, and the pins of strongly coupled groups.
 
     A dyad's lines are those along which it is placed, so that an n-ary member has one too.
     """
-    driven, found = _driven(mechanism), []
+    found = []
     for step in make_plan(mechanism).steps:
         if isinstance(step, Dyad):
             lines = [_locus_line(mechanism, locus) for locus in (step.first, step.second)]
@@ -147,8 +136,7 @@ def output_joints(mechanism: Mechanism) -> list[Joint]:
                 one, two = sorted((lines[0], lines[1]), key=lambda line: line.slide is not None)
                 found.append(Joint(step.node, one, two))
         elif isinstance(step, Coupled):
-            met = [Joint(n, *pair) for n in step.nodes for pair in _joined(mechanism, n)]
-            found += [joint for joint in met if not joint.names & driven]
+            found += [Joint(n, *pair) for n in step.nodes for pair in _joined(mechanism, n)]
     return found
 
 
