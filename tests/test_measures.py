@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from conftest import MODELS, run_model
 
-from gimcli.analysis.derivatives import Rates
-from gimcli.analysis.influence import Sight, way_along
+from gimcli.analysis.input_path import Sight, way_along
 from gimcli.analysis.measures import KINDS, measures_of
 from gimcli.analysis.measures.centre import instant_centre
 from gimcli.analysis.measures.record import Record
@@ -178,9 +178,10 @@ def test_members_that_move_as_one_for_a_moment():
     z, v = np.concatenate([p, q]), 1j * np.concatenate([p, q])
     a = np.concatenate([-p, -q + 2j * (q - c)])
     bodies = [Member("one", (0, 1), p), Member("two", (2, 3), q)]
-    mechanism = load(MODELS / "crank_rocker.yaml")
-    mechanism = replace(mechanism, nodes=tuple("PQRS"), members=(mechanism.members[0], *bodies))
-    found = instant_centre(Rates(mechanism, 2, np.array([z, v, a])[:, :, None]), 1, 2)
+    mechanism = replace(load(MODELS / "crank_rocker.yaml"), members=(Member("ground", (), np.zeros(0)), *bodies))
+    turning = {1: np.array([[1.0], [0.0]]), 2: np.array([[1.0], [2.0]])}
+    nodes = np.array([z, v, a])[:, :, None]
+    found = instant_centre(SimpleNamespace(mechanism=mechanism, nodes=nodes, angular=turning.get), 1, 2)
     assert found[0] == pytest.approx(c, abs=1e-12)
 
 

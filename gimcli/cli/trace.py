@@ -100,7 +100,7 @@ def command(
         csv_path, motion_table(row, order=asked.order, more=asked.head(row)).names
     ) as table:  # appears when the picture has been written too
         while piece is not None:
-            more = asked.record.columns(piece)
+            more = asked.columns(piece)
             table.append(motion_table(piece, first=summary.seen, order=asked.order, more=more))
             summary.add(piece)
             piece = next(pieces, None)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.analysis.carried import carried_point
-from gimcli.analysis.influence import Sight
+from gimcli.analysis.input_path import Sight
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.analysis.influence import Sight
+from gimcli.analysis.input_path import Sight
 from gimcli.analysis.measures import naming
 from gimcli.analysis.measures.measure import Head, Kind, Measure, angle_to_file
 from gimcli.errors import UsageError

@@ -7,6 +7,7 @@ their first derivative that does not vanish: instant centres and curvatures are 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.analysis.derivatives import Rates, rates
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.analysis.true_error import polished
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 
 
@@ -29,6 +31,9 @@ class Stillness:
 
 
 STILLNESS = Stillness()
+
+SETTLING = 20
+"""Iterations at the most that settle a position led to by its derivatives; it takes about two."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +77,7 @@ def way_along(mechanism: Mechanism, time: FloatArray) -> Way:
     return Way(first, second, smooth)
 
 
-def _first_order(length: Sequence[FloatArray]) -> NDArray[np.int64]:
+def _first_order(length: Sequence[FloatArray]) -> IntArray:
     """Return for every row the first derivative that does not vanish; -1 where all do."""
     order = np.full(length[0].shape, -1)
     for k in range(len(length) - 1, -1, -1):
@@ -124,12 +129,25 @@ class Sight:
         """Velocities and accelerations by the real time."""
         return rates(self.mechanism, self.motion.time, self.motion.z, 2)
 
-    def along_to(self, order: int, rows: NDArray[np.int64] | slice = slice(None)) -> Rates:
-        """Return derivatives of some rows by the path's parameter, up to an order."""
+    def along_to(self, order: int, rows: IntArray | slice = slice(None)) -> Rates:
+        """Return derivatives of some rows by the path's parameter, up to an order (3 at the most)."""
         motion, way = self.motion, self.way
         return rates_along(
             self.mechanism, motion.inputs[:, rows], motion.z[:, rows], way.first[:, rows], way.second[:, rows], order
         )
+
+    def beside(self, rows: IntArray, step: float) -> Rates:
+        """Return first and second derivatives at positions a step of the parameter from some rows.
+
+        The positions are led there by their derivatives and settled by the equations; NaN where that fails.
+        """
+        motion, way = self.motion, self.way
+        series = self.along_to(3, rows).nodes
+        guess = sum(series[k] * step**k / math.factorial(k) for k in range(4))
+        first = way.first[:, rows] + step * way.second[:, rows]
+        inputs = motion.inputs[:, rows] + step * way.first[:, rows] + step**2 / 2.0 * way.second[:, rows]
+        z = polished(self.mechanism, np.asarray(guess), inputs, SETTLING)
+        return rates_along(self.mechanism, inputs, z, first, way.second[:, rows], 2)
 
     def of_input(self, actuator: int) -> Rates:
         """Return first derivatives by one input alone, the others held."""
