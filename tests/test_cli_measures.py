@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import struct
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -323,3 +324,49 @@ def test_a_mechanism_at_rest_has_no_arrows(tmp_path):
     (tmp_path / "m.yaml").write_text(text)
     gim("solve", tmp_path / "m.yaml", "--velocities", "--png", tmp_path / "v.png")
     assert (tmp_path / "v.png").is_file()
+
+
+# --- layout ----------------------------------------------------------------------------------------------
+
+
+def test_nothing_of_a_stacked_picture_is_clipped_or_overlaps():
+    """Every text lies within the figure; axes, with their labels, stand clear of each other."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    from gimcli.output.drawing import motion_picture
+    from gimcli.output.figure import canvas_of
+    from gimcli.output.panels import add_panels
+
+    run = run_model("crank_rocker", 36)
+    picture = motion_picture(run.mechanism, run.mechanism.to_file(run.motion.z[:, ::6].T), {"P": run.xy("P")}, "title")
+    x = Column("motor", run.value["motor"], "deg")
+    curves = [Column(f"point number {k}", 1e7 * np.sin(k + 0.1 * x.values), "mm/s^3") for k in range(9)]
+    small = [Column("c", -1e-7 * np.cos(x.values), "1/mm")]
+    add_panels(
+        picture, {"jerk": Table((x, *curves)), "curvature": Table((x, *small)), "alpha": Table((x, *curves[:1]))}
+    )
+    canvas = canvas_of(FigureCanvasAgg, picture)
+    canvas.draw()
+    figure = canvas.figure
+    whole, renderer = figure.bbox, canvas.get_renderer()
+    boxes = [axes.get_tightbbox(renderer) for axes in figure.axes]
+    legends = [legend.get_window_extent(renderer) for legend in figure.legends]
+    assert len(boxes) == len(legends) == 4
+    for box in boxes + legends + [text.get_window_extent(renderer) for text in figure.texts]:
+        assert whole.x0 <= box.x0
+        assert box.x1 <= whole.x1
+        assert whole.y0 <= box.y0
+        assert box.y1 <= whole.y1
+    everything = sorted(boxes + legends, key=lambda box: -box.y1)
+    for upper, lower in pairwise(everything):
+        assert lower.y1 <= upper.y0 + 1.0, "one above the other"
+
+
+def test_an_assembly_without_inputs_stands_still(tmp_path):
+    (tmp_path / "model.yaml").write_text(
+        "nodes: {A: [0,0], B: [4,0], C: [2,3]}\nground: [A,B]\nlinks: {a: [A,C], b: [B,C]}\n"
+    )
+    report = velocities(tmp_path / "model.yaml")
+    assert report["velocity_status"] == "ok"
+    assert report["velocities"] == {"A": [0.0, 0.0], "B": [0.0, 0.0], "C": [0.0, 0.0]}
+    assert report["input_rates"] == {}

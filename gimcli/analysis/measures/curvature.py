@@ -23,7 +23,7 @@ class Limits:
     """Where a path counts as straight, and a point as resting."""
 
     flat: float = 1e-12  # sine between v and a, or size over radius: nothing but rounding is left
-    rest: float = 3e-6  # |v| / |a| in the parameter below which a point rests: beside it 5 digits are right
+    rest: float = 2e-5  # |v| / |a| in the parameter below which a point rests: above it 7 digits are right
     cusp: float = 1e-4  # sine between a and j above which a point at rest has a cusp: more than `rest` can make
     step: float = 1e-4  # of the parameter: where its square and rounding over it err alike
     straight: float = 1e-7  # size over radius that counts as none at that step: rounding is some 1e-8
