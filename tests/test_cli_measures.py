@@ -340,7 +340,7 @@ def test_nothing_of_a_stacked_picture_is_clipped_or_overlaps():
     run = run_model("crank_rocker", 36)
     picture = motion_picture(run.mechanism, run.mechanism.to_file(run.motion.z[:, ::6].T), {"P": run.xy("P")}, "title")
     x = Column("motor", run.value["motor"], "deg")
-    curves = [Column(f"point number {k}", 1e7 * np.sin(k + 0.1 * x.values), "mm/s^3") for k in range(9)]
+    curves = [Column(f"point number {k}", 9.7e5 * np.sin(k + 0.1 * x.values), "mm/s^3") for k in range(9)]
     small = [Column("c", -1e-7 * np.cos(x.values), "1/mm")]
     add_panels(
         picture, {"jerk": Table((x, *curves)), "curvature": Table((x, *small)), "alpha": Table((x, *curves[:1]))}

@@ -82,9 +82,7 @@ def _add_axes(figure: Any, picture: Picture, bottom: float) -> float:
     axes = figure.add_axes((left, bottom / height, frame.width / width, frame.height / height))
     _dress(axes, picture)
     _fill(axes, picture)
-    if not (picture.logarithmic or picture.logarithmic_x):
-        axes.ticklabel_format(axis="y", scilimits=(-4, 5))  # longer numbers would leave the figure
-        axes.yaxis.get_offset_text().set_fontsize(FONT)
+    axes.yaxis.get_offset_text().set_fontsize(FONT)
     return middle
 
 
