@@ -12,7 +12,7 @@ import pytest
 from conftest import MODELS, run_model
 
 from gimcli.analysis.input_path import Sight, way_along
-from gimcli.analysis.measures import KINDS, measures_of
+from gimcli.analysis.measures import KINDS, measures_of, sweeping_area
 from gimcli.analysis.measures.centre import instant_centre
 from gimcli.analysis.measures.record import Record
 from gimcli.analysis.measures.sweeping_area import swept_area, union_area
@@ -318,7 +318,7 @@ def test_exact_straight_lines_have_no_curvature():
 def test_curvature_agrees_with_a_circle_through_neighbours(model):
     """Independent of derivatives: the circle through three close positions, error of second order."""
     mechanism = load(model)
-    motion = trace(mechanism, 2000)
+    motion = trace(mechanism, 800)
     sight = Sight(motion)
     point = mechanism.traced[0]
     got = told(sight, f"curvature:{point}")["curvature"][1:-1] * mechanism.scale
@@ -328,10 +328,10 @@ def test_curvature_agrees_with_a_circle_through_neighbours(model):
         near = 2.0 * (np.conj(b - a) * (c - b)).imag / (np.abs(b - a) * np.abs(c - b) * np.abs(c - a))
     step = np.abs(c - a)
     known = np.isfinite(near) & np.isfinite(got) & (step > 1e-5)
-    if known.sum() < 100:
+    if known.sum() < 50:
         pytest.skip("the point hardly moves")
     error = np.abs(near - got)[known] / np.maximum(1.0, np.abs(got[known]))
-    assert np.median(error) < 1e-4
+    assert np.median(error) < 5e-4
 
 
 def test_curvature_where_several_inputs_start_from_rest():
@@ -640,9 +640,9 @@ def test_the_signed_area_is_a_planimeters():
 
 
 def signed_at_third():
-    sight = sight_of("crank_rocker", 3600)
+    sight = sight_of("crank_rocker", 1200)
     (measure,) = measures_of(sight.mechanism, "area:coupler")
-    return measure.values(sight)[0][1200]
+    return measure.values(sight)[0][400]
 
 
 def test_pieces_of_a_motion_tell_what_the_whole_does():
@@ -722,8 +722,9 @@ def test_what_does_not_exist_is_refused_with_its_cure(spec, part):
     assert part in str(met.value)
 
 
-def test_every_kind_measures_every_model(model):
+def test_every_kind_measures_every_model(model, monkeypatch):
     """No kind stumbles over a structure: rows are finite, empty or infinite, never an exception."""
+    monkeypatch.setattr(sweeping_area, "FINENESS", replace(sweeping_area.FINENESS, poses=90, lines=64))
     mechanism = load(model)
     motion = trace(mechanism, 6)
     specs = [f"centre:frame/{mechanism.members[1].name}", f"curvature:{mechanism.traced[0]}"]
