@@ -692,6 +692,8 @@ def test_what_is_not_solved_is_swept_by_nothing():
     assert np.isnan(signed[4:]).all()
     assert measure.whole(cut)["signed"] == pytest.approx(3 / 8 * math.pi * 1600)
     assert measure.whole(cut)["area"] == pytest.approx(3 / 8 * math.pi * 1600, rel=1e-4)
+    nothing = Sight(replace(cut.motion, z=np.full_like(z, np.nan), codes=np.ones_like(codes)))
+    assert measure.whole(nothing)["area"] == 0.0
 
 
 # --- asking ----------------------------------------------------------------------------------------------
