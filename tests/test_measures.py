@@ -647,7 +647,8 @@ def signed_at_third():
 
 def test_pieces_of_a_motion_tell_what_the_whole_does():
     mechanism = load(MODELS / "crank_rocker.yaml")
-    whole, parts = (Record(mechanism, ["area:coupler", "centre:frame/coupler", "curvature:P"]) for _ in range(2))
+    specs = ["area:coupler", "centre:frame/coupler", "curvature:P", "transmission"]
+    whole, parts = (Record(mechanism, specs) for _ in range(2))
     one = [c.values for c in whole.columns(trace(mechanism, 50))]
     pieces = list(stream(mechanism, 50, rows=7))
     several = [[c.values for c in parts.columns(piece)] for piece in pieces]
@@ -655,6 +656,10 @@ def test_pieces_of_a_motion_tell_what_the_whole_does():
         assert np.concatenate([s[k] for s in several]) == pytest.approx(column, rel=1e-12, abs=1e-9)
     told = [r.told(Motion.joined(pieces)) for r in (whole, parts)]
     assert told[0].keys() == told[1].keys()
+    angle = "transmission:coupler/rocker"
+    assert [t[angle]["worst"] for t in told] == pytest.approx(
+        [math.degrees(math.acos((14400 + 6400 - 3600) / 19200))] * 2
+    )
     for spec in told[0]:
         for name, column in told[0][spec]["columns"].items():
             assert told[1][spec]["columns"][name]["least"] == pytest.approx(column["least"])

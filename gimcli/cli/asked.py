@@ -135,6 +135,7 @@ class Asked:
                 told = f"{number(found['area'], 6)} ± {found['error']:.1g}"
                 rows.append((f"{spec} (region)", found["unit"], "", told, "passed over by the whole motion"))
             if "worst" in found:
-                rows.append((f"{spec} (nearest to 0 or 180 deg)", "", number(found["worst"], 8), "", ""))
+                unit = found["columns"][spec]["unit"]
+                rows.append((f"{spec} (nearest to 0 or 180 deg)", unit, number(found["worst"], 8), "", ""))
         if rows:
             print_table("", ("measure", "unit", "least", "greatest", ""), rows, right=(2, 3))

@@ -62,7 +62,7 @@ class Transmission(Measure):
     """The angle between two lines at a joint."""
 
     def __init__(self, mechanism: Mechanism, spec: str, joint: Joint) -> None:
-        self.mechanism, self.spec, self.joint = mechanism, spec, joint
+        self.mechanism, self.spec, self.joint, self._worst = mechanism, spec, joint, math.inf
         self.heads = (Head(spec, mechanism.angle_unit, "transmission angle"),)
 
     def values(self, sight: Sight) -> list[FloatArray]:
@@ -74,14 +74,13 @@ class Transmission(Measure):
             )
             product = np.conj(first) * second
             angle = np.where(product == 0.0, np.nan, np.arctan2(np.abs(product.imag), product.real))
+        self._worst = float(np.fmin.reduce(np.minimum(angle, math.pi - angle), initial=self._worst))
         return [angle_to_file(self.mechanism, angle)]
 
     def whole(self, sight: Sight) -> dict[str, Any]:
-        """Return the least distance from 0 and 180 degrees over the drawn rows."""
-        (angle,) = self.values(sight)
-        half = float(angle_to_file(self.mechanism, np.array([math.pi]))[0])
-        told = np.minimum(angle, half - angle)[np.isfinite(angle)]
-        return {"worst": float(told.min())} if len(told) else {}
+        """Return how near to 0 or 180 degrees the angle has come in all rows so far."""
+        worst = angle_to_file(self.mechanism, np.array([self._worst]))
+        return {"worst": float(worst[0])} if np.isfinite(self._worst) else {}
 
 
 # -- joints ---------------------------------------------------------------------------------------------
