@@ -142,7 +142,7 @@ def command(
         csv_path, motion_table(row, rates=rates, more=asked.head(row)).names
     ) as table:  # appears when the picture has been written too
         while piece is not None:
-            more = asked.record.columns(piece)
+            more = asked.columns(piece)
             table.append(motion_table(piece, first=summary.seen, rates=rates, more=more))
             summary.add(piece)
             piece = next(pieces, None)
