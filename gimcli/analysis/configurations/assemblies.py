@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.analysis.configurations.assur import independent, parts
-from gimcli.analysis.configurations.certificate import Proven
+from gimcli.analysis.configurations.certificate import Proven, real_form
 from gimcli.analysis.configurations.dyads import DyadRoots, dyad_roots
 from gimcli.analysis.configurations.group import Group, State, group_of
 from gimcli.analysis.configurations.linkage import NONE, Joint, Linkage, linkage_of
@@ -64,6 +64,7 @@ class Configurations:
     branches: tuple[tuple[int, ...], ...]  # of every group that has a choice
     groups: tuple[GroupReport, ...]  # that have a choice
     surplus: tuple[str, ...]  # constraints that were left out and then checked
+    unfit: int = 0  # that do not fulfil all constraints, though none was left out
 
     def __len__(self) -> int:
         return len(self.z)
@@ -71,6 +72,8 @@ class Configurations:
     @property
     def level(self) -> int:
         """1 count reached, 2 proved for the reals, 3 two starts agree, 4 singular."""
+        if self.unfit:
+            return OPEN
         return max((g.level for g in self.groups), default=REACHED)
 
     @property
@@ -185,7 +188,8 @@ class Assembler:
             roots = solver(number, leaves.branches[parent], group, own)
             report = _counted(report, roots)
             real = np.flatnonzero(roots.proven.real).tolist()
-            found += [(parent, k, real_form(group, roots.proven.w[k]), float(roots.proven.small[k])) for k in real]
+            placed = real_form(group.family, own, roots.proven.w[real])
+            found += [(parent, k, w, float(roots.proven.small[k])) for k, w in zip(real, placed, strict=True)]
             maybe = doubtful_real(group.family, own, roots.doubtful, self.policy)
             found += [(parent, len(roots.proven.w) + k, w, np.inf) for k, w in enumerate(maybe)]
         return report, found
@@ -203,6 +207,7 @@ class Assembler:
         return Configurations(
             self.mechanism, inputs, z.T[chosen], check[chosen], leaves.radius[chosen],
             tuple(leaves.branches[k] for k in chosen), tuple(reports), self.surplus,
+            0 if self.surplus else int((~fits).sum()),
         )  # fmt: skip
 
     def _places(self, state: State, inputs: FloatArray) -> ComplexArray:
@@ -257,9 +262,10 @@ def _dyads(report: GroupReport, group: Group, H: ComplexArray, policy: Policy) -
     decided = (proven.real | proven.complex).reshape(-1, each)
     whole = (sure & decided).all(axis=1) & kept_apart(group.family, proven, each)
     open_ = ~(whole | roots.apart)
-    real = proven.real & np.repeat(whole, each)
+    real = np.flatnonzero(proven.real & np.repeat(whole, each))
+    placed = real_form(group.family, H[real // each], proven.w[real])
     found: list[_Root] = [
-        (int(k) // each, int(k) % each, proven.w[k], float(proven.small[k])) for k in np.flatnonzero(real)
+        (k // each, k % each, w, float(proven.small[k])) for k, w in zip(real.tolist(), placed, strict=True)
     ]
     doubtful = 0
     for dyad in np.flatnonzero(open_):
@@ -270,7 +276,7 @@ def _dyads(report: GroupReport, group: Group, H: ComplexArray, policy: Policy) -
     level = OPEN if open_.any() else REALS if (~whole).any() else REACHED
     missing = int(each * open_.sum()) - doubtful
     report = replace(
-        report, count=each, solved=len(H), roots=int(sure[whole].sum()), real=int(real.sum()), doubtful=doubtful,
+        report, count=each, solved=len(H), roots=int(sure[whole].sum()), real=len(real), doubtful=doubtful,
         missing=missing, level=level, free=bool((roots.free & open_).any()),
     )  # fmt: skip
     return report, found
@@ -297,9 +303,3 @@ def _order(group: Group, proven: Proven) -> NDArray[np.int64]:
 
 def _wrapped(angle: FloatArray) -> FloatArray:
     return np.asarray(np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi)
-
-
-def real_form(group: Group, w: ComplexArray) -> ComplexArray:
-    """Return a real root with unit theta and real s."""
-    n = group.family.angles
-    return np.concatenate([1j * w[:n].imag, w[n:].real.astype(complex)])
