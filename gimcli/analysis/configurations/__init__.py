@@ -1,0 +1,1 @@
+"""All ways to assemble a mechanism at given inputs, and the proof that none is missing."""
