@@ -17,7 +17,7 @@ import numpy as np
 
 from gimcli.analysis.configurations.contraction import contract
 from gimcli.analysis.configurations.cosine_rows import EPS, CosineRows, RowConstants, cosine_rows
-from gimcli.analysis.configurations.krawczyk import Loops, image, local, narrow
+from gimcli.analysis.configurations.krawczyk import Coefficients, image, local, narrow
 from gimcli.analysis.configurations.settled import BoolArray, Settled, centred
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 
@@ -82,7 +82,7 @@ def real_roots(
     Shapes (L,), (L, n), (L, q), (q,) with n + q = 2 L; `rail` -1 is the frame. `reach` is one length or one for each
     slide. Raises ValueError where shapes do not fit or a number is not finite.
     """
-    loops = Loops(*_checked(C0, C, U, rail))
+    loops = Coefficients(*_checked(C0, C, U, rail))
     reach = np.broadcast_to(np.asarray(reach, dtype=float), loops.rail.shape)
     if not (np.isfinite(reach).all() and (reach > 0.0).all()):
         raise ValueError(f"reach {reach}: give positive finite lengths")
@@ -105,7 +105,7 @@ def _checked(
 class _Search:
     """The boxes still to be worked on and what was found; boxes are columns (d, B)."""
 
-    def __init__(self, loops: Loops, reach: FloatArray, policy: IntervalPolicy) -> None:
+    def __init__(self, loops: Coefficients, reach: FloatArray, policy: IntervalPolicy) -> None:
         self.loops, self.reach, self.policy = loops, reach, policy
         self.n = loops.C.shape[1]
         self.rows: CosineRows = cosine_rows(loops.C0, loops.C, loops.U, loops.rail, reach, RowConstants())
@@ -155,13 +155,12 @@ class _Search:
             low, high, before = _keep((low <= high).all(axis=0), low, high, before)
         low, high, before = self._krawczyk(low, high, before)
         widest = self._widest(low, high)
-        done = widest <= self.policy.narrowest
-        if done.any():
-            self.left.append((low[:, done], high[:, done]))
-        low, high, before, widest = _keep(~done, low, high, before, widest)
         shrunk = widest <= CONSTANTS.gain * before
         self._wait(low[:, shrunk], high[:, shrunk])
-        self._cut(low[:, ~shrunk], high[:, ~shrunk])
+        stuck = ~shrunk & (widest <= self.policy.narrowest)
+        if stuck.any():
+            self.left.append((low[:, stuck], high[:, stuck]))
+        self._cut(low[:, ~shrunk & ~stuck], high[:, ~shrunk & ~stuck])
 
     def _widest(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """Return the widest side of every box, slides in their unit lengths."""

@@ -25,7 +25,8 @@ from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 class KrawczykConstants:
     """Rounding, and a nudge that keeps an exactly singular Jacobian invertible."""
 
-    rounding: float = 8 * EPS  # times the number of terms
+    rounding: float = 3 * EPS  # times the operations that a sum of products consists of, and a few
+    few: int = 8  # cosines, complex products
     nudge: float = 1e-13  # of the Jacobian's norm; Y need not be exact
     widen: float = 1 + 16 * EPS  # a half-width, so that middle and half-width cover the box
     narrowed: float = 8 * EPS  # of a bound just computed
@@ -35,8 +36,8 @@ CONSTANTS = KrawczykConstants()
 
 
 @dataclass(frozen=True, eq=False)
-class Loops:
-    """Loops f_k = C0_k + Σ_c C_kc θ_c + Σ_q U_kq s_q θ_rail(q)."""
+class Coefficients:
+    """Coefficients f_k = C0_k + Σ_c C_kc θ_c + Σ_q U_kq s_q θ_rail(q)."""
 
     C0: ComplexArray  # (L,)
     C: ComplexArray  # (L, n)
@@ -57,7 +58,7 @@ class Local:
     carrier: IntArray  # (q,) angle of each slide's rail, n for the frame
 
 
-def local(loops: Loops, x: FloatArray) -> Local:
+def local(loops: Coefficients, x: FloatArray) -> Local:
     """Precondition the loops at points (B, d)."""
     n, carrier = loops.C.shape[1], np.where(loops.rail == GROUND, loops.C.shape[1], loops.rail)
     theta = np.concatenate([np.exp(1j * x[:, :n]), np.ones((len(x), 1))], axis=1)
@@ -69,7 +70,7 @@ def local(loops: Loops, x: FloatArray) -> Local:
     Y = _inverse(jacobian)
     f = loops.C0 + own.sum(axis=2) + parts.sum(axis=2)
     moduli = np.abs(loops.C0) + np.abs(own).sum(axis=2) + np.abs(parts).sum(axis=2)
-    rounding = CONSTANTS.rounding * (loops.C.size + loops.U.size + len(loops.C0))
+    rounding = CONSTANTS.rounding * (3 * len(loops.C0) + CONSTANTS.few)
     columns = np.concatenate([_carried(np.abs(own), np.abs(parts), carrier), np.abs(along)], axis=2)
     return Local(
         _real(Y, f[:, :, None])[:, :, 0],

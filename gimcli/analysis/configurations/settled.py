@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gimcli.analysis.configurations.contraction import TURN
 from gimcli.analysis.configurations.cosine_rows import EPS
-from gimcli.analysis.configurations.krawczyk import Loops, image, local
+from gimcli.analysis.configurations.krawczyk import Coefficients, image, local
 from gimcli.mechanism import FloatArray
 
 BoolArray = NDArray[np.bool_]
@@ -50,7 +50,7 @@ def wrap(x: FloatArray, n: int) -> FloatArray:
 class Settled:
     """Proved solutions (R, d), angles first: `radius` holds the solution, `unique` holds no other."""
 
-    def __init__(self, loops: Loops, unit: FloatArray) -> None:
+    def __init__(self, loops: Coefficients, unit: FloatArray) -> None:
         self.loops, self.unit, self.n = loops, unit, loops.C.shape[1]
         self.roots, self.radius, self.unique = (np.zeros((0, len(unit))) for _ in range(3))
 
