@@ -70,3 +70,14 @@ def framework(edges):
                 joints.append((first[vertex], vertex, k, vertex))
             first.setdefault(vertex, k)
     return loops_of(links, joints)
+
+
+def random_loops(loops, slides, rng, reach=3.0):
+    """Return C0, C, U, rail of random dense loops and a solution of theirs, slides within reach."""
+    n = 2 * loops - slides
+    C = rng.normal(size=(loops, n)) + 1j * rng.normal(size=(loops, n))
+    U = rng.normal(size=(loops, slides)) + 1j * rng.normal(size=(loops, slides))
+    rail = rng.integers(-1, n, size=slides)
+    angles, s = rng.uniform(-np.pi, np.pi, n), rng.uniform(-reach, reach, slides)
+    theta = np.append(np.exp(1j * angles), 1.0)
+    return -(C @ theta[:n] + U @ (s * theta[rail])), C, U, rail, np.concatenate([angles, s])

@@ -61,9 +61,7 @@ def _contract(rows: CosineRows, low: FloatArray, high: FloatArray) -> None:
 def _end_cosines(rows: CosineRows, ends: FloatArray) -> FloatArray:
     """Return cos(φ + δ) of every term (T, B)."""
     cos, sin = _frame(np.cos(ends), 1.0), _frame(np.sin(ends), 0.0)
-    return np.asarray(
-        cos[rows.angle] * np.cos(rows.phase)[:, None] - sin[rows.angle] * np.sin(rows.phase)[:, None]
-    )
+    return np.asarray(cos[rows.angle] * np.cos(rows.phase)[:, None] - sin[rows.angle] * np.sin(rows.phase)[:, None])
 
 
 def _frame(values: FloatArray, value: float) -> FloatArray:

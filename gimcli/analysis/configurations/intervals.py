@@ -120,7 +120,7 @@ class _Search:
     def _lengths(self) -> FloatArray:
         """Return the length that makes as much of a loop as one radian, for every slide."""
         size = np.abs(np.column_stack([self.loops.C0, self.loops.C])).max()
-        return np.full(len(self.reach), size) / np.abs(self.loops.U).max(axis=0, initial=0.0)
+        return np.asarray(size / np.abs(self.loops.U).max(axis=0, initial=0.0))
 
     def run(self) -> Enclosures:
         """Work until nothing is waiting or a limit is met."""
@@ -152,7 +152,7 @@ class _Search:
         before = self._widest(low, high)
         for _ in range(CONSTANTS.sweeps):
             low, high = contract(self.rows, low, high)
-            low, high, before = _keep((low <= high).all(axis=0), low, high, before)
+            low, high, before = _keep(np.all(low <= high, axis=0), low, high, before)
         low, high, before = self._krawczyk(low, high, before)
         widest = self._widest(low, high)
         shrunk = widest <= CONSTANTS.gain * before
@@ -176,12 +176,12 @@ class _Search:
         middle, half = centred(bounds_low, bounds_high)
         at = local(self.loops, middle)
         wide = CONSTANTS.inflation * half + CONSTANTS.floor * at.error
-        unique = (image(at, wide) < wide).all(axis=1)
+        unique = np.all(image(at, wide) < wide, axis=1)
         settled = np.zeros(len(small), dtype=bool)
         settled[unique] = self.found.add(middle[unique], wide[unique])
         new_low, new_high = narrow(at, middle, half)
         low[:, small], high[:, small] = new_low.T, new_high.T
-        keep[small] = ~settled & (new_low <= new_high).all(axis=1) & ~self.found.holds(bounds_low, bounds_high)
+        keep[small] = ~settled & np.all(new_low <= new_high, axis=1) & ~self.found.holds(bounds_low, bounds_high)
         return _keep(keep, low, high, before)
 
     def _wait(self, low: FloatArray, high: FloatArray) -> None:

@@ -23,11 +23,11 @@ from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class KrawczykConstants:
-    """Rounding, and a nudge that keeps an exactly singular Jacobian invertible."""
+    """Rounding and conditioning."""
 
     rounding: float = 3 * EPS  # times the operations that a sum of products consists of, and a few
     few: int = 8  # cosines, complex products
-    nudge: float = 1e-13  # of the Jacobian's norm; Y need not be exact
+    nudge: float = 1e-12  # of the Jacobian's norm: keeps an exactly singular one invertible; Y need not be exact
     widen: float = 1 + 16 * EPS  # a half-width, so that middle and half-width cover the box
     narrowed: float = 8 * EPS  # of a bound just computed
 
@@ -99,7 +99,11 @@ def _inverse(jacobian: ComplexArray) -> ComplexArray:
     d = real.shape[1]
     norm = np.abs(real).max(axis=(1, 2), initial=0.0)[:, None, None]
     fixed = np.cos(np.arange(d * d, dtype=float) ** 2).reshape(d, d)  # any matrix that shares no structure
-    inverse = np.linalg.inv(real + CONSTANTS.nudge * (norm + (norm == 0.0)) * fixed)
+    nudged = real + CONSTANTS.nudge * (norm + (norm == 0.0)) * fixed
+    try:
+        inverse = np.linalg.inv(nudged)
+    except np.linalg.LinAlgError:  # one of the batch is singular all the same
+        inverse = np.linalg.pinv(nudged)
     return np.asarray(inverse[:, :, :loops] - 1j * inverse[:, :, loops:])
 
 

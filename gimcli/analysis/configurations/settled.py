@@ -59,7 +59,7 @@ class Settled:
         known = np.zeros(len(middle), dtype=bool)
         tried = np.zeros(len(middle), dtype=bool)
         while True:
-            known |= (self._apart(middle) + self.radius <= half[:, None]).all(axis=2).any(axis=1)
+            known |= np.any(np.all(self._apart(middle) + self.radius <= half[:, None], axis=2), axis=1)
             open_ = np.nonzero(~known & ~tried)[0]
             if not len(open_):
                 return known
@@ -69,7 +69,7 @@ class Settled:
     def holds(self, low: FloatArray, high: FloatArray) -> BoolArray:
         """Tell which boxes (B, d) lie in the unique box of one solution."""
         middle, half = centred(low, high)
-        return np.asarray((self._apart(middle) + half[:, None] <= self.unique).all(axis=2).any(axis=1))
+        return np.asarray(np.any(np.all(self._apart(middle) + half[:, None] <= self.unique, axis=2), axis=1))
 
     def _apart(self, x: FloatArray) -> FloatArray:
         """Return distances (B, R, d) of points from the solutions, angles around the circle."""
@@ -82,12 +82,12 @@ class Settled:
             x = x - local(self.loops, x).value
         at = local(self.loops, x)
         radius = CONSTANTS.smallest * (np.abs(at.value) + at.error)
-        enclosed = (image(at, radius) < radius).all() and (np.abs(x - middle) + radius <= half).all()
+        enclosed = np.all(image(at, radius) < radius) and np.all(np.abs(x - middle) + radius <= half)
         if not enclosed:
             return False
-        near = (self._apart(x)[0] <= self.radius + radius).all(axis=1)
+        near = np.all(self._apart(x)[0] <= self.radius + radius, axis=1)
         if near.any():  # the same solution, if this is in the other's unique box; otherwise nobody knows
-            return bool((self._apart(x)[0] + radius <= self.unique)[near].all(axis=1).any())
+            return bool(np.any(np.all((self._apart(x)[0] + radius <= self.unique)[near], axis=1)))
         self._append(x[0], radius[0])
         return True
 
