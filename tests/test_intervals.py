@@ -110,6 +110,14 @@ def test_two_slides_are_linear():
     assert len(real_roots(*loops, [0.2, 1.0]).roots) == 0
 
 
+def test_a_slide_just_out_of_reach_is_not_listed():
+    along, b, h = np.exp(0.4j), 1.3, 0.5  # b θ = along (s + i h): s = ± 1.2
+    loops = np.array([-1j * along * h]), np.array([[b]]), np.array([[-along]]), [-1]
+    for gap in (1e-2, 1e-5, 1e-9, 1e-12):
+        assert len(real_roots(*loops, 1.2 + gap).roots) == 2
+        assert len(real_roots(*loops, 1.2 - gap).roots) == 0
+
+
 @pytest.mark.parametrize("angle", [CONSTANTS.seam, CONSTANTS.seam + 1e-13, CONSTANTS.seam - np.pi, np.pi, 0.0])
 def test_solutions_where_the_circle_is_cut_open(angle):
     for other in (0.3, CONSTANTS.seam, np.pi, angle + CONSTANTS.cut * TURN):
@@ -155,6 +163,7 @@ def test_double_butterfly_to_the_printed_digits():
     result = real_roots(*double_butterfly(np.radians(-67.38)), 1.0)
     assert result.complete
     assert same(np.degrees(result.roots), np.array(BUTTERFLY), 0, 0.6e-6)
+    assert result.boxes < 250  # what a plain form of the method is known to need for two loops
 
 
 def innocenti():
@@ -310,6 +319,22 @@ def test_no_box_with_two_solutions_passes_for_unique(gap):
     alone = np.full((1, 2), gap / 20)
     at = local(Coefficients(C0, C, np.zeros((1, 0)), np.zeros(0, dtype=int)), first[None])
     assert (image(at, alone) < alone).all()
+
+
+def test_no_box_beside_a_solution_passes():
+    """Existence: the solution stands just outside each box."""
+    rng = np.random.default_rng(11)
+    C0, C, U, rail, x = random_loops(2, 1, rng)
+    half = 10.0 ** rng.uniform(-9, -2, (20000, 1)) * rng.uniform(0.2, 1.0, (20000, 4))
+    middle = x + rng.uniform(-1, 1, half.shape) * half
+    side = rng.integers(0, 4, len(half))
+    every = np.arange(len(half))
+    middle[every, side] = x[side] + 1.01 * half[every, side]
+    at = local(Coefficients(C0, C, U, rail), middle)
+    assert not (image(at, half) < half).all(axis=1).any()
+    inside = local(Coefficients(C0, C, U, rail), x + 0.1 * half[half.max(axis=1) < 1e-4])
+    small = half[half.max(axis=1) < 1e-4]
+    assert (image(inside, small) < small).all(axis=1).mean() > 0.5
 
 
 def test_a_double_solution_is_undecided_and_found():

@@ -55,7 +55,8 @@ def cosine_rows(
     slide = np.concatenate([np.full(n, -1), np.arange(q)])
     moduli = np.abs(C0) + np.abs(columns) @ weight
     terms: list[tuple[int, int, complex]] = []
-    constant, slack = [], []
+    constant: list[float] = []
+    slack: list[float] = []
     for row, support in _combinations(columns, constants):
         left = row @ columns
         lost = np.abs(np.delete(left, support)) @ np.delete(weight, support)
