@@ -11,7 +11,7 @@ from collections import defaultdict
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, Drive
+from gimcli.mechanism import Drive
 
 # ------------------------------------------------------------------ a platform with three legs
 

@@ -118,6 +118,16 @@ def test_a_slide_just_out_of_reach_is_not_listed():
         assert len(real_roots(*loops, 1.2 - gap).roots) == 0
 
 
+def test_reach_cuts_the_list_where_it_says():
+    for seed in range(40):
+        *coefficients, x = random_loops(2, 1, np.random.default_rng((12, seed)))
+        roots = real_roots(*coefficients, 7.0).roots
+        reach = abs(x[3]) * (1 + (1e-3 if seed % 2 else -1e-3))
+        cut = real_roots(*coefficients, reach)
+        assert cut.complete
+        assert same(cut.roots, roots[np.abs(roots[:, 3]) <= reach], 3, 1e-8)
+
+
 @pytest.mark.parametrize("angle", [CONSTANTS.seam, CONSTANTS.seam + 1e-13, CONSTANTS.seam - np.pi, np.pi, 0.0])
 def test_solutions_where_the_circle_is_cut_open(angle):
     for other in (0.3, CONSTANTS.seam, np.pi, angle + CONSTANTS.cut * TURN):

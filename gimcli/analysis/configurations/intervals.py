@@ -163,8 +163,12 @@ class _Search:
         self._cut(low[:, ~shrunk & ~stuck], high[:, ~shrunk & ~stuck])
 
     def _widest(self, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Return the widest side of every box, slides in their unit lengths."""
-        return np.asarray(((high - low) / self.unit[:, None]).max(axis=0))
+        """Return the widest side of every box."""
+        return np.asarray((self._even(high) - self._even(low)).max(axis=0))
+
+    def _even(self, x: FloatArray) -> FloatArray:
+        """Return angles as they are and slides on a scale on which far ones are wider: asinh of s over its unit."""
+        return np.concatenate([x[: self.n], np.arcsinh(x[self.n :] / self.unit[self.n :, None])])
 
     def _krawczyk(self, low: FloatArray, high: FloatArray, before: FloatArray) -> tuple[FloatArray, ...]:
         """Settle or contract the narrow boxes; drop the empty ones and those inside a settled box."""
@@ -190,9 +194,12 @@ class _Search:
 
     def _cut(self, low: FloatArray, high: FloatArray) -> None:
         """Cut boxes across their widest side and let both parts wait."""
-        every = np.arange(low.shape[1])
-        side = np.argmax((high - low) / self.unit[:, None], axis=0)
-        at = low[side, every] + CONSTANTS.cut * (high - low)[side, every]
+        every, start = np.arange(low.shape[1]), self._even(low)
+        span = self._even(high) - start
+        side = np.argmax(span, axis=0)
+        at = (start + CONSTANTS.cut * span)[side, every]
+        at = np.where(side < self.n, at, self.unit[side] * np.sinh(np.where(side < self.n, 0.0, at)))
+        at = np.clip(at, low[side, every], high[side, every])
         first, second = high.copy(), low.copy()
         first[side, every] = second[side, every] = at
         self._wait(np.hstack([low, second]), np.hstack([first, high]))
