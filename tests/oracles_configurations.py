@@ -144,3 +144,124 @@ def unmatched(found, listed, tolerance=1e-6):
     """Return the rows of `found` that are not among `listed`."""
     listed = np.asarray(listed).reshape(-1, found.shape[1])
     return [row for row in found if not (np.abs(listed - row).max(axis=1, initial=0.0) < tolerance).any()]
+
+
+# ------------------------------------------------------------------ loops, and the proof
+
+
+class Vectors:
+    """Loops of a mechanism: every body and node has a place linear in 1, the e^{iφ} and the slides.
+
+    A joint is a pin (body, node, point) or a slot (body, node, point, direction), which adds a slide of its own.
+    Driven angles tie the angles of two bodies; everything else is left as it is written.
+    """
+
+    def __init__(self, mechanism, inputs):
+        self.mechanism, self.bodies = mechanism, len(mechanism.members)
+        joints = [
+            (b, n, z, None) for b, m in enumerate(mechanism.members) for n, z in zip(m.nodes, m.shape, strict=True)
+        ]
+        joints += [(s.member, s.node, s.point, s.direction) for s in mechanism.slides]
+        root, phase = list(range(self.bodies)), [1.0 + 0.0j] * self.bodies
+        for a, value in zip(mechanism.actuators, inputs, strict=True):
+            if a.drive is Drive.ROTARY:
+                self._tie(root, phase, a, np.exp(1j * value))
+            elif a.drive is Drive.DISTANCE:
+                joints += [(len(root), a.a, 0.0, None), (len(root), a.b, value, None)]
+                root.append(len(root))
+                phase.append(1.0 + 0.0j)
+            else:
+                at = a.point + a.direction * value
+                joints.append((a.reference_member, a.a, at, 1j * a.direction))
+        count = defaultdict(int)
+        for joint in joints:
+            count[joint[1]] += 1
+        self.joints = [j for j in joints if count[j[1]] > 1]  # a node in one body goes along
+        self._prune()
+        used = sorted({root[j[0]] for j in self.joints} - {root[0]})
+        self.angle = {c: 1 + k for k, c in enumerate(used)}
+        self.root, self.phase = root, phase
+        self.slots = [k for k, j in enumerate(self.joints) if j[3] is not None]
+
+    def _tie(self, root, phase, a, turn):
+        """Give the arm's class the angle of the reference's: arm e^{iφ} = reference e^{iφ} e^{i value}."""
+        factor = a.reference_direction * phase[a.reference_member] * turn / (a.arm_direction * phase[a.arm_member])
+        old, new = root[a.arm_member], root[a.reference_member]
+        if new != 0 and old == 0:
+            old, new, factor = new, old, 1 / factor
+        for b, r in enumerate(root):
+            if r == old:
+                root[b], phase[b] = new, phase[b] * factor
+
+    def _prune(self):
+        """Drop bodies that hang on one joint, and nodes with one."""
+        while True:
+            bodies, nodes = defaultdict(int), defaultdict(int)
+            for body, node, _, _ in self.joints:
+                bodies[body] += 1
+                nodes[node] += 1
+            kept = [j for j in self.joints if (bodies[j[0]] > 1 or j[0] == 0) and nodes[j[1]] > 1]
+            if len(kept) == len(self.joints):
+                return
+            self.joints = kept
+
+    def coefficients(self):
+        """Return C0, C, U, rail, and places {body or ("node", n): row over 1, angles, slides}."""
+        width = 1 + len(self.angle) + len(self.slots)
+        place, rest = {0: np.zeros(width, dtype=complex)}, list(enumerate(self.joints))
+        grown = True
+        while grown:
+            grown = False
+            for item in list(rest):
+                k, (body, node, _, _) = item
+                if (body in place) != (("node", node) in place):
+                    step = self._step(k, width)
+                    if body in place:
+                        place["node", node] = place[body] + step
+                    else:
+                        place[body] = place["node", node] - step
+                    rest.remove(item)
+                    grown = True
+        loops = np.array([place[j[0]] + self._step(k, width) - place["node", j[1]] for k, j in rest])
+        loops = loops.reshape(len(rest), width)
+        n = len(self.angle)
+        rail = [self.angle.get(self.root[self.joints[k][0]], 0) - 1 for k in self.slots]
+        return (loops[:, 0], loops[:, 1 : 1 + n], loops[:, 1 + n :], np.array(rail, dtype=int)), place
+
+    def _step(self, k, width):
+        body, _, point, direction = self.joints[k]
+        row = np.zeros(width, dtype=complex)
+        row[self.angle.get(self.root[body], 0)] += point * self.phase[body]
+        if direction is not None:
+            row[1 + len(self.angle) + self.slots.index(k)] = direction * self.phase[body]
+        return row
+
+    def nodes(self, place, rail, x):
+        """Return places (nodes,) at a solution; NaN for nodes that no loop holds."""
+        n = len(self.angle)
+        theta = np.append(np.exp(1j * x[:n]), 1.0)
+        value = np.concatenate([[1.0], theta[:n], x[n:] * theta[rail]])
+        z = np.full(len(self.mechanism.nodes), np.nan + 0j)
+        for body, member in enumerate(self.mechanism.members):
+            if body in place and (self.root[body] == 0 or self.root[body] in self.angle):
+                turn = self.phase[body] * (1.0 if self.root[body] == 0 else theta[self.angle[self.root[body]] - 1])
+                for node, local in zip(member.nodes, member.shape, strict=True):
+                    z[node] = place[body] @ value + turn * local
+        for key, row in place.items():
+            if isinstance(key, tuple):
+                z[key[1]] = row @ value
+        return z
+
+
+def configurations_proved(mechanism, inputs, seconds=20.0, reach=30.0):
+    """Return the configurations (K, nodes), slides within reach times the size, and whether these provably are all."""
+    from gimcli.analysis.configurations.intervals import IntervalPolicy, real_roots
+
+    vectors = Vectors(mechanism, inputs)
+    (C0, C, U, rail), place = vectors.coefficients()
+    if not len(C0):
+        return np.array([vectors.nodes(place, rail, np.zeros(0))]), True
+    result = real_roots(C0, C, U, rail, reach * mechanism.size, IntervalPolicy(seconds=seconds))
+    return np.array([vectors.nodes(place, rail, x) for x in result.roots]).reshape(
+        -1, len(mechanism.nodes)
+    ), result.complete
