@@ -31,7 +31,7 @@ def solve_all(mechanism: Mechanism, inputs: FloatArray, csv: Path | None, png: P
 
     refuse_unwritable(*(path for path in (csv, png) if path is not None))
     with explained(mechanism):
-        found = all_configurations(mechanism, inputs, progress=progress_bar("solving the groups"))
+        found = all_configurations(mechanism, inputs, progress=progress_bar("roots of a generic linkage, once"))
     drawn = drawn_configuration(found)
     places = _places(found)
     if csv is not None:
@@ -137,7 +137,7 @@ def verdict(found: Configurations) -> str:
         roots = f" all {found.bound} complex roots of the structure are accounted for" if found.bound > 1 else " linear"
         return f"{count}, proved complete:{roots if found.groups else ' nothing has a choice'}{spare}"
     if found.level == 2:
-        return f"{count}, proved complete: what is missing of {found.bound} cannot be assembled{spare}"
+        return f"{count}, proved complete: the others of {found.bound} roots are not real or at infinity{spare}"
     if found.level == 3:
         why = (
             f"the number of roots of a group with {largest} loops is not known"

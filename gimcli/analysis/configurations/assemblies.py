@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from gimcli.analysis.configurations.assur import independent, parts
 from gimcli.analysis.configurations.certificate import Proven, real_form
 from gimcli.analysis.configurations.dyads import DyadRoots, dyad_roots
+from gimcli.analysis.configurations.generic import Progress
 from gimcli.analysis.configurations.group import Group, State, group_of
 from gimcli.analysis.configurations.linkage import NONE, Joint, Linkage, linkage_of
 from gimcli.analysis.configurations.multiple import doubtful_real, kept_apart
@@ -30,7 +31,6 @@ from gimcli.structure.residual import allowed, residual
 DIGITS = 7
 """Digits of the angles by which configurations are ordered: more than enough, fewer than rounding spoils."""
 
-Progress = Callable[[int, int], None]
 Solver = Callable[[int, tuple[int, ...], Group, ComplexArray], Roots]
 """Roots of a group, by its number, the branches that led there, and its coefficients."""
 
@@ -120,6 +120,7 @@ class Assembler:
 
     def __init__(self, mechanism: Mechanism, policy: Policy | None = None) -> None:
         self.mechanism, self.policy = mechanism, policy or Policy()
+        self.progress: Progress | None = None
         whole = linkage_of(mechanism)
         self.linkage = independent(whole)
         self.surplus = _left_out(whole, self.linkage)
@@ -128,25 +129,22 @@ class Assembler:
             raise StructureError(f"nothing drives node {', '.join(loose)}: it runs freely along its guide")
         self.groups = [group_of(self.linkage, part) for part in parts(self.linkage)]
 
-    def at(self, inputs: FloatArray, solver: Solver | None = None, progress: Progress | None = None) -> Configurations:
+    def at(self, inputs: FloatArray, solver: Solver | None = None) -> Configurations:
         """Return all configurations at inputs (actuators,)."""
         leaves = _Leaves(self._ground(inputs), [()], np.zeros(1))
         reports: list[GroupReport] = []
         chosen = solver or self.afresh
-        choices = [g for g in self.groups if g.family.loops]
         for group in self.groups:
             if not group.family.loops:
                 group.put(leaves.state, np.zeros((len(leaves.branches), 0), dtype=complex))
                 continue
             report, leaves = self._branched(len(reports), group, leaves, chosen)
             reports.append(report)
-            if progress is not None:
-                progress(len(reports), len(choices))
         return self._finished(inputs, leaves, reports)
 
     def afresh(self, number: int, branch: tuple[int, ...], group: Group, H: ComplexArray) -> Roots:
         """Return the roots of a group, in an order of their own."""
-        roots = all_roots(group.family, H, self.policy)
+        roots = all_roots(group.family, H, self.policy, self.progress)
         return replace(roots, proven=roots.proven.take(_order(group, roots.proven)))
 
     def _ground(self, inputs: FloatArray) -> State:

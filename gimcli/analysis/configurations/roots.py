@@ -14,16 +14,20 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.analysis.configurations.certificate import Proven, distances, distinct, prove
+from gimcli.analysis.configurations.certificate import Proven, distances, distinct, mirror_distance, prove
+from gimcli.analysis.configurations.generic import Progress
 from gimcli.analysis.configurations.loops import Family
 from gimcli.analysis.configurations.paths import Tracked, corrected, track
 from gimcli.analysis.configurations.pencil import candidates, pencil_of
 from gimcli.analysis.configurations.policy import Policy
 from gimcli.analysis.configurations.store import known_count, known_start
-from gimcli.mechanism import ComplexArray
+from gimcli.mechanism import ComplexArray, FloatArray
 
 REACHED, REALS, AGREED, OPEN = 1, 2, 3, 4
 """Levels: count reached; proved for the reals; two starts agree, nothing left over; something is singular."""
+
+OVER = 1.001
+"""Over a bound, so that rounding does not pass it."""
 
 
 @dataclass(frozen=True)
@@ -42,13 +46,16 @@ class Roots:
         return max(0, (self.count or len(self.proven.w)) - len(self.proven.w) - self.infinite)
 
 
-def all_roots(family: Family, H: ComplexArray, policy: Policy) -> Roots:
-    """Return the roots of a group with coefficients H (2, L, 1 + n + q)."""
+def all_roots(family: Family, H: ComplexArray, policy: Policy, progress: Progress | None = None) -> Roots:
+    """Return the roots of a group with coefficients H (2, L, 1 + n + q).
+
+    `progress` is told how many roots of how many a generic linkage has so far, where one has to be found.
+    """
     count = known_count(family, policy)
     proven = _by_pencil(family, H, policy)
     if count is not None and _whole(proven, count):
         return _reached(family, proven, count)
-    return _by_paths(family, H, count, proven, policy)
+    return _by_paths(family, H, count, proven, policy, progress)
 
 
 def _reached(family: Family, proven: Proven, count: int) -> Roots:
@@ -77,11 +84,13 @@ def _sound(family: Family, H: ComplexArray, w: ComplexArray, policy: Policy) -> 
     return distinct(family, proven.take(proven.residual < policy.residual))
 
 
-def _by_paths(family: Family, H: ComplexArray, count: int | None, proven: Proven, policy: Policy) -> Roots:
+def _by_paths(
+    family: Family, H: ComplexArray, count: int | None, proven: Proven, policy: Policy, progress: Progress | None
+) -> Roots:
     """Return the union of what the paths from independent generic linkages prove."""
     ends: list[_Ends] = []
     for seed in range(policy.starts):
-        start = known_start(family, seed, policy)
+        start = known_start(family, seed, policy, progress)
         found = _tracked(family, start.H, H, start.w, policy)
         ends.append(found)
         proven = distinct(family, proven.joined(found.proven))
@@ -93,7 +102,39 @@ def _by_paths(family: Family, H: ComplexArray, count: int | None, proven: Proven
     agreed = any(_same(a, b) for a, b in pairwise(ends))
     decided = bool((proven.real | proven.complex).all())
     settled = agreed and decided and len(last.doubtful) == 0 and last.lost == 0 and len(last.proven.w) == len(proven.w)
-    return Roots(proven, count, AGREED if settled else OPEN, last.doubtful, last.infinite)
+    listed = Roots(proven, count, AGREED if settled else OPEN, last.doubtful, last.infinite)
+    return _by_intervals(family, H, listed, policy)
+
+
+def _by_intervals(family: Family, H: ComplexArray, found: Roots, policy: Policy) -> Roots:
+    """Return the roots with the real ones proved complete, where intervals can; a multiple root they cannot decide."""
+    from gimcli.analysis.configurations.intervals import IntervalPolicy, real_roots
+
+    n, reach = family.angles, slide_reach(family, H)
+    if reach is None or (mirror_distance(family, found.doubtful) < policy.real).any():
+        return found
+    half = H[0]
+    boxes = real_roots(
+        half[:, 0], half[:, 1 : 1 + n], half[:, 1 + n :], family.rail, reach, IntervalPolicy(seconds=policy.seconds)
+    )
+    if len(boxes.roots) == 0:
+        return replace(found, level=REALS) if boxes.complete and not found.proven.real.any() else found
+    w = np.concatenate([1j * boxes.roots[:, :n], boxes.roots[:, n:].astype(complex)], axis=1)
+    proven = distinct(family, found.proven.joined(_sound(family, H, w, policy)))
+    whole = boxes.complete and int(proven.real.sum()) == len(boxes.roots)
+    return replace(found, proven=proven, level=REALS if whole else found.level)
+
+
+def slide_reach(family: Family, H: ComplexArray) -> FloatArray | None:
+    """Return how far each slide can be in any real solution, or None where no loop with it alone tells."""
+    half, n = np.abs(H[0]), family.angles
+    reach = np.full(family.slides, np.inf)
+    for loop in half:
+        there = np.flatnonzero(loop[1 + n :])
+        if len(there) == 1:
+            q = int(there[0])
+            reach[q] = min(reach[q], float(loop[: 1 + n].sum() / loop[1 + n + q]) * OVER)
+    return reach if np.isfinite(reach).all() else None
 
 
 @dataclass(frozen=True)
