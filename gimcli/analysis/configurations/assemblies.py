@@ -20,6 +20,7 @@ from gimcli.analysis.configurations.dyads import DyadRoots, dyad_roots
 from gimcli.analysis.configurations.generic import Progress
 from gimcli.analysis.configurations.group import Group, State, group_of
 from gimcli.analysis.configurations.linkage import NONE, Joint, Linkage, linkage_of
+from gimcli.analysis.configurations.loops import Loops
 from gimcli.analysis.configurations.multiple import doubtful_real, kept_apart
 from gimcli.analysis.configurations.policy import Policy
 from gimcli.analysis.configurations.roots import OPEN, REACHED, REALS, Roots, all_roots
@@ -31,8 +32,8 @@ from gimcli.structure.residual import allowed, residual
 DIGITS = 7
 """Digits of the angles by which configurations are ordered: more than enough, fewer than rounding spoils."""
 
-Solver = Callable[[int, tuple[int, ...], Group, ComplexArray], Roots]
-"""Roots of a group, by its number, the branches that led there, and its coefficients."""
+Solver = Callable[[int, tuple[int, ...], Group, Loops], Roots]
+"""Roots of a group, by its number, the branches that led there, and its loops."""
 
 
 @dataclass(frozen=True)
@@ -142,9 +143,9 @@ class Assembler:
             reports.append(report)
         return self._finished(inputs, leaves, reports)
 
-    def afresh(self, number: int, branch: tuple[int, ...], group: Group, H: ComplexArray) -> Roots:
+    def afresh(self, number: int, branch: tuple[int, ...], group: Group, loops: Loops) -> Roots:
         """Return the roots of a group, in an order of their own."""
-        roots = all_roots(group.family, H, self.policy, self.progress)
+        roots = all_roots(loops, self.policy, self.progress)
         return replace(roots, proven=roots.proven.take(_order(group, roots.proven)))
 
     def _ground(self, inputs: FloatArray) -> State:
@@ -158,13 +159,14 @@ class Assembler:
 
     def _branched(self, number: int, group: Group, leaves: _Leaves, solver: Solver) -> tuple[GroupReport, _Leaves]:
         """Solve a group on every partial configuration."""
-        H = group.family.member(*([group.values(leaves.state)] * 2))
-        H[:, 1] = H[:, 0].conj()
+        p = group.values(leaves.state)
         report = GroupReport(self._names(group), group.family.loops, known_count(group.family, self.policy))
         if group.family.loops == 1:
+            H = group.family.member(p, p)
+            H[:, 1] = H[:, 0].conj()
             report, found = _dyads(report, group, H, self.policy)
         else:
-            report, found = self._coupled(report, number, group, H, leaves, solver)
+            report, found = self._coupled(report, number, group, p, leaves, solver)
         parents = np.array([f[0] for f in found], dtype=int)
         if len(found) > self.policy.positions:
             raise StructureError(
@@ -179,16 +181,17 @@ class Assembler:
         return report, _Leaves(state, [(*leaves.branches[f[0]], f[1]) for f in found], radius)
 
     def _coupled(
-        self, report: GroupReport, number: int, group: Group, H: ComplexArray, leaves: _Leaves, solver: Solver
+        self, report: GroupReport, number: int, group: Group, p: ComplexArray, leaves: _Leaves, solver: Solver
     ) -> tuple[GroupReport, list[_Root]]:
         found: list[_Root] = []
-        for parent, own in enumerate(H):
-            roots = solver(number, leaves.branches[parent], group, own)
+        for parent, own in enumerate(p):
+            loops = Loops.of(group.family, own)
+            roots = solver(number, leaves.branches[parent], group, loops)
             report = _counted(report, roots)
             real = np.flatnonzero(roots.proven.real).tolist()
-            placed = real_form(group.family, own, roots.proven.w[real])
+            placed = real_form(group.family, loops.H, roots.proven.w[real])
             found += [(parent, k, w, float(roots.proven.small[k])) for k, w in zip(real, placed, strict=True)]
-            maybe = doubtful_real(group.family, own, roots.doubtful, self.policy)
+            maybe = doubtful_real(group.family, loops.H, roots.doubtful, self.policy)
             found += [(parent, len(roots.proven.w) + k, w, np.inf) for k, w in enumerate(maybe)]
         return report, found
 

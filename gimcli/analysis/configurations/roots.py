@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gimcli.analysis.configurations.certificate import Proven, distances, distinct, mirror_distance, prove
 from gimcli.analysis.configurations.generic import Progress
-from gimcli.analysis.configurations.loops import Family
+from gimcli.analysis.configurations.loops import Family, Loops
 from gimcli.analysis.configurations.paths import Tracked, corrected, track
 from gimcli.analysis.configurations.pencil import candidates, pencil_of
 from gimcli.analysis.configurations.policy import Policy
@@ -46,16 +46,18 @@ class Roots:
         return max(0, (self.count or len(self.proven.w)) - len(self.proven.w) - self.infinite)
 
 
-def all_roots(family: Family, H: ComplexArray, policy: Policy, progress: Progress | None = None) -> Roots:
-    """Return the roots of a group with coefficients H (2, L, 1 + n + q).
+def all_roots(loops: Loops, policy: Policy, progress: Progress | None = None) -> Roots:
+    """Return the roots of a group's loops.
 
     `progress` is told how many roots of how many a generic linkage has so far, where one has to be found.
     """
+    family, H = loops.family, loops.H
     count = known_count(family, policy)
     proven = _by_pencil(family, H, policy)
     if count is not None and _whole(proven, count):
         return _reached(family, proven, count)
-    return _by_paths(family, H, count, proven, policy, progress)
+    found = _by_paths(family, H, count, proven, policy, progress)
+    return found if found.level == REACHED else _by_intervals(loops, found, policy)
 
 
 def _reached(family: Family, proven: Proven, count: int) -> Roots:
@@ -102,38 +104,35 @@ def _by_paths(
     agreed = any(_same(a, b) for a, b in pairwise(ends))
     decided = bool((proven.real | proven.complex).all())
     settled = agreed and decided and len(last.doubtful) == 0 and last.lost == 0 and len(last.proven.w) == len(proven.w)
-    listed = Roots(proven, count, AGREED if settled else OPEN, last.doubtful, last.infinite)
-    return _by_intervals(family, H, listed, policy)
+    return Roots(proven, count, AGREED if settled else OPEN, last.doubtful, last.infinite)
 
 
-def _by_intervals(family: Family, H: ComplexArray, found: Roots, policy: Policy) -> Roots:
+def _by_intervals(loops: Loops, found: Roots, policy: Policy) -> Roots:
     """Return the roots with the real ones proved complete, where intervals can; a multiple root they cannot decide."""
     from gimcli.analysis.configurations.intervals import IntervalPolicy, real_roots
 
-    n, reach = family.angles, slide_reach(family, H)
+    family, n, reach = loops.family, loops.family.angles, slide_reach(loops)
     if reach is None or (mirror_distance(family, found.doubtful) < policy.real).any():
         return found
-    half = H[0]
-    boxes = real_roots(
-        half[:, 0], half[:, 1 : 1 + n], half[:, 1 + n :], family.rail, reach, IntervalPolicy(seconds=policy.seconds)
-    )
+    limits = IntervalPolicy(seconds=policy.seconds)
+    boxes = real_roots(loops.C0, loops.C, loops.U, loops.rail, reach, limits)
     if len(boxes.roots) == 0:
         return replace(found, level=REALS) if boxes.complete and not found.proven.real.any() else found
     w = np.concatenate([1j * boxes.roots[:, :n], boxes.roots[:, n:].astype(complex)], axis=1)
-    proven = distinct(family, found.proven.joined(_sound(family, H, w, policy)))
+    proven = distinct(family, found.proven.joined(_sound(family, loops.H, w, policy)))
     whole = boxes.complete and int(proven.real.sum()) == len(boxes.roots)
     return replace(found, proven=proven, level=REALS if whole else found.level)
 
 
-def slide_reach(family: Family, H: ComplexArray) -> FloatArray | None:
+def slide_reach(loops: Loops) -> FloatArray | None:
     """Return how far each slide can be in any real solution, or None where no loop with it alone tells."""
-    half, n = np.abs(H[0]), family.angles
-    reach = np.full(family.slides, np.inf)
-    for loop in half:
-        there = np.flatnonzero(loop[1 + n :])
+    lengths, rails = np.abs(loops.C0) + np.abs(loops.C).sum(axis=1), np.abs(loops.U)
+    reach = np.full(len(loops.rail), np.inf)
+    for length, rail in zip(lengths, rails, strict=True):
+        there = np.flatnonzero(rail)
         if len(there) == 1:
             q = int(there[0])
-            reach[q] = min(reach[q], float(loop[: 1 + n].sum() / loop[1 + n + q]) * OVER)
+            reach[q] = min(reach[q], float(length / rail[q]) * OVER)
     return reach if np.isfinite(reach).all() else None
 
 
