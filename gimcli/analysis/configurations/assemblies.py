@@ -94,11 +94,6 @@ class Configurations:
         return sum(g.missing for g in self.groups)
 
     @property
-    def dyadic(self) -> bool:
-        """Tell whether every group is a dyad."""
-        return all(g.loops == 1 for g in self.groups)
-
-    @property
     def signs(self) -> tuple[str, ...]:
         """The assembly in short: + or - for a dyad, a number for a coupled group."""
         return tuple(
