@@ -420,6 +420,38 @@ def test_rows_hold_what_each_input_holds_alone(name):
     assert {len(a) % 2 for a in rows} == {len(rows[0]) % 2}
 
 
+def test_rows_are_followed_past_the_inputs_at_which_roots_meet():
+    """Between 4 and 8 are real over a turn; the one search from a generic linkage is the first."""
+    from gimcli.analysis.configurations.assemblies import Assembler
+    from gimcli.analysis.configurations.sweep import Follower
+
+    follower = Follower(Assembler(model_of("double_butterfly")))
+    numbers = {len(follower.row(np.array([angle]))) for angle in np.linspace(0.0, 2.0 * np.pi, 73)}
+    assert numbers == {4, 6, 8}
+    assert follower.fresh == 1
+
+
+@pytest.mark.parametrize("fault", ["two the same", "not a number", "moved off"])
+def test_a_row_that_loses_a_root_is_solved_afresh(fault, monkeypatch):
+    from gimcli.analysis.configurations import sweep
+    from gimcli.analysis.configurations.assemblies import Assembler
+
+    follower = sweep.Follower(Assembler(model_of("double_butterfly")))
+    follower.row(np.array([2.0]))
+    whole = sweep.track
+
+    def spoilt(*arguments):
+        done = whole(*arguments)
+        done.w[0] = {"two the same": done.w[1], "not a number": np.nan, "moved off": 3.0 + done.w[0]}[fault]
+        return done
+
+    monkeypatch.setattr(sweep, "track", spoilt)
+    now = follower.row(np.array([2.01]))
+    assert follower.fresh == 2
+    assert now.complete
+    assert not oracles.unmatched(all_configurations(now.mechanism, now.inputs).z, now.z)
+
+
 def test_a_root_keeps_its_number_while_no_two_meet():
     mechanism = model_of("double_butterfly")
     inputs = np.repeat(law_start(mechanism)[:, None], 60, axis=1) - np.linspace(0.0, 0.06, 60)

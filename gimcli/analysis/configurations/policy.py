@@ -46,4 +46,4 @@ class Policy:
     along: float = 0.5  # first step between two rows
     seconds: float = 10.0  # of intervals, where the count is not reached; a minute would rarely tell more
     fits: float = 1e-10  # residual of the constraints as written, that of `gim solve`
-    positions: int = 65_536  # configurations that are listed
+    positions: int = 16_384  # configurations that are listed: 14 dyads
