@@ -341,6 +341,47 @@ def test_equilateral_platform_has_roots_at_infinity(leg, level, number):
     assert found.groups[0].infinite == 4
 
 
+@pytest.mark.parametrize("opposite", [False, True])
+def test_plate_on_two_parallel_rails_and_a_link(opposite):
+    """Its angle by the rails' distance, two ways, then a line meets a circle, two ways."""
+    rails = {"first": {"node": "P", "guide": ["G", "H"]}, "second": {"node": "Q", "guide": ["J", "K"]}}
+    if opposite:
+        rails["second"]["guide"].reverse()
+    spec = {
+        "nodes": {"G": [0, 0], "H": [4, 0], "J": [0, 1], "K": [4, 1], "A": [2, -1], "P": [1, 0], "Q": [2.5, 1],
+                  "R": [2, 0.3]},
+        "ground": ["G", "H", "J", "K", "A"],
+        "links": {"link": {"nodes": ["A", "R"], "length": 2.5}},
+        "elements": {"plate": {"nodes": ["P", "Q", "R"], "shape": {"P": [0, 0], "Q": [2, 0], "R": [1.2, -0.5]}}},
+        "prismatic": rails,
+    }  # fmt: skip
+    found = all_configurations(loaded(spec), HELD)
+    expected = []
+    for angle in (math.pi / 6, 5 * math.pi / 6):  # 2 sin = 1
+        r = (1.2 - 0.5j) * cmath.exp(1j * angle)
+        for side in (1, -1):
+            expected.append(2 + side * math.sqrt(6.25 - (r.imag + 1) ** 2) - r.real)
+    names = found.mechanism.nodes
+    x = found.mechanism.to_file(found.z)[:, names.index("P")].real
+    assert (found.complete, found.unfit) == (True, 0)
+    np.testing.assert_allclose(np.sort(x), np.sort(expected), atol=1e-12)
+
+
+def test_a_long_chain_is_driven():
+    """A hundred flat dyads: the rank is told exactly, not by a threshold."""
+    spec = {"nodes": {"O": [0, 0]}, "ground": ["O"], "links": {}, "actuators": {}}
+    for k in range(120):
+        before = "O" if k == 0 else f"n{k - 1}"
+        spec["nodes"][f"n{k}"] = [k + 1, (k + 1) % 2]
+        spec["links"][f"b{k}"] = [before, f"n{k}"]
+        drive = {"type": "rotary", "pivot": before, "arm": f"n{k}"}
+        spec["actuators"][f"m{k}"] = drive if k == 0 else {**drive, "reference": "O" if k == 1 else f"n{k - 2}"}
+    mechanism = loaded(spec)
+    found = all_configurations(mechanism, drawn_inputs(mechanism))
+    assert (found.complete, len(found)) == (True, 1)
+    np.testing.assert_allclose(found.z[0], mechanism.drawn, atol=1e-11)
+
+
 # ------------------------------------------------------------------ held more than once, or not enough
 
 
