@@ -60,24 +60,8 @@ def test_double_butterfly_has_its_published_solutions():
 
 def test_innocenti_group_has_eighteen_roots_eight_real():
     """C. Innocenti 1995: a seven-link group with one quaternary link."""
-    a0, b0, c0 = 0.7 + 0.2j, 0.6, 0.5 - 0.5j
-    ground = [0j, a0, a0 + b0, a0 + b0 + c0]
-    spec = {
-        "nodes": {f"A{k}": [z.real, z.imag] for k, z in enumerate(ground)}
-        | {"P": [0.3, 0.6], "Q": [1, 0.5], "R": [1.2, 1], "T": [1.5, 0.9], "V": [1.8, 0.8]},
-        "ground": ["A0", "A1", "A2", "A3"],
-        "links": {
-            "b1": {"nodes": ["A0", "P"], "length": 0.7},
-            "b3": {"nodes": ["A1", "Q"], "length": 0.4},
-            "b4": {"nodes": ["A2", "T"], "length": 0.6},
-            "b6": {"nodes": ["A3", "V"], "length": 0.9},
-        },
-        "elements": {
-            "t2": {"nodes": ["P", "Q", "R"], "shape": {"P": [0, 0], "Q": [0.8, 0], "R": [1.4, 0.5]}},
-            "t5": {"nodes": ["R", "T", "V"], "shape": {"R": [0, 0], "T": [0.8, 0], "V": [1.2, 0.3]}},
-        },
-    }
-    found = all_configurations(loaded(spec), HELD)
+    mechanism = model_of("innocenti_group")
+    found = all_configurations(mechanism, law_start(mechanism))
     assert found.complete
     assert counts(found) == (18, 18, 8)
 
