@@ -265,3 +265,22 @@ def configurations_proved(mechanism, inputs, seconds=20.0, reach=30.0):
     return np.array([vectors.nodes(place, rail, x) for x in result.roots]).reshape(
         -1, len(mechanism.nodes)
     ), result.complete
+
+
+def not_turned_over(mechanism, z):
+    """Return the rows (K, nodes) in which no true prismatic pair stands on its guide end for end."""
+    pairs = defaultdict(list)
+    for s in mechanism.slides:
+        pairs[s.pair].append(s)
+    keep = np.ones(len(z), dtype=bool)
+    for first, *others in pairs.values():
+        if not others:
+            continue
+        a, b, rail = first.node, others[0].node, mechanism.members[first.member]
+        drawn = mechanism.drawn[b] - mechanism.drawn[a]
+        u, v = rail.nodes[0], rail.nodes[1]
+        along = (z[:, v] - z[:, u]) / (rail.shape[1] - rail.shape[0]) * first.direction
+        along_drawn = (mechanism.drawn[v] - mechanism.drawn[u]) / (rail.shape[1] - rail.shape[0]) * first.direction
+        sense = (np.conj(along) * (z[:, b] - z[:, a])).real * (np.conj(along_drawn) * drawn).real
+        keep &= ~(sense < 0.0)
+    return z[keep]
