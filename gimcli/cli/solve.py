@@ -31,9 +31,11 @@ if TYPE_CHECKING:
 NAME = "solve"
 SHOWN = 25
 HELP = (
-    "Find a position: the initial one, from the drawn coordinates, or one at given inputs.\n\n"
+    "Find a position: the initial one, from the drawn coordinates, or one at given inputs; with --all every way to"
+    " assemble the mechanism there, and whether that is proved to be all.\n\n"
     "Example: gim solve models/crank_rocker.yaml --at motor=45\n\n"
-    "Example: gim solve models/gim_fig11.yaml --at FD=120 --at OA=119 --method gim --tolerance 1e-5 --history"
+    "Example: gim solve models/gim_fig11.yaml --at FD=120 --at OA=119 --method gim --tolerance 1e-5 --history\n\n"
+    "Example: gim solve models/double_butterfly.yaml --all --at motor=145 --png all.png"
 )
 
 
@@ -52,9 +54,12 @@ def command(
     sequence: SequenceText = "",
     csv: Annotated[Path | None, typer.Option("--csv", help="Write the positions of the nodes and points.")] = None,
     png: Annotated[Path | None, typer.Option("--png", help="Draw the position; with --history the errors.")] = None,
+    every: Annotated[
+        bool, typer.Option("--all", help="Every configuration, each proved; --png draws them all.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
-    """Solve one position."""
+    """Solve one position, or all."""
     from gimcli.analysis.convergence import fit_history
     from gimcli.analysis.verdict import explained, verify
     from gimcli.model import load
@@ -64,6 +69,14 @@ def command(
         raise UsageError(f"--start {start}: choose drawn or random")
     if history and method is not Method.GIM:
         raise UsageError("--history tells the error per sweep: add --method gim")
+    if every:
+        if method is not Method.AUTO or start != "drawn" or sequence:
+            raise UsageError("--all has its own method: leave out --method, --start and --sequence")
+        from gimcli.cli.configurations import solve_all
+
+        mechanism = load(model)
+        solve_all(mechanism, inputs_at(mechanism, at), csv, png, as_json)
+        return
     chosen = options(method, strategy, tolerance, jit, sequence, seed if start == "random" else None)
     mechanism = load(model)
     with explained(mechanism):

@@ -20,12 +20,14 @@ from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.drawing import Step
+    from gimcli.output.gallery import Gallery
     from gimcli.output.picture import Picture
 
 __all__ = [
     "PICTURE_FORMATS",
     "TABLE_FORMATS",
     "CsvStream",
+    "draw_configurations",
     "draw_history",
     "draw_motion",
     "draw_position",
@@ -44,14 +46,14 @@ Formats = Mapping[str, Callable[[Content, Path], None]]
 TABLE_FORMATS: Formats[Table] = {
     ".csv": write_csv,
 }
-PICTURE_FORMATS: Formats[Picture] = {
+PICTURE_FORMATS: Formats[Picture | Gallery] = {
     ".png": write_png,
     ".svg": write_svg,
     ".pdf": write_pdf,
 }
 
 
-def write(content: Table | Picture, path: Path | str) -> None:
+def write(content: Table | Picture | Gallery, path: Path | str) -> None:
     """Write a table or a picture in the format that the suffix of `path` names."""
     if isinstance(content, Table):
         _write(content, Path(path), TABLE_FORMATS, "table")
@@ -90,6 +92,15 @@ def draw_position(
     from gimcli.output.drawing import position_picture
 
     write(position_picture(mechanism, position, title, points or {}), path)
+
+
+def draw_configurations(
+    mechanism: Mechanism, positions: ComplexArray, titles: Sequence[str], path: Path | str, title: str
+) -> None:
+    """Draw positions (configurations, nodes) in the file's units side by side, each with a title."""
+    from gimcli.output.gallery import gallery_picture
+
+    write(gallery_picture(mechanism, positions, titles, title), path)
 
 
 def draw_sequence(

@@ -114,9 +114,14 @@ def _solved(mechanism: Mechanism, positions: ComplexArray) -> Skeleton | None:
 
 def _plot(mechanism: Mechanism, title: str, shown: Sequence[ComplexArray]) -> Picture:
     """Return an empty picture with equal axes that has room for some points."""
-    unit = "" if mechanism.length_unit in ("unit", "") else f" [{mechanism.length_unit}]"
     frame = Frame.around(np.concatenate([*shown, np.zeros(0, dtype=np.complex128)]))
-    return Picture(title, frame, (f"x{unit}", f"y{unit}"))
+    return Picture(title, frame, length_labels(mechanism))
+
+
+def length_labels(mechanism: Mechanism) -> tuple[str, str]:
+    """Return the names of the axes, with the file's unit."""
+    unit = "" if mechanism.length_unit in ("unit", "") else f" [{mechanism.length_unit}]"
+    return f"x{unit}", f"y{unit}"
 
 
 def _draw_curves(picture: Picture, curves: Mapping[str, ComplexArray]) -> None:

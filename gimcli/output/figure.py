@@ -6,7 +6,7 @@ import textwrap
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 from gimcli.mechanism import ComplexArray
 from gimcli.output.picture import Key, Picture, Text
 from gimcli.output.style import DPI, FONT, INK, PAPER, Mark, Pen
+
+if TYPE_CHECKING:
+    from gimcli.output.gallery import Gallery
 
 LEFT, RIGHT, BOTTOM, TOP = 0.85, 0.3, 0.5, 0.2
 """Borders about the axes [in]."""
@@ -39,9 +42,13 @@ def quiet() -> Iterator[None]:
         yield
 
 
-def canvas_of(canvas: Any, picture: Picture) -> Any:
+def canvas_of(canvas: Any, picture: Picture | Gallery) -> Any:
     """Return a picture on matplotlib's canvas of some format."""
-    return canvas(figure_of(picture))
+    if isinstance(picture, Picture):
+        return canvas(figure_of(picture))
+    from gimcli.output.gallery import gallery_figure
+
+    return canvas(gallery_figure(picture))
 
 
 def figure_of(picture: Picture) -> Any:
@@ -57,16 +64,16 @@ def figure_of(picture: Picture) -> Any:
     left = LEFT + (width - LEFT - RIGHT - frame.width) / 2
     figure = Figure((width, height), dpi=DPI, facecolor=PAPER)
     axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
-    _dress(axes, picture)
-    _fill(axes, picture)
+    dress(axes, picture)
+    fill(axes, picture)
     middle = (left + frame.width / 2) / width
-    _write_title(figure, title, middle, 1 - 0.12 / height)
+    write_title(figure, title, middle, 1 - 0.12 / height)
     if rows:
         _add_legend(figure, picture, columns, (middle, 0.07 / height))
     return figure
 
 
-def _dress(axes: Any, picture: Picture) -> None:
+def dress(axes: Any, picture: Picture) -> None:
     """Set limits, labels and ticks."""
     low, high = picture.frame.low, picture.frame.high
     axes.set_xlim(low.real, high.real)
@@ -102,7 +109,7 @@ def _power(exponent: int) -> str:
     return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
-def _fill(axes: Any, picture: Picture) -> None:
+def fill(axes: Any, picture: Picture) -> None:
     """Add one collection per pen and fill, one line of markers per mark, and the texts."""
     from matplotlib.collections import LineCollection, PolyCollection
 
@@ -154,7 +161,8 @@ def _write_text(axes: Any, text: Text) -> None:
     )
 
 
-def _write_title(figure: Any, lines: list[str], x: float, y: float) -> None:
+def write_title(figure: Any, lines: list[str], x: float, y: float) -> None:
+    """Write a figure's title."""
     figure.text(x, y, "\n".join(lines), ha="center", va="top", fontsize=FONT + 2, color=INK, parse_math=False)
 
 
