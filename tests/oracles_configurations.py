@@ -253,15 +253,18 @@ class Vectors:
         return z
 
 
-def configurations_proved(mechanism, inputs, seconds=20.0, reach=30.0):
-    """Return the configurations (K, nodes), slides within reach times the size, and whether these provably are all."""
+def configurations_proved(mechanism, inputs, seconds=20.0, reach=None):
+    """Return the configurations (K, nodes), and whether these provably are all.
+
+    Slides within `reach` times the size; None takes the bound that follows from the lengths.
+    """
     from gimcli.analysis.configurations.intervals import IntervalPolicy, real_roots
 
     vectors = Vectors(mechanism, inputs)
     (C0, C, U, rail), place = vectors.coefficients()
     if not len(C0):
         return np.array([vectors.nodes(place, rail, np.zeros(0))]), True
-    result = real_roots(C0, C, U, rail, reach * mechanism.size, IntervalPolicy(seconds=seconds))
+    result = real_roots(C0, C, U, rail, reach and reach * mechanism.size, IntervalPolicy(seconds=seconds))
     return np.array([vectors.nodes(place, rail, x) for x in result.roots]).reshape(
         -1, len(mechanism.nodes)
     ), result.complete
