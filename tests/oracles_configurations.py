@@ -253,15 +253,37 @@ class Vectors:
         return z
 
 
-def configurations_proved(mechanism, inputs, seconds=20.0, reach=30.0):
-    """Return the configurations (K, nodes), slides within reach times the size, and whether these provably are all."""
+def configurations_proved(mechanism, inputs, seconds=20.0, reach=None):
+    """Return the configurations (K, nodes), and whether these provably are all.
+
+    Slides within `reach` times the size; None takes the bound that follows from the lengths.
+    """
     from gimcli.analysis.configurations.intervals import IntervalPolicy, real_roots
 
     vectors = Vectors(mechanism, inputs)
     (C0, C, U, rail), place = vectors.coefficients()
     if not len(C0):
         return np.array([vectors.nodes(place, rail, np.zeros(0))]), True
-    result = real_roots(C0, C, U, rail, reach * mechanism.size, IntervalPolicy(seconds=seconds))
+    result = real_roots(C0, C, U, rail, reach and reach * mechanism.size, IntervalPolicy(seconds=seconds))
     return np.array([vectors.nodes(place, rail, x) for x in result.roots]).reshape(
         -1, len(mechanism.nodes)
     ), result.complete
+
+
+def not_turned_over(mechanism, z):
+    """Return the rows (K, nodes) in which no true prismatic pair stands on its guide end for end."""
+    pairs = defaultdict(list)
+    for s in mechanism.slides:
+        pairs[s.pair].append(s)
+    keep = np.ones(len(z), dtype=bool)
+    for first, *others in pairs.values():
+        if not others:
+            continue
+        a, b, rail = first.node, others[0].node, mechanism.members[first.member]
+        drawn = mechanism.drawn[b] - mechanism.drawn[a]
+        u, v = rail.nodes[0], rail.nodes[1]
+        along = (z[:, v] - z[:, u]) / (rail.shape[1] - rail.shape[0]) * first.direction
+        along_drawn = (mechanism.drawn[v] - mechanism.drawn[u]) / (rail.shape[1] - rail.shape[0]) * first.direction
+        sense = (np.conj(along) * (z[:, b] - z[:, a])).real * (np.conj(along_drawn) * drawn).real
+        keep &= ~(sense < 0.0)
+    return z[keep]

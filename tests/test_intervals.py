@@ -19,6 +19,7 @@ from gimcli.analysis.configurations.contraction import contract
 from gimcli.analysis.configurations.cosine_rows import RowConstants, cosine_rows
 from gimcli.analysis.configurations.intervals import CONSTANTS, IntervalPolicy, real_roots
 from gimcli.analysis.configurations.krawczyk import Coefficients, image, local, narrow
+from gimcli.analysis.configurations.reach import proved_reach
 from gimcli.model import load
 
 TURN = 2 * np.pi
@@ -278,7 +279,7 @@ def test_a_known_solution_is_never_lost(loops, slides):
         assert keeps(result, x, 2 * loops - slides), seed
 
 
-def boxes_around(x, count, angles, rng):
+def boxes_around(x, count, rng):
     """Boxes (B, d) that hold x, on their border too, up to a turn wide and down to nothing."""
     width = 10.0 ** rng.uniform(-15, np.log10(TURN), (count, len(x)))
     share = rng.uniform(0, 1, (count, len(x)))
@@ -291,12 +292,12 @@ def boxes_around(x, count, angles, rng):
 @pytest.mark.parametrize("slides", [0, 1, 2])
 @pytest.mark.parametrize("loops", [1, 2, 3])
 def test_contraction_keeps_a_solution_in_any_box(loops, slides):
-    """Some hundred thousand boxes; the known point itself is good to a few last places of its loops."""
+    """Some hundred thousand bounds; the known point itself is good to a few last places of its loops."""
     for seed in range(60 // loops):
         rng = np.random.default_rng((5, loops, slides, seed))
         C0, C, U, rail, x = random_loops(loops, slides, rng)
-        reach, n = np.full(slides, 7.0 + TURN), C.shape[1]
-        low, high = boxes_around(x, 1000, n, rng)
+        reach = np.full(slides, 7.0 + TURN)
+        low, high = boxes_around(x, 400, rng)
         rows = cosine_rows(C0, C, U, rail, reach, RowConstants())
         new_low, new_high = contract(rows, low.T, high.T)
         assert (new_low - x[:, None] <= 1e-15).all()
@@ -470,7 +471,7 @@ def test_what_does_not_fit_is_refused(arguments, word):
 
 @pytest.mark.soak
 def test_thousands_of_known_solutions_are_not_lost():
-    for seed in range(6000):
+    for seed in range(3000):
         rng = np.random.default_rng((10, seed))
         loops = int(rng.integers(1, 4))
         slides = int(rng.integers(0, loops + 1))
@@ -512,3 +513,70 @@ def test_random_platforms_by_their_polynomial():
         assert result.roots[:, 0] == pytest.approx(expected, abs=1e-6)
         counts.add(len(expected))
     assert counts == {2, 4, 6}
+
+
+# ------------------------------------------------------------------ how far slides can go
+
+
+@pytest.mark.parametrize(("loops", "slides"), [(1, 1), (2, 1), (2, 2), (3, 2), (3, 3)])
+def test_bounds_of_slides_hold(loops, slides):
+    """Random linkages around a known solution with slides of any size: none leaves its bound."""
+    for seed in range(200):
+        rng = np.random.default_rng((14, loops, slides, seed))
+        C0, C, U, rail, x = random_loops(loops, slides, rng, reach=10.0 ** rng.uniform(-3, 3))
+        bound = proved_reach(Coefficients(C0, C, U, rail))
+        assert np.isfinite(bound).all()
+        assert (np.abs(x[len(x) - slides :]) <= bound).all()
+
+
+def test_the_bound_of_one_slide_is_the_sum_of_lengths():
+    bound = proved_reach(Coefficients(np.array([3.0j]), np.array([[2.0]]), np.array([[-0.5]]), np.array([0])))
+    assert bound == pytest.approx([10.0], rel=1e-5)
+
+
+def test_two_rails_on_the_frame_bound_each_other_unless_parallel():
+    U, rail = np.array([[1.0, 1j]]), np.array([-1, -1])
+    C0, C = np.array([0.3 - 0.4j]), np.zeros((1, 0))
+    bound = proved_reach(Coefficients(C0, C, U, rail))
+    assert (bound >= [0.3, 0.4]).all()
+    assert (bound < 0.51).all()
+    assert np.isinf(proved_reach(Coefficients(C0, C, np.array([[1.0, 2.0]]), rail))).all()
+    assert np.isinf(proved_reach(Coefficients(C0, np.zeros((1, 2)), U, np.array([0, 1])))).all()  # rails that turn
+
+
+def test_without_a_reach_the_list_is_proved_everywhere():
+    for seed in range(15):
+        *coefficients, x = random_loops(3, 2, np.random.default_rng((15, seed)), reach=20.0)
+        result = real_roots(*coefficients)
+        assert result.complete
+        assert result.everywhere
+        assert keeps(result, x, 4)
+        short = real_roots(*coefficients, 0.5 * np.abs(x[4:]).max())
+        assert not short.everywhere
+
+
+def test_lists_are_compared_one_for_one():
+    result = real_roots(*innocenti(), 1.0)
+    shifted = result.roots + TURN * np.arange(6) + 1e-9
+    assert result.same_as(shifted[::-1])
+    assert not result.same_as(shifted[1:])
+    assert not result.same_as(np.vstack([shifted[:7], shifted[:1]]))
+    assert not result.same_as(shifted + 0.5)
+
+
+def test_undecided_boxes_that_touch_are_put_together():
+    double = real_roots(*two_bars(-3.5, 2.0, -1.5), 1.0).clusters()  # at pi, where angles jump
+    assert len(double) == 1
+    assert (double[0, 1] - double[0, 0] < 1e-6).all()
+    assert (np.abs(wrapped(double.mean(axis=1) - np.pi)) < 1e-6).all()
+    rhombus = real_roots(*peaucellier(0.0), 1.0, IntervalPolicy(narrowest=0.01)).clusters()
+    assert len(rhombus) == 2
+    assert (np.max(rhombus[:, 1] - rhombus[:, 0], axis=1) > 6.0).all()
+
+
+def test_a_slot_whose_pin_is_at_its_pivot_turns_freely():
+    """s θ = 0."""
+    result = real_roots([0.0], [[0.0]], [[1.0]], [0], 1.0, IntervalPolicy(narrowest=0.05))
+    assert not result.complete
+    for angle in np.linspace(-3, 3, 40):
+        assert keeps(result, np.array([angle, 0.0]), 1)

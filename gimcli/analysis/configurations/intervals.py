@@ -17,8 +17,10 @@ import numpy as np
 
 from gimcli.analysis.configurations.contraction import contract
 from gimcli.analysis.configurations.cosine_rows import EPS, CosineRows, RowConstants, cosine_rows
+from gimcli.analysis.configurations.hulls import hulls
 from gimcli.analysis.configurations.krawczyk import Coefficients, image, local, narrow
-from gimcli.analysis.configurations.settled import BoolArray, Settled, centred
+from gimcli.analysis.configurations.reach import proved_reach
+from gimcli.analysis.configurations.settled import BoolArray, Settled, centred, wrap
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 
 
@@ -30,6 +32,7 @@ class IntervalPolicy:
     boxes: int = 2_000_000  # at the most, worked on
     narrowest: float = 1e-8  # rad, and of a slide's unit length: a box no wider is undecided
     batch: int = 20_000
+    unbounded: float = 100.0  # times its unit length: reach of a slide for which no bound follows from the lengths
 
 
 @dataclass(frozen=True)
@@ -62,11 +65,26 @@ class Enclosures:
     boxes: int  # worked on
     seconds: float
     limit: str  # "" or what ended the search: "seconds", "boxes"
+    angles: int  # n
+    reach: FloatArray  # (q,) searched
+    everywhere: bool  # no slide can leave the reach searched, whatever the angles
 
     @property
     def complete(self) -> bool:
         """Whether there provably is no other real solution within reach."""
         return len(self.undecided) == 0
+
+    def same_as(self, points: FloatArray) -> bool:
+        """Tell whether points (R, n + q), good to less than the unique boxes, are these solutions, one for one."""
+        if len(points) != len(self.roots):
+            return False
+        apart = np.abs(wrap(points[:, None] - self.roots, self.angles))
+        near = np.all(apart <= self.unique, axis=2)
+        return bool(np.all(near.sum(axis=0) == 1) and np.all(near.sum(axis=1) == 1))
+
+    def clusters(self) -> FloatArray:
+        """Return hulls (M, 2, n + q) of undecided boxes that touch: one for a double root or a continuum."""
+        return hulls(self.undecided, self.angles)
 
 
 def real_roots(
@@ -74,19 +92,31 @@ def real_roots(
     C: ComplexArray,
     U: ComplexArray,
     rail: IntArray,
-    reach: FloatArray | float,
+    reach: FloatArray | float | None = None,
     policy: IntervalPolicy | None = None,
 ) -> Enclosures:
     """Return all real solutions of C0 + Σ C_c θ_c + Σ U_q s_q θ_rail(q) = 0, |θ| = 1, |s| <= reach.
 
     Shapes (L,), (L, n), (L, q), (q,) with n + q = 2 L; `rail` -1 is the frame. `reach` is one length or one for each
-    slide. Raises ValueError where shapes do not fit or a number is not finite.
+    slide; None, or what cannot be reached anyway, becomes the bound that follows from the lengths, where there is
+    one. Raises ValueError where shapes do not fit or a number is not finite.
     """
-    loops = Coefficients(*_checked(C0, C, U, rail))
-    reach = np.broadcast_to(np.asarray(reach, dtype=float), loops.rail.shape)
-    if not (np.isfinite(reach).all() and (reach > 0.0).all()):
-        raise ValueError(f"reach {reach}: give positive finite lengths")
-    return _Search(loops, reach, policy or IntervalPolicy()).run()
+    loops, policy = Coefficients(*_checked(C0, C, U, rail)), policy or IntervalPolicy()
+    asked = np.broadcast_to(np.inf if reach is None else np.asarray(reach, dtype=float), loops.rail.shape)
+    if not (asked > 0.0).all() or (reach is not None and not np.isfinite(asked).all()):
+        raise ValueError(f"reach {asked}: give positive finite lengths")
+    proved = proved_reach(loops)
+    searched = np.minimum(asked, proved)
+    searched = np.where(np.isfinite(searched), searched, policy.unbounded * units(loops))
+    return _Search(loops, searched, bool((searched >= proved).all()), policy).run()
+
+
+def units(loops: Coefficients) -> FloatArray:
+    """Return the length that makes as much of a loop as one radian, for every slide (q,)."""
+    size = np.abs(np.column_stack([loops.C0, loops.C])).max(initial=0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        unit = size / np.abs(loops.U).max(axis=0, initial=0.0)
+    return np.asarray(np.where(np.isfinite(unit) & (unit > 0.0), unit, 1.0))
 
 
 def _checked(
@@ -105,22 +135,17 @@ def _checked(
 class _Search:
     """The boxes still to be worked on and what was found; boxes are columns (d, B)."""
 
-    def __init__(self, loops: Coefficients, reach: FloatArray, policy: IntervalPolicy) -> None:
-        self.loops, self.reach, self.policy = loops, reach, policy
+    def __init__(self, loops: Coefficients, reach: FloatArray, everywhere: bool, policy: IntervalPolicy) -> None:
+        self.loops, self.reach, self.everywhere, self.policy = loops, reach, everywhere, policy
         self.n = loops.C.shape[1]
         self.rows: CosineRows = cosine_rows(loops.C0, loops.C, loops.U, loops.rail, reach, RowConstants())
-        self.unit = np.concatenate([np.ones(self.n), self._lengths()])
+        self.unit = np.concatenate([np.ones(self.n), units(loops)])
         edge = np.concatenate([np.full(self.n, np.pi * (1 + 4 * EPS)), reach])
         shift = np.concatenate([np.full(self.n, CONSTANTS.seam), np.zeros(len(reach))])
         self.waiting = [((shift - edge)[:, None], (shift + edge)[:, None])]
         self.left: list[tuple[FloatArray, FloatArray]] = []
         self.found = Settled(loops, self.unit)
         self.boxes = 0
-
-    def _lengths(self) -> FloatArray:
-        """Return the length that makes as much of a loop as one radian, for every slide."""
-        size = np.abs(np.column_stack([self.loops.C0, self.loops.C])).max()
-        return np.asarray(size / np.abs(self.loops.U).max(axis=0, initial=0.0))
 
     def run(self) -> Enclosures:
         """Work until nothing is waiting or a limit is met."""
@@ -210,7 +235,8 @@ class _Search:
         undecided = np.stack([np.hstack([b[i] for b in left]).T for i in (0, 1)], axis=1) if left else None
         if undecided is None:
             undecided = np.zeros((0, 2, len(self.unit)))
-        return Enclosures(*self.found.inside(self.reach), undecided, self.boxes, seconds, limit)
+        found = self.found.inside(self.reach)
+        return Enclosures(*found, undecided, self.boxes, seconds, limit, self.n, self.reach, self.everywhere)
 
 
 def _keep(mask: BoolArray, *arrays: FloatArray) -> tuple[FloatArray, ...]:
