@@ -179,6 +179,52 @@ def test_a_spring_along_a_guide_with_its_free_travel(tmp_path):
     assert found.loads.potential == pytest.approx(20 * (4 - x) ** 2)
 
 
+LEVER = """\
+nodes: {G: [0, 0], H: [5, 0], O: [3, 0], A: [4, 0]}
+ground: [G, O]
+links: {crank: [O, A], lever: [G, H]}
+prismatic: {slot: {node: A, guide: [G, H], offset: 0.3}}
+actuators: {motor: {type: rotary, pivot: O, arm: A, law: {from: 20, to: 380}}}
+"""
+
+
+@pytest.mark.parametrize("element", ["friction: {slot: 12}", "dampers: {d: {node: A, guide: [G, H], damping: 12}}"])
+def test_friction_in_a_slot_beside_the_levers_pivot(element, tmp_path):
+    """s^2 = |GA|^2 - 0.3^2; a massless lever: s N = 0.3 f, the friction f being 12 s' against the pin."""
+    motion = trace(written(tmp_path, LEVER + element + "\n"), 24)
+    found = motion_forces(motion)
+    a, w = motion.inputs[0], 2 * math.pi
+    s = np.sqrt(10 + 6 * np.cos(a) - 0.09)
+    rate = -3 * np.sin(a) * w / s
+    assert found.effort(0) == pytest.approx(12 * rate**2 / w, abs=1e-10)
+    assert found.normal("slot") == pytest.approx(-0.3 * 12 * rate / s, abs=1e-9)
+    assert np.max(np.abs(found.shaking_force)) < 1e-9  # nothing from outside
+
+
+@pytest.mark.parametrize("nodes", ["[G, A]", "[A, G]"])
+def test_a_ram_on_a_pin_of_two_links(nodes, tmp_path):
+    """The links are massless and loaded at their ends only: each receives a force along itself."""
+    text = f"""\
+nodes: {{O: [0, 0], A: [1, 2], B: [4, 0], G: [3, -1], H: [9, 0]}}
+ground: [O, G, H]
+links: {{left: [O, A], right: [A, B]}}
+prismatic: {{slide: {{node: B, guide: [O, H]}}}}
+actuators: {{ram: {{type: linear, nodes: {nodes}, law: {{by: 0.3}}}}}}
+loads: {{push: {{on: right, local: [{math.hypot(3, 2)}, 0], force: [-60, 0]}}}}
+"""
+    mechanism = written(tmp_path, text)
+    motion = trace(mechanism, 4)
+    found = motion_forces(motion)
+    z = {name: motion.z[k] for k, name in enumerate(mechanism.nodes)}
+    left, right = on(found, "A", "left"), on(found, "A", "right")
+    for force, bar in ((left, z["A"] - z["O"]), (right, z["B"] - z["A"])):
+        assert np.max(np.abs((bar.conj() * force).imag)) < 1e-10
+        assert np.min(np.abs(force)) > 1.0
+    ram = z["A"] - z["G"]
+    assert np.max(np.abs(left + right - found.effort(0) * ram / np.abs(ram))) < 1e-10
+    assert right.real == pytest.approx(60.0)
+
+
 def test_a_moment_in_a_prismatic_pair(tmp_path):
     """A torque on the slider alone is borne by its guide, and so is a force beside the pin."""
     text = (
@@ -258,6 +304,21 @@ def test_what_meets_at_a_pin_is_in_balance(tmp_path):
     assert pin.busy
     total = np.sum([forces.pin(pin, member) for member in pin.members], axis=0)
     assert np.max(np.abs(total - forces.loads.pins[pin.node])[good]) < 1e-10 * np.max(np.abs(total[good]))
+
+
+def test_pieces_tell_what_the_whole_motion_tells():
+    mechanism = weighted(MODELS / "watt_1.yaml")
+    whole, pieces = ForceMotion(mechanism, 61), ForceMotion(mechanism, 61)
+    whole.take(trace(mechanism, 60))
+    for piece in stream(mechanism, 60, rows=13):
+        pieces.take(piece)
+    assert pieces.told == whole.told == 61
+    for name, (value, unit, at) in whole.peaks.greatest.items():
+        told = pieces.peaks.greatest[name]
+        assert (told[0], told[1], told[2]) == (pytest.approx(value, rel=1e-9), unit, pytest.approx(at))
+    assert pieces.peaks.power == pytest.approx(whole.peaks.power)
+    for one, two in zip(whole.kept, pieces.kept, strict=True):
+        assert two == pytest.approx(one, rel=1e-9, abs=1e-9)
 
 
 def test_the_command_writes_columns_picture_and_report(tmp_path, monkeypatch):
