@@ -41,6 +41,22 @@ def wrench_part(
 
 
 @kernel
+def solve_block(a: FloatArray, n: int, order: FloatArray, b: FloatArray, least: float) -> None:
+    """Solve a block; NaN where its least pivot vanishes beside the greatest."""
+    greatest, smallest = 0.0, 0.0
+    if lu_factor(a, n, order) != 0.0:
+        smallest = math.inf
+        for i in range(n):
+            pivot = 1.0 / abs(order[n + i])
+            greatest, smallest = max(greatest, pivot), min(smallest, pivot)
+    if smallest > least * greatest:
+        lu_solve(a, n, order, b)
+    else:
+        for i in range(n):
+            b[i] = np.nan
+
+
+@kernel
 def balance_rows(
     x: FloatArray, y: FloatArray, places: IntArray, vectors: FloatArray, terms: IntArray, blocks: IntArray,
     own_rows: IntArray, own_columns: IntArray, right: FloatArray, least: float, a: FloatArray, order: FloatArray,
@@ -81,16 +97,10 @@ def balance_rows(
                     b[i] -= part * out[c, k]
                 else:
                     a[i, j] += part
-            good = lu_factor(a, n, order) != 0.0
-            greatest, smallest = 0.0, math.inf
-            for i in range(n):
-                pivot = 1.0 / abs(order[n + i]) if good else 0.0
-                greatest, smallest = max(greatest, pivot), min(smallest, pivot)
-            if good and smallest > least * greatest:
-                lu_solve(a, n, order, b)
+            if n == 1:
+                b[0] = b[0] / a[0, 0] if abs(a[0, 0]) > least else np.nan
             else:
-                for i in range(n):
-                    b[i] = np.nan
+                solve_block(a, n, order, b, least)
             for i in range(n):
                 out[own_columns[first + i], k] = b[i]
             first += n
