@@ -83,11 +83,12 @@ def command(
     verify(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
     refuse_unwritable(csv_path, *([png_path] if png else []))
     summary = Summary(steps + 1)
+    rates = _rates(mechanism, derivatives, steps + 1, jit) if derivatives else None
     with CsvStream(
-        csv_path, motion_table(piece.rows(np.arange(1)), order=derivatives).names
+        csv_path, motion_table(piece.rows(np.arange(1)), rates=rates).names
     ) as table:  # appears when the picture has been written too
         while piece is not None:
-            table.append(motion_table(piece, first=summary.seen, order=derivatives))
+            table.append(motion_table(piece, first=summary.seen, rates=rates))
             summary.add(piece)
             piece = next(pieces, None)
         drawn = png and summary.solved > 0
@@ -96,6 +97,13 @@ def command(
     _report(summary, csv_path, png_path if drawn else None, steps, as_json)
     if summary.solved < summary.rows:
         raise typer.Exit(5)
+
+
+def _rates(mechanism: Any, order: int, rows: int, jit: Jit) -> Any:
+    from gimcli.analysis.derivatives import TracedRates
+    from gimcli.cli.console import note
+
+    return TracedRates(mechanism, mechanism.traced, order, rows, jit.value, note)
 
 
 def _refuse_undriven(mechanism: Any) -> None:
