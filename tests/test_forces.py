@@ -12,9 +12,9 @@ import pytest
 import yaml
 from conftest import MODELS, changed
 
+from gimcli.analysis.course import Course
 from gimcli.analysis.derivatives import rates
 from gimcli.analysis.forces import directions, equilibrium, inverse_dynamics, motion_forces
-from gimcli.analysis.loading import Course
 from gimcli.errors import UsageError
 from gimcli.kernels.equilibrium import COUPLE
 from gimcli.kernels.jit import compiled

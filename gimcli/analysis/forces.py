@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.analysis.loading import Course, Loading, Turns, loading, physical, reading
+from gimcli.analysis.course import Course, Courses, Turns, reading
+from gimcli.analysis.loading import Loading, loading, physical
 from gimcli.kernels.equilibrium import ALONG, COUPLE, KNOWN, balance_rows
 from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.motion.effort import plain
@@ -94,7 +95,7 @@ class Forces:
         """The power [W] of all actuators (rows,)."""
         total = np.zeros(len(self.course.time))
         for k, actuator in enumerate(self.mechanism.actuators):
-            _, rate, _ = reading(self.mechanism, actuator, self.course.nodes)
+            _, rate, _ = reading(self.mechanism, actuator, self.course)
             total += self.effort(k) * rate * (1.0 if actuator.drive is Drive.ROTARY else self._metre)
         return total
 
@@ -152,18 +153,9 @@ def inverse_dynamics(
     return Forces(statics, course, loads, found, unique | every)
 
 
-def motion_course(motion: Motion) -> Course:
-    """Return positions, velocities and accelerations of a motion by its real time."""
-    from gimcli.analysis.derivatives import rates
-
-    mechanism = motion.mechanism
-    nodes = rates(mechanism, motion.time, motion.z, 2).nodes
-    return Course(motion.time * mechanism.duration, motion.inputs, nodes)
-
-
 def motion_forces(motion: Motion, run: Run = plain) -> Forces:
     """Return the efforts and reactions of a motion along its laws."""
-    return inverse_dynamics(statics(motion.mechanism), motion_course(motion), run)
+    return inverse_dynamics(statics(motion.mechanism), Courses(motion.mechanism)(motion), run)
 
 
 def directions(statics: Statics, z: ComplexArray) -> ComplexArray:
