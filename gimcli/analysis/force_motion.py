@@ -15,7 +15,7 @@ from gimcli.motion.effort import choose, plain
 from gimcli.motion.motion import Motion
 from gimcli.structure.statics import Statics, statics
 
-EACH = 4e-6
+EACH = 2.5e-6
 """Seconds that a term of the equations takes without compiling, about."""
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from gimcli.analysis.course import Course, Courses, Turns, reading
 from gimcli.analysis.loading import Loading, loading, physical
-from gimcli.kernels.equilibrium import ALONG, COUPLE, KNOWN, balance_rows
+from gimcli.kernels.equilibrium import ALONG, COUPLE, KNOWN, TURN, balance_rows
 from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.motion.effort import plain
 from gimcli.motion.motion import Motion
@@ -175,15 +175,14 @@ class Balance:
     def __init__(self, statics: Statics) -> None:
         self.statics = statics
         reactions = statics.reactions
-        self.places = np.array(
-            [(r.kind, r.node, r.other, r.vector.u, r.vector.v) for r in reactions], dtype=np.int64
-        ).reshape(-1, 5)
+        turned = [(c, r.vector.u, r.vector.v, r.kind == ALONG) for c, r in enumerate(reactions) if r.vector.u >= 0]
+        self.turned = np.array(turned, dtype=np.int64).reshape(-1, 4)
         self.vectors = np.array([(r.vector.z.real, r.vector.z.imag) for r in reactions]).reshape(-1, 2)
         blocks = statics.blocks
         self.own_rows = np.array([row for block in blocks for row in block.rows], dtype=np.int64)
         self.own_columns = np.array([column for block in blocks for column in block.columns], dtype=np.int64)
         terms, ends = self._terms()
-        self.terms = np.array(terms, dtype=np.int64).reshape(-1, 6)
+        self.terms = np.array(terms, dtype=np.int64).reshape(-1, 7)
         self.blocks = np.array(ends, dtype=np.int64).reshape(-1, 3)
 
     def _terms(self) -> tuple[list[tuple[int, ...]], list[tuple[int, int, int]]]:
@@ -196,7 +195,8 @@ class Balance:
                 for axis in statics.axes(reaction, body, node):
                     g, i = home[statics.first_row[body] + axis]
                     j = own[c][1] if own[c][0] == g else KNOWN
-                    by_block[g].append((i, j, c, axis, sense, statics.bodies[body].node))
+                    kind = TURN if reaction.kind == COUPLE else axis
+                    by_block[g].append((i, j, c, kind, sense, node, statics.bodies[body].node))
         terms: list[tuple[int, ...]] = []
         ends = []
         for block, own_terms in zip(statics.blocks, by_block, strict=True):
@@ -210,8 +210,8 @@ class Balance:
         out = np.full((count, z.shape[1]), np.nan)
         x, y = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag)
         run(balance_rows)(
-            x, y, self.places, self.vectors, self.terms, self.blocks, self.own_rows, self.own_columns, right, SINGULAR,
-            np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest), np.zeros((count, 2)), out,
+            x, y, self.vectors, self.turned, self.terms, self.blocks, self.own_rows, self.own_columns, right, SINGULAR,
+            np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest), self.vectors.copy(), out,
         )  # fmt: skip
         return out
 

@@ -13,14 +13,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from gimcli.kernels.equilibrium import ALONG, COUPLE, PUSH
+from gimcli.kernels.equilibrium import ALONG, COUPLE, MOMENT, PUSH, X, Y
 from gimcli.mechanism import FRAME, Actuator, Drive, Mechanism
 from gimcli.structure.blocks import Block, split
 from gimcli.structure.checks import farthest
 from gimcli.structure.rotation import members_of
 from gimcli.structure.steps import NONE, Vector
-
-X, Y, MOMENT = 0, 1, 2
 
 
 @dataclass(frozen=True)
