@@ -54,14 +54,27 @@ def rates(
     mechanism: Mechanism, time: FloatArray, z: ComplexArray, order: int, plan: Plan | None = None, run: Run = plain
 ) -> Rates:
     """Differentiate positions z (nodes, rows) at normalised times (rows,) up to an order of 3 at the most."""
+    return rates_of_inputs(mechanism, z, law_rates(mechanism, time, order), plan, run)
+
+
+def rates_of_inputs(
+    mechanism: Mechanism, z: ComplexArray, given: FloatArray, plan: Plan | None = None, run: Run = plain
+) -> Rates:
+    """Differentiate positions z (nodes, rows) whose inputs have given derivatives (order + 1, actuators, rows)."""
+    order = len(given) - 1
     made = Differentiator(mechanism, plan or make_plan(mechanism), ORDERS[:order], mechanism.nodes)
-    return Rates(mechanism, order, *made(z, law_rates(mechanism, time, order), run))
+    return Rates(mechanism, order, *made(z, given, run))
 
 
-def law_rates(mechanism: Mechanism, time: FloatArray, order: int) -> FloatArray:
-    """Return the laws and their derivatives by the real time (order + 1, actuators, rows)."""
+def law_rates(mechanism: Mechanism, time: FloatArray, order: int, inputs: FloatArray | None = None) -> FloatArray:
+    """Return the laws, or inputs (actuators, rows), and the laws' derivatives by the real time.
+
+    They are (order + 1, actuators, rows).
+    """
     given = np.empty((order + 1, len(mechanism.actuators), len(time)))
-    for k in range(order + 1):
+    if inputs is not None:
+        given[0] = inputs
+    for k in range(0 if inputs is None else 1, order + 1):
         for a, actuator in enumerate(mechanism.actuators):
             np.divide(actuator.law(time, k), mechanism.duration**k, out=given[k, a])
     return given
@@ -81,4 +94,4 @@ class TracedRates:
 
     def __call__(self, motion: Motion) -> tuple[ComplexArray, FloatArray]:
         """Return velocity, acceleration ... of points (order, points, rows) and of members (order, members, rows)."""
-        return self._told(motion.z, law_rates(self.mechanism, motion.time, self.order))
+        return self._told(motion.z, law_rates(self.mechanism, motion.time, self.order, motion.inputs))
