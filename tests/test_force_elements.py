@@ -384,3 +384,55 @@ masses: {crank: {mass: 1}, rod: {mass: 2}}
     assert [row.split(",")[-1] for row in rows[1:-1]] == ["ok"] * 8
     assert rows[-1].split(",")[-1] in ("singular", "unreachable")
     assert rows[-1].split(",")[3] == ""
+
+
+def test_the_benchmark_runs(tmp_path):
+    """Tiny; what it times is not looked at."""
+    import inverse_dynamics
+    import machine
+
+    inverse_dynamics.main(["--steps", "40", "--repeats", "1", "--out", str(tmp_path)])
+    lines = machine.result_path("inverse_dynamics", tmp_path).read_text().splitlines()
+    assert lines[0] == "mechanism,steps,positions,accelerations,forces"
+    assert len(lines) == 3
+
+
+def test_forces_cost_little_beside_positions():
+    """One process, both compiled; measured 5 times the positions' cost, which a share of numpy's overhead blurs."""
+    import time
+
+    import inverse_dynamics as bench
+
+    mechanism = bench.weighted("crank_rocker")
+    options = bench.Options(jit="on")
+    motion, courses = trace(mechanism, 20_000, options), bench.Courses(mechanism, 0, "on")
+    bodies, course = bench.statics(mechanism), courses(motion)
+    bench.inverse_dynamics(bodies, course, bench.compiled)
+    sides = (
+        lambda: trace(mechanism, 20_000, options),
+        lambda: bench.inverse_dynamics(bodies, courses(motion), bench.compiled),
+    )
+    best = [math.inf, math.inf]
+    for _ in range(5):
+        for k, side in enumerate(sides):
+            begin = time.thread_time()
+            side()
+            best[k] = min(best[k], time.thread_time() - begin)
+    assert best[1] < 25.0 * best[0]
+
+
+def test_a_trace_imports_nothing_of_this():
+    """Not even of a model with masses, loads and a table."""
+    import subprocess
+    import sys
+
+    code = f"""
+import sys
+from gimcli.model import load
+from gimcli.motion.motion import trace
+trace(load({str(MODELS / "watt_1.yaml")!r}), 3)
+heavy = ("forces", "force_", "loading", "course", "statics", "equilibrium", "scipy.interpolate")
+print([name for name in sys.modules if any(part in name.removeprefix("gimcli.") for part in heavy)])
+"""
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "[]"

@@ -15,6 +15,7 @@ from conftest import MODELS, changed
 from gimcli.analysis.course import Course
 from gimcli.analysis.derivatives import rates
 from gimcli.analysis.forces import directions, equilibrium, inverse_dynamics, motion_forces
+from gimcli.analysis.influence import Influence
 from gimcli.errors import UsageError
 from gimcli.kernels.equilibrium import COUPLE
 from gimcli.kernels.jit import compiled
@@ -274,6 +275,23 @@ def test_power_and_what_the_frame_bears_on_every_model(model):
     assert np.max(np.abs(force - forces.shaking_force)[good]) < 1e-10 * scale
     size = mechanism.size * mechanism.dynamics.metre
     assert np.max(np.abs(moment - forces.shaking_moment)[good]) < 1e-9 * scale * size
+
+
+def test_efforts_are_what_virtual_work_says_on_every_model(model):
+    """Effort = -B' (applied - inertia) for every input: influence coefficients, and no reaction at all."""
+    mechanism = weighted(model)
+    motion, forces, good = moved(mechanism)
+    found = Influence(mechanism).over(motion.z, motion.inputs)
+    loads, scale = forces.loads, np.nanmax(np.abs(forces.unknowns[:, good]))
+    for a in range(len(mechanism.actuators)):
+        work = np.zeros(len(motion.time))
+        for k, body in enumerate(forces.statics.bodies):
+            force = loads.inertia_force[k] - loads.force[k]
+            work += (found.points[body.node, a].conj() * force).real
+            if body.member != NONE:
+                work += found.angles[body.member - 1, a] * (loads.inertia_moment[k] - loads.moment[k])
+        told = forces.unknowns[forces.statics.efforts[a]]
+        assert np.max(np.abs(work - told)[good]) < 1e-9 * max(scale, np.max(np.abs(work[good])))
 
 
 def test_blocks_and_the_whole_system_agree_on_every_model(model):
