@@ -14,6 +14,7 @@ from conftest import MODELS, changed
 
 from gimcli.analysis.course import Course
 from gimcli.analysis.derivatives import rates
+from gimcli.analysis.force_table import reaction_columns
 from gimcli.analysis.forces import directions, equilibrium, inverse_dynamics, motion_forces
 from gimcli.analysis.influence import Influence
 from gimcli.errors import UsageError
@@ -396,3 +397,26 @@ def test_plain_and_compiled_kernels_give_the_same_numbers(tmp_path):
         motion = trace(mechanism, 12)
         one, two = motion_forces(motion), motion_forces(motion, compiled)
         assert np.array_equal(one.unknowns, two.unknowns, equal_nan=True)
+
+
+def test_the_second_named_member_receives_the_force(tmp_path):
+    """`elements` written before `links`: where one of each meet, the force told is the opposite."""
+    text = (MODELS / "watt_1.yaml").read_text()
+    links, elements = text.index("links:"), text.index("elements:")
+    after = text.index("actuators:")
+    swapped = text[:links] + text[elements:after] + text[links:elements] + text[after:]
+    one, two = (reaction_table(load(MODELS / "watt_1.yaml")), reaction_table(written(tmp_path, swapped)))
+    assert np.max(np.abs(one["C.fx"])) > 1.0
+    for name, factor in (
+        ("C.fx", -1.0),
+        ("D.fy", -1.0),
+        ("A.fx", -1.0),
+        ("B.fx", 1.0),
+        ("E.fy", 1.0),
+        ("motor.effort", 1.0),
+    ):
+        assert two[name] == pytest.approx(factor * one[name], abs=1e-9)
+
+
+def reaction_table(mechanism):
+    return {column.name: column.values for column in reaction_columns(motion_forces(trace(mechanism, 8)))}

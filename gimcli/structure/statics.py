@@ -2,7 +2,7 @@
 
 Unknowns: two force components for every member at a node but the first, one normal force for every node on a line,
 the effort of every actuator. Equations: three for every moving member, two for a node of no member. The pin of a node
-belongs to the first of its members (the frame first, then links, then elements): what is attached to the pin loads
+belongs to the first of its members (the frame first, then as in the file): what is attached to the pin loads
 that one. A true prismatic pair holds the member whose two nodes slide. The blocks come out in the reverse order of
 formation.
 """
