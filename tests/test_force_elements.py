@@ -12,6 +12,7 @@ from test_forces import moved, on, total_on_frame, weighted, written
 from typer.testing import CliRunner
 
 from gimcli.analysis.force_motion import ForceMotion
+from gimcli.analysis.force_table import reaction_columns
 from gimcli.analysis.forces import motion_forces
 from gimcli.cli import app
 from gimcli.motion.motion import stream, trace
@@ -235,6 +236,35 @@ def test_a_moment_in_a_prismatic_pair(tmp_path):
     assert found.effort(0) == pytest.approx(0.0, abs=1e-12)
     assert found.normal("slide") == pytest.approx(8.0)
     assert found.moment("slide") == pytest.approx(0.5 * 8 - 6)  # about B
+
+
+BLOCK = """\
+nodes: {O: [0, 0], A: [0, 1], B: [2, 0], C: [2.5, 0], D: [3, 2], E: [3, 0], G: [9, 0]}
+ground: [O, E, G]
+links: {slider: [B, C], crank: [O, A], rod: [A, B], arm: [B, D]}
+prismatic: {slide: {nodes: [B, C], guide: [O, G]}, hook: {node: D, guide: [E, G], offset: 2}}
+actuators: {ram: {type: linear, node: B, guide: [O, G], law: {from: 2, to: 2.2}}}
+"""
+
+
+@pytest.mark.parametrize("element", ["", "springs: {s: {node: B, guide: [O, G], stiffness: 50, free: 1}}\n"])
+def test_what_holds_or_drives_a_slider_acts_on_the_slider(element, tmp_path):
+    """Three links at B, the slider named first: crank and rod are unloaded, the arm hangs on B and its hook.
+
+    What the three receive from the pin adds up to nothing, whatever the guide, the ram and the spring do to the slider.
+    """
+    loads = "loads: {w: {on: arm, at: [2.5, 1], force: [7, -12]}}\n"
+    found = motion_forces(trace(written(tmp_path, BLOCK + loads + element), 2))
+    slider, rod, arm = (on(found, "B", name) for name in ("slider", "rod", "arm"))
+    assert np.max(np.abs(slider + rod + arm)) < 1e-12
+    assert np.max(np.abs(rod)) < 1e-12
+    assert np.max(np.abs(arm - (found.normal("hook") * -1j + complex(-7, 12)))) < 1e-12
+    assert found.effort(0) == pytest.approx(
+        (50.0 * (found.course.inputs[0] * found.mechanism.scale - 1) if element else 0) - 7
+    )
+    assert found.normal("slide") == pytest.approx(-slider.imag)
+    names = {column.name for column in reaction_columns(found)}
+    assert {"B.slider.fx", "B.rod.fx", "B.arm.fx"} <= names
 
 
 def test_the_potential_is_what_gravity_and_springs_have_done():

@@ -121,15 +121,11 @@ class Forces:
     def _attached(self, node: int) -> ComplexArray:
         """Return the forces of springs, sliding pairs and actuators on a node's pin."""
         total = np.zeros(len(self.course.time), dtype=complex) + self.loads.pins.get(node, 0.0)
-        owner = self.statics.body_of_pin[node]
-        own = {self.statics.normals[k] for k, s in enumerate(self.mechanism.slides) if s.node == node}
-        own |= {self.statics.efforts[k] for k, a in enumerate(self.mechanism.actuators) if a.drive is not Drive.ROTARY}
-        for unknown in own:
+        for unknown in self.statics.on_pins:
             reaction = self.statics.reactions[unknown]
-            pushes = reaction.plus == owner and reaction.node == node
-            pulls = reaction.minus == owner and reaction.other == node and reaction.kind == ALONG
-            if pushes or pulls:
-                total += (1.0 if pushes else -1.0) * self._direction(unknown) * self._told(unknown)
+            pulls = reaction.kind == ALONG and reaction.other == node
+            if reaction.node == node or pulls:
+                total += (-1.0 if pulls else 1.0) * self._direction(unknown) * self._told(unknown)
         return total
 
 

@@ -156,13 +156,14 @@ class _Loader:
             stretch = metre * (value - spring.free)
             self.found.potential += 0.5 * spring.stiffness * stretch**2
             self.found.power["spring"] -= spring.stiffness * stretch * metre * rate
-            self._effort(gauge, -spring.stiffness * stretch, unit)
+            self._effort(number, -spring.stiffness * stretch, unit)
         for damper in (d for d in self.dynamics.dampers if d.gauge == number):
             self.found.power["damping"] -= damper.damping * (metre * rate) ** 2
-            self._effort(gauge, -damper.damping * metre * rate, unit)
+            self._effort(number, -damper.damping * metre * rate, unit)
 
-    def _effort(self, gauge: Actuator, effort: FloatArray, unit: ComplexArray) -> None:
+    def _effort(self, number: int, effort: FloatArray, unit: ComplexArray) -> None:
         """Apply a torque [N m] or a force [N] that would drive what a gauge reads up."""
+        gauge = self.mechanism.gauges[number]
         if gauge.drive is Drive.ROTARY:
             self._twist(gauge.arm_member, effort)
             self._twist(gauge.reference_member, -effort)
@@ -172,7 +173,11 @@ class _Loader:
             self._pin(gauge.b, force)
             self._pin(gauge.a, -force)
             return
-        self._pin(gauge.a, force)
+        pushed = self.statics.pushed[number]
+        if pushed == NONE:
+            self._pin(gauge.a, force)
+        else:
+            self._push(pushed, nodes[gauge.a], force)
         self._push(self.statics.body_of_member[gauge.reference_member], nodes[gauge.a], -force)
 
     def _pin(self, node: int, force: ComplexArray) -> None:
