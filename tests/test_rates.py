@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import chains
 import mpmath as mp
 import numpy as np
 import pytest
@@ -178,6 +179,25 @@ def pin(angle, near, gap):
         parts = [mp.diff(lambda t: place(t, side), theta, k) for k in range(3)]
         one, other = parts[0] - mp.expj(theta), parts[0] - 2
         return [*parts, (one.conjugate() * other).imag / abs(one * other)]
+
+
+@pytest.mark.parametrize("run", [plain, jit.compiled])
+@pytest.mark.parametrize("stages", [3, 100])
+def test_chains_move_as_their_closed_forms(stages, run):
+    """Scissors of bars 2: y = n sqrt(4 - w^2); windows: all their bars turn as the crank does."""
+    mechanism, _ = chains.loaded(chains.scissor(stages))
+    motion = trace(mechanism, 20)
+    told = Influence(mechanism, points=[f"L{stages}"], run=run).over(motion.z, motion.inputs, np.ones((1, 21)))
+    width = motion.inputs[0] * mechanism.scale
+    height = np.sqrt(4.0 - width**2)
+    assert np.allclose(told.points[0, 0], -1j * stages * width / height, rtol=1e-12)
+    assert np.allclose(told.points_bias[0] / mechanism.scale, -4j * stages / height**3, rtol=1e-12)
+    mechanism, _ = chains.loaded(chains.windows(stages))
+    motion = trace(mechanism, 20)
+    told = Influence(mechanism, points=[f"B{stages}"], run=run).over(motion.z, motion.inputs, np.ones((1, 21)))
+    crank = np.exp(1j * motion.inputs[0])
+    assert np.allclose(told.points[0, 0] * mechanism.scale, 1j * crank, rtol=1e-9)
+    assert np.allclose(told.points_bias[0] * mechanism.scale, -crank, rtol=1e-9)
 
 
 # --- rows ----------------------------------------------------------------------------------------------------

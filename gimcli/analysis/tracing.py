@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,12 +20,12 @@ if TYPE_CHECKING:
 
 def motion_table(
     motion: Motion, names: tuple[str, ...] | None = None, first: int = 0, order: int = 0,
-    rates: TracedRates | None = None,
+    rates: TracedRates | None = None, more: Sequence[Column] = (),
 ) -> Table:  # fmt: skip
     """Return one row a step, the steps counted from `first`: time, inputs, traced points, residual, sweeps, status.
 
     `order` asks for the points' derivatives by the real time, up to jerk (3), and the members' angular ones;
-    `rates` too, ready for the pieces of a motion.
+    `rates` too, ready for the pieces of a motion; `more` are columns of measures, which stand after them.
     """
     mechanism = motion.mechanism
     rows = len(motion.time)
@@ -43,6 +44,7 @@ def motion_table(
         rates = TracedRates(mechanism, names or mechanism.traced, order)
     if rates is not None:
         columns += _rate_columns(motion, rates)
+    columns += more
     words = np.array([s.word for s in Status])[motion.codes]
     columns += [
         Column("residual", motion.residual), Column("sweeps", motion.work.astype(np.int64)), Column("status", words),

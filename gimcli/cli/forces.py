@@ -84,19 +84,20 @@ def command(
 def _draw(found: ForceMotion, path: Path) -> None:
     from gimcli.mechanism import Drive
     from gimcli.output import draw_forces
-    from gimcli.output.forces import Effort
+    from gimcli.table import Column, Table
 
     mechanism = found.statics.mechanism
     time, inputs, efforts, shaking = found.kept
-    over, label = time * mechanism.duration, "time [s]"
+    over = Column("time", time * mechanism.duration, "s")
     if len(mechanism.actuators) == 1:
         unit = mechanism.angle_unit if mechanism.actuators[0].drive is Drive.ROTARY else mechanism.length_unit
-        over, label = mechanism.value_to_file(0, inputs[0]), f"{mechanism.actuators[0].name} [{unit}]"
-    drives = [
-        Effort(a.name, "N m" if a.drive is Drive.ROTARY else "N", over, efforts[k], label)
-        for k, a in enumerate(mechanism.actuators)
-    ]
-    draw_forces(drives, shaking, path, f"{mechanism.name}: forces")
+        over = Column(mechanism.actuators[0].name, mechanism.value_to_file(0, inputs[0]), unit)
+    panels: dict[str, list[Column]] = {}
+    for k, actuator in enumerate(mechanism.actuators):
+        name, unit = ("driving torque", "N m") if actuator.drive is Drive.ROTARY else ("driving force", "N")
+        panels.setdefault(name, [over]).append(Column(actuator.name, efforts[k], unit))
+    tables = {name: Table(tuple(columns)) for name, columns in panels.items()}
+    draw_forces(tables, shaking, path, f"{mechanism.name}: forces")
 
 
 def _report(found: ForceMotion, paths: dict[str, str | None], steps: int, as_json: bool) -> None:

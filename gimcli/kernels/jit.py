@@ -87,13 +87,17 @@ def is_cached(*kernels: str) -> bool:
 
 @cache
 def cache_folder() -> Path | None:
-    """Return a writable folder for this source's machine code, or None where there is none.
+    """Return a writable folder for this source's machine code, or None where there is none."""
+    return user_folder(source_stamp())
+
+
+def user_folder(stamp: str) -> Path | None:
+    """Return a writable folder of some name in the user's cache, or None where there is none.
 
     Machine code is loaded by unpickling: a folder that belongs to somebody else is not taken.
     """
     import tempfile
 
-    stamp = source_stamp()
     home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     user = str(os.getuid()) if hasattr(os, "getuid") else "user"
     for base in (Path(home) / "gimcli", Path(tempfile.gettempdir()) / f"gimcli-{user}"):
