@@ -246,7 +246,11 @@ def split(branch: Branch, tests: Tests, policy: Policy | None = None) -> list[Br
             pieces.append(Branch(branch.curve, (*run, cut)))
             run = [cut]
         run.append(there)
-    pieces.append(Branch(branch.curve, tuple(run)))
+        if np.any((values[k + 1] == 0.0) & (values[k] != 0.0)):
+            pieces.append(Branch(branch.curve, tuple(run)))
+            run = [there]
+    if len(run) > 1:
+        pieces.append(Branch(branch.curve, tuple(run)))
     if branch.closed and len(pieces) > 1:  # the seam is no end
         last = pieces.pop()
         pieces[0] = Branch(branch.curve, (*last.knots[:-1], *_carried(last.knots[-1], pieces[0])))

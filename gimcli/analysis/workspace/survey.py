@@ -87,7 +87,7 @@ def survey(
         if found.complete:
             break
     if found is None:
-        raise StructureError(_unreached(task))
+        raise StructureError(unreached(task))
     return found
 
 
@@ -101,7 +101,8 @@ def checked(task: Task) -> Task:
     return task
 
 
-def _unreached(task: Task) -> str:
+def unreached(task: Task) -> str:
+    """Say that no position exists, and the cure."""
     held = f" with {', '.join(task.orientation)} held" if task.orientation else ""
     return (
         f"{task.mechanism.name}{held} has no position within the ranges of its inputs: widen their laws, or check"
@@ -168,4 +169,4 @@ def _speed(curve: Critical, knot: Knot) -> float:
     return float(velocity[0] * alpha[1] - velocity[1] * alpha[0])
 
 
-__all__ = ["HOLE", "INNER", "OPEN", "OUTER", "Workspace", "checked", "strata", "survey"]
+__all__ = ["HOLE", "INNER", "OPEN", "OUTER", "Workspace", "checked", "strata", "survey", "unreached"]

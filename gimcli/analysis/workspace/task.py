@@ -118,6 +118,10 @@ class Task:
         columns = [self._input(k, x)[0] for k in range(len(self.mechanism.actuators))]
         return np.stack(columns, axis=-1)
 
+    def rate(self, actuator: int, x: FloatArray, velocity: FloatArray) -> float:
+        """Return how fast an input changes at a position (n,) and its velocity."""
+        return float(self._input(actuator, x)[1] @ velocity)
+
     def excess(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return by how much (..., limited) inputs leave their ranges, below 0 within, and derivatives (..., n)."""
         apart, slopes = self._apart(x)
