@@ -81,7 +81,7 @@ def two_rings(base: float, arms: Sequence[tuple[float, float]]) -> float:
 
 
 def area(found: Workspace) -> float:
-    return found.area * found.task.mechanism.scale ** 2
+    return found.area * found.task.mechanism.scale**2
 
 
 def holes(found: Workspace) -> int:
@@ -143,7 +143,9 @@ def platform(rams: Sequence[tuple[float, float]]) -> dict[str, Any]:
 
 def rings_area(centres: Sequence[complex], radii: Sequence[tuple[float, float]]) -> float:
     """Area that rings have in common: the arcs of every circle that the other rings cover, by Green's theorem."""
-    circles = [(c, r, sign) for c, pair in zip(centres, radii, strict=True) for r, sign in zip(pair, (-1, 1), strict=True)]
+    circles = [
+        (c, r, sign) for c, pair in zip(centres, radii, strict=True) for r, sign in zip(pair, (-1, 1), strict=True)
+    ]
     total = 0.0
     for c, r, sign in circles:
         cuts = []

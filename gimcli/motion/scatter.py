@@ -12,10 +12,10 @@ import numpy as np
 
 from gimcli.kernels import scatter as kernels
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.assemble import Assembly
 from gimcli.motion.effort import choose, plain
 from gimcli.motion.follow import Follower
 from gimcli.motion.inputs import pace, straight_inputs
-from gimcli.motion.assemble import Assembly
 from gimcli.motion.start import STEPS_A_TURN, drawn_inputs, start_position
 from gimcli.solvers.newton import Accuracy, Run
 from gimcli.status import Status
@@ -164,7 +164,7 @@ def scattered(job: Scatterer, numbers: Iterable[int], workers: int | None = None
 
     workers = workers or cores()
     todo = iter(numbers)
-    if workers == 1 or job.run is plain and job.closed:
+    if workers == 1 or (job.run is plain and job.closed):
         yield from ((k, job.solve(k)) for k in todo)
         return
     if job.closed:

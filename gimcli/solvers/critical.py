@@ -27,7 +27,7 @@ class Stratum:
     @property
     def n(self) -> int:
         """Number of coordinates."""
-        return self.form.linear.shape[1]
+        return int(self.form.linear.shape[1])
 
     @property
     def freedoms(self) -> int:

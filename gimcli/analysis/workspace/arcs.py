@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -49,7 +50,7 @@ class Arc:
     def span(self) -> FloatArray:
         """Lengths (pieces,) of the branch between its knots."""
         knots = self.branch.knots
-        return np.array([spacing(a, b) for a, b in zip(knots[:-1], knots[1:], strict=True)])
+        return np.array([spacing(a, b) for a, b in pairwise(knots)])
 
     @cached_property
     def hull(self) -> FloatArray:
@@ -84,7 +85,6 @@ class Arc:
     @cached_property
     def lengths(self) -> FloatArray:
         """Lengths (pieces,) of the path."""
-        nodes, weights = GAUSS
         every = np.arange(len(self.span))
         return np.asarray(sum(w * np.linalg.norm(self.slope(every, t), axis=1) for t, w in zip(*GAUSS, strict=True)))
 
@@ -101,6 +101,24 @@ class Arc:
             y, slope = self.at(every, t), self.slope(every, t)
             total += 0.5 * w * float(np.sum(y[:, 0] * slope[:, 1] - y[:, 1] * slope[:, 0]))
         return total
+
+    @property
+    def extremes(self) -> FloatArray:
+        """Return points (rows, 2) among which are those farthest in x and y."""
+        first, second, third = np.moveaxis(np.diff(self.hull, axis=1), 1, 0)  # of the derivative, a quadratic
+        a, b, c = first - 2.0 * second + third, 2.0 * (second - first), first
+        root = np.sqrt(np.maximum(b * b - 4.0 * a * c, 0.0))
+        lean = -0.5 * (b + np.where(b >= 0.0, root, -root))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            parts = [np.where(np.isfinite(t), np.clip(t, 0.0, 1.0), 0.0) for t in (lean / a, c / lean)]
+        every = np.arange(len(self.span))
+        return np.concatenate([self.y, *(self.at(every, t[:, k]) for t in parts for k in (0, 1))])
+
+    @property
+    def coarse(self) -> Arc:
+        """The path with every other knot."""
+        knots = self.branch.knots
+        return self._part([*knots[:-1:2], knots[-1]], self.closed)
 
     def halfway(self, part: float = 0.5) -> Cut:
         """Return the piece and its part at a part of the length."""

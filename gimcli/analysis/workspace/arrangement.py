@@ -90,7 +90,7 @@ def _inner(arc: Arc, cut: Cut, meeting: Meeting) -> bool:
     if arc.closed:
         return True
     z = arc.at(*cut)
-    return min(np.linalg.norm(z - arc.y[0]), np.linalg.norm(z - arc.y[-1])) > 5.0 * meeting.same
+    return float(min(np.linalg.norm(z - arc.y[0]), np.linalg.norm(z - arc.y[-1]))) > 5.0 * meeting.same
 
 
 def _cut(arcs: Sequence[Arc], cuts: Sequence[list[Cut]]) -> list[Arc]:

@@ -70,7 +70,7 @@ class Walker:
         self._points, self._tangents = np.zeros((0, self.n)), np.zeros((0, self.n))
 
     def take(self, seeds: FloatArray) -> list[Branch]:
-        """Walk every curve that one of the seeds p (rows, ·) lies on and that is not walked yet; return the new ones."""
+        """Walk the curves that seeds p (rows, ·) lie on and that are not walked yet; return the new ones."""
         new: list[Branch] = []
         for p in seeds:
             if not bool(self.task.allowed(p[: self.n])) or self._known(p[: self.n]):
@@ -120,7 +120,7 @@ class Walker:
 
     def _margins(self, knot: Knot) -> FloatArray:
         """Return how far the inputs that are not held are within their ranges."""
-        return self.task.margins(knot.p[: self.n])[self._loose]
+        return np.asarray(self.task.margins(knot.p[: self.n])[self._loose])
 
     def _closes(self, start: Place, here: Knot, there: Knot) -> bool:
         """Tell whether the start lies between two knots; multipliers may come back with the other sign."""
@@ -193,7 +193,7 @@ def zeros(curve: Critical, here: Knot, there: Knot, tests: Tests, policy: Policy
             met += [float(r.real) for r in roots if abs(r.imag) < 1e-9 and -edge < r.real < edge]
     for at in sorted(met):
         tangent = poly.chebval(at, rates)
-        yield Knot(np.asarray(poly.chebval(at, table)), tangent / np.linalg.norm(tangent))
+        yield Knot(np.asarray(poly.chebval(at, table)), np.asarray(tangent / np.linalg.norm(tangent)))
 
 
 def _sampled(curve: Critical, here: Knot, there: Knot, policy: Policy) -> tuple[FloatArray, list[Knot]]:

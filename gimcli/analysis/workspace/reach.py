@@ -113,7 +113,8 @@ def _interval(task: Task, k: int, values: list[FloatArray], closed: bool) -> Int
     low, high = float(u.min()), float(u.max())
     shift = _shift(task, k, 0.5 * (low + high)) if rotary else 0.0
     if rotary and high - low >= FULL:
-        return Interval(k, low + shift, low + shift + 2.0 * math.pi, True)
+        begin = float(law_inputs(task.mechanism)(np.zeros(1))[k, 0])
+        return Interval(k, begin, begin + 2.0 * math.pi, True)
     folds = [_fold(u, int(end)) for end in ends[: None if closed else -1]]
     return Interval(k, low + shift, high + shift, False, tuple(sorted({f + shift for f in folds if f is not None})))
 

@@ -55,7 +55,7 @@ class Bank:
             return np.concatenate([curve.residual(p), over], axis=1), np.concatenate([curve.jacobian(p), wide], axis=1)
 
         p, good = settle(equations, curve.starts(self.x[: self.policy.seeds]))
-        return p[good & task.allowed(p[:, :n])]
+        return np.asarray(p[good & task.allowed(p[:, :n])])
 
     def reaches(self, places: FloatArray, hints: FloatArray | None = None) -> NDArray[np.bool_]:
         """Tell of places (rows, 2) whether the point gets there; `hints` (rows, hints, n) are more starts."""
@@ -84,7 +84,7 @@ class Bank:
 
     def _settled(self, x: FloatArray, narrow: FloatArray) -> FloatArray:
         x, good = settle(self._equations(None, narrow), x)
-        return x[good & self.task.allowed(x)]
+        return np.asarray(x[good & self.task.allowed(x)])
 
     def _equations(self, targets: FloatArray | None, narrow: FloatArray | None = None) -> Equations:
         """Return the constraints, what the inputs are beyond their ranges, and the point's distance from a place.

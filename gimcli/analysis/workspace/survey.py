@@ -50,6 +50,11 @@ class Workspace:
         return sum(loop.area for loop in self.loops)
 
     @property
+    def area_error(self) -> float:
+        """Estimated error of the area: what half as many points would change it by, in fourth order."""
+        return sum(abs(edge.arc.moment - edge.arc.coarse.moment) for loop in self.loops for edge in loop.edges) / 15.0
+
+    @property
     def perimeter(self) -> float:
         """Length of the boundary, around holes too."""
         return sum(edge.arc.length for loop in self.loops for edge in loop.edges)
@@ -57,7 +62,7 @@ class Workspace:
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper corner (2,) of what is reached."""
-        points = np.concatenate([loop.points(16) for loop in self.loops])
+        points = np.concatenate([edge.arc.extremes for loop in self.loops for edge in loop.edges])
         return points.min(axis=0), points.max(axis=0)
 
     @property

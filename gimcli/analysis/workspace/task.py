@@ -157,7 +157,7 @@ class Task:
 
     @cached_property
     def _drives(self) -> list[tuple[Quadric, ...]]:
-        """Per actuator the equation at 0 and, of a rotary one, at a quarter turn: sine and minus cosine of its angle."""
+        """Per actuator the equation at 0, and of a rotary one at a quarter turn: its angle's sine and minus cosine."""
         kinds = [(0.0, math.pi / 2) if self._rotary(k) else (0.0,) for k in range(len(self.mechanism.actuators))]
         return [tuple(self.drive(k, v) for v in values) for k, values in enumerate(kinds)]
 
