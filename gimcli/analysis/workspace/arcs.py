@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from gimcli.analysis.workspace.branches import WALK, Branch, Knot, hermite, spacing
-from gimcli.mechanism import FloatArray
+from gimcli.mechanism import FloatArray, IntArray
 from gimcli.solvers.arclength import correct, place
 
 GAUSS = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)]), np.array([5.0, 8.0, 5.0]) / 18.0
@@ -222,6 +222,20 @@ def footpoint(arc: Arc, z: FloatArray, meeting: Meeting) -> tuple[float, Cut | N
     pieces = np.flatnonzero(np.all((low <= z + meeting.same) & (high >= z - meeting.same), axis=1))
     if not len(pieces):
         return np.inf, None
+    gap, cut = _nearest(arc, pieces, z, meeting)
+    return gap, cut if gap < meeting.same else None
+
+
+def apart(arc: Arc, z: FloatArray, meeting: Meeting, looked_at: int = 6) -> float:
+    """Return the distance of a place (2,) from a path, found on the pieces whose boxes are nearest."""
+    low, high = arc.boxes
+    outside = np.linalg.norm(np.maximum(np.maximum(low - z, z - high), 0.0), axis=1)
+    pieces = np.argsort(outside)[:looked_at]
+    return _nearest(arc, pieces, z, meeting)[0]
+
+
+def _nearest(arc: Arc, pieces: IntArray, z: FloatArray, meeting: Meeting) -> tuple[float, Cut]:
+    """Return the distance of a place from some cubics of a path, and the foot."""
     t = np.full(len(pieces), 0.5)
     for _ in range(meeting.rounds):
         slope = arc.slope(pieces, t)
@@ -229,4 +243,4 @@ def footpoint(arc: Arc, z: FloatArray, meeting: Meeting) -> tuple[float, Cut | N
         t = np.clip(t - np.sum((arc.at(pieces, t) - z) * slope, axis=1) / square, 0.0, 1.0)
     gap = np.linalg.norm(arc.at(pieces, t) - z, axis=1)
     k = int(np.argmin(gap))
-    return float(gap[k]), (int(pieces[k]), float(t[k])) if gap[k] < meeting.same else None
+    return float(gap[k]), (int(pieces[k]), float(t[k]))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gimcli.analysis.workspace.arcs import Arc
+from gimcli.analysis.workspace.arcs import Arc, Meeting, apart
 from gimcli.analysis.workspace.sampling import Bank
 from gimcli.mechanism import ComplexArray, FloatArray
 
@@ -23,7 +23,8 @@ class Policy:
     clear: float = 0.2  # part of the distance to the next path
     short: float = 0.05  # and of the path's own length
     parts: tuple[float, ...] = (0.5, 0.31, 0.73, 0.11, 0.89)  # places of a path that are tried
-    hints: int = 6  # starts next to the path's own position
+    hints: int = 12  # starts about the path's own position
+    farthest: float = 0.3  # from it
     joined: float = 3e-6  # ends nearer than this are one corner
     checked: int = 400  # positions that must lie within the boundary
     margin: float = 1e-4  # but those nearer to it than this
@@ -81,7 +82,8 @@ def sorted_edges(arcs: Sequence[Arc], bank: Bank, policy: Policy | None = None) 
     places = np.array([z + s * step * normal for z, normal, step, _ in marks for s in (1.0, -1.0)])
     hints = np.array([_hints(x, step, bank, policy) for _, _, step, x in marks for _ in range(2)])
     reached = bank.reaches(places, hints).reshape(-1, 2)
-    return [_edge(arc, bool(left), bool(right)) for arc, (left, right) in zip(arcs, reached, strict=True)]
+    known = np.array([[arc.inside > 0.0, arc.inside < 0.0] for arc in arcs])  # by the curve's own curvatures
+    return [_edge(arc, bool(left), bool(right)) for arc, (left, right) in zip(arcs, reached | known, strict=True)]
 
 
 def _edge(arc: Arc, left: bool, right: bool) -> Edge:
@@ -98,7 +100,7 @@ def _mark(k: int, arcs: Sequence[Arc], policy: Policy) -> tuple[FloatArray, Floa
     for part in policy.parts:
         cut = arcs[k].halfway(part)
         z = arcs[k].at(*cut)
-        room = min((_apart(other, z) for j, other in enumerate(arcs) if j != k), default=np.inf)
+        room = min((apart(other, z, Meeting()) for j, other in enumerate(arcs) if j != k), default=np.inf)
         if room > 1.2 * best[0]:
             best = float(room), part
     arc, cut = arcs[k], arcs[k].halfway(best[1])
@@ -108,14 +110,10 @@ def _mark(k: int, arcs: Sequence[Arc], policy: Policy) -> tuple[FloatArray, Floa
     return z, normal, step, arc.knot(cut).p[: arc.table.shape[1]]
 
 
-def _apart(arc: Arc, z: FloatArray) -> float:
-    """Return about how far a place is from a path."""
-    return float(np.min(np.linalg.norm(arc.dense(2) - z, axis=1)))
-
-
 def _hints(x: FloatArray, step: float, bank: Bank, policy: Policy) -> FloatArray:
-    noise = bank.rng.normal(size=(policy.hints, len(x)))
-    return np.asarray(x + np.sqrt(step) * noise)
+    """Return starts next to a position and farther off: the way on may be by another configuration close by."""
+    spread = np.geomspace(np.sqrt(step), policy.farthest, policy.hints)
+    return np.asarray(x + spread[:, None] * bank.rng.normal(size=(policy.hints, len(x))))
 
 
 def loops(edges: Sequence[Edge], policy: Policy | None = None) -> list[Loop]:
@@ -170,9 +168,9 @@ def outside(found: Sequence[Loop], y: FloatArray, policy: Policy | None = None) 
     winding, gap, z = np.zeros(len(y)), np.full(len(y), np.inf), y @ np.array([1.0, 1.0j])
     for loop in found:
         outline = loop.points(policy.dense) @ np.array([1.0, 1.0j])
-        apart = np.append(outline, outline[0]) - z[:, None]
-        gap = np.minimum(gap, np.min(_distances(apart[:, :-1], apart[:, 1:]), axis=1))
-        safe = np.where(apart == 0.0, 1.0, apart)
+        seen = np.append(outline, outline[0]) - z[:, None]
+        gap = np.minimum(gap, np.min(_distances(seen[:, :-1], seen[:, 1:]), axis=1))
+        safe = np.where(seen == 0.0, 1.0, seen)
         winding += np.sum(np.angle(safe[:, 1:] / safe[:, :-1]), axis=1) / (2.0 * np.pi)
     return int(np.sum((np.round(winding) < 1.0) & (gap > policy.margin)))
 
