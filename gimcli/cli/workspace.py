@@ -84,18 +84,20 @@ def _answer(
     from gimcli.cli.console import progress_bar
     from gimcli.output import write
 
+    freedoms = Task(mechanism, name, held).freedoms
+    grid: dict[str, Any] = {}
+    places = _scatter(mechanism, name, model, files["npz"], asked, grid) if asked[0] else None
     found: Workspace | Reach
-    if Task(mechanism, name, held).freedoms == 1:
+    if freedoms == 1:
         found = reach(mechanism, name, held)
         report, table = reach_report(found), reach_table(found)
     else:
         found = survey(mechanism, name, held, progress_bar("curves"))
         report, table = region_report(found), region_table(found)
-    places = _scatter(mechanism, name, model, files["npz"], asked, report) if asked[0] else None
     write(table, files["csv"])
     if png:
         _draw(found, places, files["png"])
-    report |= {"csv": str(files["csv"]), "png": str(files["png"]) if png else None}
+    report |= {"csv": str(files["csv"]), "png": str(files["png"]) if png else None} | grid
     return report, bool(report["complete"])
 
 
