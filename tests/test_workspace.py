@@ -303,6 +303,7 @@ def test_two_sliders_reach_what_their_strokes_allow(tmp_path: Path) -> None:
     assert area(found) == pytest.approx(exact, rel=1e-7)
 
 
+@pytest.mark.soak
 def test_redundant_platform_reaches_what_some_orientation_allows() -> None:
     """3-RRR with its angle free: strewn places against a scan of the angle, every leg's triangle solved."""
     mechanism = load(MODELS / "platform_3rrr.yaml")

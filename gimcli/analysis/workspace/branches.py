@@ -72,10 +72,8 @@ class Walker:
     def take(self, seeds: FloatArray) -> list[Branch]:
         """Walk the curves that seeds p (rows, ·) lie on and that are not walked yet; return the new ones."""
         new: list[Branch] = []
-        for p in seeds:
-            if not bool(self.task.allowed(p[: self.n])) or self._known(p[: self.n]):
-                continue
-            start = self._start(p)
+        for p in seeds[self.task.allowed(seeds[:, : self.n])]:
+            start = None if self._known(p[: self.n]) else self._start(p)
             branch = None if start is None else self._walked(start)
             if branch is not None:
                 new.append(branch)

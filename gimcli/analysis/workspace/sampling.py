@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +22,14 @@ class Policy:
     near: int = 12  # starts from the bank's positions whose point is nearest to the place asked for
     far: int = 36  # more of them where those fail
     mixed: int = 12  # and some from anywhere
-    seeds: int = 400  # positions from which curves are looked for
+    seeds: int = 240  # positions from which curves are looked for
     enough: int = 400  # positions of the bank
     rounds: int = 12  # of starts, at most, until there are so many
     seed: int = 0
+
+    def more(self, times: int) -> Policy:
+        """Return the policy with so many times the starts."""
+        return replace(self, strewn=self.strewn * times, seeds=self.seeds * times)
 
 
 class Bank:

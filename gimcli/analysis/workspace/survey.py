@@ -84,7 +84,7 @@ def survey(
         raise UsageError(f"'{point}' runs along curves: {task.freedoms} freedom is left; see `reach`")
     found: Workspace | None = None
     for attempt in range(ROUNDS):
-        bank = Bank(task, Starts(seed=attempt, seeds=400 * 2**attempt, strewn=1500 * 2**attempt))
+        bank = Bank(task, Starts(seed=attempt).more(2**attempt))
         if not len(bank.x):
             continue
         fresh = _surveyed(task, bank, progress)
