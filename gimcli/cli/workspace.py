@@ -247,7 +247,9 @@ def _tell_region(mechanism: Mechanism, report: dict[str, Any]) -> None:
         for k, (c, end) in enumerate(zip(report["curves"], ends, strict=True))
     ]
     print_table("", heads, curves, right=(0, 3))
-    if not report["complete"]:
+    if not report["regions"]:
+        typer.echo("no boundary was found: nothing seems to hold the point back")
+    elif not report["complete"]:
         typer.echo("the boundary is not complete: some curve was not found or could not be sorted")
 
 

@@ -46,8 +46,8 @@ class Workspace:
 
     @property
     def area(self) -> float:
-        """Area."""
-        return sum(loop.area for loop in self.loops)
+        """Area; NaN where no boundary is known."""
+        return sum(loop.area for loop in self.loops) if self.loops else float("nan")
 
     @property
     def area_error(self) -> float:
@@ -61,7 +61,9 @@ class Workspace:
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper corner (2,) of what is reached."""
+        """Lower and upper corner (2,) of what is reached; NaN where no boundary is known."""
+        if not self.loops:
+            return np.full(2, np.nan), np.full(2, np.nan)
         points = np.concatenate([edge.arc.extremes for loop in self.loops for edge in loop.edges])
         return points.min(axis=0), points.max(axis=0)
 
