@@ -66,15 +66,11 @@ class Arc:
 
     def at(self, piece: np.ndarray | int, t: FloatArray | float) -> FloatArray:
         """Return points (..., 2) of some cubics."""
-        a, b, c, d = np.moveaxis(self.hull[piece], -2, 0)
-        t, s = np.asarray(t)[..., None], 1.0 - np.asarray(t)[..., None]
-        return np.asarray(s**3 * a + 3.0 * s * s * t * b + 3.0 * s * t * t * c + t**3 * d)
+        return _cubic(self.hull[piece], t)
 
     def slope(self, piece: np.ndarray | int, t: FloatArray | float) -> FloatArray:
         """Return their derivatives (..., 2) by t."""
-        a, b, c, d = np.moveaxis(self.hull[piece], -2, 0)
-        t, s = np.asarray(t)[..., None], 1.0 - np.asarray(t)[..., None]
-        return np.asarray(3.0 * (s * s * (b - a) + 2.0 * s * t * (c - b) + t * t * (d - c)))
+        return _cubic_slope(self.hull[piece], t)
 
     def dense(self, parts: int = 4) -> FloatArray:
         """Return points (rows, 2) with some parts a piece."""
@@ -226,21 +222,47 @@ def footpoint(arc: Arc, z: FloatArray, meeting: Meeting) -> tuple[float, Cut | N
     return gap, cut if gap < meeting.same else None
 
 
-def apart(arc: Arc, z: FloatArray, meeting: Meeting, looked_at: int = 6) -> float:
-    """Return the distance of a place (2,) from a path, found on the pieces whose boxes are nearest."""
-    low, high = arc.boxes
-    outside = np.linalg.norm(np.maximum(np.maximum(low - z, z - high), 0.0), axis=1)
-    pieces = np.argsort(outside)[:looked_at]
-    return _nearest(arc, pieces, z, meeting)[0]
+class Crowd:
+    """Many paths, to ask for the room about a place."""
+
+    def __init__(self, arcs: Sequence[Arc]) -> None:
+        self.hull = np.concatenate([arc.hull for arc in arcs])
+        self.owner = np.repeat(np.arange(len(arcs)), [len(arc.span) for arc in arcs])
+        self.low, self.high = self.hull.min(axis=1), self.hull.max(axis=1)
+
+    def room(self, z: FloatArray, but: int, most: float, meeting: Meeting) -> float:
+        """Return the distance of a place (2,) from the nearest path but one, `most` where none is nearer."""
+        outside = np.linalg.norm(np.maximum(np.maximum(self.low - z, z - self.high), 0.0), axis=1)
+        near = np.flatnonzero((outside < most) & (self.owner != but))
+        return min(most, float(_feet(self.hull[near], z, meeting)[0].min())) if len(near) else most
 
 
 def _nearest(arc: Arc, pieces: IntArray, z: FloatArray, meeting: Meeting) -> tuple[float, Cut]:
     """Return the distance of a place from some cubics of a path, and the foot."""
-    t = np.full(len(pieces), 0.5)
-    for _ in range(meeting.rounds):
-        slope = arc.slope(pieces, t)
-        square = np.maximum(np.sum(slope**2, axis=1), np.finfo(float).tiny)
-        t = np.clip(t - np.sum((arc.at(pieces, t) - z) * slope, axis=1) / square, 0.0, 1.0)
-    gap = np.linalg.norm(arc.at(pieces, t) - z, axis=1)
+    gap, t = _feet(arc.hull[pieces], z, meeting)
     k = int(np.argmin(gap))
     return float(gap[k]), (int(pieces[k]), float(t[k]))
+
+
+def _feet(hull: FloatArray, z: FloatArray, meeting: Meeting) -> tuple[FloatArray, FloatArray]:
+    """Return the distances (pieces,) of a place from cubics (pieces, 4, 2), and the parts at which the feet are."""
+    t = np.full(len(hull), 0.5)
+    for _ in range(meeting.rounds):
+        slope = _cubic_slope(hull, t)
+        square = np.maximum(np.sum(slope**2, axis=1), np.finfo(float).tiny)
+        t = np.clip(t - np.sum((_cubic(hull, t) - z) * slope, axis=1) / square, 0.0, 1.0)
+    return np.asarray(np.linalg.norm(_cubic(hull, t) - z, axis=1)), t
+
+
+def _cubic(hull: FloatArray, t: FloatArray | float) -> FloatArray:
+    """Return points (..., 2) of cubics given by control points (..., 4, 2)."""
+    a, b, c, d = np.moveaxis(hull, -2, 0)
+    t, s = np.asarray(t)[..., None], 1.0 - np.asarray(t)[..., None]
+    return np.asarray(s**3 * a + 3.0 * s * s * t * b + 3.0 * s * t * t * c + t**3 * d)
+
+
+def _cubic_slope(hull: FloatArray, t: FloatArray | float) -> FloatArray:
+    """Return their derivatives (..., 2) by t."""
+    a, b, c, d = np.moveaxis(hull, -2, 0)
+    t, s = np.asarray(t)[..., None], 1.0 - np.asarray(t)[..., None]
+    return np.asarray(3.0 * (s * s * (b - a) + 2.0 * s * t * (c - b) + t * t * (d - c)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gimcli.analysis.workspace.arcs import Arc, Meeting, apart
+from gimcli.analysis.workspace.arcs import Arc, Crowd, Meeting
 from gimcli.analysis.workspace.sampling import Bank
 from gimcli.mechanism import ComplexArray, FloatArray
 
@@ -78,7 +78,8 @@ def sorted_edges(arcs: Sequence[Arc], bank: Bank, policy: Policy | None = None) 
     policy = policy or Policy()
     if not arcs:
         return []
-    marks = [_mark(k, arcs, policy) for k in range(len(arcs))]
+    crowd = Crowd(arcs)
+    marks = [_mark(k, arcs, crowd, policy) for k in range(len(arcs))]
     places = np.array([z + s * step * normal for z, normal, step, _ in marks for s in (1.0, -1.0)])
     hints = np.array([_hints(x, step, bank, policy) for _, _, step, x in marks for _ in range(2)])
     reached = bank.reaches(places, hints).reshape(-1, 2)
@@ -94,15 +95,17 @@ def _edge(arc: Arc, left: bool, right: bool) -> Edge:
     return Edge(arc, OUTER, left)
 
 
-def _mark(k: int, arcs: Sequence[Arc], policy: Policy) -> tuple[FloatArray, FloatArray, float, FloatArray]:
+def _mark(
+    k: int, arcs: Sequence[Arc], crowd: Crowd, policy: Policy
+) -> tuple[FloatArray, FloatArray, float, FloatArray]:
     """Return the place of a path with most room about it, the normal to its left, how far to go, and the position."""
     best: tuple[float, float] = (-1.0, 0.5)
     for part in policy.parts:
         cut = arcs[k].halfway(part)
         z = arcs[k].at(*cut)
-        room = min((apart(other, z, Meeting()) for j, other in enumerate(arcs) if j != k), default=np.inf)
+        room = crowd.room(z, k, policy.aside / policy.clear, Meeting())
         if room > 1.2 * best[0]:
-            best = float(room), part
+            best = room, part
     arc, cut = arcs[k], arcs[k].halfway(best[1])
     z, slope = arc.at(*cut), arc.slope(*cut)
     normal = np.array([-slope[1], slope[0]]) / max(float(np.linalg.norm(slope)), 1e-300)
