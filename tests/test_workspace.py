@@ -382,14 +382,15 @@ def test_an_input_with_a_stop_limits_the_path_of_a_four_bar() -> None:
 
 
 def rocker(tmp_path: Path, ground: float, crank: float, coupler: float, follower: float) -> Mechanism:
-    """A four-bar driven at its first link, drawn where that stands at right angles to the ground."""
-    way = complex(ground, -crank)
+    """A four-bar driven at its first link, drawn where that stands at 30 degrees to the ground."""
+    a = crank * cmath.exp(1j * math.pi / 6.0)
+    way = ground - a
     cosine = (coupler**2 + abs(way) ** 2 - follower**2) / (2.0 * coupler * abs(way))
-    b = complex(0.0, crank) + coupler * way / abs(way) * cmath.exp(1j * math.acos(cosine))
+    b = a + coupler * way / abs(way) * cmath.exp(1j * math.acos(cosine))
     return made(
         tmp_path,
         {
-            "nodes": {"O": [0, 0], "G": [ground, 0], "A": [0, crank], "B": [b.real, b.imag]},
+            "nodes": {"O": [0, 0], "G": [ground, 0], "A": [a.real, a.imag], "B": [b.real, b.imag]},
             "ground": ["O", "G"],
             "links": {
                 "crank": {"nodes": ["O", "A"], "length": crank},
@@ -415,8 +416,9 @@ def test_the_input_of_a_non_grashof_four_bar_turns_back_where_coupler_and_follow
     assert (interval.low, interval.high) == pytest.approx((-limit, limit), abs=1e-9)
     assert interval.folds == pytest.approx((-limit, limit), abs=1e-9)
     angle = math.acos((ground**2 + follower**2 - (crank + coupler) ** 2) / (2.0 * ground * follower))
-    low, _ = run.bounds  # B farthest left: crank and coupler in line
-    assert low[0] * mechanism.scale == pytest.approx(ground - follower * math.cos(angle), rel=1e-9)
+    low, high = run.bounds  # B farthest right: crank and coupler in line; it passes over its leftmost place
+    assert high[0] * mechanism.scale == pytest.approx(ground - follower * math.cos(angle), rel=1e-9)
+    assert low[0] * mechanism.scale == pytest.approx(ground - follower, rel=1e-9)
 
 
 def test_reach_of_a_limited_input_ends_at_its_law(tmp_path: Path) -> None:

@@ -111,7 +111,7 @@ def _interval(task: Task, k: int, values: list[FloatArray], closed: bool) -> Int
     u = np.unwrap(u) if rotary else u
     ends = np.cumsum([len(v) for v in values])
     low, high = float(u.min()), float(u.max())
-    shift = _shift(task, k, 0.5 * (low + high)) if rotary else 0.0
+    shift = _shift(task, k, low, high) if rotary else 0.0
     if rotary and high - low >= FULL:
         begin = float(law_inputs(task.mechanism)(np.zeros(1))[k, 0])
         return Interval(k, begin, begin + 2.0 * math.pi, True)
@@ -126,7 +126,10 @@ def _fold(u: FloatArray, end: int) -> float | None:
     return here if before * after < 0.0 else None
 
 
-def _shift(task: Task, k: int, middle: float) -> float:
-    """Return the whole turns that bring an angle next to those of its law."""
+def _shift(task: Task, k: int, low: float, high: float) -> float:
+    """Return the whole turns that bring an interval about the start of its input's law, or else next to the law."""
     law = law_inputs(task.mechanism)(np.linspace(0.0, 1.0, 33))[k]
-    return 2.0 * math.pi * round((0.5 * float(law.min() + law.max()) - middle) / (2.0 * math.pi))
+    turns = math.ceil((float(law[0]) - high) / (2.0 * math.pi) - 1e-9)
+    if low + 2.0 * math.pi * turns > float(law[0]) + 1e-9:
+        turns = round((0.5 * float(law.min() + law.max()) - 0.5 * (low + high)) / (2.0 * math.pi))
+    return 2.0 * math.pi * turns
