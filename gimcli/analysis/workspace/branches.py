@@ -66,13 +66,16 @@ class Walker:
         self.n = curve.stratum.n
         self.found: list[Branch] = []
         held = {actuator for actuator, _ in curve.stratum.held}
+        names = [(r.actuator, end) for end in (1.0, -1.0) for r in task.limited]
+        self._ends = [names.index(pair) for pair in curve.stratum.held]  # a line does not know a half turn
         self._loose = np.tile([r.actuator not in held for r in task.limited], 2).astype(bool)
         self._points, self._tangents = np.zeros((0, self.n)), np.zeros((0, self.n))
 
     def take(self, seeds: FloatArray) -> list[Branch]:
         """Walk the curves that seeds p (rows, ·) lie on and that are not walked yet; return the new ones."""
         new: list[Branch] = []
-        for p in seeds[self.task.allowed(seeds[:, : self.n])]:
+        x = seeds[:, : self.n]
+        for p in seeds[self.task.allowed(x) & np.all(np.abs(self.task.margins(x)[:, self._ends]) < SLACK, axis=1)]:
             start = None if self._known(p[: self.n]) else self._start(p)
             branch = None if start is None else self._walked(start)
             if branch is not None:
