@@ -12,7 +12,19 @@ import typer
 from typer.core import TyperGroup
 
 from gimcli import __version__
-from gimcli.cli import forces, groups, mobility, schema, sequence, singularities, solve, trace, tradeoff, workspace
+from gimcli.cli import (
+    circuits,
+    forces,
+    groups,
+    mobility,
+    schema,
+    sequence,
+    singularities,
+    solve,
+    trace,
+    tradeoff,
+    workspace,
+)
 from gimcli.errors import GimError
 
 
@@ -53,7 +65,7 @@ def _main(
     pass
 
 
-for module in (solve, trace, sequence, mobility, singularities, workspace, groups, forces, tradeoff, schema):
+for module in (solve, trace, sequence, mobility, singularities, circuits, workspace, groups, forces, tradeoff, schema):
     app.command(module.NAME, help=module.HELP)(module.command)
 
 
