@@ -16,6 +16,7 @@ from four_bars import cosines, four_bar, four_bar_text
 from typer.testing import CliRunner
 
 from gimcli.analysis.sharpen import sharpened
+from gimcli.analysis.tracing import events
 from gimcli.cli import app
 from gimcli.errors import UsageError
 from gimcli.model import load
@@ -89,6 +90,11 @@ def test_reverse_rocks_on_and_on(tmp_path: Path) -> None:
     assert told.min() >= low - 1e-9
     wave = np.abs((np.linspace(60, 60 + 6 * (high - low), 301) - high) % (2 * (high - low)) - (high - low)) + low
     assert told == pytest.approx(wave, abs=1e-9)
+    assert len(motion.turned_back) == 6
+    at = [60.0 + t * 6.0 * (high - low) for t, _ in motion.turned_back]
+    assert at == pytest.approx([high + k * (high - low) for k in range(6)], abs=1e-10)
+    told = [event["at"]["motor"] for event in events(motion) if event["kind"] == "limit"]
+    assert told == pytest.approx([high, low] * 3, abs=1e-10)
     home = motion.z[:, [0, 100, 200, 300]]  # two swings are a third of the law
     assert np.abs(home - home[:, :1]).max() < 1e-12
 

@@ -21,6 +21,9 @@ from gimcli.structure.plan import make_plan
 
 Progress = Callable[[float], None]
 
+MOST_NODES = 100
+"""Nodes of the largest mechanism whose circuits are followed."""
+
 
 @dataclass(frozen=True)
 class Found:
@@ -47,10 +50,15 @@ class Survey:
 def drawn_circuit(mechanism: Mechanism, tolerance: float, progress: Progress | None = None) -> Circuit:
     """Return the circuit that the laws start on; if they start out of reach, the one that is drawn.
 
-    Raises StructureError without an actuator, or where neither can be assembled.
+    Raises StructureError without an actuator, of too many nodes, or where neither can be assembled.
     """
     if not mechanism.actuators:
         raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve`")
+    if len(mechanism.nodes) > MOST_NODES:
+        raise StructureError(
+            f"{mechanism.name} has {len(mechanism.nodes)} nodes: circuits of at most {MOST_NODES} are followed, as"
+            " their equations are kept as full tables"
+        )
     plan, curve = make_plan(mechanism), Curve(mechanism)
     starts = [curve.begin(), float(drawn_inputs(mechanism)[0])] if curve.single else [curve.begin()]
     for q in starts:
