@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
 from four_bars import cosines, four_bar
 
-from gimcli.analysis.singularities import LIMIT, singularities
+from gimcli.analysis.singularities import CHANGE, LIMIT, singularities
 from gimcli.analysis.survey import drawn_circuit, survey
 from gimcli.model import load
 from gimcli.motion.circuit import Circuit
@@ -79,6 +80,40 @@ def test_random_four_bars_stop_where_the_law_of_cosines_says(tmp_path: Path) -> 
 @pytest.mark.soak
 def test_a_thousand_four_bars_stop_where_the_law_of_cosines_says(tmp_path: Path) -> None:
     run_random(tmp_path, 2, 1000)
+
+
+def run_whole_lengths(tmp_path: Path, count: int) -> None:
+    """Compare four-bars with lengths 1 to 4, most of them edge cases, with the law of cosines.
+
+    Where a cosine is 1 or -1 exactly, coupler and follower are in line with the frame: a change point, no limit.
+    """
+    rng, edges = np.random.default_rng(3), 0
+    for lengths in rng.permutation(list(product((1.0, 2.0, 3.0, 4.0), repeat=4)))[:count].tolist():
+        crank, coupler, follower, ground = lengths
+        angles = rng.uniform(-math.pi, math.pi, 50)
+        reach = np.abs(ground - crank * np.exp(1j * angles))
+        fits = angles[(reach > 1.02 * abs(coupler - follower) + 0.02) & (reach < 0.98 * (coupler + follower))]
+        if not len(fits):
+            continue
+        found = survey(four_bar(tmp_path, *lengths, float(fits[0])))
+        both = cosines(*lengths)
+        told = {k: {math.cos(f.what.p[-1]) for f in found.found if f.what.kind == k} for k in (CHANGE, LIMIT)}
+        assert {round(c, 12) for c in told[CHANGE]} == {c for c in both if abs(c) == 1.0}
+        assert all(min(abs(c - own) for own in both if abs(own) < 1.0) < 1e-13 for c in told[LIMIT])
+        assert bool(told[LIMIT]) == any(abs(c) < 1.0 for c in both)
+        assert found.branches.complete
+        assert all(c.closed for c in found.branches.circuits)
+        edges += bool(told[CHANGE])
+    assert edges > count // 4
+
+
+def test_edge_cases_of_grashof_have_change_points(tmp_path: Path) -> None:
+    run_whole_lengths(tmp_path, 25)
+
+
+@pytest.mark.soak
+def test_all_edge_cases_of_grashof_have_change_points(tmp_path: Path) -> None:
+    run_whole_lengths(tmp_path, 256)
 
 
 @pytest.mark.parametrize("excess", [1e-3, 1e-6, 1e-9, 1e-11, 1e-12, 3e-13])
