@@ -9,7 +9,6 @@ to it, so that the curve is not left for the other branch. The circuit is closed
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -116,7 +115,7 @@ class Walker:
         self.waiting: Crossing | None = None  # to be passed when the way through it is told from nearer by
         self.step, self.length, self.fall = policy.steps.first, 0.0, 0.0
 
-    def run(self, closes: bool = True, progress: Callable[[float], None] | None = None) -> str:
+    def run(self, closes: bool = True) -> str:
         """Walk until the circuit ends; return why."""
         while True:
             before = len(self.places)
@@ -130,8 +129,6 @@ class Walker:
             self.length += sum(
                 float(np.linalg.norm(self.places[k].p - self.places[k - 1].p)) for k in range(before, len(self.places))
             )
-            if progress is not None:
-                progress(self.length)
             if self.length > self.policy.longest:
                 return Ended.LONG
 
@@ -289,21 +286,15 @@ def landed(curve: Curve, met: Crossing, ahead: FloatArray, policy: Policy) -> Pl
     return None
 
 
-def follow_circuit(
-    curve: Curve, start: Place, policy: Policy, met: Crossing | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> Circuit:  # fmt: skip
-    """Follow the circuit through a place, in the sense of its tangent.
-
-    A singular start `met` is left along the tangent of `start`, which is a place beside it.
-    """
+def follow_circuit(curve: Curve, start: Place, policy: Policy) -> Circuit:
+    """Follow the circuit through a place, in the sense of its tangent; where it is not closed, to both ends."""
     walker = Walker(curve, start, policy)
-    ended = walker.run(progress=progress)
+    ended = walker.run()
     places, crossings = walker.places, walker.crossings
     if ended == Ended.CLOSED:
         return Circuit(curve, tuple(places), crossings, ended, _turns(curve, places))
     back = Walker(curve, place(curve, start.p, -start.tangent), policy)
-    back.run(closes=False, progress=progress)
+    back.run(closes=False)
     behind = [Place(p.p, -p.tangent, p.jacobian, p.values, p.left) for p in reversed(back.places[1:])]
     known = {len(behind) - k: met for k, met in back.crossings.items()}
     known |= {len(behind) + k: met for k, met in crossings.items()}
