@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from four_bars import cosines, four_bar
+from four_bars import cosines, four_bar, four_bar_text
 
 from gimcli.analysis.singularities import CHANGE, LIMIT, singularities
 from gimcli.analysis.survey import drawn_circuit, survey
@@ -134,6 +134,27 @@ def test_a_change_point_missed_by_little_is_not_hopped(tmp_path: Path, excess: f
     assert short.closed
     assert short.turns == 0.0  # stretched, they are too short: the crank turns back on either side of 180 deg
     assert len(limits(short)["upper"]) == len(limits(short)["lower"]) == 1
+
+
+@pytest.mark.parametrize("excess", [1e-3, 1e-6, 1e-9, 1e-12, 0.0])
+def test_two_change_points_missed_together_are_not_hopped(tmp_path: Path, excess: float) -> None:
+    """Two like dyads on one crank: where both are hopped, no determinant tells. Met, they leave in four ways."""
+    text = four_bar_text(1.0, 3.0, 2.0, 4.0 - excess, 1.0)
+    place = text.split("B: [")[1].split("]")[0]
+    text = text.replace(f"B: [{place}]", f"B: [{place}], C: [{place}]")
+    text = text.replace(
+        "actuators", "  more: {nodes: [A, C], length: 3}\n  last: {nodes: [O4, C], length: 2}\nactuators"
+    )
+    (tmp_path / "m.yaml").write_text(text)
+    circuit = drawn_circuit(load(tmp_path / "m.yaml"), 1e-10)
+    assert circuit.closed
+    assert circuit.turns == (1.0 if excess else 2.0)
+    assert [len(met.tangents) for met in circuit.crossings.values()] == ([] if excess else [4, 4])
+    z = circuit.curve.nodes(circuit.p)
+    o4, a, b, c = (z[circuit.mechanism.nodes.index(n)] for n in ("O4", "A", "B", "C"))
+    assert np.abs(b - c).max() < 1e-8  # they are never on different sides
+    sides = ((b - a) * (o4 - a).conjugate()).imag
+    assert (sides > 0.0).all() or (sides < 0.0).all() or not excess
 
 
 @pytest.mark.parametrize("excess", [1e-3, 1e-6, 1e-9, 1e-12])

@@ -113,7 +113,7 @@ class Walker:
         self.places, self.crossings = [start], dict[int, Crossing]()
         self.missed: list[FloatArray] = []
         self.waiting: Crossing | None = None  # to be passed when the way through it is told from nearer by
-        self.step, self.length, self.fall = policy.steps.first, 0.0, 0.0
+        self.step, self.length = policy.steps.first, 0.0
 
     def run(self, closes: bool = True) -> str:
         """Walk until the circuit ends; return why."""
@@ -195,10 +195,8 @@ class Walker:
         if here.tangent @ along < 0.5:
             return False
         ahead = _straight_on(met, along, self.policy)
-        if ahead is None:
-            if (
-                gap > self.policy.told * self.policy.landing
-            ):  # not told by the second order: from the last places, nearer by
+        if ahead is None:  # not told by the second order: the way from the last place is, nearer by
+            if gap > self.policy.told * self.policy.landing:
                 return False
             ahead = met.right @ (met.right.T @ along)
             ahead = ahead / np.linalg.norm(ahead)
