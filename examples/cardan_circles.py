@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.analysis.influence import Sight
+from gimcli.analysis.input_path import Sight
 from gimcli.analysis.measures import measures_of
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.model import load

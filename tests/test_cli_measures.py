@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import struct
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -67,6 +68,8 @@ def test_what_is_plotted_is_written_and_makes_the_picture_taller(tmp_path):
     assert not any("v" in h.partition(".")[2] for h in heads[0][2:])
     assert {"P.vx", "P.ay", "crank.alpha", "transmission:coupler/rocker"} <= set(heads[1])
     assert "P.jx" not in heads[1]
+    gim("trace", FOUR_BAR, "-n", 2, "-o", tmp_path / "most", "--plot", "velocity", "-d", 3)
+    assert "P.jx" in rows_of(tmp_path / "most" / "crank_rocker.csv")[0], "no less than what is asked for"
     assert size_of(more.with_suffix(".png"))[1] > size_of(plain.with_suffix(".png"))[1] + 3 * 150
 
 
@@ -307,8 +310,63 @@ def test_the_vector_picture(tmp_path):
             assert low.imag < tip.imag < high.imag
 
 
+def test_an_arrow_that_leaves_the_mechanism_is_not_clipped():
+    """The rocker's pin alone moves, away from all else."""
+    mechanism = load(FOUR_BAR)
+    z = mechanism.to_file(mechanism.drawn)
+    arrows = Arrows("velocity", "mm/s", {"B": (complex(z[3]), 7.0 + 0.0j)})
+    picture = position_picture(mechanism, z, "t", {}, [arrows])
+    assert picture.frame.high.real > z[3].real + 0.29 * np.ptp(z.real)
+
+
 def test_a_mechanism_at_rest_has_no_arrows(tmp_path):
     text = FOUR_BAR.read_text().replace("{from: 0, to: 360}", "{from: 0, to: 90, profile: quintic}")
     (tmp_path / "m.yaml").write_text(text)
     gim("solve", tmp_path / "m.yaml", "--velocities", "--png", tmp_path / "v.png")
     assert (tmp_path / "v.png").is_file()
+
+
+# --- layout ----------------------------------------------------------------------------------------------
+
+
+def test_nothing_of_a_stacked_picture_is_clipped_or_overlaps():
+    """Every text lies within the figure; axes, with their labels, stand clear of each other."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    from gimcli.output.drawing import motion_picture
+    from gimcli.output.figure import canvas_of
+    from gimcli.output.panels import with_panels
+
+    run = run_model("crank_rocker", 36)
+    picture = motion_picture(run.mechanism, run.mechanism.to_file(run.motion.z[:, ::6].T), {"P": run.xy("P")}, "title")
+    x = Column("motor", run.value["motor"], "deg")
+    curves = [Column(f"point number {k}", 9.7e5 * np.sin(k + 0.1 * x.values), "mm/s^3") for k in range(9)]
+    small = [Column("c", -1e-7 * np.cos(x.values), "1/mm")]
+    sheet = with_panels(
+        picture, {"jerk": Table((x, *curves)), "curvature": Table((x, *small)), "alpha": Table((x, *curves[:1]))}
+    )
+    canvas = canvas_of(FigureCanvasAgg, sheet)
+    canvas.draw()
+    figure = canvas.figure
+    whole, renderer = figure.bbox, canvas.get_renderer()
+    boxes = [axes.get_tightbbox(renderer) for axes in figure.axes]
+    legends = [legend.get_window_extent(renderer) for legend in figure.legends]
+    assert len(boxes) == len(legends) == 4
+    for box in boxes + legends + [text.get_window_extent(renderer) for text in figure.texts]:
+        assert whole.x0 <= box.x0
+        assert box.x1 <= whole.x1
+        assert whole.y0 <= box.y0
+        assert box.y1 <= whole.y1
+    everything = sorted(boxes + legends, key=lambda box: -box.y1)
+    for upper, lower in pairwise(everything):
+        assert lower.y1 <= upper.y0 + 1.0, "one above the other"
+
+
+def test_an_assembly_without_inputs_stands_still(tmp_path):
+    (tmp_path / "model.yaml").write_text(
+        "nodes: {A: [0,0], B: [4,0], C: [2,3]}\nground: [A,B]\nlinks: {a: [A,C], b: [B,C]}\n"
+    )
+    report = velocities(tmp_path / "model.yaml")
+    assert report["velocity_status"] == "ok"
+    assert report["velocities"] == {"A": [0.0, 0.0], "B": [0.0, 0.0], "C": [0.0, 0.0]}
+    assert report["input_rates"] == {}

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from conftest import MODELS, run_model
 
-from gimcli.analysis.influence import Sight, way_along
-from gimcli.analysis.measures import KINDS, measures_of
+from gimcli.analysis.input_path import Sight, way_along
+from gimcli.analysis.measures import KINDS, measures_of, sweeping_area
 from gimcli.analysis.measures.centre import instant_centre
 from gimcli.analysis.measures.record import Record
 from gimcli.analysis.measures.sweeping_area import swept_area, union_area
 from gimcli.errors import UsageError
+from gimcli.mechanism import Member
 from gimcli.model import load
 from gimcli.motion.motion import Motion, stream, trace
 
@@ -125,6 +128,10 @@ def test_a_law_that_never_moves_has_centres_all_the_same():
     assert still["x"][0] == pytest.approx(moving["x"][0], rel=1e-12)
 
 
+def mechanism_place(sight, name):
+    return sight.mechanism.to_file(sight.motion.z[sight.mechanism.nodes.index(name)])
+
+
 def test_centres_at_infinity_are_empty_and_poison_nothing():
     """The coupler of a parallelogram only translates; crank and rocker never turn against each other."""
     sight = sight_of("parallelogram", 8, laws={"motor": {"from": 10, "to": 90}})
@@ -165,6 +172,19 @@ def _first_loop(mechanism):
     return a, b, c, d
 
 
+def test_members_that_move_as_one_for_a_moment():
+    """Body 1 turns about 0 by s, body 2 against it about c by s^2: at s = 0 they have one twist, their centre is c."""
+    c, p, q = 0.7 + 0.4j, np.array([0.3 + 0.1j, 1.1 - 0.2j]), np.array([0.2 - 0.5j, 1.5 + 0.6j])
+    z, v = np.concatenate([p, q]), 1j * np.concatenate([p, q])
+    a = np.concatenate([-p, -q + 2j * (q - c)])
+    bodies = [Member("one", (0, 1), p), Member("two", (2, 3), q)]
+    mechanism = replace(load(MODELS / "crank_rocker.yaml"), members=(Member("ground", (), np.zeros(0)), *bodies))
+    turning = {1: np.array([[1.0], [0.0]]), 2: np.array([[1.0], [2.0]])}
+    nodes = np.array([z, v, a])[:, :, None]
+    found = instant_centre(SimpleNamespace(mechanism=mechanism, nodes=nodes, angular=turning.get), 1, 2)
+    assert found[0] == pytest.approx(c, abs=1e-12)
+
+
 def test_the_pivots_are_centres_themselves():
     sight = sight_of("crank_rocker", 12)
     got, b = told(sight, "centre:coupler/rocker"), sight.motion.z[sight.mechanism.nodes.index("B")]
@@ -172,9 +192,9 @@ def test_the_pivots_are_centres_themselves():
     assert np.max(np.abs(got["x"] + 1j * got["y"] - place)) < 1e-9
     assert got["coupler.x"] == pytest.approx(np.full(13, 120.0))
     assert np.max(np.abs(got["coupler.y"])) < 1e-9
-    dead = math.degrees(math.acos((100**2 + 160**2 - 80**2) / (2 * 100 * 160)))
-    got = told(sight_of("crank_rocker", 1, laws={"motor": {"from": dead + 1e-7, "to": 90}}), "centre:frame/rocker")
-    assert abs(got["x"][0] - 100.0 + 1j * got["y"][0]) < 1e-11, "hardly moving against each other"
+    sight = sight_of("crank_rocker", 1, laws={"motor": {"from": 1e-6, "to": 90}})  # hardly turning against each other
+    place, got = mechanism_place(sight, "B"), told(sight, "centre:coupler/rocker")
+    assert np.max(np.abs(got["x"] + 1j * got["y"] - place)) < 1e-11
 
 
 # --- curvature -------------------------------------------------------------------------------------------
@@ -298,7 +318,7 @@ def test_exact_straight_lines_have_no_curvature():
 def test_curvature_agrees_with_a_circle_through_neighbours(model):
     """Independent of derivatives: the circle through three close positions, error of second order."""
     mechanism = load(model)
-    motion = trace(mechanism, 2000)
+    motion = trace(mechanism, 800)
     sight = Sight(motion)
     point = mechanism.traced[0]
     got = told(sight, f"curvature:{point}")["curvature"][1:-1] * mechanism.scale
@@ -308,10 +328,10 @@ def test_curvature_agrees_with_a_circle_through_neighbours(model):
         near = 2.0 * (np.conj(b - a) * (c - b)).imag / (np.abs(b - a) * np.abs(c - b) * np.abs(c - a))
     step = np.abs(c - a)
     known = np.isfinite(near) & np.isfinite(got) & (step > 1e-5)
-    if known.sum() < 100:
+    if known.sum() < 50:
         pytest.skip("the point hardly moves")
     error = np.abs(near - got)[known] / np.maximum(1.0, np.abs(got[known]))
-    assert np.median(error) < 1e-4
+    assert np.median(error) < 5e-4
 
 
 def test_curvature_where_several_inputs_start_from_rest():
@@ -397,6 +417,11 @@ def test_the_transmission_angle_of_a_ram():
         assert measure.values(Sight(run.motion))[0] == pytest.approx(expected, abs=1e-9)
 
 
+def test_two_guides_have_no_transmission_angle():
+    with pytest.raises(UsageError, match="no output joint"):
+        measures_of(load(MODELS / "scotch_yoke.yaml"), "transmission")
+
+
 def test_every_output_dyad_has_a_transmission_angle():
     """Jansen's leg: the three dyads of Assur that its crank drives; Whitworth's ram; none without a line."""
     named = {
@@ -404,6 +429,7 @@ def test_every_output_dyad_has_a_transmission_angle():
         "whitworth": ["rod/ram"],
         "watt_2": ["coupler/bell_crank", "drag_link/output"],
         "scott_russell": ["bar/slide"],
+        "stephenson_2": ["ad/left", "be/left"],  # strongly coupled: its pins
     }
     for model, parts in named.items():
         found = [m.spec for m in measures_of(load(MODELS / f"{model}.yaml"), "transmission")]
@@ -470,36 +496,37 @@ def test_a_linear_inputs_advantage_over_a_rotation_is_a_length():
         assert np.abs(advantage) == pytest.approx(arm, rel=1e-9)
 
 
-def test_a_block_slides_on_its_moving_guide(model):
-    """The rate along every guide is the difference of the travel along it, of second order."""
-    mechanism = load(model)
-    if not mechanism.slides or any(a.law(np.zeros(1), 2)[0] for a in mechanism.actuators):
-        pytest.skip("nothing slides, or not evenly")
-    motion = trace(mechanism, 2000)
-    sight = Sight(motion)
-    for pair in {s.pair: s for s in mechanism.slides}.values():
-        carrier = mechanism.members[pair.member]
-        turn, origin = 1.0, 0.0
-        if pair.member:
-            a, b = (motion.z[n] for n in carrier.nodes[:2])
-            turn = (b - a) / (carrier.shape[1] - carrier.shape[0])
-            origin = a - turn * carrier.shape[0]
-        travel = ((motion.z[pair.node] - origin - turn * pair.point) * np.conj(turn * pair.direction)).real
-        speed = (travel[2:] - travel[:-2]) / (motion.time[2:] - motion.time[:-2])
-        told_rate = sum(
-            a.law(motion.time, 1) * _normal(mechanism, a, told(sight, f"advantage:{a.name}/{pair.pair}")["ratio"])
-            for a in mechanism.actuators
-        )[1:-1]
-        if pair.pair in [m.name for m in mechanism.members]:
-            continue  # the name is a member's first
-        known = np.isfinite(speed) & np.isfinite(told_rate)
-        assert known.sum() > 1000
-        assert np.median(np.abs(speed - told_rate)[known]) < 1e-4 * np.max(np.abs(speed[known]), initial=1.0)
+@pytest.mark.parametrize(
+    ("model", "pair", "offset"),
+    [
+        ("crank_shaper", "slot", 0.0),
+        ("crank_shaper", "slot", 0.1),
+        ("whitworth", "slot", -0.2),
+        ("scotch_yoke", "slot", 0),
+    ],
+)
+def test_a_block_slides_on_its_moving_guide(model, pair, offset):
+    """The rate along a guide, beside its member's pivot too, is the difference of the travel, of second order."""
 
+    def change(data):
+        data["prismatic"][pair]["offset"] = offset
+        if model == "crank_shaper":  # a plate whose first node moves, and not across the slot alone
+            del data["links"]["arm"]
+            data["nodes"]["E"] = [1, -1]
+            data["elements"] = {"arm": ["E", "C", "D"]}
 
-def _normal(mechanism, actuator, ratio):
-    """A rate of travel in the file's units as one of the normal frame."""
-    return ratio / mechanism.scale if actuator.drive.value == "rotary" else ratio
+    run = run_model(model, 720, change=change)
+    mechanism, motion = run.mechanism, run.motion
+    slide = next(s for s in mechanism.slides if s.pair == pair)
+    carrier = mechanism.members[slide.member]
+    a, b = (motion.z[n] for n in carrier.nodes[:2])
+    turn = (b - a) / (carrier.shape[1] - carrier.shape[0])
+    foot = a + turn * (slide.point - carrier.shape[0])
+    travel = ((motion.z[slide.node] - foot) * np.conj(turn * slide.direction)).real * mechanism.scale
+    speed = (travel[2:] - travel[:-2]) / (motion.inputs[0, 2:] - motion.inputs[0, :-2])
+    got = told(Sight(motion), f"advantage:{mechanism.actuators[0].name}/{pair}")["ratio"][1:-1]
+    assert np.max(np.abs(speed)) > 0.1
+    assert np.max(np.abs(speed - got)) < 2e-3 * np.max(np.abs(speed))
 
 
 def test_an_output_at_rest_has_an_infinite_advantage():
@@ -613,14 +640,15 @@ def test_the_signed_area_is_a_planimeters():
 
 
 def signed_at_third():
-    sight = sight_of("crank_rocker", 3600)
+    sight = sight_of("crank_rocker", 1200)
     (measure,) = measures_of(sight.mechanism, "area:coupler")
-    return measure.values(sight)[0][1200]
+    return measure.values(sight)[0][400]
 
 
 def test_pieces_of_a_motion_tell_what_the_whole_does():
     mechanism = load(MODELS / "crank_rocker.yaml")
-    whole, parts = (Record(mechanism, ["area:coupler", "centre:frame/coupler", "curvature:P"]) for _ in range(2))
+    specs = ["area:coupler", "centre:frame/coupler", "curvature:P", "transmission"]
+    whole, parts = (Record(mechanism, specs) for _ in range(2))
     one = [c.values for c in whole.columns(trace(mechanism, 50))]
     pieces = list(stream(mechanism, 50, rows=7))
     several = [[c.values for c in parts.columns(piece)] for piece in pieces]
@@ -628,9 +656,22 @@ def test_pieces_of_a_motion_tell_what_the_whole_does():
         assert np.concatenate([s[k] for s in several]) == pytest.approx(column, rel=1e-12, abs=1e-9)
     told = [r.told(Motion.joined(pieces)) for r in (whole, parts)]
     assert told[0].keys() == told[1].keys()
+    angle = "transmission:coupler/rocker"
+    assert [t[angle]["worst"] for t in told] == pytest.approx(
+        [math.degrees(math.acos((14400 + 6400 - 3600) / 19200))] * 2
+    )
     for spec in told[0]:
         for name, column in told[0][spec]["columns"].items():
             assert told[1][spec]["columns"][name]["least"] == pytest.approx(column["least"])
+
+
+def test_what_was_infinite_once_is_told():
+    dead = math.degrees(math.acos((100**2 + 160**2 - 80**2) / (2 * 100 * 160)))
+    motion = sight_of("crank_rocker", 5, laws={"motor": {"from": dead, "to": 90}}).motion
+    record = Record(motion.mechanism, ["advantage:motor/rocker"])
+    for rows in (np.arange(2), np.arange(2, 6)):
+        record.columns(motion.rows(rows))
+    assert record.ranges["advantage:motor/rocker"].infinite
 
 
 def test_the_union_of_triangles():
@@ -656,6 +697,8 @@ def test_what_is_not_solved_is_swept_by_nothing():
     assert np.isnan(signed[4:]).all()
     assert measure.whole(cut)["signed"] == pytest.approx(3 / 8 * math.pi * 1600)
     assert measure.whole(cut)["area"] == pytest.approx(3 / 8 * math.pi * 1600, rel=1e-4)
+    nothing = Sight(replace(cut.motion, z=np.full_like(z, np.nan), codes=np.ones_like(codes)))
+    assert measure.whole(nothing)["area"] == 0.0
 
 
 # --- asking ----------------------------------------------------------------------------------------------
@@ -686,8 +729,9 @@ def test_what_does_not_exist_is_refused_with_its_cure(spec, part):
     assert part in str(met.value)
 
 
-def test_every_kind_measures_every_model(model):
+def test_every_kind_measures_every_model(model, monkeypatch):
     """No kind stumbles over a structure: rows are finite, empty or infinite, never an exception."""
+    monkeypatch.setattr(sweeping_area, "FINENESS", replace(sweeping_area.FINENESS, poses=90, lines=64))
     mechanism = load(model)
     motion = trace(mechanism, 6)
     specs = [f"centre:frame/{mechanism.members[1].name}", f"curvature:{mechanism.traced[0]}"]

@@ -1,138 +1,153 @@
-"""Derivatives along the path of a motion that do not depend on how fast it is run through.
+"""Influence coefficients: how nodes, points and members move per unit rate of each input, and how that changes.
 
-A path is a curve in the space of the inputs; its parameter is the input itself where there is one, else the
-normalised time stretched so that the inputs move at speed 1. Where the laws stand still, the direction is that of
-their first derivative that does not vanish: instant centres and curvatures are told there too.
+With inputs q and their rates q', for points z and angles phi of members,
+
+    z'   = B q'                 B (points, actuators) complex, first-order coefficients
+    z''  = B q'' + bias         bias: the acceleration at q'' = 0, quadratic in q'
+    B'   = dB/dq along q'       second-order coefficients times q'; B' q' = bias
+
+and the same with real numbers for the angles. They come from the plan's steps, exactly and never by differences;
+NaN where the equations tell no velocity. Lengths are those of the normal frame, angles rad, inputs as in
+`Mechanism.actuators`.
+
+One position takes a few microseconds, compiled (`run=gimcli.kernels.jit.compiled`):
+
+    influence = Influence(mechanism, plan, points=("A", Point("centre of mass", member, local)), run=jit.compiled)
+    now = influence.at(z, q)                  # z (nodes,) as solved at q (actuators,)
+    now.points, now.angles                    # (points, actuators), (members, actuators)
+    now = influence.at(z, q, rates)
+    now.points_bias, now.angles_bias          # (points,), (members,)
+    now.points_change, now.angles_change      # (points, actuators), (members, actuators)
+
+Arrays of `at` are views of memory that the next call fills again. `over` does many rows in one call, with rows as the
+last axis of everything. Kernels of one's own may call `gimcli.kernels.tape.play` with `arguments`.
+
+Source: Eksergian, Dynamical analysis of machines, 1930; Benedict & Tesar, Model formulation of complex mechanisms
+with multiple inputs, J. Mech. Design 100 (1978) 747-761 (kinematic influence coefficients).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
+from typing import Any, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gimcli.analysis.derivatives import Rates, rates
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.motion.motion import Motion
-
-
-@dataclass(frozen=True)
-class Stillness:
-    """When laws count as standing still."""
-
-    still: float = 1e-6  # a derivative below this part of the next ones: rounding of a profile's polynomial is less
-    aligned: float = 1e-9  # sine between two derivatives that count as parallel
-    orders: int = 3  # derivatives that laws have
-
-
-STILLNESS = Stillness()
+from gimcli.errors import UsageError
+from gimcli.kernels import tape as kernels
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism, Point
+from gimcli.motion.effort import plain
+from gimcli.solvers.differentiator import Differentiator, parts
+from gimcli.solvers.newton import Run
+from gimcli.solvers.rates import Slot
+from gimcli.structure.plan import make_plan
+from gimcli.structure.steps import Plan
 
 
 @dataclass(frozen=True)
-class Given:
-    """A law that has given derivatives at rows 0, 1 ...: its time counts the rows."""
+class First:
+    """First-order coefficients."""
 
-    series: tuple[FloatArray, ...]  # value, first, second derivative, each (rows,)
-
-    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
-        """Return the value or a derivative; those that are not given are 0."""
-        row = np.rint(np.asarray(time)).astype(np.int64)
-        return np.asarray(self.series[order][row] if order < len(self.series) else np.zeros(row.shape))
+    points: ComplexArray  # (points, actuators[, rows]) B
+    angles: FloatArray  # (members, actuators[, rows]); members but the frame, in the mechanism's order
 
 
 @dataclass(frozen=True)
-class Way:
-    """First and second derivative of the inputs by a parameter of their path."""
+class Second(First):
+    """First-order coefficients, and what the rates make of them."""
 
-    first: FloatArray  # (actuators, rows)
-    second: FloatArray  # (actuators, rows)
-    smooth: NDArray[np.bool_]  # (rows,) whether the second derivative is one of a regular parameter
-
-
-def way_along(mechanism: Mechanism, time: FloatArray) -> Way:
-    """Return the path of the inputs at normalised times, in the direction of the motion."""
-    laws = [np.array([a.law(time, k) for a in mechanism.actuators]) for k in range(1, STILLNESS.orders + 1)]
-    length = [np.linalg.norm(law, axis=0) for law in laws]
-    order = _first_order(length)
-    first, second, smooth = np.zeros_like(laws[0]), np.zeros_like(laws[0]), np.ones(len(time), dtype=bool)
-    for k, law in enumerate(laws):
-        rows = order == k
-        sense = np.where((time[rows] == 1.0) & (k % 2 == 1), -1.0, 1.0)  # the end is arrived at, not left
-        first[:, rows] = sense * law[:, rows] / length[k][rows]
-        if k == 0:
-            second[:, rows] = laws[1][:, rows] / length[0][rows] ** 2
-        elif k + 1 < len(laws):
-            smooth[rows] = _aligned(law[:, rows], laws[k + 1][:, rows])
-    if len(mechanism.actuators) == 1:
-        first[first == 0.0] = 1.0
-        return Way(first, np.zeros_like(second), np.ones_like(smooth))
-    return Way(first, second, smooth)
+    points_rate: ComplexArray  # (points[, rows]) velocities B q'
+    angles_rate: FloatArray  # (members[, rows])
+    points_bias: ComplexArray  # (points[, rows]) accelerations at q'' = 0
+    angles_bias: FloatArray  # (members[, rows])
+    points_change: ComplexArray  # (points, actuators[, rows]) dB/dq along q'
+    angles_change: FloatArray  # (members, actuators[, rows])
 
 
-def _first_order(length: Sequence[FloatArray]) -> NDArray[np.int64]:
-    """Return for every row the first derivative that does not vanish; -1 where all do."""
-    order = np.full(length[0].shape, -1)
-    for k in range(len(length) - 1, -1, -1):
-        rest = np.max(np.array(length[k:]), axis=0)
-        order[(length[k] > STILLNESS.still * rest) & (length[k] > 0.0)] = k
-    return order
+def first_slots(actuators: int) -> list[Slot]:
+    """Return a slot for each actuator at unit rate."""
+    return [Slot(unit=a) for a in range(actuators)]
 
 
-def _aligned(a: FloatArray, b: FloatArray) -> NDArray[np.bool_]:
-    """Tell of every row whether two vectors are parallel."""
-    product = np.sum(a * b, axis=0) ** 2
-    squares = np.sum(a * a, axis=0) * np.sum(b * b, axis=0)
-    return np.asarray(squares - product <= STILLNESS.aligned**2 * squares)
+def second_slots(actuators: int) -> list[Slot]:
+    """Return these, the velocity, the bias, and how the coefficients of each actuator change."""
+    v = actuators + 1
+    change = [Slot((1 + a, v, 1), order=2) for a in range(actuators)]
+    return [*first_slots(actuators), Slot(given=1), Slot((v, v, 1), order=2), *change]
 
 
-def rates_along(
-    mechanism: Mechanism, inputs: FloatArray, z: ComplexArray, first: FloatArray, second: FloatArray, order: int
-) -> Rates:
-    """Differentiate positions z (nodes, rows) whose inputs have given derivatives (actuators, rows)."""
-    laws = [Given((inputs[k], first[k], second[k])) for k in range(len(mechanism.actuators))]
-    actuators = tuple(replace(a, law=law) for a, law in zip(mechanism.actuators, laws, strict=True))
-    driven = replace(mechanism, actuators=actuators, duration=1.0)
-    return rates(driven, np.arange(z.shape[1], dtype=float), z, order)
+class Influence:
+    """The influence coefficients of a mechanism, for all nodes or for some points."""
+
+    def __init__(
+        self, mechanism: Mechanism, plan: Plan | None = None, points: Sequence[str | Point] | None = None,
+        run: Run = plain,
+    ) -> None:  # fmt: skip
+        self.mechanism, self.run = mechanism, run
+        self.actuators = len(mechanism.actuators)
+        if self.actuators == 0:
+            raise UsageError(f"{mechanism.name} has no actuator: nothing has an influence; add one")
+        plan, points = plan or make_plan(mechanism), mechanism.nodes if points is None else points
+        slots = first_slots(self.actuators), second_slots(self.actuators)
+        self._made = [Differentiator(mechanism, plan, some, points, position=False) for some in slots]
+        self._rooms = [_Room(made, mechanism) for made in self._made]
+        self._play = run(kernels.play)
+
+    @overload
+    def over(self, z: ComplexArray, inputs: FloatArray, rates: None = None) -> First: ...
+
+    @overload
+    def over(self, z: ComplexArray, inputs: FloatArray, rates: FloatArray) -> Second: ...
+
+    def over(self, z: ComplexArray, inputs: FloatArray, rates: FloatArray | None = None) -> First:
+        """Return the coefficients in many rows: z (nodes, rows), inputs and rates (actuators, rows).
+
+        With rates, what they make of them too: a `Second`.
+        """
+        given = inputs[None] if rates is None else np.stack([inputs, rates])
+        return _told(*self._made[rates is not None](z, given, self.run), self.actuators)
+
+    @overload
+    def at(self, z: ComplexArray, inputs: FloatArray, rates: None = None) -> First: ...
+
+    @overload
+    def at(self, z: ComplexArray, inputs: FloatArray, rates: FloatArray) -> Second: ...
+
+    def at(self, z: ComplexArray, inputs: FloatArray, rates: FloatArray | None = None) -> First:
+        """Return the coefficients at one position z (nodes,), inputs and rates (actuators,): views, filled again."""
+        room = self._rooms[rates is not None]
+        room.z[:, 0] = z
+        room.given[0, :, 0] = inputs
+        if rates is not None:
+            room.given[1, :, 0] = rates
+        if self.run is plain:
+            with np.errstate(all="ignore"):
+                self._play(*room.arguments)
+        else:
+            self._play(*room.arguments)
+        return room.told
+
+    def arguments(self, second: bool = False) -> tuple[Any, ...]:
+        """Return what `kernels.tape.play` takes for one position; the result stands where `at` told it."""
+        return self._rooms[second].arguments
 
 
-@dataclass(frozen=True, eq=False)
-class Sight:
-    """A motion, or a piece of one, and its derivatives as far as somebody asks for them."""
+class _Room:
+    """Memory for one position."""
 
-    motion: Motion
+    def __init__(self, made: Differentiator, mechanism: Mechanism) -> None:
+        self.z = np.zeros((len(mechanism.nodes), 1), dtype=complex)
+        self.given = np.zeros((2, len(mechanism.actuators), 1))
+        points, angles = np.zeros((*made.points, 1), dtype=complex), np.zeros((*made.angles, 1))
+        self.arguments = (made.w, made.heads, made.factors, parts(self.z), self.given, parts(points), angles)
+        self.told = _told(points[..., 0], angles[..., 0], len(mechanism.actuators))
 
-    @property
-    def mechanism(self) -> Mechanism:
-        """The mechanism that moves."""
-        return self.motion.mechanism
 
-    @cached_property
-    def way(self) -> Way:
-        """The path of the inputs."""
-        return way_along(self.mechanism, self.motion.time)
-
-    @cached_property
-    def along(self) -> Rates:
-        """First and second derivatives by the path's parameter."""
-        return self.along_to(2)
-
-    @cached_property
-    def timed(self) -> Rates:
-        """Velocities and accelerations by the real time."""
-        return rates(self.mechanism, self.motion.time, self.motion.z, 2)
-
-    def along_to(self, order: int, rows: NDArray[np.int64] | slice = slice(None)) -> Rates:
-        """Return derivatives of some rows by the path's parameter, up to an order."""
-        motion, way = self.motion, self.way
-        return rates_along(
-            self.mechanism, motion.inputs[:, rows], motion.z[:, rows], way.first[:, rows], way.second[:, rows], order
-        )
-
-    def of_input(self, actuator: int) -> Rates:
-        """Return first derivatives by one input alone, the others held."""
-        first = np.zeros_like(self.motion.inputs)
-        first[actuator] = 1.0
-        return rates_along(self.mechanism, self.motion.inputs, self.motion.z, first, np.zeros_like(first), 1)
+def _told(points: ComplexArray, angles: FloatArray, n: int) -> First:
+    """Return slots first of all as coefficients."""
+    first = points[:n].swapaxes(0, 1), angles[:n].swapaxes(0, 1)
+    if len(points) == n:
+        return First(*first)
+    change = points[n + 2 :].swapaxes(0, 1), angles[n + 2 :].swapaxes(0, 1)
+    return Second(*first, points[n], angles[n], points[n + 1], angles[n + 1], *change)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.analysis.derivatives import Rates
-from gimcli.analysis.influence import rates_along
+from gimcli.analysis.input_path import rates_along
 from gimcli.mechanism import FRAME, Actuator, ComplexArray, Drive, FloatArray, Mechanism
 
 SAMPLES = 4097

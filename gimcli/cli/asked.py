@@ -53,16 +53,19 @@ class Asked:
     """The measures and graphs of one trace."""
 
     def __init__(self, mechanism: Mechanism, measures: Sequence[str], plot: str, derivatives: int) -> None:
-        from gimcli.analysis.graphs import ORDERS
-        from gimcli.analysis.measures.record import Record
+        self.mechanism, self.specs, self.order = mechanism, list(measures), derivatives
+        self.plots = list(dict.fromkeys(plot.replace(",", " ").split()))
+        self.record: Record | None = None
+        if self.plots:
+            from gimcli.analysis.graphs import ORDERS
 
-        self.mechanism = mechanism
-        self.plots = list(dict.fromkeys(word for word in plot.replace(",", " ").split()))
-        self.order = max([derivatives, *(ORDERS.get(word, 0) for word in self.plots)])
-        self.specs = list(measures)
+            self.order = max(derivatives, *(ORDERS.get(word, 0) for word in self.plots))
         for word in self.plots:
             self._include(word)
-        self.record: Record = Record(mechanism, self.specs)
+        if self.specs:
+            from gimcli.analysis.measures.record import Record
+
+            self.record = Record(mechanism, self.specs)
 
     def _include(self, word: str) -> None:
         """Measure what a graph is asked of, unless that is done; refuse what does not exist."""
@@ -78,21 +81,19 @@ class Asked:
 
     def head(self, row: Motion) -> list[Column]:
         """Return the measures' columns for the head of a table."""
-        return self.record.head_columns(len(row.time))
+        return self.record.head_columns(len(row.time)) if self.record is not None else []
+
+    def columns(self, piece: Motion) -> list[Column]:
+        """Return the measures' columns of the next piece of the motion."""
+        return self.record.columns(piece) if self.record is not None else []
 
     def curves(self, motion: Motion) -> dict[str, ComplexArray]:
         """Return the curves that the measures add to the drawing."""
-        from gimcli.analysis.influence import Sight
-
-        sight = Sight(motion)
-        return {name: curve for m in self.record.measures for name, curve in m.curves(sight).items()}
+        return self.record.curves(motion) if self.record is not None else {}
 
     def outlines(self, motion: Motion) -> list[ComplexArray]:
         """Return the areas that the measures add to the drawing."""
-        from gimcli.analysis.influence import Sight
-
-        sight = Sight(motion)
-        return [outline for m in self.record.measures for outline in m.outlines(sight)]
+        return self.record.outlines(motion) if self.record is not None else []
 
     def panels(self, motion: Motion) -> dict[str, Table]:
         """Return the graphs: their names, and tables whose first column is the abscissa."""
@@ -118,7 +119,7 @@ class Asked:
 
     def report(self, motion: Motion) -> dict[str, Any]:
         """Return what the measures tell of the whole motion, for --json."""
-        return {"measures": self.record.told(motion)} if self.record.measures else {}
+        return {"measures": self.record.told(motion)} if self.record is not None else {}
 
     def tell(self, report: dict[str, Any]) -> None:
         """Print the measures' ranges."""
@@ -134,6 +135,7 @@ class Asked:
                 told = f"{number(found['area'], 6)} ± {found['error']:.1g}"
                 rows.append((f"{spec} (region)", found["unit"], "", told, "passed over by the whole motion"))
             if "worst" in found:
-                rows.append((f"{spec} (nearest to 0 or 180 deg)", "", number(found["worst"], 8), "", ""))
+                unit = found["columns"][spec]["unit"]
+                rows.append((f"{spec} (nearest to 0 or 180 deg)", unit, number(found["worst"], 8), "", ""))
         if rows:
             print_table("", ("measure", "unit", "least", "greatest", ""), rows, right=(2, 3))

@@ -18,6 +18,9 @@ ROWS = 60
 """Configurations that the table shows; --json and --csv hold all."""
 
 
+TOLERANCE = 1e-10
+"""That of `gim solve`."""
+
 PANELS = 36
 """Configurations that one picture has room for."""
 
@@ -25,14 +28,18 @@ PANELS = 36
 def solve_all(mechanism: Mechanism, inputs: FloatArray, csv: Path | None, png: Path | None, as_json: bool) -> None:
     """Find every configuration at inputs (actuators,), print and write it; exit with 5 where there is none."""
     from gimcli.analysis.configurations import all_configurations, drawn_configuration
-    from gimcli.analysis.verdict import explained
+    from gimcli.analysis.verdict import explained, verify
     from gimcli.cli.console import progress_bar
     from gimcli.output import refuse_unwritable
+    from gimcli.status import Status
 
     refuse_unwritable(*(path for path in (csv, png) if path is not None))
     with explained(mechanism):
-        found = all_configurations(mechanism, inputs, progress=progress_bar("solving the groups"))
+        found = all_configurations(mechanism, inputs, progress=progress_bar("roots of a generic linkage, once"))
     drawn = drawn_configuration(found)
+    if found.surplus:  # what was left out may be an actuator too many
+        home = found.z[0] if len(found) else mechanism.drawn
+        verify(mechanism, home, inputs, Status.OK if len(found) else Status.NOT_ASSEMBLED, TOLERANCE)
     places = _places(found)
     if csv is not None:
         _write_csv(found, places, csv)
@@ -137,7 +144,7 @@ def verdict(found: Configurations) -> str:
         roots = f" all {found.bound} complex roots of the structure are accounted for" if found.bound > 1 else " linear"
         return f"{count}, proved complete:{roots if found.groups else ' nothing has a choice'}{spare}"
     if found.level == 2:
-        return f"{count}, proved complete: what is missing of {found.bound} cannot be assembled{spare}"
+        return f"{count}, proved complete: the others of {found.bound} roots are not real or at infinity{spare}"
     if found.level == 3:
         why = (
             f"the number of roots of a group with {largest} loops is not known"

@@ -18,11 +18,11 @@ HELP = (
     "Inverse dynamics along the actuators' laws: driving torque [N m] or force [N] of every actuator, reaction in every"
     " pair, force and moment on the frame, power of all forces. Writes MODEL.forces.csv and MODEL.forces.png.\n\n"
     "The model needs `masses`, `loads`, `springs`, `dampers` or `friction`. NODE.fx and NODE.fy are the force that the"
-    " second member at a node receives from the first (the frame first, then links, then elements); where more parts"
-    " meet, NODE.MEMBER.fx is what each member receives from the pin. PAIR.normal is the force on what slides, to the"
-    " left of the guide, PAIR.moment its moment about the first sliding node; shaking.fx, .fy and .moment are what the"
-    " frame receives, about the first ground node. Reactions that redundant constraints leave open stay empty and are"
-    " named.\n\n"
+    " second-named member at a node receives from the first (the frame is the first, then as in the file); where more"
+    " parts meet, NODE.MEMBER.fx is what each member receives from the pin. PAIR.normal is the force on what slides, to"
+    " the left of the guide, PAIR.moment its moment about the first sliding node; shaking.fx, .fy and .moment are what"
+    " the frame receives, about the first ground node. Reactions that redundant constraints leave open stay empty and"
+    " are named.\n\n"
     "Example: gim forces models/watt_1.yaml --steps 360 --out results"
 )
 SHOWN = 30

@@ -136,13 +136,14 @@ def command(
     verify(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
     refuse_unwritable(csv_path, *([png_path] if png else []))
     summary = Summary(steps + 1)
+    rates = _rates(mechanism, asked.order, steps + 1, jit) if asked.order else None
     row = piece.rows(np.arange(1))
     with CsvStream(
-        csv_path, motion_table(row, order=asked.order, more=asked.head(row)).names
+        csv_path, motion_table(row, rates=rates, more=asked.head(row)).names
     ) as table:  # appears when the picture has been written too
         while piece is not None:
-            more = asked.record.columns(piece)
-            table.append(motion_table(piece, first=summary.seen, order=asked.order, more=more))
+            more = asked.columns(piece)
+            table.append(motion_table(piece, first=summary.seen, rates=rates, more=more))
             summary.add(piece)
             piece = next(pieces, None)
         drawn = png and summary.solved > 0
@@ -167,6 +168,13 @@ def _refuse_mixed(
         raise UsageError(f"--at-limit {at_limit}: a circuit goes through limits; leave out one of both")
     if every and branch > 1:
         raise UsageError("--all-branches follows all; leave out --branch")
+
+
+def _rates(mechanism: Any, order: int, rows: int, jit: Jit) -> Any:
+    from gimcli.analysis.derivatives import TracedRates
+    from gimcli.cli.console import note
+
+    return TracedRates(mechanism, mechanism.traced, order, rows, jit.value, note)
 
 
 def _refuse_undriven(mechanism: Any) -> None:

@@ -64,8 +64,10 @@ def _compiled(function: Callable[..., Any], inner: bool) -> Callable[..., Any]:
     names = dict(function.__globals__)
     for name in function.__code__.co_names:
         callee = names.get(name)
-        if callee in _KERNELS:
-            names[name] = _compiled(callee, inner=callee not in _STAGES)
+        if callee is not None and callee in _KERNELS:
+            built_in = _SCALAR_FORMS.get(callee)  # `range` itself: inside a call it would not vectorise
+            inner = callee not in _STAGES
+            names[name] = built_in if isinstance(built_in, type) else _compiled(callee, inner=inner)
     clone = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
     clone.__module__ = function.__module__
     clone.__qualname__ = function.__qualname__

@@ -87,9 +87,7 @@ def _add_picture(figure: Any, picture: Picture, base: float, own: float, size: t
     axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
     dress(axes, picture)
     fill(axes, picture)
-    if not (picture.logarithmic or picture.logarithmic_x):
-        axes.ticklabel_format(axis="y", scilimits=(-4, 5))  # longer numbers would leave the figure
-        axes.yaxis.get_offset_text().set_fontsize(FONT)
+    axes.yaxis.get_offset_text().set_fontsize(FONT)
     middle = (left + frame.width / 2) / width
     write_title(figure, title, middle, (base + own - 0.12) / height)
     if rows:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimcli.analysis.configurations.assemblies import Assembler, Configurations, Progress
+from gimcli.analysis.configurations.assemblies import Assembler, Configurations
+from gimcli.analysis.configurations.generic import Progress
 from gimcli.analysis.configurations.policy import Policy
 from gimcli.analysis.configurations.sweep import configurations_over
 from gimcli.errors import GimError
@@ -18,9 +19,12 @@ def all_configurations(
 ) -> Configurations:
     """Return every configuration at inputs (actuators,).
 
+    `progress` is told how many roots of how many are known where a structure is met for the first time.
     Raises StructureError where the mechanism is not driven or over-driven.
     """
-    return Assembler(mechanism, policy).at(inputs, progress=progress)
+    assembler = Assembler(mechanism, policy)
+    assembler.progress = progress
+    return assembler.at(inputs)
 
 
 SAME = 1e-6

@@ -15,10 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.analysis.configurations.assur import independent, parts
-from gimcli.analysis.configurations.certificate import Proven
+from gimcli.analysis.configurations.certificate import Proven, real_form
 from gimcli.analysis.configurations.dyads import DyadRoots, dyad_roots
+from gimcli.analysis.configurations.generic import Progress
 from gimcli.analysis.configurations.group import Group, State, group_of
 from gimcli.analysis.configurations.linkage import NONE, Joint, Linkage, linkage_of
+from gimcli.analysis.configurations.loops import Loops
 from gimcli.analysis.configurations.multiple import doubtful_real, kept_apart
 from gimcli.analysis.configurations.policy import Policy
 from gimcli.analysis.configurations.roots import OPEN, REACHED, REALS, Roots, all_roots
@@ -30,9 +32,8 @@ from gimcli.structure.residual import allowed, residual
 DIGITS = 7
 """Digits of the angles by which configurations are ordered: more than enough, fewer than rounding spoils."""
 
-Progress = Callable[[int, int], None]
-Solver = Callable[[int, tuple[int, ...], Group, ComplexArray], Roots]
-"""Roots of a group, by its number, the branches that led there, and its coefficients."""
+Solver = Callable[[int, tuple[int, ...], Group, Loops], Roots]
+"""Roots of a group, by its number, the branches that led there, and its loops."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,7 @@ class Configurations:
     branches: tuple[tuple[int, ...], ...]  # of every group that has a choice
     groups: tuple[GroupReport, ...]  # that have a choice
     surplus: tuple[str, ...]  # constraints that were left out and then checked
+    unfit: int = 0  # that do not fulfil all constraints, though none was left out
 
     def __len__(self) -> int:
         return len(self.z)
@@ -71,6 +73,8 @@ class Configurations:
     @property
     def level(self) -> int:
         """1 count reached, 2 proved for the reals, 3 two starts agree, 4 singular."""
+        if self.unfit:
+            return OPEN
         return max((g.level for g in self.groups), default=REACHED)
 
     @property
@@ -88,11 +92,6 @@ class Configurations:
     def missing(self) -> int:
         """Roots of the groups that are not accounted for."""
         return sum(g.missing for g in self.groups)
-
-    @property
-    def dyadic(self) -> bool:
-        """Tell whether every group is a dyad."""
-        return all(g.loops == 1 for g in self.groups)
 
     @property
     def signs(self) -> tuple[str, ...]:
@@ -117,6 +116,7 @@ class Assembler:
 
     def __init__(self, mechanism: Mechanism, policy: Policy | None = None) -> None:
         self.mechanism, self.policy = mechanism, policy or Policy()
+        self.progress: Progress | None = None
         whole = linkage_of(mechanism)
         self.linkage = independent(whole)
         self.surplus = _left_out(whole, self.linkage)
@@ -125,25 +125,22 @@ class Assembler:
             raise StructureError(f"nothing drives node {', '.join(loose)}: it runs freely along its guide")
         self.groups = [group_of(self.linkage, part) for part in parts(self.linkage)]
 
-    def at(self, inputs: FloatArray, solver: Solver | None = None, progress: Progress | None = None) -> Configurations:
+    def at(self, inputs: FloatArray, solver: Solver | None = None) -> Configurations:
         """Return all configurations at inputs (actuators,)."""
         leaves = _Leaves(self._ground(inputs), [()], np.zeros(1))
         reports: list[GroupReport] = []
         chosen = solver or self.afresh
-        choices = [g for g in self.groups if g.family.loops]
         for group in self.groups:
             if not group.family.loops:
                 group.put(leaves.state, np.zeros((len(leaves.branches), 0), dtype=complex))
                 continue
             report, leaves = self._branched(len(reports), group, leaves, chosen)
             reports.append(report)
-            if progress is not None:
-                progress(len(reports), len(choices))
         return self._finished(inputs, leaves, reports)
 
-    def afresh(self, number: int, branch: tuple[int, ...], group: Group, H: ComplexArray) -> Roots:
+    def afresh(self, number: int, branch: tuple[int, ...], group: Group, loops: Loops) -> Roots:
         """Return the roots of a group, in an order of their own."""
-        roots = all_roots(group.family, H, self.policy)
+        roots = all_roots(loops, self.policy, self.progress)
         return replace(roots, proven=roots.proven.take(_order(group, roots.proven)))
 
     def _ground(self, inputs: FloatArray) -> State:
@@ -157,13 +154,14 @@ class Assembler:
 
     def _branched(self, number: int, group: Group, leaves: _Leaves, solver: Solver) -> tuple[GroupReport, _Leaves]:
         """Solve a group on every partial configuration."""
-        H = group.family.member(*([group.values(leaves.state)] * 2))
-        H[:, 1] = H[:, 0].conj()
+        p = group.values(leaves.state)
         report = GroupReport(self._names(group), group.family.loops, known_count(group.family, self.policy))
         if group.family.loops == 1:
+            H = group.family.member(p, p)
+            H[:, 1] = H[:, 0].conj()
             report, found = _dyads(report, group, H, self.policy)
         else:
-            report, found = self._coupled(report, number, group, H, leaves, solver)
+            report, found = self._coupled(report, number, group, p, leaves, solver)
         parents = np.array([f[0] for f in found], dtype=int)
         if len(found) > self.policy.positions:
             raise StructureError(
@@ -178,15 +176,17 @@ class Assembler:
         return report, _Leaves(state, [(*leaves.branches[f[0]], f[1]) for f in found], radius)
 
     def _coupled(
-        self, report: GroupReport, number: int, group: Group, H: ComplexArray, leaves: _Leaves, solver: Solver
+        self, report: GroupReport, number: int, group: Group, p: ComplexArray, leaves: _Leaves, solver: Solver
     ) -> tuple[GroupReport, list[_Root]]:
         found: list[_Root] = []
-        for parent, own in enumerate(H):
-            roots = solver(number, leaves.branches[parent], group, own)
+        for parent, own in enumerate(p):
+            loops = Loops.of(group.family, own)
+            roots = solver(number, leaves.branches[parent], group, loops)
             report = _counted(report, roots)
             real = np.flatnonzero(roots.proven.real).tolist()
-            found += [(parent, k, real_form(group, roots.proven.w[k]), float(roots.proven.small[k])) for k in real]
-            maybe = doubtful_real(group.family, own, roots.doubtful, self.policy)
+            placed = real_form(group.family, loops.H, roots.proven.w[real])
+            found += [(parent, k, w, float(roots.proven.small[k])) for k, w in zip(real, placed, strict=True)]
+            maybe = doubtful_real(group.family, loops.H, roots.doubtful, self.policy)
             found += [(parent, len(roots.proven.w) + k, w, np.inf) for k, w in enumerate(maybe)]
         return report, found
 
@@ -203,6 +203,7 @@ class Assembler:
         return Configurations(
             self.mechanism, inputs, z.T[chosen], check[chosen], leaves.radius[chosen],
             tuple(leaves.branches[k] for k in chosen), tuple(reports), self.surplus,
+            0 if self.surplus else int((~fits).sum()),
         )  # fmt: skip
 
     def _places(self, state: State, inputs: FloatArray) -> ComplexArray:
@@ -257,9 +258,10 @@ def _dyads(report: GroupReport, group: Group, H: ComplexArray, policy: Policy) -
     decided = (proven.real | proven.complex).reshape(-1, each)
     whole = (sure & decided).all(axis=1) & kept_apart(group.family, proven, each)
     open_ = ~(whole | roots.apart)
-    real = proven.real & np.repeat(whole, each)
+    real = np.flatnonzero(proven.real & np.repeat(whole, each))
+    placed = real_form(group.family, H[real // each], proven.w[real])
     found: list[_Root] = [
-        (int(k) // each, int(k) % each, proven.w[k], float(proven.small[k])) for k in np.flatnonzero(real)
+        (k // each, k % each, w, float(proven.small[k])) for k, w in zip(real.tolist(), placed, strict=True)
     ]
     doubtful = 0
     for dyad in np.flatnonzero(open_):
@@ -270,7 +272,7 @@ def _dyads(report: GroupReport, group: Group, H: ComplexArray, policy: Policy) -
     level = OPEN if open_.any() else REALS if (~whole).any() else REACHED
     missing = int(each * open_.sum()) - doubtful
     report = replace(
-        report, count=each, solved=len(H), roots=int(sure[whole].sum()), real=int(real.sum()), doubtful=doubtful,
+        report, count=each, solved=len(H), roots=int(sure[whole].sum()), real=len(real), doubtful=doubtful,
         missing=missing, level=level, free=bool((roots.free & open_).any()),
     )  # fmt: skip
     return report, found
@@ -297,9 +299,3 @@ def _order(group: Group, proven: Proven) -> NDArray[np.int64]:
 
 def _wrapped(angle: FloatArray) -> FloatArray:
     return np.asarray(np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi)
-
-
-def real_form(group: Group, w: ComplexArray) -> ComplexArray:
-    """Return a real root with unit theta and real s."""
-    n = group.family.angles
-    return np.concatenate([1j * w[:n].imag, w[n:].real.astype(complex)])

@@ -14,12 +14,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gimcli.analysis.configurations.count import PRIME
 from gimcli.analysis.configurations.linkage import NONE, Linkage
 from gimcli.errors import StructureError
-from gimcli.mechanism import FRAME, FloatArray
+from gimcli.mechanism import FRAME, IntArray
 
-RANK = 1e-9
-"""Pivot over the largest, at random dimensions, below which a constraint counts as repeated."""
+RANGE = 1 << 20
+"""Random places are integers up to this."""
 
 SEED = 20040401
 
@@ -102,38 +103,56 @@ def _reduced(linkage: Linkage) -> Iterator[Linkage]:
 def _rank(linkage: Linkage) -> tuple[int, int, int]:
     """Return rank, equations and unknowns at random dimensions."""
     table = generic_jacobian(linkage)
-    if not table.size:
-        return 0, table.shape[0], table.shape[1]
-    s = np.linalg.svd(table, compute_uv=False)
-    return int(np.sum(s > RANK * s[0])), table.shape[0], table.shape[1]
+    return len(_eliminated(table)[1]), table.shape[0], table.shape[1]
 
 
-def generic_jacobian(linkage: Linkage) -> FloatArray:
-    """Return the derivatives of all joints (2 joints, unknowns) at a random position that they close."""
+def generic_jacobian(linkage: Linkage) -> IntArray:
+    """Return the derivatives of all joints (2 joints, unknowns) at a random position that they close.
+
+    Places are integers: the rank is told modulo a prime, exactly, however long a chain is.
+    """
     unknowns, generator = Unknowns(linkage), np.random.default_rng(SEED)
-    place = generator.standard_normal(linkage.vertices) + 1j * generator.standard_normal(linkage.vertices)
-    place[FRAME] = 0.0
-    turn = np.exp(1j * generator.uniform(-np.pi, np.pi, linkage.bodies))
-    table = np.zeros((2 * len(linkage.joints), unknowns.count))
+    place = generator.integers(-RANGE, RANGE, (linkage.vertices, 2))
+    place[FRAME] = 0
+    table = np.zeros((2 * len(linkage.joints), unknowns.count), dtype=np.int64)
     for k, joint in enumerate(linkage.joints):
-        node, rail = linkage.bodies + joint.node, turn[joint.body] * complex(*generator.standard_normal(2))
+        node, rail = linkage.bodies + joint.node, generator.integers(-RANGE, RANGE, 2)
         for unknown in unknowns.of(k):
             kind, which = unknown
             at, rows = unknowns.column[unknown], slice(2 * k, 2 * k + 2)
+            x, y = place[node] - place[joint.body]
             if kind == "p":
                 table[rows, at : at + 2] = np.eye(2) if which == node else -np.eye(2)
             else:
-                g = -1j * (place[node] - place[joint.body]) if kind == "t" else -rail
-                table[rows, at] = g.real, g.imag
-    return table
+                table[rows, at] = (y, -x) if kind == "t" else -rail
+    return table % PRIME
+
+
+def _eliminated(table: IntArray) -> tuple[IntArray, list[int]]:
+    """Return the reduced rows of a table modulo PRIME (Gauss, Jordan), and their pivots' columns."""
+    rows, pivots = table.copy(), list[int]()
+    for column in range(table.shape[1]):
+        rank = len(pivots)
+        below = np.flatnonzero(rows[rank:, column])
+        if not len(below):
+            continue
+        pivot = rank + int(below[0])
+        rows[[rank, pivot]] = rows[[pivot, rank]]
+        rows[rank] = rows[rank] * pow(int(rows[rank, column]), -1, PRIME) % PRIME
+        others = np.flatnonzero(rows[:, column])
+        others = others[others != rank]
+        rows[others] = (rows[others] - rows[others, column, None] * rows[rank]) % PRIME
+        pivots.append(column)
+    return rows[: len(pivots)], pivots
 
 
 def _refuse(linkage: Linkage) -> None:
     """Raise StructureError with the nodes that nothing drives."""
     unknowns = Unknowns(linkage)
-    _, s, v = np.linalg.svd(generic_jacobian(linkage))
-    null = v[int(np.sum(s > RANK * max(float(s.max(initial=0.0)), 1e-300))) :]
-    moving = np.linalg.norm(null, axis=0) > RANK
+    reduced, pivots = _eliminated(generic_jacobian(linkage))
+    moving = np.ones(unknowns.count, dtype=bool)
+    free = np.setdiff1d(np.arange(unknowns.count), pivots)
+    moving[pivots] = (reduced[:, free] != 0).any(axis=1)
     names = []
     for (kind, which), at in unknowns.column.items():
         if kind == "p" and which >= linkage.bodies and moving[at : at + 2].any():

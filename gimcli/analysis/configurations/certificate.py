@@ -9,6 +9,7 @@ Rounding is bounded by terms of eps, not by directed rounding; the proof is for 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,9 @@ from gimcli.mechanism import ComplexArray, FloatArray
 EPS = float(np.finfo(float).eps)
 LADDER: FloatArray = 10.0 ** np.linspace(-14.5, 0.25, 60)
 """Radii that are tried [rad, lengths of the normal frame]: from rounding to where no bound holds."""
+
+REAL_CORRECTIONS = 2
+"""Newton-Raphson steps that a proved root is given when it is laid on the real ones: it is there but for rounding."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +83,26 @@ def mirror_distance(family: Family, w: ComplexArray) -> FloatArray:
     return np.asarray(2.0 * np.max(parts, axis=1, initial=0.0))
 
 
-def _inverse(J: ComplexArray) -> ComplexArray:
+def real_form(family: Family, H: ComplexArray, w: ComplexArray) -> ComplexArray:
+    """Return real roots with unit theta and real s, corrected as such: the loops then close as well as they can.
+
+    w (roots, n + q); H one, or one a root.
+    """
+    n, L = family.angles, family.loops
+    unit = np.concatenate([np.full(n, 1j), np.ones(family.slides)])
+    w = np.concatenate([1j * w[:, :n].imag, w[:, n:].real.astype(complex)], axis=1)
+    with np.errstate(all="ignore"):
+        for _ in range(REAL_CORRECTIONS):
+            value, J = values_and_jacobian(family, H, w)
+            rows, half = J[:, :L] * unit, value[:, :L]
+            table = np.concatenate([rows.real, rows.imag], axis=1)
+            error = np.concatenate([half.real, half.imag], axis=1)
+            step = (_inverse(table) @ error[:, :, None])[:, :, 0]
+            w = w - np.where(np.isfinite(step), step, 0.0) * unit
+    return w
+
+
+def _inverse(J: NDArray[Any]) -> NDArray[Any]:
     try:
         return np.asarray(np.linalg.inv(J))
     except np.linalg.LinAlgError:  # one exactly singular: each by itself

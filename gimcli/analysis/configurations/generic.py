@@ -8,6 +8,7 @@ systems via homotopy continuation and monodromy, IMA J. Numer. Anal. 39 (2019).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -18,6 +19,8 @@ from gimcli.analysis.configurations.loops import Family, factors
 from gimcli.analysis.configurations.paths import corrected, track
 from gimcli.analysis.configurations.policy import Policy
 from gimcli.mechanism import ComplexArray
+
+Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,9 @@ def _normal(generator: np.random.Generator, count: int) -> ComplexArray:
     return np.asarray((generator.standard_normal(count) + 1j * generator.standard_normal(count)) / np.sqrt(2.0))
 
 
-def generic_start(family: Family, seed: int, count: int | None, policy: Policy) -> Generic:
+def generic_start(
+    family: Family, seed: int, count: int | None, policy: Policy, progress: Progress | None = None
+) -> Generic:
     """Return a generic linkage with its roots: `count` of them, or all that monodromy finds."""
     generator = np.random.default_rng([seed, 20041])
     H, w = generic_member(family, generator)
@@ -65,6 +70,8 @@ def generic_start(family: Family, seed: int, count: int | None, policy: Policy) 
         found = _round_trip(family, H, w, generator, policy)
         idle = 0 if len(found) > len(w) else idle + 1
         w = found
+        if progress is not None:
+            progress(len(w), count or 2 * len(w))
     return Generic(H, w)
 
 

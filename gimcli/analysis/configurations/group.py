@@ -7,14 +7,14 @@ terms of the unknowns; every joint that the tree leaves out closes a loop.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from gimcli.analysis.configurations.assur import Part
 from gimcli.analysis.configurations.linkage import NONE, Joint, Linkage
 from gimcli.analysis.configurations.loops import GROUND, Family
-from gimcli.mechanism import ComplexArray
+from gimcli.mechanism import ComplexArray, IntArray
 
 Term = tuple[str, int, int]
 """Parameter ("place", node), ("at", joint), ("arm", joint), ("rail", joint), with the column it multiplies."""
@@ -27,18 +27,13 @@ class State:
     place: ComplexArray  # (vertices, positions)
     turn: ComplexArray  # (bodies, positions) e^(i phi)
     travel: ComplexArray  # (joints, positions)
-    points: ComplexArray  # (joints, positions) times the body's phase
-    rails: ComplexArray  # (joints, positions)
-    phases: ComplexArray  # (bodies, positions)
+    points: ComplexArray  # (joints, 1) times the body's phase
+    rails: ComplexArray  # (joints, 1)
+    phases: ComplexArray  # (bodies, 1)
 
-    def take(self, chosen: ComplexArray) -> State:
+    def take(self, chosen: IntArray) -> State:
         """Return some of the positions."""
-        return State(*(np.asarray(table)[:, chosen] for table in self.tables))
-
-    @property
-    def tables(self) -> tuple[ComplexArray, ...]:
-        """All arrays."""
-        return self.place, self.turn, self.travel, self.points, self.rails, self.phases
+        return replace(self, place=self.place[:, chosen], turn=self.turn[:, chosen], travel=self.travel[:, chosen])
 
 
 @dataclass(frozen=True)
@@ -53,10 +48,11 @@ class Group:
 
     def values(self, state: State) -> ComplexArray:
         """Return the parameters (positions, parameters)."""
-        joints, result = self.linkage.joints, []
-        for kind, which in self.parameters:
+        joints = self.linkage.joints
+        result = np.empty((len(self.parameters), state.place.shape[1]), dtype=complex)
+        for row, (kind, which) in enumerate(self.parameters):
             if kind == "place":
-                result.append(state.place[self.linkage.bodies + which])
+                result[row] = state.place[self.linkage.bodies + which]
                 continue
             joint = joints[which]
             table = state.points if kind != "rail" else state.rails
@@ -65,8 +61,8 @@ class Group:
                 value = value * self._class_turn(state, joint.body)
             if kind == "at":
                 value = value + state.place[joint.body]
-            result.append(value)
-        return np.array(result).reshape(len(self.parameters), -1).T
+            result[row] = value
+        return result.T
 
     def _class_turn(self, state: State, body: int) -> ComplexArray:
         """Return e^(i phi) of a known class: of the body, less the phase that points and rails have already."""

@@ -81,11 +81,6 @@ class Linkage:
         """Number of bodies and nodes."""
         return self.bodies + len(self.mechanism.nodes)
 
-    @property
-    def turning(self) -> int:
-        """Number of unknown rotation classes."""
-        return max(self.classes, default=NONE) + 1
-
     def numbers(self, inputs: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """Return points and rails (joints, rows), turned by their bodies' phases, and the phases (bodies, rows)."""
         phases = np.array([p.at(inputs) for p in self.phases])

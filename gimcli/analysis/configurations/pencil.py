@@ -158,14 +158,15 @@ def _pair(lists: tuple[list[int], list[int]]) -> tuple[IntArray, IntArray]:
     return np.array(lists[0], dtype=int), np.array(lists[1], dtype=int)
 
 
-_PLANS: dict[str, Pencil | None] = {}
+_PLANS: dict[tuple[str, Policy], Pencil | None] = {}
 
 
 def pencil_of(family: Family, policy: Policy) -> Pencil | None:
     """Return a pencil that has full rank for a random member of the family, or None where none was found."""
-    if family.key not in _PLANS:
-        _PLANS[family.key] = _searched(family, policy)
-    return _PLANS[family.key]
+    key = (family.key, policy)
+    if key not in _PLANS:
+        _PLANS[key] = _searched(family, policy)
+    return _PLANS[key]
 
 
 def _searched(family: Family, policy: Policy) -> Pencil | None:

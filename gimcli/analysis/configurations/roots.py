@@ -14,16 +14,20 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.analysis.configurations.certificate import Proven, distances, distinct, prove
-from gimcli.analysis.configurations.loops import Family
+from gimcli.analysis.configurations.certificate import Proven, distances, distinct, mirror_distance, prove
+from gimcli.analysis.configurations.generic import Progress
+from gimcli.analysis.configurations.loops import Family, Loops
 from gimcli.analysis.configurations.paths import Tracked, corrected, track
 from gimcli.analysis.configurations.pencil import candidates, pencil_of
 from gimcli.analysis.configurations.policy import Policy
 from gimcli.analysis.configurations.store import known_count, known_start
-from gimcli.mechanism import ComplexArray
+from gimcli.mechanism import ComplexArray, FloatArray
 
 REACHED, REALS, AGREED, OPEN = 1, 2, 3, 4
 """Levels: count reached; proved for the reals; two starts agree, nothing left over; something is singular."""
+
+OVER = 1.001
+"""Over a bound, so that rounding does not pass it."""
 
 
 @dataclass(frozen=True)
@@ -42,13 +46,18 @@ class Roots:
         return max(0, (self.count or len(self.proven.w)) - len(self.proven.w) - self.infinite)
 
 
-def all_roots(family: Family, H: ComplexArray, policy: Policy) -> Roots:
-    """Return the roots of a group with coefficients H (2, L, 1 + n + q)."""
+def all_roots(loops: Loops, policy: Policy, progress: Progress | None = None) -> Roots:
+    """Return the roots of a group's loops.
+
+    `progress` is told how many roots of how many a generic linkage has so far, where one has to be found.
+    """
+    family, H = loops.family, loops.H
     count = known_count(family, policy)
     proven = _by_pencil(family, H, policy)
     if count is not None and _whole(proven, count):
         return _reached(family, proven, count)
-    return _by_paths(family, H, count, proven, policy)
+    found = _by_paths(family, H, count, proven, policy, progress)
+    return found if found.level == REACHED else _by_intervals(loops, found, policy)
 
 
 def _reached(family: Family, proven: Proven, count: int) -> Roots:
@@ -77,11 +86,13 @@ def _sound(family: Family, H: ComplexArray, w: ComplexArray, policy: Policy) -> 
     return distinct(family, proven.take(proven.residual < policy.residual))
 
 
-def _by_paths(family: Family, H: ComplexArray, count: int | None, proven: Proven, policy: Policy) -> Roots:
+def _by_paths(
+    family: Family, H: ComplexArray, count: int | None, proven: Proven, policy: Policy, progress: Progress | None
+) -> Roots:
     """Return the union of what the paths from independent generic linkages prove."""
     ends: list[_Ends] = []
     for seed in range(policy.starts):
-        start = known_start(family, seed, policy)
+        start = known_start(family, seed, policy, progress)
         found = _tracked(family, start.H, H, start.w, policy)
         ends.append(found)
         proven = distinct(family, proven.joined(found.proven))
@@ -94,6 +105,35 @@ def _by_paths(family: Family, H: ComplexArray, count: int | None, proven: Proven
     decided = bool((proven.real | proven.complex).all())
     settled = agreed and decided and len(last.doubtful) == 0 and last.lost == 0 and len(last.proven.w) == len(proven.w)
     return Roots(proven, count, AGREED if settled else OPEN, last.doubtful, last.infinite)
+
+
+def _by_intervals(loops: Loops, found: Roots, policy: Policy) -> Roots:
+    """Return the roots with the real ones proved complete, where intervals can; a multiple root they cannot decide."""
+    from gimcli.analysis.configurations.intervals import IntervalPolicy, real_roots
+
+    family, n, reach = loops.family, loops.family.angles, slide_reach(loops)
+    if reach is None or (mirror_distance(family, found.doubtful) < policy.real).any():
+        return found
+    limits = IntervalPolicy(seconds=policy.seconds)
+    boxes = real_roots(loops.C0, loops.C, loops.U, loops.rail, reach, limits)
+    if len(boxes.roots) == 0:
+        return replace(found, level=REALS) if boxes.complete and not found.proven.real.any() else found
+    w = np.concatenate([1j * boxes.roots[:, :n], boxes.roots[:, n:].astype(complex)], axis=1)
+    proven = distinct(family, found.proven.joined(_sound(family, loops.H, w, policy)))
+    whole = boxes.complete and int(proven.real.sum()) == len(boxes.roots)
+    return replace(found, proven=proven, level=REALS if whole else found.level)
+
+
+def slide_reach(loops: Loops) -> FloatArray | None:
+    """Return how far each slide can be in any real solution, or None where no loop with it alone tells."""
+    lengths, rails = np.abs(loops.C0) + np.abs(loops.C).sum(axis=1), np.abs(loops.U)
+    reach = np.full(len(loops.rail), np.inf)
+    for length, rail in zip(lengths, rails, strict=True):
+        there = np.flatnonzero(rail)
+        if len(there) == 1:
+            q = int(there[0])
+            reach[q] = min(reach[q], float(length / rail[q]) * OVER)
+    return reach if np.isfinite(reach).all() else None
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gimcli.analysis.configurations.certificate import distinct, prove
 from gimcli.analysis.configurations.count import root_count
-from gimcli.analysis.configurations.generic import Generic, generic_start
+from gimcli.analysis.configurations.generic import Generic, Progress, generic_start
 from gimcli.analysis.configurations.loops import Family
 from gimcli.analysis.configurations.policy import Policy
 from gimcli.kernels.jit import user_folder
@@ -30,9 +30,14 @@ def known_count(family: Family, policy: Policy) -> int | None:
     return _count(_Topology(family), policy)
 
 
-def known_start(family: Family, seed: int, policy: Policy) -> Generic:
+def known_start(family: Family, seed: int, policy: Policy, progress: Progress | None = None) -> Generic:
     """Return a generic linkage with its roots, from the cache where it has been found before."""
-    return _start(_Topology(family), seed, policy)
+    key = (family.key, seed, policy)
+    if key not in _STARTS:
+        if len(_STARTS) >= KEPT:
+            _STARTS.clear()
+        _STARTS[key] = _start(family, seed, policy, progress)
+    return _STARTS[key]
 
 
 class _Topology:
@@ -62,16 +67,17 @@ def _count(topology: _Topology, policy: Policy) -> int | None:
     return count
 
 
-@lru_cache(KEPT)
-def _start(topology: _Topology, seed: int, policy: Policy) -> Generic:
-    family = topology.family
-    path = _path(f"{family.key}-{seed}")
+_STARTS: dict[tuple[str, int, Policy], Generic] = {}
+
+
+def _start(family: Family, seed: int, policy: Policy, progress: Progress | None) -> Generic:
+    path, count = _path(f"{family.key}-{seed}"), known_count(family, policy)
     stored = _read(path)
     if stored is not None:
-        generic = _checked(family, stored, _count(topology, policy))
+        generic = _checked(family, stored, count)
         if generic is not None:
             return generic
-    generic = generic_start(family, seed, _count(topology, policy), policy)
+    generic = generic_start(family, seed, count, policy, progress)
     _write(path, H=generic.H, w=generic.w)
     return generic
 

@@ -10,13 +10,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gimcli.analysis.configurations.assemblies import Assembler, Configurations, Progress
+from gimcli.analysis.configurations.assemblies import Assembler, Configurations
 from gimcli.analysis.configurations.certificate import distances, prove
-from gimcli.analysis.configurations.generic import random_member
+from gimcli.analysis.configurations.generic import Progress, random_member
 from gimcli.analysis.configurations.group import Group
+from gimcli.analysis.configurations.loops import Loops
 from gimcli.analysis.configurations.paths import corrected, track
 from gimcli.analysis.configurations.policy import Policy
-from gimcli.analysis.configurations.roots import REACHED, Roots
+from gimcli.analysis.configurations.roots import AGREED, REACHED, Roots
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 
 SEED = 360
@@ -42,15 +43,15 @@ class Follower:
         self.before, self.now = self.now, {}
         return self.assembler.at(inputs, self._roots)
 
-    def _roots(self, number: int, branch: tuple[int, ...], group: Group, H: ComplexArray) -> Roots:
+    def _roots(self, number: int, branch: tuple[int, ...], group: Group, loops: Loops) -> Roots:
         roots = None
         known = self.before.get((number, branch))
-        if known is not None and known[1].level == REACHED:
-            roots = self._followed(group, known[0], known[1], H)
+        if known is not None and known[1].level in (REACHED, AGREED) and not known[1].infinite:
+            roots = self._followed(group, known[0], known[1], loops.H)
         if roots is None:
             self.fresh += 1
-            roots = self.assembler.afresh(number, branch, group, H)
-        self.now[number, branch] = H, roots
+            roots = self.assembler.afresh(number, branch, group, loops)
+        self.now[number, branch] = loops.H, roots
         return roots
 
     def _followed(self, group: Group, before: ComplexArray, roots: Roots, H: ComplexArray) -> Roots | None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.analysis.derivatives import Rates
-from gimcli.analysis.influence import Sight
+from gimcli.analysis.input_path import Sight
 from gimcli.analysis.measures import naming
 from gimcli.analysis.measures.measure import Head, Kind, Measure, unit_of
 from gimcli.mechanism import FRAME, Drive, FloatArray, Mechanism, Slide

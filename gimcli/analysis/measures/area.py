@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.analysis.influence import Sight
+from gimcli.analysis.input_path import Sight
 from gimcli.analysis.measures import naming
 from gimcli.analysis.measures.measure import Head, Kind, Measure, unit_of
 from gimcli.analysis.measures.sweeping_area import corners_of, swept, swept_area

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.analysis.derivatives import Rates
-from gimcli.analysis.influence import Sight
+from gimcli.analysis.input_path import Sight
 from gimcli.analysis.measures import naming
 from gimcli.analysis.measures.measure import Head, Kind, Measure
 from gimcli.errors import UsageError

@@ -1,8 +1,8 @@
 """Curvature of a point's path: a property of the path alone, not of the speed.
 
 kappa = Im(v* a) / |v|^3, positive where the path bends to the left of the motion's direction. Where the point comes to
-rest, v = a s + j s^2 / 2 + k s^3 / 6 about that row: it either has a cusp (radius 0, unless a and j are parallel)
-or turns back on its own path, with kappa = Im(a* k) / (3 |a|^3).
+rest, v = a s + j s^2 / 2 + ... about that row: it has a cusp (radius 0), unless a and j are parallel; then it turns
+back on its own path, and the curvature is the mean of those a step to either side.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.analysis.influence import Sight
+from gimcli.analysis.input_path import Sight
 from gimcli.analysis.measures import naming
 from gimcli.analysis.measures.measure import Head, Kind, Measure, unit_of
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
@@ -23,9 +23,10 @@ class Limits:
     """Where a path counts as straight, and a point as resting."""
 
     flat: float = 1e-12  # sine between v and a, or size over radius: nothing but rounding is left
-    rest: float = 6e-6  # |v| / |a| in the parameter: cube root of the rounding, where both formulas err alike
+    rest: float = 2e-5  # |v| / |a| in the parameter below which a point rests: above it 7 digits are right
     cusp: float = 1e-4  # sine between a and j above which a point at rest has a cusp: more than `rest` can make
-    straight: float = 1e-10  # size over radius where a point turns back: fourth derivatives have fewer digits
+    step: float = 1e-4  # of the parameter: where its square and rounding over it err alike
+    straight: float = 1e-7  # size over radius that counts as none at that step: rounding is some 1e-8
 
 
 LIMITS = Limits()
@@ -58,32 +59,38 @@ def path_curvature(sight: Sight, point: str) -> tuple[FloatArray, ComplexArray, 
     """Return signed curvature, place and left normal (unit) of a point's path, each (rows,), normal frame."""
     size = sight.mechanism.size
     p, v, a = sight.along.point(point)
+    kappa = _curvature(v, a, size)
+    with np.errstate(all="ignore"):
+        normal = 1j * v / np.abs(v)
+        rests = np.flatnonzero(np.abs(v) <= LIMITS.rest * np.maximum(np.abs(a), size))
+    if len(rests):
+        _at_rest(sight, point, rests, kappa, normal)
+    kappa[~(sight.way.smooth & np.isfinite(p))] = np.nan
+    return kappa, p, normal
+
+
+def _curvature(v: ComplexArray, a: ComplexArray, size: float) -> FloatArray:
+    """Return the signed curvature from two derivatives; 0 where nothing but rounding is left of it."""
     with np.errstate(all="ignore"):
         speed, bend = np.abs(v), (np.conj(v) * a).imag
         kappa = bend / speed**3
         flat = (np.abs(bend) <= LIMITS.flat * speed * np.abs(a)) | (np.abs(kappa) * size <= LIMITS.flat)
-        kappa[flat] = 0.0
-        normal = 1j * v / speed
-    _at_rest(sight, point, np.flatnonzero(speed <= LIMITS.rest * np.maximum(np.abs(a), size)), kappa, normal)
-    known = sight.way.smooth & np.isfinite(p)
-    kappa[~known] = np.nan
-    return kappa, p, normal
+    return np.asarray(np.where(flat, 0.0, kappa))
 
 
 def _at_rest(sight: Sight, point: str, rows: IntArray, kappa: FloatArray, normal: ComplexArray) -> None:
     """Set curvature and normal of rows in which the point rests."""
-    if not len(rows):
-        return
-    _, _, a, j, k = sight.along_to(4, rows).point(point)
     size = sight.mechanism.size
+    _, _, a, j = sight.along_to(3, rows).point(point)
+    sides = (sight.beside(rows, step).point(point) for step in (LIMITS.step, -LIMITS.step))
+    ahead, behind = (_curvature(side[1], side[2], size) for side in sides)
+    turned = (ahead - behind) / 2.0  # behind it runs the other way
+    turned[np.abs(turned) * size <= LIMITS.straight] = 0.0
     with np.errstate(all="ignore"):
-        pace, bend = np.abs(a), (np.conj(a) * k).imag / 3.0
-        turned = bend / pace**3
-        turned[np.abs(turned) * size <= LIMITS.straight] = 0.0
-        cusp = np.abs((np.conj(a) * j).imag) > LIMITS.cusp * pace * np.maximum(np.abs(j), pace)
+        cusp = np.abs((np.conj(a) * j).imag) > LIMITS.cusp * np.abs(a) * np.maximum(np.abs(j), np.abs(a))
         kappa[rows] = np.where(cusp, np.inf, turned)
-        normal[rows] = 1j * a / pace
-    kappa[rows[~(pace > LIMITS.rest * size)]] = np.nan  # a point that does not move has no path
+        normal[rows] = 1j * a / np.abs(a)
+    kappa[rows[~(np.abs(a) > LIMITS.rest * size)]] = np.nan  # a point that does not move has no path
 
 
 def _make(mechanism: Mechanism, names: Sequence[str]) -> list[Measure]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.analysis.influence import Sight
+from gimcli.analysis.input_path import Sight
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 
 

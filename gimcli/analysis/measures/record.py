@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.analysis.influence import Sight
+from gimcli.analysis.input_path import Sight
 from gimcli.analysis.measures import measures_of
 from gimcli.analysis.measures.measure import Head, Measure
-from gimcli.mechanism import Mechanism
+from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.table import Column
 
@@ -61,6 +61,16 @@ class Record:
                 self.ranges[head.name].add(values, piece.good)
                 columns.append(Column(head.name, values, head.unit))
         return columns
+
+    def curves(self, motion: Motion) -> dict[str, ComplexArray]:
+        """Return the curves that the measures add to a drawing of a motion."""
+        sight = Sight(motion)
+        return {name: curve for measure in self.measures for name, curve in measure.curves(sight).items()}
+
+    def outlines(self, motion: Motion) -> list[ComplexArray]:
+        """Return the areas that the measures add to a drawing of a motion."""
+        sight = Sight(motion)
+        return [outline for measure in self.measures for outline in measure.outlines(sight)]
 
     def told(self, motion: Motion) -> dict[str, dict[str, Any]]:
         """Return what the measures tell of the whole motion, of which some rows have been kept."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.analysis.carried import carried_point
-from gimcli.analysis.influence import Sight
+from gimcli.analysis.input_path import Sight
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 
 
@@ -22,8 +22,8 @@ from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 class Fineness:
     """How finely a region is resolved."""
 
-    poses: int = 1440  # a turn, and at least: its chords err by 3e-6 of a circle's area
-    turns: int = 6  # beyond so many, no more poses
+    poses: int = 1440  # a turn: its chords err by 3e-6 of a circle's area
+    turns: tuple[float, float] = (0.05, 6.0)  # beyond these, no fewer and no more poses
     lines: int = 2048  # the edge of a hole costs their power of -3/2
     block: int = 200_000  # sections held at the same time
     thin: float = 1e-9  # of the longest span: an outline thinner than this is a line
@@ -60,14 +60,24 @@ def _chain(z: ComplexArray, ordered: Sequence[int]) -> list[int]:
 
 def swept_area(sight: Sight, corners: Sequence[str]) -> tuple[float, float]:
     """Return the area of the region that an outline passes over, and how far it may be off; normal frame."""
-    z = sight.motion.z[:, sight.motion.good]
-    arm = np.diff([carried_point(sight.mechanism, name, z) for name in corners[:2]], axis=0)[0]
-    turns = np.sum(np.abs(np.angle(arm[1:] * np.conj(arm[:-1])))) / (2.0 * np.pi)
-    poses = FINENESS.poses * min(max(1.0, turns), FINENESS.turns)
-    parts = max(2, int(np.ceil(poses / max(1, z.shape[1] - 1))))
+    rows = sight.motion.solved
+    if not rows:
+        return 0.0, 0.0
+    parts = max(2, int(np.ceil(FINENESS.poses * _turns(sight, corners) / max(1, rows - 1))))
     fine = union_area(swept(sight, corners, parts), FINENESS.lines)
     coarse = union_area(swept(sight, corners, parts, every=2), FINENESS.lines // 2)
     return fine, abs(fine - coarse)
+
+
+def _turns(sight: Sight, corners: Sequence[str]) -> float:
+    """Return about how often a member or its corners go round, within the limits."""
+    z = sight.motion.z[:, sight.motion.good]
+    paths = np.array([carried_point(sight.mechanism, name, z) for name in corners])
+    arm = paths[1] - paths[0]
+    turned = np.sum(np.abs(np.angle(arm[1:] * np.conj(arm[:-1])))) / (2.0 * np.pi)
+    span = max(float(np.ptp(paths.real)), float(np.ptp(paths.imag)))
+    round_about = np.max(np.sum(np.abs(np.diff(paths)), axis=1)) / (np.pi * span)
+    return float(np.clip(max(turned, round_about), *FINENESS.turns))
 
 
 def swept(sight: Sight, corners: Sequence[str], parts: int, every: int = 1) -> ComplexArray:

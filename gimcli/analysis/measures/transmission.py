@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.analysis.influence import Sight
+from gimcli.analysis.input_path import Sight
 from gimcli.analysis.measures import naming
 from gimcli.analysis.measures.measure import Head, Kind, Measure, angle_to_file
 from gimcli.errors import UsageError
@@ -62,7 +62,7 @@ class Transmission(Measure):
     """The angle between two lines at a joint."""
 
     def __init__(self, mechanism: Mechanism, spec: str, joint: Joint) -> None:
-        self.mechanism, self.spec, self.joint = mechanism, spec, joint
+        self.mechanism, self.spec, self.joint, self._worst = mechanism, spec, joint, math.inf
         self.heads = (Head(spec, mechanism.angle_unit, "transmission angle"),)
 
     def values(self, sight: Sight) -> list[FloatArray]:
@@ -74,14 +74,13 @@ class Transmission(Measure):
             )
             product = np.conj(first) * second
             angle = np.where(product == 0.0, np.nan, np.arctan2(np.abs(product.imag), product.real))
+        self._worst = float(np.fmin.reduce(np.minimum(angle, math.pi - angle), initial=self._worst))
         return [angle_to_file(self.mechanism, angle)]
 
     def whole(self, sight: Sight) -> dict[str, Any]:
-        """Return the least distance from 0 and 180 degrees over the drawn rows."""
-        (angle,) = self.values(sight)
-        half = float(angle_to_file(self.mechanism, np.array([math.pi]))[0])
-        told = np.minimum(angle, half - angle)[np.isfinite(angle)]
-        return {"worst": float(told.min())} if len(told) else {}
+        """Return how near to 0 or 180 degrees the angle has come in all rows so far."""
+        worst = angle_to_file(self.mechanism, np.array([self._worst]))
+        return {"worst": float(worst[0])} if np.isfinite(self._worst) else {}
 
 
 # -- joints ---------------------------------------------------------------------------------------------
@@ -123,23 +122,12 @@ def _rams(mechanism: Mechanism) -> list[_Ram]:
     return [_Ram(a.name, a.a, a.b) for a in mechanism.actuators if a.drive is Drive.DISTANCE]
 
 
-def _driven(mechanism: Mechanism) -> set[str]:
-    """Return the names of members and sliding pairs that an input moves itself."""
-    names = set()
-    for a in mechanism.actuators:
-        if a.drive is Drive.ROTARY:
-            names |= {mechanism.members[m].name for m in (a.arm_member, a.reference_member) if m != FRAME}
-        elif a.drive is Drive.TRAVEL:
-            names |= {s.pair for s in mechanism.slides if s.node == a.a and s.member == a.reference_member}
-    return names
-
-
 def output_joints(mechanism: Mechanism) -> list[Joint]:
-    """Return the joints that move what no input moves itself: the dyads, and the pins of strongly coupled groups.
+    """Return the joints through which the inputs move the rest: the dyads, and the pins of strongly coupled groups.
 
     A dyad's lines are those along which it is placed, so that an n-ary member has one too.
     """
-    driven, found = _driven(mechanism), []
+    found = []
     for step in make_plan(mechanism).steps:
         if isinstance(step, Dyad):
             lines = [_locus_line(mechanism, locus) for locus in (step.first, step.second)]
@@ -147,8 +135,7 @@ def output_joints(mechanism: Mechanism) -> list[Joint]:
                 one, two = sorted((lines[0], lines[1]), key=lambda line: line.slide is not None)
                 found.append(Joint(step.node, one, two))
         elif isinstance(step, Coupled):
-            met = [Joint(n, *pair) for n in step.nodes for pair in _joined(mechanism, n)]
-            found += [joint for joint in met if not joint.names & driven]
+            found += [Joint(n, *pair) for n in step.nodes for pair in _joined(mechanism, n)]
     return found
 
 
