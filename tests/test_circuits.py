@@ -188,7 +188,7 @@ def test_the_drawing_is_home_after_two_turns_where_the_input_is_after_one(tmp_pa
     assert np.abs(once[:-1] - start[:-1]).max() > 0.05
 
 
-@pytest.mark.parametrize("windows", [4, 8])
+@pytest.mark.parametrize("windows", [4, 7, 8])
 def test_many_windows_flat_together_are_passed_straight(tmp_path: Path, windows: int) -> None:
     """An even number of parallelograms in a row loses so much rank at once that no determinant changes its sign."""
     count = range(windows + 1)
