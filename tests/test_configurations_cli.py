@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 from test_cli import MODELS, gim
 
-WORDS = "proved complete"
-
 
 def listed(name, *options):
     return json.loads(gim("solve", MODELS / f"{name}.yaml", "--all", "--json", *options))
@@ -72,7 +70,8 @@ def test_no_configuration_is_an_answer_with_status_five(tmp_path):
         "links: {a: [O, A], b: {nodes: [A, B], length: 2}, c: [C, B]}\n"
         "actuators: {motor: {type: rotary, pivot: O, arm: A}}\n"
     )
-    report = json.loads(gim("solve", model, "--all", "--json", code=5))
+    report = json.loads(gim("solve", model, "--all", "--json", "--csv", tmp_path / "all.csv", code=5))
+    assert (tmp_path / "all.csv").read_text().splitlines() == ["configuration,node,x,y,residual"]
     assert report["complete"] is True
     assert report["configurations"] == []
 
@@ -119,6 +118,16 @@ def test_more_than_a_sheet_holds_is_said(tmp_path):
     text = gim("solve", MODELS / "floating_hexagon.yaml", "--all", "--png", tmp_path / "all.png")
     assert "shows the first 36; 28 are not drawn" in text
     assert "64 configurations" in text
+
+
+def test_tolerance_is_that_of_what_was_left_out(tmp_path):
+    """A third crank too long by 1e-7 contradicts the others, but not by more than 1e-6."""
+    text = (MODELS / "parallelogram_third_crank.yaml").read_text()
+    model = tmp_path / "model.yaml"
+    model.write_text(text.replace("right: {nodes: [D, C], length: 1}", "right: {nodes: [D, C], length: 1.0000001}"))
+    assert model.read_text() != text
+    gim("solve", model, "--all", code=5)
+    assert len(json.loads(gim("solve", model, "--all", "--json", "--tolerance", 1e-6))["configurations"]) == 1
 
 
 @pytest.mark.parametrize("option", [("--method", "gim"), ("--start", "random"), ("--method", "newton")])

@@ -28,6 +28,9 @@ def test_values_and_derivatives_are_those_of_the_constraints(path: Path) -> None
     assert np.allclose(system.residual(x, u), system.constraints.residual(z, u[:, None])[:, 0], atol=1e-13)
     assert np.allclose(system.jacobian(x, u), system.constraints.jacobian(z, u[:, None])[0], atol=1e-13)
     assert np.array_equal(system.coordinates(system.nodes(x)), x)
+    held = system.quadric(u)
+    assert np.allclose(held.value(x), system.residual(x, u), atol=1e-13)
+    assert np.allclose(held.slope(np.array([x, 2.0 * x]))[1], system.jacobian(2.0 * x, u), atol=1e-13)
     v, w = rng.normal(size=(2, system.n + count))
 
     def f(step: FloatArray) -> FloatArray:

@@ -18,16 +18,15 @@ ROWS = 60
 """Configurations that the table shows; --json and --csv hold all."""
 
 
-TOLERANCE = 1e-10
-"""That of `gim solve`."""
-
 PANELS = 36
 """Configurations that one picture has room for."""
 
 
-def solve_all(mechanism: Mechanism, inputs: FloatArray, csv: Path | None, png: Path | None, as_json: bool) -> None:
+def solve_all(
+    mechanism: Mechanism, inputs: FloatArray, tolerance: float, csv: Path | None, png: Path | None, as_json: bool
+) -> None:
     """Find every configuration at inputs (actuators,), print and write it; exit with 5 where there is none."""
-    from gimcli.analysis.configurations import all_configurations, drawn_configuration
+    from gimcli.analysis.configurations import Policy, all_configurations, drawn_configuration
     from gimcli.analysis.verdict import explained, verify
     from gimcli.cli.console import progress_bar
     from gimcli.output import refuse_unwritable
@@ -35,11 +34,13 @@ def solve_all(mechanism: Mechanism, inputs: FloatArray, csv: Path | None, png: P
 
     refuse_unwritable(*(path for path in (csv, png) if path is not None))
     with explained(mechanism):
-        found = all_configurations(mechanism, inputs, progress=progress_bar("roots of a generic linkage, once"))
+        found = all_configurations(
+            mechanism, inputs, Policy(fits=tolerance), progress_bar("roots of a generic linkage, once")
+        )
     drawn = drawn_configuration(found)
     if found.surplus:  # what was left out may be an actuator too many
         home = found.z[0] if len(found) else mechanism.drawn
-        verify(mechanism, home, inputs, Status.OK if len(found) else Status.NOT_ASSEMBLED, TOLERANCE)
+        verify(mechanism, home, inputs, Status.OK if len(found) else Status.NOT_ASSEMBLED, tolerance)
     places = _places(found)
     if csv is not None:
         _write_csv(found, places, csv)
@@ -152,13 +153,22 @@ def verdict(found: Configurations) -> str:
             else f"{sum(g.infinite for g in found.groups)} of the roots are at infinity for these dimensions"
         )
         return f"{count}, not proved complete: two independent searches agree, but {why}{spare}"
-    why = f"{found.missing} root{'s' * (found.missing != 1)} unaccounted for"
-    multiple = sum(g.doubtful for g in found.groups)
+    return f"{count}, not proved complete: {_open(found)}{spare}"
+
+
+def _open(found: Configurations) -> str:
+    """Return what keeps a list from being proved complete."""
+    multiple, free = sum(g.doubtful for g in found.groups), [", ".join(g.nodes) for g in found.groups if g.free]
+    reasons = []
+    if found.missing:
+        reasons.append(f"{found.missing} root{'s' * (found.missing != 1)} unaccounted for")
     if multiple:
-        why += f", {multiple} multiple root{'s' * (multiple != 1)}"
-    free = [", ".join(g.nodes) for g in found.groups if g.free]
+        reasons.append(f"{multiple} multiple root{'s' * (multiple != 1)}")
+    if found.unfit:
+        reasons.append(f"{found.unfit} of the roots did not fulfil all constraints")
+    told = ", ".join(reasons) or "roots that are neither proved real nor proved not to be"
     turning = f"; where a dyad is folded onto itself {' and '.join(free)} can turn freely" if free else ""
-    return f"{count}, not proved complete: {why} (singular, or a motion with the inputs held){turning}{spare}"
+    return f"{told} (singular, or a motion with the inputs held){turning}"
 
 
 def _write_csv(found: Configurations, places: dict[str, Any], path: Path) -> None:

@@ -80,15 +80,15 @@ def command(
         raise UsageError(f"--start {start}: choose drawn or random")
     if history and method is not Method.GIM:
         raise UsageError("--history tells the error per sweep: add --method gim")
+    chosen = options(method, strategy, tolerance, jit, sequence, seed if start == "random" else None)
     if every:
         if method is not Method.AUTO or start != "drawn" or sequence:
             raise UsageError("--all has its own method: leave out --method, --start and --sequence")
         from gimcli.cli.configurations import solve_all
 
         mechanism = load(model)
-        solve_all(mechanism, inputs_at(mechanism, at), csv, png, as_json)
+        solve_all(mechanism, inputs_at(mechanism, at), chosen.tolerance, csv, png, as_json)
         return
-    chosen = options(method, strategy, tolerance, jit, sequence, seed if start == "random" else None)
     mechanism = load(model)
     with explained(mechanism):
         position = solve(mechanism, inputs_at(mechanism, at), chosen, history)

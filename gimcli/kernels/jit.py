@@ -17,8 +17,9 @@ from typing import Any, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-COMPILER: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
-"""Kernels allocate nothing: counting references to the arrays of their records would cost more than they do."""
+COMPILER: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "nogil": True}
+"""Kernels allocate nothing: counting references to the arrays of their records would cost more than they do.
+They need nothing of the interpreter, so that several threads run them at once."""
 
 _KERNELS: set[Callable[..., Any]] = set()
 _STAGES: set[Callable[..., Any]] = set()

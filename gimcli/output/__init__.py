@@ -13,6 +13,8 @@ from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.output.atomic import refuse_unwritable, written_bytes, written_text
 from gimcli.output.csv import CsvStream, write_csv
+from gimcli.output.npz import write_npz
+from gimcli.output.parts import Parts
 from gimcli.output.pdf import write_pdf
 from gimcli.output.png import write_png
 from gimcli.output.svg import write_svg
@@ -29,18 +31,22 @@ __all__ = [
     "PICTURE_FORMATS",
     "TABLE_FORMATS",
     "CsvStream",
+    "Parts",
     "draw_configurations",
     "draw_forces",
     "draw_groups",
     "draw_history",
     "draw_motion",
+    "draw_paths",
     "draw_position",
     "draw_sequence",
     "draw_singularities",
     "draw_tradeoff",
+    "draw_workspace",
     "refuse_unwritable",
     "write",
     "write_csv",
+    "write_npz",
     "written_bytes",
     "written_text",
 ]
@@ -173,3 +179,32 @@ def draw_groups(boxes: Sequence[Box], joints: Sequence[Joint], path: Path | str,
     from gimcli.output.groups import groups_picture
 
     write(groups_picture(boxes, joints, title), path)
+
+
+def draw_workspace(
+    mechanism: Mechanism,
+    pose: ComplexArray | None,
+    curves: Mapping[str, Sequence[ComplexArray]],
+    point: tuple[str, complex | None],
+    density: ComplexArray | None,
+    path: Path | str,
+    title: str,
+) -> None:
+    """Draw the curves "outer", "hole" and "inner" of a region over a pose (nodes,), in the file's units."""
+    from gimcli.output.workspace import workspace_picture
+
+    write(workspace_picture(mechanism, pose, curves, point, density, title), path)
+
+
+def draw_paths(
+    mechanism: Mechanism,
+    pose: ComplexArray | None,
+    paths: Sequence[ComplexArray],
+    point: tuple[str, complex | None],
+    path: Path | str,
+    title: str,
+) -> None:
+    """Draw the paths of a point, the drawn configuration's first, over a pose (nodes,), in the file's units."""
+    from gimcli.output.workspace import path_picture
+
+    write(path_picture(mechanism, pose, paths, point, title), path)

@@ -14,6 +14,7 @@ import numpy as np
 
 from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.structure.constraints import Constraints
+from gimcli.structure.quadric import Quadric
 
 DUST = 1e-13
 """A coefficient below this, of equations about 1 in size, is what rounding left of none."""
@@ -94,6 +95,12 @@ class System:
         mechanism = self.mechanism
         members = [m.name for m in mechanism.members[1:] for _ in range(2 * len(m.nodes) - 3)]
         return (*members, *(s.pair for s in mechanism.slides), *(a.name for a in mechanism.actuators))
+
+    def quadric(self, u: FloatArray) -> Quadric:
+        """Return the equations where the inputs (actuators,) stand still; the actuators' own are the last ones."""
+        values, n = self._values(u, 0), self.n
+        c, linear, q = (sum(v * part[k] for v, part in zip(values, self._parts, strict=True)) for k in (1, 2, 3))
+        return Quadric(np.asarray(c), np.asarray(linear), np.asarray(q).reshape(self.m, n, n))
 
     def _polynomial(self, x: FloatArray, values: FloatArray) -> FloatArray:
         total = np.zeros(self.m)

@@ -43,7 +43,7 @@ def dyad_roots(family: Family, H: ComplexArray) -> DyadRoots:
         else:
             w, gap, size, free = _triangle(c) if family.angles == 2 else _slide(c, int(family.rail[0]))
         each = w.shape[1]
-        rows, repeated = w.reshape(len(c) * each, -1), np.repeat(H, each, axis=0)
+        rows, repeated = w.reshape(len(c) * each, w.shape[2]), np.repeat(H, each, axis=0)
         better = corrected(family, repeated, rows, CLOSED)
         rows = np.where((np.abs(better - rows) < MARGIN**0.5).all(axis=1)[:, None], better, rows)
     return DyadRoots(prove(family, repeated, rows), each, gap < -MARGIN * size, free)

@@ -1,0 +1,135 @@
+"""How far a point reaches that one freedom moves: its paths, their extent, and the interval of the inputs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.analysis.workspace.arcs import Arc
+from gimcli.analysis.workspace.branches import Branch, Knot, Walker, split
+from gimcli.analysis.workspace.sampling import Bank
+from gimcli.analysis.workspace.survey import checked, unreached
+from gimcli.analysis.workspace.task import FULL, Task
+from gimcli.errors import StructureError, UsageError
+from gimcli.mechanism import Drive, FloatArray, Mechanism
+from gimcli.motion.inputs import law_inputs
+from gimcli.solvers.critical import Path, Stratum
+
+NOTHING = 1e-13
+"""A velocity below this is rounding."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Values of an input along a path, rad or lengths in the normal frame."""
+
+    actuator: int
+    low: float
+    high: float
+    full: bool = False  # a whole turn
+    folds: tuple[float, ...] = ()  # values at which it turns back
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One connected path of the point."""
+
+    pieces: tuple[Arc, ...] = field(repr=False)  # between the extremes of x, y and the inputs
+    closed: bool
+    intervals: tuple[Interval, ...]
+    drawn: bool  # it runs through the drawn position
+
+    @property
+    def length(self) -> float:
+        """Length of the path, there and back where it is run over twice."""
+        return sum(piece.length for piece in self.pieces)
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper corner (2,) about the path."""
+        ends = np.concatenate([piece.y for piece in self.pieces])
+        return ends.min(axis=0), ends.max(axis=0)
+
+    def points(self, parts: int = 4) -> FloatArray:
+        """Return points (rows, 2) along the path."""
+        return np.concatenate([piece.dense(parts) for piece in self.pieces])
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """All paths of a point over all configurations, the drawn one's first."""
+
+    task: Task = field(repr=False)
+    runs: tuple[Run, ...]
+
+
+def reach(mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None) -> Reach:
+    """Return the paths of a node or point that one freedom moves.
+
+    Raises UsageError where more freedoms remain, StructureError where no position exists.
+    """
+    task = checked(Task(mechanism, point, orientation or {}))
+    if task.freedoms > 1:
+        raise UsageError(f"'{point}' reaches a region: {task.freedoms} freedoms are left; see `survey`")
+    bank = Bank(task)
+    if not len(bank.x):
+        raise StructureError(unreached(task))
+    curve = Path(Stratum(task.free, task.output[0]))
+    branches = Walker(task, curve).take(bank.x)
+    home = _home(task, branches)
+    runs = [_run(task, branch, k == home) for k, branch in enumerate(branches)]
+    return Reach(task, tuple(sorted(runs, key=lambda run: (not run.drawn, -run.length))))
+
+
+def _home(task: Task, branches: list[Branch]) -> int:
+    """Return which path passes the drawn position most closely."""
+    drawn = task.system.coordinates(task.mechanism.drawn)
+    return int(np.argmin([np.min(np.linalg.norm(branch.x - drawn, axis=1)) for branch in branches]))
+
+
+def _run(task: Task, branch: Branch, drawn: bool) -> Run:
+    n, table = task.system.n, task.output[0]
+
+    def tests(knot: Knot) -> FloatArray:
+        rates = [task.rate(k, knot.p[:n], knot.tangent[:n]) for k in range(len(task.mechanism.actuators))]
+        told = np.concatenate([table @ knot.tangent[:n], rates])
+        return np.where(np.abs(told) < NOTHING, 0.0, told)
+
+    pieces = split(branch, tests)
+    values = [task.inputs(piece.x) for piece in pieces]
+    intervals = tuple(_interval(task, k, [v[:, k] for v in values], branch.closed) for k in range(values[0].shape[1]))
+    return Run(tuple(Arc(piece, *task.output) for piece in pieces), branch.closed, intervals, drawn)
+
+
+def _interval(task: Task, k: int, values: list[FloatArray], closed: bool) -> Interval:
+    """Return the interval of an input from its values along the pieces of a path."""
+    rotary = task.mechanism.actuators[k].drive is Drive.ROTARY
+    u = np.concatenate(values)
+    u = np.unwrap(u) if rotary else u
+    ends = np.cumsum([len(v) for v in values])
+    low, high = float(u.min()), float(u.max())
+    shift = _shift(task, k, low, high) if rotary else 0.0
+    if rotary and high - low >= FULL:
+        begin = float(law_inputs(task.mechanism)(np.zeros(1))[k, 0])
+        return Interval(k, begin, begin + 2.0 * math.pi, True)
+    folds = [_fold(u, int(end)) for end in ends[: None if closed else -1]]
+    return Interval(k, low + shift, high + shift, False, tuple(sorted({f + shift for f in folds if f is not None})))
+
+
+def _fold(u: FloatArray, end: int) -> float | None:
+    """Return an input's value where a piece ends, if it turns back there; the last knot stands there twice."""
+    here = float(u[end - 1])
+    before, after = here - float(u[end - 2]), float(u[(end + 1) % len(u)]) - here
+    return here if before * after < 0.0 else None
+
+
+def _shift(task: Task, k: int, low: float, high: float) -> float:
+    """Return the whole turns that bring an interval about the start of its input's law, or else next to the law."""
+    law = law_inputs(task.mechanism)(np.linspace(0.0, 1.0, 33))[k]
+    turns = math.ceil((float(law[0]) - high) / (2.0 * math.pi) - 1e-9)
+    if low + 2.0 * math.pi * turns > float(law[0]) + 1e-9:
+        turns = round((0.5 * float(law.min() + law.max()) - 0.5 * (low + high)) / (2.0 * math.pi))
+    return 2.0 * math.pi * turns

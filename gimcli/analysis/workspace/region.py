@@ -1,0 +1,186 @@
+"""The region between paths: which of them bound it, from outside or around a hole, and its area by Green's theorem."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gimcli.analysis.workspace.arcs import Arc, Crowd, Meeting
+from gimcli.analysis.workspace.sampling import Bank
+from gimcli.mechanism import ComplexArray, FloatArray
+
+OUTER, HOLE, INNER, OPEN = "outer", "hole", "inner", "open"
+"""Kinds of curves: `inner` has reachable places on both sides, `open` on none or on a side that was not told."""
+
+
+@dataclass(frozen=True)
+class Policy:
+    """Constants of the sorting; lengths relative to the mechanism's size (about 1)."""
+
+    aside: float = 1e-3  # from a path, at most: where reachability is asked
+    clear: float = 0.2  # part of the distance to the next path
+    short: float = 0.05  # and of the path's own length
+    parts: tuple[float, ...] = (0.5, 0.31, 0.73, 0.11, 0.89)  # places of a path that are tried
+    hints: int = 12  # starts about the path's own position
+    farthest: float = 0.3  # from it
+    joined: float = 3e-6  # ends nearer than this are one corner
+    checked: int = 400  # positions that must lie within the boundary
+    margin: float = 1e-4  # but those nearer to it than this
+    dense: int = 6  # points a cubic of the outlines for that check
+
+
+@dataclass(frozen=True, eq=False)
+class Edge:
+    """A piece of a curve; of a boundary, with the region to its left."""
+
+    arc: Arc = field(repr=False)
+    kind: str
+    forward: bool = True  # the way of the arc
+
+    @property
+    def moment(self) -> float:
+        """Its part of the area."""
+        return self.arc.moment if self.forward else -self.arc.moment
+
+    def points(self, parts: int = 4) -> FloatArray:
+        """Return points (rows, 2) along it."""
+        dense = self.arc.dense(parts)
+        return dense if self.forward else dense[::-1]
+
+    @property
+    def ends(self) -> tuple[FloatArray, FloatArray]:
+        """Where it begins and ends."""
+        y = self.arc.y if self.forward else self.arc.y[::-1]
+        return y[0], y[-1]
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """Edges that follow each other; closed but for what was not found."""
+
+    edges: tuple[Edge, ...]
+    closed: bool
+
+    @property
+    def area(self) -> float:
+        """Enclosed area, negative around a hole."""
+        return float(sum(edge.moment for edge in self.edges))
+
+    def points(self, parts: int = 4) -> FloatArray:
+        """Return its outline (rows, 2)."""
+        return np.concatenate([edge.points(parts)[:-1] for edge in self.edges])
+
+
+def sorted_edges(arcs: Sequence[Arc], bank: Bank, policy: Policy | None = None) -> list[Edge]:
+    """Return every path with what it is: the places beside it are tried."""
+    policy = policy or Policy()
+    if not arcs:
+        return []
+    crowd = Crowd(arcs)
+    marks = [_mark(k, arcs, crowd, policy) for k in range(len(arcs))]
+    places = np.array([z + s * step * normal for z, normal, step, _ in marks for s in (1.0, -1.0)])
+    hints = np.array([_hints(x, step, bank, policy) for _, _, step, x in marks for _ in range(2)])
+    reached = bank.reaches(places, hints).reshape(-1, 2)
+    known = np.array([[arc.inside > 0.0, arc.inside < 0.0] for arc in arcs])  # by the curve's own curvatures
+    return [_edge(arc, bool(left), bool(right)) for arc, (left, right) in zip(arcs, reached | known, strict=True)]
+
+
+def _edge(arc: Arc, left: bool, right: bool) -> Edge:
+    if left and right:
+        return Edge(arc, INNER)
+    if not (left or right):
+        return Edge(arc, OPEN)
+    return Edge(arc, OUTER, left)
+
+
+def _mark(
+    k: int, arcs: Sequence[Arc], crowd: Crowd, policy: Policy
+) -> tuple[FloatArray, FloatArray, float, FloatArray]:
+    """Return the place of a path with most room about it, the normal to its left, how far to go, and the position."""
+    best: tuple[float, float] = (-1.0, 0.5)
+    for part in policy.parts:
+        cut = arcs[k].halfway(part)
+        z = arcs[k].at(*cut)
+        room = crowd.room(z, k, policy.aside / policy.clear, Meeting())
+        if room > 1.2 * best[0]:
+            best = room, part
+    arc, cut = arcs[k], arcs[k].halfway(best[1])
+    z, slope = arc.at(*cut), arc.slope(*cut)
+    normal = np.array([-slope[1], slope[0]]) / max(float(np.linalg.norm(slope)), 1e-300)
+    step = min(policy.aside, policy.clear * best[0], policy.short * arc.length)
+    return z, normal, step, arc.knot(cut).p[: arc.table.shape[1]]
+
+
+def _hints(x: FloatArray, step: float, bank: Bank, policy: Policy) -> FloatArray:
+    """Return starts next to a position and farther off: the way on may be by another configuration close by."""
+    spread = np.geomspace(np.sqrt(step), policy.farthest, policy.hints)
+    return np.asarray(x + spread[:, None] * bank.rng.normal(size=(policy.hints, len(x))))
+
+
+def loops(edges: Sequence[Edge], policy: Policy | None = None) -> list[Loop]:
+    """Return the boundary's edges in their order around the region, outer ones first."""
+    policy = policy or Policy()
+    rest = [e for e in edges if e.kind == OUTER]
+    found: list[Loop] = []
+    while rest:
+        chain = [rest.pop()]
+        closed = chain[0].arc.closed
+        while not closed:
+            following = _following(chain[-1], rest, policy)
+            closed = _meets(chain[-1], chain[0], policy) and (following is None or len(chain) > 1)
+            if closed or following is None:
+                break
+            rest.remove(following)
+            chain.append(following)
+        found.append(Loop(tuple(chain), closed))
+    return [_named(loop) for loop in sorted(found, key=lambda loop: -loop.area)]
+
+
+def _named(loop: Loop) -> Loop:
+    """Return a loop whose edges say whether they go around a hole."""
+    kind = OUTER if loop.area > 0.0 else HOLE
+    return replace(loop, edges=tuple(replace(e, kind=kind) for e in loop.edges))
+
+
+def _meets(first: Edge, second: Edge, policy: Policy) -> bool:
+    return float(np.linalg.norm(first.ends[1] - second.ends[0])) <= policy.joined
+
+
+def _following(edge: Edge, rest: Sequence[Edge], policy: Policy) -> Edge | None:
+    """Return the edge that begins where one ends: of several, the leftmost, so that loops touch but do not cross."""
+    offers = [other for other in rest if _meets(edge, other, policy)]
+    if len(offers) < 2:
+        return offers[0] if offers else None
+    come = edge.points(1)
+    back = complex(*(come[-2] - come[-1]))
+
+    def turn(other: Edge) -> float:
+        go = other.points(1)
+        angle = float(np.angle(complex(*(go[1] - go[0])) / back))
+        return angle % (2.0 * np.pi)
+
+    return max(offers, key=turn)
+
+
+def outside(found: Sequence[Loop], y: FloatArray, policy: Policy | None = None) -> int:
+    """Return how many of some reached places (rows, 2) the loops do not enclose: 0 if all of the boundary is known."""
+    policy = policy or Policy()
+    y = y[: policy.checked]
+    winding, gap, z = np.zeros(len(y)), np.full(len(y), np.inf), y @ np.array([1.0, 1.0j])
+    for loop in found:
+        outline = loop.points(policy.dense) @ np.array([1.0, 1.0j])
+        seen = np.append(outline, outline[0]) - z[:, None]
+        gap = np.minimum(gap, np.min(_distances(seen[:, :-1], seen[:, 1:]), axis=1))
+        safe = np.where(seen == 0.0, 1.0, seen)
+        winding += np.sum(np.angle(safe[:, 1:] / safe[:, :-1]), axis=1) / (2.0 * np.pi)
+    return int(np.sum((np.round(winding) < 1.0) & (gap > policy.margin)))
+
+
+def _distances(first: ComplexArray, second: ComplexArray) -> FloatArray:
+    """Return the distances of 0 from segments."""
+    step = second - first
+    square = np.maximum(np.abs(step) ** 2, np.finfo(float).tiny)
+    part = np.clip(-(first * step.conjugate()).real / square, 0.0, 1.0)
+    return np.asarray(np.abs(first + part * step))

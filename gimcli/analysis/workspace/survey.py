@@ -1,0 +1,179 @@
+"""The workspace of a point: all its curves found, cut, sorted and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+
+from gimcli.analysis.workspace.arcs import Arc
+from gimcli.analysis.workspace.arrangement import arranged
+from gimcli.analysis.workspace.branches import Branch, Knot, Walker, split
+from gimcli.analysis.workspace.region import HOLE, INNER, OPEN, OUTER, Edge, Loop, loops, outside, sorted_edges
+from gimcli.analysis.workspace.sampling import Bank
+from gimcli.analysis.workspace.sampling import Policy as Starts
+from gimcli.analysis.workspace.task import Task
+from gimcli.errors import StructureError, UsageError
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.solvers.critical import Critical, Path, Stratum, critical, sides
+
+Progress = Callable[[int, int], None]
+
+ROUNDS = 3
+"""Times that more starts are made where the boundary is not closed or leaves reached places out."""
+
+INPUTS = 5
+"""Inputs with ranges, at most: their ends are tried in all combinations."""
+
+
+@dataclass(frozen=True, eq=False)
+class Workspace:
+    """The region that a point reaches in some configuration, in the normal frame."""
+
+    task: Task = field(repr=False)
+    loops: tuple[Loop, ...]  # outer ones by falling area, then holes
+    inner: tuple[Edge, ...]  # curves within, where some configuration holds the point back
+    open: tuple[Edge, ...]  # curves that could not be sorted
+    missed: int  # reached places that the boundary leaves out
+    positions: FloatArray = field(repr=False)  # (rows, 2) reached places
+
+    @property
+    def complete(self) -> bool:
+        """Tell whether every loop is closed, every curve sorted and every reached place enclosed."""
+        return bool(self.loops) and all(loop.closed for loop in self.loops) and not self.open and not self.missed
+
+    @property
+    def area(self) -> float:
+        """Area; NaN where no boundary is known."""
+        return sum(loop.area for loop in self.loops) if self.loops else float("nan")
+
+    @property
+    def area_error(self) -> float:
+        """Estimated error of the area: what half as many points would change it by, in fourth order."""
+        return sum(abs(edge.arc.moment - edge.arc.coarse.moment) for loop in self.loops for edge in loop.edges) / 15.0
+
+    @property
+    def perimeter(self) -> float:
+        """Length of the boundary, around holes too."""
+        return sum(edge.arc.length for loop in self.loops for edge in loop.edges)
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper corner (2,) of what is reached; NaN where no boundary is known."""
+        if not self.loops:
+            return np.full(2, np.nan), np.full(2, np.nan)
+        points = np.concatenate([edge.arc.extremes for loop in self.loops for edge in loop.edges])
+        return points.min(axis=0), points.max(axis=0)
+
+    @property
+    def edges(self) -> tuple[Edge, ...]:
+        """All curves: around the region, around holes, within, and those not sorted."""
+        return (*(edge for loop in self.loops for edge in loop.edges), *self.inner, *self.open)
+
+
+def survey(
+    mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None, progress: Progress | None = None
+) -> Workspace:
+    """Return the workspace of a node or point that two or more inputs move; all configurations count.
+
+    `orientation` (rad) holds members' directions. Raises UsageError where fewer or too many inputs remain,
+    StructureError where no position within the inputs' ranges exists.
+    """
+    task = checked(Task(mechanism, point, orientation or {}))
+    if task.freedoms < 2:
+        raise UsageError(f"'{point}' runs along curves: {task.freedoms} freedom is left; see `reach`")
+    found: Workspace | None = None
+    for attempt in range(ROUNDS):
+        bank = Bank(task, Starts(seed=attempt).more(2**attempt))
+        if not len(bank.x):
+            continue
+        fresh = _surveyed(task, bank, progress)
+        found = fresh if found is None or fresh.missed <= found.missed else found
+        if found.complete:
+            break
+    if found is None:
+        raise StructureError(unreached(task))
+    return found
+
+
+def checked(task: Task) -> Task:
+    """Refuse what has no workspace."""
+    if task.freedoms < 1:
+        what = "with the orientations held and the inputs without a range" if task.orientation else "within its inputs"
+        raise UsageError(f"'{task.point}' cannot move {what}: give the inputs laws with a from and a to")
+    if len(task.limited) > INPUTS:
+        raise UsageError(f"{len(task.limited)} inputs have ranges, {INPUTS} at most are combined: hold some by a law")
+    return task
+
+
+def unreached(task: Task) -> str:
+    """Say that no position exists, and the cure."""
+    held = f" with {', '.join(task.orientation)} held" if task.orientation else ""
+    return (
+        f"{task.mechanism.name}{held} has no position within the ranges of its inputs: widen their laws, or check"
+        " the lengths by `gim solve`"
+    )
+
+
+def strata(task: Task) -> list[Stratum]:
+    """Return all ways of holding inputs at an end of their ranges that leave a freedom."""
+    found = []
+    for ends in product((0.0, 1.0, -1.0), repeat=len(task.limited)):
+        held = tuple((r.actuator, end) for r, end in zip(task.limited, ends, strict=True) if end)
+        if len(held) < task.freedoms:
+            drives = [
+                task.drive(r.actuator, r.low if end > 0.0 else r.high)
+                for r, end in zip(task.limited, ends, strict=True)
+                if end
+            ]
+            found.append(Stratum(task.free.joined(*drives), task.output[0], held))
+    return found
+
+
+def _surveyed(task: Task, bank: Bank, progress: Progress | None) -> Workspace:
+    arcs: list[Arc] = []
+    every = strata(task)
+    for k, stratum in enumerate(every):
+        curve = critical(stratum)
+        for branch in Walker(task, curve).take(bank.seeds(curve)):
+            arcs += _one_sided(task, stratum, curve, branch)
+        if progress is not None:
+            progress(k + 1, len(every) + 1)
+    edges = sorted_edges(arranged(arcs), bank)
+    around = loops(edges)
+    if progress is not None:
+        progress(len(every) + 1, len(every) + 1)
+    inner = tuple(e for e in edges if e.kind == INNER)
+    unsorted = tuple(e for e in edges if e.kind == OPEN)
+    return Workspace(task, tuple(around), inner, unsorted, outside(around, bank.y), bank.y)
+
+
+def _one_sided(task: Task, stratum: Stratum, curve: Critical, branch: Branch) -> list[Arc]:
+    """Return the paths along a branch that hold the point back: all ways on lead to one side."""
+
+    def tests(knot: Knot) -> FloatArray:
+        told = sides(curve, knot.p, knot.tangent)
+        return told if isinstance(curve, Path) else np.append(told, _speed(curve, knot))
+
+    found = []
+    for piece in split(branch, tests):
+        middle = piece.knots[len(piece.knots) // 2]
+        if len(piece.knots) == 2:
+            middle = Arc(piece, *task.output).knot((0, 0.5))
+        told = np.sign(sides(curve, middle.p, middle.tangent))
+        if np.all(told == told[0]):
+            left = 1.0 if isinstance(curve, Path) else float(np.sign(_speed(curve, middle)))
+            found.append(Arc(piece, *task.output, inside=float(told[0]) * left, held=stratum.held))
+    return found
+
+
+def _speed(curve: Critical, knot: Knot) -> float:
+    """Return the point's speed along its path, + where alpha lies to its left: 0 where it turns back."""
+    alpha = curve.multipliers(knot.p, knot.tangent)[-2:]
+    velocity = curve.stratum.table @ knot.tangent[: curve.stratum.n]
+    return float(velocity[0] * alpha[1] - velocity[1] * alpha[0])
+
+
+__all__ = ["HOLE", "INNER", "OPEN", "OUTER", "Workspace", "checked", "strata", "survey", "unreached"]

@@ -1,0 +1,234 @@
+"""What a workspace is asked of: a mechanism, the ranges of its inputs, a point and held orientations.
+
+The coordinates x of the moving nodes fulfil G(x) = 0, the members and pairs without the actuators; the point is
+y = Y x + y0. An input's value is a function of x, and its range an inequality.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from gimcli.analysis.carried import carried_point
+from gimcli.errors import UsageError
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.structure.quadric import Quadric
+from gimcli.structure.system import System
+
+SAMPLES = 4097
+"""Times at which a law is looked at for its extremes."""
+
+FULL = 2.0 * math.pi * (1.0 - 1e-12)
+"""A rotary input whose law covers this is free."""
+
+SLACK = 1e-9
+"""An input this far beyond its range [rad, or of the size] still counts as at its end."""
+
+RANK = 1e-8
+"""A pivot below this part of the greatest is none."""
+
+
+@dataclass(frozen=True)
+class Range:
+    """Values that an actuator may take: rad, or lengths in the normal frame."""
+
+    actuator: int
+    low: float
+    high: float
+
+    @property
+    def middle(self) -> float:
+        """Mean of the ends."""
+        return 0.5 * (self.low + self.high)
+
+    @property
+    def half(self) -> float:
+        """Half the width; 0: the input stands still."""
+        return 0.5 * (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class Task:
+    """A point's workspace as equations and inequalities in x (n,)."""
+
+    mechanism: Mechanism
+    point: str
+    orientation: Mapping[str, float] = field(default_factory=dict)  # rad, of a member's first -> second node
+
+    @cached_property
+    def system(self) -> System:
+        """The equations with the actuators' own."""
+        return System(self.mechanism)
+
+    @cached_property
+    def ranges(self) -> tuple[Range, ...]:
+        """Ranges of the inputs that have one: the others turn fully."""
+        found = (law_range(self.mechanism, k) for k in range(len(self.mechanism.actuators)))
+        return tuple(r for r in found if not (self._rotary(r.actuator) and 2.0 * r.half >= FULL))
+
+    @cached_property
+    def limited(self) -> tuple[Range, ...]:
+        """Ranges of the inputs that move."""
+        return tuple(r for r in self.ranges if r.half > 0.0)
+
+    @cached_property
+    def output(self) -> tuple[FloatArray, FloatArray]:
+        """Y (2, n) and y0 (2,)."""
+        n = self.system.n
+        z = self.system.nodes(np.hstack([np.zeros((n, 1)), np.eye(n)]))
+        path = np.asarray(carried_point(self.mechanism, self.point, z))
+        y = np.array([path.real, path.imag])
+        table = y[:, 1:] - y[:, :1]
+        if not np.any(table):
+            raise UsageError(f"'{self.point}' stands still: choose a moving node or point")
+        return table, y[:, 0]
+
+    def place(self, x: FloatArray) -> FloatArray:
+        """Return y (..., 2) at x (..., n)."""
+        table, shift = self.output
+        return np.asarray(x @ table.T + shift)
+
+    @cached_property
+    def free(self) -> Quadric:
+        """The independent equations that hold whatever the inputs do: members, pairs, orientations, held inputs."""
+        count = len(self.mechanism.actuators)
+        whole = self.system.quadric(np.zeros(count)).rows(range(self.system.m - count))
+        still = [self.drive(r.actuator, r.low) for r in self.ranges if r.half == 0.0]
+        return _independent(whole.joined(*still, *map(self._held, self.orientation)), self)
+
+    @cached_property
+    def freedoms(self) -> int:
+        """Dimension of the set of positions."""
+        return self.system.n - self.free.m
+
+    def drive(self, actuator: int, value: float) -> Quadric:
+        """Return the equation of an actuator that stands still."""
+        count = len(self.mechanism.actuators)
+        u = np.zeros(count)
+        u[actuator] = value
+        return self.system.quadric(u).rows([self.system.m - count + actuator])
+
+    def inputs(self, x: FloatArray) -> FloatArray:
+        """Return the inputs' values (..., actuators), angles within half a turn of 0."""
+        columns = [self._input(k, x)[0] for k in range(len(self.mechanism.actuators))]
+        return np.stack(columns, axis=-1)
+
+    def rate(self, actuator: int, x: FloatArray, velocity: FloatArray) -> float:
+        """Return how fast an input changes at a position (n,) and its velocity."""
+        return float(self._input(actuator, x)[1] @ velocity)
+
+    def excess(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return by how much (..., limited) inputs leave their ranges, below 0 within, and derivatives (..., n)."""
+        apart, slopes = self._apart(x)
+        half = np.array([r.half for r in self.limited])
+        return np.abs(apart) - half, np.where(apart >= 0.0, 1.0, -1.0)[..., None] * slopes
+
+    def margins(self, x: FloatArray) -> FloatArray:
+        """Return how far (..., 2 limited) inputs are above their low ends and below their high ends."""
+        apart, half = self._apart(x)[0], np.array([r.half for r in self.limited])
+        return np.concatenate([half + apart, half - apart], axis=-1)
+
+    def _apart(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how far (..., limited) inputs are from the middles of their ranges, and derivatives (..., n)."""
+        shape, n = x.shape[:-1], self.system.n
+        apart, slopes = np.zeros((*shape, len(self.limited))), np.zeros((*shape, len(self.limited), n))
+        for k, r in enumerate(self.limited):
+            value, slopes[..., k, :] = self._input(r.actuator, x)
+            apart[..., k] = value - r.middle
+            if self._rotary(r.actuator):
+                apart[..., k] -= 2.0 * math.pi * np.round(apart[..., k] / (2.0 * math.pi))
+        return apart, slopes
+
+    def allowed(self, x: FloatArray) -> np.ndarray:
+        """Tell of x (..., n) whether all inputs are within their ranges and no held member is turned round."""
+        fits = np.all(self.excess(x)[0] <= SLACK, axis=-1)
+        for name, angle in self.orientation.items():
+            z = self._arm(name, x)
+            fits &= (z * cmath.exp(-1j * angle)).real > 0.0
+        return np.asarray(fits)
+
+    def _rotary(self, actuator: int) -> bool:
+        return self.mechanism.actuators[actuator].drive is Drive.ROTARY
+
+    @cached_property
+    def _drives(self) -> list[tuple[Quadric, ...]]:
+        """Per actuator the equation at 0, and of a rotary one at a quarter turn: its angle's sine and minus cosine."""
+        kinds = [(0.0, math.pi / 2) if self._rotary(k) else (0.0,) for k in range(len(self.mechanism.actuators))]
+        return [tuple(self.drive(k, v) for v in values) for k, values in enumerate(kinds)]
+
+    def _input(self, k: int, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return an input's value (...) and its derivatives (..., n)."""
+        forms = self._drives[k]
+        value, slope = forms[0].value(x)[..., 0], forms[0].slope(x)[..., 0, :]
+        if self._rotary(k):
+            c, dc = -forms[1].value(x)[..., 0], -forms[1].slope(x)[..., 0, :]
+            square = np.maximum(value**2 + c**2, np.finfo(float).tiny)
+            turn = (c[..., None] * slope - value[..., None] * dc) / square[..., None]
+            return np.arctan2(value, c), turn
+        if self.mechanism.actuators[k].drive is Drive.DISTANCE:
+            length = np.sqrt(np.maximum(value, np.finfo(float).tiny))
+            return length, slope / (2.0 * length[..., None])
+        return value, slope
+
+    def _ends(self, name: str) -> tuple[int, int]:
+        found = next((m for m in self.mechanism.members[FRAME + 1 :] if m.name == name), None)
+        if found is None:
+            names = ", ".join(m.name for m in self.mechanism.members[FRAME + 1 :])
+            raise UsageError(f"--orientation {name}: no such moving member; members: {names}")
+        return found.nodes[0], found.nodes[1]
+
+    def _arm(self, name: str, x: FloatArray) -> ComplexArray:
+        """Return the vector from a member's first node to its second (...)."""
+        first, second = self._ends(name)
+        z = self.system.nodes(x.reshape(-1, self.system.n).T)
+        return np.asarray((z[second] - z[first]).reshape(x.shape[:-1]))
+
+    def _held(self, name: str) -> Quadric:
+        """Return the equation that keeps a member's direction."""
+        n, turn = self.system.n, cmath.exp(-1j * self.orientation[name])
+        height = (self._arm(name, np.vstack([np.zeros(n), np.eye(n)])) * turn).imag
+        return Quadric(height[:1], (height[1:] - height[0])[None, :], np.zeros((1, n, n)))
+
+
+def law_range(mechanism: Mechanism, actuator: int) -> Range:
+    """Return the least and greatest value of an actuator's law."""
+    from scipy.optimize import minimize_scalar
+
+    law = mechanism.actuators[actuator].law
+    time = np.linspace(0.0, 1.0, SAMPLES)
+    values = law(time)
+    ends = []
+    for sign in (1.0, -1.0):
+        k = int(np.argmin(sign * values))
+        best = sign * float(values[k])
+        if 0 < k < SAMPLES - 1:
+            span = (time[k - 1], time[k + 1])
+            found = minimize_scalar(lambda t, s=sign: s * float(law(np.array([t]))[0]), bounds=span, method="bounded")
+            best = min(best, float(found.fun))
+        ends.append(sign * best)
+    return Range(actuator, ends[0], ends[1])
+
+
+def _independent(whole: Quadric, task: Task) -> Quadric:
+    """Return the equations without those that follow from the others at an assembled position in general."""
+    from scipy.linalg import qr
+
+    from gimcli.solvers.settle import settle
+
+    rng = np.random.default_rng(1)
+    start = task.system.coordinates(task.mechanism.drawn) + rng.normal(0.0, 0.05, (40, task.system.n))
+    x, good = settle(lambda at, _: (whole.value(at), whole.slope(at)), start)
+    if not good.any():
+        return whole
+    best: list[int] = []
+    for place in x[good][:8]:
+        r, order = qr(whole.slope(place).T, mode="r", pivoting=True)
+        size = np.abs(np.diag(r))
+        rows = sorted(order[: int(np.sum(size > RANK * size[0]))].tolist())
+        best = rows if len(rows) > len(best) else best
+    return whole.rows(best)

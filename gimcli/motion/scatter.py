@@ -1,0 +1,229 @@
+"""Independent positions over a grid of inputs: closed forms in one compiled call, or lines followed one by one."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+
+from gimcli.kernels import scatter as kernels
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.assemble import Assembly
+from gimcli.motion.effort import choose, plain
+from gimcli.motion.follow import Follower
+from gimcli.motion.inputs import pace, straight_inputs
+from gimcli.motion.start import STEPS_A_TURN, drawn_inputs, start_position
+from gimcli.solvers.newton import Accuracy, Run
+from gimcli.status import Status
+from gimcli.structure.plan import make_plan
+from gimcli.structure.residual import allowed, residual
+from gimcli.structure.steps import Plan
+
+MOST_SIDES = 6
+"""Steps with two solutions up to which all their combinations are solved; of more, those that are drawn."""
+
+POSITION = 3e-5
+"""Seconds that a step of one position takes without compiling."""
+
+PART = 1 << 15
+"""Positions solved at a time in closed form."""
+
+STARTS = (0.5, 0.2, 0.8, 0.35, 0.65, 0.05, 0.95)
+"""Parts of a line at which it is entered where its drawn place cannot be assembled."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Inputs evenly spaced over their ranges, the last one changing first."""
+
+    low: FloatArray  # (actuators,)
+    high: FloatArray
+    turning: tuple[bool, ...]  # a full turn: its end is its start
+    count: int  # values of an input that moves
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Values of every input; 1: it stands still."""
+        return tuple(self.count if b > a else 1 for a, b in zip(self.low, self.high, strict=True))
+
+    @property
+    def rows(self) -> int:
+        """Number of positions."""
+        return math.prod(self.counts)
+
+    def axis(self, k: int) -> FloatArray:
+        """Return the values of an input."""
+        return np.linspace(self.low[k], self.high[k], self.counts[k], endpoint=not self.turning[k])
+
+    def values(self, first: int, last: int) -> FloatArray:
+        """Return the inputs (actuators, rows) of some rows."""
+        index = np.unravel_index(np.arange(first, last), self.counts)
+        return np.array([self.axis(k)[i] for k, i in enumerate(index)])
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A point as nodes and a factor: z_u + factor (z_v - z_u)."""
+
+    u: int
+    v: int
+    factor: complex
+
+    def place(self, z: ComplexArray) -> ComplexArray:
+        """Return it of positions (nodes, ...)."""
+        return np.asarray(z[self.u] + self.factor * (z[self.v] - z[self.u]))
+
+
+@dataclass
+class Scatterer:
+    """Solves parts of a grid for one point; each part by itself, in any order."""
+
+    mechanism: Mechanism
+    on: Carried
+    grid: Grid
+    tolerance: float = 1e-10
+    run: Run = plain
+    plan: Plan = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.plan = make_plan(self.mechanism)
+
+    @property
+    def closed(self) -> bool:
+        """Tell whether every step has a closed form."""
+        return not self.plan.coupled
+
+    @property
+    def sides(self) -> list[FloatArray]:
+        """Combinations of sides (branches,) that are solved; one, the drawn configuration's, of what is coupled."""
+        count = self.plan.branches
+        if not self.closed or count > MOST_SIDES:
+            return [self._drawn_sides()]
+        return [np.array(turn) for turn in product((1.0, -1.0), repeat=count)]
+
+    @property
+    def part(self) -> int:
+        """Rows of a part: some in closed form, a line of the last input's values otherwise."""
+        return PART if self.closed else self.grid.counts[-1]
+
+    @property
+    def parts(self) -> int:
+        """Number of parts."""
+        return -(-self.grid.rows // self.part)
+
+    @property
+    def work(self) -> float:
+        """Seconds of plain work."""
+        return self.grid.rows * len(self.sides) * len(self.plan.steps) * POSITION
+
+    def solve(self, number: int) -> ComplexArray:
+        """Return the point (sides, rows) of a part, NaN where nothing is assembled."""
+        first = number * self.part
+        last = min(first + self.part, self.grid.rows)
+        values = np.ascontiguousarray(self.grid.values(first, last))
+        return self._in_closed_form(values) if self.closed else _line(self, values)[None, :]
+
+    def ready(self) -> None:
+        """Compile for the first time, before several threads want it."""
+        self._in_closed_form(self.grid.values(0, 0))
+
+    def _in_closed_form(self, values: FloatArray) -> ComplexArray:
+        from gimcli.solvers.program import Marcher
+
+        mechanism = self.mechanism
+        program = Marcher(mechanism, self.plan, Accuracy(self.tolerance, mechanism.size, mechanism.shortest)).program
+        counts = [len(mechanism.nodes)] * 2 + [self.plan.registers] * 2 + [len(values)] * 3 + [12]
+        scratch = kernels.Scratch(*(np.zeros(count) for count in counts))
+        frame = mechanism.members[0]
+        scratch.x[list(frame.nodes)], scratch.y[list(frame.nodes)] = frame.shape.real, frame.shape.imag
+        on = np.array([self.on.u, self.on.v, self.on.factor.real, self.on.factor.imag])
+        found = np.empty((len(self.sides), values.shape[1], 2))
+        bound = allowed(mechanism, self.tolerance)
+        with np.errstate(all="ignore"):
+            for sign, out in zip(self.sides, found, strict=True):
+                self.run(kernels.scatter)(program, scratch, values, sign, on, bound, out)
+        return np.asarray(found[..., 0] + 1j * found[..., 1])
+
+    def _drawn_sides(self) -> FloatArray:
+        start = start_position(self.mechanism, self.plan, drawn_inputs(self.mechanism), plain, self.tolerance)
+        return start.signs
+
+
+def cores() -> int:
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def scattered(job: Scatterer, numbers: Iterable[int], workers: int | None = None) -> Iterator[tuple[int, ComplexArray]]:
+    """Yield parts as they are solved, over all cores: threads where the kernel is compiled, else processes."""
+    from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+
+    workers = workers or cores()
+    todo = iter(numbers)
+    if workers == 1 or (job.run is plain and job.closed):
+        yield from ((k, job.solve(k)) for k in todo)
+        return
+    if job.closed:
+        job.ready()
+    pool: Executor = ThreadPoolExecutor(workers) if job.closed else ProcessPoolExecutor(workers)
+    with pool:
+        waiting: dict[Future[ComplexArray], int] = {}
+        try:
+            while True:
+                while len(waiting) < 2 * workers and (k := next(todo, None)) is not None:
+                    waiting[pool.submit(job.solve, k)] = k
+                if not waiting:
+                    break
+                done, _ = wait(waiting, return_when=FIRST_COMPLETED)
+                for future in done:
+                    yield waiting.pop(future), future.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def readied(job: Scatterer, jit: str, tell: Callable[[str], None] | None = None) -> Scatterer:
+    """Let a job run plain or compiled, by the amount of its work; lines are short and run plain."""
+    if job.closed:
+        job.run = choose(jit, job.work, tell, ("scatter",))
+    return job
+
+
+def _line(job: Scatterer, values: FloatArray) -> ComplexArray:
+    """Return the point along a line of inputs (actuators, rows), followed both ways from where it can be entered."""
+    found = np.full(values.shape[1], complex(math.nan, math.nan))
+    for k in _entries(job, values):
+        start = start_position(job.mechanism, job.plan, values[:, k], plain, job.tolerance)
+        if start.status is Status.OK:
+            found[k:] = _followed(job, start, values[:, k:])
+            found[: k + 1] = _followed(job, start, values[:, k::-1])[::-1]
+            break
+    return found
+
+
+def _entries(job: Scatterer, values: FloatArray) -> list[int]:
+    """Return the rows at which a line is entered: next to the drawn input, then elsewhere."""
+    rows = values.shape[1]
+    nearest = int(np.argmin(np.abs(values[-1] - drawn_inputs(job.mechanism)[-1])))
+    return [nearest, *(min(int(part * rows), rows - 1) for part in STARTS)]
+
+
+def _followed(job: Scatterer, start: Assembly, way: FloatArray) -> ComplexArray:
+    """Return the point (rows,) along inputs (actuators, rows) from a start at the first, NaN beyond a limit."""
+    mechanism, rows = job.mechanism, way.shape[1]
+    z = np.full((len(mechanism.nodes), rows), complex(math.nan, math.nan))
+    z[:, 0] = start.row.x + 1j * start.row.y
+    if rows > 1:
+        follower = Follower(mechanism, job.plan, straight_inputs(way[:, 0], way[:, -1]), plain, job.tolerance)
+        turns = pace(mechanism, way[:, [0, -1]])
+        follower.turn = 1.0 / max(turns, 1e-3)
+        follower.begin(start.row, start.signs)
+        parts = max(1, math.ceil(turns * STEPS_A_TURN / (rows - 1)))
+        path = follower.follow(np.arange(1, parts * (rows - 1) + 1) / (parts * (rows - 1)))
+        own = slice(parts - 1, None, parts)
+        z[:, 1:] = np.where(path.codes[own] == Status.OK, path.z[:, own], complex(math.nan, math.nan))
+    error = residual(mechanism, z, way).total
+    return np.where(error <= allowed(mechanism, job.tolerance), job.on.place(z), complex(math.nan, math.nan))

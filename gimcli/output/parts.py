@@ -1,0 +1,82 @@
+"""Results of long runs kept part by part, each written whole, so that an interrupted run can go on."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.errors import OutputError, UsageError
+from gimcli.output.atomic import refuse_unwritable, written_bytes, written_text
+
+HEADER = "header.json"
+
+
+class Parts:
+    """A folder of numbered arrays and a header that says what they belong to."""
+
+    def __init__(self, folder: Path, header: Mapping[str, Any], resume: bool) -> None:
+        """Open the folder; without `resume` parts of another run go, with it their header must be the same.
+
+        Raises UsageError where it is not, OutputError where the folder is none of ours or cannot be written.
+        """
+        self.folder, self.header = folder, json.loads(json.dumps(header))
+        kept = self._kept()
+        if resume and kept is not None and kept != self.header:
+            raise UsageError(
+                f"--resume: {folder} belongs to another run ({_difference(kept, self.header)}); run without --resume"
+                " to begin anew"
+            )
+        if not resume or kept is None:
+            self.clear()
+            refuse_unwritable(folder / HEADER)
+            with written_text(folder / HEADER) as handle:
+                handle.write(json.dumps(self.header, indent=1) + "\n")
+
+    @property
+    def done(self) -> set[int]:
+        """Numbers of the parts that are there."""
+        return {int(path.stem.split("-")[1]) for path in self.folder.glob("part-*.npy")}
+
+    def put(self, number: int, values: NDArray[Any]) -> None:
+        """Write a part, whole or not at all."""
+        with written_bytes(self._path(number)) as handle:
+            np.save(handle, values, allow_pickle=False)
+
+    def get(self, number: int) -> NDArray[Any]:
+        """Read a part."""
+        return np.asarray(np.load(self._path(number), allow_pickle=False))
+
+    def clear(self) -> None:
+        """Remove the folder; one that holds anything else is left alone."""
+        if not self.folder.exists():
+            return
+        ours = [self.folder / HEADER, *self.folder.glob("part-*.npy"), *self.folder.glob(".gim-*.part")]
+        if set(self.folder.iterdir()) - set(ours):
+            raise OutputError(
+                f"{self.folder}: holds files that are not of this run; move them, or choose another --out"
+            )
+        with suppress(OSError):
+            shutil.rmtree(self.folder)
+
+    def _path(self, number: int) -> Path:
+        return self.folder / f"part-{number:06d}.npy"
+
+    def _kept(self) -> Any:
+        try:
+            return json.loads((self.folder / HEADER).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+
+
+def _difference(kept: Any, asked: Mapping[str, Any]) -> str:
+    """Return which entries of two headers differ."""
+    kept = kept if isinstance(kept, dict) else {}
+    names = [name for name in asked if kept.get(name) != asked[name]]
+    return "differs in " + ", ".join(names) if names else "differs"

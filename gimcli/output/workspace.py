@@ -1,0 +1,131 @@
+"""The picture of a workspace: the region, its curves, how often a grid of inputs leads there, and the mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.output.labels import Labels
+from gimcli.output.picture import Frame, Picture
+from gimcli.output.skeleton import Skeleton, draw_strong
+from gimcli.output.style import INK, PAPER, TRACER, Fill, Pen
+
+REGION = Fill("#ececec", "none", 0.0, layer=0)
+VOID = Fill(PAPER, "none", 0.0, layer=0)
+PENS = {
+    "outer": Pen(1.9, INK, layer=7),
+    "hole": Pen(1.9, "#a50f15", (5.0, 1.6), layer=7),
+    "inner": Pen(1.2, "#20508c", (1.4, 1.4), layer=7),
+}
+NAMES = {"outer": "edge", "hole": "hole", "inner": "inner curve: some configuration is held back"}
+
+GREYS = ("#efefef", "#e2e2e2", "#d4d4d4", "#c4c4c4", "#b0b0b0")
+"""Cells of rising density."""
+
+CELLS = 110
+"""Cells along the longer side."""
+
+
+def workspace_picture(
+    mechanism: Mechanism,
+    pose: ComplexArray | None,
+    curves: Mapping[str, Sequence[ComplexArray]],
+    point: tuple[str, complex | None],
+    density: ComplexArray | None,
+    title: str,
+) -> Picture:
+    """Return the region between the curves of each kind, over a pose (nodes,), in the file's units.
+
+    `density` (rows,) are reached places, drawn as cells; without it the region is filled.
+    """
+    skeleton = Skeleton(mechanism, pose[None, :]) if pose is not None and np.all(np.isfinite(pose)) else None
+    shown = [z for group in curves.values() for z in group]
+    shown += [skeleton.extent()] if skeleton else []
+    shown += [density] if density is not None else []
+    unit = "" if mechanism.length_unit in ("unit", "") else f" [{mechanism.length_unit}]"
+    picture = Picture(title, Frame.around(np.concatenate(shown)), (f"x{unit}", f"y{unit}"))
+    if density is not None:
+        _draw_density(picture, density)
+    else:
+        _fill(picture, curves)
+    for kind, pen in PENS.items():
+        group = curves.get(kind, ())
+        if group:
+            ends = () if kind == "inner" else (1,)
+            picture.stroke(pen, *(np.append(z, z[:1]) if ends else z for z in group))
+            picture.legend.append((NAMES[kind], pen))
+    _draw_pose(picture, skeleton, point)
+    return picture
+
+
+def path_picture(
+    mechanism: Mechanism, pose: ComplexArray | None, paths: Sequence[ComplexArray], point: tuple[str, complex | None],
+    title: str,
+) -> Picture:  # fmt: skip
+    """Return the paths of a point that one input moves, the drawn one's first, over a pose (nodes,)."""
+    skeleton = Skeleton(mechanism, pose[None, :]) if pose is not None and np.all(np.isfinite(pose)) else None
+    shown = [*paths, *([skeleton.extent()] if skeleton else [])]
+    unit = "" if mechanism.length_unit in ("unit", "") else f" [{mechanism.length_unit}]"
+    picture = Picture(title, Frame.around(np.concatenate(shown)), (f"x{unit}", f"y{unit}"))
+    for pen, name, group in (
+        (PENS["outer"], "path of the drawn configuration", paths[:1]),
+        (PENS["inner"], "other configurations", paths[1:]),
+    ):
+        if group:
+            picture.stroke(pen, *group)
+            picture.legend.append((name, pen))
+    _draw_pose(picture, skeleton, point)
+    return picture
+
+
+def _draw_pose(picture: Picture, skeleton: Skeleton | None, point: tuple[str, complex | None]) -> None:
+    """Draw the mechanism and name its point."""
+    if skeleton is not None:
+        draw_strong(picture, skeleton)
+    name, at = point
+    if at is not None and np.isfinite(at):
+        picture.mark(TRACER, at)
+        Labels(picture).beside(at, name)
+
+
+def _fill(picture: Picture, curves: Mapping[str, Sequence[ComplexArray]]) -> None:
+    """Fill the region: great loops first, so that an island in a hole stays."""
+    loops = [(z, REGION) for z in curves.get("outer", ())] + [(z, VOID) for z in curves.get("hole", ())]
+    for layer, (z, fill) in enumerate(sorted(loops, key=lambda loop: -abs(_area(loop[0])))):
+        level = -2.0 + layer / (len(loops) + 1.0)
+        picture.area(Fill(fill.face, fill.edge, fill.width, layer=level), z)  # type: ignore[arg-type]
+
+
+def _area(z: ComplexArray) -> float:
+    return 0.5 * float(np.sum((z.conjugate() * np.roll(z, -1)).imag))
+
+
+def _draw_density(picture: Picture, places: ComplexArray) -> None:
+    """Draw the cells that some places fall into, darker where more do."""
+    z = places[np.isfinite(places)]
+    if not len(z):
+        return
+    cell = max(float(np.ptp(z.real)), float(np.ptp(z.imag))) / CELLS
+    if cell <= 0.0:
+        return
+    low = complex(z.real.min(), z.imag.min())
+    column, row = ((z - low).real / cell).astype(int), ((z - low).imag / cell).astype(int)
+    width = int(column.max()) + 1
+    counts = np.bincount(row * width + column)
+    filled = np.flatnonzero(counts)
+    level = _levels(counts[filled].astype(float))
+    for k, grey in enumerate(GREYS):
+        chosen = filled[level == k]
+        corners = low + cell * (chosen % width + 1j * (chosen // width))
+        boxes = corners[:, None] + cell * np.array([0.0, 1.0, 1.0 + 1.0j, 1.0j])
+        picture.area(Fill(grey, grey, 0.2, layer=1), *boxes)
+    picture.legend.append(("few positions of the grid", Pen(6.0, GREYS[0], layer=1)))
+    picture.legend.append(("many", Pen(6.0, GREYS[-1], layer=1)))
+
+
+def _levels(counts: FloatArray) -> np.ndarray:
+    """Return 0 .. levels - 1, as many cells in each as can be."""
+    edges = np.quantile(counts, np.arange(1, len(GREYS)) / len(GREYS))
+    return np.searchsorted(edges, counts, side="left")
