@@ -11,14 +11,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from click.testing import Result
 from four_bars import cosines, four_bar, four_bar_text
 from typer.testing import CliRunner
 
 from gimcli.analysis.sharpen import sharpened
+from gimcli.analysis.tracing import events
 from gimcli.cli import app
 from gimcli.errors import UsageError
 from gimcli.model import load
+from gimcli.model.source import read_source
 from gimcli.motion.motion import Motion, trace
 from gimcli.motion.options import Options
 from gimcli.motion.ride import ride
@@ -89,6 +92,11 @@ def test_reverse_rocks_on_and_on(tmp_path: Path) -> None:
     assert told.min() >= low - 1e-9
     wave = np.abs((np.linspace(60, 60 + 6 * (high - low), 301) - high) % (2 * (high - low)) - (high - low)) + low
     assert told == pytest.approx(wave, abs=1e-9)
+    assert len(motion.turned_back) == 6
+    at = [60.0 + t * 6.0 * (high - low) for t, _ in motion.turned_back]
+    assert at == pytest.approx([high + k * (high - low) for k in range(6)], abs=1e-10)
+    told = [event["at"]["motor"] for event in events(motion) if event["kind"] == "limit"]
+    assert told == pytest.approx([high, low] * 3, abs=1e-10)
     home = motion.z[:, [0, 100, 200, 300]]  # two swings are a third of the law
     assert np.abs(home - home[:, :1]).max() < 1e-12
 
@@ -140,6 +148,22 @@ def test_several_inputs_turn_back_together(tmp_path: Path) -> None:
         assert motion.inputs[k] == pytest.approx(actuator.law(back), abs=1e-9)
     k = int(np.argmax(time > limit))
     assert np.abs(motion.z[:, k] - motion.z[:, k - 1]).max() > 1e-3
+
+
+def test_several_inputs_that_come_back_into_reach_are_solved_again(tmp_path: Path) -> None:
+    """Three motors out over the platform's limit and back: the last rows are the first ones, the middle is empty."""
+    data = read_source(MODELS / "platform_3rrr.yaml").data
+    for actuator, end in zip(data["actuators"].values(), (-60.0, -50.0, -150.0), strict=True):
+        start = float(actuator["law"]["from"])
+        actuator["law"] = {"polynomial": [start, 4.0 * (end - start), 4.0 * (start - end)]}
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(data, sort_keys=False))
+    mechanism = load(tmp_path / "m.yaml")
+    stopped, motion = (ride(mechanism, 24, Options(), how) for how in ("stop", "skip"))
+    reached = int(stopped.good.sum())
+    assert 0 < reached < 12
+    assert motion.good.tolist() == [min(k, 24 - k) < reached for k in range(25)]
+    assert np.abs(motion.z[:, :reached] - motion.z[:, ::-1][:, :reached]).max() < 1e-9
+    assert np.nanmax(motion.residual) < 1e-10
 
 
 @pytest.mark.parametrize("name", ["stephenson_2", "hart_a_frame", "double_butterfly", "ten_bar", "chebyshev"])

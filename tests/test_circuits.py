@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
-from four_bars import cosines, four_bar
+from four_bars import cosines, four_bar, four_bar_text
 
-from gimcli.analysis.singularities import LIMIT, singularities
+from gimcli.analysis.singularities import CHANGE, LIMIT, singularities
 from gimcli.analysis.survey import drawn_circuit, survey
 from gimcli.model import load
 from gimcli.motion.circuit import Circuit
@@ -73,12 +74,46 @@ def run_random(tmp_path: Path, seed: int, count: int) -> None:
 
 
 def test_random_four_bars_stop_where_the_law_of_cosines_says(tmp_path: Path) -> None:
-    run_random(tmp_path, 1, 60)
+    run_random(tmp_path, 1, 40)
 
 
 @pytest.mark.soak
 def test_a_thousand_four_bars_stop_where_the_law_of_cosines_says(tmp_path: Path) -> None:
     run_random(tmp_path, 2, 1000)
+
+
+def run_whole_lengths(tmp_path: Path, count: int) -> None:
+    """Compare four-bars with lengths 1 to 4, most of them edge cases, with the law of cosines.
+
+    Where a cosine is 1 or -1 exactly, coupler and follower are in line with the frame: a change point, no limit.
+    """
+    rng, edges = np.random.default_rng(3), 0
+    for lengths in rng.permutation(list(product((1.0, 2.0, 3.0, 4.0), repeat=4)))[:count].tolist():
+        crank, coupler, follower, ground = lengths
+        angles = rng.uniform(-math.pi, math.pi, 50)
+        reach = np.abs(ground - crank * np.exp(1j * angles))
+        fits = angles[(reach > 1.02 * abs(coupler - follower) + 0.02) & (reach < 0.98 * (coupler + follower))]
+        if not len(fits):
+            continue
+        found = survey(four_bar(tmp_path, *lengths, float(fits[0])))
+        both = cosines(*lengths)
+        told = {k: {math.cos(f.what.p[-1]) for f in found.found if f.what.kind == k} for k in (CHANGE, LIMIT)}
+        assert {round(c, 12) for c in told[CHANGE]} == {c for c in both if abs(c) == 1.0}
+        assert all(min(abs(c - own) for own in both if abs(own) < 1.0) < 1e-13 for c in told[LIMIT])
+        assert bool(told[LIMIT]) == any(abs(c) < 1.0 for c in both)
+        assert found.branches.complete
+        assert all(c.closed for c in found.branches.circuits)
+        edges += bool(told[CHANGE])
+    assert edges > count // 4
+
+
+def test_edge_cases_of_grashof_have_change_points(tmp_path: Path) -> None:
+    run_whole_lengths(tmp_path, 25)
+
+
+@pytest.mark.soak
+def test_all_edge_cases_of_grashof_have_change_points(tmp_path: Path) -> None:
+    run_whole_lengths(tmp_path, 256)
 
 
 @pytest.mark.parametrize("excess", [1e-3, 1e-6, 1e-9, 1e-11, 1e-12, 3e-13])
@@ -99,6 +134,27 @@ def test_a_change_point_missed_by_little_is_not_hopped(tmp_path: Path, excess: f
     assert short.closed
     assert short.turns == 0.0  # stretched, they are too short: the crank turns back on either side of 180 deg
     assert len(limits(short)["upper"]) == len(limits(short)["lower"]) == 1
+
+
+@pytest.mark.parametrize("excess", [1e-3, 1e-6, 1e-9, 1e-12, 0.0])
+def test_two_change_points_missed_together_are_not_hopped(tmp_path: Path, excess: float) -> None:
+    """Two like dyads on one crank: where both are hopped, no determinant tells. Met, they leave in four ways."""
+    text = four_bar_text(1.0, 3.0, 2.0, 4.0 - excess, 1.0)
+    place = text.split("B: [")[1].split("]")[0]
+    text = text.replace(f"B: [{place}]", f"B: [{place}], C: [{place}]")
+    text = text.replace(
+        "actuators", "  more: {nodes: [A, C], length: 3}\n  last: {nodes: [O4, C], length: 2}\nactuators"
+    )
+    (tmp_path / "m.yaml").write_text(text)
+    circuit = drawn_circuit(load(tmp_path / "m.yaml"), 1e-10)
+    assert circuit.closed
+    assert circuit.turns == (1.0 if excess else 2.0)
+    assert [len(met.tangents) for met in circuit.crossings.values()] == ([] if excess else [4, 4])
+    z = circuit.curve.nodes(circuit.p)
+    o4, a, b, c = (z[circuit.mechanism.nodes.index(n)] for n in ("O4", "A", "B", "C"))
+    assert np.abs(b - c).max() < 1e-8  # they are never on different sides
+    sides = ((b - a) * (o4 - a).conjugate()).imag
+    assert (sides > 0.0).all() or (sides < 0.0).all() or not excess
 
 
 @pytest.mark.parametrize("excess", [1e-3, 1e-6, 1e-9, 1e-12])
@@ -130,6 +186,25 @@ def test_the_drawing_is_home_after_two_turns_where_the_input_is_after_one(tmp_pa
     assert twice is not None
     assert np.abs(twice[:-1] - start[:-1]).max() < 1e-12
     assert np.abs(once[:-1] - start[:-1]).max() > 0.05
+
+
+@pytest.mark.parametrize("windows", [4, 7, 8])
+def test_many_windows_flat_together_are_passed_straight(tmp_path: Path, windows: int) -> None:
+    """An even number of parallelograms in a row loses so much rank at once that no determinant changes its sign."""
+    count = range(windows + 1)
+    nodes = ", ".join(f"O{k}: [{3 * k}, 0], A{k}: [{3 * k + 0.6}, 0.8]" for k in count)
+    links = [f"c{k}: [O{k}, A{k}]" for k in count] + [f"b{k}: [A{k}, A{k + 1}]" for k in range(windows)]
+    (tmp_path / "m.yaml").write_text(
+        f"units: {{length: unit}}\nnodes: {{{nodes}}}\nground: [{', '.join(f'O{k}' for k in count)}]\n"
+        f"links: {{{', '.join(links)}}}\nactuators: {{m: {{type: rotary, pivot: O0, arm: A0}}}}\n"
+    )
+    circuit = drawn_circuit(load(tmp_path / "m.yaml"), 1e-10)
+    assert circuit.closed
+    assert circuit.turns == 1.0
+    assert [met.lost for met in circuit.crossings.values()] == [windows] * 2
+    z = circuit.mechanism.to_file(circuit.curve.nodes(along(circuit, 100)))
+    first, last = (z[circuit.mechanism.nodes.index(f"A{k}")] for k in (0, windows))
+    assert np.abs(last - first - 3.0 * windows).max() < 1e-10
 
 
 def test_a_double_rocker_has_its_full_closed_curve() -> None:

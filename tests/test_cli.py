@@ -46,7 +46,7 @@ def test_a_dyadic_trace_pays_for_nothing_that_it_does_not_use(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "command", ["solve", "trace", "sequence", "mobility", "groups", "forces", "tradeoff", "schema"]
+    "command", ["solve", "trace", "sequence", "mobility", "singularities", "groups", "forces", "tradeoff", "schema"]
 )
 def test_every_command_has_help_with_an_example(command):
     assert "Example" in gim(command, "--help")

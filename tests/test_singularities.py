@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from four_bars import four_bar
 from typer.testing import CliRunner
 
@@ -18,6 +19,7 @@ from gimcli.analysis.survey import Found, Survey, survey
 from gimcli.cli import app
 from gimcli.mechanism import FloatArray
 from gimcli.model import load
+from gimcli.model.source import read_source
 from gimcli.motion.circuit import Circuit
 from gimcli.motion.stations import circuit_motion
 from gimcli.solvers.arclength import Policy as StepPolicy
@@ -311,6 +313,15 @@ def test_what_cannot_move_is_refused(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["singularities", str(tmp_path / "m.yaml")])
     assert done.exit_code != 0
     assert "0 actuators" in str(done.exception)
+
+
+def test_what_contradicts_itself_is_refused(tmp_path: Path) -> None:
+    """A third crank too long by 1e-6 leaves no motion at all."""
+    data = read_source(MODELS / "parallelogram_third_crank.yaml").data
+    data["links"]["middle"]["length"] = float(data["links"]["middle"]["length"]) * (1.0 + 1e-6)
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(data, sort_keys=False))
+    done = CliRunner().invoke(app, ["singularities", str(tmp_path / "m.yaml")])
+    assert "contradicts" in str(done.exception)
 
 
 def test_circuits_are_circuits() -> None:

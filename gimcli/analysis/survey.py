@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gimcli.analysis.singularities import CHANGE, Singularity, interval, singularities
+from gimcli.analysis.verdict import verify
 from gimcli.errors import StructureError
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.branches import SAME, Branches, all_circuits, first_circuit
 from gimcli.motion.circuit import Circuit
 from gimcli.motion.curve import Curve
@@ -18,8 +19,12 @@ from gimcli.motion.effort import plain
 from gimcli.motion.start import drawn_inputs, start_position
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
+from gimcli.structure.residual import allowed, residual
 
-Progress = Callable[[float], None]
+Progress = Callable[[int, int], None]
+
+MOST_NODES = 100
+"""Nodes of the largest mechanism whose circuits are followed."""
 
 
 @dataclass(frozen=True)
@@ -44,29 +49,41 @@ class Survey:
         return self.branches.circuits[0].curve
 
 
-def drawn_circuit(mechanism: Mechanism, tolerance: float, progress: Progress | None = None) -> Circuit:
+def drawn_circuit(mechanism: Mechanism, tolerance: float) -> Circuit:
     """Return the circuit that the laws start on; if they start out of reach, the one that is drawn.
 
-    Raises StructureError without an actuator, or where neither can be assembled.
+    Raises StructureError without an actuator, of too many nodes, or where neither can be assembled.
     """
     if not mechanism.actuators:
         raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve`")
+    if len(mechanism.nodes) > MOST_NODES:
+        raise StructureError(
+            f"{mechanism.name} has {len(mechanism.nodes)} nodes: circuits of at most {MOST_NODES} are followed, as"
+            " their equations are kept as full tables"
+        )
     plan, curve = make_plan(mechanism), Curve(mechanism)
     starts = [curve.begin(), float(drawn_inputs(mechanism)[0])] if curve.single else [curve.begin()]
     for q in starts:
         start = start_position(mechanism, plan, curve.inputs(q), plain, tolerance)
         if start.status is Status.OK:
-            return first_circuit(curve, start.row.x + 1j * start.row.y, q, progress=progress)
+            _verify(mechanism, start.row.x + 1j * start.row.y, curve.inputs(q), tolerance)
+            return first_circuit(curve, start.row.x + 1j * start.row.y, q)
         if start.status is Status.SINGULAR:
-            return first_circuit(curve, mechanism.drawn, q, progress=progress)
+            return first_circuit(curve, mechanism.drawn, q)
     raise StructureError(
         f"{mechanism.name} cannot be assembled at the start of its laws, nor as drawn: {start.status.text}"
     )
 
 
+def _verify(mechanism: Mechanism, z: ComplexArray, u: FloatArray, tolerance: float) -> None:
+    """Raise StructureError where the start found is over-driven or contradictory."""
+    holds = residual(mechanism, z[:, None], u[:, None]).total[0] <= allowed(mechanism, tolerance)
+    verify(mechanism, z, u, Status.OK if holds else Status.CONTRADICTORY, tolerance)
+
+
 def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress | None = None) -> Survey:
     """Follow all circuits that meet the drawn one and list what is singular on them."""
-    branches = all_circuits(drawn_circuit(mechanism, tolerance, progress), progress=progress)
+    branches = all_circuits(drawn_circuit(mechanism, tolerance), progress=progress)
     found: list[Found] = []
     reach = []
     for number, circuit in enumerate(branches.circuits):

@@ -101,9 +101,10 @@ def events(motion: Motion) -> list[dict[str, Any]]:
     if motion.limit is not None and motion.first_status is Status.OK:
         found.append(("limit", motion.limit))
     inputs = law_inputs(motion.mechanism)
+    told = [(kind, inputs(np.array([time]))[:, 0]) for kind, time in found]
+    told += [("limit", np.array(at)) for _, at in motion.turned_back[1:]]  # the first is the motion's limit
     result = []
-    for kind, time in found:
-        at = inputs(np.array([time]))[:, 0]
+    for kind, at in told:
         values = {
             a.name: float(motion.mechanism.value_to_file(k, at[k : k + 1])[0])
             for k, a in enumerate(motion.mechanism.actuators)

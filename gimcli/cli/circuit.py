@@ -24,12 +24,13 @@ def trace_circuit(
     """Follow a circuit, or every branch that meets it; write and report. Return whether all rows are solved."""
     from gimcli.analysis.singularities import singularities
     from gimcli.analysis.survey import drawn_circuit
+    from gimcli.cli.console import progress_bar
     from gimcli.motion.branches import all_circuits
     from gimcli.motion.stations import circuit_motion
 
     circuits: tuple[Circuit, ...] = (drawn_circuit(mechanism, tolerance),)
     if every or branch > 1:
-        circuits = all_circuits(circuits[0]).circuits
+        circuits = all_circuits(circuits[0], progress=progress_bar("following branches")).circuits
     if branch > len(circuits):
         raise UsageError(
             f"--branch {branch}: {len(circuits)} circuit{'s meet' * (len(circuits) > 1) or ' there is'} here;"

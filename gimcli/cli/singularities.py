@@ -40,12 +40,12 @@ def command(
     """Follow the circuits and list what is singular."""
     from gimcli.analysis.survey import survey
     from gimcli.analysis.verdict import explained
-    from gimcli.cli.console import print_json
+    from gimcli.cli.console import print_json, progress_bar
     from gimcli.model import load
 
     mechanism = load(model)
     with explained(mechanism):
-        found = survey(mechanism)
+        found = survey(mechanism, progress=progress_bar("following branches"))
     if png is not None:
         _draw(found, png)
     if as_json:

@@ -209,10 +209,13 @@ def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int,
 
         motion = sharpened(motion)
     reached, found, measured = reachable(motion), events(motion), asked.report(motion)
-    if found and found[-1]["kind"] == "limit":
+    stops = [event for event in found if event["kind"] == "limit"]
+    if stops:
         from gimcli.analysis.sharpen import reach
 
-        found[-1]["interval"] = reach(motion)
+        interval = reach(motion)
+        for event in stops:
+            event["interval"] = interval
     if as_json:
         report = {
             "csv": str(csv_path), "png": str(png_path) if png_path else None, "steps": steps, "solved": solved,

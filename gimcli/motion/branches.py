@@ -49,10 +49,7 @@ class Branches:
     complete: bool  # no branch was left out
 
 
-def first_circuit(
-    curve: Curve, z: ComplexArray, q: float, policy: Policy | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> Circuit:  # fmt: skip
+def first_circuit(curve: Curve, z: ComplexArray, q: float, policy: Policy | None = None) -> Circuit:
     """Return the circuit through positions z (nodes,) at a parameter; a singular start is left on its first branch.
 
     Raises StructureError where the start cannot be left.
@@ -62,9 +59,9 @@ def first_circuit(
     if met is None:
         if start.regular <= policy.singular:
             raise _stuck(curve, "tells no way on")
-        return follow_circuit(curve, start, policy, progress=progress)
+        return follow_circuit(curve, start, policy)
     for tangent in met.tangents:
-        found = _from(curve, met, tangent, policy, progress)
+        found = _from(curve, met, tangent, policy)
         if found is not None:
             return found
     raise _stuck(curve, "is left by no branch")
@@ -76,9 +73,12 @@ def _stuck(curve: Curve, what: str) -> StructureError:
 
 
 def all_circuits(
-    first: Circuit, policy: Policy | None = None, progress: Callable[[float], None] | None = None, most: int = MOST
+    first: Circuit, policy: Policy | None = None, progress: Callable[[int, int], None] | None = None, most: int = MOST
 ) -> Branches:
-    """Follow all circuits that meet the first one, or each other."""
+    """Follow all circuits that meet the first one, or each other.
+
+    `progress` hears of circuits followed, and of these and the branches left.
+    """
     policy = policy or Policy()
     circuits, knots = [first], list[Knot]()
     _note(first, 0, knots)
@@ -93,12 +93,14 @@ def all_circuits(
             if len(circuits) == most:
                 complete = False
                 break
-            found = _from(first.curve, knot.met, tangent, policy, progress)
+            found = _from(first.curve, knot.met, tangent, policy)
             if found is None:
                 continue
             knot.taken[index] = len(circuits)
             circuits.append(found)
             _note(found, len(circuits) - 1, knots)
+            if progress is not None:
+                progress(len(circuits), len(circuits) + sum(own.taken.count(None) for own in knots))
     return Branches(tuple(circuits), tuple(knots), complete)
 
 
@@ -114,14 +116,12 @@ def _note(circuit: Circuit, number: int, knots: list[Knot]) -> None:
         knots[int(np.argmin(apart))].take(circuit.places[index].tangent, number)
 
 
-def leaving(
-    curve: Curve, met: Crossing, ahead: FloatArray, policy: Policy, progress: Callable[[float], None] | None = None
-) -> Circuit | None:
+def leaving(curve: Curve, met: Crossing, ahead: FloatArray, policy: Policy) -> Circuit | None:
     """Return the circuit that leaves a crossing along a tangent and is followed from there; None where none does."""
     start = landed(curve, met, ahead, policy)
     if start is None:
         return None
-    circuit = follow_circuit(curve, start, policy, progress=progress)
+    circuit = follow_circuit(curve, start, policy)
     same = [k for k, own in circuit.crossings.items() if np.linalg.norm(own.p[:-1] - met.p[:-1]) <= SAME]
     before = [k for k in same if k < circuit.start]
     if circuit.closed and same:
@@ -129,10 +129,8 @@ def leaving(
     return replace(circuit, start=max(before)) if before else circuit
 
 
-def _from(
-    curve: Curve, met: Crossing, tangent: FloatArray, policy: Policy, progress: Callable[[float], None] | None
-) -> Circuit | None:
+def _from(curve: Curve, met: Crossing, tangent: FloatArray, policy: Policy) -> Circuit | None:
     """Return the circuit that leaves a crossing along a tangent, in the sense of the laws where it has one."""
     sense = -1.0 if tangent[-1] * curve.forward() < -policy.singular else 1.0
-    ahead = leaving(curve, met, sense * tangent, policy, progress)
-    return ahead if ahead is not None else leaving(curve, met, -sense * tangent, policy, progress)
+    ahead = leaving(curve, met, sense * tangent, policy)
+    return ahead if ahead is not None else leaving(curve, met, -sense * tangent, policy)

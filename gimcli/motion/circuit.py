@@ -9,7 +9,6 @@ to it, so that the curve is not left for the other branch. The circuit is closed
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -35,6 +34,7 @@ class Policy:
     ahead: float = 2.0  # steps within which a rank that falls is looked for
     near: float = 0.25  # of the distance to a missed meeting: longest step
     landing: float = 1e-3  # step over a singular position
+    told: float = 4.0  # landings before a singular position from which the way through it is taken
     shortest_landing: float = 1e-6
     singular: float = 1e-7  # least over greatest singular value of a start that is singular itself
     home: float = 1e-8  # distance from the start within which a circuit is closed
@@ -112,9 +112,10 @@ class Walker:
         self.curve, self.policy = curve, policy
         self.places, self.crossings = [start], dict[int, Crossing]()
         self.missed: list[FloatArray] = []
-        self.step, self.length, self.fall = policy.steps.first, 0.0, 0.0
+        self.waiting: Crossing | None = None  # to be passed when the way through it is told from nearer by
+        self.step, self.length = policy.steps.first, 0.0
 
-    def run(self, closes: bool = True, progress: Callable[[float], None] | None = None) -> str:
+    def run(self, closes: bool = True) -> str:
         """Walk until the circuit ends; return why."""
         while True:
             before = len(self.places)
@@ -128,14 +129,17 @@ class Walker:
             self.length += sum(
                 float(np.linalg.norm(self.places[k].p - self.places[k - 1].p)) for k in range(before, len(self.places))
             )
-            if progress is not None:
-                progress(self.length)
             if self.length > self.policy.longest:
                 return Ended.LONG
 
     def go(self) -> bool:
         """Add the next place, or a singular position with the places before and after it."""
         here, steps = self.places[-1], self.policy.steps
+        met = self.waiting
+        if met is not None and np.linalg.norm(met.p - here.p) <= self.policy.told * self.policy.landing:
+            self.waiting = None
+            if self._pass(here, met):
+                return True
         while self.step >= steps.shortest:
             self.step = min(self.step, self._room(here))
             there = advance(self.curve, here, self.step, steps)
@@ -175,9 +179,10 @@ class Walker:
         if met is None or np.linalg.norm(met.p - here.p) > 4.0 * self.policy.ahead * self.step:
             return found
         gap = float(np.linalg.norm(met.p - here.p))
-        if met.miss <= self.policy.exact and self._pass(here, met):
-            self.missed = [p for p in self.missed if np.linalg.norm(self.curve.apart(met.p, p)) > self.policy.landing]
-            return "passed"
+        if met.miss <= self.policy.exact:
+            if self._pass(here, met):
+                return "passed"
+            self.waiting = met
         if not any(np.linalg.norm(self.curve.apart(met.p, p)) <= 0.1 * gap for p in self.missed):
             self.missed.append(met.p)
         return "well" if found == "well" and self.step <= self.policy.near * gap else "jumps"
@@ -190,8 +195,8 @@ class Walker:
         if here.tangent @ along < 0.5:
             return False
         ahead = _straight_on(met, along, self.policy)
-        if ahead is None:
-            if gap > 4.0 * self.policy.landing:  # not told by the second order: from the last places, nearer by
+        if ahead is None:  # not told by the second order: the way from the last place is, nearer by
+            if gap > self.policy.told * self.policy.landing:
                 return False
             ahead = met.right @ (met.right.T @ along)
             ahead = ahead / np.linalg.norm(ahead)
@@ -207,7 +212,8 @@ class Walker:
             self.places.append(place(self.curve, before.p, ahead))
         self.crossings[len(self.places)] = met
         self.places += [middle, after]
-        self.step = size
+        self.missed = [p for p in self.missed if np.linalg.norm(self.curve.apart(met.p, p)) > self.policy.landing]
+        self.waiting, self.step = None, size
         return True
 
     def _comes_home(self, index: int) -> bool:
@@ -278,21 +284,15 @@ def landed(curve: Curve, met: Crossing, ahead: FloatArray, policy: Policy) -> Pl
     return None
 
 
-def follow_circuit(
-    curve: Curve, start: Place, policy: Policy, met: Crossing | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> Circuit:  # fmt: skip
-    """Follow the circuit through a place, in the sense of its tangent.
-
-    A singular start `met` is left along the tangent of `start`, which is a place beside it.
-    """
+def follow_circuit(curve: Curve, start: Place, policy: Policy) -> Circuit:
+    """Follow the circuit through a place, in the sense of its tangent; where it is not closed, to both ends."""
     walker = Walker(curve, start, policy)
-    ended = walker.run(progress=progress)
+    ended = walker.run()
     places, crossings = walker.places, walker.crossings
     if ended == Ended.CLOSED:
         return Circuit(curve, tuple(places), crossings, ended, _turns(curve, places))
     back = Walker(curve, place(curve, start.p, -start.tangent), policy)
-    back.run(closes=False, progress=progress)
+    back.run(closes=False)
     behind = [Place(p.p, -p.tangent, p.jacobian, p.values, p.left) for p in reversed(back.places[1:])]
     known = {len(behind) - k: met for k, met in back.crossings.items()}
     known |= {len(behind) + k: met for k, met in crossings.items()}

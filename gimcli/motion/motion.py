@@ -46,6 +46,7 @@ class Motion:
     limit: float | None = None  # time of the limit that was met
     bridged: tuple[float, ...] = ()  # times of the singular positions passed
     exchanged: tuple[float, ...] = ()  # times at which sweeps went on by another sequence
+    turned_back: tuple[tuple[float, tuple[float, ...]], ...] = ()  # times and inputs at which these turned back
 
     @property
     def solved(self) -> int:

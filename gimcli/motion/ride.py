@@ -136,10 +136,15 @@ class _Rider:
                 inputs[:, reached] = own.inputs
             codes[reached], error[reached] = own.codes, own.residual
         asked = self.asked(motion.time)
-        bridged = [self._time(asked, w) for w in self.route.crossings(float(asked.max()))]
+        end = float(asked.max())
+        bridged = [self._time(asked, w) for w in self.route.crossings(min(end, limit))]
+        back = [(self._time(asked, w), self.route.place(w)) for w in self.route.turns_back(end) if turns_back]
         return replace(
             motion, z=z, inputs=inputs, codes=codes, residual=error, limit=self._time(asked, limit),
             bridged=tuple(t for t in bridged if t is not None) if self.branch > 1 else motion.bridged,
+            turned_back=tuple(
+                (t, tuple(self.curve.inputs(float(p[-1])).tolist())) for t, p in back if t is not None and p is not None
+            ),
         )  # fmt: skip
 
     def _time(self, asked: FloatArray, way: float) -> float | None:

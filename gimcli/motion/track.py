@@ -8,6 +8,7 @@ back on the way it came where the law does. Between two limits the parameter alo
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -126,14 +127,22 @@ class Route:
 
     def crossings(self, end: float) -> list[float]:
         """Return the ways ahead, up to an end, at which branches meet."""
+        return self._met(end, lambda track: [float(track.way[k]) for k in track.circuit.crossings])
+
+    def turns_back(self, end: float) -> list[float]:
+        """Return the ways ahead, up to an end, at which the parameter turns back."""
+        return self._met(end, lambda track: track.turns_back.tolist())
+
+    def _met(self, end: float, marks: Callable[[Track], list[float]]) -> list[float]:
+        """Return the ways of some marks of the tracks, in every round."""
         parts = [(self.first, 0.0, min(self.at, end))]
         if self.then is not None:
             parts.append((self.then, self.at, end))
         found = []
         for track, begin, until in parts:
-            for k in track.circuit.crossings:
-                w = begin + float(track.way[k])
-                while w <= until and track.lap > 0.0:
+            for own in marks(track) if track.lap > 0.0 else ():
+                w = begin + own
+                while w <= until:
                     found += [w] * (w >= begin)
                     w += track.lap if track.circuit.closed else math.inf
         return sorted({round(w, 12): w for w in found}.values())

@@ -36,7 +36,7 @@ class Policy:
     rounding: float = 1e-10  # below it corrections that end to shrink have arrived
     rank: float = 1e-11  # of the corrections' equations
     lost: float = 1e-6  # singular value over the greatest below which it is 0
-    most: int = 4  # of rank lost at once
+    most: int = 6  # of rank lost at once of which the branches, up to 2 to its power, are told
     double: float = 1e-6  # discriminant, over the form's square, of one tangent told twice
     none: float = 1e-9  # of a form over its greatest derivative: nothing of second order is said
     starts: int = 60  # directions from which tangents are looked for where more than two branches may meet
@@ -64,20 +64,28 @@ class Crossing:
 
 def crossing(curve: Bent, guess: FloatArray, policy: Policy) -> Crossing | None:
     """Return the singular position next to a guess (n + 1,), or None."""
-    for lost in range(1, policy.most + 1):
-        if lost > len(guess) - 1:
-            break
+    n = len(guess) - 1
+    for lost in _losses(curve, guess, policy):
         p = _refined(curve, guess, lost, policy)
         if p is None:
             continue
         left, values, right = np.linalg.svd(curve.jacobian(p))
-        n = len(p) - 1
         if int(np.sum(values[:n] <= policy.lost * values[0])) == lost:
             null, normal = right[n - lost :].T, left[:, n - lost :]
-            tangents, touching, loose = _tangents(_forms(curve, p, null, normal), policy)
             miss = float(np.linalg.norm(normal.T @ curve.residual(p)))
+            if lost > policy.most:
+                return Crossing(p, miss, null, normal, (), False)
+            tangents, touching, loose = _tangents(_forms(curve, p, null, normal), policy)
             return Crossing(p, miss, null, normal, tuple(null @ a for a in tangents), touching, loose)
     return None
+
+
+def _losses(curve: Bent, guess: FloatArray, policy: Policy) -> list[int]:
+    """Return the losses of rank that are tried: first that by the widest gap between singular values."""
+    values = np.linalg.svd(curve.jacobian(guess), compute_uv=False)[: len(guess) - 1]
+    gaps = values[:-1] / np.maximum(values[1:], np.finfo(float).tiny)
+    likely = len(values) - 1 - int(np.argmax(gaps)) if len(gaps) else 1
+    return list(dict.fromkeys([likely, *range(1, min(policy.most, len(values)) + 1)]))
 
 
 def _refined(curve: Bent, p: FloatArray, lost: int, policy: Policy) -> FloatArray | None:
