@@ -16,7 +16,9 @@ from gimcli.analysis.force_table import reaction_columns
 from gimcli.analysis.forces import motion_forces
 from gimcli.cli import app
 from gimcli.motion.motion import stream, trace
+from gimcli.output.forces import forces_sheet
 from gimcli.structure.steps import NONE
+from gimcli.table import Column, Table
 
 CRANK = """\
 units: {length: mm}
@@ -430,6 +432,17 @@ def test_a_change_point_is_passed_and_its_forces_are_told_singular(tmp_path, mon
     rows = [row.split(",") for row in (tmp_path / "model.forces.csv").read_text().splitlines()[1:]]
     assert [row[-1] for row in rows] == ["ok", "ok", "singular", "ok", "ok", "ok", "singular", "ok", "ok"]
     assert [row[3] == "" for row in rows] == [row[-1] == "singular" for row in rows]
+
+
+def test_the_picture_shows_the_greatest_effort():
+    """A short peak is what a drive is chosen by: it is inside the window."""
+    over = np.linspace(0.0, 1.0, 1001)
+    effort = np.where(np.abs(over - 0.5) < 0.01, 900.0, np.sin(6.0 * over))
+    table = Table((Column("time", over, "s"), Column("motor", effort, "N m")))
+    sheet = forces_sheet({"driving torque": table}, np.exp(6j * over), "forces")
+    frame = sheet.pictures[0].frame
+    assert frame.low.imag < -1.0
+    assert frame.high.imag > 900.0
 
 
 def test_the_benchmark_runs(tmp_path):
