@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.analysis.carried import carried_point
-from gimcli.analysis.constraints import Constraints
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.structure.constraints import Constraints
 
 Flags = NDArray[np.bool_]
 

@@ -1,0 +1,150 @@
+"""A mechanism as one system of equations F(x, u) = 0 of second degree in the coordinates x of its moving nodes.
+
+F is a sum, over the functions 1, u, u^2, cos u, sin u of the inputs u, of polynomials c + L x + x Q x / 2. Their
+coefficients are exact: what is of second degree is known from its values at a few places. The Jacobian is linear in
+x and the second derivatives are constants, which is what continuation and bifurcations ask for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+
+import numpy as np
+
+from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.structure.constraints import Constraints
+
+DUST = 1e-13
+"""A coefficient below this, of equations about 1 in size, is what rounding left of none."""
+
+
+class System:
+    """The equations (m,) of a mechanism in the coordinates (n,) of its moving nodes, x and y of a node side by side."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.constraints = Constraints(mechanism)
+        self.free = self.constraints.free
+        self.n = 2 * len(self.free)
+        self._at_rest = mechanism.drawn.copy()
+        frame = mechanism.members[0]
+        self._at_rest[list(frame.nodes)] = frame.shape
+        self._parts = list(self._polynomials())
+        self.m = len(self._parts[0][1])
+
+    def coordinates(self, z: ComplexArray) -> FloatArray:
+        """Return x (n,) of positions z (nodes,)."""
+        return np.ascontiguousarray(z[self.free]).view(float).copy()
+
+    def nodes(self, x: FloatArray) -> ComplexArray:
+        """Return positions (nodes,), or (nodes, rows) of x (n, rows)."""
+        z = np.repeat(self._at_rest[:, None], 1 if x.ndim == 1 else x.shape[1], axis=1)
+        pairs = x.reshape(len(self.free), 2, -1)
+        z[self.free] = pairs[:, 0] + 1j * pairs[:, 1]
+        return z[:, 0] if x.ndim == 1 else z
+
+    def residual(self, x: FloatArray, u: FloatArray) -> FloatArray:
+        """Return F (m,) at x (n,) and inputs u (actuators,)."""
+        return self._polynomial(x, self._values(u, 0))
+
+    def jacobian(self, x: FloatArray, u: FloatArray) -> FloatArray:
+        """Return F_x (m, n)."""
+        return self._slope(x, self._values(u, 0))
+
+    def by_inputs(self, x: FloatArray, u: FloatArray) -> FloatArray:
+        """Return F_u (m, actuators)."""
+        slopes, table = self._values(u, 1), np.zeros((self.m, len(u)))
+        for k in range(len(u)):
+            table[:, k] = self._polynomial(x, np.where(self._owner == k, slopes, 0.0))
+        return table
+
+    def second(self, x: FloatArray, u: FloatArray, v: FloatArray, w: FloatArray) -> FloatArray:
+        """Return the second derivative of F (m,) along v and w (n + actuators,)."""
+        n = self.n
+        first, curve = self._values(u, 1), self._values(u, 2)
+        mixed = np.zeros(self.m)
+        for k in range(len(u)):
+            own = self._owner == k
+            mixed += w[n + k] * self._slope(x, np.where(own, first, 0.0)) @ v[:n]
+            mixed += v[n + k] * self._slope(x, np.where(own, first, 0.0)) @ w[:n]
+            mixed += v[n + k] * w[n + k] * self._polynomial(x, np.where(own, curve, 0.0))
+        values = self._values(u, 0)
+        return mixed + sum(
+            value * ((q @ w[:n]).reshape(self.m, n) @ v[:n]) for value, (_, _, _, q) in self._active(values)
+        )
+
+    def _polynomial(self, x: FloatArray, values: FloatArray) -> FloatArray:
+        total = np.zeros(self.m)
+        for value, (_, c, linear, q) in self._active(values):
+            total += value * (c + (linear + 0.5 * (q @ x).reshape(self.m, self.n)) @ x)
+        return total
+
+    def _slope(self, x: FloatArray, values: FloatArray) -> FloatArray:
+        total = np.zeros((self.m, self.n))
+        for value, (_, _, linear, q) in self._active(values):
+            total += value * (linear + (q @ x).reshape(self.m, self.n))
+        return total
+
+    def _active(self, values: FloatArray) -> Iterator[tuple[float, tuple[int, FloatArray, FloatArray, FloatArray]]]:
+        """Yield the parts whose function of the inputs is not 0 there."""
+        for value, part in zip(values.tolist(), self._parts, strict=True):
+            if value != 0.0:
+                yield value, part
+
+    @cached_property
+    def _owner(self) -> FloatArray:
+        """Actuator of every part; -1 of the constant one."""
+        return np.array([part[0] for part in self._parts])
+
+    def _values(self, u: FloatArray, order: int) -> FloatArray:
+        """Return the parts' functions of the inputs, or their derivatives by their own input."""
+        values = [1.0 if order == 0 else 0.0]
+        for k, actuator in enumerate(self.mechanism.actuators):
+            if actuator.drive is Drive.ROTARY:
+                values += [np.cos(u[k] + order * np.pi / 2), np.sin(u[k] + order * np.pi / 2)]
+            else:
+                values += [(u[k], 1.0, 0.0)[order], (u[k] ** 2, 2.0 * u[k], 2.0)[order]]
+        return np.array(values, dtype=float)
+
+    def _polynomials(self) -> Iterator[tuple[int, FloatArray, FloatArray, FloatArray]]:
+        """Yield actuator, c (m,), L (m, n) and Q (m n, n) of every part."""
+        count = len(self.mechanism.actuators)
+        rest, none = np.zeros(count), np.zeros(count, dtype=complex)
+        base = self._coefficients(rest, none)
+        yield -1, *base
+        for k, actuator in enumerate(self.mechanism.actuators):
+            unit = np.eye(count)[k]
+            if actuator.drive is Drive.ROTARY:
+                plus, minus = self._coefficients(rest, unit + 0j), self._coefficients(rest, 1j * unit)
+                parts = [[a - b for a, b in zip(found, base, strict=True)] for found in (plus, minus)]
+            else:
+                plus, minus = self._coefficients(unit, none), self._coefficients(-unit, none)
+                triples = list(zip(plus, minus, base, strict=True))
+                parts = [[0.5 * (p - m) for p, m, _ in triples], [0.5 * (p + m) - b for p, m, b in triples]]
+            for c, linear, q in parts:
+                yield k, c, linear, q
+
+    def _coefficients(self, inputs: FloatArray, turns: ComplexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return c, L and Q where the inputs and their exp(i u) have some values."""
+        n, unit = self.n, np.eye(self.n)
+        pairs = [(i, j) for i in range(n) for j in range(i + 1, n)]
+        places = [np.zeros(n), *unit, *-unit, *(unit[i] + unit[j] for i, j in pairs)]
+        f = self._at(np.array(places).T.reshape(n, -1), inputs, turns)
+        c, plus, minus = f[:, 0], f[:, 1 : n + 1], f[:, n + 1 : 2 * n + 1]
+        q = np.zeros((len(f), n, n))
+        q[:, range(n), range(n)] = plus + minus - 2.0 * c[:, None]
+        for k, (i, j) in enumerate(pairs, start=2 * n + 1):
+            q[:, i, j] = q[:, j, i] = f[:, k] - plus[:, i] - plus[:, j] + c
+        linear = 0.5 * (plus - minus)
+        linear[np.abs(linear) < DUST], q[np.abs(q) < DUST] = 0.0, 0.0
+        return c, linear, q.reshape(-1, n)
+
+    def _at(self, x: FloatArray, inputs: FloatArray, turns: ComplexArray) -> FloatArray:
+        """Return the equations (m, rows) at x (n, rows)."""
+        z = self.nodes(x)
+        values = np.repeat(inputs[:, None], x.shape[1], axis=1) + 0.0j
+        rows = []
+        for part, value in self.constraints.equations(z, values, np.repeat(turns[:, None], x.shape[1], axis=1)):
+            rows += [value.real] * (part != "imag") + [value.imag] * (part != "real")
+        return np.array(rows).reshape(len(rows), x.shape[1])
