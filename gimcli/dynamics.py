@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 TIME = -1
-"""A course that runs over the time [s]."""
+"""A curve that runs over the time [s]."""
 
 
-class Course(Protocol):
+class Curve(Protocol):
     """A value over the time [s] or an input (rad, or length in the normal frame)."""
 
     def __call__(self, at: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -36,7 +36,7 @@ class Inertia:
 
 @dataclass(frozen=True)
 class Load:
-    """A force at a point of a member, or a torque on it; a course multiplies it."""
+    """A force at a point of a member, or a torque on it; a curve multiplies it."""
 
     name: str
     member: int
@@ -44,8 +44,8 @@ class Load:
     force: complex = 0.0j  # N, in the frame, or in the member's own frame where it follows
     torque: float = 0.0  # N m
     follows: bool = False
-    course: Course | None = field(default=None, repr=False)
-    over: int = TIME  # or the actuator whose value the course runs over
+    curve: Curve | None = field(default=None, repr=False)
+    over: int = TIME  # or the actuator whose value the curve runs over
 
 
 @dataclass(frozen=True)
@@ -79,10 +79,10 @@ class Friction:
 
 @dataclass(frozen=True)
 class Effort:
-    """Driving torque [N m] or force [N]: constant, a course, or a line from stall to idle speed."""
+    """Driving torque [N m] or force [N]: constant, a curve, or a line from stall to idle speed."""
 
     constant: float = 0.0
-    course: Course | None = field(default=None, repr=False)
+    curve: Curve | None = field(default=None, repr=False)
     over: str = "time"  # or "value", "speed" of the own input
     idle: float = 0.0  # speed at which the line is 0 [rad/s, or normal frame's length per s]; 0: no line
 

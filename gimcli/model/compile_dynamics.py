@@ -62,14 +62,14 @@ class DynamicsCompiler:
             shape = self.members[member].shape
             along = complex(shape[1] - shape[0]) if len(shape) > 1 else 1.0 + 0.0j
             force *= along / abs(along)
-        course, over = None, TIME
+        curve, over = None, TIME
         if load.table is not None:
             at, factor = read_table(self.folder / load.table)
             if load.over != "time":
                 over = list(self.model.actuators).index(load.over)
                 at = [value * self._unit(self.actuators[over]) for value in at]
-            course = Sampled(at, factor)
-        return Load(name, member, point, force, load.torque or 0.0, load.follower is not None, course, over)
+            curve = Sampled(at, factor)
+        return Load(name, member, point, force, load.torque or 0.0, load.follower is not None, curve, over)
 
     def _unit(self, actuator: Actuator) -> float:
         return self.turn if actuator.drive is Drive.ROTARY else 1.0 / self.scale
@@ -102,7 +102,7 @@ class DynamicsCompiler:
             at, value = read_table(self.folder / effort.table)
             if effort.over != "time":
                 at = [place * unit for place in at]
-            return Effort(course=Sampled(at, value), over=effort.over)
+            return Effort(curve=Sampled(at, value), over=effort.over)
         if effort.stall is not None:
             return Effort(constant=effort.stall, idle=(effort.idle or 0.0) * unit)
         return Effort(effort.constant or 0.0)

@@ -1,0 +1,254 @@
+"""Inverse dynamics: efforts and reactions that a prescribed motion asks for.
+
+The equations of equilibrium of every body, inertia forces among them, are the transposed constraint equations; solved
+block by block in the reverse order of formation they give the reactions group by group, and last the drivers'
+efforts. Redundant constraints leave some reactions open: those that all solutions share are told. Source: Durango,
+Giraldo, Calle & Mesa 2014, section 2.3 (groups of the second class); here for any group.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.analysis.loading import Course, Loading, Turns, loading, physical, reading
+from gimcli.kernels.equilibrium import ALONG, COUPLE, KNOWN, balance_rows
+from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.motion.effort import plain
+from gimcli.motion.motion import Motion
+from gimcli.solvers.newton import Run
+from gimcli.structure.statics import Pin, Statics, statics
+
+SINGULAR = 1e-10
+"""Least over greatest pivot, or singular value, of a block below which its reactions are not told."""
+
+UNIQUE = 1e-8
+"""Part that a reaction may have in a free stress (a unit vector) and still count as unique."""
+
+AT_ONCE = 4096
+"""Rows of redundant equations that are decomposed at the same time."""
+
+
+@dataclass(frozen=True)
+class Forces:
+    """Efforts and reactions along a motion; NaN where they are not told."""
+
+    statics: Statics = field(repr=False)
+    course: Course = field(repr=False)
+    loads: Loading = field(repr=False)
+    unknowns: FloatArray = field(repr=False)  # (unknowns, rows) N; couples in N x length of the normal frame
+    unique: NDArray[np.bool_] = field(repr=False)  # (unknowns, rows)
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism."""
+        return self.statics.mechanism
+
+    @property
+    def good(self) -> NDArray[np.bool_]:
+        """Tell of every row whether its forces were found."""
+        return np.asarray(np.all(np.isfinite(self.unknowns), axis=0) & np.isfinite(self.loads.support))
+
+    def effort(self, actuator: int) -> FloatArray:
+        """Return the driving torque [N m] or force [N] of an actuator (rows,)."""
+        drive = self.mechanism.actuators[actuator].drive
+        return self._told(self.statics.efforts[actuator]) * (self._metre if drive is Drive.ROTARY else 1.0)
+
+    def pin(self, pin: Pin, member: int) -> ComplexArray:
+        """Return the force [N] that a member receives at a node from the pin (rows,)."""
+        k = pin.members.index(member)
+        if k:
+            first = pin.first + 2 * (k - 1)
+            return np.asarray(self._told(first) + 1j * self._told(first + 1))
+        force = -np.sum([self.pin(pin, m) for m in pin.members[1:]], axis=0)
+        return np.asarray(force + self._attached(pin.node))
+
+    def normal(self, pair: str) -> FloatArray:
+        """Return the normal force [N] on what slides, positive to the left of the guide (rows,)."""
+        return np.asarray(np.sum([self._told(self.statics.normals[k]) for k in self._slides(pair)], axis=0))
+
+    def moment(self, pair: str) -> FloatArray:
+        """Return the moment [N m] on what slides in a prismatic pair about its first node (rows,)."""
+        first, *others = self._slides(pair)
+        slides, nodes = self.mechanism.slides, self.course.nodes[0]
+        total = np.zeros(nodes.shape[1])
+        for k in others:
+            arm = nodes[slides[k].node] - nodes[slides[first].node]
+            total += (arm.conj() * self._direction(self.statics.normals[k])).imag * self._told(self.statics.normals[k])
+        return total * self._metre
+
+    @property
+    def shaking_force(self) -> ComplexArray:
+        """The force [N] on the frame (rows,), from the momentum of all bodies: always unique."""
+        return np.asarray(np.where(self.good, self.loads.support, np.nan))
+
+    @property
+    def shaking_moment(self) -> FloatArray:
+        """The moment [N m] on the frame (rows,) about the first ground node."""
+        return np.where(self.good, self.loads.support_moment * self._metre, np.nan)
+
+    @property
+    def drive_power(self) -> FloatArray:
+        """The power [W] of all actuators (rows,)."""
+        total = np.zeros(len(self.course.time))
+        for k, actuator in enumerate(self.mechanism.actuators):
+            _, rate, _ = reading(self.mechanism, actuator, self.course.nodes)
+            total += self.effort(k) * rate * (1.0 if actuator.drive is Drive.ROTARY else self._metre)
+        return total
+
+    @property
+    def power_error(self) -> FloatArray:
+        """Power of all forces less the change of the kinetic energy [W] (rows,): 0 but for rounding."""
+        applied = np.sum(list(self.loads.power.values()), axis=0)
+        return np.asarray(self.drive_power + applied - self.loads.kinetic_rate)
+
+    @property
+    def _metre(self) -> float:
+        return physical(self.mechanism)
+
+    def _told(self, unknown: int) -> FloatArray:
+        return np.where(self.unique[unknown], self.unknowns[unknown], np.nan)
+
+    def _slides(self, pair: str) -> list[int]:
+        return [k for k, s in enumerate(self.mechanism.slides) if s.pair == pair]
+
+    def _direction(self, unknown: int) -> ComplexArray:
+        return np.asarray(directions(self.statics, self.course.nodes[0])[unknown])
+
+    def _attached(self, node: int) -> ComplexArray:
+        """Return the forces of springs, sliding pairs and actuators on a node's pin."""
+        total = np.zeros(len(self.course.time), dtype=complex) + self.loads.pins.get(node, 0.0)
+        owner = self.statics.body_of_pin[node]
+        own = {self.statics.normals[k] for k, s in enumerate(self.mechanism.slides) if s.node == node}
+        own |= {self.statics.efforts[k] for k, a in enumerate(self.mechanism.actuators) if a.drive is not Drive.ROTARY}
+        for unknown in own:
+            reaction = self.statics.reactions[unknown]
+            pushes = reaction.plus == owner and reaction.node == node
+            pulls = reaction.minus == owner and reaction.other == node and reaction.kind == ALONG
+            if pushes or pulls:
+                total += (1.0 if pushes else -1.0) * self._direction(unknown) * self._told(unknown)
+        return total
+
+
+def inverse_dynamics(
+    statics: Statics, course: Course, run: Run = plain, turns: Turns | None = None, every: bool = False
+) -> Forces:
+    """Return the efforts and reactions of a motion; `every` tells those that are not unique too, as small as can be."""
+    loads = loading(statics, course, turns)
+    right = np.zeros((statics.equations, len(course.time)))
+    for k, (body, first) in enumerate(zip(statics.bodies, statics.first_row, strict=True)):
+        force = loads.inertia_force[k] - loads.force[k]
+        right[first], right[first + 1] = force.real, force.imag
+        if body.member >= 0:
+            right[first + 2] = loads.inertia_moment[k] - loads.moment[k]
+    z = course.nodes[0]
+    if statics.surplus:
+        found, unique = _least(statics, z, right)
+    else:
+        found = Balance(statics).solve(z, right, run)
+        unique = np.ones(found.shape, dtype=bool)
+    return Forces(statics, course, loads, found, unique | every)
+
+
+def motion_course(motion: Motion) -> Course:
+    """Return positions, velocities and accelerations of a motion by its real time."""
+    from gimcli.analysis.derivatives import rates
+
+    mechanism = motion.mechanism
+    nodes = rates(mechanism, motion.time, motion.z, 2).nodes
+    return Course(motion.time * mechanism.duration, motion.inputs, nodes)
+
+
+def motion_forces(motion: Motion, run: Run = plain) -> Forces:
+    """Return the efforts and reactions of a motion along its laws."""
+    return inverse_dynamics(statics(motion.mechanism), motion_course(motion), run)
+
+
+def directions(statics: Statics, z: ComplexArray) -> ComplexArray:
+    """Return the direction of every unknown (unknowns, rows) at positions z (nodes, rows)."""
+    result = np.empty((len(statics.reactions), z.shape[1]), dtype=complex)
+    for k, reaction in enumerate(statics.reactions):
+        vector = reaction.vector
+        result[k] = vector.z * (z[vector.v] - z[vector.u] if vector.u >= 0 else 1.0)
+        if reaction.kind == ALONG:
+            result[k] /= np.abs(result[k])
+    return result
+
+
+class Balance:
+    """The equations of equilibrium as the kernel takes them."""
+
+    def __init__(self, statics: Statics) -> None:
+        self.statics = statics
+        reactions = statics.reactions
+        self.places = np.array(
+            [(r.kind, r.node, r.other, r.vector.u, r.vector.v) for r in reactions], dtype=np.int64
+        ).reshape(-1, 5)
+        self.vectors = np.array([(r.vector.z.real, r.vector.z.imag) for r in reactions]).reshape(-1, 2)
+        blocks = statics.blocks
+        self.own_rows = np.array([row for block in blocks for row in block.rows], dtype=np.int64)
+        self.own_columns = np.array([column for block in blocks for column in block.columns], dtype=np.int64)
+        terms, ends = self._terms()
+        self.terms = np.array(terms, dtype=np.int64).reshape(-1, 6)
+        self.blocks = np.array(ends, dtype=np.int64).reshape(-1, 3)
+
+    def _terms(self) -> tuple[list[tuple[int, ...]], list[tuple[int, int, int]]]:
+        statics = self.statics
+        home = {row: (g, i) for g, block in enumerate(statics.blocks) for i, row in enumerate(block.rows)}
+        own = {column: (g, j) for g, block in enumerate(statics.blocks) for j, column in enumerate(block.columns)}
+        by_block: list[list[tuple[int, ...]]] = [[] for _ in statics.blocks]
+        for c, reaction in enumerate(statics.reactions):
+            for body, sense, node in statics.senses(reaction):
+                for axis in statics.axes(reaction, body, node):
+                    g, i = home[statics.first_row[body] + axis]
+                    j = own[c][1] if own[c][0] == g else KNOWN
+                    by_block[g].append((i, j, c, axis, sense, statics.bodies[body].node))
+        terms: list[tuple[int, ...]] = []
+        ends = []
+        for block, own_terms in zip(statics.blocks, by_block, strict=True):
+            ends.append((len(block.rows), len(terms), len(terms) + len(own_terms)))
+            terms += own_terms
+        return terms, ends
+
+    def solve(self, z: ComplexArray, right: FloatArray, run: Run) -> FloatArray:
+        """Return the unknowns (unknowns, rows)."""
+        count, widest = len(self.statics.reactions), int(max(self.blocks[:, 0], default=0))
+        out = np.full((count, z.shape[1]), np.nan)
+        x, y = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag)
+        run(balance_rows)(
+            x, y, self.places, self.vectors, self.terms, self.blocks, self.own_rows, self.own_columns, right, SINGULAR,
+            np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest), np.zeros((count, 2)), out,
+        )  # fmt: skip
+        return out
+
+
+def equilibrium(statics: Statics, z: ComplexArray) -> FloatArray:
+    """Return the equations of equilibrium (rows, equations, unknowns) at positions z (nodes, rows)."""
+    table = np.zeros((z.shape[1], statics.equations, len(statics.reactions)))
+    way = directions(statics, z)
+    for c, reaction in enumerate(statics.reactions):
+        for body, sense, node in statics.senses(reaction):
+            arm = z[node] - z[statics.bodies[body].node]
+            parts = (way[c].real, way[c].imag, (arm.conj() * way[c]).imag)
+            for axis in statics.axes(reaction, body, node):
+                part = 1.0 if reaction.kind == COUPLE else parts[axis]
+                table[:, statics.first_row[body] + axis, c] += sense * part
+    return table
+
+
+def _least(statics: Statics, z: ComplexArray, right: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return the least reactions that balance, and which of them every other solution shares."""
+    count, rows = len(statics.reactions), z.shape[1]
+    found, unique = np.full((count, rows), np.nan), np.zeros((count, rows), dtype=bool)
+    good = np.flatnonzero(np.all(np.isfinite(right), axis=0) & np.all(np.isfinite(z), axis=0))
+    for start in range(0, len(good), AT_ONCE):
+        part = good[start : start + AT_ONCE]
+        left, values, across = np.linalg.svd(equilibrium(statics, z[:, part]))
+        held = values[:, -1] > SINGULAR * values[:, 0]
+        n = values.shape[1]
+        turned = np.einsum("rij,ir->rj", left, right[:, part]) / values
+        found[:, part] = np.where(held, np.einsum("rjc,rj->cr", across[:, :n], turned), np.nan)
+        unique[:, part] = np.linalg.norm(across[:, n:], axis=1).T < UNIQUE
+    return found, unique
