@@ -296,7 +296,7 @@ def is_straight(last: Place, to: Place, step: FloatArray) -> bool:
             greatest = max(greatest, abs(one))
             bend = max(bend, abs(other - one))
         off = max(off, abs(to.v[i] - last.v[i] - mean))
-    return bend <= BEND * greatest and off <= CHORD * greatest * reach
+    return bend <= BEND * greatest and off <= CHORD * greatest * reach + SETTLED
 
 
 @kernel

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -126,11 +127,18 @@ class Reducer:
             out.h.copy(), out.q.copy(), float(out.rate[0]), out.energy.copy(), self.gain.copy(),
         )  # fmt: skip
 
-    @property
+    @cached_property
     def constant(self) -> bool:
         """Tell whether nothing that acts follows a table."""
         efforts = [self.releases[k].effort for k in self.free if k in self.releases]
         return not any(self.courses) and all(e.curve is None for e in efforts)
+
+    @cached_property
+    def conservative(self) -> bool:
+        """Tell whether nothing dissipates or supplies energy."""
+        p = self.acting
+        driven = bool(np.any(p.motor[:, 0])) or any(r.effort.curve is not None for r in self.releases.values())
+        return not (len(p.loads) or len(p.dampers) or len(p.rubs) or self.given or driven)
 
     def _force(self, target: FloatArray, speeds: FloatArray, time: float) -> None:
         """Set the forces that tables tell."""
