@@ -13,15 +13,17 @@ import yaml
 from conftest import MODELS, changed
 
 from gimcli.analysis.derivatives import rates
-from gimcli.analysis.forces import inverse_dynamics, motion_forces
+from gimcli.analysis.forces import directions, equilibrium, inverse_dynamics, motion_forces
 from gimcli.analysis.loading import Course
 from gimcli.errors import UsageError
+from gimcli.kernels.equilibrium import COUPLE
 from gimcli.kernels.jit import compiled
 from gimcli.model import load
 from gimcli.motion.motion import trace
 from gimcli.motion.options import Options
 from gimcli.motion.position import solve
 from gimcli.structure.statics import statics
+from gimcli.structure.steps import NONE
 
 TABLES = Path(__file__).parent / "tables"
 
@@ -203,3 +205,176 @@ masses:
 def test_what_is_never_told():
     with pytest.raises(UsageError, match="add `masses:`"):
         motion_forces(trace(load(MODELS / "crank_rocker.yaml"), 2))
+
+
+# -- laws over all models -------------------------------------------------------------------------
+
+
+def weighted(path, change=None):
+    """Load a model whose members all have mass: uniform bars, or plates about as heavy, centres a little off."""
+
+    def weigh(data):
+        data.setdefault("units", {})
+        if data["units"].get("length") == "unit":
+            data["units"]["length"] = "m"
+        size = float(np.ptp(np.array(list(data["nodes"].values()), dtype=float), axis=0).max())
+        metre = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254}.get(data["units"].get("length", "m"), 1.0)
+        data["units"]["mass"] = "kg"
+        names = [*data.get("links", {}), *data.get("elements", {})]
+        data["masses"] = {
+            name: {"mass": 1.0 + k / 7, "inertia": (0.1 * size * metre) ** 2, "centre": [0.1 * size, 0.03 * size * k]}
+            for k, name in enumerate(names)
+        }
+        data["gravity"] = [1.5, -9.81]
+        data["loads"] = {
+            "push": {"on": names[-1], "local": [0.2 * size, 0.1 * size], "force": [30.0, -50.0]},
+            "jet": {"on": names[0], "local": [0.2 * size, 0.0], "follower": [3.0, 20.0]},
+            "twist": {"on": names[-1], "torque": 2.0 * size * metre},
+        }
+        if change is not None:
+            change(data)
+
+    return changed(path, None, weigh)
+
+
+def moved(mechanism, steps=24):
+    """Return the motion and the forces of the rows that have velocities."""
+    motion = trace(mechanism, steps)
+    forces = motion_forces(motion)
+    good = motion.good & forces.good
+    assert good.sum() > 0.6 * motion.good.sum()
+    return motion, forces, good
+
+
+def total_on_frame(forces):
+    """Return force [N] and moment [N m] on the frame, summed up from the reactions."""
+    z, metre = forces.course.nodes[0], forces.mechanism.dynamics.metre
+    way = directions(forces.statics, z)
+    force, moment = np.zeros(z.shape[1], dtype=complex), np.zeros(z.shape[1])
+    for k, reaction in enumerate(forces.statics.reactions):
+        for side, sense, node in ((reaction.plus, 1, reaction.node), (reaction.minus, -1, reaction.other)):
+            if side == NONE and reaction.kind == COUPLE:
+                moment += sense * forces.unknowns[k] * metre
+            elif side == NONE:
+                push = sense * way[k] * forces.unknowns[k]
+                force += push
+                moment += (z[node].conj() * push).imag * metre
+    return force, moment
+
+
+def test_power_and_what_the_frame_bears_on_every_model(model):
+    """Power of all forces = dT/dt; the balances of the whole mechanism, which nothing has used, close."""
+    mechanism = weighted(model)
+    _, forces, good = moved(mechanism)
+    powers = [forces.drive_power, forces.loads.kinetic_rate, *forces.loads.power.values()]
+    most = max(np.max(np.abs(p[good])) for p in powers)
+    assert np.max(np.abs(forces.power_error[good])) < 1e-9 * most
+    force, moment = total_on_frame(forces)
+    scale = np.nanmax(np.abs(forces.unknowns[:, good]))
+    assert np.max(np.abs(force - forces.shaking_force)[good]) < 1e-10 * scale
+    size = mechanism.size * mechanism.dynamics.metre
+    assert np.max(np.abs(moment - forces.shaking_moment)[good]) < 1e-9 * scale * size
+
+
+def test_blocks_and_the_whole_system_agree_on_every_model(model):
+    """Group by group in the reverse order of formation, and all equations at once by LAPACK."""
+    mechanism = weighted(model)
+    _, forces, good = moved(mechanism, 12)
+    table = equilibrium(forces.statics, forces.course.nodes[0][:, good])
+    loads = forces.loads
+    right = []
+    for k, body in enumerate(forces.statics.bodies):
+        force, moment = loads.inertia_force[k] - loads.force[k], loads.inertia_moment[k] - loads.moment[k]
+        right += [force.real, force.imag] + [moment] * (body.member != NONE)
+    right = np.array(right)[:, good].T
+    whole = np.array([np.linalg.lstsq(a, b, rcond=None)[0] for a, b in zip(table, right, strict=True)]).T
+    condition = np.array([np.linalg.cond(a) for a in table])
+    error = np.max(np.abs(whole - forces.unknowns[:, good]), axis=0) / np.max(np.abs(whole), axis=0)
+    assert np.all(error < 1e-13 * condition)
+
+
+def turned(angle, shift):
+    """Return a change of a model's data that turns and shifts it as a whole, gravity and loads with it."""
+    e = complex(math.cos(angle), math.sin(angle))
+
+    def change(data):
+        def turn(place, by=0.0):
+            z = complex(*place) * e + by
+            return [z.real, z.imag]
+
+        data["nodes"] = {k: turn(v, shift) for k, v in data["nodes"].items()}
+        data["gravity"] = turn(data["gravity"])
+        data["loads"]["push"]["force"] = turn(data["loads"]["push"]["force"])
+        by = angle if data["units"].get("angle") == "rad" else math.degrees(angle)
+        for actuator in data["actuators"].values():
+            if actuator["type"] == "rotary" and "reference" not in actuator:
+                for key in {"from", "to"} & set(actuator.get("law", {})):
+                    actuator["law"][key] += by
+
+    return change, e
+
+
+def test_a_turned_and_shifted_frame_changes_nothing(model):
+    mechanism = weighted(model)
+    change, e = turned(0.7, 3.0 - 2.0j)
+    _, one, good = moved(mechanism, 12)
+    _, two, also = moved(weighted(model, change), 12)
+    both = good & also
+    scale = np.max(np.abs(one.unknowns[:, both]))
+    for k in range(len(mechanism.actuators)):
+        assert np.max(np.abs(one.effort(k) - two.effort(k))[both]) < 1e-7 * scale
+    assert np.max(np.abs(one.shaking_force * e - two.shaking_force)[both]) < 1e-7 * scale
+    assert (
+        np.max(np.abs(one.shaking_moment - two.shaking_moment)[both]) < 1e-7 * scale * mechanism.size * mechanism.scale
+    )
+    for pin in one.statics.pins:
+        for member in pin.members:
+            a, b = one.pin(pin, member)[both], two.pin(pin, member)[both]
+            assert np.nanmax(np.abs(a * e - b), initial=0.0) < 1e-7 * scale
+
+
+def without_loads(data):
+    data["loads"] = {}
+
+
+def test_masses_time_and_gravity_scale_the_forces(model):
+    """Masses x 3: forces x 3. A motion twice as fast under four times the gravity: forces x 4."""
+    one = moved(weighted(model, without_loads), 12)[1]
+
+    def heavier(data):
+        without_loads(data)
+        for mass in data["masses"].values():
+            mass["mass"] *= 3.0
+            mass["inertia"] *= 3.0
+
+    def faster(data):
+        without_loads(data)
+        data["duration"] = one.mechanism.duration / 2.0
+        data["gravity"] = [4.0 * g for g in data["gravity"]]
+
+    for change, factor in ((heavier, 3.0), (faster, 4.0)):
+        two = moved(weighted(model, change), 12)[1]
+        good = one.good & two.good
+        most = np.max(np.abs(two.unknowns[:, good]))
+        assert np.max(np.abs(factor * one.unknowns - two.unknowns)[:, good]) < 1e-9 * most
+
+
+def test_time_reversal_leaves_all_forces(tmp_path):
+    """The motion backwards: the same positions and accelerations, so the same forces; only damping changes sign."""
+
+    def back(data):
+        data["actuators"]["motor"]["law"] = {"from": 480, "to": 120}
+
+    forward = moved(weighted(MODELS / "watt_1.yaml"), 36)[1]
+    reverse = moved(weighted(MODELS / "watt_1.yaml", back), 36)[1]
+    most = np.max(np.abs(forward.unknowns))
+    assert np.max(np.abs(forward.unknowns - reverse.unknowns[:, ::-1])) < 1e-11 * most
+    assert np.max(np.abs(forward.drive_power + reverse.drive_power[::-1])) < 1e-11 * np.max(np.abs(forward.drive_power))
+
+
+def test_plain_and_compiled_kernels_give_the_same_numbers(tmp_path):
+    for name in ("watt_1", "platform_3rrr", "scotch_yoke"):
+        mechanism = weighted(MODELS / f"{name}.yaml")
+        motion = trace(mechanism, 12)
+        one, two = motion_forces(motion), motion_forces(motion, compiled)
+        assert np.array_equal(one.unknowns, two.unknowns, equal_nan=True)

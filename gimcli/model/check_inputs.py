@@ -142,18 +142,20 @@ def _check_law(refs: References, where: Where, actuator: Actuator, law: Law, tab
 
 def check_reach(refs: References, at: Where, actuator: Actuator, value: float) -> None:
     """Note a value that the input cannot have."""
-    _check_values(refs, at, actuator, [value], 0.0)
+    _check_values(refs, at, actuator, [value], 0.0, "the start")
 
 
-def _check_values(refs: References, at: Where, actuator: Actuator, values: list[float], by: float) -> None:
+def _check_values(
+    refs: References, at: Where, actuator: Actuator, values: list[float], by: float, what: str = "the law"
+) -> None:
     """Note values that no mechanism takes, and those that are too far away to be followed."""
     if actuator.nodes is not None and min(values, default=1.0) <= 0.0:
-        refs.fault(at, f"a distance must be above 0, met {min(values):g}; mend the law")
+        refs.fault(at, f"a distance must be above 0, met {min(values):g}; mend {what}")
     turn = 360.0 if refs.model.units.angle == "deg" else 2.0 * math.pi
     most = MOST_TURNS * (turn if actuator.type == "rotary" else refs.size)
     farthest = max([*values, by], key=abs)
     if abs(farthest) > most > 0.0:
-        refs.fault(at, f"the law reaches {farthest:g}; {most:g} is the most that is followed: shorten it")
+        refs.fault(at, f"{what} reaches {farthest:g}; {most:g} is the most that is followed: shorten it")
 
 
 def _check_ends(refs: References, at: Where, law: Law) -> list[float]:

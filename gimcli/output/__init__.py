@@ -20,12 +20,16 @@ from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.drawing import Step
-    from gimcli.output.picture import Picture
+    from gimcli.output.forces import Effort
+    from gimcli.output.groups import Box, Joint
+    from gimcli.output.picture import Picture, Sheet
 
 __all__ = [
     "PICTURE_FORMATS",
     "TABLE_FORMATS",
     "CsvStream",
+    "draw_forces",
+    "draw_groups",
     "draw_history",
     "draw_motion",
     "draw_position",
@@ -44,14 +48,14 @@ Formats = Mapping[str, Callable[[Content, Path], None]]
 TABLE_FORMATS: Formats[Table] = {
     ".csv": write_csv,
 }
-PICTURE_FORMATS: Formats[Picture] = {
+PICTURE_FORMATS: Formats[Picture | Sheet] = {
     ".png": write_png,
     ".svg": write_svg,
     ".pdf": write_pdf,
 }
 
 
-def write(content: Table | Picture, path: Path | str) -> None:
+def write(content: Table | Picture | Sheet, path: Path | str) -> None:
     """Write a table or a picture in the format that the suffix of `path` names."""
     if isinstance(content, Table):
         _write(content, Path(path), TABLE_FORMATS, "table")
@@ -120,3 +124,17 @@ def draw_tradeoff(curves: Mapping[str, FloatArray], front: FloatArray, path: Pat
     from gimcli.output.tradeoff import tradeoff_picture
 
     write(tradeoff_picture(curves, front, title), path)
+
+
+def draw_forces(efforts: Sequence[Effort], shaking: ComplexArray, path: Path | str, title: str) -> None:
+    """Draw driving efforts over the input or the time, and the path of the shaking force [N]."""
+    from gimcli.output.forces import forces_sheet
+
+    write(forces_sheet(efforts, shaking, title), path)
+
+
+def draw_groups(boxes: Sequence[Box], joints: Sequence[Joint], path: Path | str, title: str) -> None:
+    """Draw groups as boxes, each below those that it is joined to, and the pairs that join them."""
+    from gimcli.output.groups import groups_picture
+
+    write(groups_picture(boxes, joints, title), path)

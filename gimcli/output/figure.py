@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray
-from gimcli.output.picture import Key, Picture, Text
+from gimcli.output.picture import Key, Picture, Sheet, Text
 from gimcli.output.style import DPI, FONT, INK, PAPER, Mark, Pen
 
 LEFT, RIGHT, BOTTOM, TOP = 0.85, 0.3, 0.5, 0.2
@@ -39,31 +39,54 @@ def quiet() -> Iterator[None]:
         yield
 
 
-def canvas_of(canvas: Any, picture: Picture) -> Any:
-    """Return a picture on matplotlib's canvas of some format."""
-    return canvas(figure_of(picture))
+def canvas_of(canvas: Any, content: Picture | Sheet) -> Any:
+    """Return a picture, or several, on matplotlib's canvas of some format."""
+    return canvas(figure_of(content))
 
 
-def figure_of(picture: Picture) -> Any:
-    """Return the matplotlib figure of a picture."""
+def figure_of(content: Picture | Sheet) -> Any:
+    """Return the matplotlib figure of a picture, or of several one above the other."""
     from matplotlib.figure import Figure
 
-    frame = picture.frame
-    width = max(LEFT + frame.width + RIGHT, NARROWEST)
-    title = textwrap.wrap(picture.title, int(width / (LETTER * (FONT + 2)))) or [""]
-    columns, rows = _legend_shape(picture, width)
-    bottom, top = BOTTOM + rows * LINE + (0.04 if rows else 0.0), TOP + len(title) * LINE
-    height = bottom + frame.height + top
-    left = LEFT + (width - LEFT - RIGHT - frame.width) / 2
+    pictures = content.pictures if isinstance(content, Sheet) else (content,)
+    width = max([NARROWEST, *(LEFT + picture.frame.width + RIGHT for picture in pictures)])
+    heading = _lines(content.title, width) if isinstance(content, Sheet) else []
+    heights = [_height(picture, width) for picture in pictures]
+    height = sum(heights) + len(heading) * LINE
     figure = Figure((width, height), dpi=DPI, facecolor=PAPER)
+    _write_title(figure, heading, 0.5, 1 - 0.12 / height)
+    bottom = sum(heights)
+    for picture, own in zip(pictures, heights, strict=True):
+        bottom -= own
+        _add_picture(figure, picture, bottom, own, (width, height))
+    return figure
+
+
+def _lines(title: str, width: float) -> list[str]:
+    return textwrap.wrap(title, int(width / (LETTER * (FONT + 2))))
+
+
+def _height(picture: Picture, width: float) -> float:
+    """Return the height [in] of a picture with its title and legend."""
+    _, rows = _legend_shape(picture, width)
+    bottom, top = BOTTOM + rows * LINE + (0.04 if rows else 0.0), TOP + len(_lines(picture.title, width)) * LINE
+    return bottom + picture.frame.height + top
+
+
+def _add_picture(figure: Any, picture: Picture, base: float, own: float, size: tuple[float, float]) -> None:
+    """Add a picture whose lower edge is at `base` [in] of a figure."""
+    width, height = size
+    frame, title = picture.frame, _lines(picture.title, width)
+    columns, rows = _legend_shape(picture, width)
+    bottom = base + BOTTOM + rows * LINE + (0.04 if rows else 0.0)
+    left = LEFT + (width - LEFT - RIGHT - frame.width) / 2
     axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
     _dress(axes, picture)
     _fill(axes, picture)
     middle = (left + frame.width / 2) / width
-    _write_title(figure, title, middle, 1 - 0.12 / height)
+    _write_title(figure, title, middle, (base + own - 0.12) / height)
     if rows:
-        _add_legend(figure, picture, columns, (middle, 0.07 / height))
-    return figure
+        _add_legend(figure, picture, columns, (middle, (base + 0.07) / height))
 
 
 def _dress(axes: Any, picture: Picture) -> None:
@@ -71,6 +94,9 @@ def _dress(axes: Any, picture: Picture) -> None:
     low, high = picture.frame.low, picture.frame.high
     axes.set_xlim(low.real, high.real)
     axes.set_ylim(low.imag, high.imag)
+    if picture.bare:
+        axes.set_axis_off()
+        return
     axes.set_xlabel(picture.labels[0], fontsize=FONT + 1, parse_math=False)
     axes.set_ylabel(picture.labels[1], fontsize=FONT + 1, parse_math=False)
     axes.tick_params(labelsize=FONT, width=0.6, length=3, direction="in", top=True, right=True)

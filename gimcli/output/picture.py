@@ -72,6 +72,7 @@ class Picture:
     labels: tuple[str, str] = ("x", "y")
     logarithmic: bool = False  # the vertical axis holds decimal logarithms
     logarithmic_x: bool = False  # so does the horizontal one
+    bare: bool = False  # no axes: a diagram
     strokes: dict[Pen, list[ComplexArray]] = field(default_factory=dict)
     areas: dict[Fill, list[ComplexArray]] = field(default_factory=dict)
     marks: dict[Mark, list[complex]] = field(default_factory=dict)
@@ -89,6 +90,14 @@ class Picture:
     def mark(self, mark: Mark, *places: complex) -> None:
         """Add marks."""
         self.marks.setdefault(mark, []).extend(complex(place) for place in places)
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """Pictures one above the other under one title."""
+
+    title: str
+    pictures: tuple[Picture, ...]
 
 
 def _array(path: ComplexArray | Iterable[complex]) -> ComplexArray:

@@ -1,0 +1,71 @@
+"""The formation of a mechanism as text, numbers and boxes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gimcli.mechanism import FRAME, Mechanism
+from gimcli.structure.assur import AssurGroup, Formation
+
+ROMAN = {1: "I", 2: "II", 3: "III", 4: "IV", 5: "V", 6: "VI", 7: "VII", 8: "VIII", 9: "IX", 10: "X"}
+
+
+def described(group: AssurGroup) -> str:
+    """Return what a group is, in a few words."""
+    if group.driving:
+        return "driving link, turning" if group.outer and group.outer[0].kind == "R" else "driving link, sliding"
+    if group.dyad:
+        return f"dyad {group.dyad}"
+    return f"group of {len(group.links)} links"
+
+
+def class_of(group: AssurGroup) -> str:
+    """Return the class of a group as it is written."""
+    return ROMAN.get(group.grade, str(group.grade))
+
+
+def drivers(mechanism: Mechanism, group: AssurGroup) -> tuple[str, ...]:
+    """Return the names of the actuators whose values a group takes."""
+    return tuple(mechanism.actuators[k].name for k in group.drivers)
+
+
+def joined(formation: Formation, group: AssurGroup) -> dict[int, list[str]]:
+    """Return the pairs by which a group is joined to each link formed before."""
+    result: dict[int, list[str]] = {}
+    for pair, base in zip(group.outer, formation.bases(group), strict=True):
+        result.setdefault(base, []).append(pair.name)
+    return result
+
+
+def layers(formation: Formation) -> list[int]:
+    """Return for every group how many layers of groups are between it and the frame."""
+    layer: dict[int, int] = {FRAME: 0}
+    result = []
+    for group in formation.groups:
+        own = 1 + max((layer[base] for base in formation.bases(group)), default=0)
+        layer |= dict.fromkeys(group.links, own)
+        result.append(own)
+    return result
+
+
+def as_json(mechanism: Mechanism, formation: Formation) -> dict[str, Any]:
+    """Return everything by the user's names."""
+    numbers = formation.numbers
+    return {
+        "formula": list(formation.formula),
+        "links": {formation.links[k]: number for k, number in numbers.items()},
+        "groups": [
+            {
+                "kind": "driving link" if g.driving else "group", "dyad": g.dyad or None,
+                "links": [formation.links[k] for k in g.links], "class": g.grade, "order": g.order,
+                "on": [formation.links[k] for k in formation.bases(g)], "outer": [_pair(formation, p) for p in g.outer],
+                "inner": [_pair(formation, p) for p in g.inner], "driven_by": list(drivers(mechanism, g)),
+                "redundant": g.surplus,
+            }
+            for g in formation.groups
+        ],
+    }  # fmt: skip
+
+
+def _pair(formation: Formation, pair: Any) -> dict[str, Any]:
+    return {"kind": pair.kind, "at": pair.name, "links": [formation.links[pair.a], formation.links[pair.b]]}

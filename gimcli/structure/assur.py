@@ -1,0 +1,200 @@
+"""The formation of a mechanism: driving links and Assur groups, each joined to what has been formed before it.
+
+Every pair, and every input, is matched to a freedom of a link that it can hold; the strongly connected components of
+what then depends on what are the groups. Source: Assur 1914; Servatius, Shai & Whiteley 2010. Class and order as by
+Artobolevskii 1988: the order is the number of pairs by which a group is joined to others; the class is that of its
+highest contour, a link of n pairs or a closed loop of n links.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gimcli.errors import StructureError
+from gimcli.mechanism import FRAME, Mechanism
+from gimcli.structure.blocks import split
+from gimcli.structure.linkage import REVOLUTE, Linkage, LowerPair, linkage
+from gimcli.structure.steps import NONE
+
+DYADS = ("RRR", "RRP", "RPR", "PRP", "RPP")
+"""Groups of the second class: outer, inner, outer pair."""
+
+
+@dataclass(frozen=True)
+class AssurGroup:
+    """Links that are formed together."""
+
+    links: tuple[int, ...]
+    outer: tuple[LowerPair, ...]  # pairs with links formed before
+    inner: tuple[LowerPair, ...]
+    drivers: tuple[int, ...]  # actuators whose values it takes
+    surplus: int  # constraints beyond its freedoms
+
+    @property
+    def driving(self) -> bool:
+        """Tell whether it is a driving link: one link that an input places by itself."""
+        return len(self.links) == 1 and bool(self.drivers)
+
+    @property
+    def order(self) -> int:
+        """Number of pairs by which it is joined to links formed before."""
+        return len(self.outer)
+
+    @property
+    def grade(self) -> int:
+        """Its class: 1 for a driving link, else that of its highest contour."""
+        if self.driving:
+            return 1
+        pairs = (*self.outer, *self.inner)
+        most = max((sum(link in (p.a, p.b) for p in pairs) for link in self.links), default=2)
+        return max(2, most, _longest_loop(self.links, self.inner))
+
+    @property
+    def dyad(self) -> str:
+        """The kind of a dyad, such as RRP; "" for any other group."""
+        if len(self.links) != 2 or len(self.inner) != 1 or len(self.outer) != 2:
+            return ""
+        first, last = (pair.kind for pair in self.outer)
+        for kinds in (first + self.inner[0].kind + last, last + self.inner[0].kind + first):
+            if kinds in DYADS:
+                return kinds
+        return first + self.inner[0].kind + last
+
+
+@dataclass(frozen=True)
+class Formation:
+    """The groups in the order of formation."""
+
+    links: tuple[str, ...]  # names
+    groups: tuple[AssurGroup, ...]
+
+    @property
+    def numbers(self) -> dict[int, int]:
+        """Numbers of the links: the frame 0, the others from 2 in the order of formation."""
+        order = [link for group in self.groups for link in group.links]
+        return {FRAME: 0} | {link: k for k, link in enumerate(order, start=2)}
+
+    def bases(self, group: AssurGroup) -> list[int]:
+        """Return the links that a group is joined to, one for each pair."""
+        return [pair.b if pair.a in group.links else pair.a for pair in group.outer]
+
+    @property
+    def formula(self) -> tuple[str, ...]:
+        """Each group as BASES^(LINKS), by number."""
+        numbers = self.numbers
+        result = []
+        for group in self.groups:
+            bases = ",".join(str(numbers[link]) for link in sorted(self.bases(group), key=lambda k: -numbers[k]))
+            result.append(f"{bases}^({','.join(str(numbers[link]) for link in group.links)})")
+        return tuple(result)
+
+
+def formation(mechanism: Mechanism) -> Formation:
+    """Return the driving links and Assur groups; raise StructureError where something is left undriven."""
+    parts = linkage(mechanism)
+    ends = _rows(parts)
+    columns, drivers = _constraints(parts, ends)
+    count = sum(len(rows) for rows in ends.values())
+    blocks = split(count, columns, list(ends.values()))
+    loose = [row for block in blocks if len(block.columns) < len(block.rows) for row in block.rows]
+    if loose:
+        names = [parts.links[k] for k, rows in ends.items() if set(rows) & set(loose)]
+        raise StructureError(f"nothing drives {', '.join(names)}: add an actuator for each freedom")
+    found = []
+    for block in reversed(blocks):
+        links = [link for link, rows in ends.items() if set(rows) & set(block.rows)]
+        found.append((links, [drivers[c] for c in block.columns if c in drivers], len(block.columns) - len(block.rows)))
+    return Formation(parts.links, tuple(_ordered(_groups(parts, found))))
+
+
+def _rows(parts: Linkage) -> dict[int, list[int]]:
+    """Return the freedoms of every moving link: x, y and an angle, without which a pin is."""
+    ends: dict[int, list[int]] = {}
+    count = 0
+    for link in range(1, len(parts.links)):
+        freedoms = 2 if link in parts.pins else 3
+        ends[link] = list(range(count, count + freedoms))
+        count += freedoms
+    return ends
+
+
+def _constraints(parts: Linkage, ends: dict[int, list[int]]) -> tuple[list[list[int]], dict[int, int]]:
+    """Return the freedoms that each constraint binds, and the actuators that are constraints."""
+    columns: list[list[int]] = []
+    drivers: dict[int, int] = {}
+
+    def bound(axes: tuple[int, ...], *links: int) -> list[int]:
+        return [ends[k][axis] for k in links if k != FRAME for axis in axes if axis < len(ends[k])]
+
+    for pair in parts.pairs:
+        if pair.kind == REVOLUTE:
+            columns += [bound((0, 2), pair.a, pair.b), bound((1, 2), pair.a, pair.b)]
+        else:
+            columns += [bound((0, 1, 2), pair.a, pair.b), bound((2,), pair.a, pair.b)]
+            if pair.actuator != NONE:
+                drivers[len(columns)] = pair.actuator
+                columns.append(bound((0, 1, 2), pair.a, pair.b))
+    for actuator, arm, reference in parts.turns:
+        drivers[len(columns)] = actuator
+        columns.append(bound((2,), arm, reference))
+    return columns, drivers
+
+
+def _groups(parts: Linkage, found: list[tuple[list[int], list[int], int]]) -> list[AssurGroup]:
+    """Return the groups with their pairs; what meets at a pin is joined to the link that is there first."""
+    rank = {link: k for k, (links, _, _) in enumerate(found) for link in links} | {FRAME: -1}
+    base: dict[int, int] = {}
+    for pin in parts.pins:
+        there = [pair.b for pair in parts.pairs if pair.a == pin]
+        base[pin] = min(there, key=lambda link: (rank[link], link))
+    pairs = []
+    for pair in parts.pairs:
+        a = base.get(pair.a, pair.a)
+        if a != pair.b:
+            pairs.append(LowerPair(pair.kind, pair.name, a, pair.b, pair.actuator))
+    groups = []
+    for links, drivers, surplus in found:
+        own = {link for link in links if link not in parts.pins}
+        if own:
+            rams = [parts.rams[link] for link in links if link in parts.rams]
+            outer = [p for p in pairs if (p.a in own) != (p.b in own) and _formed(p, own, rank)]
+            inner = [p for p in pairs if p.a in own and p.b in own]
+            groups.append(AssurGroup(tuple(sorted(own)), tuple(outer), tuple(inner), tuple(drivers + rams), surplus))
+    return groups
+
+
+def _ordered(groups: list[AssurGroup]) -> list[AssurGroup]:
+    """Return the groups as early as what they are joined to allows, links of the file first."""
+    formed, rest, result = {FRAME}, list(groups), []
+    while rest:
+        ready = [g for g in rest if all({p.a, p.b} <= formed | set(g.links) for p in g.outer)] or rest[:1]
+        group = min(ready, key=lambda g: (not g.driving, g.links))
+        rest.remove(group)
+        result.append(group)
+        formed |= set(group.links)
+    return result
+
+
+def _formed(pair: LowerPair, own: set[int], rank: dict[int, int]) -> bool:
+    """Tell whether the other link of an outer pair has been formed before."""
+    inside, outside = (pair.a, pair.b) if pair.a in own else (pair.b, pair.a)
+    return rank[outside] < rank[inside]
+
+
+def _longest_loop(links: tuple[int, ...], inner: tuple[LowerPair, ...]) -> int:
+    """Return the most links in a loop of a group, each loop closed as shortly as can be; 0 where there is none."""
+    near: dict[int, set[int]] = {link: set() for link in links}
+    for pair in inner:
+        near[pair.a].add(pair.b)
+        near[pair.b].add(pair.a)
+    longest = 0
+    for pair in inner:
+        depth, front = {pair.a: 1}, [pair.a]
+        while front and pair.b not in depth:
+            step = [
+                (n, m) for n in front for m in near[n] if m not in depth and {n, m} != {pair.a, pair.b}
+            ]  # fmt: skip
+            depth |= {m: depth[n] + 1 for n, m in step}
+            front = list(dict.fromkeys(m for _, m in step))
+        longest = max(longest, depth.get(pair.b, 0))
+    return longest
