@@ -43,8 +43,8 @@ class Settings:
     standstills: int = 0  # end at this one; 0: do not
 
     def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            raise UsageError(f"method '{self.method}': choose {', '.join(METHODS)}")
+        if self.method not in (*METHODS, "euler"):
+            raise UsageError(f"method '{self.method}': choose {', '.join((*METHODS, 'euler'))}")
 
 
 @dataclass(frozen=True)
@@ -115,10 +115,15 @@ def simulate(
     mechanism: Mechanism, times: FloatArray, settings: Settings | None = None, run: Run = plain, progress: Any = None
 ) -> Simulation:
     """Let a mechanism move from its start; return it at `times` (rows,) [s], ascending from the start's."""
-    return _Run(mechanism, np.asarray(times, dtype=float), settings or Settings(), run, progress).simulation()
+    settings = settings or Settings()
+    if settings.method == "euler":
+        from gimcli.analysis.euler import simulate_by_euler
+
+        return simulate_by_euler(mechanism, times, settings, run, progress)
+    return Integration(mechanism, np.asarray(times, dtype=float), settings, run, progress).simulation()
 
 
-class _Run:
+class Integration:
     """One simulation."""
 
     def __init__(self, mechanism: Mechanism, times: FloatArray, settings: Settings, run: Run, progress: Any) -> None:

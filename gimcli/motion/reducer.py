@@ -134,6 +134,12 @@ class Reducer:
         return not any(self.courses) and all(e.curve is None for e in efforts)
 
     @cached_property
+    def steady(self) -> bool:
+        """Tell whether forces depend on the position alone, and the work of loads needs no integral."""
+        p = self.acting
+        return self.constant and not (len(p.loads) or len(p.dampers) or len(p.rubs) or np.any(p.motor[:, 1]))
+
+    @cached_property
     def conservative(self) -> bool:
         """Tell whether nothing dissipates or supplies energy."""
         p = self.acting
