@@ -20,6 +20,7 @@ from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.drawing import Step
+    from gimcli.output.history import Panel
     from gimcli.output.forces import Effort
     from gimcli.output.groups import Box, Joint
     from gimcli.output.picture import Picture, Sheet
@@ -31,6 +32,7 @@ __all__ = [
     "draw_forces",
     "draw_groups",
     "draw_history",
+    "draw_history_sheet",
     "draw_motion",
     "draw_position",
     "draw_sequence",
@@ -138,3 +140,10 @@ def draw_groups(boxes: Sequence[Box], joints: Sequence[Joint], path: Path | str,
     from gimcli.output.groups import groups_picture
 
     write(groups_picture(boxes, joints, title), path)
+
+
+def draw_history_sheet(panels: Sequence[Panel], over: str, path: Path | str, title: str) -> None:
+    """Draw panels of curves that share what they run over, such as the time."""
+    from gimcli.output.history import history_sheet
+
+    write(history_sheet(panels, over, title), path)
