@@ -69,7 +69,7 @@ class _Euler(Integration):
         return self._result(sweeps[-1].time)
 
     def _swept(self, time: float, y: FloatArray) -> list[Sweep]:
-        """Return the sweeps up to the end of the times, to the last standstill asked for, or to where no way leads on."""
+        """Return the sweeps to the end of the times, to the last standstill asked for, or to where no way leads on."""
         q, speed, sweeps = float(y[0]), float(y[1]), []
         inertia, torque = self._reduced(q)
         way = math.copysign(STEP, speed or torque)

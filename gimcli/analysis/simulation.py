@@ -23,7 +23,7 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.effort import plain
 from gimcli.motion.options import Options
 from gimcli.motion.position import law_start, solve
-from gimcli.motion.reducer import Reducer, State, free_inputs, release_of
+from gimcli.motion.reducer import Reducer, State, free_inputs, metre_of, release_of
 from gimcli.solvers.newton import Run
 from gimcli.solvers.ode import METHODS, make_solver
 from gimcli.status import Status
@@ -38,7 +38,6 @@ class Settings:
 
     method: str = "dop853"
     rtol: float = 1e-9  # of variables and speeds
-    atol: float = 1e-12  # rad, or lengths of the normal frame
     step: float = 1e-3  # s, of rk4
     standstills: int = 0  # end at this one; 0: do not
 
@@ -53,6 +52,7 @@ class Policy:
 
     steep: float = 12.0  # influence coefficient above which other variables are better: M grows with its square
     gentle: float = 6.0  # below which the inputs serve again: half of it, so that they do not change to and fro
+    absolute: float = 0.1  # absolute tolerance (rad, lengths about 1) beside the relative one: where a variable is 0
     energies: float = 1e30  # tolerance of the energies: they follow the motion, the steps do not follow them
     bisections: int = 60  # of a bracket: to the last digit
     lively: float = 1e-2  # part of the greatest kinetic energy above which speeds can be corrected by the energy
@@ -128,6 +128,7 @@ class Integration:
 
     def __init__(self, mechanism: Mechanism, times: FloatArray, settings: Settings, run: Run, progress: Any) -> None:
         self.mechanism, self.times, self.settings, self.progress = mechanism, times, settings, progress
+        metre_of(mechanism)
         self.free = free_inputs(mechanism)
         self.reducer = Reducer(mechanism, self.free, run)
         self.policy = Policy()
@@ -159,10 +160,11 @@ class Integration:
         for row, k in enumerate(reducer.given):
             inputs[k] = self._given(time, 0)[row]
         position = solve(mechanism, inputs, Options())
-        if position.status is not Status.OK:
+        if position.status is not Status.OK and not reducer.start_singular(inputs):
             self.status = position.status
             return None
-        reducer.start(position.z, inputs)
+        if position.status is Status.OK:
+            reducer.start(position.z, inputs)
         if not reducer.on_inputs:
             if any(speeds):
                 raise UsageError(
@@ -210,7 +212,7 @@ class Integration:
 
     def _solver(self, time: float, y: FloatArray, end: float) -> Any:
         settings, own = self.settings, 2 * len(self.free)
-        atol = np.array([settings.atol] * own + [self.policy.energies] * 2)
+        atol = np.array([self.policy.absolute * settings.rtol] * own + [self.policy.energies] * 2)
         return make_solver(settings.method, self._slopes, time, y, end, settings.rtol, atol, settings.step)
 
     def _slopes(self, time: float, y: FloatArray) -> FloatArray:

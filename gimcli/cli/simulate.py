@@ -28,6 +28,8 @@ HELP = (
 ROWS = 200
 MOST_ROWS = 1_000_000
 EVENTS = 12
+LEAST = 3e-14
+"""Relative tolerance below which steps are no more exact."""
 WORK = 6e-4
 """Seconds that one evaluation takes without compiling, about."""
 A_SECOND = 1500
@@ -63,8 +65,8 @@ def command(
 ) -> None:
     """Simulate."""
     from gimcli.analysis.simulation import Settings, simulate
-    from gimcli.analysis.simulation_table import refuse_taken_name, simulation_table
     from gimcli.analysis.simulation_table import reactions as find_reactions
+    from gimcli.analysis.simulation_table import refuse_taken_name, simulation_table
     from gimcli.analysis.verdict import explained
     from gimcli.cli.console import note, progress_bar
     from gimcli.model import load
@@ -81,7 +83,7 @@ def command(
     csv_path, png_path = out / f"{model.stem}.simulation.csv", out / f"{model.stem}.simulation.png"
     refuse_unwritable(csv_path, *([png_path] if png else []))
     run = choose(jit.value, time * A_SECOND * WORK, note, ("move",))
-    settings = Settings(method.value, max(rtol, 3e-14), rtol * 1e-3, step, until)
+    settings = Settings(method.value, max(rtol, LEAST), step, until)
     with explained(mechanism):
         found = simulate(mechanism, times, settings, run, progress_bar("simulating"))
     if until and found.status.word == "ok":
@@ -125,7 +127,9 @@ def _draw(found: Simulation, path: Path) -> None:
                 for k in own
             ]
             name = mechanism.actuators[own[0]].name if len(own) == 1 else "inputs"
-            marks = [_mark(mechanism, event, k, order) for k in own for event in found.events if event.time <= found.end]
+            marks = [
+                _mark(mechanism, event, k, order) for k in own for event in found.events if event.time <= found.end
+            ]
             if own:
                 panels.append(Panel(f"{name} {what}", curves, marks))
     energies = [(n, found.time, e) for n, e in zip(ENERGIES, found.energy, strict=True) if e.any()]

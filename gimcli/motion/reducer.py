@@ -16,9 +16,18 @@ from gimcli.mechanism import Actuator, ComplexArray, Drive, FloatArray, Mechanis
 from gimcli.motion.effort import plain
 from gimcli.solvers.newton import Run
 from gimcli.structure.acting import acting, moving_loads, with_rubbing
-from gimcli.structure.chart import Choice, free_choice, input_choice, make_chart, residuals
+from gimcli.structure.chart import Choice, free_choice, gradients, input_choice, make_chart, residuals
 from gimcli.structure.checks import direction
-from gimcli.structure.terms import Terms, make_terms
+from gimcli.structure.terms import make_terms
+
+CORRECTIONS = 20
+"""At the most, of a drawn position that is singular."""
+
+ASSEMBLED = 1e-13
+"""Residual of equations about 1 in size, below which a position is assembled."""
+
+SOFT = 1e-6
+"""Singular values below this part of the greatest move nothing in such corrections."""
 
 
 @dataclass(frozen=True)
@@ -60,13 +69,29 @@ class Reducer:
 
     def start(self, z: ComplexArray, inputs: FloatArray) -> None:
         """Stand at an assembled position; raise StructureError where the inputs do not tell it."""
+        self.stand(self._variables(z, inputs))
+
+    def _variables(self, z: ComplexArray, inputs: FloatArray) -> FloatArray:
         v = np.zeros(self.terms.variables)
         first = self.terms.first_reading
         v[0:first:2], v[1:first:2], v[-1] = z.real, z.imag, 1.0
         v[first : first + len(inputs)] = inputs
         gauges = self.terms.mechanism.actuators[len(inputs) :]
         v[first + len(inputs) : -1] = [reading(self.terms.mechanism, gauge, z) for gauge in gauges]
-        self.stand(v)
+        return v
+
+    def start_singular(self, inputs: FloatArray) -> bool:
+        """Stand at the drawn position, corrected, where the inputs do not tell it; return whether it is assembled."""
+        terms, first = self.terms, self.terms.first_reading
+        mechanism = terms.mechanism
+        v = self._variables(mechanism.drawn, inputs)
+        open_ones = [*terms.moving, *range(first + len(inputs), terms.variables - 1)]
+        for _ in range(CORRECTIONS):
+            error = residuals(terms, v)
+            if np.max(np.abs(error)) <= ASSEMBLED:
+                break
+            v[open_ones] -= np.linalg.lstsq(gradients(terms, v)[:, open_ones], error, rcond=SOFT)[0]
+        return bool(np.max(np.abs(residuals(terms, v))) <= ASSEMBLED and self.stand(v))
 
     def stand(self, v: FloatArray, choice: Choice | None = None) -> bool:
         """Choose independent variables at a place and stand there; tell whether that can be done."""
@@ -197,7 +222,9 @@ def metre_of(mechanism: Mechanism) -> float:
     """Return m per unit of the normal frame; raise UsageError where nothing has mass or lengths have no unit."""
     dynamics = mechanism.dynamics
     if not dynamics.inertias:
-        raise UsageError(f"{mechanism.name} has no masses: add `masses:` with a mass for at least one member that moves")
+        raise UsageError(
+            f"{mechanism.name} has no masses: add `masses:` with a mass for at least one member that moves"
+        )
     if dynamics.metre is None:
         raise UsageError(
             f"{mechanism.name} has lengths without a physical unit: write `units: {{length: m}}` or mm, cm, in, ft"
@@ -250,7 +277,5 @@ def _course(load: object) -> Callable[[float, float], float] | None:
 
 def holding(mechanism: Mechanism, actuator: int) -> Mechanism:
     """Return the mechanism with one input let go and no effort on it; the others stand still."""
-    releases = [
-        replace(release_of(mechanism, k), free=k == actuator) for k in range(len(mechanism.actuators))
-    ]
+    releases = [replace(release_of(mechanism, k), free=k == actuator) for k in range(len(mechanism.actuators))]
     return replace(mechanism, dynamics=replace(mechanism.dynamics, releases=tuple(releases)))

@@ -20,9 +20,9 @@ from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.drawing import Step
-    from gimcli.output.history import Panel
     from gimcli.output.forces import Effort
     from gimcli.output.groups import Box, Joint
+    from gimcli.output.history import Panel
     from gimcli.output.picture import Picture, Sheet
 
 __all__ = [

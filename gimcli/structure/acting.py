@@ -52,7 +52,10 @@ def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Actin
         metre,
         _ints([_arm(mechanism, i.member)[:2] for i in inertias], 2),
         _floats(
-            [(*_local(mechanism, i.member, i.centre), i.mass, i.moment, _square(mechanism, i.member)) for i in inertias],
+            [
+                (*_local(mechanism, i.member, i.centre), i.mass, i.moment, _square(mechanism, i.member))
+                for i in inertias
+            ],
             5,
         ),
         np.array([dynamics.gravity.real, dynamics.gravity.imag]),

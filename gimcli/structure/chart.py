@@ -133,9 +133,7 @@ def make_chart(terms: Terms, choice: Choice) -> influence.Chart:
 def groups(terms: Terms, choice: Choice) -> tuple[Block, ...]:
     """Return the blocks by equations and variables of the mechanism."""
     chart = make_chart(terms, choice)
-    return tuple(
-        Block((), tuple(int(v) for v in chart.unknown[head[1] : head[2]])) for head in chart.blocks
-    )
+    return tuple(Block((), tuple(int(v) for v in chart.unknown[head[1] : head[2]])) for head in chart.blocks)
 
 
 def _numbers(terms: Terms, t: Term, row: int, own: Sequence[int]) -> tuple[int, ...]:
