@@ -218,7 +218,7 @@ gravity: [0, -9.81]
 
 
 def test_a_double_pendulum_is_lagranges(tmp_path):
-    """Two free inputs, the second a floating one; Landau & Lifshitz, Mechanics, section 5, problem 1, for equal masses."""
+    """Two free inputs, the second a floating one; Landau & Lifshitz, Mechanics, section 5, problem 1, equal masses."""
 
     def slopes(_, y):
         a, b, p, q = y

@@ -109,7 +109,7 @@ def _times(time: float, dt: float | None) -> FloatArray:
     count = int(time / every * (1.0 + 1e-12))
     if count > MOST_ROWS:
         raise UsageError(f"--dt {every:g}: that are {count} rows, above {MOST_ROWS}; take a longer --dt")
-    return np.arange(count + 1) * every
+    return np.asarray(np.arange(count + 1) * every, dtype=np.float64)
 
 
 def _draw(found: Simulation, path: Path) -> None:

@@ -222,9 +222,7 @@ def metre_of(mechanism: Mechanism) -> float:
     """Return m per unit of the normal frame; raise UsageError where nothing has mass or lengths have no unit."""
     dynamics = mechanism.dynamics
     if not dynamics.inertias:
-        raise UsageError(
-            f"{mechanism.name} has no masses: add `masses:` with a mass for at least one member that moves"
-        )
+        raise UsageError(f"{mechanism.name} has no masses: add `masses:` with at least one member that moves")
     if dynamics.metre is None:
         raise UsageError(
             f"{mechanism.name} has lengths without a physical unit: write `units: {{length: m}}` or mm, cm, in, ft"

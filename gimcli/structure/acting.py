@@ -48,16 +48,13 @@ def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Actin
     rubs, rub = _pivots(mechanism)
     efforts = {r.actuator: r.effort for r in dynamics.releases}
     motors = [(first + k, _angle(mechanism.actuators[k])) for k in released]
+    masses = [
+        (*_local(mechanism, i.member, i.centre), i.mass, i.moment, _square(mechanism, i.member)) for i in inertias
+    ]
     return Acting(
         metre,
         _ints([_arm(mechanism, i.member)[:2] for i in inertias], 2),
-        _floats(
-            [
-                (*_local(mechanism, i.member, i.centre), i.mass, i.moment, _square(mechanism, i.member))
-                for i in inertias
-            ],
-            5,
-        ),
+        _floats(masses, 5),
         np.array([dynamics.gravity.real, dynamics.gravity.imag]),
         _ints([(*_arm(mechanism, load.member)[:2], int(load.follows)) for load in loads], 3),
         _floats([_load(mechanism, load) for load in loads], 6),
@@ -79,7 +76,8 @@ def moving_loads(mechanism: Mechanism) -> list[Load]:
 
 def _pivots(mechanism: Mechanism) -> tuple[list[tuple[int, ...]], list[tuple[float, ...]]]:
     """Return the pairs of members that rub at revolute pairs, each against the first at the node."""
-    rubs, rub = [], []
+    rubs: list[tuple[int, ...]] = []
+    rub: list[tuple[float, ...]] = []
     holders = members_of(mechanism)
     for friction in mechanism.dynamics.frictions:
         if friction.slide < 0:

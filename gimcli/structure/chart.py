@@ -110,7 +110,8 @@ def make_chart(terms: Terms, choice: Choice) -> influence.Chart:
         for variable in sorted(_met(terms, terms.equations[row])):
             if variable in column:
                 entered[column[variable]].append(k)
-    heads, unknown, rounds, ints, floats = [], [], [], [], []
+    heads, unknown, rounds = [], list[int](), list[float]()
+    ints, floats = list[tuple[int, ...]](), list[float]()
     for block in split(len(choice.rows), entered):
         own = [choice.unknown[k] for k in block.columns]
         equations = [terms.equations[choice.rows[k]] for k in block.rows]
