@@ -12,7 +12,7 @@ import typer
 from typer.core import TyperGroup
 
 from gimcli import __version__
-from gimcli.cli import forces, groups, mobility, schema, sequence, simulate, solve, trace, tradeoff
+from gimcli.cli import forces, groups, mobility, reduce, schema, sequence, simulate, solve, trace, tradeoff
 from gimcli.errors import GimError
 
 
@@ -53,7 +53,7 @@ def _main(
     pass
 
 
-for module in (solve, trace, sequence, mobility, groups, forces, tradeoff, simulate, schema):
+for module in (solve, trace, sequence, mobility, groups, forces, tradeoff, simulate, reduce, schema):
     app.command(module.NAME, help=module.HELP)(module.command)
 
 

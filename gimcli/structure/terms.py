@@ -106,10 +106,10 @@ class Polynomial:
         return Polynomial({key: -factor for key, factor in self.terms.items()}, self.one)
 
     def __sub__(self, other: Any) -> Polynomial:
-        return self + (-other)
+        return self.__add__(-other)
 
     def __rsub__(self, other: Any) -> Polynomial:
-        return (-self) + other
+        return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> Polynomial:
         total: dict[Key, complex] = {}
