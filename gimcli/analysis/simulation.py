@@ -11,6 +11,7 @@ for the change of independent variables.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -24,6 +25,7 @@ from gimcli.motion.effort import plain
 from gimcli.motion.options import Options
 from gimcli.motion.position import law_start, solve
 from gimcli.motion.reducer import Reducer, State, free_inputs, metre_of, release_of
+from gimcli.motion.striding import Strider
 from gimcli.solvers.newton import Run
 from gimcli.solvers.ode import METHODS, make_solver
 from gimcli.status import Status
@@ -180,15 +182,21 @@ class Integration:
         self._tell(time, y)
         end = float(self.times[-1])
         while time < end:
-            solver = self._solver(time, y, end)
             if not self._accept(time, y):  # the signs of a new piece
                 self.status = self._reason()
                 break
+            solver = self._strider(time, y, end) or self._solver(time, y, end)
             changed = False
             while solver.status == "running" and not changed:
-                if solver.step() is not None or not np.all(np.isfinite(solver.y)):
+                if isinstance(solver, Strider):
+                    solver.due(self._due)
+                failed = solver.step() is not None or not np.all(np.isfinite(solver.y))
+                if isinstance(solver, Strider):
+                    self._last_y = solver.before.copy()
+                    self._standing = list(self._last_y[len(self.free) : 2 * len(self.free)])
+                if failed:
                     break
-                self.steps += 1
+                self.steps += 0 if isinstance(solver, Strider) else 1
                 if self._pass(solver):
                     return self.events[-1].time
                 if not self._accept(solver.t, solver.y):
@@ -197,8 +205,8 @@ class Integration:
                 changed = self._is_steep() or self._is_gentle()
                 if self.progress is not None:
                     self.progress(int(1000 * solver.t / end), 1000)
-            self.evaluations += solver.nfev
-            time, y = solver.t, solver.y
+            self._count(solver)
+            time, y = solver.t, np.array(solver.y)
             if solver.status == "finished":
                 break
             moved = self._change(changed)
@@ -214,6 +222,23 @@ class Integration:
         settings, own = self.settings, 2 * len(self.free)
         atol = np.array([self.policy.absolute * settings.rtol] * own + [self.policy.energies] * 2)
         return make_solver(settings.method, self._slopes, time, y, end, settings.rtol, atol, settings.step)
+
+    def _strider(self, time: float, y: FloatArray, end: float) -> Strider | None:
+        """Return the solver that takes many steps in one compiled call, where nothing has to be asked between."""
+        reducer, settings, policy = self.reducer, self.settings, self.policy
+        compiled = reducer.run is not plain and settings.method == "dop853"
+        if not compiled or reducer.given or not reducer.constant or not reducer.on_inputs or not self.rows:
+            return None
+        start = float(self.rows[0].energy[KINETIC] + self.rows[0].energy[POTENTIAL])
+        return Strider(
+            reducer, self._slopes, time, y, end, settings.rtol, policy.absolute * settings.rtol, policy.steep,
+            policy.lively, (start, self.liveliest),
+        )  # fmt: skip
+
+    @property
+    def _due(self) -> float:
+        """Time of the next row."""
+        return float(self.times[len(self.rows)]) if len(self.rows) < len(self.times) else math.inf
 
     def _slopes(self, time: float, y: FloatArray) -> FloatArray:
         """Return y' (2 f + 2,); NaN where there is no position."""
@@ -253,9 +278,8 @@ class Integration:
     def _pass(self, solver: Any) -> bool:
         """Tell rows and events of the last step; return whether the motion is to end there."""
         before, after = self._signals(solver.t_old, None), self._signals(solver.t, solver.y)
-        due = self.times[len(self.rows)] if len(self.rows) < len(self.times) else np.inf
         crossed = [k for k, (a, b) in enumerate(zip(before, after, strict=True)) if a * b < 0.0]
-        if due > solver.t and not crossed:
+        if self._due > solver.t and not crossed:
             return False
         path, ending = solver.dense_output(), False
         found = sorted((self._refined(solver, path, k) for k in crossed), key=lambda event: event.time)
@@ -271,8 +295,14 @@ class Integration:
             if not self._tell(at, solver.y if at == solver.t else path(at)):
                 break
         if ending:
-            self.evaluations += solver.nfev
+            self._count(solver)
         return ending
+
+    def _count(self, solver: Any) -> None:
+        self.evaluations += solver.nfev
+        if isinstance(solver, Strider):
+            self.steps += solver.steps
+            self.corrected += solver.corrected
 
     def _signals(self, time: float, y: FloatArray | None) -> list[float]:
         """Return what changes its sign at the events: speeds of the free inputs, and at their dead point a determinant.
