@@ -311,6 +311,8 @@ class Integration:
         """
         if y is None:
             return self._standing
+        if self.reducer.on_inputs:
+            return [float(v) for v in y[len(self.free) : 2 * len(self.free)]]
         if not self._move(time, y):
             return [0.0] * len(self._standing)
         return self._here(y)

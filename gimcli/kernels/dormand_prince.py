@@ -19,10 +19,10 @@ STAGES = 12
 SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -0.125
 
 WANTED, FINISHED, FAILED = range(3)
-"""Why a call ends: its last step holds a row or an event, or leads to where M grows; the end; no step is short enough."""
+"""Why a call ends: its last step holds a row, an event or a steep M; the end is reached; no step is short enough."""
 
 NOW, BEFORE, STEP, DUE, END, RTOL, ATOL, STEEP, LIVELY, LIVELIEST, START, CORRECTED, SHORTEST = range(13)
-"""Entries of `clock`: times of the state and of that before, step, next row, end; tolerances; see `Policy`; energies."""
+"""Entries of `clock`: times of the state and of that before, step, next row, end; tolerances; `Policy`; energies."""
 
 CLOCK = 13
 
@@ -76,7 +76,7 @@ def slopes(m: Model, y: FloatArray, to: FloatArray) -> bool:
     return good
 
 
-@stage
+@kernel
 def try_step(m: Model, t: Tableau, s: States, h: float) -> float:
     """Take a step to `trial`; return its error beside the tolerance, infinite where there is no position."""
     n = s.y.shape[0]
@@ -104,7 +104,7 @@ def try_step(m: Model, t: Tableau, s: States, h: float) -> float:
     return h * five / math.sqrt((five + 0.01 * three) * (n - 2))
 
 
-@stage
+@kernel
 def keep_energy(m: Model, s: States) -> None:
     """Correct the speeds just reached for the energy of the start."""
     clock, f = s.clock, m.gain.shape[0]
@@ -120,7 +120,7 @@ def keep_energy(m: Model, s: States) -> None:
     slopes(m, s.y, s.k[0])
 
 
-@stage
+@kernel
 def is_wanted(m: Model, s: States) -> bool:
     """Tell whether the step just taken holds a row or an event, or ends where M is steep."""
     f = m.gain.shape[0]

@@ -85,7 +85,7 @@ def refresh(c: Chart, v: FloatArray, f: FloatArray, reading: int) -> None:
         f[0, k + 1], f[1, k + 1], f[2, k + 1] = u * u, 2.0 * u, 2.0
 
 
-@stage
+@kernel
 def lay_block(c: Chart, v: FloatArray, g: int, room: Room) -> None:
     """Lay out the values and the gradients of a block's equations."""
     n = c.blocks[g, 2] - c.blocks[g, 1]
@@ -106,10 +106,22 @@ def lay_block(c: Chart, v: FloatArray, g: int, room: Room) -> None:
 
 
 @stage
+def factor_wide(a: FloatArray, n: int, order: FloatArray) -> float:
+    """Factor the gradients of a block of more than two."""
+    return lu_factor(a, n, order)
+
+
+@stage
+def solve_wide(a: FloatArray, n: int, order: FloatArray, right: FloatArray) -> None:
+    """Solve with what `factor_wide` left."""
+    lu_solve(a, n, order, right)
+
+
+@kernel
 def factor_block(a: FloatArray, n: int, order: FloatArray) -> float:
     """Factor a block's gradients; return the determinant of one or two, else its sign; 0 where it is singular."""
     if n > 2:
-        return lu_factor(a, n, order)
+        return factor_wide(a, n, order)
     if n == 1:
         determinant = a[0, 0]
         a[0, 0] = 1.0 / determinant if determinant != 0.0 else 0.0
@@ -122,11 +134,11 @@ def factor_block(a: FloatArray, n: int, order: FloatArray) -> float:
     return determinant
 
 
-@stage
+@kernel
 def solve_block(a: FloatArray, n: int, order: FloatArray, right: FloatArray) -> None:
     """Solve with what `factor_block` left."""
     if n > 2:
-        lu_solve(a, n, order, right)
+        solve_wide(a, n, order, right)
     elif n == 1:
         right[0] *= a[0, 0]
     else:
@@ -172,7 +184,7 @@ def meet(room: Room, e: float, f: float, sign: float) -> bool:
     return True
 
 
-@stage
+@kernel
 def settle_block(c: Chart, v: FloatArray, g: int, sign: float, room: Room) -> bool:
     """Find the variables of a block near where they are; leave its gradients there."""
     kind, begin, end = c.blocks[g, 0], c.blocks[g, 1], c.blocks[g, 2]
@@ -205,7 +217,7 @@ def settle_block(c: Chart, v: FloatArray, g: int, sign: float, room: Room) -> bo
     return False
 
 
-@stage
+@kernel
 def differentiate_block(c: Chart, to: Place, g: int, room: Room) -> None:
     """Find dv/ds of a block whose gradients are factored."""
     begin, n = c.blocks[g, 1], c.blocks[g, 2] - c.blocks[g, 1]
@@ -222,7 +234,7 @@ def differentiate_block(c: Chart, to: Place, g: int, room: Room) -> None:
             b[c.unknown[begin + i]] = right[i]
 
 
-@stage
+@kernel
 def accelerate_block(c: Chart, to: Place, g: int, speeds: FloatArray, room: Room) -> None:
     """Find the velocities of a block, and its accelerations without those of s."""
     begin, n = c.blocks[g, 1], c.blocks[g, 2] - c.blocks[g, 1]
@@ -281,7 +293,7 @@ def settle(c: Chart, to: Place, speeds: FloatArray, room: Room) -> bool:
     return True
 
 
-@stage
+@kernel
 def is_straight(last: Place, to: Place, step: FloatArray) -> bool:
     """Tell whether a position continues another smoothly: neither a turn in between nor another branch."""
     reach = 0.0
@@ -320,7 +332,7 @@ def try_step(c: Chart, last: Place, to: Place, speeds: FloatArray, room: Room) -
     return settle(c, to, speeds, room) and is_straight(last, to, room.step)
 
 
-@stage
+@kernel
 def follow(c: Chart, last: Place, to: Place, target: FloatArray, speeds: FloatArray, room: Room) -> bool:
     """Follow the motion from the last place to independent variables `target`; `last` moves along.
 

@@ -160,7 +160,7 @@ def reduce_friction(p: Acting, at: Place, room: Room, out: Reduced) -> None:
             out.q[k] -= p.rub[i, 0] * speed * share
 
 
-@stage
+@kernel
 def reduce(p: Acting, at: Place, room: Room, factors: FloatArray, out: Reduced) -> None:
     """Reduce everything; `rate` needs unit speed of the first independent variable alone."""
     size = at.b.shape[0]
@@ -179,7 +179,7 @@ def reduce(p: Acting, at: Place, room: Room, factors: FloatArray, out: Reduced) 
             out.m[j, k] = out.m[k, j]
 
 
-@stage
+@kernel
 def accelerate(out: Reduced, free: int, given: FloatArray, room: Room, gain: FloatArray) -> bool:
     """Find the accelerations `gain` (k,) of the first `free` independent variables; the others are given.
 
