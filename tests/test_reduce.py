@@ -136,6 +136,7 @@ def test_slopes_are_those_of_the_values():
         mechanism = let_go(stem, loaded)
         found = reduce_to_input(mechanism, 0, 1440, compiled)
         rows = np.flatnonzero(np.isfinite(found.inertia[:-4]) & np.isfinite(found.inertia[4:]))[::37] + 2
+        rows = rows[2:]  # the double butterfly begins near a dead point
         unit = 1.0 if mechanism.actuators[0].drive is Drive.ROTARY else mechanism.dynamics.metre
         h = (found.q[1] - found.q[0]) * unit
         assert len(rows) > 20

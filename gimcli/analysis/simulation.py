@@ -57,7 +57,7 @@ class Policy:
     absolute: float = 0.1  # absolute tolerance (rad, lengths about 1) beside the relative one: where a variable is 0
     energies: float = 1e30  # tolerance of the energies: they follow the motion, the steps do not follow them
     bisections: int = 60  # of a bracket: to the last digit
-    lively: float = 1e-2  # part of the greatest kinetic energy above which speeds can be corrected by the energy
+    lively: float = 1e-2  # part of the greatest energies above which the kinetic one tells speeds to enough digits
 
 
 @dataclass(frozen=True)
@@ -193,6 +193,7 @@ class Integration:
                 failed = solver.step() is not None or not np.all(np.isfinite(solver.y))
                 if isinstance(solver, Strider):
                     self._last_y = solver.before.copy()
+                    self.liveliest = max(self.liveliest, solver.liveliest)
                     self._standing = list(self._last_y[len(self.free) : 2 * len(self.free)])
                 if failed:
                     break
@@ -409,7 +410,7 @@ class Integration:
         kinetic, potential = (float(e) for e in self.reducer.out.energy[[KINETIC, POTENTIAL]])
         start = self.rows[0].energy
         self.liveliest = max(self.liveliest, kinetic)
-        if not kinetic > self.policy.lively * self.liveliest:
+        if not kinetic > self.policy.lively * max(self.liveliest, abs(potential)):
             return y, 0.0
         excess, own = kinetic + potential - float(start[KINETIC] + start[POTENTIAL]), len(self.free)
         y = y.copy()

@@ -110,7 +110,7 @@ def keep_energy(m: Model, s: States) -> None:
     clock, f = s.clock, m.gain.shape[0]
     kinetic, potential = m.out.energy[KINETIC], m.out.energy[POTENTIAL]
     clock[LIVELIEST] = max(clock[LIVELIEST], kinetic)
-    if not kinetic > clock[LIVELY] * clock[LIVELIEST]:
+    if not kinetic > clock[LIVELY] * max(clock[LIVELIEST], abs(potential)):
         return
     excess = kinetic + potential - clock[START]
     clock[CORRECTED] += abs(excess)

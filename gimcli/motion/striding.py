@@ -121,6 +121,11 @@ class Strider:
         return int(self.states.counts[1])
 
     @property
+    def liveliest(self) -> float:
+        """Greatest kinetic energy met [J]."""
+        return float(self.states.clock[kernels.LIVELIEST])
+
+    @property
     def corrected(self) -> float:
         """Energy corrected [J], added up without signs."""
         return float(self.states.clock[kernels.CORRECTED])
