@@ -10,6 +10,7 @@ import numpy as np
 import positions
 import pytest
 import random_starts
+import rates
 
 
 def rows_of(name, folder):
@@ -26,6 +27,14 @@ def test_positions(tmp_path, monkeypatch):
     assert all(float(r["difference"]) <= 1e-9 for r in rows if r["program"] == "gim")
     dyadic = [r for r in rows if r["program"] in positions.peers.PEERS and r["mechanism"] == "jansen"]
     assert [r["note"] for r in dyadic] == ["not installed"] * 3
+
+
+def test_rates(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pylinkage", None)
+    rates.main(["--steps", "200", "--repeats", "1", "--out", str(tmp_path)])
+    rows = rows_of("rates", tmp_path)
+    assert {r["mechanism"] for r in rows} == set(rates.NAMES)
+    assert all(float(r["difference"]) <= 1e-6 for r in rows if r["program"] == "2 derivatives")
 
 
 def test_loops_by_hand_hold_their_lengths():

@@ -45,7 +45,9 @@ def test_a_dyadic_trace_pays_for_nothing_that_it_does_not_use(tmp_path):
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
-@pytest.mark.parametrize("command", ["solve", "trace", "sequence", "mobility", "tradeoff", "schema"])
+@pytest.mark.parametrize(
+    "command", ["solve", "trace", "sequence", "mobility", "groups", "forces", "tradeoff", "schema"]
+)
 def test_every_command_has_help_with_an_example(command):
     assert "Example" in gim(command, "--help")
 

@@ -12,6 +12,7 @@ from test_forces import moved, on, total_on_frame, weighted, written
 from typer.testing import CliRunner
 
 from gimcli.analysis.force_motion import ForceMotion
+from gimcli.analysis.force_table import reaction_columns
 from gimcli.analysis.forces import motion_forces
 from gimcli.cli import app
 from gimcli.motion.motion import stream, trace
@@ -179,6 +180,52 @@ def test_a_spring_along_a_guide_with_its_free_travel(tmp_path):
     assert found.loads.potential == pytest.approx(20 * (4 - x) ** 2)
 
 
+LEVER = """\
+nodes: {G: [0, 0], H: [5, 0], O: [3, 0], A: [4, 0]}
+ground: [G, O]
+links: {crank: [O, A], lever: [G, H]}
+prismatic: {slot: {node: A, guide: [G, H], offset: 0.3}}
+actuators: {motor: {type: rotary, pivot: O, arm: A, law: {from: 20, to: 380}}}
+"""
+
+
+@pytest.mark.parametrize("element", ["friction: {slot: 12}", "dampers: {d: {node: A, guide: [G, H], damping: 12}}"])
+def test_friction_in_a_slot_beside_the_levers_pivot(element, tmp_path):
+    """s^2 = |GA|^2 - 0.3^2; a massless lever: s N = 0.3 f, the friction f being 12 s' against the pin."""
+    motion = trace(written(tmp_path, LEVER + element + "\n"), 24)
+    found = motion_forces(motion)
+    a, w = motion.inputs[0], 2 * math.pi
+    s = np.sqrt(10 + 6 * np.cos(a) - 0.09)
+    rate = -3 * np.sin(a) * w / s
+    assert found.effort(0) == pytest.approx(12 * rate**2 / w, abs=1e-10)
+    assert found.normal("slot") == pytest.approx(-0.3 * 12 * rate / s, abs=1e-9)
+    assert np.max(np.abs(found.shaking_force)) < 1e-9  # nothing from outside
+
+
+@pytest.mark.parametrize("nodes", ["[G, A]", "[A, G]"])
+def test_a_ram_on_a_pin_of_two_links(nodes, tmp_path):
+    """The links are massless and loaded at their ends only: each receives a force along itself."""
+    text = f"""\
+nodes: {{O: [0, 0], A: [1, 2], B: [4, 0], G: [3, -1], H: [9, 0]}}
+ground: [O, G, H]
+links: {{left: [O, A], right: [A, B]}}
+prismatic: {{slide: {{node: B, guide: [O, H]}}}}
+actuators: {{ram: {{type: linear, nodes: {nodes}, law: {{by: 0.3}}}}}}
+loads: {{push: {{on: right, local: [{math.hypot(3, 2)}, 0], force: [-60, 0]}}}}
+"""
+    mechanism = written(tmp_path, text)
+    motion = trace(mechanism, 4)
+    found = motion_forces(motion)
+    z = {name: motion.z[k] for k, name in enumerate(mechanism.nodes)}
+    left, right = on(found, "A", "left"), on(found, "A", "right")
+    for force, bar in ((left, z["A"] - z["O"]), (right, z["B"] - z["A"])):
+        assert np.max(np.abs((bar.conj() * force).imag)) < 1e-10
+        assert np.min(np.abs(force)) > 1.0
+    ram = z["A"] - z["G"]
+    assert np.max(np.abs(left + right - found.effort(0) * ram / np.abs(ram))) < 1e-10
+    assert right.real == pytest.approx(60.0)
+
+
 def test_a_moment_in_a_prismatic_pair(tmp_path):
     """A torque on the slider alone is borne by its guide, and so is a force beside the pin."""
     text = (
@@ -189,6 +236,35 @@ def test_a_moment_in_a_prismatic_pair(tmp_path):
     assert found.effort(0) == pytest.approx(0.0, abs=1e-12)
     assert found.normal("slide") == pytest.approx(8.0)
     assert found.moment("slide") == pytest.approx(0.5 * 8 - 6)  # about B
+
+
+BLOCK = """\
+nodes: {O: [0, 0], A: [0, 1], B: [2, 0], C: [2.5, 0], D: [3, 2], E: [3, 0], G: [9, 0]}
+ground: [O, E, G]
+links: {slider: [B, C], crank: [O, A], rod: [A, B], arm: [B, D]}
+prismatic: {slide: {nodes: [B, C], guide: [O, G]}, hook: {node: D, guide: [E, G], offset: 2}}
+actuators: {ram: {type: linear, node: B, guide: [O, G], law: {from: 2, to: 2.2}}}
+"""
+
+
+@pytest.mark.parametrize("element", ["", "springs: {s: {node: B, guide: [O, G], stiffness: 50, free: 1}}\n"])
+def test_what_holds_or_drives_a_slider_acts_on_the_slider(element, tmp_path):
+    """Three links at B, the slider named first: crank and rod are unloaded, the arm hangs on B and its hook.
+
+    What the three receive from the pin adds up to nothing, whatever the guide, the ram and the spring do to the slider.
+    """
+    loads = "loads: {w: {on: arm, at: [2.5, 1], force: [7, -12]}}\n"
+    found = motion_forces(trace(written(tmp_path, BLOCK + loads + element), 2))
+    slider, rod, arm = (on(found, "B", name) for name in ("slider", "rod", "arm"))
+    assert np.max(np.abs(slider + rod + arm)) < 1e-12
+    assert np.max(np.abs(rod)) < 1e-12
+    assert np.max(np.abs(arm - (found.normal("hook") * -1j + complex(-7, 12)))) < 1e-12
+    assert found.effort(0) == pytest.approx(
+        (50.0 * (found.course.inputs[0] * found.mechanism.scale - 1) if element else 0) - 7
+    )
+    assert found.normal("slide") == pytest.approx(-slider.imag)
+    names = {column.name for column in reaction_columns(found)}
+    assert {"B.slider.fx", "B.rod.fx", "B.arm.fx"} <= names
 
 
 def test_the_potential_is_what_gravity_and_springs_have_done():
@@ -260,6 +336,21 @@ def test_what_meets_at_a_pin_is_in_balance(tmp_path):
     assert np.max(np.abs(total - forces.loads.pins[pin.node])[good]) < 1e-10 * np.max(np.abs(total[good]))
 
 
+def test_pieces_tell_what_the_whole_motion_tells():
+    mechanism = weighted(MODELS / "watt_1.yaml")
+    whole, pieces = ForceMotion(mechanism, 61), ForceMotion(mechanism, 61)
+    whole.take(trace(mechanism, 60))
+    for piece in stream(mechanism, 60, rows=13):
+        pieces.take(piece)
+    assert pieces.told == whole.told == 61
+    for name, (value, unit, at) in whole.peaks.greatest.items():
+        told = pieces.peaks.greatest[name]
+        assert (told[0], told[1], told[2]) == (pytest.approx(value, rel=1e-9), unit, pytest.approx(at))
+    assert pieces.peaks.power == pytest.approx(whole.peaks.power)
+    for one, two in zip(whole.kept, pieces.kept, strict=True):
+        assert two == pytest.approx(one, rel=1e-9, abs=1e-9)
+
+
 def test_the_command_writes_columns_picture_and_report(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(app, ["forces", str(MODELS / "watt_1.yaml"), "--steps", "36", "--json"])
@@ -323,3 +414,55 @@ masses: {crank: {mass: 1}, rod: {mass: 2}}
     assert [row.split(",")[-1] for row in rows[1:-1]] == ["ok"] * 8
     assert rows[-1].split(",")[-1] in ("singular", "unreachable")
     assert rows[-1].split(",")[3] == ""
+
+
+def test_the_benchmark_runs(tmp_path):
+    """Tiny; what it times is not looked at."""
+    import inverse_dynamics
+    import machine
+
+    inverse_dynamics.main(["--steps", "40", "--repeats", "1", "--out", str(tmp_path)])
+    lines = machine.result_path("inverse_dynamics", tmp_path).read_text().splitlines()
+    assert lines[0] == "mechanism,steps,positions,accelerations,forces"
+    assert len(lines) == 3
+
+
+def test_forces_cost_little_beside_positions():
+    """One process, both compiled; measured 5 times the positions' cost, which a share of numpy's overhead blurs."""
+    import time
+
+    import inverse_dynamics as bench
+
+    mechanism = bench.weighted("crank_rocker")
+    options = bench.Options(jit="on")
+    motion, courses = trace(mechanism, 20_000, options), bench.Courses(mechanism, 0, "on")
+    bodies, course = bench.statics(mechanism), courses(motion)
+    bench.inverse_dynamics(bodies, course, bench.compiled)
+    sides = (
+        lambda: trace(mechanism, 20_000, options),
+        lambda: bench.inverse_dynamics(bodies, courses(motion), bench.compiled),
+    )
+    best = [math.inf, math.inf]
+    for _ in range(5):
+        for k, side in enumerate(sides):
+            begin = time.thread_time()
+            side()
+            best[k] = min(best[k], time.thread_time() - begin)
+    assert best[1] < 25.0 * best[0]
+
+
+def test_a_trace_imports_nothing_of_this():
+    """Not even of a model with masses, loads and a table."""
+    import subprocess
+    import sys
+
+    code = f"""
+import sys
+from gimcli.model import load
+from gimcli.motion.motion import trace
+trace(load({str(MODELS / "watt_1.yaml")!r}), 3)
+heavy = ("forces", "force_", "loading", "course", "statics", "equilibrium", "scipy.interpolate")
+print([name for name in sys.modules if any(part in name.removeprefix("gimcli.") for part in heavy)])
+"""
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "[]"

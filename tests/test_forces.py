@@ -12,9 +12,11 @@ import pytest
 import yaml
 from conftest import MODELS, changed
 
+from gimcli.analysis.course import Course
 from gimcli.analysis.derivatives import rates
+from gimcli.analysis.force_table import reaction_columns
 from gimcli.analysis.forces import directions, equilibrium, inverse_dynamics, motion_forces
-from gimcli.analysis.loading import Course
+from gimcli.analysis.influence import Influence
 from gimcli.errors import UsageError
 from gimcli.kernels.equilibrium import COUPLE
 from gimcli.kernels.jit import compiled
@@ -276,6 +278,23 @@ def test_power_and_what_the_frame_bears_on_every_model(model):
     assert np.max(np.abs(moment - forces.shaking_moment)[good]) < 1e-9 * scale * size
 
 
+def test_efforts_are_what_virtual_work_says_on_every_model(model):
+    """Effort = -B' (applied - inertia) for every input: influence coefficients, and no reaction at all."""
+    mechanism = weighted(model)
+    motion, forces, good = moved(mechanism)
+    found = Influence(mechanism).over(motion.z, motion.inputs)
+    loads, scale = forces.loads, np.nanmax(np.abs(forces.unknowns[:, good]))
+    for a in range(len(mechanism.actuators)):
+        work = np.zeros(len(motion.time))
+        for k, body in enumerate(forces.statics.bodies):
+            force = loads.inertia_force[k] - loads.force[k]
+            work += (found.points[body.node, a].conj() * force).real
+            if body.member != NONE:
+                work += found.angles[body.member - 1, a] * (loads.inertia_moment[k] - loads.moment[k])
+        told = forces.unknowns[forces.statics.efforts[a]]
+        assert np.max(np.abs(work - told)[good]) < 1e-9 * max(scale, np.max(np.abs(work[good])))
+
+
 def test_blocks_and_the_whole_system_agree_on_every_model(model):
     """Group by group in the reverse order of formation, and all equations at once by LAPACK."""
     mechanism = weighted(model)
@@ -378,3 +397,26 @@ def test_plain_and_compiled_kernels_give_the_same_numbers(tmp_path):
         motion = trace(mechanism, 12)
         one, two = motion_forces(motion), motion_forces(motion, compiled)
         assert np.array_equal(one.unknowns, two.unknowns, equal_nan=True)
+
+
+def test_the_second_named_member_receives_the_force(tmp_path):
+    """`elements` written before `links`: where one of each meet, the force told is the opposite."""
+    text = (MODELS / "watt_1.yaml").read_text()
+    links, elements = text.index("links:"), text.index("elements:")
+    after = text.index("actuators:")
+    swapped = text[:links] + text[elements:after] + text[links:elements] + text[after:]
+    one, two = (reaction_table(load(MODELS / "watt_1.yaml")), reaction_table(written(tmp_path, swapped)))
+    assert np.max(np.abs(one["C.fx"])) > 1.0
+    for name, factor in (
+        ("C.fx", -1.0),
+        ("D.fy", -1.0),
+        ("A.fx", -1.0),
+        ("B.fx", 1.0),
+        ("E.fy", 1.0),
+        ("motor.effort", 1.0),
+    ):
+        assert two[name] == pytest.approx(factor * one[name], abs=1e-9)
+
+
+def reaction_table(mechanism):
+    return {column.name: column.values for column in reaction_columns(motion_forces(trace(mechanism, 8)))}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -201,3 +202,21 @@ def test_the_schema_knows_the_dynamic_part():
     assert not valid.is_valid({**good, "friction": {"O": "much"}})
     told = schema["$defs"]["Spring"]["properties"]["stiffness"]["description"]
     assert "N/m" in told
+
+
+def test_the_readmes_pieces_are_accepted(folder):
+    text = (Path(__file__).parents[1] / "README.md").read_text().split("## Forces")[1]
+    piece = text.split("```yaml\n")[1].split("```")[0]
+    (folder / "press.csv").write_text("angle,force\n0,100\n360,200\n")
+    base = """\
+units: {length: mm}
+nodes: {O: [0, 0], A: [20, 0], B: [90, 0], C: [110, 0], G: [200, 0]}
+ground: [O, G]
+links: {crank: [O, A], rod: [A, B], slider: [B, C]}
+prismatic: {slide: {nodes: [B, C], guide: [O, G]}}
+actuators: {motor: {type: rotary, pivot: O, arm: A}}
+"""
+    dynamics = loaded(folder, base + piece).dynamics
+    assert [load.name for load in dynamics.loads] == ["push", "press", "screw"]
+    assert [spring.name for spring in dynamics.springs] == ["coil", "torsion"]
+    assert len(dynamics.frictions) == 2

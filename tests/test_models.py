@@ -619,6 +619,19 @@ PLATFORM_GOAL = -14 + 6j + PLATFORM * ray(20)
 RAMS = abs(PLATFORM_GOAL - [0, 15.91, 10j])
 
 
+@law("innocenti_group", 50)
+def innocenti_loops(m):
+    """The three published loop equations, the vectors' lengths as printed."""
+    a0, b0, c0 = 0.7 + 0.2j, 0.6, 0.5 - 0.5j
+    plate_2, plate_5 = (m.xy("Q") - m.xy("P")) / 0.8, (m.xy("T") - m.xy("R")) / 0.8
+    t1, t3, t4, t6 = (m.xy(b) - m.xy(a) for a, b in (("A0", "P"), ("A1", "Q"), ("A2", "T"), ("A3", "V")))
+    for vector, length in ((t1, m.value["ram"]), (t3, 0.4), (t4, 0.6), (t6, 0.9), (plate_2, 1), (plate_5, 1)):
+        yield abs(vector), length
+    yield t1 + 0.8 * plate_2 - t3, a0
+    yield (0.6 + 0.5j) * plate_2 + t3 - t4 + 0.8 * plate_5, b0
+    yield t4 + (0.4 + 0.3j) * plate_5 - t6, c0
+
+
 @law("platform_3rpr", 40, ram_1=(14.98, RAMS[0]), ram_2=(15.38, RAMS[1]), ram_3=(12, RAMS[2]))
 def forward_after_inverse_of_the_rams(m):
     """The rams' lengths follow from the platform's place in closed form; the first row is Innocenti's."""

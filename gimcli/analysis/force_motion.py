@@ -6,16 +6,16 @@ from collections.abc import Callable
 
 import numpy as np
 
+from gimcli.analysis.course import Courses, Turns
 from gimcli.analysis.force_table import Peaks, open_reactions, told
-from gimcli.analysis.forces import Forces, inverse_dynamics, motion_course
-from gimcli.analysis.loading import Turns
+from gimcli.analysis.forces import Forces, inverse_dynamics
 from gimcli.analysis.summary import DRAWN, Summary
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.effort import choose, plain
 from gimcli.motion.motion import Motion
 from gimcli.structure.statics import Statics, statics
 
-EACH = 4e-6
+EACH = 2.5e-6
 """Seconds that a term of the equations takes without compiling, about."""
 
 
@@ -26,7 +26,7 @@ class ForceMotion:
         self.statics: Statics = statics(mechanism)
         work = EACH * rows * sum(map(len, self.statics.columns))
         self.run = plain if self.statics.surplus else choose(jit, work, tell, ("balance_rows",))
-        self.turns = Turns()
+        self.courses, self.turns = Courses(mechanism, rows, jit, tell), Turns()
         self.summary, self.peaks = Summary(rows), Peaks(mechanism)
         self.told = 0
         self.open: list[str] = []  # reactions that redundant constraints leave open
@@ -35,7 +35,7 @@ class ForceMotion:
 
     def take(self, piece: Motion) -> Forces:
         """Return the forces of the next piece."""
-        forces = inverse_dynamics(self.statics, motion_course(piece), self.run, self.turns)
+        forces = inverse_dynamics(self.statics, self.courses(piece), self.run, self.turns)
         keep = (self.summary.seen + np.arange(len(piece.time))) % self._every == 0
         keep[-1] = True
         efforts = np.array([forces.effort(k) for k in range(len(self.statics.efforts))])

@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.analysis.loading import Course, Loading, Turns, loading, physical, reading
-from gimcli.kernels.equilibrium import ALONG, COUPLE, KNOWN, balance_rows
+from gimcli.analysis.course import Course, Courses, Turns, reading
+from gimcli.analysis.loading import Loading, loading, physical
+from gimcli.kernels.equilibrium import ALONG, COUPLE, KNOWN, TURN, balance_rows
 from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.motion.effort import plain
 from gimcli.motion.motion import Motion
@@ -94,7 +95,7 @@ class Forces:
         """The power [W] of all actuators (rows,)."""
         total = np.zeros(len(self.course.time))
         for k, actuator in enumerate(self.mechanism.actuators):
-            _, rate, _ = reading(self.mechanism, actuator, self.course.nodes)
+            _, rate, _ = reading(self.mechanism, actuator, self.course)
             total += self.effort(k) * rate * (1.0 if actuator.drive is Drive.ROTARY else self._metre)
         return total
 
@@ -120,15 +121,11 @@ class Forces:
     def _attached(self, node: int) -> ComplexArray:
         """Return the forces of springs, sliding pairs and actuators on a node's pin."""
         total = np.zeros(len(self.course.time), dtype=complex) + self.loads.pins.get(node, 0.0)
-        owner = self.statics.body_of_pin[node]
-        own = {self.statics.normals[k] for k, s in enumerate(self.mechanism.slides) if s.node == node}
-        own |= {self.statics.efforts[k] for k, a in enumerate(self.mechanism.actuators) if a.drive is not Drive.ROTARY}
-        for unknown in own:
+        for unknown in self.statics.on_pins:
             reaction = self.statics.reactions[unknown]
-            pushes = reaction.plus == owner and reaction.node == node
-            pulls = reaction.minus == owner and reaction.other == node and reaction.kind == ALONG
-            if pushes or pulls:
-                total += (1.0 if pushes else -1.0) * self._direction(unknown) * self._told(unknown)
+            pulls = reaction.kind == ALONG and reaction.other == node
+            if reaction.node == node or pulls:
+                total += (-1.0 if pulls else 1.0) * self._direction(unknown) * self._told(unknown)
         return total
 
 
@@ -152,18 +149,9 @@ def inverse_dynamics(
     return Forces(statics, course, loads, found, unique | every)
 
 
-def motion_course(motion: Motion) -> Course:
-    """Return positions, velocities and accelerations of a motion by its real time."""
-    from gimcli.analysis.derivatives import rates
-
-    mechanism = motion.mechanism
-    nodes = rates(mechanism, motion.time, motion.z, 2).nodes
-    return Course(motion.time * mechanism.duration, motion.inputs, nodes)
-
-
 def motion_forces(motion: Motion, run: Run = plain) -> Forces:
     """Return the efforts and reactions of a motion along its laws."""
-    return inverse_dynamics(statics(motion.mechanism), motion_course(motion), run)
+    return inverse_dynamics(statics(motion.mechanism), Courses(motion.mechanism)(motion), run)
 
 
 def directions(statics: Statics, z: ComplexArray) -> ComplexArray:
@@ -183,15 +171,14 @@ class Balance:
     def __init__(self, statics: Statics) -> None:
         self.statics = statics
         reactions = statics.reactions
-        self.places = np.array(
-            [(r.kind, r.node, r.other, r.vector.u, r.vector.v) for r in reactions], dtype=np.int64
-        ).reshape(-1, 5)
+        turned = [(c, r.vector.u, r.vector.v, r.kind == ALONG) for c, r in enumerate(reactions) if r.vector.u >= 0]
+        self.turned = np.array(turned, dtype=np.int64).reshape(-1, 4)
         self.vectors = np.array([(r.vector.z.real, r.vector.z.imag) for r in reactions]).reshape(-1, 2)
         blocks = statics.blocks
         self.own_rows = np.array([row for block in blocks for row in block.rows], dtype=np.int64)
         self.own_columns = np.array([column for block in blocks for column in block.columns], dtype=np.int64)
         terms, ends = self._terms()
-        self.terms = np.array(terms, dtype=np.int64).reshape(-1, 6)
+        self.terms = np.array(terms, dtype=np.int64).reshape(-1, 7)
         self.blocks = np.array(ends, dtype=np.int64).reshape(-1, 3)
 
     def _terms(self) -> tuple[list[tuple[int, ...]], list[tuple[int, int, int]]]:
@@ -204,7 +191,8 @@ class Balance:
                 for axis in statics.axes(reaction, body, node):
                     g, i = home[statics.first_row[body] + axis]
                     j = own[c][1] if own[c][0] == g else KNOWN
-                    by_block[g].append((i, j, c, axis, sense, statics.bodies[body].node))
+                    kind = TURN if reaction.kind == COUPLE else axis
+                    by_block[g].append((i, j, c, kind, sense, node, statics.bodies[body].node))
         terms: list[tuple[int, ...]] = []
         ends = []
         for block, own_terms in zip(statics.blocks, by_block, strict=True):
@@ -218,8 +206,8 @@ class Balance:
         out = np.full((count, z.shape[1]), np.nan)
         x, y = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag)
         run(balance_rows)(
-            x, y, self.places, self.vectors, self.terms, self.blocks, self.own_rows, self.own_columns, right, SINGULAR,
-            np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest), np.zeros((count, 2)), out,
+            x, y, self.vectors, self.turned, self.terms, self.blocks, self.own_rows, self.own_columns, right, SINGULAR,
+            np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest), self.vectors.copy(), out,
         )  # fmt: skip
         return out
 

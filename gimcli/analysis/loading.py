@@ -5,29 +5,20 @@ Forces in N at places of the normal frame: moments are in N times its length uni
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from gimcli.analysis.course import Course, Turns, carried, reading, turning, unit_of
 from gimcli.dynamics import TIME, Inertia, Load
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, Actuator, ComplexArray, Drive, FloatArray, Mechanism
-from gimcli.structure.checks import farthest
 from gimcli.structure.statics import Statics
 from gimcli.structure.steps import NONE
 
 POWERS = ("load", "gravity", "spring", "damping")
 """Kinds of applied forces, each with its own power."""
-
-
-@dataclass(frozen=True)
-class Course:
-    """A motion as arrays: what forces are asked for."""
-
-    time: FloatArray  # (rows,) s
-    inputs: FloatArray  # (actuators, rows) rad, or length in the normal frame
-    nodes: ComplexArray = field(repr=False)  # (3, nodes, rows): position, velocity, acceleration by s, normal frame
 
 
 @dataclass
@@ -64,77 +55,6 @@ def physical(mechanism: Mechanism) -> float:
 def loading(statics: Statics, course: Course, turns: Turns | None = None) -> Loading:
     """Return what acts along a motion; `turns` remembers angles of springs from one piece to the next."""
     return _Loader(statics, course, turns if turns is not None else Turns()).run()
-
-
-class Turns:
-    """Angles followed from piece to piece, so that a torsion spring knows its whole turns."""
-
-    def __init__(self) -> None:
-        self.last: dict[int, float] = {}
-
-    def followed(self, key: int, angle: FloatArray, drawn: float) -> FloatArray:
-        """Return an angle without jumps, next to the last one, or to the drawn one."""
-        good = np.flatnonzero(np.isfinite(angle))
-        if not len(good):
-            return angle
-        path = np.unwrap(np.concatenate(([self.last.get(key, drawn)], angle[good])))[1:]
-        self.last[key] = float(path[-1])
-        result = np.full_like(angle, np.nan)
-        result[good] = path
-        return result
-
-
-def carried(mechanism: Mechanism, nodes: ComplexArray, index: int, local: complex) -> ComplexArray:
-    """Return position, velocity ... of a place of a member from those of the nodes (., nodes, rows)."""
-    if index == FRAME:
-        jet = np.zeros((len(nodes), nodes.shape[2]), dtype=complex)
-        jet[0] = local
-        return jet
-    member = mechanism.members[index]
-    far, first = farthest(member), complex(member.shape[0])
-    share = (local - first) / complex(member.shape[far] - member.shape[0])
-    z, other = nodes[:, member.nodes[0]], nodes[:, member.nodes[far]]
-    return np.asarray(z + share * (other - z)) if share else np.asarray(z)
-
-
-def turning(mechanism: Mechanism, nodes: ComplexArray, index: int) -> FloatArray:
-    """Return omega and alpha of a member (2, rows) [rad/s, rad/s2]."""
-    if index == FRAME:
-        return np.zeros((2, nodes.shape[2]))
-    member = mechanism.members[index]
-    far = farthest(member)
-    arm = nodes[:, member.nodes[far]] - nodes[:, member.nodes[0]]
-    square = abs(complex(member.shape[far] - member.shape[0])) ** 2
-    return np.asarray((arm[0].conj() * arm[1:]).imag / square)  # a = (i alpha - omega^2) arm
-
-
-def reading(mechanism: Mechanism, gauge: Actuator, nodes: ComplexArray) -> tuple[FloatArray, FloatArray, ComplexArray]:
-    """Return value, rate and unit direction of what a gauge or an actuator reads (rows,)."""
-    if gauge.drive is Drive.ROTARY:
-        arm = _unit(mechanism, nodes, gauge.arm_member) * gauge.arm_direction
-        reference = _unit(mechanism, nodes, gauge.reference_member) * gauge.reference_direction
-        speed = turning(mechanism, nodes, gauge.arm_member)[0] - turning(mechanism, nodes, gauge.reference_member)[0]
-        return np.angle(arm * reference.conj()), speed, arm
-    if gauge.drive is Drive.DISTANCE:
-        arm, rate = nodes[0, gauge.b] - nodes[0, gauge.a], nodes[1, gauge.b] - nodes[1, gauge.a]
-        length = np.abs(arm)
-        unit = arm / length
-        return length, (unit.conj() * rate).real, unit
-    unit = _unit(mechanism, nodes, gauge.reference_member) * gauge.direction
-    origin = carried(mechanism, nodes, gauge.reference_member, gauge.point)
-    omega = turning(mechanism, nodes, gauge.reference_member)[0]
-    away, rate = nodes[0, gauge.a] - origin[0], nodes[1, gauge.a] - origin[1]
-    along = (unit.conj() * away).real
-    return along, (unit.conj() * (rate - 1j * omega * away)).real, unit
-
-
-def _unit(mechanism: Mechanism, nodes: ComplexArray, index: int) -> ComplexArray:
-    if index == FRAME:
-        return np.ones(nodes.shape[2], dtype=complex)
-    member = mechanism.members[index]
-    far = farthest(member)
-    arm = nodes[0, member.nodes[far]] - nodes[0, member.nodes[0]]
-    return np.asarray(arm / complex(member.shape[far] - member.shape[0]))
 
 
 class _Loader:
@@ -190,7 +110,7 @@ class _Loader:
         found, metre, mass = self.found, self.metre, inertia.mass
         body = self.statics.body_of_member[inertia.member]
         place, speed, gain = carried(self.mechanism, self.course.nodes, inertia.member, inertia.centre)
-        omega, alpha = turning(self.mechanism, self.course.nodes, inertia.member)
+        omega, alpha = turning(self.mechanism, self.course, inertia.member)
         inertial = mass * metre * gain
         found.inertia_force[body] += inertial
         spin = inertia.moment / metre * alpha
@@ -215,10 +135,12 @@ class _Loader:
             torque = np.broadcast_to(factor * load.torque, self.course.time.shape)
             self._twist(load.member, torque)
             self.found.support_moment += torque / self.metre
-            self.found.power["load"] += torque * turning(mechanism, nodes, load.member)[0]
+            self.found.power["load"] += torque * turning(mechanism, self.course, load.member)[0]
             return
         place, speed = carried(mechanism, nodes[:2], load.member, load.point)
-        force = load.force * (_unit(mechanism, nodes, load.member) if load.follows else np.ones(len(place))) * factor
+        force = (
+            load.force * (unit_of(mechanism, nodes[0], load.member) if load.follows else np.ones(len(place))) * factor
+        )
         self._push(self.statics.body_of_member[load.member], place, force)
         self._outside(place, force)
         self.found.power["load"] += self.metre * (speed.conj() * force).real
@@ -226,7 +148,7 @@ class _Loader:
     def _gauge(self, number: int) -> None:
         """Apply what the springs and dampers on one gauge do: an effort along what it reads."""
         gauge = self.mechanism.gauges[number]
-        value, rate, unit = reading(self.mechanism, gauge, self.course.nodes)
+        value, rate, unit = reading(self.mechanism, gauge, self.course)
         metre = 1.0 if gauge.drive is Drive.ROTARY else self.metre
         if gauge.drive is Drive.ROTARY:
             value = self.turns.followed(number, value, gauge.drawn)
@@ -234,13 +156,14 @@ class _Loader:
             stretch = metre * (value - spring.free)
             self.found.potential += 0.5 * spring.stiffness * stretch**2
             self.found.power["spring"] -= spring.stiffness * stretch * metre * rate
-            self._effort(gauge, -spring.stiffness * stretch, unit)
+            self._effort(number, -spring.stiffness * stretch, unit)
         for damper in (d for d in self.dynamics.dampers if d.gauge == number):
             self.found.power["damping"] -= damper.damping * (metre * rate) ** 2
-            self._effort(gauge, -damper.damping * metre * rate, unit)
+            self._effort(number, -damper.damping * metre * rate, unit)
 
-    def _effort(self, gauge: Actuator, effort: FloatArray, unit: ComplexArray) -> None:
+    def _effort(self, number: int, effort: FloatArray, unit: ComplexArray) -> None:
         """Apply a torque [N m] or a force [N] that would drive what a gauge reads up."""
+        gauge = self.mechanism.gauges[number]
         if gauge.drive is Drive.ROTARY:
             self._twist(gauge.arm_member, effort)
             self._twist(gauge.reference_member, -effort)
@@ -250,7 +173,11 @@ class _Loader:
             self._pin(gauge.b, force)
             self._pin(gauge.a, -force)
             return
-        self._pin(gauge.a, force)
+        pushed = self.statics.pushed[number]
+        if pushed == NONE:
+            self._pin(gauge.a, force)
+        else:
+            self._push(pushed, nodes[gauge.a], force)
         self._push(self.statics.body_of_member[gauge.reference_member], nodes[gauge.a], -force)
 
     def _pin(self, node: int, force: ComplexArray) -> None:
@@ -258,15 +185,15 @@ class _Loader:
         self._push(self.statics.body_of_pin[node], self.course.nodes[0, node], force)
 
     def _friction(self) -> None:
-        mechanism, nodes = self.mechanism, self.course.nodes
+        mechanism = self.mechanism
         for friction in self.dynamics.frictions:
             if friction.slide >= 0:
                 self._rub(friction.slide, friction.damping)
                 continue
             members = next(pin.members for pin in self.statics.pins if pin.node == friction.node)
-            own = turning(mechanism, nodes, members[0])[0]
+            own = turning(mechanism, self.course, members[0])[0]
             for member in members[1:]:
-                speed = turning(mechanism, nodes, member)[0] - own
+                speed = turning(mechanism, self.course, member)[0] - own
                 self._twist(member, -friction.damping * speed)
                 self._twist(members[0], friction.damping * speed)
                 self.found.power["damping"] -= friction.damping * speed**2
@@ -278,7 +205,7 @@ class _Loader:
             slide.name, Drive.TRAVEL, lambda time, order=0: time, 0.0, slide.node, reference_member=slide.member,
             point=slide.point, direction=slide.direction,
         )  # fmt: skip
-        _, rate, unit = reading(mechanism, gauge, self.course.nodes)
+        _, rate, unit = reading(mechanism, gauge, self.course)
         force = -damping * self.metre * rate * unit
         reaction = self.statics.reactions[self.statics.normals[number]]
         self._push(reaction.plus, self.course.nodes[0, slide.node], force)

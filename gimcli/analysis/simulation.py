@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.analysis.loading import Course
+from gimcli.analysis.course import Course
 from gimcli.errors import UsageError
 from gimcli.kernels.reduction import DISSIPATED, KINETIC, POTENTIAL, SUPPLIED
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,11 +14,18 @@ from gimcli.motion.motion import Motion
 from gimcli.status import Status
 from gimcli.table import Column, Table
 
+if TYPE_CHECKING:
+    from gimcli.analysis.derivatives import TracedRates
 
-def motion_table(motion: Motion, names: tuple[str, ...] | None = None, first: int = 0, order: int = 0) -> Table:
+
+def motion_table(
+    motion: Motion, names: tuple[str, ...] | None = None, first: int = 0, order: int = 0,
+    rates: TracedRates | None = None, more: Sequence[Column] = (),
+) -> Table:  # fmt: skip
     """Return one row a step, the steps counted from `first`: time, inputs, traced points, residual, sweeps, status.
 
-    `order` asks for the points' derivatives by the real time, up to jerk (3), and the members' angular ones.
+    `order` asks for the points' derivatives by the real time, up to jerk (3), and the members' angular ones;
+    `rates` too, ready for the pieces of a motion; `more` are columns of measures, which stand after them.
     """
     mechanism = motion.mechanism
     rows = len(motion.time)
@@ -30,8 +38,13 @@ def motion_table(motion: Motion, names: tuple[str, ...] | None = None, first: in
             Column(f"{name}.x", path.real, mechanism.length_unit),
             Column(f"{name}.y", path.imag, mechanism.length_unit),
         ]
-    if order:
-        columns += _rate_columns(motion, names or mechanism.traced, order)
+    if order and rates is None:
+        from gimcli.analysis.derivatives import TracedRates
+
+        rates = TracedRates(mechanism, names or mechanism.traced, order)
+    if rates is not None:
+        columns += _rate_columns(motion, rates)
+    columns += more
     words = np.array([s.word for s in Status])[motion.codes]
     columns += [
         Column("residual", motion.residual), Column("sweeps", motion.work.astype(np.int64)), Column("status", words),
@@ -39,24 +52,22 @@ def motion_table(motion: Motion, names: tuple[str, ...] | None = None, first: in
     return Table(tuple(columns))
 
 
-def _rate_columns(motion: Motion, names: tuple[str, ...], order: int) -> list[Column]:
+def _rate_columns(motion: Motion, rates: TracedRates) -> list[Column]:
     """Return velocity, acceleration, jerk of points, then omega, alpha, angular jerk of members."""
-    from gimcli.analysis.derivatives import rates
-
     mechanism, columns = motion.mechanism, []
-    found = rates(mechanism, motion.time, motion.z, order)
-    for name in names:
-        point = found.point(name) * mechanism.scale
-        for k in range(1, order + 1):
-            unit = f"{mechanism.length_unit}/s{('', '', '^2', '^3')[k]}"
-            label = f"{name}.{'vaj'[k - 1]}"
-            columns += [Column(f"{label}x", point[k].real, unit), Column(f"{label}y", point[k].imag, unit)]
-    for index, member in enumerate(mechanism.members[FRAME + 1 :], start=FRAME + 1):
-        angular = found.angular(index)
-        angular = np.degrees(angular) if mechanism.angle_unit == "deg" else angular
-        for k in range(order):
+    points, angles = rates(motion)
+    points *= mechanism.scale
+    if mechanism.angle_unit == "deg":
+        np.degrees(angles, out=angles)
+    for number, name in enumerate(rates.names):
+        for k in range(rates.order):
+            unit, path = f"{mechanism.length_unit}/s{('', '^2', '^3')[k]}", points[k, number]
+            label = f"{name}.{'vaj'[k]}"
+            columns += [Column(f"{label}x", path.real, unit), Column(f"{label}y", path.imag, unit)]
+    for number, member in enumerate(mechanism.members[FRAME + 1 :]):
+        for k in range(rates.order):
             unit = f"{mechanism.angle_unit}/s{('', '^2', '^3')[k]}"
-            columns.append(Column(f"{member.name}.{('omega', 'alpha', 'jerk')[k]}", angular[k], unit))
+            columns.append(Column(f"{member.name}.{('omega', 'alpha', 'jerk')[k]}", angles[k, number], unit))
     return columns
 
 

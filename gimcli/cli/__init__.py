@@ -12,7 +12,19 @@ import typer
 from typer.core import TyperGroup
 
 from gimcli import __version__
-from gimcli.cli import forces, groups, mobility, reduce, schema, sequence, simulate, solve, trace, tradeoff
+from gimcli.cli import (
+    forces,
+    groups,
+    mobility,
+    reduce,
+    schema,
+    sequence,
+    simulate,
+    singularities,
+    solve,
+    trace,
+    tradeoff,
+)
 from gimcli.errors import GimError
 
 
@@ -53,7 +65,9 @@ def _main(
     pass
 
 
-for module in (solve, trace, sequence, mobility, groups, forces, tradeoff, simulate, reduce, schema):
+MODULES = (solve, trace, sequence, mobility, singularities, groups, forces, simulate, reduce, tradeoff, schema)
+
+for module in MODULES:
     app.command(module.NAME, help=module.HELP)(module.command)
 
 

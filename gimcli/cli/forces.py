@@ -18,11 +18,11 @@ HELP = (
     "Inverse dynamics along the actuators' laws: driving torque [N m] or force [N] of every actuator, reaction in every"
     " pair, force and moment on the frame, power of all forces. Writes MODEL.forces.csv and MODEL.forces.png.\n\n"
     "The model needs `masses`, `loads`, `springs`, `dampers` or `friction`. NODE.fx and NODE.fy are the force that the"
-    " second member at a node receives from the first (the frame first, then links, then elements); where more parts"
-    " meet, NODE.MEMBER.fx is what each member receives from the pin. PAIR.normal is the force on what slides, to the"
-    " left of the guide, PAIR.moment its moment about the first sliding node; shaking.fx, .fy and .moment are what the"
-    " frame receives, about the first ground node. Reactions that redundant constraints leave open stay empty and are"
-    " named.\n\n"
+    " second-named member at a node receives from the first (the frame is the first, then as in the file); where more"
+    " parts meet, NODE.MEMBER.fx is what each member receives from the pin. PAIR.normal is the force on what slides, to"
+    " the left of the guide, PAIR.moment its moment about the first sliding node; shaking.fx, .fy and .moment are what"
+    " the frame receives, about the first ground node. Reactions that redundant constraints leave open stay empty and"
+    " are named.\n\n"
     "Example: gim forces models/watt_1.yaml --steps 360 --out results"
 )
 SHOWN = 30
@@ -84,19 +84,20 @@ def command(
 def _draw(found: ForceMotion, path: Path) -> None:
     from gimcli.mechanism import Drive
     from gimcli.output import draw_forces
-    from gimcli.output.forces import Effort
+    from gimcli.table import Column, Table
 
     mechanism = found.statics.mechanism
     time, inputs, efforts, shaking = found.kept
-    over, label = time * mechanism.duration, "time [s]"
+    over = Column("time", time * mechanism.duration, "s")
     if len(mechanism.actuators) == 1:
         unit = mechanism.angle_unit if mechanism.actuators[0].drive is Drive.ROTARY else mechanism.length_unit
-        over, label = mechanism.value_to_file(0, inputs[0]), f"{mechanism.actuators[0].name} [{unit}]"
-    drives = [
-        Effort(a.name, "N m" if a.drive is Drive.ROTARY else "N", over, efforts[k], label)
-        for k, a in enumerate(mechanism.actuators)
-    ]
-    draw_forces(drives, shaking, path, f"{mechanism.name}: forces")
+        over = Column(mechanism.actuators[0].name, mechanism.value_to_file(0, inputs[0]), unit)
+    panels: dict[str, list[Column]] = {}
+    for k, actuator in enumerate(mechanism.actuators):
+        name, unit = ("driving torque", "N m") if actuator.drive is Drive.ROTARY else ("driving force", "N")
+        panels.setdefault(name, [over]).append(Column(actuator.name, efforts[k], unit))
+    tables = {name: Table(tuple(columns)) for name, columns in panels.items()}
+    draw_forces(tables, shaking, path, f"{mechanism.name}: forces")
 
 
 def _report(found: ForceMotion, paths: dict[str, str | None], steps: int, as_json: bool) -> None:

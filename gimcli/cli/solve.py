@@ -23,17 +23,27 @@ from gimcli.cli.arguments import (
     inputs_at,
     options,
 )
+from gimcli.cli.velocities import tell_velocities, velocities_report, velocity_arrows
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
+    from gimcli.analysis.instant import Instant
     from gimcli.motion.position import Position
 
 NAME = "solve"
 SHOWN = 25
 HELP = (
-    "Find a position: the initial one, from the drawn coordinates, or one at given inputs.\n\n"
+    "Find a position: the initial one, from the drawn coordinates, or one at given inputs; with --all every way to"
+    " assemble the mechanism there, and whether that is proved to be all.\n\n"
+    "--velocities adds velocities and accelerations of nodes and points, omega and alpha of members, by the real"
+    " time. An input moves as its law does at the first time at which the law has the input's value (so a profile that"
+    " starts from rest tells 0 at its start); where the law never has it, by one unit of the file (deg, rad, length) a"
+    " second, without acceleration. The rates taken are told. A singular position has no velocities: it says so, and"
+    " the exit status is 5.\n\n"
     "Example: gim solve models/crank_rocker.yaml --at motor=45\n\n"
-    "Example: gim solve models/gim_fig11.yaml --at FD=120 --at OA=119 --method gim --tolerance 1e-5 --history"
+    "Example: gim solve models/crank_rocker.yaml --at motor=40 --velocities --png velocities.png\n\n"
+    "Example: gim solve models/gim_fig11.yaml --at FD=120 --at OA=119 --method gim --tolerance 1e-5 --history\n\n"
+    "Example: gim solve models/double_butterfly.yaml --all --at motor=145 --png all.png"
 )
 
 
@@ -48,13 +58,19 @@ def command(
     history: Annotated[
         bool, typer.Option("--history", help="Tell the error after every sweep (--method gim).")
     ] = False,
+    velocities: Annotated[
+        bool, typer.Option("--velocities", help="Tell velocities and accelerations; with --png draw them.")
+    ] = False,
     jit: JitOption = Jit.AUTO,
     sequence: SequenceText = "",
     csv: Annotated[Path | None, typer.Option("--csv", help="Write the positions of the nodes and points.")] = None,
     png: Annotated[Path | None, typer.Option("--png", help="Draw the position; with --history the errors.")] = None,
+    every: Annotated[
+        bool, typer.Option("--all", help="Every configuration, each proved; --png draws them all.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
-    """Solve one position."""
+    """Solve one position, or all."""
     from gimcli.analysis.convergence import fit_history
     from gimcli.analysis.verdict import explained, verify
     from gimcli.model import load
@@ -64,6 +80,14 @@ def command(
         raise UsageError(f"--start {start}: choose drawn or random")
     if history and method is not Method.GIM:
         raise UsageError("--history tells the error per sweep: add --method gim")
+    if every:
+        if method is not Method.AUTO or start != "drawn" or sequence:
+            raise UsageError("--all has its own method: leave out --method, --start and --sequence")
+        from gimcli.cli.configurations import solve_all
+
+        mechanism = load(model)
+        solve_all(mechanism, inputs_at(mechanism, at), csv, png, as_json)
+        return
     chosen = options(method, strategy, tolerance, jit, sequence, seed if start == "random" else None)
     mechanism = load(model)
     with explained(mechanism):
@@ -71,16 +95,28 @@ def command(
     if start == "drawn":
         verify(mechanism, position.z, position.inputs, position.status, tolerance)
     law = fit_history(position) if history else None
+    moving = _instant(position) if velocities else None
     if csv is not None:
         _write_csv(position, csv)
     if png is not None:
-        _write_png(position, law, png)
+        _write_png(position, law, png, moving)
     if as_json:
-        _print_json(position, law)
+        _print_json(position, law, moving)
     else:
         _print(position, law)
-    if position.status.value:
+        if moving is not None:
+            tell_velocities(moving)
+    if position.status.value or (moving is not None and moving.singular):
         raise typer.Exit(5)
+
+
+def _instant(position: Position) -> Instant | None:
+    """Return the velocities of a solved position."""
+    from gimcli.analysis.instant import instant
+
+    if position.status.value:
+        return None
+    return instant(position.mechanism, position.inputs, position.z)
 
 
 def _places(position: Position) -> tuple[dict[str, complex], dict[str, complex]]:
@@ -93,7 +129,7 @@ def _places(position: Position) -> tuple[dict[str, complex], dict[str, complex]]
     return nodes, points
 
 
-def _print_json(position: Position, law: Any) -> None:
+def _print_json(position: Position, law: Any, moving: Instant | None) -> None:
     from gimcli.cli.console import print_json
 
     nodes, points = _places(position)
@@ -110,6 +146,8 @@ def _print_json(position: Position, law: Any) -> None:
         report |= {"worst": position.worst, "reason": position.status.text}
     if law is not None:
         report |= {"history": law.errors.tolist(), "C1": law.c1, "C2": law.c2, "rate": law.rate, "radius": law.radius}
+    if moving is not None:
+        report |= velocities_report(moving)
     print_json(report)
 
 
@@ -176,7 +214,7 @@ def _write_csv(position: Position, path: Path) -> None:
     write_csv(Table(columns), path)
 
 
-def _write_png(position: Position, law: Any, path: Path) -> None:
+def _write_png(position: Position, law: Any, path: Path, moving: Instant | None) -> None:
     from gimcli.output import draw_history, draw_position
 
     mechanism = position.mechanism
@@ -184,5 +222,6 @@ def _write_png(position: Position, law: Any, path: Path) -> None:
         errors = law.errors.max(axis=1)
         draw_history(errors, (law.c1, law.c2), path, f"{mechanism.name}: error per sweep", predicted=law.radius)
     elif position.status.value == 0:
-        _, points = _places(position)
-        draw_position(mechanism, mechanism.to_file(position.z), path, mechanism.name, points)
+        nodes, points = _places(position)
+        arrows = velocity_arrows(moving, nodes | points) if moving is not None and not moving.singular else []
+        draw_position(mechanism, mechanism.to_file(position.z), path, mechanism.name, points, arrows)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,11 +22,22 @@ from gimcli.cli.arguments import (
     Tolerance,
     options,
 )
+from gimcli.cli.asked import MEASURE_HELP, MeasureOption, PlotOption, tell_measures
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
     from gimcli.analysis.summary import Summary
+    from gimcli.cli.asked import Asked
     from gimcli.motion.motion import Motion
+
+
+class AtLimit(StrEnum):
+    """What is done at the limit of an input."""
+
+    STOP = "stop"
+    SKIP = "skip"
+    REVERSE = "reverse"
+
 
 NAME = "trace"
 HELP = (
@@ -33,7 +45,17 @@ HELP = (
     "N steps are N+1 rows. A step that cannot be solved keeps its row and its reason. With --derivatives the CSV"
     " also has velocities (vx, vy), accelerations (ax, ay) and jerks (jx, jy) of the traced points and omega, alpha and"
     " jerk of every member, by the real time of `duration`.\n\n"
-    "Example: gim trace models/crank_rocker.yaml --steps 360 --out results"
+    "At the limit of an input rows are empty from there on (--at-limit stop), or until the law comes back into reach"
+    " (skip), or the input turns back and the motion goes on through its dead point (reverse: the CSV then has the"
+    " input as it really is). --circuit leaves the law: N+1 rows at even distances along the whole circuit, through"
+    " limits and dead points until the whole drawing is home; `time` is then the part of the way, times `duration`."
+    " --all-branches follows every circuit that meets it too, its rows one after another with a last column `branch`;"
+    " --branch K takes the K-th of them as `gim singularities` numbers them, or, without --circuit, turns off at the"
+    " first change point of the law (1 goes straight on).\n\n"
+    f"{MEASURE_HELP}\n\n"
+    "Example: gim trace models/crank_rocker.yaml --steps 360 --out results\n\n"
+    "Example: gim trace models/crank_rocker.yaml -m transmission -m centre:frame/coupler --plot velocity,transmission"
+    "\n\nExample: gim trace models/chebyshev.yaml --circuit"
 )
 
 POSES = 6
@@ -49,6 +71,16 @@ def command(
         int,
         typer.Option("--derivatives", "-d", min=0, max=3, help="1 velocities, 2 accelerations, 3 jerks, by real time."),
     ] = 0,
+    plot: PlotOption = "",
+    measure: MeasureOption = [],  # noqa: B006 - typer wants a list; nothing changes it
+    at_limit: Annotated[
+        AtLimit, typer.Option("--at-limit", help="At the limit of an input: stop, skip what is out of reach, reverse.")
+    ] = AtLimit.STOP,
+    circuit: Annotated[bool, typer.Option("--circuit", help="Follow the whole circuit, not the law.")] = False,
+    branch: Annotated[int, typer.Option("--branch", min=1, help="Branch taken where branches meet.")] = 1,
+    all_branches: Annotated[
+        bool, typer.Option("--all-branches", help="Follow every circuit that meets the drawn one.")
+    ] = False,
     method: MethodOption = Method.AUTO,
     strategy: StrategyOption = Strategy.SPECTRAL,
     tolerance: Tolerance = 1e-10,
@@ -59,9 +91,12 @@ def command(
     """Trace a motion."""
     import numpy as np
 
+    if "help" in measure:
+        tell_measures()
     from gimcli.analysis.summary import Summary
     from gimcli.analysis.tracing import motion_table
     from gimcli.analysis.verdict import explained, verify
+    from gimcli.cli.asked import Asked
     from gimcli.cli.console import note, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
@@ -69,7 +104,10 @@ def command(
     from gimcli.output import CsvStream, refuse_unwritable
 
     chosen = options(method, strategy, tolerance, jit, sequence)
+    if plot and not png:
+        raise UsageError("--plot draws into the picture: leave --no-png out")
     mechanism = load(model)
+    asked = Asked(mechanism, measure, plot, derivatives)
     csv_path, png_path = out / f"{model.stem}.csv", out / f"{model.stem}.png"
     if csv_path.resolve() == model.resolve():
         raise UsageError(f"{csv_path} is the model itself; choose another --out")
@@ -77,25 +115,66 @@ def command(
         if not mechanism.actuators:
             _refuse_undriven(mechanism)
             raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve`")
-        pieces = stream(mechanism, steps, chosen, tell=note, progress=progress_bar("tracing"))
+        if circuit or all_branches:
+            from gimcli.cli.circuit import trace_circuit
+
+            _refuse_mixed(method, asked.order or plot or measure, at_limit, branch, all_branches)
+            paths = csv_path, png_path if png else None
+            if not trace_circuit(mechanism, steps, tolerance, branch, all_branches, paths, as_json):
+                raise typer.Exit(5)
+            return
+        if at_limit is not AtLimit.STOP or branch > 1:
+            from gimcli.motion.ride import ride
+
+            _refuse_mixed(method, asked.order if at_limit is AtLimit.REVERSE or branch > 1 else 0)
+            show = progress_bar("tracing")
+            pieces = iter([ride(mechanism, steps, chosen, at_limit.value, branch, show)])
+        else:
+            pieces = stream(mechanism, steps, chosen, tell=note, progress=progress_bar("tracing"))
         piece: Motion | None = next(pieces)
     assert piece is not None
     verify(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
     refuse_unwritable(csv_path, *([png_path] if png else []))
     summary = Summary(steps + 1)
+    rates = _rates(mechanism, asked.order, steps + 1, jit) if asked.order else None
+    row = piece.rows(np.arange(1))
     with CsvStream(
-        csv_path, motion_table(piece.rows(np.arange(1)), order=derivatives).names
+        csv_path, motion_table(row, rates=rates, more=asked.head(row)).names
     ) as table:  # appears when the picture has been written too
         while piece is not None:
-            table.append(motion_table(piece, first=summary.seen, order=derivatives))
+            more = asked.columns(piece)
+            table.append(motion_table(piece, first=summary.seen, rates=rates, more=more))
             summary.add(piece)
             piece = next(pieces, None)
         drawn = png and summary.solved > 0
         if drawn:
-            _draw(summary.motion, png_path)
-    _report(summary, csv_path, png_path if drawn else None, steps, as_json)
+            _draw(summary.motion, png_path, asked)
+    _report(summary, csv_path, png_path if drawn else None, steps, as_json, asked)
     if summary.solved < summary.rows:
         raise typer.Exit(5)
+
+
+def _refuse_mixed(
+    method: Method, rates: Any, at_limit: AtLimit = AtLimit.STOP, branch: int = 1, every: bool = False
+) -> None:
+    """Refuse what does not go with following a circuit."""
+    if method is Method.GIM:
+        raise UsageError("--method gim: circuits, branches and limits are followed by continuation; leave it out")
+    if rates:
+        raise UsageError(
+            "--derivatives, --measure and --plot belong to a motion by its law: leave out --circuit, --branch, reverse"
+        )
+    if at_limit is not AtLimit.STOP:
+        raise UsageError(f"--at-limit {at_limit}: a circuit goes through limits; leave out one of both")
+    if every and branch > 1:
+        raise UsageError("--all-branches follows all; leave out --branch")
+
+
+def _rates(mechanism: Any, order: int, rows: int, jit: Jit) -> Any:
+    from gimcli.analysis.derivatives import TracedRates
+    from gimcli.cli.console import note
+
+    return TracedRates(mechanism, mechanism.traced, order, rows, jit.value, note)
 
 
 def _refuse_undriven(mechanism: Any) -> None:
@@ -104,7 +183,7 @@ def _refuse_undriven(mechanism: Any) -> None:
     make_plan(mechanism)
 
 
-def _draw(motion: Motion, path: Path) -> None:
+def _draw(motion: Motion, path: Path, asked: Asked) -> None:
     import numpy as np
 
     from gimcli.analysis.tracing import traced_paths
@@ -113,20 +192,31 @@ def _draw(motion: Motion, path: Path) -> None:
     good = np.flatnonzero(motion.good)
     chosen = good[np.unique(np.linspace(0, len(good), POSES, endpoint=False).astype(int))]
     poses = motion.mechanism.to_file(motion.z[:, chosen].T)
-    draw_motion(motion.mechanism, poses, traced_paths(motion), path, motion.mechanism.name)
+    draw_motion(
+        motion.mechanism, poses, traced_paths(motion), path, motion.mechanism.name, asked.curves(motion),
+        asked.outlines(motion), asked.panels(motion),
+    )  # fmt: skip
 
 
-def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int, as_json: bool) -> None:
+def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int, as_json: bool, asked: Asked) -> None:
     from gimcli.analysis.tracing import events, reachable
     from gimcli.cli.console import print_json
     from gimcli.status import Status
 
     motion, solved, worst = summary.motion, summary.solved, summary.residual
-    reached, found = reachable(motion), events(motion)
+    if motion.limit is not None or motion.bridged:
+        from gimcli.analysis.sharpen import sharpened
+
+        motion = sharpened(motion)
+    reached, found, measured = reachable(motion), events(motion), asked.report(motion)
+    if found and found[-1]["kind"] == "limit":
+        from gimcli.analysis.sharpen import reach
+
+        found[-1]["interval"] = reach(motion)
     if as_json:
         report = {
             "csv": str(csv_path), "png": str(png_path) if png_path else None, "steps": steps, "solved": solved,
-            "residual": worst, "reachable": reached, "events": found, "status": motion.overall.word,
+            "residual": worst, "reachable": reached, "events": found, "status": motion.overall.word, **measured,
         }  # fmt: skip
         print_json(report)
         return
@@ -134,8 +224,13 @@ def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int,
     quality = f", worst residual {worst:.1e}" if solved else ""
     typer.echo(f"{motion.mechanism.name}: {solved} of {steps + 1} positions solved{quality}")
     _tell_reach(motion, reached)
+    for name, ends in (found[-1].get("interval", {}) if found else {}).items():
+        typer.echo(
+            f"{name} can be anywhere from {ends[0]:.12g} to {ends[1]:.12g} on this circuit (--circuit follows it)"
+        )
     _tell_events([e for e in found if e["kind"] == "change point"], "passed straight through a change point")
     _tell_events([e for e in found if e["kind"] == "sequence exchanged"], "sequence exchanged for a faster one")
+    asked.tell(measured)
     if solved < steps + 1:
         first = Status(int(motion.codes[~motion.good][0]))
         typer.echo(f"{first.word}: {first.text}" + (f" (worst: {motion.worst})" if motion.worst else ""))
@@ -151,10 +246,13 @@ def _tell_events(found: list[dict[str, Any]], what: str) -> None:
 
 
 def _tell_reach(motion: Motion, reached: dict[str, list[list[float]]]) -> None:
+    from gimcli.motion.inputs import law_inputs
+
     if motion.limit is None:
         return
+    ends = law_inputs(motion.mechanism)(motion.time[[0, -1]])
     for k, actuator in enumerate(motion.mechanism.actuators):
-        law = motion.mechanism.value_to_file(k, motion.inputs[k, [0, -1]])
+        law = motion.mechanism.value_to_file(k, ends[k])
         unit = motion.mechanism.angle_unit if actuator.drive.value == "rotary" else motion.mechanism.length_unit
         for start, end in reached[actuator.name]:
             typer.echo(

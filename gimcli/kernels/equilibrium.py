@@ -22,48 +22,52 @@ PUSH = 0
 ALONG = 1
 COUPLE = 2
 
+X = 0
+Y = 1
+MOMENT = 2
+TURN = 3
+"""A couple in the equation of moments: 1."""
+
 KNOWN = -1
 """Column of a term whose unknown an earlier block has found."""
 
 
 @kernel
-def wrench_part(
-    axis: int, kind: int, px: float, py: float, rx: float, ry: float, dx: float, dy: float
-) -> float:  # fmt: skip
-    """Return the part of a reaction in one equation of a body."""
-    if kind == COUPLE:
-        return 1.0
-    if axis == 0:
-        return dx
-    if axis == 1:
-        return dy
-    return (px - rx) * dy - (py - ry) * dx
+def solve_block(a: FloatArray, n: int, order: FloatArray, b: FloatArray, least: float) -> None:
+    """Solve a block; NaN where its least pivot vanishes beside the greatest."""
+    greatest, smallest = 0.0, 0.0
+    if lu_factor(a, n, order) != 0.0:
+        smallest = math.inf
+        for i in range(n):
+            pivot = 1.0 / abs(order[n + i])
+            greatest, smallest = max(greatest, pivot), min(smallest, pivot)
+    if smallest > least * greatest:
+        lu_solve(a, n, order, b)
+    else:
+        for i in range(n):
+            b[i] = np.nan
 
 
 @kernel
 def balance_rows(
-    x: FloatArray, y: FloatArray, places: IntArray, vectors: FloatArray, terms: IntArray, blocks: IntArray,
+    x: FloatArray, y: FloatArray, vectors: FloatArray, turned: IntArray, terms: IntArray, blocks: IntArray,
     own_rows: IntArray, own_columns: IntArray, right: FloatArray, least: float, a: FloatArray, order: FloatArray,
     b: FloatArray, directions: FloatArray, out: FloatArray,
 ) -> None:  # fmt: skip
     """Find the reactions `out` (unknowns, rows) that balance `right` (equations, rows); NaN where they are singular.
 
-    x, y (nodes, rows). places (unknowns, 5): kind, node on the one body, node on the other, u, v. vectors: z of each
-    (unknowns, 2). terms (., 6): row and column in the block, unknown, axis, sense, node of reference. blocks (., 3):
-    size, first and last term. own_rows, own_columns: equations and unknowns, block after block. a, order, b,
-    directions: scratch.
+    x, y (nodes, rows). vectors (unknowns, 2): z; directions, the same, is overwritten for the `turned` (., 4): unknown,
+    u, v, and 1 for a unit vector. terms (., 7): row and column in the block, unknown, axis, sense, node that it acts
+    at, node of reference. blocks (., 3): size, first and last term. own_rows, own_columns: equations and unknowns,
+    block after block. a, order, b: scratch.
     """
     for k in range(x.shape[1]):
-        for c in range(places.shape[0]):
-            dx, dy = vectors[c, 0], vectors[c, 1]
-            u, v = places[c, 3], places[c, 4]
-            if u >= 0:
-                ex, ey = x[v, k] - x[u, k], y[v, k] - y[u, k]
-                dx, dy = dx * ex - dy * ey, dx * ey + dy * ex
-            if places[c, 0] == ALONG:
-                norm = math.sqrt(dx * dx + dy * dy)
-                dx, dy = dx / norm, dy / norm
-            directions[c, 0], directions[c, 1] = dx, dy
+        for t in range(turned.shape[0]):
+            c, u, v = turned[t, 0], turned[t, 1], turned[t, 2]
+            ex, ey = x[v, k] - x[u, k], y[v, k] - y[u, k]
+            dx, dy = vectors[c, 0] * ex - vectors[c, 1] * ey, vectors[c, 0] * ey + vectors[c, 1] * ex
+            norm = math.sqrt(dx * dx + dy * dy) if turned[t, 3] == 1 else 1.0
+            directions[c, 0], directions[c, 1] = dx / norm, dy / norm
         first = 0
         for g in range(blocks.shape[0]):
             n = blocks[g, 0]
@@ -72,25 +76,21 @@ def balance_rows(
                 for j in range(n):
                     a[i, j] = 0.0
             for t in range(blocks[g, 1], blocks[g, 2]):
-                i, j, c, axis, sense, r = terms[t]
-                p = places[c, 1] if sense > 0 else places[c, 2]
-                part = sense * wrench_part(
-                    axis, places[c, 0], x[p, k], y[p, k], x[r, k], y[r, k], directions[c, 0], directions[c, 1]
-                )
+                i, j, c, axis, p, r = terms[t, 0], terms[t, 1], terms[t, 2], terms[t, 3], terms[t, 5], terms[t, 6]
+                if axis == MOMENT:
+                    part = (x[p, k] - x[r, k]) * directions[c, 1] - (y[p, k] - y[r, k]) * directions[c, 0]
+                else:
+                    part = 1.0 if axis == TURN else directions[c, axis]
+                if terms[t, 4] < 0:
+                    part = -part
                 if j == KNOWN:
                     b[i] -= part * out[c, k]
                 else:
                     a[i, j] += part
-            good = lu_factor(a, n, order) != 0.0
-            greatest, smallest = 0.0, math.inf
-            for i in range(n):
-                pivot = 1.0 / abs(order[n + i]) if good else 0.0
-                greatest, smallest = max(greatest, pivot), min(smallest, pivot)
-            if good and smallest > least * greatest:
-                lu_solve(a, n, order, b)
+            if n == 1:
+                b[0] = b[0] / a[0, 0] if abs(a[0, 0]) > least else np.nan
             else:
-                for i in range(n):
-                    b[i] = np.nan
+                solve_block(a, n, order, b, least)
             for i in range(n):
                 out[own_columns[first + i], k] = b[i]
             first += n

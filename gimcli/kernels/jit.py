@@ -64,8 +64,10 @@ def _compiled(function: Callable[..., Any], inner: bool) -> Callable[..., Any]:
     names = dict(function.__globals__)
     for name in function.__code__.co_names:
         callee = names.get(name)
-        if callee in _KERNELS:
-            names[name] = _compiled(callee, inner=callee not in _STAGES)
+        if callee is not None and callee in _KERNELS:
+            built_in = _SCALAR_FORMS.get(callee)  # `range` itself: inside a call it would not vectorise
+            inner = callee not in _STAGES
+            names[name] = built_in if isinstance(built_in, type) else _compiled(callee, inner=inner)
     clone = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
     clone.__module__ = function.__module__
     clone.__qualname__ = function.__qualname__
@@ -85,13 +87,17 @@ def is_cached(*kernels: str) -> bool:
 
 @cache
 def cache_folder() -> Path | None:
-    """Return a writable folder for this source's machine code, or None where there is none.
+    """Return a writable folder for this source's machine code, or None where there is none."""
+    return user_folder(source_stamp())
+
+
+def user_folder(stamp: str) -> Path | None:
+    """Return a writable folder of some name in the user's cache, or None where there is none.
 
     Machine code is loaded by unpickling: a folder that belongs to somebody else is not taken.
     """
     import tempfile
 
-    stamp = source_stamp()
     home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     user = str(os.getuid()) if hasattr(os, "getuid") else "user"
     for base in (Path(home) / "gimcli", Path(tempfile.gettempdir()) / f"gimcli-{user}"):

@@ -35,6 +35,7 @@ def load_model(path: Path | str) -> Model:
         check(References(source, model, doubtful))
     if model is None or source.faults:
         raise source.error()
+    model.written_in(source.data)
     return model
 
 

@@ -33,7 +33,7 @@ class Compiler:
         self.index = {name: k for k, name in enumerate(self.names)}
         raw = np.array([complex(*model.nodes[n]) for n in self.names])
         held = model.ground.member
-        parts: dict[str, schema.Link | schema.Element] = {**model.links, **model.elements}
+        parts = model.members
         first = parts[held].nodes[0] if held is not None else model.ground.nodes[0]
         self.origin = complex(raw[self.index[first]])
         self.size = self._extent(raw)

@@ -58,10 +58,6 @@ class DynamicsCompiler:
         member, point, force = self.number[load.on], 0.0j, complex(*(load.force or load.follower or (0.0, 0.0)))
         if load.torque is None:
             point = self.place(name, schema.Tracer(on=load.on, at=load.at, local=load.local)).local
-        if load.follower is not None:
-            shape = self.members[member].shape
-            along = complex(shape[1] - shape[0]) if len(shape) > 1 else 1.0 + 0.0j
-            force *= along / abs(along)
         curve, over = None, TIME
         if load.table is not None:
             at, factor = read_table(self.folder / load.table)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -109,11 +110,14 @@ class Sampled:
     """Shape-preserving cubic through samples; beyond the first and the last it stays as it is there."""
 
     def __init__(self, at: Sequence[float], value: Sequence[float]) -> None:
-        from scipy.interpolate import PchipInterpolator
+        self._at, self._value = np.asarray(at, dtype=float), np.asarray(value, dtype=float)
 
-        self._ends = at[0], at[-1]
-        self._curve: Any = PchipInterpolator(at, value)
+    @cached_property
+    def _curve(self) -> Any:
+        from scipy.interpolate import PchipInterpolator  # only where a force is asked for
+
+        return PchipInterpolator(self._at, self._value)
 
     def __call__(self, at: FloatArray) -> FloatArray:
         """Return the value at each place."""
-        return np.asarray(self._curve(np.clip(at, *self._ends)), dtype=float)
+        return np.asarray(self._curve(np.clip(at, self._at[0], self._at[-1])), dtype=float)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr, WithJsonSchema
 
 LENGTH_UNITS = ("m", "mm", "cm", "um", "km", "in", "ft", "unit")
 ANGLE_UNITS = ("deg", "rad")
@@ -181,6 +182,20 @@ class Model(Part):
     springs: dict[str, Spring] = {}
     dampers: dict[str, Damper] = {}
     friction: dict[str, Positive] = {}
+    _elements_first: bool = PrivateAttr(default=False)
+
+    def written_in(self, keys: Iterable[str]) -> None:
+        """Note the order of the file's sections: which of two members is named first depends on it."""
+        order = list(keys)
+        both = {"links", "elements"} <= set(order)
+        self._elements_first = both and order.index("elements") < order.index("links")
+
+    @property
+    def members(self) -> dict[str, Link | Element]:
+        """All members in the order of the file."""
+        parts: tuple[dict[str, Any], dict[str, Any]] = (self.links, self.elements)
+        first, second = reversed(parts) if self._elements_first else parts
+        return {**first, **second}
 
 
 def long_form(data: dict[str, Any]) -> dict[str, Any]:

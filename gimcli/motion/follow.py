@@ -1,11 +1,8 @@
 """Follow a motion from a solved position, on its branch, through singular positions.
 
 Rows are solved in blocks as long as nothing is doubtful. A row that is doubtful (no solution, a
-jump foreseen, the tolerance out of reach) is approached by an ever finer grid. What remains is
-either a limit of the input, or a singular position that the motion goes straight through: then
-the position beyond it is extrapolated from four positions before it, solved there, and the rows
-in between are interpolated over both sides, for at the singular position itself the equations
-tell a node to half the digits only.
+jump foreseen, the tolerance out of reach) is approached by an ever finer grid, and a singular
+position that remains is gone straight through (see passing). What then remains is a limit.
 """
 
 from __future__ import annotations
@@ -20,14 +17,13 @@ import numpy as np
 
 from gimcli.kernels import jit
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.motion.bridge import Bridge, Row, lagrange
+from gimcli.motion.bridge import Bridge, Row
+from gimcli.motion.passing import Passing
 from gimcli.solvers import closed, newton
 from gimcli.solvers.block import Block
 from gimcli.solvers.newton import Packed, Run
-from gimcli.solvers.side import sides
 from gimcli.status import Status
-from gimcli.structure.residual import allowed, residual
-from gimcli.structure.steps import NONE, Coupled, Dyad, Orient, Place, Plan, Tilt
+from gimcli.structure.steps import Coupled, Dyad, Orient, Place, Plan, Tilt
 
 if TYPE_CHECKING:
     from gimcli.solvers.program import Marcher
@@ -222,7 +218,7 @@ class Follower:
             if self.progress is not None:
                 self.progress(i, n)
             if doubtful:
-                i = self._beyond(path, i, self.cross(float(times[i])))
+                i = self._beyond(path, i, Passing(self).cross(float(times[i])))
         path.bridged = [bridge.centre for bridge in self.bridges[known:]]
         return path
 
@@ -300,139 +296,7 @@ class Follower:
         if block.end == len(block.time):
             return True
         ends = start + (time - start) * np.array(self.policy.first)
-        return all(self.cross(float(end)) for end in ends if end > self.log[-1].time)
-
-    # -- doubtful rows ---------------------------------------------------------------------
-
-    def cross(self, time: float) -> bool:
-        """Go on from the last row to a time on an ever finer grid; the log then ends there or beyond."""
-        start = self.log[-1].time
-        grid = start + (time - start) * np.arange(1, self.policy.split + 1) / self.policy.split
-        grid[-1] = time
-        while len(grid := grid[grid > self.log[-1].time]):
-            block = self.evaluate(grid, self.log)
-            self.remember(self.rows(block))
-            good = block.end - block.history
-            if good == len(grid):
-                break
-            if not self._pass(float(grid[good]), block):
-                return False
-        return True
-
-    def _pass(self, target: float, block: Block) -> bool:
-        """Get past a doubtful row: by a leap where two branches meet, else on a finer grid."""
-        gap = target - self.log[-1].time
-        if block.singular:
-            meeting = self._meeting(block.culprit, target)
-            if meeting is not None and self._leap(meeting):
-                return True
-            if not self.lenient:
-                self.lenient = True
-                done = self.cross(target)
-                self.lenient = False
-                return done
-        if gap <= self.policy.resolution * max(1.0, abs(target)):
-            return not block.singular and not block.blocked and self._leap(0.5 * (target + self.log[-1].time))
-        return self.cross(target)
-
-    def _meeting(self, branch: int, target: float) -> float | None:
-        """Return the time near `target` at which two branches cannot be told apart, None where they always can.
-
-        The measure of a step does not depend on the side that is taken: it is sampled ever finer.
-        """
-        start = self.log[-1].time
-        if branch == NONE:  # a coupled group: only the landing will tell
-            return 0.5 * (start + target)
-        low, high = start, max(target, start + self.policy.window * self.turn)
-        for _ in range(self.policy.zooms):
-            grid = np.linspace(low, high, 4 * self.policy.split + 1)[1:]
-            quality = self._quality(branch, grid)
-            if not np.any(np.isfinite(quality)):
-                return None
-            k = int(np.nanargmin(quality))
-            if quality[k] < -1.0:
-                return None
-            step = grid[1] - grid[0]
-            low, high = max(start, grid[k] - step), grid[k] + step
-        return float(grid[k]) if quality[k] <= self.policy.meeting else None
-
-    def _quality(self, branch: int, times: FloatArray) -> FloatArray:
-        lenient, self.lenient = self.lenient, True
-        block = self.evaluate(times, self.log)
-        self.lenient = lenient
-        return block.quality[branch, block.history :]
-
-    def _leap(self, centre: float) -> bool:
-        """Pass a singular position: solve beyond it what is foreseen from before it."""
-        gap = abs(centre - self.log[-1].time)
-        return any(
-            self._bridge(centre, part * self.turn) for part in self.policy.leaps if gap <= 0.5 * part * self.turn
-        )
-
-    def _bridge(self, centre: float, delta: float) -> bool:
-        saved = self.sign.copy(), dict(self.determinant), self.log, self.lenient
-        self.lenient = False
-        before = self._uniform(centre + delta * np.arange(-4.0, 0.0))
-        done = before is not None and self._land(centre, delta, before) and self._closes()
-        self.lenient = saved[3]
-        if not done:
-            self.sign, self.determinant, self.log = saved[:3]
-            del self.bridges[self.passed :]
-        self.passed = len(self.bridges)
-        return done
-
-    def _closes(self) -> bool:
-        """Tell whether the mechanism is assembled at the singular position itself: no limit was leapt over."""
-        bridge = self.bridges[-1]
-        row, when = bridge.at(bridge.centre), np.array([bridge.centre])
-        found = residual(self.mechanism, (row.x + 1j * row.y)[:, None], self.inputs(when))
-        return bool(found.total[0] <= max(self.policy.closure, allowed(self.mechanism, 0.0)))
-
-    def _uniform(self, times: FloatArray) -> list[Row] | None:
-        history = [row for row in self.log if row.time < times[0]]
-        if not history:
-            return None
-        block = self.evaluate(times, history)
-        return self.rows(block) if block.end == len(block.time) else None
-
-    def _land(self, centre: float, delta: float, before: list[Row]) -> bool:
-        """Solve beyond a singular position with the signs foreseen there."""
-        when = [row.time for row in before]
-        weights = lagrange(when, centre + delta)
-        foreseen = Row(
-            centre + delta,
-            *(sum(w * getattr(row, part) for w, row in zip(weights, before, strict=True)) for part in "xyg"),
-        )
-        old, self.sign = self.sign, self._sides(foreseen)
-        self.determinant = dict.fromkeys(self.determinant, 0.0)
-        block = self.evaluate(np.array([centre + delta]), self._fan(before, foreseen))
-        if block.end < len(block.time):
-            return False
-        first = self.rows(block)[0]
-        way = np.hypot(foreseen.x - before[-1].x, foreseen.y - before[-1].y)
-        miss = np.hypot(foreseen.x - first.x, foreseen.y - first.y)
-        if not np.all(miss <= self.policy.agreement * np.nanmax(way)):
-            return False
-        turned = np.where(foreseen.g * first.g < 0.0, -1.0, 1.0)  # where two centres have met
-        rows = [*(Row(row.time, row.x, row.y, turned * row.g) for row in before), first]
-        block = self.evaluate(centre + delta * np.arange(2.0, 5.0), rows)
-        if block.end < len(block.time):
-            return False
-        self.log = rows + self.rows(block)
-        bridge = Bridge(centre, self.log.copy())
-        flipped = tuple(int(k) for k in np.flatnonzero(self.sign != old))
-        self.bridges.append(Bridge(bridge.turning(), bridge.rows, flipped))
-        return True
-
-    def _sides(self, row: Row) -> FloatArray:
-        when = np.array([row.time])
-        guess = Block.empty(self.plan, len(self.mechanism.nodes), when, self.inputs(when), 0)
-        guess.x[:, 0], guess.y[:, 0] = row.x, row.y
-        return sides(self.plan, guess, self.mechanism.size)
-
-    def _fan(self, before: list[Row], foreseen: Row) -> list[Row]:
-        """Return a history whose extrapolation is what is foreseen: it turns on the spot."""
-        return [Row(before[-1].time, foreseen.x, foreseen.y, self.sign * np.abs(foreseen.g))]
+        return all(Passing(self).cross(float(end)) for end in ends if end > self.log[-1].time)
 
 
 def _tail(block: Block, first: int) -> Block:

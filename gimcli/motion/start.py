@@ -77,6 +77,17 @@ def random_guess(mechanism: Mechanism, seed: int) -> ComplexArray:
     return np.asarray(guess)
 
 
+def moved(
+    mechanism: Mechanism, plan: Plan, z: ComplexArray, begin: FloatArray, end: FloatArray, run: Run, tolerance: float
+) -> ComplexArray | None:
+    """Return positions (nodes,) after a straight run of the inputs from an assembled one; None where it is stopped."""
+    first = Assembler(mechanism, plan, run, tolerance).assemble(begin, z)
+    if first.status is not Status.OK:
+        return None
+    there = _move(mechanism, plan, first, begin, end, run, tolerance)
+    return None if there is None else np.asarray(there.row.x + 1j * there.row.y)
+
+
 def _move(
     mechanism: Mechanism, plan: Plan, first: Assembly, begin: FloatArray, end: FloatArray, run: Run, tolerance: float
 ) -> Assembly | None:

@@ -20,15 +20,17 @@ from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.drawing import Step
-    from gimcli.output.forces import Effort
     from gimcli.output.groups import Box, Joint
     from gimcli.output.history import Panel
-    from gimcli.output.picture import Picture, Sheet
+    from gimcli.output.picture import Content
+    from gimcli.output.singular import Shown
+    from gimcli.output.vectors import Arrows
 
 __all__ = [
     "PICTURE_FORMATS",
     "TABLE_FORMATS",
     "CsvStream",
+    "draw_configurations",
     "draw_forces",
     "draw_groups",
     "draw_history",
@@ -36,6 +38,7 @@ __all__ = [
     "draw_motion",
     "draw_position",
     "draw_sequence",
+    "draw_singularities",
     "draw_tradeoff",
     "refuse_unwritable",
     "write",
@@ -44,20 +47,20 @@ __all__ = [
     "written_text",
 ]
 
-Content = TypeVar("Content")
-Formats = Mapping[str, Callable[[Content, Path], None]]
+Written = TypeVar("Written")
+Formats = Mapping[str, Callable[[Written, Path], None]]
 
 TABLE_FORMATS: Formats[Table] = {
     ".csv": write_csv,
 }
-PICTURE_FORMATS: Formats[Picture | Sheet] = {
+PICTURE_FORMATS: Formats[Content] = {
     ".png": write_png,
     ".svg": write_svg,
     ".pdf": write_pdf,
 }
 
 
-def write(content: Table | Picture | Sheet, path: Path | str) -> None:
+def write(content: Table | Content, path: Path | str) -> None:
     """Write a table or a picture in the format that the suffix of `path` names."""
     if isinstance(content, Table):
         _write(content, Path(path), TABLE_FORMATS, "table")
@@ -65,7 +68,7 @@ def write(content: Table | Picture | Sheet, path: Path | str) -> None:
         _write(content, Path(path), PICTURE_FORMATS, "picture")
 
 
-def _write(content: Content, path: Path, formats: Formats[Content], what: str) -> None:
+def _write(content: Written, path: Path, formats: Formats[Written], what: str) -> None:
     writer = formats.get(path.suffix.lower())
     if writer is None:
         raise UsageError(f"{path}: no {what} is written as '{path.suffix}'; choose {', '.join(formats)}")
@@ -78,11 +81,20 @@ def draw_motion(
     curves: Mapping[str, ComplexArray],
     path: Path | str,
     title: str,
+    measured: Mapping[str, ComplexArray] | None = None,
+    areas: Sequence[ComplexArray] = (),
+    panels: Mapping[str, Table] | None = None,
 ) -> None:
-    """Draw some poses (poses, nodes) and the traced curves, both in the file's units."""
-    from gimcli.output.drawing import motion_picture
+    """Draw some poses (poses, nodes) and the traced curves, both in the file's units.
 
-    write(motion_picture(mechanism, positions, curves, title), path)
+    Curves that measures add show only as far as there is room; `areas` are regions passed over; `panels` are graphs
+    below the drawing, tables whose first column is the abscissa.
+    """
+    from gimcli.output.drawing import motion_picture
+    from gimcli.output.panels import with_panels
+
+    picture = motion_picture(mechanism, positions, curves, title, measured or {}, areas)
+    write(with_panels(picture, panels or {}), path)
 
 
 def draw_position(
@@ -91,11 +103,21 @@ def draw_position(
     path: Path | str,
     title: str,
     points: Mapping[str, complex] | None = None,
+    arrows: Sequence[Arrows] = (),
 ) -> None:
-    """Draw one pose (nodes,) with its names, and named points, in the file's units."""
+    """Draw one pose (nodes,) with its names, named points, and vectors at them, in the file's units."""
     from gimcli.output.drawing import position_picture
 
-    write(position_picture(mechanism, position, title, points or {}), path)
+    write(position_picture(mechanism, position, title, points or {}, arrows), path)
+
+
+def draw_configurations(
+    mechanism: Mechanism, positions: ComplexArray, titles: Sequence[str], path: Path | str, title: str
+) -> None:
+    """Draw positions (configurations, nodes) in the file's units side by side, each with a title."""
+    from gimcli.output.gallery import gallery_picture
+
+    write(gallery_picture(mechanism, positions, titles, title), path)
 
 
 def draw_sequence(
@@ -105,6 +127,19 @@ def draw_sequence(
     from gimcli.output.drawing import sequence_picture
 
     write(sequence_picture(mechanism, position, steps, title), path)
+
+
+def draw_singularities(
+    mechanism: Mechanism,
+    shown: Sequence[Shown],
+    curves: Mapping[str, ComplexArray],
+    path: Path | str,
+    title: str,
+) -> None:
+    """Draw singular positions, numbered, over the curves of circuits, all in the file's units."""
+    from gimcli.output.singular import singular_picture
+
+    write(singular_picture(mechanism, shown, curves, title), path)
 
 
 def draw_history(
@@ -128,8 +163,8 @@ def draw_tradeoff(curves: Mapping[str, FloatArray], front: FloatArray, path: Pat
     write(tradeoff_picture(curves, front, title), path)
 
 
-def draw_forces(efforts: Sequence[Effort], shaking: ComplexArray, path: Path | str, title: str) -> None:
-    """Draw driving efforts over the input or the time, and the path of the shaking force [N]."""
+def draw_forces(efforts: Mapping[str, Table], shaking: ComplexArray, path: Path | str, title: str) -> None:
+    """Draw driving efforts, tables whose first column is the abscissa, and the path of the shaking force [N]."""
     from gimcli.output.forces import forces_sheet
 
     write(forces_sheet(efforts, shaking, title), path)

@@ -12,13 +12,17 @@ from gimcli.mechanism import ComplexArray
 MOST_PIECES = 12
 """Reversals above which a curve is drawn as it is."""
 
+MOST_LAPS = 6
+"""Laps that are looked for: twice the same dashes make a full line."""
+
 TESTED = 60
 """Points of a piece that are held against the others."""
 
 
 def drawn_runs(curve: ComplexArray, point: float) -> list[ComplexArray]:
     """Return the pieces of a curve between its gaps; `point` is a typographic point in data units."""
-    return [part for run in _runs(thinned(curve, 0.3 * point)) for part in _once(run, 0.5 * point)]
+    runs = [_one_lap(run, 0.5 * point) for run in _runs(curve)]
+    return [part for run in runs for part in _once(thinned(run, 0.3 * point), 0.5 * point)]
 
 
 def thinned(curve: ComplexArray, cell: float) -> ComplexArray:
@@ -38,6 +42,15 @@ def _runs(curve: ComplexArray) -> list[ComplexArray]:
     gaps = np.flatnonzero(~np.isfinite(curve))
     pieces = np.split(curve, np.unique(np.concatenate((gaps, gaps + 1))))
     return [piece for piece in pieces if len(piece) and np.all(np.isfinite(piece))]
+
+
+def _one_lap(run: ComplexArray, near: float) -> ComplexArray:
+    """Return the first lap of a curve that goes round several times in equal steps."""
+    for laps in range(MOST_LAPS, 1, -1):
+        lap, rest = divmod(len(run) - 1, laps)
+        if lap > 2 and not rest and np.max(np.abs(run[lap:] - run[:-lap])) < near:
+            return run[: lap + 1]
+    return run
 
 
 def _once(run: ComplexArray, near: float) -> list[ComplexArray]:

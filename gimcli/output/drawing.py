@@ -19,11 +19,13 @@ from gimcli.output.style import (
     STEP_ARROW,
     STEP_HEAD,
     STEP_SECOND,
+    SWEPT,
     TRACER,
     Mark,
     Pen,
     curve_pen,
 )
+from gimcli.output.vectors import Arrows, Field
 
 Step = tuple[int, tuple[int, ...]]
 """The node that a step moves, and the nodes about which it moves it."""
@@ -35,35 +37,69 @@ MOST_KEYS = 18
 """Curves that the legend names."""
 
 
+REACH = 0.4
+"""How far beyond the mechanism, in its own extents, a measure's curve is shown: centrodes run to infinity."""
+
+
 def motion_picture(
-    mechanism: Mechanism, positions: ComplexArray, curves: Mapping[str, ComplexArray], title: str
+    mechanism: Mechanism,
+    positions: ComplexArray,
+    curves: Mapping[str, ComplexArray],
+    title: str,
+    measured: Mapping[str, ComplexArray] | None = None,
+    areas: Sequence[ComplexArray] = (),
 ) -> Picture:
-    """Return some poses, the first strong and the rest light, and the traced curves."""
+    """Return some poses, the first strong and the rest light, the traced curves, and what was measured."""
     skeleton = _solved(mechanism, positions)
     traced = [np.asarray(curve, dtype=np.complex128) for curve in curves.values()]
-    picture = _plot(mechanism, title, [skeleton.extent(), *traced] if skeleton else traced)
+    shown = [skeleton.extent(), *traced] if skeleton else traced
+    more = {name: _within(curve, shown) for name, curve in (measured or {}).items()}
+    picture = _plot(mechanism, title, [*shown, *more.values(), *(np.ravel(area) for area in areas)])
+    if areas:
+        picture.area(SWEPT, *areas)
+        picture.legend.append(("area swept", Pen(7.0, SWEPT.face)))
     if skeleton:
         for pose in range(1, len(skeleton.poses)):
             draw_ghost(picture, skeleton, pose)
         draw_strong(picture, skeleton)
-    _draw_curves(picture, dict(zip(curves, traced, strict=True)))
+    _draw_curves(picture, dict(zip(curves, traced, strict=True)) | more)
     if skeleton:
         _write_names(picture, skeleton, sorted(skeleton.used), {})
     return picture
 
 
+def _within(curve: ComplexArray, shown: Sequence[ComplexArray]) -> ComplexArray:
+    """Return a curve without what lies far from all that is shown."""
+    z = np.concatenate([*shown, np.zeros(0, dtype=np.complex128)])
+    z = z[np.isfinite(z)]
+    if not len(z):
+        return curve
+    reach = REACH * max(float(np.ptp(z.real)), float(np.ptp(z.imag)))
+    outside = (curve.real < z.real.min() - reach) | (curve.real > z.real.max() + reach)
+    outside |= (curve.imag < z.imag.min() - reach) | (curve.imag > z.imag.max() + reach)
+    return np.where(outside, complex(np.nan, np.nan), curve)
+
+
 def position_picture(
-    mechanism: Mechanism, position: ComplexArray, title: str, points: Mapping[str, complex]
+    mechanism: Mechanism,
+    position: ComplexArray,
+    title: str,
+    points: Mapping[str, complex],
+    arrows: Sequence[Arrows] = (),
 ) -> Picture:
-    """Return one pose with the names of its nodes and points."""
+    """Return one pose with the names of its nodes and points, and vectors there."""
     skeleton = _solved(mechanism, position)
     named = np.array(list(points.values()), dtype=np.complex128)
-    picture = _plot(mechanism, title, [np.ravel(position), named, *([skeleton.extent()] if skeleton else [])])
+    shown = [np.ravel(position), named, *([skeleton.extent()] if skeleton else [])]
+    field = Field(arrows, np.concatenate(shown))
+    picture = _plot(mechanism, title, [*shown, field.extent()])
     own = {point.name for point in mechanism.points} if skeleton else set()
     picture.mark(TRACER, *(z for name, z in points.items() if name not in own and np.isfinite(z)))
     if skeleton:
         draw_strong(picture, skeleton)
         draw_markers(picture, skeleton)
+    field.draw(picture)
+    if skeleton:
         _write_names(picture, skeleton, range(len(mechanism.nodes)), points)
     return picture
 
@@ -114,9 +150,14 @@ def _solved(mechanism: Mechanism, positions: ComplexArray) -> Skeleton | None:
 
 def _plot(mechanism: Mechanism, title: str, shown: Sequence[ComplexArray]) -> Picture:
     """Return an empty picture with equal axes that has room for some points."""
-    unit = "" if mechanism.length_unit in ("unit", "") else f" [{mechanism.length_unit}]"
     frame = Frame.around(np.concatenate([*shown, np.zeros(0, dtype=np.complex128)]))
-    return Picture(title, frame, (f"x{unit}", f"y{unit}"))
+    return Picture(title, frame, length_labels(mechanism))
+
+
+def length_labels(mechanism: Mechanism) -> tuple[str, str]:
+    """Return the names of the axes, with the file's unit."""
+    unit = "" if mechanism.length_unit in ("unit", "") else f" [{mechanism.length_unit}]"
+    return f"x{unit}", f"y{unit}"
 
 
 def _draw_curves(picture: Picture, curves: Mapping[str, ComplexArray]) -> None:

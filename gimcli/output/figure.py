@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray
-from gimcli.output.picture import Key, Picture, Sheet, Text
+from gimcli.output.picture import Content, Gallery, Key, Picture, Sheet, Text
 from gimcli.output.style import DPI, FONT, INK, PAPER, Mark, Pen
 
 LEFT, RIGHT, BOTTOM, TOP = 0.85, 0.3, 0.5, 0.2
@@ -39,8 +39,12 @@ def quiet() -> Iterator[None]:
         yield
 
 
-def canvas_of(canvas: Any, content: Picture | Sheet) -> Any:
-    """Return a picture, or several, on matplotlib's canvas of some format."""
+def canvas_of(canvas: Any, content: Content) -> Any:
+    """Return what is to be drawn on matplotlib's canvas of some format."""
+    if isinstance(content, Gallery):
+        from gimcli.output.gallery import gallery_figure
+
+        return canvas(gallery_figure(content))
     return canvas(figure_of(content))
 
 
@@ -54,7 +58,7 @@ def figure_of(content: Picture | Sheet) -> Any:
     heights = [_height(picture, width) for picture in pictures]
     height = sum(heights) + len(heading) * LINE
     figure = Figure((width, height), dpi=DPI, facecolor=PAPER)
-    _write_title(figure, heading, 0.5, 1 - 0.12 / height)
+    write_title(figure, heading, 0.5, 1 - 0.12 / height)
     bottom = sum(heights)
     for picture, own in zip(pictures, heights, strict=True):
         bottom -= own
@@ -81,15 +85,16 @@ def _add_picture(figure: Any, picture: Picture, base: float, own: float, size: t
     bottom = base + BOTTOM + rows * LINE + (0.04 if rows else 0.0)
     left = LEFT + (width - LEFT - RIGHT - frame.width) / 2
     axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
-    _dress(axes, picture)
-    _fill(axes, picture)
+    dress(axes, picture)
+    fill(axes, picture)
+    axes.yaxis.get_offset_text().set_fontsize(FONT)
     middle = (left + frame.width / 2) / width
-    _write_title(figure, title, middle, (base + own - 0.12) / height)
+    write_title(figure, title, middle, (base + own - 0.12) / height)
     if rows:
         _add_legend(figure, picture, columns, (middle, (base + 0.07) / height))
 
 
-def _dress(axes: Any, picture: Picture) -> None:
+def dress(axes: Any, picture: Picture) -> None:
     """Set limits, labels and ticks."""
     low, high = picture.frame.low, picture.frame.high
     axes.set_xlim(low.real, high.real)
@@ -128,7 +133,7 @@ def _power(exponent: int) -> str:
     return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
-def _fill(axes: Any, picture: Picture) -> None:
+def fill(axes: Any, picture: Picture) -> None:
     """Add one collection per pen and fill, one line of markers per mark, and the texts."""
     from matplotlib.collections import LineCollection, PolyCollection
 
@@ -180,7 +185,8 @@ def _write_text(axes: Any, text: Text) -> None:
     )
 
 
-def _write_title(figure: Any, lines: list[str], x: float, y: float) -> None:
+def write_title(figure: Any, lines: list[str], x: float, y: float) -> None:
+    """Write a figure's title."""
     figure.text(x, y, "\n".join(lines), ha="center", va="top", fontsize=FONT + 2, color=INK, parse_math=False)
 
 

@@ -100,5 +100,18 @@ class Sheet:
     pictures: tuple[Picture, ...]
 
 
+@dataclass(frozen=True)
+class Gallery:
+    """Panels in rows; `columns` of them side by side."""
+
+    title: str
+    panels: tuple[Picture, ...]
+    columns: int
+
+
+Content = Picture | Sheet | Gallery
+"""What a picture's file holds."""
+
+
 def _array(path: ComplexArray | Iterable[complex]) -> ComplexArray:
     return np.asarray(path if isinstance(path, np.ndarray) else list(path), dtype=np.complex128)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from gimcli.output.atomic import written_bytes
 
 if TYPE_CHECKING:
-    from gimcli.output.picture import Picture, Sheet
+    from gimcli.output.picture import Content
 
 
-def write_png(picture: Picture | Sheet, path: Path | str) -> None:
+def write_png(picture: Content, path: Path | str) -> None:
     """Write a picture as pixels."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 

@@ -61,6 +61,7 @@ ARROW = Pen(1.1, layer=7)
 GHOST = Pen(0.8, SOFT, layer=2)
 
 PLATE = Fill("#e4e4e4", INK, 1.4, layer=3)
+SWEPT = Fill("#ededed", "#ededed", 0.3, layer=1)
 GHOST_PLATE = Fill("none", SOFT, 0.8, layer=2)
 SUPPORT = Fill(PAPER, INK, 1.0, layer=5)
 BLOCK = Fill(PAPER, INK, 1.3, layer=6)

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from gimcli.output.atomic import written_text
 
 if TYPE_CHECKING:
-    from gimcli.output.picture import Picture, Sheet
+    from gimcli.output.picture import Content
 
 
-def write_svg(picture: Picture | Sheet, path: Path | str) -> None:
+def write_svg(picture: Content, path: Path | str) -> None:
     """Write a picture as scalable lines; the same picture gives the same bytes."""
     import matplotlib
     from matplotlib.backends.backend_svg import FigureCanvasSVG

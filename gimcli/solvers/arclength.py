@@ -41,6 +41,7 @@ class Policy:
     corrections: int = 6
     closeness: float = 1e-14  # size of the last correction
     rounding: float = 1e-11  # below it corrections that end to shrink have arrived
+    noise: float = 0.0  # correction that rounding alone may cause beside a singular position
     rank: float = 1e-10  # of singular values over the greatest: below it the tangent is not told
     points: int = 100_000  # at most
 
@@ -86,7 +87,7 @@ def correct(system: Implicit, p: FloatArray, policy: Policy, normal: FloatArray 
             g, table = np.append(g, 0.0), np.vstack([table, normal])
         if not (np.all(np.isfinite(g)) and np.all(np.isfinite(table))):
             return None
-        step = np.linalg.lstsq(table, -g, rcond=policy.rank)[0]
+        step = _least(table, -g, len(p) if normal is not None else len(p) - 1, policy.rank)
         p += step
         size = float(np.linalg.norm(step))
         if size <= policy.closeness:
@@ -97,11 +98,19 @@ def correct(system: Implicit, p: FloatArray, policy: Policy, normal: FloatArray 
     return p if last <= policy.rounding else None
 
 
+def _least(table: FloatArray, wanted: FloatArray, rank: int, lost: float) -> FloatArray:
+    """Return the least step of some rank that does most; beside the curve surplus equations seem to hold one more."""
+    left, values, right = np.linalg.svd(table, full_matrices=False)
+    values = values[: min(rank, int(np.sum(values > lost * values[0])))]
+    told = len(values)
+    return np.asarray(right[:told].T @ ((left[:, :told].T @ wanted) / values))
+
+
 def advance(system: Implicit, here: Place, step: float, policy: Policy) -> Place | None:
     """Return the place a step along the tangent; None where it bends or has to be pulled too much."""
     ahead = here.p + step * here.tangent
     found = correct(system, ahead, policy)
-    if found is None or not np.linalg.norm(found - ahead) <= policy.pull * abs(step):
+    if found is None or not np.linalg.norm(found - ahead) <= policy.pull * abs(step) + policy.noise:
         return None
     there = place(system, found, here.tangent)
     return there if there.tangent @ here.tangent >= np.cos(policy.bend) else None

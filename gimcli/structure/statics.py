@@ -2,7 +2,7 @@
 
 Unknowns: two force components for every member at a node but the first, one normal force for every node on a line,
 the effort of every actuator. Equations: three for every moving member, two for a node of no member. The pin of a node
-belongs to the first of its members (the frame first, then links, then elements): what is attached to the pin loads
+belongs to the first of its members (the frame first, then as in the file): what is attached to the pin loads
 that one. A true prismatic pair holds the member whose two nodes slide. The blocks come out in the reverse order of
 formation.
 """
@@ -13,14 +13,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from gimcli.kernels.equilibrium import ALONG, COUPLE, PUSH
+from gimcli.kernels.equilibrium import ALONG, COUPLE, MOMENT, PUSH, X, Y
 from gimcli.mechanism import FRAME, Actuator, Drive, Mechanism
 from gimcli.structure.blocks import Block, split
 from gimcli.structure.checks import farthest
 from gimcli.structure.rotation import members_of
 from gimcli.structure.steps import NONE, Vector
-
-X, Y, MOMENT = 0, 1, 2
 
 
 @dataclass(frozen=True)
@@ -65,6 +63,8 @@ class Statics:
     efforts: tuple[int, ...]  # unknown of each actuator
     body_of_member: dict[int, int]
     body_of_pin: dict[int, int]  # body that a node's pin belongs to; NONE for the frame
+    pushed: tuple[int, ...]  # body of the slider that each gauge along a guide pushes; NONE: it pushes pins
+    on_pins: frozenset[int]  # unknowns that act on pins, and not on a member beside them
 
     @property
     def equations(self) -> int:
@@ -122,10 +122,11 @@ class _Builder:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.holders = members_of(mechanism)
-        attached = [n for a in (*mechanism.actuators, *mechanism.gauges) for n in _ends(a)]
+        attached = [n for a in (*mechanism.actuators, *mechanism.gauges) for n in self._ends(a)]
         attached += [s.node for k, s in enumerate(mechanism.slides) if self._sliding(k) == NONE]
         self.attached = set(attached)
         self.reactions: list[Reaction] = []
+        self.on_pins: set[int] = set()
         self.body_of_member = {k: k - 1 for k in range(1, len(mechanism.members))} | {FRAME: NONE}
         loose = [n for n in sorted(self.attached) if not self.holders[n]]
         self.body_of_pin = {n: self.body_of_member[h[0]] for n, h in enumerate(self.holders) if h}
@@ -139,19 +140,16 @@ class _Builder:
         efforts = tuple(self._effort(a) for a in mechanism.actuators)
         bodies = [Body(k, self._busiest(k)) for k in range(1, len(mechanism.members))]
         bodies += [Body(NONE, n) for n in self.loose]
+        pushed = tuple(self.body_of_member.get(self._slider(gauge), NONE) for gauge in mechanism.gauges)
         return Statics(
-            mechanism,
-            tuple(bodies),
-            tuple(self.reactions),
-            pins,
-            normals,
-            efforts,
-            self.body_of_member,
-            self.body_of_pin,
-        )
+            mechanism, tuple(bodies), tuple(self.reactions), pins, normals, efforts, self.body_of_member,
+            self.body_of_pin, pushed, frozenset(self.on_pins),
+        )  # fmt: skip
 
-    def _add(self, reaction: Reaction) -> int:
+    def _add(self, reaction: Reaction, on_pin: bool = False) -> int:
         self.reactions.append(reaction)
+        if on_pin:
+            self.on_pins.add(len(self.reactions) - 1)
         return len(self.reactions) - 1
 
     def _pin(self, node: int) -> Pin:
@@ -167,7 +165,8 @@ class _Builder:
         sliding = self._sliding(number)
         plus = self.body_of_pin[slide.node] if sliding == NONE else self.body_of_member[sliding]
         vector = carried_direction(self.mechanism, slide.member, 1j * slide.direction)
-        return self._add(Reaction(PUSH, plus, self.body_of_member[slide.member], slide.node, slide.node, vector))
+        reaction = Reaction(PUSH, plus, self.body_of_member[slide.member], slide.node, slide.node, vector)
+        return self._add(reaction, on_pin=sliding == NONE)
 
     def _sliding(self, number: int) -> int:
         """Return the member that a true prismatic pair holds, or NONE for a pin in a slot."""
@@ -182,12 +181,29 @@ class _Builder:
         body = self.body_of_member
         if actuator.drive is Drive.ROTARY:
             return self._add(Reaction(COUPLE, body[actuator.arm_member], body[actuator.reference_member]))
-        plus = self.body_of_pin[actuator.a]
         if actuator.drive is Drive.TRAVEL:
             vector = carried_direction(self.mechanism, actuator.reference_member, actuator.direction)
-            return self._add(Reaction(PUSH, plus, body[actuator.reference_member], actuator.a, actuator.a, vector))
+            slider, minus = self._slider(actuator), body[actuator.reference_member]
+            plus = self.body_of_pin[actuator.a] if slider == NONE else body[slider]
+            return self._add(Reaction(PUSH, plus, minus, actuator.a, actuator.a, vector), on_pin=slider == NONE)
+        plus, minus = self.body_of_pin[actuator.b], self.body_of_pin[actuator.a]
         vector = Vector(1.0 + 0.0j, actuator.a, actuator.b)
-        return self._add(Reaction(ALONG, self.body_of_pin[actuator.b], plus, actuator.b, actuator.a, vector))
+        return self._add(Reaction(ALONG, plus, minus, actuator.b, actuator.a, vector), on_pin=True)
+
+    def _slider(self, actuator: Actuator) -> int:
+        """Return the member of a true prismatic pair that an actuator or gauge moves along its guide, or NONE."""
+        if actuator.drive is not Drive.TRAVEL:
+            return NONE
+        for number, slide in enumerate(self.mechanism.slides):
+            if slide.node == actuator.a and slide.member == actuator.reference_member:
+                return self._sliding(number)
+        return NONE
+
+    def _ends(self, actuator: Actuator) -> Sequence[int]:
+        """Return the nodes whose pins an actuator or a gauge pushes."""
+        if actuator.drive is Drive.DISTANCE:
+            return actuator.a, actuator.b
+        return (actuator.a,) if actuator.drive is Drive.TRAVEL and self._slider(actuator) == NONE else ()
 
     def _busiest(self, member: int) -> int:
         """Return the node of a member at which most unknowns act: they leave the equation of moments."""
@@ -198,13 +214,6 @@ class _Builder:
                 if side == body and node in count:
                     count[node] += 1
         return max(count, key=lambda node: count[node])
-
-
-def _ends(actuator: Actuator) -> Sequence[int]:
-    """Return the nodes whose pins an actuator or a gauge pushes."""
-    if actuator.drive is Drive.ROTARY:
-        return ()
-    return (actuator.a,) if actuator.drive is Drive.TRAVEL else (actuator.a, actuator.b)
 
 
 def carried_direction(mechanism: Mechanism, index: int, direction: complex) -> Vector:

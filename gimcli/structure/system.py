@@ -74,6 +74,27 @@ class System:
             value * ((q @ w[:n]).reshape(self.m, n) @ v[:n]) for value, (_, _, _, q) in self._active(values)
         )
 
+    def jacobian_along(self, x: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
+        """Return the derivative of [F_x F_u] (m, n + actuators) along v (n + actuators,)."""
+        n = self.n
+        first, curve, values = self._values(u, 1), self._values(u, 2), self._values(u, 0)
+        table = np.zeros((self.m, n + len(u)))
+        for value, (_, _, _, q) in self._active(values):
+            table[:, :n] += value * (q @ v[:n]).reshape(self.m, n)
+        for k in range(len(u)):
+            own = self._owner == k
+            slope = self._slope(x, np.where(own, first, 0.0))
+            table[:, :n] += v[n + k] * slope
+            table[:, n + k] = slope @ v[:n] + v[n + k] * self._polynomial(x, np.where(own, curve, 0.0))
+        return table
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The member, sliding pair or actuator that each equation (m,) is of."""
+        mechanism = self.mechanism
+        members = [m.name for m in mechanism.members[1:] for _ in range(2 * len(m.nodes) - 3)]
+        return (*members, *(s.pair for s in mechanism.slides), *(a.name for a in mechanism.actuators))
+
     def _polynomial(self, x: FloatArray, values: FloatArray) -> FloatArray:
         total = np.zeros(self.m)
         for value, (_, c, linear, q) in self._active(values):

@@ -92,8 +92,8 @@ LINKAGES = {
 }  # fmt: skip
 
 
-def pylinkage(linkage: Linkage) -> Trace:
-    """Compile a pylinkage Linkage; its `step_fast` runs in numba."""
+def _simulated(linkage: Linkage) -> tuple[Any, list[Any], Any, float]:
+    """Return a pylinkage Linkage, where it starts, its crank, and the crank's way."""
     from pylinkage.actuators import Crank
     from pylinkage.components import Ground
     from pylinkage.dyads import FixedDyad, RRRDyad
@@ -115,12 +115,30 @@ def pylinkage(linkage: Linkage) -> Trace:
     ends = [getattr(parts[n], "output", parts[n]) for n in (u, v)]
     parts["point"] = FixedDyad(*ends, abs(z), math.atan2(z.imag, z.real))
     start = [part.position for part in parts.values()]
-    model = Simulated(list(parts.values()))
+    return Simulated(list(parts.values())), start, parts[name], last - first
+
+
+def pylinkage(linkage: Linkage) -> Trace:
+    """Compile a pylinkage Linkage; its `step_fast` runs in numba."""
+    model, start, crank, way = _simulated(linkage)
 
     def trace(steps: int) -> np.ndarray:
         model.set_coords(start)
-        path = model.step_fast(steps, dt=(last - first) / steps / parts[name].angular_velocity)
+        path = model.step_fast(steps, dt=way / steps / crank.angular_velocity)
         return path[:, -1, 0] + 1j * path[:, -1, 1]
+
+    return trace
+
+
+def pylinkage_rates(linkage: Linkage) -> Trace:
+    """Compile a pylinkage Linkage; its `step_fast_with_kinematics` gives position, velocity, acceleration."""
+    model, start, crank, way = _simulated(linkage)
+    model.set_input_velocity(crank, way)
+
+    def trace(steps: int) -> np.ndarray:
+        model.set_coords(start)
+        found = model.step_fast_with_kinematics(steps, dt=way / steps / crank.angular_velocity)
+        return np.stack([part[:, -1, 0] + 1j * part[:, -1, 1] for part in found])
 
     return trace
 

@@ -1,0 +1,208 @@
+"""Assur groups of a linkage, and what to leave out of one that is held more than once.
+
+Unknowns are x, y of every moving body and node, one angle a rotation class and one travel a slide; a joint is
+two equations. The rank is that of a linkage with random dimensions, which a joint's own point always closes.
+A matching of equations to unknowns directs the structure; its strongly connected components, in topological
+order, are the Assur groups. Source: Servatius, Shai & Whiteley 2010; Fraczek & Wojtyra on redundant constraints.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.analysis.configurations.count import PRIME
+from gimcli.analysis.configurations.linkage import NONE, Linkage
+from gimcli.errors import StructureError
+from gimcli.mechanism import FRAME, IntArray
+
+RANGE = 1 << 20
+"""Random places are integers up to this."""
+
+SEED = 20040401
+
+
+@dataclass(frozen=True)
+class Part:
+    """What one Assur group finds."""
+
+    vertices: tuple[int, ...]  # bodies and nodes placed
+    classes: tuple[int, ...]  # rotation classes turned
+    slides: tuple[int, ...]  # joints whose travel is found
+    joints: tuple[int, ...]  # joints that are its equations
+
+
+@dataclass
+class Unknowns:
+    """Columns: ("p", vertex) twice, ("t", class), ("s", joint)."""
+
+    linkage: Linkage
+    column: dict[tuple[str, int], int] = field(default_factory=dict)
+    count: int = 0
+
+    def __post_init__(self) -> None:
+        linkage = self.linkage
+        bodies = [b for b in range(linkage.bodies) if b != FRAME and b not in linkage.dropped]
+        nodes = sorted({j.node for j in linkage.joints})
+        for vertex in (*bodies, *(linkage.bodies + n for n in nodes)):
+            self._add(("p", vertex), 2)
+        for turning in sorted({linkage.classes[b] for b in bodies} - {NONE}):
+            self._add(("t", turning), 1)
+        for k, joint in enumerate(linkage.joints):
+            if joint.direction is not None:
+                self._add(("s", k), 1)
+
+    def _add(self, unknown: tuple[str, int], width: int) -> None:
+        self.column[unknown] = self.count
+        self.count += width
+
+    def of(self, index: int) -> list[tuple[str, int]]:
+        """Return the unknowns of a joint."""
+        joint = self.linkage.joints[index]
+        asked = [("p", joint.body), ("p", self.linkage.bodies + joint.node)]
+        asked += [("t", self.linkage.classes[joint.body]), ("s", index)]
+        return [u for u in asked if u in self.column]
+
+
+def independent(linkage: Linkage) -> Linkage:
+    """Return the linkage without surplus constraints, one after the other.
+
+    A bar goes as a whole, a slide as a joint; any other pin is let slide. What is left out is told by the
+    residual afterwards. Raises StructureError where something can still move.
+    """
+    while True:
+        rank, rows, columns = _rank(linkage)
+        if rank < columns:
+            _refuse(linkage)
+        if rows == columns:
+            return linkage
+        linkage = next(found for found in _reduced(linkage) if _rank(found)[0] == Unknowns(found).count)
+
+
+def _reduced(linkage: Linkage) -> Iterator[Linkage]:
+    """Yield the linkage with one constraint less: the last bars first."""
+    pins = Counter(j.body for j in linkage.joints)
+    members = len(linkage.mechanism.members)
+    for body in range(members - 1, FRAME, -1):
+        own = [j for j in linkage.joints if j.body == body]
+        shared = sum(c == linkage.classes[body] for c in linkage.classes) > 1
+        if pins[body] == 2 and not shared and all(j.direction is None and j.actuator == NONE for j in own):
+            yield linkage.without_body(body)
+    for k in reversed(range(len(linkage.joints))):
+        if linkage.joints[k].direction is not None and linkage.joints[k].actuator == NONE:
+            yield linkage.without_joint(k)
+    for k in reversed(range(len(linkage.joints))):
+        if linkage.joints[k].direction is None and linkage.joints[k].body != FRAME:
+            yield linkage.slackened(k)
+    raise StructureError(f"{linkage.mechanism.name} is over-driven: its actuators contradict each other; remove one")
+
+
+def _rank(linkage: Linkage) -> tuple[int, int, int]:
+    """Return rank, equations and unknowns at random dimensions."""
+    table = generic_jacobian(linkage)
+    return len(_eliminated(table)[1]), table.shape[0], table.shape[1]
+
+
+def generic_jacobian(linkage: Linkage) -> IntArray:
+    """Return the derivatives of all joints (2 joints, unknowns) at a random position that they close.
+
+    Places are integers: the rank is told modulo a prime, exactly, however long a chain is.
+    """
+    unknowns, generator = Unknowns(linkage), np.random.default_rng(SEED)
+    place = generator.integers(-RANGE, RANGE, (linkage.vertices, 2))
+    place[FRAME] = 0
+    table = np.zeros((2 * len(linkage.joints), unknowns.count), dtype=np.int64)
+    for k, joint in enumerate(linkage.joints):
+        node, rail = linkage.bodies + joint.node, generator.integers(-RANGE, RANGE, 2)
+        for unknown in unknowns.of(k):
+            kind, which = unknown
+            at, rows = unknowns.column[unknown], slice(2 * k, 2 * k + 2)
+            x, y = place[node] - place[joint.body]
+            if kind == "p":
+                table[rows, at : at + 2] = np.eye(2) if which == node else -np.eye(2)
+            else:
+                table[rows, at] = (y, -x) if kind == "t" else -rail
+    return table % PRIME
+
+
+def _eliminated(table: IntArray) -> tuple[IntArray, list[int]]:
+    """Return the reduced rows of a table modulo PRIME (Gauss, Jordan), and their pivots' columns."""
+    rows, pivots = table.copy(), list[int]()
+    for column in range(table.shape[1]):
+        rank = len(pivots)
+        below = np.flatnonzero(rows[rank:, column])
+        if not len(below):
+            continue
+        pivot = rank + int(below[0])
+        rows[[rank, pivot]] = rows[[pivot, rank]]
+        rows[rank] = rows[rank] * pow(int(rows[rank, column]), -1, PRIME) % PRIME
+        others = np.flatnonzero(rows[:, column])
+        others = others[others != rank]
+        rows[others] = (rows[others] - rows[others, column, None] * rows[rank]) % PRIME
+        pivots.append(column)
+    return rows[: len(pivots)], pivots
+
+
+def _refuse(linkage: Linkage) -> None:
+    """Raise StructureError with the nodes that nothing drives."""
+    unknowns = Unknowns(linkage)
+    reduced, pivots = _eliminated(generic_jacobian(linkage))
+    moving = np.ones(unknowns.count, dtype=bool)
+    free = np.setdiff1d(np.arange(unknowns.count), pivots)
+    moving[pivots] = (reduced[:, free] != 0).any(axis=1)
+    names = []
+    for (kind, which), at in unknowns.column.items():
+        if kind == "p" and which >= linkage.bodies and moving[at : at + 2].any():
+            names.append(linkage.mechanism.nodes[which - linkage.bodies])
+    raise StructureError(
+        f"nothing drives {'nodes ' + ', '.join(names) if names else 'all of ' + linkage.mechanism.name}: at these"
+        " inputs there are not some configurations but a motion; add an actuator for each freedom"
+    )
+
+
+def parts(linkage: Linkage) -> list[Part]:
+    """Return the Assur groups of a linkage without surplus constraints, in the order of solution."""
+    from graphlib import TopologicalSorter
+
+    from scipy.sparse import coo_array, csr_array
+    from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
+
+    unknowns = Unknowns(linkage)
+    rows: list[list[int]] = []  # columns of every equation
+    for k in range(len(linkage.joints)):
+        columns = [(unknowns.column[u], u[0]) for u in unknowns.of(k)]
+        for part in (0, 1):
+            rows.append([c + (part if kind == "p" else 0) for c, kind in columns])
+    i = np.array([r for r, columns in enumerate(rows) for _ in columns], dtype=np.int32)
+    j = np.array([c for columns in rows for c in columns], dtype=np.int32)
+    shape = (len(rows), unknowns.count)
+    match = maximum_bipartite_matching(csr_array((np.ones(len(i)), (i, j)), shape=shape), perm_type="row")
+    whole = list(range(unknowns.count))  # x and y of a vertex are one
+    for (kind, _), at in unknowns.column.items():
+        if kind == "p":
+            whole[at + 1] = at
+    edges = [(whole[c], whole[own]) for own, row in enumerate(match) for c in rows[row]]
+    a, b = np.array(edges, dtype=np.int32).reshape(-1, 2).T
+    graph = coo_array((np.ones(len(a)), (a, b)), shape=(unknowns.count, unknowns.count))
+    _, label = connected_components(graph, directed=True, connection="strong")
+    order: dict[int, set[int]] = {int(label[whole[c]]): set() for c in range(unknowns.count)}
+    for u, v in edges:
+        if label[u] != label[v]:
+            order[int(label[v])].add(int(label[u]))
+    content: dict[int, list[tuple[str, int]]] = {name: [] for name in order}
+    for unknown, at in unknowns.column.items():
+        content[int(label[at])].append(unknown)
+    owner: dict[int, set[int]] = {name: set() for name in order}
+    for own, row in enumerate(match):
+        owner[int(label[whole[own]])].add(int(row) // 2)
+    return [_part(content[name], owner[name]) for name in TopologicalSorter(order).static_order()]
+
+
+def _part(content: list[tuple[str, int]], joints: set[int]) -> Part:
+    def only(kind: str) -> tuple[int, ...]:
+        return tuple(sorted(which for k, which in content if k == kind))
+
+    return Part(only("p"), only("t"), only("s"), tuple(sorted(joints)))

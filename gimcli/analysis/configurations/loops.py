@@ -1,0 +1,147 @@
+"""Loop equations of a planar linkage in isotropic coordinates.
+
+Unknowns are theta_c = e^(i phi_c) of every rotation class and s_q of every passive slide. For every loop k
+
+    f_k = C0_k + sum_c C_kc theta_c + sum_q U_kq s_q theta_m(q)              = 0
+    g_k = conj(C0_k) + sum_c conj(C_kc) / theta_c + sum_q conj(U_kq) s_q / theta_m(q) = 0
+
+m(q) is the class that carries the rail of slide q. All coefficients are linear in the linkage's own points
+and rail directions: the *family* of a topology is every complex choice of these, with the conjugates independent.
+Numerically the unknowns are w = [log theta, s]. Source: C. Wampler, Displacement analysis of spherical and
+planar mechanisms, 2001 (isotropic coordinates).
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray
+
+GROUND = -1
+"""Rail of a slide whose direction is known."""
+
+
+@dataclass(frozen=True)
+class Family:
+    """Which coefficients each parameter enters: C0 = T0 p, C = TC p, U = TU p."""
+
+    T0: FloatArray = field(repr=False)  # (L, parameters) small integers
+    TC: FloatArray = field(repr=False)  # (L, n, parameters)
+    TU: FloatArray = field(repr=False)  # (L, q, parameters)
+    rail: IntArray  # (q,) class, or GROUND
+
+    @property
+    def loops(self) -> int:
+        """Number of loops L."""
+        return int(self.T0.shape[0])
+
+    @property
+    def angles(self) -> int:
+        """Number of rotation classes n."""
+        return int(self.TC.shape[1])
+
+    @property
+    def slides(self) -> int:
+        """Number of passive slides q."""
+        return int(self.TU.shape[1])
+
+    @property
+    def square(self) -> bool:
+        """Tell whether there are as many equations as unknowns."""
+        return self.angles + self.slides == 2 * self.loops
+
+    @cached_property
+    def key(self) -> str:
+        """A name of the topology: the same for the same tensors."""
+        digest = hashlib.sha256(repr((self.TC.shape, self.TU.shape, self.rail.tolist())).encode())
+        for tensor in (self.T0, self.TC, self.TU):
+            digest.update(np.ascontiguousarray(tensor, dtype=np.int8).tobytes())
+        return digest.hexdigest()[:32]
+
+    @cached_property
+    def carried(self) -> FloatArray:
+        """(q, n) 1 where a class carries the rail of a slide."""
+        table = np.zeros((self.slides, self.angles))
+        for q, m in enumerate(self.rail):
+            if m != GROUND:
+                table[q, m] = 1.0
+        return table
+
+    @cached_property
+    def stacked(self) -> FloatArray:
+        """The three tensors as one (L (1 + n + q), parameters), a loop's constant first."""
+        table = np.concatenate([self.T0[:, None, :], self.TC, self.TU], axis=1)
+        return table.reshape(-1, table.shape[2])
+
+    def member(self, p: ComplexArray, pb: ComplexArray) -> ComplexArray:
+        """Return the coefficients H (..., 2, L, 1 + n + q) of f and g.
+
+        p and, independent of them, pb are (..., parameters). A column is the constant, an angle or a slide.
+        """
+        both = np.stack([p, pb], axis=-2) @ self.stacked.T
+        return both.reshape(*both.shape[:-1], self.loops, 1 + self.angles + self.slides)
+
+
+@dataclass(frozen=True)
+class Loops:
+    """The loop equations of one real linkage; n + q = 2 L."""
+
+    C0: ComplexArray  # (L,)
+    C: ComplexArray  # (L, n)
+    U: ComplexArray  # (L, q)
+    rail: IntArray  # (q,) class that carries the rail, or GROUND
+    family: Family = field(repr=False)
+    p: ComplexArray = field(repr=False)  # (parameters,)
+
+    @classmethod
+    def of(cls, family: Family, p: ComplexArray) -> Loops:
+        """Return the linkage of a family that has parameters p."""
+        half, n = family.member(p, p)[0], family.angles
+        return cls(half[:, 0], half[:, 1 : 1 + n], half[:, 1 + n :], family.rail, family, p)
+
+    @cached_property
+    def H(self) -> ComplexArray:  # noqa: N802 - the equations' own letter
+        """(2, L, 1 + n + q) coefficients of f and g; the second half is the conjugate of the first."""
+        half = np.concatenate([self.C0[:, None], self.C, self.U], axis=1)
+        return np.stack([half, half.conj()])
+
+
+def factors(family: Family, w: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return what the coefficients are multiplied by at w (..., n + q).
+
+    These are (..., 2, 1 + n + q) of 1, theta, s theta_m and of 1, 1/theta, s/theta_m; then (..., 2, q) of
+    theta_m and 1/theta_m.
+    """
+    n = family.angles
+    ab = np.ones((*w.shape[:-1], 2, 1 + n + family.slides), dtype=complex)
+    ab[..., 0, 1 : 1 + n] = np.exp(w[..., :n])
+    ab[..., 1, 1 : 1 + n] = 1.0 / ab[..., 0, 1 : 1 + n]
+    ride = ab[..., family.rail + 1]
+    ab[..., 1 + n :] = ride * w[..., None, n:]
+    return ab, ride
+
+
+def values(family: Family, H: ComplexArray, w: ComplexArray) -> ComplexArray:
+    """Return f and g (..., 2 L) at w (..., n + q)."""
+    ab, _ = factors(family, w)
+    value = (H @ ab[..., None])[..., 0]
+    return value.reshape(*value.shape[:-2], 2 * family.loops)
+
+
+def values_and_jacobian(family: Family, H: ComplexArray, w: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return f and g (..., 2 L) and their derivatives by w (..., 2 L, n + q)."""
+    n, (ab, ride) = family.angles, factors(family, w)
+    term = H * ab[..., None, :]
+    value = term.sum(axis=-1)
+    jacobian = term[..., 1:]
+    if family.slides:
+        jacobian[..., :n] += term[..., 1 + n :] @ family.carried
+    jacobian[..., 1, :, :n] *= -1.0
+    if family.slides:
+        jacobian[..., n:] = H[..., 1 + n :] * ride[..., None, :]
+    lead, rows = value.shape[:-2], 2 * family.loops
+    return value.reshape(*lead, rows), jacobian.reshape(*lead, rows, n + family.slides)

@@ -1,0 +1,111 @@
+"""All singular positions of all circuits that meet, each told once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.analysis.singularities import CHANGE, Singularity, interval, singularities
+from gimcli.errors import StructureError
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.motion.branches import SAME, Branches, all_circuits, first_circuit
+from gimcli.motion.circuit import Circuit
+from gimcli.motion.curve import Curve
+from gimcli.motion.effort import plain
+from gimcli.motion.start import drawn_inputs, start_position
+from gimcli.status import Status
+from gimcli.structure.plan import make_plan
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Found:
+    """A singular position and the circuits (from 0) that run through it."""
+
+    what: Singularity
+    circuits: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Circuits, what is singular on them, and the least and greatest parameter of each."""
+
+    branches: Branches = field(repr=False)
+    found: tuple[Found, ...]
+    reach: tuple[tuple[float, float], ...]
+
+    @property
+    def curve(self) -> Curve:
+        """The curve that all circuits are part of."""
+        return self.branches.circuits[0].curve
+
+
+def drawn_circuit(mechanism: Mechanism, tolerance: float, progress: Progress | None = None) -> Circuit:
+    """Return the circuit that the laws start on; if they start out of reach, the one that is drawn.
+
+    Raises StructureError without an actuator, or where neither can be assembled.
+    """
+    if not mechanism.actuators:
+        raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve`")
+    plan, curve = make_plan(mechanism), Curve(mechanism)
+    starts = [curve.begin(), float(drawn_inputs(mechanism)[0])] if curve.single else [curve.begin()]
+    for q in starts:
+        start = start_position(mechanism, plan, curve.inputs(q), plain, tolerance)
+        if start.status is Status.OK:
+            return first_circuit(curve, start.row.x + 1j * start.row.y, q, progress=progress)
+        if start.status is Status.SINGULAR:
+            return first_circuit(curve, mechanism.drawn, q, progress=progress)
+    raise StructureError(
+        f"{mechanism.name} cannot be assembled at the start of its laws, nor as drawn: {start.status.text}"
+    )
+
+
+def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress | None = None) -> Survey:
+    """Follow all circuits that meet the drawn one and list what is singular on them."""
+    branches = all_circuits(drawn_circuit(mechanism, tolerance, progress), progress=progress)
+    found: list[Found] = []
+    reach = []
+    for number, circuit in enumerate(branches.circuits):
+        own = singularities(circuit, number)
+        reach.append(_first_round(branches.circuits[0], interval(circuit, own)))
+        for what in own:
+            _add(found, what, number, circuit)
+    return Survey(branches, tuple(found), tuple(reach))
+
+
+def _add(found: list[Found], what: Singularity, number: int, circuit: Circuit) -> None:
+    """Note a position; a change point that is known already gets one more circuit."""
+    for k, known in enumerate(found):
+        same = known.what.kind == what.kind == CHANGE
+        if same and np.linalg.norm(circuit.curve.apart(what.p, known.what.p)) <= SAME:
+            if number not in known.circuits:
+                found[k] = Found(known.what, (*known.circuits, number))
+            return
+    found.append(Found(what, (number,)))
+
+
+def _first_round(first: Circuit, ends: tuple[float, float]) -> tuple[float, float]:
+    """Return an interval moved by whole turns next to the first circuit's, if that turns fully."""
+    if not first.turns:
+        return ends
+    shift = 2.0 * math.pi * math.floor((ends[0] - float(first.p[-1].min()) + SAME) / (2.0 * math.pi))
+    return ends[0] - shift, ends[1] - shift
+
+
+def first_turn(survey: Survey, q: float) -> float:
+    """Return a parameter within the turn that begins where the first circuit does, if a rotary input turns fully."""
+    curve, first = survey.curve, survey.branches.circuits[0]
+    if not curve.single or not first.turns:
+        return q
+    begin, turn = min(float(first.p[-1, 0]), float(first.p[-1, -1])), 2.0 * math.pi
+    over = (q - begin) % turn
+    return begin + (0.0 if turn - over < SAME else over)
+
+
+def inputs_of(survey: Survey, q: float) -> FloatArray:
+    """Return the inputs (actuators,) at a parameter, told within the first turn."""
+    return survey.curve.inputs(first_turn(survey, q))

@@ -1,0 +1,305 @@
+"""A circuit: all positions that a mechanism reaches from one without being taken apart, as a curve.
+
+The curve is followed by steps along its tangent, through limits of the input. Where its Jacobian is about to lose
+rank, the singular position is looked for first: if branches meet there the curve goes straight through, from the
+tangent told by the second order; if it is missed, by however little, no step is longer than a part of the distance
+to it, so that the curve is not left for the other branch. The circuit is closed when the whole drawing is home.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.errors import StructureError
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.curve import Curve
+from gimcli.solvers import arclength
+from gimcli.solvers.arclength import Place, advance, correct, pinned, place
+from gimcli.solvers.crossing import Crossing, crossing
+from gimcli.solvers.crossing import Policy as Meeting
+
+
+@dataclass(frozen=True)
+class Policy:
+    """Constants of following a circuit; lengths are those of positions and inputs together."""
+
+    steps: arclength.Policy = field(
+        default_factory=lambda: arclength.Policy(longest=0.1, shortest=1e-10, rounding=1e-8, noise=1e-8)
+    )
+    meeting: Meeting = field(default_factory=Meeting)
+    exact: float = 2e-14  # miss below which branches meet: some roundings of the equations
+    ahead: float = 2.0  # steps within which a rank that falls is looked for
+    near: float = 0.25  # of the distance to a missed meeting: longest step
+    landing: float = 1e-3  # step over a singular position
+    shortest_landing: float = 1e-6
+    singular: float = 1e-7  # least over greatest singular value of a start that is singular itself
+    home: float = 1e-8  # distance from the start within which a circuit is closed
+    longest: float = 400.0  # length of a circuit that is given up
+
+
+class Ended:
+    """Why a circuit ends."""
+
+    CLOSED = "closed"
+    LAW = "end of a law"
+    LOST = "singular position that cannot be passed"
+    LONG = "no end in reach"
+
+
+@dataclass(frozen=True)
+class Circuit:
+    """Places along a circuit, the last one home again where it is closed."""
+
+    curve: Curve = field(repr=False)
+    places: tuple[Place, ...] = field(repr=False)
+    crossings: dict[int, Crossing] = field(repr=False)  # by the index of their place
+    ended: str
+    turns: float = 0.0  # of a single rotary input from the start to the end
+    start: int = 0  # index of the place from which it was followed
+
+    @property
+    def closed(self) -> bool:
+        """Tell whether the whole drawing comes home."""
+        return self.ended == Ended.CLOSED
+
+    @property
+    def p(self) -> FloatArray:
+        """Positions and parameter (n + 1, places)."""
+        return np.array([here.p for here in self.places]).T
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """What moves."""
+        return self.curve.mechanism
+
+
+def rolled(circuit: Circuit, index: int, start: int) -> Circuit:
+    """Return a closed circuit that begins at one of its places a round earlier, followed from another (`start`)."""
+    last, shift = len(circuit.places) - 1, 2.0 * math.pi * circuit.turns
+
+    def back(at: Place) -> Place:
+        return Place(np.append(at.p[:-1], at.p[-1] - shift), at.tangent, at.jacobian, at.values, at.left)
+
+    places = (*(back(at) for at in circuit.places[index:last]), *circuit.places[: index + 1])
+    crossings = {k - index: met for k, met in circuit.crossings.items() if index <= k < last}
+    crossings |= {k + last - index: met for k, met in circuit.crossings.items() if k <= index}
+    return Circuit(circuit.curve, places, crossings, circuit.ended, circuit.turns, start)
+
+
+def start_place(curve: Curve, z: ComplexArray, q: float, policy: Policy) -> tuple[Place, Crossing | None]:
+    """Return the place of positions z (nodes,) at a parameter, and the singular position if it is one.
+
+    Raises StructureError where more than one freedom is left.
+    """
+    along = np.append(np.zeros(curve.system.n), curve.forward())
+    if curve.system.m < curve.system.n:
+        raise StructureError(f"{curve.mechanism.name} is not driven by its actuators alone: see `gim mobility`")
+    here = place(curve, curve.point(z, q), along)
+    if here.regular > policy.singular:
+        settled = correct(curve, here.p, policy.steps, along)  # at the very input, where that can be
+        return (here if settled is None else place(curve, settled, along)), None
+    return here, crossing(curve, here.p, policy.meeting)
+
+
+class Walker:
+    """Follows a curve place by place."""
+
+    def __init__(self, curve: Curve, start: Place, policy: Policy) -> None:
+        self.curve, self.policy = curve, policy
+        self.places, self.crossings = [start], dict[int, Crossing]()
+        self.missed: list[FloatArray] = []
+        self.step, self.length, self.fall = policy.steps.first, 0.0, 0.0
+
+    def run(self, closes: bool = True, progress: Callable[[float], None] | None = None) -> str:
+        """Walk until the circuit ends; return why."""
+        while True:
+            before = len(self.places)
+            if not self.go():
+                return Ended.LOST
+            for index in range(before, len(self.places)):
+                if closes and index > 1 and self._comes_home(index):
+                    return Ended.CLOSED
+                if self._leaves(index):
+                    return Ended.LAW
+            self.length += sum(
+                float(np.linalg.norm(self.places[k].p - self.places[k - 1].p)) for k in range(before, len(self.places))
+            )
+            if progress is not None:
+                progress(self.length)
+            if self.length > self.policy.longest:
+                return Ended.LONG
+
+    def go(self) -> bool:
+        """Add the next place, or a singular position with the places before and after it."""
+        here, steps = self.places[-1], self.policy.steps
+        while self.step >= steps.shortest:
+            self.step = min(self.step, self._room(here))
+            there = advance(self.curve, here, self.step, steps)
+            if there is None:
+                self.step *= 0.5
+                continue
+            verdict = self._meets(here, there)
+            if verdict == "passed":
+                return True
+            if verdict == "jumps":
+                self.step *= 0.5
+                continue
+            bent = 1.0 - float(there.tangent @ here.tangent)
+            if bent < 0.25 * (1.0 - math.cos(steps.bend)):
+                self.step = min(self.step * steps.growth, steps.longest)
+            self.places.append(there)
+            return True
+        return False
+
+    def _room(self, here: Place) -> float:
+        """Return the longest step that cannot jump over a missed meeting."""
+        gaps = [float(np.linalg.norm(self.curve.apart(here.p, p))) for p in self.missed]
+        return max(self.policy.near * min(gaps, default=math.inf), 2.0 * self.policy.steps.shortest)
+
+    def _meets(self, here: Place, there: Place) -> str:
+        """Tell whether a step goes well, jumps over a missed meeting, or has passed a meeting (places are added)."""
+        a, b = here.orientation(here.left), there.orientation(here.left)
+        way = there.p - here.p
+        if a * b < 0.0:
+            guess, found = here.p + way * (a / (a - b)), "jumps"
+        else:
+            fall = (here.values[-1] - there.values[-1]) / max(float(np.linalg.norm(way)), 1e-300)
+            if not fall * self.policy.ahead * self.step > there.values[-1]:
+                return "well"
+            guess, found = there.p + there.tangent * (there.values[-1] / fall), "well"
+        met = crossing(self.curve, guess, self.policy.meeting)
+        if met is None or np.linalg.norm(met.p - here.p) > 4.0 * self.policy.ahead * self.step:
+            return found
+        gap = float(np.linalg.norm(met.p - here.p))
+        if met.miss <= self.policy.exact and self._pass(here, met):
+            self.missed = [p for p in self.missed if np.linalg.norm(self.curve.apart(met.p, p)) > self.policy.landing]
+            return "passed"
+        if not any(np.linalg.norm(self.curve.apart(met.p, p)) <= 0.1 * gap for p in self.missed):
+            self.missed.append(met.p)
+        return "well" if found == "well" and self.step <= self.policy.near * gap else "jumps"
+
+    def _pass(self, here: Place, met: Crossing) -> bool:
+        """Go straight through a singular position; tell whether it is on the way."""
+        way = met.p - here.p
+        gap = float(np.linalg.norm(way))
+        along = way / gap if gap > self.policy.shortest_landing else here.tangent
+        if here.tangent @ along < 0.5:
+            return False
+        ahead = _straight_on(met, along, self.policy)
+        if ahead is None:
+            if gap > 4.0 * self.policy.landing:  # not told by the second order: from the last places, nearer by
+                return False
+            ahead = met.right @ (met.right.T @ along)
+            ahead = ahead / np.linalg.norm(ahead)
+        middle = at_crossing(self.curve, met, ahead)
+        after = landed(self.curve, met, ahead, self.policy)
+        if after is None:
+            return False
+        size = float(np.linalg.norm(after.p - met.p))
+        if gap > 2.0 * size:
+            before = landed(self.curve, met, -ahead, self.policy)
+            if before is None:
+                return False
+            self.places.append(place(self.curve, before.p, ahead))
+        self.crossings[len(self.places)] = met
+        self.places += [middle, after]
+        self.step = size
+        return True
+
+    def _comes_home(self, index: int) -> bool:
+        """Tell whether the way to a place leads home; then end there."""
+        curve, home = self.curve, self.places[0]
+        here, there = self.places[index - 1], self.places[index]
+        normal = curve.travel(home.tangent, float(home.p[-1]))
+        normal = normal / max(float(np.linalg.norm(normal)), math.ulp(1.0))
+
+        def over(at: Place) -> float:
+            return float(curve.apart(at.p, home.p) @ normal)
+
+        step = float(np.linalg.norm(there.p - here.p))
+        at_home = -self.policy.home
+        if not (over(here) < at_home <= over(there) and np.linalg.norm(curve.apart(there.p, home.p)) < 3.0 * step):
+            return False
+        if there.tangent @ home.tangent < 0.5:
+            return False
+        found = pinned(curve, here, 1.5 * step, over, self.policy.steps)
+        if found is None or not np.linalg.norm(curve.apart(found[1].p, home.p)) <= self.policy.home:
+            return False
+        del self.places[index:]
+        for k in [k for k in self.crossings if k >= index]:
+            del self.crossings[k]
+        self.places.append(place(curve, found[1].p, here.tangent))
+        return True
+
+    def _leaves(self, index: int) -> bool:
+        """Tell whether a place is beyond the laws; then end at their end."""
+        domain, q = self.curve.domain, float(self.places[index].p[-1])
+        if domain.low <= q <= domain.high:
+            return False
+        end, here = min(max(q, domain.low), domain.high), self.places[index - 1]
+        step = float(np.linalg.norm(self.places[index].p - here.p))
+        found = pinned(self.curve, here, 1.5 * step, lambda at: float(at.p[-1]) - end, self.policy.steps)
+        del self.places[index:]
+        if found is not None:
+            self.places.append(found[1])
+        return True
+
+
+def _straight_on(met: Crossing, along: FloatArray, policy: Policy) -> FloatArray | None:
+    """Return the branch tangent next to a direction, in its sense; None where none is near."""
+    if not met.tangents:
+        return None
+    ahead = max(met.tangents, key=lambda t: abs(float(t @ along)))
+    ahead = ahead if ahead @ along > 0.0 else -ahead
+    return ahead if ahead @ along >= math.cos(2.0 * policy.steps.bend) else None
+
+
+def at_crossing(curve: Curve, met: Crossing, ahead: FloatArray) -> Place:
+    """Return the place of a singular position on one of its branches."""
+    found = place(curve, met.p, ahead)
+    return Place(met.p, ahead, found.jacobian, found.values, found.left)
+
+
+def landed(curve: Curve, met: Crossing, ahead: FloatArray, policy: Policy) -> Place | None:
+    """Return a place next to a singular position on the branch along a tangent; None where none is."""
+    size = policy.landing
+    while size >= policy.shortest_landing:
+        target = met.p + size * ahead
+        found = correct(curve, target, policy.steps, ahead)
+        if found is not None and np.linalg.norm(found - target) <= policy.steps.pull * size:
+            there = place(curve, found, ahead)
+            if there.tangent @ ahead >= math.cos(policy.steps.bend):
+                return there
+        size *= 0.25
+    return None
+
+
+def follow_circuit(
+    curve: Curve, start: Place, policy: Policy, met: Crossing | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Circuit:  # fmt: skip
+    """Follow the circuit through a place, in the sense of its tangent.
+
+    A singular start `met` is left along the tangent of `start`, which is a place beside it.
+    """
+    walker = Walker(curve, start, policy)
+    ended = walker.run(progress=progress)
+    places, crossings = walker.places, walker.crossings
+    if ended == Ended.CLOSED:
+        return Circuit(curve, tuple(places), crossings, ended, _turns(curve, places))
+    back = Walker(curve, place(curve, start.p, -start.tangent), policy)
+    back.run(closes=False, progress=progress)
+    behind = [Place(p.p, -p.tangent, p.jacobian, p.values, p.left) for p in reversed(back.places[1:])]
+    known = {len(behind) - k: met for k, met in back.crossings.items()}
+    known |= {len(behind) + k: met for k, met in crossings.items()}
+    return Circuit(curve, (*behind, *places), known, ended, 0.0, len(behind))
+
+
+def _turns(curve: Curve, places: list[Place]) -> float:
+    if curve.single and curve.rotary[0]:
+        return float(round((places[-1].p[-1] - places[0].p[-1]) / (2.0 * math.pi)))
+    return 0.0

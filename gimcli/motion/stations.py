@@ -1,0 +1,72 @@
+"""Rows along a circuit: places at even distances of the way, as a motion of their own."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gimcli.mechanism import FloatArray
+from gimcli.motion.circuit import Circuit, Policy
+from gimcli.motion.motion import Motion
+from gimcli.solvers.arclength import Place, correct
+from gimcli.status import Status
+from gimcli.structure.residual import allowed, residual
+
+
+def way(circuit: Circuit) -> FloatArray:
+    """Return the length of the way (places,) up to every place."""
+    steps = np.linalg.norm(np.diff(circuit.p, axis=1), axis=0)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def along(circuit: Circuit, rows: int, policy: Policy | None = None) -> FloatArray:
+    """Return positions and parameter (n + 1, rows) at even distances, both ends among them."""
+    policy = policy or Policy()
+    marks = way(circuit)
+    wanted = np.linspace(0.0, marks[-1], rows)
+    index = np.clip(np.searchsorted(marks, wanted, side="right") - 1, 0, len(marks) - 2)
+    found = np.empty((len(circuit.places[0].p), rows))
+    for row, k in enumerate(index.tolist()):
+        part = (wanted[row] - marks[k]) / (marks[k + 1] - marks[k])
+        found[:, row] = settled(circuit, k, part, policy)
+    return found
+
+
+def settled(circuit: Circuit, k: int, part: float, policy: Policy) -> FloatArray:
+    """Return the position at a part (0..1) of the way from place k to the next."""
+    here, there = circuit.places[k], circuit.places[k + 1]
+    if part in (0.0, 1.0):
+        return here.p if part == 0.0 else there.p
+    guess, slope = between(here, there, part)
+    beside = k in circuit.crossings or k + 1 in circuit.crossings
+    if beside and np.linalg.norm(there.p - here.p) <= 2.0 * policy.landing:
+        return guess  # beside a crossing the equations tell less than the curve through the places about it
+    exact = correct(circuit.curve, guess, policy.steps, slope / np.linalg.norm(slope))
+    return guess if exact is None else exact
+
+
+def between(here: Place, there: Place, part: float) -> tuple[FloatArray, FloatArray]:
+    """Return the cubic through two places and its derivative."""
+    h, t = float(np.linalg.norm(there.p - here.p)), part
+    low, high = h * here.tangent, h * there.tangent
+    p = (1.0 + 2.0 * t) * (1.0 - t) ** 2 * here.p + t**2 * (3.0 - 2.0 * t) * there.p
+    p = p + t * (1.0 - t) ** 2 * low - t**2 * (1.0 - t) * high
+    slope = 6.0 * t * (1.0 - t) * (there.p - here.p) + (1.0 - t) * (1.0 - 3.0 * t) * low + t * (3.0 * t - 2.0) * high
+    return p, slope
+
+
+def circuit_motion(circuit: Circuit, rows: int, tolerance: float) -> Motion:
+    """Return rows at even distances along a circuit as a motion; its time is the part of the way, 0..1."""
+    return as_motion(circuit, np.linspace(0.0, 1.0, rows), along(circuit, rows), tolerance)
+
+
+def as_motion(circuit: Circuit, time: FloatArray, p: FloatArray, tolerance: float) -> Motion:
+    """Return positions p (n + 1, rows) as a motion; every row is held against the members as written."""
+    mechanism, curve = circuit.mechanism, circuit.curve
+    inputs = np.array([curve.inputs(q) for q in p[-1].tolist()]).T
+    z = curve.nodes(p)
+    error = residual(mechanism, z, inputs).total
+    good = error <= allowed(mechanism, tolerance)
+    codes = np.where(good, int(Status.OK), int(Status.SINGULAR))
+    z[:, ~good] = complex(np.nan, np.nan)
+    error = np.where(good, error, np.nan)
+    return Motion(mechanism, time, inputs, z, codes, error, np.zeros(len(time)), z[:, 0].copy())

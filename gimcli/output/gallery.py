@@ -1,0 +1,107 @@
+"""Many positions of one mechanism side by side: the same window in every panel."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.output.drawing import length_labels
+from gimcli.output.figure import LEFT, LETTER, LINE, RIGHT, TOP, dress, fill, write_title
+from gimcli.output.labels import Labels
+from gimcli.output.picture import Frame, Gallery, Picture
+from gimcli.output.skeleton import Skeleton, draw_markers, draw_strong
+from gimcli.output.style import DPI, FONT, PAPER
+
+NAMED = 6
+"""Panels up to which the nodes are named in each."""
+
+WIDTH, HIGHEST = 9.6, 3.4
+"""Width of all panels together, if they are few, and height of one [in]."""
+
+NARROWEST, WIDEST = 2.3, 3.4
+"""Width of a panel [in]; symbols have a size of their own."""
+
+FINE = 85
+"""Least resolution, where many panels make a large sheet."""
+
+BORDER = 0.4
+"""Room for symbols inside a panel [in]."""
+
+GAP = 0.12
+"""Between panels [in]."""
+
+HEAD = 0.2
+"""Room over a panel for its number [in]."""
+
+FOOT = 0.5
+"""Room under the last row for its numbers and the axis' name [in]."""
+
+
+def gallery_picture(mechanism: Mechanism, positions: ComplexArray, titles: Sequence[str], title: str) -> Gallery:
+    """Return the panels of positions (panels, nodes), each with its title."""
+    skeletons = [Skeleton(mechanism, z[None, :]) for z in positions]
+    columns = _columns(len(skeletons))
+    extents = [s.extent() for s in skeletons] + [positions.ravel()]
+    frame = _window(np.concatenate(extents), float(np.clip(WIDTH / columns - GAP, NARROWEST, WIDEST)))
+    labels = length_labels(mechanism)
+    panels = []
+    for skeleton, name in zip(skeletons, titles, strict=True):
+        panel = Picture(name, frame, labels)
+        draw_strong(panel, skeleton)
+        draw_markers(panel, skeleton)
+        if len(skeletons) <= NAMED:
+            names = Labels(panel)
+            for node in sorted(skeleton.used):
+                names.beside(complex(skeleton.poses[0][node]), mechanism.nodes[node])
+        panels.append(panel)
+    return Gallery(title, tuple(panels), columns)
+
+
+def _columns(count: int) -> int:
+    """Return how many panels stand side by side."""
+    return next((c for c in range(1, 6) if count <= c * c), 6)
+
+
+def _window(points: ComplexArray, width: float) -> Frame:
+    """Return the window about some points with equal axes, at most so wide."""
+    around = Frame.around(points)
+    low, high = complex(points.real.min(), points.imag.min()), complex(points.real.max(), points.imag.max())
+    span = high - low
+    per_inch = max(span.real / (width - 2 * BORDER), span.imag / (HIGHEST - 2 * BORDER))
+    if not per_inch > 0.0:
+        return around
+    height = min(max(span.imag / per_inch + 2 * BORDER, 0.45 * width), HIGHEST)
+    half, centre = complex(width, height) * per_inch / 2, (low + high) / 2
+    return Frame(centre - half, centre + half, width, height)
+
+
+def gallery_figure(gallery: Gallery) -> Any:
+    """Return the matplotlib figure of a gallery; numbers stand at the left and below only."""
+    from matplotlib.figure import Figure
+
+    columns, frame = gallery.columns, gallery.panels[0].frame
+    rows = -(-len(gallery.panels) // columns)
+    width = LEFT + columns * (frame.width + GAP) + RIGHT
+    lines = textwrap.wrap(gallery.title, int(width / (LETTER * (FONT + 2)))) or [""]
+    top = TOP + len(lines) * LINE
+    height = top + rows * (frame.height + HEAD) + FOOT
+    dpi = max(FINE, min(DPI, DPI * (WIDTH + LEFT + RIGHT) / width))
+    figure = Figure((width, height), dpi=dpi, facecolor=PAPER)
+    for k, panel in enumerate(gallery.panels):
+        row, column = divmod(k, columns)
+        left = LEFT + column * (frame.width + GAP)
+        bottom = height - top - (row + 1) * (frame.height + HEAD)
+        axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
+        dress(axes, panel)
+        fill(axes, panel)
+        axes.set_title(panel.title, fontsize=FONT, pad=3.0, parse_math=False)
+        if column:
+            axes.set(ylabel="", yticklabels=[])
+        if k + columns < len(gallery.panels):
+            axes.set(xlabel="", xticklabels=[])
+    write_title(figure, lines, 0.5, 1 - 0.12 / height)
+    return figure

@@ -1,0 +1,96 @@
+"""Graphs that stand below a drawing: one quantity each, over the input or the time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.output.picture import Frame, Picture, Sheet
+from gimcli.output.style import SOFT, Mark, Pen, curve_pen
+from gimcli.table import Column, Table
+
+HEIGHT, LEAST_WIDTH = 1.55, 4.4
+"""Size of a panel's axes [in]."""
+
+MOST_CURVES = 12
+"""Curves that a panel draws."""
+
+REST, PEAK, BEYOND = 0.1, 12.0, 2.0
+"""Where the values reach over more than PEAK spreads, the window ends BEYOND spreads from them; a spread is that of
+all values but this part at either end."""
+
+ZERO = Pen(0.6, SOFT, layer=1)
+
+
+def with_panels(picture: Picture, panels: Mapping[str, Table]) -> Picture | Sheet:
+    """Return a picture with a panel below it for each table: its first column across, its name the quantity."""
+    width = max(picture.frame.width, LEAST_WIDTH)
+    below = [panel(name, table, width) for name, table in panels.items()]
+    return Sheet("", (picture, *below)) if below else picture
+
+
+def panel(name: str, table: Table, width: float) -> Picture:
+    """Return a graph of a table's columns over its first one."""
+    across, curves = table.columns[0], table.columns[1 : 1 + MOST_CURVES]
+    x = np.asarray(across.values, dtype=np.float64)
+    low, high = _window([np.asarray(c.values, dtype=np.float64) for c in curves])
+    left, right = _limits(x)
+    frame = Frame(complex(left, low), complex(right, high), width, HEIGHT)
+    unit = curves[0].unit if curves else ""
+    picture = Picture("", frame, (_label(across.name, across.unit), _label(name, unit)))
+    if low < 0.0 < high:
+        picture.stroke(ZERO, [complex(left, 0.0), complex(right, 0.0)])
+    for index, column in enumerate(curves):
+        _draw(picture, index, x, column)
+    if len(table.columns) - 1 > MOST_CURVES:
+        picture.legend.append((f"and {len(table.columns) - 1 - MOST_CURVES} more", Pen(0.0)))
+    return picture
+
+
+def _draw(picture: Picture, index: int, x: FloatArray, column: Column) -> None:
+    pen, span = curve_pen(index), picture.frame.high.imag - picture.frame.low.imag
+    z = x.astype(np.complex128)
+    z.imag = column.values
+    runs = list(_runs(z, span))
+    picture.stroke(pen, *(run for run in runs if len(run) > 1))
+    picture.mark(Mark("o", 2.0, pen.color, pen.color), *(complex(run[0]) for run in runs if len(run) == 1))
+    picture.legend.append((column.name, pen))
+
+
+def _runs(z: ComplexArray, span: float) -> Iterable[ComplexArray]:
+    """Yield the pieces of a curve between its gaps, and between jumps from one infinity to the other."""
+    gap = ~np.isfinite(z)
+    with np.errstate(all="ignore"):
+        jump = (np.abs(np.diff(z.imag)) > span) & (z.imag[1:] * z.imag[:-1] < 0.0)
+    cuts = np.flatnonzero(gap[1:] | gap[:-1] | jump) + 1
+    return (run for run in np.split(z, cuts) if len(run) and np.all(np.isfinite(run)))
+
+
+def _window(columns: list[FloatArray]) -> tuple[float, float]:
+    """Return limits that show the columns, but not the peaks that a few of their values make."""
+    y = np.concatenate([*columns, np.zeros(0)])
+    y = y[np.isfinite(y)]
+    if not len(y):
+        return 0.0, 1.0
+    low, high = float(y.min()), float(y.max())
+    inner = np.quantile(y, [REST, 1.0 - REST])
+    spread = float(inner[1] - inner[0])
+    if 0.0 < PEAK * spread < high - low:
+        low, high = max(low, float(inner[0]) - BEYOND * spread), min(high, float(inner[1]) + BEYOND * spread)
+    margin = 0.06 * (high - low)
+    if margin <= 1e-9 * max(abs(low), abs(high)):  # constant but for rounding: its digits are no shape
+        margin = 0.1 * max(abs(low), abs(high)) or 1.0
+    return low - margin, high + margin
+
+
+def _limits(x: NDArray[np.float64]) -> tuple[float, float]:
+    finite = x[np.isfinite(x)]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
+    return (low, high) if high > low else (low - 0.5, low + 0.5)
+
+
+def _label(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit and unit != "unit" else name

@@ -1,0 +1,97 @@
+"""Singular positions of a mechanism over the curves that its points draw."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.output.curves import drawn_runs
+from gimcli.output.labels import Labels
+from gimcli.output.picture import Frame, Picture
+from gimcli.output.skeleton import Skeleton, draw_ghost, draw_markers, draw_strong
+from gimcli.output.style import INK, Mark, Pen, curve_pen
+
+POSES = 6
+"""Positions that are drawn with their members."""
+
+MARKS = {
+    "change point": Mark("s", 7.0, width=1.4, layer=9),
+    "tangency": Mark("D", 6.0, layer=9),
+    "limit": Mark("^", 7.0, face=INK, layer=9),
+    "dead point": Mark("X", 7.0, face=INK, width=0.4, layer=9),
+    "stationary": Mark("o", 5.0, layer=9),
+}
+"""A shape for every kind."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A singular position in the file's units."""
+
+    number: int
+    kind: str
+    pose: ComplexArray = field(repr=False)  # (nodes,)
+    at: tuple[complex, ...]  # where its mark stands
+
+
+def singular_picture(
+    mechanism: Mechanism, shown: Sequence[Shown], curves: Mapping[str, ComplexArray], title: str
+) -> Picture:
+    """Return the first position strong, some others light, and a numbered mark for each."""
+    poses = _spread(shown)
+    skeleton = Skeleton(mechanism, np.array([s.pose for s in poses])) if poses else None
+    unit = "" if mechanism.length_unit in ("unit", "") else f" [{mechanism.length_unit}]"
+    points = [*curves.values(), *([skeleton.extent()] if skeleton else [])]
+    frame = Frame.around(np.concatenate([*points, np.zeros(0, dtype=np.complex128)]))
+    picture = Picture(title, frame, (f"x{unit}", f"y{unit}"))
+    if skeleton:
+        for pose in range(1, len(skeleton.poses)):
+            draw_ghost(picture, skeleton, pose)
+        draw_strong(picture, skeleton)
+        draw_markers(picture, skeleton)
+    for index, (name, curve) in enumerate(curves.items()):
+        pen = curve_pen(index)
+        picture.stroke(pen, *(run for run in drawn_runs(curve, frame.point) if len(run) > 1))
+        picture.legend.append((name, pen))
+    _mark(picture, shown)
+    _write(picture, mechanism, skeleton, shown)
+    return picture
+
+
+def _spread(shown: Sequence[Shown]) -> list[Shown]:
+    """Return the positions drawn with their members: those of the weightiest kinds first."""
+    order = list(MARKS)
+    ranked = sorted(shown, key=lambda s: order.index(s.kind))
+    return ranked[:POSES]
+
+
+def _mark(picture: Picture, shown: Sequence[Shown]) -> None:
+    for kind, mark in MARKS.items():
+        places = [z for s in shown if s.kind == kind for z in s.at]
+        if places:
+            picture.mark(mark, *places)
+            picture.legend.append((kind, mark))
+
+
+def _write(picture: Picture, mechanism: Mechanism, skeleton: Skeleton | None, shown: Sequence[Shown]) -> None:
+    """Write the numbers of the marks, one text where several stand together, and the names of nodes."""
+    labels = Labels(picture)
+    together: list[tuple[complex, list[int]]] = []
+    for s in shown:
+        for z in s.at:
+            near = next((numbers for at, numbers in together if abs(at - z) < 4.0 * picture.frame.point), None)
+            if near is None:
+                together.append((z, [s.number]))
+            elif s.number not in near:
+                near.append(s.number)
+    for z, numbers in together:
+        labels.beside(z, ",".join(map(str, numbers)), STRONG.color)
+    if skeleton:
+        for node in sorted(skeleton.used):
+            labels.beside(complex(skeleton.poses[0][node]), mechanism.nodes[node])
+
+
+STRONG = Pen(1.0, "#a50f15")

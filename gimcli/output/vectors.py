@@ -1,0 +1,99 @@
+"""Velocities and accelerations of one pose as arrows, each kind with a scale bar of its own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimcli.mechanism import ComplexArray
+from gimcli.output import symbols
+from gimcli.output.picture import Picture, Text
+from gimcli.output.style import FONT, Fill, Pen
+
+LONGEST = 0.3
+"""Length of the longest arrow, as part of the drawing's greater side."""
+
+NOTHING = 1e-9
+"""An arrow shorter than this part of the longest, or of the side a second, is not drawn."""
+
+SHORT = 5.0
+"""An arrow shorter than this [pt] has no room for its head."""
+
+BAR = 0.1
+"""Distance of the scale bars, as part of the drawing's greater side."""
+
+PENS = (Pen(1.5, "#20508c", layer=9), Pen(1.2, "#a50f15", (4.0, 2.0), layer=9))
+HEADS = (Fill("#20508c", "#20508c", 0.3, layer=9), Fill("white", "#a50f15", 0.9, layer=9))
+
+
+@dataclass(frozen=True)
+class Arrows:
+    """One kind of vectors at places, in the file's units."""
+
+    name: str
+    unit: str
+    vectors: Mapping[str, tuple[complex, complex]]  # place and vector, by the name of the point
+
+    @property
+    def greatest(self) -> float:
+        """Greatest magnitude."""
+        return max((abs(vector) for _, vector in self.vectors.values()), default=0.0)
+
+
+class Field:
+    """Arrows of some kinds about a drawing, and their scales."""
+
+    def __init__(self, kinds: Sequence[Arrows], shown: ComplexArray) -> None:
+        z = shown[np.isfinite(shown)] if np.isfinite(shown).any() else np.zeros(1, dtype=complex)
+        self.corner = complex(z.real.min(), z.imag.min())
+        self.side = max(float(np.ptp(z.real)), float(np.ptp(z.imag)))
+        self.kinds = [kind for kind in kinds if kind.greatest > NOTHING * self.side]
+
+    def scale(self, kind: Arrows) -> float:
+        """Return the length of an arrow per unit of its vector."""
+        return LONGEST * self.side / kind.greatest
+
+    def extent(self) -> ComplexArray:
+        """Return the tips of the arrows and the ends of the scale bars."""
+        tips = [z + self.scale(kind) * v for kind in self.kinds for z, v in kind.vectors.values()]
+        low = min([self.corner.imag, *(tip.imag for tip in tips)])
+        self.corner = complex(self.corner.real, low)
+        bars = [self._bar(k, kind)[0] for k, kind in enumerate(self.kinds)]
+        return np.array([*tips, *(end for bar in bars for end in bar)], dtype=np.complex128)
+
+    def _bar(self, row: int, kind: Arrows) -> tuple[tuple[complex, complex], float]:
+        """Return the ends of a scale bar and the round value that it stands for."""
+        value = _round(kind.greatest)
+        start = self.corner - 1j * BAR * self.side * (row + 1)
+        return (start, start + self.scale(kind) * value), value
+
+    def draw(self, picture: Picture) -> None:
+        """Draw the arrows and the scale bars."""
+        pt = picture.frame.point
+        for row, kind in enumerate(self.kinds):
+            pen, head = PENS[row % len(PENS)], HEADS[row % len(HEADS)]
+            for z, v in kind.vectors.values():
+                _arrow(picture, z, self.scale(kind) * v, pen, head, kind.greatest * NOTHING < abs(v))
+            (start, end), value = self._bar(row, kind)
+            _arrow(picture, start, end - start, pen, head, True)
+            text = f"{kind.name} {value:g} {kind.unit}"
+            picture.texts.append(Text(end + (6.0 + 0.28 * FONT * len(text)) * pt, text))
+
+
+def _arrow(picture: Picture, start: complex, way: complex, pen: Pen, head: Fill, seen: bool) -> None:
+    if not seen or not np.isfinite(way):
+        return
+    length = abs(way) / picture.frame.point
+    if length < SHORT:
+        picture.stroke(pen, [start, start + way])
+    else:
+        symbols.arrow(picture, np.array([start, start + way]), pen, head, min(7.0, length))
+
+
+def _round(value: float) -> float:
+    """Return the greatest of 1, 2, 5 times a power of ten that is not above a value."""
+    decade = 10.0 ** math.floor(math.log10(value))
+    return max(m * decade for m in (1.0, 2.0, 5.0) if m * decade <= value * (1.0 + 1e-9) or m == 1.0)

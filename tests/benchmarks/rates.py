@@ -1,0 +1,141 @@
+"""Time of velocities and accelerations beside that of the positions, and pylinkage's.
+
+Run: python tests/benchmarks/rates.py [--steps 100000] [--repeats 7]
+
+All in one process on one thread, in turn, best of the repeats, CPU time, compiled. "positions" are those of
+`gim trace` before anything is written; with derivatives it has the traced points' velocities and accelerations (and
+jerks) and every member's too. "ns a position" is what a position costs beyond a call of a hundredth of the steps. The
+ratio of two derivatives to the positions is aimed at 2.5 at the most. Accelerations that differ by more than 1e-6 of
+the greatest from differences of the positions of the loops by hand end the run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from machine import MODELS, RESULTS, Row, interleaved, keep, show  # isort: skip - first: one thread
+import by_hand
+import numpy as np
+import peers
+
+from gimcli.analysis.derivatives import TracedRates
+from gimcli.analysis.influence import Influence
+from gimcli.kernels import jit
+from gimcli.mechanism import Mechanism
+from gimcli.model import load
+from gimcli.motion.motion import Motion, trace
+from gimcli.motion.options import Options
+
+NAMES = ("crank_rocker", "jansen", "stephenson_3_far", "platform_3rrr")
+MOST = 2.5
+AGREEMENT = 1e-6
+CHECKED = 2000
+"""Steps at which accelerations are compared with differences."""
+
+
+def positions(mechanism: Mechanism, steps: int) -> Motion:
+    """Trace a loaded mechanism, compiled."""
+    return trace(mechanism, steps, Options(jit="on"))
+
+
+def differentiated(mechanism: Mechanism, steps: int, order: int) -> np.ndarray:
+    """Trace it with derivatives; return those of the traced points (order, points, rows) in the file's unit."""
+    told = TracedRates(mechanism, mechanism.traced, order, steps + 1, "on")
+    return told(positions(mechanism, steps))[0] * mechanism.scale
+
+
+def apart(name: str, mechanism: Mechanism) -> float:
+    """Return how far accelerations are from differences over five positions of the loop by hand."""
+    x = by_hand.trace(name, CHECKED)
+    z = x[:, 0] + 1j * x[:, 1]
+    bend = (-(z[:, 4:] + z[:, :-4]) + 16.0 * (z[:, 3:-1] + z[:, 1:-3]) - 30.0 * z[:, 2:-2]) / 12.0 * CHECKED**2
+    told = differentiated(mechanism, CHECKED, 2)[1][:, 2:-2] * mechanism.duration**2
+    far = float(np.max(np.abs(told - bend)) / np.max(np.abs(bend)))
+    if not far <= AGREEMENT:
+        raise SystemExit(f"{name}: accelerations differ by {far:.1e} from differences of positions")
+    return far
+
+
+def peer(name: str, mechanism: Mechanism, steps: int) -> tuple[dict[str, Callable[[int], object]], Row]:
+    """Return pylinkage's program, if it can do the mechanism, and its row."""
+    program = "pylinkage, 2 derivatives"
+    line = row(name, program, steps)
+    try:
+        run = peers.pylinkage_rates(peers.LINKAGES[name])
+        theirs = run(CHECKED)[2]
+    except peers.UnableError as reason:
+        return {}, line | {"note": f"cannot: {reason}"}
+    except ImportError:
+        return {}, line | {"note": "not installed"}
+    ours = differentiated(mechanism, CHECKED, 2)[1, 0, 1:] * mechanism.duration**2
+    return {program: run}, line | {"difference": float(f"{np.max(np.abs(theirs - ours)) / np.max(np.abs(ours)):.1e}")}
+
+
+def row(mechanism: str, program: str, steps: int) -> Row:
+    """Return a row of the table, empty where nothing was measured."""
+    heads = ("ns, whole call", "ns a position", "ratio", "whole ratio", "difference", "note")
+    return {"mechanism": mechanism, "program": program, "steps": steps} | dict.fromkeys(heads, "")
+
+
+def compare(name: str, steps: int, repeats: int) -> list[Row]:
+    """Return the rows of one mechanism."""
+    mechanism = load(MODELS / f"{name}.yaml")
+    far = apart(name, mechanism)
+    programs: dict[str, Callable[[int], object]] = {"positions": lambda n: positions(mechanism, n)}
+    for order in (1, 2, 3):
+        programs[f"{order} derivatives"] = lambda n, order=order: differentiated(mechanism, n, order)
+    others, last = peer(name, mechanism, steps)
+    programs |= others
+    few = max(1, steps // 100)
+    timed = {(p, n): lambda run=run, n=n: run(n) for p, run in programs.items() for n in (steps, few)}
+    best = interleaved(timed, repeats, time.thread_time)
+    lines = [row(name, p, steps) for p in programs if p not in others] + [last]
+    each = {p: (best[p, steps] - best[p, few]) / (steps - few) * 1e9 for p in programs}
+    for line in lines:
+        p = str(line["program"])
+        if p in programs:
+            whole = best[p, steps] / steps * 1e9
+            line |= {"ns, whole call": round(whole, 1), "ns a position": round(each[p], 1)}
+            line |= {"ratio": round(each[p] / each["positions"], 2)}
+            line |= {"whole ratio": round(whole / (best["positions", steps] / steps * 1e9), 2)}
+    lines[2] |= {"difference": float(f"{far:.1e}"), "note": f"aimed at: a ratio of {MOST:g} at the most"}
+    return lines + coefficients(name, mechanism, steps, repeats)
+
+
+def coefficients(name: str, mechanism: Mechanism, steps: int, repeats: int) -> list[Row]:
+    """Return rows of the influence coefficients of all nodes: of all positions in a call, and a call for one."""
+    motion = positions(mechanism, steps)
+    influence = Influence(mechanism, run=jit.compiled)
+    rate = np.ones_like(motion.inputs)
+    z, q, v = (np.ascontiguousarray(part[:, steps // 3]) for part in (motion.z, motion.inputs, rate))
+    calls = min(1000, steps)
+    timed: dict[str, tuple[int, Callable[[], object]]] = {
+        "B": (steps, lambda: influence.over(motion.z, motion.inputs)),
+        "B, bias, dB": (steps, lambda: influence.over(motion.z, motion.inputs, rate)),
+        "B, one call each": (calls, lambda: [influence.at(z, q) for _ in range(calls)]),
+        "B, bias, dB, one call each": (calls, lambda: [influence.at(z, q, v) for _ in range(calls)]),
+    }
+    best = interleaved({p: run for p, (_, run) in timed.items()}, repeats, time.thread_time)
+    return [row(name, p, n) | {"ns, whole call": round(best[p] / n * 1e9, 1)} for p, (n, _) in timed.items()]
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Compare all mechanisms."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--steps", type=int, default=100_000)
+    parser.add_argument("--repeats", type=int, default=7)
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    chosen = parser.parse_args(arguments)
+    rows = []
+    for name in NAMES:
+        part = compare(name, chosen.steps, chosen.repeats)
+        show(name, [{k: v for k, v in r.items() if k != "mechanism"} for r in part])
+        rows += part
+    print(f"\nkept in {keep('rates', rows, chosen.out)}")
+
+
+if __name__ == "__main__":
+    main()

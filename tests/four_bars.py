@@ -1,0 +1,52 @@
+"""Four-bars by their lengths, and what the law of cosines says of their inputs."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from pathlib import Path
+
+from gimcli.mechanism import Mechanism
+from gimcli.model import load
+
+MODEL = """\
+name: four-bar
+units: {{length: unit, angle: deg}}
+nodes: {{O2: [0, 0], O4: [{ground!r}, 0], A: [{a.real!r}, {a.imag!r}], B: [{b.real!r}, {b.imag!r}]}}
+ground: [O2, O4]
+links:
+  crank: {{nodes: [O2, A], length: {crank!r}}}
+  coupler: {{nodes: [A, B], length: {coupler!r}}}
+  follower: {{nodes: [O4, B], length: {follower!r}}}
+actuators: {{motor: {{type: rotary, pivot: {pivot}, arm: {arm}{law}}}}}
+trace: [B]
+"""
+
+
+def four_bar_text(
+    crank: float, coupler: float, follower: float, ground: float, angle: float, side: float = 1.0, law: str = "",
+    driven: str = "crank",
+) -> str:  # fmt: skip
+    """Return the model drawn at a crank angle [rad], B left (1) or right (-1) of the line from A to O4."""
+    a = cmath.rect(crank, angle)
+    arm = ground - a
+    along = (abs(arm) ** 2 + coupler**2 - follower**2) / (2.0 * abs(arm))
+    across = math.sqrt(max(coupler**2 - along**2, 0.0))
+    b = a + arm / abs(arm) * complex(along, side * across)
+    pivot, end = ("O2", "A") if driven == "crank" else ("O4", "B")
+    return MODEL.format(
+        a=a, b=b, crank=crank, coupler=coupler, follower=follower, ground=ground, pivot=pivot, arm=end, law=law
+    )
+
+
+def four_bar(folder: Path, *lengths: float, **how: object) -> Mechanism:
+    """Return the mechanism of lengths crank, coupler, follower, ground and an angle."""
+    path = folder / "four_bar.yaml"
+    path.write_text(four_bar_text(*lengths, **how))  # type: ignore[arg-type]
+    return load(path)
+
+
+def cosines(crank: float, coupler: float, follower: float, ground: float) -> tuple[float, float]:
+    """Return the cosines of the crank angle where coupler and follower are stretched and folded (law of cosines)."""
+    square, twice = crank**2 + ground**2, 2.0 * crank * ground
+    return (square - (coupler + follower) ** 2) / twice, (square - (coupler - follower) ** 2) / twice

@@ -1,0 +1,133 @@
+"""Mechanisms from link graphs: which links share a joint, drawn anywhere, so that the drawing is one configuration."""
+
+import random
+import tempfile
+from itertools import combinations, permutations
+from pathlib import Path
+
+import yaml
+
+from gimcli.model import load
+
+
+def loaded(spec):
+    """Return the mechanism of a model file's data."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "model.yaml"
+        path.write_text(yaml.safe_dump({"units": {"length": "unit"}, **spec}, sort_keys=False))
+        return load(path)
+
+
+def truss(joints, seed=0, ground=0):
+    """Return the model of a structure whose joints (pairs or larger sets of links) lie at random places."""
+    place = random.Random(seed)
+    nodes = {f"n{k}": [place.uniform(-1, 1), place.uniform(-1, 1)] for k in range(len(joints))}
+    links = sorted({link for joint in joints for link in joint})
+    at = {link: [f"n{k}" for k, joint in enumerate(joints) if link in joint] for link in links}
+    moving = [link for link in links if link != ground]
+    return {
+        "nodes": nodes,
+        "ground": at[ground],
+        "links": {f"b{k}": at[k] for k in moving if len(at[k]) == 2},
+        "elements": {f"b{k}": at[k] for k in moving if len(at[k]) > 2},
+    }
+
+
+def bars(edges, ground, lengths=None, seed=0):
+    """Return the model of a framework of bars, one of which is held; lengths by edge, or as drawn at random."""
+    place = random.Random(seed)
+    names = sorted({n for e in edges for n in e})
+    nodes = {f"v{n}": [place.uniform(-1, 1), place.uniform(-1, 1)] for n in names}
+    if lengths:
+        nodes[f"v{ground[0]}"], nodes[f"v{ground[1]}"] = [0.0, 0.0], [lengths[ground], 0.0]
+    links = {}
+    for a, b in edges:
+        if (a, b) != ground:
+            links[f"e{a}{b}"] = {"nodes": [f"v{a}", f"v{b}"], **({"length": lengths[a, b]} if lengths else {})}
+    return {"nodes": nodes, "ground": [f"v{n}" for n in ground], "links": links}
+
+
+def baranov_trusses(loops):
+    """Return the joints of every Baranov truss with some number of loops, one of each shape.
+
+    Links of three joints and more are the vertices of a multigraph with `loops` - 1 more edges than vertices; some
+    edges hold a bar between. No part of two links or more but the whole is rigid: k links have fewer than
+    3 (k - 1) / 2 joints among them. Source of the numbers 1, 3, 28: Manolescu & Manolescu 1975.
+    """
+    found = {}
+    for vertices in range(2, 2 * loops - 1):
+        edges, count = vertices + loops - 1, 2 * loops + 1 - vertices
+        if count <= edges:
+            for base in _multigraphs(vertices, edges):
+                for chosen in combinations(range(edges), count):
+                    marked = [(a, b, k in chosen) for k, (a, b) in enumerate(base)]
+                    if len({e[:2] for e in marked if not e[2]}) == edges - count:
+                        joints = _joints(marked, vertices)
+                        if _irreducible(joints):
+                            found.setdefault((vertices, _canonical(marked, vertices)), joints)
+    return list(found.values())
+
+
+def _multigraphs(vertices, edges):
+    """Return multigraphs without loops and with at least three edges at every vertex, one of each shape."""
+    pairs = list(combinations(range(vertices), 2))
+    found = {}
+
+    def grow(first, chosen):
+        if len(chosen) == edges:
+            degree = [sum(v in e for e in chosen) for v in range(vertices)]
+            if min(degree) >= 3 and degree == sorted(degree):
+                found.setdefault(_canonical([(*e, False) for e in chosen], vertices), tuple(chosen))
+            return
+        for k in range(first, len(pairs)):
+            if all(_room(v, [*chosen, pairs[k]], vertices, edges) for v in pairs[k]):
+                grow(k, [*chosen, pairs[k]])
+
+    grow(0, [])
+    return list(found.values())
+
+
+def _room(vertex, chosen, vertices, edges):
+    """Tell whether the other vertices can still have three edges each."""
+    return sum(vertex in e for e in chosen) <= 2 * edges - 3 * (vertices - 1)
+
+
+def _canonical(marked, vertices):
+    degree = [sum(v in e[:2] for e in marked) for v in range(vertices)]
+    best = None
+    for order in permutations(range(vertices)):
+        if [degree[v] for v in sorted(range(vertices), key=order.__getitem__)] == sorted(degree):
+            form = sorted((*sorted((order[a], order[b])), bar) for a, b, bar in marked)
+            best = form if best is None or form < best else best
+    return tuple(best)
+
+
+def _joints(marked, vertices):
+    joints, bar = [], vertices
+    for a, b, between in marked:
+        joints += [(a, bar), (bar, b)] if between else [(a, b)]
+        bar += between
+    return joints
+
+
+def _irreducible(joints):
+    links = 1 + max(v for joint in joints for v in joint)
+    near = [0] * links
+    for a, b in joints:
+        near[a] |= 1 << b
+        near[b] |= 1 << a
+    for part in range(1, (1 << links) - 1):
+        size = part.bit_count()
+        inside = sum((near[v] & part).bit_count() for v in range(links) if part >> v & 1) // 2
+        if size > 1 and 2 * inside >= 3 * (size - 1):
+            return False
+    return True
+
+
+def watt_baranov(loops):
+    """Return the joints of a hub, links joined to it all round, and bars between neighbours: 2 loops + 1 links."""
+    ring = range(1, loops + 1)
+    joints = [(0, k) for k in ring]
+    for k in ring:
+        joints += [(k, loops + k), (loops + k, k % loops + 1)]
+    return joints

@@ -1,0 +1,248 @@
+"""The parts of the search for all configurations: counts, both engines, the certificate, the starts on disk."""
+
+import numpy as np
+import pytest
+from link_graphs import bars, loaded
+
+from gimcli.analysis.configurations import certificate, pencil, policy, roots, store
+from gimcli.analysis.configurations.assemblies import Assembler
+from gimcli.analysis.configurations.count import Matroid, rank_modulo, root_count
+from gimcli.analysis.configurations.dyads import dyad_roots
+from gimcli.analysis.configurations.generic import generic_member, generic_start, random_member
+from gimcli.analysis.configurations.loops import Family, Loops, values, values_and_jacobian
+from gimcli.analysis.configurations.paths import corrected, track
+
+POLICY = policy.Policy()
+
+
+def family_of(rows, rail=()):
+    """Return the family of loops whose every coefficient named in `rows` is a parameter of its own.
+
+    Each loop is a string over the constant, the angles and the slides: "x" stands for a coefficient, "." for none.
+    """
+    count = sum(row.count("x") for row in rows)
+    table = np.zeros((len(rows), len(rows[0]), count))
+    places = [(k, c) for k, row in enumerate(rows) for c, sign in enumerate(row) if sign == "x"]
+    for number, place in enumerate(places):
+        table[(*place, number)] = 1.0
+    n = table.shape[1] - 1 - len(rail)
+    return Family(table[:, 0], table[:, 1 : 1 + n], table[:, 1 + n :], np.array(rail, dtype=np.int64))
+
+
+RRR = family_of(["xxx"])
+RRP = family_of(["xxx"], [-1])
+RPR = family_of(["xxx"], [0])
+PRP = family_of(["xxx"], [-1, -1])
+TRIAD = family_of(["xxx.x", "x.xxx"])
+TRIAD_ONE_SLIDE = family_of(["xxx.x", "x.xxx"], [0])
+TRIAD_GROUND_SLIDE = family_of(["xxx.x", "x.xxx"], [-1])
+TRIAD_TWO_SLIDES = family_of(["xxxx.", "xx..x"], [0, -1])
+DENSE = family_of(["xxxxxxx"] * 3)
+FAMILIES = {
+    "RRR": RRR, "RRP": RRP, "RPR": RPR, "PRP": PRP, "triad": TRIAD, "one slide": TRIAD_ONE_SLIDE,
+    "ground slide": TRIAD_GROUND_SLIDE, "dense": DENSE,
+}  # fmt: skip
+
+
+# ------------------------------------------------------------------ counts
+
+
+@pytest.mark.parametrize(("name", "count"), [("RRR", 2), ("RRP", 2), ("RPR", 2), ("PRP", 1), ("dense", 20)])
+def test_counts_by_closed_forms(name, count):
+    """A dyad has two, two slides one, and dense loops binomial(2 L, L): Wampler 2001."""
+    assert root_count(FAMILIES[name], POLICY) == count
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+@pytest.mark.parametrize("seed", [0, 1])
+def test_counts_are_those_of_monodromy(name, seed):
+    """Left to itself, without the count, monodromy stops at the same number."""
+    family = FAMILIES[name]
+    assert len(generic_start(family, seed, None, POLICY).w) == root_count(family, POLICY)
+
+
+def test_an_angle_in_no_loop_counts_nothing():
+    assert root_count(family_of(["xx.xx", "xx.xx"]), POLICY) == 0
+
+
+def test_rank_is_that_of_integers():
+    rows = [(1, 2, 3), (2, 4, 6), (0, 1, 1), (1, 3, 4)]
+    assert rank_modulo(rows) == 2
+    assert Matroid(DENSE).rank(Matroid(DENSE).everything) == 4
+
+
+# ------------------------------------------------------------------ engines
+
+
+def real_member(family, seed):
+    generator = np.random.default_rng(seed)
+    count = family.stacked.shape[1]
+    return Loops.of(family, generator.standard_normal(count) + 1j * generator.standard_normal(count))
+
+
+def same(family, a, b):
+    gap = certificate.distances(family, a, b)
+    return len(a) == len(b) and np.max(np.min(gap, axis=1)) < 1e-8 and np.max(np.min(gap, axis=0)) < 1e-8
+
+
+@pytest.mark.parametrize("name", ["triad", "one slide", "ground slide", "dense"])
+@pytest.mark.parametrize("seed", range(4))
+def test_pencil_and_paths_agree(name, seed):
+    family = FAMILIES[name]
+    loops, count = real_member(family, seed), root_count(family, POLICY)
+    found = roots._by_pencil(family, loops.H, POLICY)
+    start = generic_start(family, seed, count, POLICY)
+    followed = roots._tracked(family, start.H, loops.H, start.w, POLICY)
+    assert pencil.pencil_of(family, POLICY) is not None
+    assert len(found.w) == count
+    assert (followed.infinite, followed.lost) == (0, 0)
+    assert same(family, found.w, followed.proven.w)
+
+
+def test_paths_alone_find_every_root_in_the_same_order():
+    edges = [(1, 2), (1, 3), (2, 3), (1, 4), (3, 6), (2, 5), (4, 5), (4, 6), (5, 6)]
+    lengths = dict(zip(edges, [2, 2, 2, 7 / 4, 27 / 10, 197 / 100, 11 / 5, 29 / 10, 43 / 20], strict=True))
+    mechanism = loaded(bars(edges, (1, 2), lengths))
+    found = Assembler(mechanism, policy.Policy(pencil_loops=0)).at(np.zeros(0))
+    usual = Assembler(mechanism).at(np.zeros(0))
+    assert (found.level, usual.level, len(usual)) == (1, 1, 24)
+    np.testing.assert_allclose(found.z, usual.z, atol=1e-10)
+
+
+@pytest.mark.parametrize("family", [RRR, RRP, RPR, PRP], ids=["RRR", "RRP", "RPR", "PRP"])
+def test_dyads_fulfil_their_loops(family):
+    generator = np.random.default_rng(3)
+    p = generator.standard_normal((200, 3)) + 1j * generator.standard_normal((200, 3))
+    H = family.member(p, p.conj())
+    found = dyad_roots(family, H)
+    assert found.proven.sure.all()
+    assert np.max(np.abs(values(family, np.repeat(H, found.each, axis=0), found.proven.w))) < 1e-12
+    assert (found.proven.real | found.proven.complex).all()
+    if family is RRR:  # the triangle's inequality
+        a, b, c = np.abs(p).T
+        closes = (a < b + c) & (b < c + a) & (c < a + b)
+        assert np.array_equal(found.proven.real.reshape(-1, 2).all(axis=1), closes)
+
+
+def test_jacobian_is_the_derivative():
+    generator = np.random.default_rng(5)
+    for family in (*FAMILIES.values(), TRIAD_TWO_SLIDES):
+        H, w = random_member(family, generator), generator.standard_normal((1, family.angles + family.slides)) + 0.2j
+        _, J = values_and_jacobian(family, H, w)
+        for column in range(w.shape[1]):
+            step = np.zeros_like(w)
+            step[0, column] = 1e-6
+            slope = (values(family, H, w + step) - values(family, H, w - step)) / 2e-6
+            np.testing.assert_allclose(J[0, :, column], slope[0], atol=1e-7)
+
+
+def test_a_generic_member_has_its_root():
+    for seed, family in enumerate(FAMILIES.values()):
+        H, w = generic_member(family, np.random.default_rng(seed))
+        assert np.max(np.abs(values(family, H, w))) < 1e-12
+
+
+def test_paths_there_and_back_end_where_they_began():
+    start = generic_start(DENSE, 0, 20, POLICY)
+    away = random_member(DENSE, np.random.default_rng(8))
+    there = track(DENSE, start.H, away, start.w, POLICY.tracking)
+    back = track(DENSE, away, start.H, corrected(DENSE, away, there.w, 3), POLICY.tracking)
+    assert back.arrived.all()
+    assert np.max(np.abs(back.w - start.w)) < 1e-6  # the same straight line: each to itself
+
+
+# ------------------------------------------------------------------ certificate
+
+
+def test_what_is_proved_is_so():
+    """Newton-Raphson in the enclosure's neighbourhood ends inside it; from the whole ball it ends there too."""
+    start = generic_start(DENSE, 1, 20, POLICY)
+    proven = certificate.prove(DENSE, start.H, start.w)
+    generator = np.random.default_rng(0)
+    assert proven.sure.all()
+    for share in (0.3, 0.99):
+        shift = generator.standard_normal((20, 6)) + 1j * generator.standard_normal((20, 6))
+        shift *= (share * proven.large / np.max(np.abs(shift), axis=1))[:, None]
+        again = corrected(DENSE, start.H, start.w + shift, 12)
+        assert np.max(np.max(np.abs(again - start.w), axis=1) - 2 * proven.small) <= 0.0
+
+
+def test_balls_hold_one_root():
+    """Two roots are never within one's ball of uniqueness."""
+    start = generic_start(DENSE, 2, 20, POLICY)
+    proven = certificate.prove(DENSE, start.H, start.w)
+    gap = certificate.distances(DENSE, start.w, start.w) + 9 * np.eye(20)
+    assert np.all(gap > np.maximum(proven.large[:, None], proven.large[None, :]) - 1e-12)
+
+
+@pytest.mark.parametrize("off", [1e-2, 1.0])
+def test_a_point_that_is_no_root_is_not_proved_one(off):
+    start = generic_start(DENSE, 2, 20, POLICY)
+    proven = certificate.prove(DENSE, start.H, start.w + off)
+    truth = certificate.distances(DENSE, start.w + off, start.w)
+    assert np.all(np.min(truth, axis=1)[proven.sure] <= proven.small[proven.sure])
+
+
+def test_a_double_root_is_not_proved():
+    """A triangle that is flat: its two roots are one."""
+    flat = Loops.of(RRR, np.array([3.0, 1.0, 2.0], dtype=complex))
+    proven = certificate.prove(RRR, flat.H, np.array([[1j * np.pi, 1j * np.pi]]))
+    assert not proven.sure.any()
+
+
+@pytest.mark.parametrize(("gap", "proved"), [(1e-5, True), (1e-9, False)])
+def test_roots_are_told_apart_down_to_a_millionth(gap, proved):
+    near = Loops.of(RRR, np.array([2.0 * np.cos(gap), 1.0, 1.0], dtype=complex))  # theta = -e^(+-i gap)
+    w = np.array([[1j * (np.pi + gap), 1j * (np.pi - gap)], [1j * (np.pi - gap), 1j * (np.pi + gap)]])
+    assert len(certificate.distinct(RRR, certificate.prove(RRR, near.H, w)).w) == (2 if proved else 0)
+
+
+def test_a_root_of_a_family_beside_the_real_is_not_called_real():
+    """A triangle that misses closing by a millionth has roots half a thousandth off the unit circle."""
+    open_ = Loops.of(RRR, np.array([2.0 * np.cosh(1e-3), 1.0, 1.0], dtype=complex))
+    w = np.array([[1j * np.pi + 1e-3, 1j * np.pi - 1e-3]])
+    proven = certificate.prove(RRR, open_.H, w)
+    assert proven.sure.all()
+    assert proven.complex.all()
+    assert not proven.real.any()
+
+
+# ------------------------------------------------------------------ starts on disk
+
+
+@pytest.fixture
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(store, "_STARTS", {})
+    return tmp_path / "gimcli" / store.FOLDER
+
+
+def test_a_start_is_found_once(own_cache, monkeypatch):
+    first = store.known_start(TRIAD, 0, POLICY)
+    files = sorted(own_cache.iterdir())
+    monkeypatch.setattr(store, "_STARTS", {})
+    monkeypatch.setattr(store, "generic_start", lambda *_: pytest.fail("found again"))
+    again = store.known_start(TRIAD, 0, POLICY)
+    assert len(files) == 1
+    assert np.array_equal(first.w, again.w)
+    assert np.array_equal(first.H, again.H)
+
+
+@pytest.mark.parametrize("damage", [b"", b"not a file of arrays", "roots lost", "other numbers", "no number"])
+def test_a_damaged_start_is_found_again(own_cache, monkeypatch, damage):
+    first = store.known_start(TRIAD, 0, POLICY)
+    path = next(own_cache.iterdir())
+    if isinstance(damage, bytes):
+        path.write_bytes(damage)
+    else:
+        spoilt = {"roots lost": first.w[1:], "other numbers": first.w + 0.3, "no number": first.w * np.nan}[damage]
+        store._write(path, H=first.H, w=spoilt)
+    monkeypatch.setattr(store, "_STARTS", {})
+    again = store.known_start(TRIAD, 0, POLICY)
+    np.testing.assert_array_equal(first.w, again.w)
+
+
+def test_without_a_folder_starts_are_found_each_time(own_cache, monkeypatch):
+    monkeypatch.setattr(store, "user_folder", lambda name: None)
+    assert len(store.known_start(TRIAD, 0, POLICY).w) == 6
+    assert not own_cache.exists()
