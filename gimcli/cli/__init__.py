@@ -17,8 +17,10 @@ from gimcli.cli import (
     forces,
     groups,
     mobility,
+    reduce,
     schema,
     sequence,
+    simulate,
     singularities,
     solve,
     trace,
@@ -65,7 +67,12 @@ def _main(
     pass
 
 
-for module in (solve, trace, sequence, mobility, singularities, circuits, workspace, groups, forces, tradeoff, schema):
+MODULES = (
+    solve, trace, sequence, mobility, singularities, circuits, workspace,
+    groups, forces, simulate, reduce, tradeoff, schema,
+)  # fmt: skip
+
+for module in MODULES:
     app.command(module.NAME, help=module.HELP)(module.command)
 
 
