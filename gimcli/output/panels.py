@@ -57,7 +57,8 @@ def _draw(picture: Picture, index: int, x: FloatArray, column: Column) -> None:
     runs = list(_runs(z, span))
     picture.stroke(pen, *(run for run in runs if len(run) > 1))
     picture.mark(Mark("o", 2.0, pen.color, pen.color), *(complex(run[0]) for run in runs if len(run) == 1))
-    picture.legend.append((column.name, pen))
+    if column.name:
+        picture.legend.append((column.name, pen))
 
 
 def _runs(z: ComplexArray, span: float) -> Iterable[ComplexArray]:
