@@ -76,38 +76,22 @@ def _reached(columns: Sequence[Sequence[int]], column_of: dict[int, int], start:
 
 
 def components(needs: Sequence[Sequence[int]]) -> list[list[int]]:
-    """Return the strongly connected components of a graph, what is needed first (Tarjan 1972, without recursion)."""
-    number: dict[int, int] = {}
-    low: dict[int, int] = {}
-    stack: list[int] = []
-    held: set[int] = set()
-    result: list[list[int]] = []
-    for root in range(len(needs)):
-        if root in number:
-            continue
-        work = [(root, iter(needs[root]))]
-        number[root] = low[root] = len(number)
-        stack.append(root)
-        held.add(root)
-        while work:
-            node, rest = work[-1]
-            for other in rest:
-                if other not in number:
-                    number[other] = low[other] = len(number)
-                    stack.append(other)
-                    held.add(other)
-                    work.append((other, iter(needs[other])))
-                    break
-                if other in held:
-                    low[node] = min(low[node], number[other])
-            else:
-                work.pop()
-                if work:
-                    low[work[-1][0]] = min(low[work[-1][0]], low[node])
-                if low[node] == number[node]:
-                    part = [stack.pop()]
-                    while part[-1] != node:
-                        part.append(stack.pop())
-                    held.difference_update(part)
-                    result.append(sorted(part))
-    return result
+    """Return the strongly connected components of a graph, each after those that it needs."""
+    from graphlib import TopologicalSorter
+
+    import numpy as np
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    edges = [sorted(set(others)) for others in needs]  # told twice, an edge misleads scipy 1.x
+    counts = [len(others) for others in edges]
+    ends = np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
+    heads = np.array([other for others in edges for other in others], dtype=np.int32)
+    graph = csr_array((np.ones(len(heads)), heads, ends), shape=(len(needs), len(needs)))
+    label = connected_components(graph, directed=True, connection="strong")[1].tolist()
+    parts: dict[int, list[int]] = {}
+    before: dict[int, dict[int, None]] = {}
+    for node, own in enumerate(label):
+        parts.setdefault(own, []).append(node)
+        before.setdefault(own, {}).update((label[other], None) for other in edges[node] if label[other] != own)
+    return [parts[own] for own in TopologicalSorter(before).static_order()]

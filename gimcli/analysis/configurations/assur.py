@@ -18,6 +18,7 @@ from gimcli.analysis.configurations.count import PRIME
 from gimcli.analysis.configurations.linkage import NONE, Linkage
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, IntArray
+from gimcli.structure.blocks import components, match
 
 RANGE = 1 << 20
 """Random places are integers up to this."""
@@ -175,40 +176,29 @@ def _refuse(linkage: Linkage) -> None:
 
 def parts(linkage: Linkage) -> list[Part]:
     """Return the Assur groups of a linkage without surplus constraints, in the order of solution."""
-    from graphlib import TopologicalSorter
-
-    from scipy.sparse import coo_array, csr_array
-    from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
-
     unknowns = Unknowns(linkage)
     rows: list[list[int]] = []  # columns of every equation
     for k in range(len(linkage.joints)):
         columns = [(unknowns.column[u], u[0]) for u in unknowns.of(k)]
         for part in (0, 1):
             rows.append([c + (part if kind == "p" else 0) for c, kind in columns])
-    i = np.array([r for r, columns in enumerate(rows) for _ in columns], dtype=np.int32)
-    j = np.array([c for columns in rows for c in columns], dtype=np.int32)
-    shape = (len(rows), unknowns.count)
-    match = maximum_bipartite_matching(csr_array((np.ones(len(i)), (i, j)), shape=shape), perm_type="row")
+    entered: list[list[int]] = [[] for _ in range(unknowns.count)]
+    for row, columns_of in enumerate(rows):
+        for column in columns_of:
+            entered[column].append(row)
     whole = list(range(unknowns.count))  # x and y of a vertex are one
     for (kind, _), at in unknowns.column.items():
         if kind == "p":
             whole[at + 1] = at
-    edges = [(whole[c], whole[own]) for own, row in enumerate(match) for c in rows[row]]
-    a, b = np.array(edges, dtype=np.int32).reshape(-1, 2).T
-    graph = coo_array((np.ones(len(a)), (a, b)), shape=(unknowns.count, unknowns.count))
-    _, label = connected_components(graph, directed=True, connection="strong")
-    order: dict[int, set[int]] = {int(label[whole[c]]): set() for c in range(unknowns.count)}
-    for u, v in edges:
-        if label[u] != label[v]:
-            order[int(label[v])].add(int(label[u]))
-    content: dict[int, list[tuple[str, int]]] = {name: [] for name in order}
-    for unknown, at in unknowns.column.items():
-        content[int(label[at])].append(unknown)
-    owner: dict[int, set[int]] = {name: set() for name in order}
-    for own, row in enumerate(match):
-        owner[int(label[whole[own]])].add(int(row) // 2)
-    return [_part(content[name], owner[name]) for name in TopologicalSorter(order).static_order()]
+    equation = match(len(rows), entered)
+    needs: list[list[int]] = [[] for _ in whole]
+    joints: dict[int, list[int]] = {at: [] for at in whole}
+    for own, row in enumerate(equation):
+        needs[whole[own]] += [whole[c] for c in rows[row]]
+        joints[whole[own]].append(row // 2)
+    unknown = {at: u for u, at in unknowns.column.items()}
+    found = ([at for at in part if at in unknown] for part in components(needs))
+    return [_part([unknown[at] for at in part], {j for at in part for j in joints[at]}) for part in found if part]
 
 
 def _part(content: list[tuple[str, int]], joints: set[int]) -> Part:
