@@ -12,6 +12,7 @@ from link_graphs import baranov_trusses, bars, loaded, truss, watt_baranov
 from random_mechanisms import Growth
 
 from gimcli.analysis.configurations import all_configurations, configurations_over, drawn_configuration
+from gimcli.analysis.mobility import assembled, mobility
 from gimcli.errors import StructureError
 from gimcli.model import load
 from gimcli.motion.options import Options
@@ -418,6 +419,17 @@ def test_what_nothing_drives_is_named():
     del spec["actuators"]
     with pytest.raises(StructureError, match=r"nothing drives nodes A, B"):
         all_configurations(loaded(spec), HELD)
+
+
+@pytest.mark.parametrize("seed", [1001, 1158])
+def test_an_angle_between_blocks_on_parallel_rails_drives_nothing(seed, tmp_path):
+    """It is held by the rails; with rails that only might be parallel it would be an input like any other."""
+    path = tmp_path / "model.yaml"
+    path.write_text(yaml.safe_dump(Growth(seed, 5, "elsewhere").model()))
+    mechanism = load(path)
+    assert mobility(mechanism, assembled(mechanism), drawn_inputs(mechanism)).overdriven == ("motor",)
+    with pytest.raises(StructureError, match="nothing drives"):
+        all_configurations(mechanism, drawn_inputs(mechanism))
 
 
 def test_an_angle_driven_twice_is_refused():

@@ -16,7 +16,9 @@ from gimcli.analysis.force_table import reaction_columns
 from gimcli.analysis.forces import motion_forces
 from gimcli.cli import app
 from gimcli.motion.motion import stream, trace
+from gimcli.output.forces import forces_sheet
 from gimcli.structure.steps import NONE
+from gimcli.table import Column, Table
 
 CRANK = """\
 units: {length: mm}
@@ -241,20 +243,21 @@ def test_a_moment_in_a_prismatic_pair(tmp_path):
 BLOCK = """\
 nodes: {O: [0, 0], A: [0, 1], B: [2, 0], C: [2.5, 0], D: [3, 2], E: [3, 0], G: [9, 0]}
 ground: [O, E, G]
-links: {slider: [B, C], crank: [O, A], rod: [A, B], arm: [B, D]}
+links: {%s, crank: [O, A], arm: [B, D]}
 prismatic: {slide: {nodes: [B, C], guide: [O, G]}, hook: {node: D, guide: [E, G], offset: 2}}
 actuators: {ram: {type: linear, node: B, guide: [O, G], law: {from: 2, to: 2.2}}}
 """
 
 
+@pytest.mark.parametrize("links", ["slider: [B, C], rod: [A, B]", "rod: [A, B], slider: [B, C]"])
 @pytest.mark.parametrize("element", ["", "springs: {s: {node: B, guide: [O, G], stiffness: 50, free: 1}}\n"])
-def test_what_holds_or_drives_a_slider_acts_on_the_slider(element, tmp_path):
-    """Three links at B, the slider named first: crank and rod are unloaded, the arm hangs on B and its hook.
+def test_what_holds_or_drives_a_slider_acts_on_the_slider(element, links, tmp_path):
+    """Three links at B, the slider named first or second: crank and rod are unloaded, the arm hangs on B and its hook.
 
     What the three receive from the pin adds up to nothing, whatever the guide, the ram and the spring do to the slider.
     """
     loads = "loads: {w: {on: arm, at: [2.5, 1], force: [7, -12]}}\n"
-    found = motion_forces(trace(written(tmp_path, BLOCK + loads + element), 2))
+    found = motion_forces(trace(written(tmp_path, BLOCK % links + loads + element), 2))
     slider, rod, arm = (on(found, "B", name) for name in ("slider", "rod", "arm"))
     assert np.max(np.abs(slider + rod + arm)) < 1e-12
     assert np.max(np.abs(rod)) < 1e-12
@@ -414,6 +417,32 @@ masses: {crank: {mass: 1}, rod: {mass: 2}}
     assert [row.split(",")[-1] for row in rows[1:-1]] == ["ok"] * 8
     assert rows[-1].split(",")[-1] in ("singular", "unreachable")
     assert rows[-1].split(",")[3] == ""
+
+
+def test_a_change_point_is_passed_and_its_forces_are_told_singular(tmp_path, monkeypatch):
+    """The flat parallelogram has two velocities: positions go on, forces are empty there."""
+    monkeypatch.chdir(tmp_path)
+    text = (MODELS / "parallelogram.yaml").read_text().replace("{from: 5, to: 170}", "{from: -90, to: 270}")
+    text = text.replace("length: unit", "length: m") + "\nmasses: {coupler: {mass: 1}}\n"
+    (tmp_path / "model.yaml").write_text(text)
+    result = CliRunner().invoke(app, ["forces", "--steps", "8", "--json"])
+    assert result.exit_code == 5
+    report = json.loads(result.stdout)
+    assert (report["solved"], report["status"]) == (7, "singular")
+    rows = [row.split(",") for row in (tmp_path / "model.forces.csv").read_text().splitlines()[1:]]
+    assert [row[-1] for row in rows] == ["ok", "ok", "singular", "ok", "ok", "ok", "singular", "ok", "ok"]
+    assert [row[3] == "" for row in rows] == [row[-1] == "singular" for row in rows]
+
+
+def test_the_picture_shows_the_greatest_effort():
+    """A short peak is what a drive is chosen by: it is inside the window."""
+    over = np.linspace(0.0, 1.0, 1001)
+    effort = np.where(np.abs(over - 0.5) < 0.01, 900.0, np.sin(6.0 * over))
+    table = Table((Column("time", over, "s"), Column("motor", effort, "N m")))
+    sheet = forces_sheet({"driving torque": table}, np.exp(6j * over), "forces")
+    frame = sheet.pictures[0].frame
+    assert frame.low.imag < -1.0
+    assert frame.high.imag > 900.0
 
 
 def test_the_benchmark_runs(tmp_path):

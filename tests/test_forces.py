@@ -12,7 +12,7 @@ import pytest
 import yaml
 from conftest import MODELS, changed
 
-from gimcli.analysis.course import Course
+from gimcli.analysis.course import Course, turning
 from gimcli.analysis.derivatives import rates
 from gimcli.analysis.force_table import reaction_columns
 from gimcli.analysis.forces import directions, equilibrium, inverse_dynamics, motion_forces
@@ -164,6 +164,11 @@ def test_marghitu_and_dupacs_r_rtr_rrt(tmp_path):
         assert abs(z[name][order].imag - value.imag) <= digit
     assert z["E"][1].real == pytest.approx(-4.66, abs=5e-3)
     assert z["E"][2].real == pytest.approx(-17.464, abs=5e-4)
+    names = [m.name for m in mechanism.members]
+    for name, omega, alpha in (("link_3", 6.46, 30.4), ("link_4", 3.93, -82.5)):
+        told = turning(mechanism, found.course, names.index(name))[:, 0]
+        assert told[0] == pytest.approx(omega, abs=5e-3)
+        assert told[1] == pytest.approx(alpha, abs=5e-2)
     f12, f01 = on(found, "B", "slider_2")[0], on(found, "A", "link_1")[0]
     assert (f12.real, f12.imag) == (pytest.approx(-625.61, abs=5e-3), pytest.approx(162.864, abs=5e-4))
     assert (f01.real, f01.imag) == (pytest.approx(-626.106, abs=5e-4), pytest.approx(162.525, abs=5e-4))

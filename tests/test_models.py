@@ -446,6 +446,21 @@ def independent_reduction_of_watts_six_bar(m):
     yield m.xy("D") - m.xy("C"), (1.6 - m.xy("A")) / 2  # midline of the triangle A, B, O4
 
 
+@law("watt_durango", 24)
+def watts_six_bar_from_its_start(m):
+    """The reference of its reduction, from 120 deg on."""
+    places = {
+        120: (0.923543683818814 + 1.3388079968011017j, 1.050577254879455 + 1.6468480358826199j),
+        180: (0.3 + 0.7483314773547883j, 0.3 + 1.1340999463559274j),
+        270: (0.18192033530449148 + 0.4889274635128137j, 0.023628511968090016 + 0.7421943808510563j),
+        360: (1.3 + 1.469693845669907j, 1.3 + 1.7235329194992128j),
+        390: (2.039661335651603 + 1.434119210502756j, 2.185285819600825 + 1.6478885541142154j),
+    }
+    for degrees, (b, e) in places.items():
+        yield m.xy("B")[(degrees - 120) // 15], b
+        yield m.xy("E")[(degrees - 120) // 15], e
+
+
 @law("watt_2")
 def two_four_bars_in_series(m):
     yield freudenstein(m, 10, 30, 20, 30), 0

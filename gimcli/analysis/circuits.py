@@ -20,7 +20,7 @@ from gimcli.analysis.configurations import Configurations, all_configurations, c
 from gimcli.analysis.singularities import LIMIT, Singularity, interval, limits
 from gimcli.analysis.survey import drawn_circuit
 from gimcli.errors import GimError, StructureError
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.motion.branches import all_circuits, first_circuit
 from gimcli.motion.circuit import Circuit
 from gimcli.motion.circuit import Policy as Following
@@ -42,7 +42,7 @@ class Policy:
     aside: float = 0.3819660112501051  # part of a step by which they stand off round values, where change points are
     same: float = 1e-7  # distance within which a configuration lies on a curve
     near: float = 0.5  # part of a step of the curve within which that is worth asking
-    wider: int = 3  # times that the range of a linear input is widened
+    narrow: float = 0.7  # part of the range looked at below which what was found there is looked at once more
 
 
 @dataclass(frozen=True)
@@ -116,31 +116,24 @@ class _Search:
             self._take(drawn_circuit(self.mechanism, TOLERANCE))
         low, high = self._range()
         self._sample(low, high)
-        if self.turning or not self.curve.single:
+        ends = [strand.interval for strand in self.strands]
+        if self.turning or not self.curve.single or not ends:
             return
-        for _ in range(self.policy.wider):
-            a, b = self._range()
-            if a >= low and b <= high:
-                return
-            low, high = a, b
-            self._sample(low, high)
+        own = max(low, min(e[0] for e in ends)), min(high, max(e[1] for e in ends))
+        if own[1] - own[0] < self.policy.narrow * (high - low):  # a linear input: as fine where it moves
+            self._sample(*own)
 
     def _range(self) -> tuple[float, float]:
-        """Return the parameters to look at."""
+        """Return the parameters to look at: a turn, the laws' time, or as far as members reach."""
         if self.turning:
             begin = self.curve.begin()
             return begin, begin + 2.0 * math.pi
         if not self.curve.single:
             return 0.0, self.curve.span
-        ends = [strand.interval for strand in self.strands] or [self._law()]
-        low, high = min(e[0] for e in ends), max(e[1] for e in ends)
-        room = 0.5 * (high - low)
-        return low - room, high + room
-
-    def _law(self) -> tuple[float, float]:
-        values = self.mechanism.actuators[0].law(np.linspace(0.0, 1.0, self.policy.samples))
-        low, high = float(values.min()), float(values.max())
-        return (low, high) if high > low else (low - self.mechanism.size, high + self.mechanism.size)
+        spans = [float(np.max(np.abs(m.shape[:, None] - m.shape))) for m in self.mechanism.members]
+        reach = sum(spans) + float(np.max(np.abs([s.point for s in self.mechanism.slides]), initial=0.0))
+        distance = self.mechanism.actuators[0].drive is Drive.DISTANCE
+        return (0.0 if distance else -reach), reach
 
     def _sample(self, low: float, high: float) -> None:
         """Ask for all configurations at evenly spaced parameters and follow those that are new."""

@@ -12,7 +12,21 @@ import typer
 from typer.core import TyperGroup
 
 from gimcli import __version__
-from gimcli.cli import forces, groups, mobility, schema, sequence, singularities, solve, trace, tradeoff, workspace
+from gimcli.cli import (
+    circuits,
+    forces,
+    groups,
+    mobility,
+    reduce,
+    schema,
+    sequence,
+    simulate,
+    singularities,
+    solve,
+    trace,
+    tradeoff,
+    workspace,
+)
 from gimcli.errors import GimError
 
 
@@ -53,7 +67,12 @@ def _main(
     pass
 
 
-for module in (solve, trace, sequence, mobility, singularities, workspace, groups, forces, tradeoff, schema):
+MODULES = (
+    solve, trace, sequence, mobility, singularities, circuits, workspace,
+    groups, forces, simulate, reduce, tradeoff, schema,
+)  # fmt: skip
+
+for module in MODULES:
     app.command(module.NAME, help=module.HELP)(module.command)
 
 

@@ -23,6 +23,7 @@ from gimcli.table import Table
 if TYPE_CHECKING:
     from gimcli.output.drawing import Step
     from gimcli.output.groups import Box, Joint
+    from gimcli.output.history import Panel
     from gimcli.output.picture import Content
     from gimcli.output.singular import Shown
     from gimcli.output.vectors import Arrows
@@ -36,6 +37,7 @@ __all__ = [
     "draw_forces",
     "draw_groups",
     "draw_history",
+    "draw_history_sheet",
     "draw_motion",
     "draw_paths",
     "draw_position",
@@ -208,3 +210,10 @@ def draw_paths(
     from gimcli.output.workspace import path_picture
 
     write(path_picture(mechanism, pose, paths, point, title), path)
+
+
+def draw_history_sheet(panels: Sequence[Panel], over: str, path: Path | str, title: str) -> None:
+    """Draw panels of curves that share what they run over, such as the time."""
+    from gimcli.output.history import history_sheet
+
+    write(history_sheet(panels, over, title), path)

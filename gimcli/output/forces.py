@@ -18,7 +18,7 @@ AXIS = Pen(0.8, SOFT, layer=2)
 
 def forces_sheet(efforts: Mapping[str, Table], shaking: ComplexArray, title: str) -> Sheet:
     """Return a panel for each table of efforts, and the path of the shaking force."""
-    panels = [panel(name, table, WIDEST) for name, table in efforts.items()]
+    panels = [panel(name, table, WIDEST, peaks=True) for name, table in efforts.items()]
     return Sheet(title, (*panels, _hodograph(shaking)))
 
 

@@ -32,11 +32,11 @@ def with_panels(picture: Picture, panels: Mapping[str, Table]) -> Picture | Shee
     return Sheet("", (picture, *below)) if below else picture
 
 
-def panel(name: str, table: Table, width: float) -> Picture:
-    """Return a graph of a table's columns over its first one."""
+def panel(name: str, table: Table, width: float, peaks: bool = False) -> Picture:
+    """Return a graph of a table's columns over its first one; `peaks` shows all, however few values make them."""
     across, curves = table.columns[0], table.columns[1 : 1 + MOST_CURVES]
     x = np.asarray(across.values, dtype=np.float64)
-    low, high = _window([np.asarray(c.values, dtype=np.float64) for c in curves])
+    low, high = _window([np.asarray(c.values, dtype=np.float64) for c in curves], peaks)
     left, right = _limits(x)
     frame = Frame(complex(left, low), complex(right, high), width, HEIGHT)
     unit = curves[0].unit if curves else ""
@@ -57,7 +57,8 @@ def _draw(picture: Picture, index: int, x: FloatArray, column: Column) -> None:
     runs = list(_runs(z, span))
     picture.stroke(pen, *(run for run in runs if len(run) > 1))
     picture.mark(Mark("o", 2.0, pen.color, pen.color), *(complex(run[0]) for run in runs if len(run) == 1))
-    picture.legend.append((column.name, pen))
+    if column.name:
+        picture.legend.append((column.name, pen))
 
 
 def _runs(z: ComplexArray, span: float) -> Iterable[ComplexArray]:
@@ -69,8 +70,8 @@ def _runs(z: ComplexArray, span: float) -> Iterable[ComplexArray]:
     return (run for run in np.split(z, cuts) if len(run) and np.all(np.isfinite(run)))
 
 
-def _window(columns: list[FloatArray]) -> tuple[float, float]:
-    """Return limits that show the columns, but not the peaks that a few of their values make."""
+def _window(columns: list[FloatArray], peaks: bool = False) -> tuple[float, float]:
+    """Return limits that show the columns, but not the peaks that a few of their values make, unless asked for."""
     y = np.concatenate([*columns, np.zeros(0)])
     y = y[np.isfinite(y)]
     if not len(y):
@@ -78,7 +79,7 @@ def _window(columns: list[FloatArray]) -> tuple[float, float]:
     low, high = float(y.min()), float(y.max())
     inner = np.quantile(y, [REST, 1.0 - REST])
     spread = float(inner[1] - inner[0])
-    if 0.0 < PEAK * spread < high - low:
+    if not peaks and 0.0 < PEAK * spread < high - low:
         low, high = max(low, float(inner[0]) - BEYOND * spread), min(high, float(inner[1]) + BEYOND * spread)
     margin = 0.06 * (high - low)
     if margin <= 1e-9 * max(abs(low), abs(high)):  # constant but for rounding: its digits are no shape

@@ -115,8 +115,10 @@ def generic_jacobian(linkage: Linkage) -> IntArray:
     place = generator.integers(-RANGE, RANGE, (linkage.vertices, 2))
     place[FRAME] = 0
     table = np.zeros((2 * len(linkage.joints), unknowns.count), dtype=np.int64)
+    rails: dict[int, IntArray] = {}
     for k, joint in enumerate(linkage.joints):
-        node, rail = linkage.bodies + joint.node, generator.integers(-RANGE, RANGE, 2)
+        node, rail = linkage.bodies + joint.node, _rail(linkage, k, place, generator)
+        rails[k] = rail = rails.get(joint.parallel, rail)
         for unknown in unknowns.of(k):
             kind, which = unknown
             at, rows = unknowns.column[unknown], slice(2 * k, 2 * k + 2)
@@ -126,6 +128,14 @@ def generic_jacobian(linkage: Linkage) -> IntArray:
             else:
                 table[rows, at] = (y, -x) if kind == "t" else -rail
     return table % PRIME
+
+
+def _rail(linkage: Linkage, index: int, place: IntArray, generator: np.random.Generator) -> IntArray:
+    """Return a rail's direction: random, but through the pin that it runs through."""
+    joint = linkage.joints[index]
+    if joint.through == NONE:
+        return np.asarray(generator.integers(-RANGE, RANGE, 2))
+    return np.asarray(place[linkage.bodies + joint.node] - place[linkage.bodies + linkage.joints[joint.through].node])
 
 
 def _eliminated(table: IntArray) -> tuple[IntArray, list[int]]:

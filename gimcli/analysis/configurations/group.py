@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gimcli.analysis.configurations.assur import Part
-from gimcli.analysis.configurations.linkage import NONE, Joint, Linkage
+from gimcli.analysis.configurations.linkage import NONE, Linkage
 from gimcli.analysis.configurations.loops import GROUND, Family
 from gimcli.mechanism import ComplexArray, IntArray
 
@@ -111,16 +111,10 @@ class _Writer:
         label = joint.through if joint.through in self.part.joints else index
         total: Counter[Term] = Counter({("arm" if joint.body in self.new else "at", label, column): 1})
         if index in self.slide:
-            other = joint.parallel if joint.parallel in self.part.slides else index
-            total[("rail", other, self.slide[index])] += _sense(joint, self.linkage.joints[other])
+            other = next(k for k in self.part.slides if self.linkage.same_rail(k, index))
+            sense = self.linkage.sense(joint, self.linkage.joints[other]) if other != index else 1
+            total[("rail", other, self.slide[index])] += sense
         return total
-
-
-def _sense(joint: Joint, other: Joint) -> int:
-    """Return the sense of a rail along one that it is parallel to."""
-    assert joint.direction is not None
-    assert other.direction is not None
-    return 1 if (joint.direction * other.direction.conjugate()).real > 0.0 else -1
 
 
 def _sum(a: Counter[Term], b: Counter[Term], factor: int = 1) -> Counter[Term]:

@@ -34,7 +34,7 @@ class Joint:
     actuator: int = NONE  # adds its value times `along` to the point
     along: complex = 0.0j
     through: int = NONE  # joint whose point the rail runs through
-    parallel: int = NONE  # earlier joint on the same body with a parallel rail
+    parallel: int = NONE  # first joint whose rail turns with this one and is parallel to it
     slack: bool = False  # a surplus pin that is let slide; the residual tells where it fits
 
 
@@ -94,6 +94,21 @@ class Linkage:
             if joint.direction is not None:
                 rails[k] = joint.direction * phases[joint.body]
         return points, rails, phases
+
+    def sense(self, a: Joint, b: Joint) -> int:
+        """Return +1 or -1 where two rails turn together and are parallel, else 0."""
+        if a.direction is None or b.direction is None or a.slack or b.slack:
+            return 0
+        own, its = self.phases[a.body], self.phases[b.body]
+        if self.classes[a.body] != self.classes[b.body] or own.turns != its.turns:
+            return 0
+        along = a.direction * own.constant * (b.direction * its.constant).conjugate()
+        return 0 if abs(along.imag) > PARALLEL else 1 if along.real > 0.0 else -1
+
+    def same_rail(self, a: int, b: int) -> bool:
+        """Tell whether two joints share the direction of their rails."""
+        first = [self.joints[k].parallel if self.joints[k].parallel != NONE else k for k in (a, b)]
+        return first[0] == first[1]
 
     def without_body(self, body: int) -> Linkage:
         """Return the linkage without a bar; it is told by its nodes afterwards."""
@@ -204,19 +219,19 @@ def _pruned(linkage: Linkage, joints: list[Joint]) -> Linkage:
             break
         carried += loose
         joints = [j for j in joints if degree[j.node] > 1]
-    return replace(linkage, joints=tuple(_related(linkage.mechanism, joints)), carried=tuple(carried))
+    return replace(linkage, joints=tuple(_related(linkage, joints)), carried=tuple(carried))
 
 
-def _related(mechanism: Mechanism, joints: list[Joint]) -> list[Joint]:
-    """Mark rails that run through a pin of their own body, or parallel to an earlier rail of it."""
+def _related(linkage: Linkage, joints: list[Joint]) -> list[Joint]:
+    """Mark rails that run through a pin of their own body, or parallel to an earlier rail that turns with them."""
     result: list[Joint] = []
     for k, joint in enumerate(joints):
         if joint.direction is None or joint.slack:
             result.append(joint)
             continue
         own = [i for i, other in enumerate(joints) if other.body == joint.body and i != k]
-        through = next((i for i in own if _runs_through(mechanism, joint, joints[i])), NONE)
-        parallel = next((i for i in own if i < k and _same_way(joint, joints[i])), NONE)
+        through = next((i for i in own if _runs_through(linkage.mechanism, joint, joints[i])), NONE)
+        parallel = next((i for i in range(k) if linkage.sense(joint, joints[i])), NONE)
         point = joints[through].point if through != NONE else joint.point
         result.append(replace(joint, through=through, parallel=parallel, point=point))
     return result
@@ -226,7 +241,3 @@ def _runs_through(mechanism: Mechanism, rail: Joint, pin: Joint) -> bool:
     if pin.direction is not None or pin.actuator != NONE or rail.actuator != NONE or rail.direction is None:
         return False
     return abs(((pin.point - rail.point) * rail.direction.conjugate()).imag) <= PARALLEL * mechanism.size
-
-
-def _same_way(a: Joint, b: Joint) -> bool:
-    return a.direction is not None and b.direction is not None and not b.slack and _parallel(a.direction, b.direction)

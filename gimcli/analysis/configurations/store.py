@@ -26,8 +26,11 @@ KEPT = 64
 
 
 def known_count(family: Family, policy: Policy) -> int | None:
-    """Return the exact number of complex roots, from the cache where it has been told before."""
-    return _count(_Topology(family), policy)
+    """Return the exact number of complex roots, from the cache where it has been told before; None if not known.
+
+    A structure that counts none has no generic configuration, though its dimensions may allow some.
+    """
+    return _count(_Topology(family), policy) or None
 
 
 def known_start(family: Family, seed: int, policy: Policy, progress: Progress | None = None) -> Generic:

@@ -1,0 +1,168 @@
+"""Dormand & Prince's method 8(5,3) over the equations of motion, many steps in one call.
+
+The state is s, s', and the energies dissipated and supplied; error control is on s and s' alone. Steps, norms and
+factors are those of scipy's DOP853. Source: Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 1993,
+section II.10; the correction of the energy: Hairer, Lubich & Wanner 2006, algorithm IV.4.2.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from gimcli.kernels.influence import Chart, Place, Room, copy_place
+from gimcli.kernels.jit import kernel, stage
+from gimcli.kernels.reduction import DISSIPATED, KINETIC, POTENTIAL, SUPPLIED, Acting, Reduced, move
+from gimcli.mechanism import FloatArray, IntArray
+
+STAGES = 12
+SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -0.125
+
+WANTED, FINISHED, FAILED = range(3)
+"""Why a call ends: its last step holds a row, an event or a steep M; the end is reached; no step is short enough."""
+
+NOW, BEFORE, STEP, DUE, END, RTOL, ATOL, STEEP, LIVELY, LIVELIEST, START, CORRECTED, SHORTEST = range(13)
+"""Entries of `clock`: times of the state and of that before, step, next row, end; tolerances; `Policy`; energies."""
+
+CLOCK = 13
+
+
+class Tableau(NamedTuple):
+    """Coefficients of the method."""
+
+    a: FloatArray  # (12, 12)
+    b: FloatArray  # (12,)
+    e3: FloatArray  # (13,)
+    e5: FloatArray  # (13,)
+
+
+class States(NamedTuple):
+    """Working room; n = 2 f + 2."""
+
+    y: FloatArray  # (n,) state, also what comes out
+    before: FloatArray  # (n,) where the last step began
+    trial: FloatArray  # (n,)
+    k: FloatArray  # (13, n) slopes
+    clock: FloatArray  # (CLOCK,)
+    counts: IntArray  # (2,) evaluations, steps
+
+
+class Model(NamedTuple):
+    """What a mechanism is to `move`."""
+
+    chart: Chart
+    acting: Acting
+    base: Place
+    last: Place
+    at: Place
+    room: Room
+    out: Reduced
+    gain: FloatArray
+    factors: FloatArray
+    none: FloatArray  # (0,)
+
+
+@stage
+def slopes(m: Model, y: FloatArray, to: FloatArray) -> bool:
+    """Find y'."""
+    f = m.gain.shape[0]
+    good = move(
+        m.chart, m.acting, m.base, m.last, m.at, y[:f], y[f : 2 * f], m.none, f, m.factors, m.room, m.out, m.gain
+    )
+    for i in range(f):
+        to[i] = y[f + i]
+        to[f + i] = m.gain[i]
+    to[2 * f], to[2 * f + 1] = m.out.energy[DISSIPATED], m.out.energy[SUPPLIED]
+    return good
+
+
+@kernel
+def try_step(m: Model, t: Tableau, s: States, h: float) -> float:
+    """Take a step to `trial`; return its error beside the tolerance, infinite where there is no position."""
+    n = s.y.shape[0]
+    for stage_number in range(1, STAGES + 1):
+        row = t.b if stage_number == STAGES else t.a[stage_number]
+        for i in range(n):
+            total = 0.0
+            for j in range(stage_number):
+                total += row[j] * s.k[j, i]
+            s.trial[i] = s.y[i] + h * total
+        s.counts[0] += 1
+        if not slopes(m, s.trial, s.k[stage_number]):
+            return math.inf
+    five, three = 0.0, 0.0
+    for i in range(n - 2):
+        scale = s.clock[ATOL] + s.clock[RTOL] * max(abs(s.y[i]), abs(s.trial[i]))
+        p, q = 0.0, 0.0
+        for j in range(STAGES + 1):
+            p += t.e5[j] * s.k[j, i]
+            q += t.e3[j] * s.k[j, i]
+        five += (p / scale) ** 2
+        three += (q / scale) ** 2
+    if five == 0.0 and three == 0.0:
+        return 0.0
+    return h * five / math.sqrt((five + 0.01 * three) * (n - 2))
+
+
+@kernel
+def keep_energy(m: Model, s: States) -> None:
+    """Correct the speeds just reached for the energy of the start."""
+    clock, f = s.clock, m.gain.shape[0]
+    kinetic, potential = m.out.energy[KINETIC], m.out.energy[POTENTIAL]
+    clock[LIVELIEST] = max(clock[LIVELIEST], kinetic)
+    if not kinetic > clock[LIVELY] * max(clock[LIVELIEST], abs(potential)):
+        return
+    excess = kinetic + potential - clock[START]
+    clock[CORRECTED] += abs(excess)
+    for i in range(f, 2 * f):
+        s.y[i] *= 1.0 - 0.5 * excess / kinetic
+    s.counts[0] += 1
+    slopes(m, s.y, s.k[0])
+
+
+@kernel
+def is_wanted(m: Model, s: States) -> bool:
+    """Tell whether the step just taken holds a row or an event, or ends where M is steep."""
+    f = m.gain.shape[0]
+    if s.clock[NOW] >= s.clock[DUE] or s.clock[NOW] >= s.clock[END]:
+        return True
+    for i in range(f, 2 * f):
+        if s.before[i] * s.y[i] < 0.0:
+            return True
+    steepest = 0.0
+    for k in range(f):
+        for i in range(m.at.v.shape[0]):
+            steepest = max(steepest, abs(m.at.b[k, i]))
+    return steepest > s.clock[STEEP]
+
+
+@kernel
+def stride(m: Model, t: Tableau, s: States, conservative: bool) -> int:
+    """Take steps until one is wanted; `base` stands where that one began, `y` is where it ends."""
+    clock, n = s.clock, s.y.shape[0]
+    while True:
+        rejected = False
+        while True:
+            h = min(clock[STEP], clock[END] - clock[NOW])
+            if clock[STEP] < clock[SHORTEST] * max(1.0, abs(clock[NOW])):
+                return FAILED
+            error = try_step(m, t, s, h)
+            if error < 1.0:
+                break
+            clock[STEP] = h * (max(LEAST, SAFETY * error**EXPONENT) if error < math.inf else LEAST)
+            rejected = True
+        factor = MOST if error == 0.0 else min(MOST, SAFETY * error**EXPONENT)
+        clock[STEP] = h * (min(1.0, factor) if rejected else factor)
+        clock[BEFORE], clock[NOW] = clock[NOW], clock[NOW] + h
+        s.counts[1] += 1
+        for i in range(n):
+            s.before[i] = s.y[i]
+            s.y[i] = s.trial[i]
+        if is_wanted(m, s):
+            return FINISHED if clock[NOW] >= clock[END] else WANTED
+        copy_place(m.base, m.at)
+        for i in range(n):
+            s.k[0, i] = s.k[STAGES, i]
+        if conservative:
+            keep_energy(m, s)
+            copy_place(m.base, m.at)

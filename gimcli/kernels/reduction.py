@@ -1,0 +1,237 @@
+"""Masses and forces reduced to the independent variables, at a position whose influence coefficients are known.
+
+    M = sum of m B'B + J w w',   h = sum of m B'a + J w alpha,   Q = sum of B'F + w T
+
+with B a mass centre's influence coefficients (complex), w an angular one, a and alpha what is left of the
+accelerations without those of s. All in J: M s'' + h = Q. Source: Durango, Giraldo, Calle & Mesa 2014, eqs 3-6,
+straight to the independent variables.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from gimcli.kernels.influence import Chart, Place, Room, follow
+from gimcli.kernels.jit import kernel, stage
+from gimcli.kernels.linear import lu_factor, lu_solve
+from gimcli.mechanism import FloatArray, IntArray
+
+KINETIC, POTENTIAL, DISSIPATED, SUPPLIED = range(4)
+"""Energies [J] and powers [W] of a state."""
+
+ENERGIES = 4
+
+SINGULAR = 1e-14
+"""A reduced inertia below this, relative to the greatest, is none."""
+
+
+class Acting(NamedTuple):
+    """What has mass and what acts, in flat arrays; places are p = node u + z (node v - node u)."""
+
+    metre: float
+    masses: IntArray  # (., 2) u, v
+    mass: FloatArray  # (., 5) z, mass, moment of inertia, square of the distance of u and v
+    gravity: FloatArray  # (2,)
+    loads: IntArray  # (., 3) u, v, 1 where it follows the member
+    load: FloatArray  # (., 6) z, force, torque, square of the distance of u and v
+    springs: IntArray  # (., 2) variable, 1 for an angle
+    spring: FloatArray  # (., 2) stiffness, free reading
+    dampers: IntArray  # (., 2) variable, 1 for an angle
+    damper: FloatArray  # (.,) damping
+    rubs: IntArray  # (., 4) u, v of the one member, u, v of the other; -1 for the frame
+    rub: FloatArray  # (., 3) damping, squares of the distances of u and v
+    motors: IntArray  # (., 2) variable, 1 for an angle
+    motor: FloatArray  # (., 2) effort, idle speed or 0
+
+
+class Reduced(NamedTuple):
+    """What is left of a mechanism in its independent variables."""
+
+    m: FloatArray  # (k, k)
+    h: FloatArray  # (k,)
+    q: FloatArray  # (k,) of what acts
+    rate: FloatArray  # (k,) of what has a potential or a constant size, by the first independent variable
+    energy: FloatArray  # (ENERGIES,)
+
+
+@kernel
+def carry(x: FloatArray, u: int, v: int, zr: float, zi: float) -> tuple[float, float]:
+    """Return x and y of a place between two nodes."""
+    ex, ey = x[2 * v] - x[2 * u], x[2 * v + 1] - x[2 * u + 1]
+    return x[2 * u] + zr * ex - zi * ey, x[2 * u + 1] + zr * ey + zi * ex
+
+
+@kernel
+def turn(x: FloatArray, w: FloatArray, u: int, v: int, square: float) -> float:
+    """Return how fast a member turns: arm x change of the arm."""
+    if u < 0:
+        return 0.0
+    ex, ey = x[2 * v] - x[2 * u], x[2 * v + 1] - x[2 * u + 1]
+    return (ex * (w[2 * v + 1] - w[2 * u + 1]) - ey * (w[2 * v] - w[2 * u])) / square
+
+
+@stage
+def reduce_masses(p: Acting, at: Place, room: Room, out: Reduced) -> None:
+    """Add the masses and their weight."""
+    v, b, w, a, metre = at.v, at.b, room.velocity, room.acceleration, p.metre
+    gx, gy = p.gravity[0] * metre, p.gravity[1] * metre
+    for i in range(p.masses.shape[0]):
+        n, f = p.masses[i, 0], p.masses[i, 1]
+        zr, zi, moment, square = p.mass[i, 0], p.mass[i, 1], p.mass[i, 3], p.mass[i, 4]
+        mass, weight = p.mass[i, 2] * metre * metre, p.mass[i, 2]
+        x, y = carry(v, n, f, zr, zi)
+        out.energy[POTENTIAL] -= weight * (gx * x + gy * y)
+        x, y = carry(w, n, f, zr, zi)
+        omega = turn(v, w, n, f, square)
+        out.energy[KINETIC] += 0.5 * (mass * (x * x + y * y) + moment * omega * omega)
+        ax, ay = carry(a, n, f, zr, zi)
+        alpha = turn(v, a, n, f, square)
+        for k in range(b.shape[0]):
+            bx, by = carry(b[k], n, f, zr, zi)
+            t = turn(v, b[k], n, f, square)
+            out.q[k] += weight * (gx * bx + gy * by)
+            out.h[k] += mass * (bx * ax + by * ay) + moment * t * alpha
+            for j in range(k + 1):
+                cx, cy = carry(b[j], n, f, zr, zi)
+                out.m[k, j] += mass * (bx * cx + by * cy) + moment * t * turn(v, b[j], n, f, square)
+        out.rate[0] += weight * (gx * ax + gy * ay)
+
+
+@stage
+def reduce_loads(p: Acting, at: Place, room: Room, factors: FloatArray, out: Reduced) -> None:
+    """Add forces and torques."""
+    v, b, w, a = at.v, at.b, room.velocity, room.acceleration
+    for i in range(p.loads.shape[0]):
+        n, f, square = p.loads[i, 0], p.loads[i, 1], p.load[i, 5]
+        zr, zi, fx, fy, torque = p.load[i, 0], p.load[i, 1], p.load[i, 2], p.load[i, 3], p.load[i, 4] * factors[i]
+        omega = turn(v, w, n, f, square)
+        if p.loads[i, 2]:
+            ex, ey = v[2 * f] - v[2 * n], v[2 * f + 1] - v[2 * n + 1]
+            fx, fy = fx * ex - fy * ey, fx * ey + fy * ex
+        fx, fy = fx * p.metre * factors[i], fy * p.metre * factors[i]
+        for k in range(b.shape[0]):
+            bx, by = carry(b[k], n, f, zr, zi)
+            out.q[k] += fx * bx + fy * by + torque * turn(v, b[k], n, f, square)
+        x, y = carry(w, n, f, zr, zi)
+        ax, ay = carry(a, n, f, zr, zi)
+        out.energy[SUPPLIED] += fx * x + fy * y + torque * omega
+        out.rate[0] += fx * ax + fy * ay + torque * turn(v, a, n, f, square)
+        if p.loads[i, 2]:
+            out.rate[0] += omega * (fx * y - fy * x)
+
+
+@stage
+def reduce_gauges(p: Acting, at: Place, room: Room, out: Reduced) -> None:
+    """Add springs, dampers and what the inputs that are let go are driven by."""
+    v, b, w, a = at.v, at.b, room.velocity, room.acceleration
+    for i in range(p.springs.shape[0]):
+        r, unit = p.springs[i, 0], 1.0 if p.springs[i, 1] else p.metre
+        stiffness = p.spring[i, 0] * unit * unit
+        stretch = v[r] - p.spring[i, 1]
+        out.energy[POTENTIAL] += 0.5 * stiffness * stretch * stretch
+        out.rate[0] -= stiffness * (w[r] * w[r] + stretch * a[r])
+        for k in range(b.shape[0]):
+            out.q[k] -= stiffness * stretch * b[k, r]
+    for i in range(p.dampers.shape[0]):
+        r, unit = p.dampers[i, 0], 1.0 if p.dampers[i, 1] else p.metre
+        damping = p.damper[i] * unit * unit
+        out.energy[DISSIPATED] += damping * w[r] * w[r]
+        for k in range(b.shape[0]):
+            out.q[k] -= damping * w[r] * b[k, r]
+    for i in range(p.motors.shape[0]):
+        r, unit = p.motors[i, 0], 1.0 if p.motors[i, 1] else p.metre
+        effort = p.motor[i, 0] * unit
+        if p.motor[i, 1] != 0.0:
+            effort *= 1.0 - w[r] / p.motor[i, 1]
+        out.energy[SUPPLIED] += effort * w[r]
+        for k in range(b.shape[0]):
+            out.q[k] += effort * b[k, r]
+
+
+@stage
+def reduce_friction(p: Acting, at: Place, room: Room, out: Reduced) -> None:
+    """Add viscous friction in revolute pairs."""
+    for i in range(p.rubs.shape[0]):
+        n, f, m, g, one, other = p.rubs[i, 0], p.rubs[i, 1], p.rubs[i, 2], p.rubs[i, 3], p.rub[i, 1], p.rub[i, 2]
+        speed = turn(at.v, room.velocity, n, f, one) - turn(at.v, room.velocity, m, g, other)
+        out.energy[DISSIPATED] += p.rub[i, 0] * speed * speed
+        for k in range(at.b.shape[0]):
+            share = turn(at.v, at.b[k], n, f, one) - turn(at.v, at.b[k], m, g, other)
+            out.q[k] -= p.rub[i, 0] * speed * share
+
+
+@kernel
+def reduce(p: Acting, at: Place, room: Room, factors: FloatArray, out: Reduced) -> None:
+    """Reduce everything; `rate` needs unit speed of the first independent variable alone."""
+    size = at.b.shape[0]
+    for k in range(size):
+        out.h[k], out.q[k], out.rate[k] = 0.0, 0.0, 0.0
+        for j in range(size):
+            out.m[k, j] = 0.0
+    for k in range(ENERGIES):
+        out.energy[k] = 0.0
+    reduce_masses(p, at, room, out)
+    reduce_loads(p, at, room, factors, out)
+    reduce_gauges(p, at, room, out)
+    reduce_friction(p, at, room, out)
+    for k in range(size):
+        for j in range(k):
+            out.m[j, k] = out.m[k, j]
+
+
+@kernel
+def accelerate(out: Reduced, free: int, given: FloatArray, room: Room, gain: FloatArray) -> bool:
+    """Find the accelerations `gain` (k,) of the first `free` independent variables; the others are given.
+
+    Where those of the others need efforts, `out.q` of them becomes these efforts.
+    """
+    size = out.h.shape[0]
+    greatest = 0.0
+    for k in range(free, size):
+        gain[k] = given[k]
+    for k in range(free):
+        right = out.q[k] - out.h[k]
+        for j in range(free, size):
+            right -= out.m[k, j] * given[j]
+        room.right[k] = right
+        greatest = max(greatest, abs(out.m[k, k]))
+        for j in range(free):
+            room.a[k, j] = out.m[k, j]
+    if free and not greatest > 0.0:
+        return False
+    if lu_factor(room.a, free, room.order) <= 0.0:
+        return False
+    for k in range(free):
+        if not room.order[free + k] * SINGULAR * greatest < 1.0:
+            return False
+    lu_solve(room.a, free, room.order, room.right)
+    for k in range(free):
+        gain[k] = room.right[k]
+    for k in range(free, size):
+        effort = out.h[k] - out.q[k]
+        for j in range(size):
+            effort += out.m[k, j] * gain[j]
+        out.q[k] = effort
+    return True
+
+
+@stage
+def move(
+    c: Chart, p: Acting, base: Place, last: Place, at: Place, target: FloatArray, speeds: FloatArray,
+    given: FloatArray, free: int, factors: FloatArray, room: Room, out: Reduced, gain: FloatArray,
+) -> bool:  # fmt: skip
+    """Go from `base` to a state and find its accelerations: one call."""
+    for i in range(base.v.shape[0]):
+        last.v[i] = base.v[i]
+        for k in range(base.b.shape[0]):
+            last.b[k, i] = base.b[k, i]
+    for g in range(base.sign.shape[0]):
+        last.sign[g] = base.sign[g]
+    if not follow(c, last, at, target, speeds, room):
+        return False
+    reduce(p, at, room, factors, out)
+    if not accelerate(out, free, given, room, gain):
+        return False
+    for k in range(free, speeds.shape[0]):
+        out.energy[SUPPLIED] += out.q[k] * speeds[k]
+    return True

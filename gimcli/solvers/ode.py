@@ -1,0 +1,67 @@
+"""Integrators of ordinary differential equations, one step at a time, behind one registry.
+
+Those of scipy (Dormand & Prince 8(5,3) and 5(4), Radau IIA, LSODA) choose their steps; Runge & Kutta's classic one
+takes equal steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from gimcli.mechanism import FloatArray
+
+Slopes = Callable[[float, FloatArray], FloatArray]
+
+METHODS = ("dop853", "rk45", "radau", "lsoda", "rk4")
+
+
+class ClassicRungeKutta:
+    """Runge & Kutta's method of fourth order in equal steps, with the interface of scipy's.
+
+    Source: Kutta 1901; between steps Hermite's cubic.
+    """
+
+    def __init__(self, fun: Slopes, t0: float, y0: FloatArray, t_bound: float, step: float) -> None:
+        self.fun, self.t, self.y, self.t_bound, self.step_size = fun, t0, np.array(y0, dtype=float), t_bound, step
+        self.status, self.nfev, self.t_old, self.slope = "running", 1, t0, fun(t0, self.y)
+        self._last = (self.y, self.slope)
+
+    def step(self) -> str | None:
+        """Take a step; return why that failed."""
+        t, y, h = self.t, self.y, min(self.step_size, self.t_bound - self.t)
+        k1 = self.slope
+        k2 = self.fun(t + 0.5 * h, y + 0.5 * h * k1)
+        k3 = self.fun(t + 0.5 * h, y + 0.5 * h * k2)
+        k4 = self.fun(t + h, y + h * k3)
+        end = y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        self._last = (y, k1)
+        self.t_old, self.t, self.y, self.slope = t, t + h, end, self.fun(t + h, end)
+        self.nfev += 4
+        if not np.all(np.isfinite(end)) or not np.all(np.isfinite(self.slope)):
+            self.t, self.y, self.slope, self.status = t, y, k1, "failed"
+            return "no position"
+        if self.t_bound - self.t <= 1e-12 * h:
+            self.t, self.status = self.t_bound, "finished"
+        return None
+
+    def dense_output(self) -> Slopes | Any:
+        """Return the states over the last step."""
+        from scipy.interpolate import CubicHermiteSpline
+
+        (before, slope), ends = self._last, [self.t_old, self.t]
+        return CubicHermiteSpline(ends, [before, self.y], [slope, self.slope])
+
+
+def make_solver(
+    method: str, fun: Slopes, start: float, y: FloatArray, end: float, rtol: float, atol: FloatArray, step: float
+) -> Any:
+    """Return a solver of scipy's interface; `step` is that of rk4."""
+    from scipy import integrate
+
+    if method == "rk4":
+        return ClassicRungeKutta(fun, start, y, end, step)
+    kinds = {"dop853": integrate.DOP853, "rk45": integrate.RK45, "radau": integrate.Radau, "lsoda": integrate.LSODA}
+    return kinds[method](fun, start, y, end, rtol=rtol, atol=atol)
