@@ -198,10 +198,11 @@ def test_a_limit_by_the_law_of_cosines_is_told_to_1e_10(tmp_path: Path) -> None:
     assert event["interval"]["motor"] == pytest.approx([FOLDED, STRETCHED], abs=1e-11)
 
 
-def test_a_change_point_is_told_to_the_last_digits(tmp_path: Path) -> None:
+@pytest.mark.parametrize("steps", [3, 20, 97])
+def test_a_change_point_is_told_to_the_last_digits(steps: int, tmp_path: Path) -> None:
     text = (MODELS / "double_butterfly_symmetric.yaml").read_text()
     (tmp_path / "m.yaml").write_text(text.replace("{from: -100, to: 20}", "{from: -100, to: 60}"))
-    motion = sharpened(trace(load(tmp_path / "m.yaml"), 97))
+    motion = sharpened(trace(load(tmp_path / "m.yaml"), steps))
     (time,) = motion.bridged
     from gimcli.analysis.singularities import CHANGE
     from gimcli.analysis.survey import survey

@@ -15,7 +15,7 @@ from gimcli.errors import GimError
 from gimcli.mechanism import FloatArray
 from gimcli.motion.branches import first_circuit
 from gimcli.motion.curve import Curve
-from gimcli.motion.folds import next_fold
+from gimcli.motion.folds import next_crossing, next_fold
 from gimcli.motion.inputs import law_inputs
 from gimcli.motion.motion import Motion
 from gimcli.solvers.arclength import place
@@ -27,6 +27,9 @@ LARGEST = 60
 
 MOST = 100
 """Change points that are told more sharply."""
+
+CLOSE, FAR = 0.3, 2.0 * np.pi
+"""Distance of rows between which a change point is looked for at once, and to which it is walked to."""
 
 NEAR = 1e-4
 """Distance of the parameter within which what is found is the event."""
@@ -103,10 +106,15 @@ def _change_point(motion: Motion, curve: Curve, time: float) -> float:
     if rows is None:
         return time
     q, (low, high) = _parameter(curve, time), rows
-    part = (q - low[-1]) / (high[-1] - low[-1]) if high[-1] != low[-1] else 0.0
-    guess = low + part * (high - low)
-    guess[-1] = q
-    found = crossing(curve, guess, Policy())
+    if np.linalg.norm(high - low) <= CLOSE:
+        guess = low + (q - low[-1]) / (high[-1] - low[-1] or 1.0) * (high - low)
+        guess[-1] = q
+        found = crossing(curve, guess, Policy())
+    elif abs(q - low[-1]) <= FAR:
+        ahead = np.append(np.zeros(len(low) - 1), np.sign(q - low[-1]))
+        found = next_crossing(curve, place(curve, low, ahead), q)
+    else:
+        return time
     if found is None or not abs(found.p[-1] - q) <= NEAR:
         return time
     return _time(curve, time, float(found.p[-1]))

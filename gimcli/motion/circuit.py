@@ -36,6 +36,7 @@ class Policy:
     landing: float = 1e-3  # step over a singular position
     told: float = 4.0  # landings before a singular position from which the way through it is taken
     shortest_landing: float = 1e-6
+    beside: float = 2e-5  # distance from a singular position within which rows are interpolated, not corrected
     singular: float = 1e-7  # least over greatest singular value of a start that is singular itself
     home: float = 1e-8  # distance from the start within which a circuit is closed
     longest: float = 400.0  # length of a circuit that is given up
@@ -198,8 +199,7 @@ class Walker:
         if ahead is None:  # not told by the second order: the way from the last place is, nearer by
             if gap > self.policy.told * self.policy.landing:
                 return False
-            ahead = met.right @ (met.right.T @ along)
-            ahead = ahead / np.linalg.norm(ahead)
+            ahead = _through(self.curve, met, along, self.policy)
         middle = at_crossing(self.curve, met, ahead)
         after = landed(self.curve, met, ahead, self.policy)
         if after is None:
@@ -262,6 +262,22 @@ def _straight_on(met: Crossing, along: FloatArray, policy: Policy) -> FloatArray
     ahead = max(met.tangents, key=lambda t: abs(float(t @ along)))
     ahead = ahead if ahead @ along > 0.0 else -ahead
     return ahead if ahead @ along >= math.cos(2.0 * policy.steps.bend) else None
+
+
+def _through(curve: Curve, met: Crossing, along: FloatArray, policy: Policy) -> FloatArray:
+    """Return the tangent at a singular position of the branch next to a direction, from its places on both sides."""
+    ahead = _flattened(met, along)
+    one, other = landed(curve, met, ahead, policy), landed(curve, met, -ahead, policy)
+    if one is None or other is None:
+        return ahead
+    span = float((one.p - other.p) @ ahead)  # the slope of the cubic through both in its middle
+    return _flattened(met, 1.5 * (one.p - other.p) / span - 0.25 * (one.tangent - other.tangent))
+
+
+def _flattened(met: Crossing, along: FloatArray) -> FloatArray:
+    """Return the unit vector of the null space next to a direction."""
+    ahead = met.right @ (met.right.T @ along)
+    return np.asarray(ahead / np.linalg.norm(ahead))
 
 
 def at_crossing(curve: Curve, met: Crossing, ahead: FloatArray) -> Place:

@@ -11,6 +11,7 @@ import numpy as np
 from gimcli.motion.circuit import Circuit, Ended, Policy, Walker
 from gimcli.motion.curve import Curve
 from gimcli.solvers.arclength import Place, pinned
+from gimcli.solvers.crossing import Crossing
 
 Rate = Callable[[Place], float]
 
@@ -71,6 +72,15 @@ def next_fold(curve: Curve, start: Place, most: int = 200) -> Place | None:
             found = folds(Circuit(curve, tuple(walker.places), walker.crossings, Ended.LONG))
             return found[0].place if found else None
     return None
+
+
+def next_crossing(curve: Curve, start: Place, until: float, most: int = 200) -> Crossing | None:
+    """Return the last crossing from a place along its tangent up to a parameter; None where none is met."""
+    walker, sense = Walker(curve, start, Policy()), float(np.sign(until - start.p[-1]))
+    for _ in range(most):
+        if not walker.go() or sense * (walker.places[-1].p[-1] - until) > 0.0:
+            break
+    return walker.crossings[max(walker.crossings)] if walker.crossings else None
 
 
 def folded(circuit: Circuit) -> Circuit:

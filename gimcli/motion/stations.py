@@ -37,11 +37,16 @@ def settled(circuit: Circuit, k: int, part: float, policy: Policy) -> FloatArray
     if part in (0.0, 1.0):
         return here.p if part == 0.0 else there.p
     guess, slope = between(here, there, part)
-    beside = k in circuit.crossings or k + 1 in circuit.crossings
-    if beside and np.linalg.norm(there.p - here.p) <= 2.0 * policy.landing:
-        return guess  # beside a crossing the equations tell less than the curve through the places about it
+    if beside(circuit, k, guess, policy):
+        return guess
     exact = correct(circuit.curve, guess, policy.steps, slope / np.linalg.norm(slope))
     return guess if exact is None else exact
+
+
+def beside(circuit: Circuit, k: int, p: FloatArray, policy: Policy) -> bool:
+    """Tell whether p is so near to a crossing that the curve through the places about it tells more than equations."""
+    ends = [circuit.places[j].p for j in (k, k + 1) if j in circuit.crossings]
+    return any(float(np.linalg.norm(p - end)) <= policy.beside for end in ends)
 
 
 def between(here: Place, there: Place, part: float) -> tuple[FloatArray, FloatArray]:

@@ -16,7 +16,7 @@ import numpy as np
 from gimcli.mechanism import FloatArray
 from gimcli.motion.circuit import Circuit, Policy, rolled
 from gimcli.motion.folds import folded
-from gimcli.motion.stations import between
+from gimcli.motion.stations import beside, between
 from gimcli.solvers.arclength import correct
 
 HALVINGS = 60
@@ -90,8 +90,7 @@ class Track:
             low, high = (part, high) if (between(here, there, part)[0][-1] < q) == rising else (low, part)
         guess = between(here, there, 0.5 * (low + high))[0]
         guess[-1] = q
-        beside = k in self.circuit.crossings or k + 1 in self.circuit.crossings
-        if beside and np.linalg.norm(there.p - here.p) <= 2.0 * self.policy.landing:
+        if beside(self.circuit, k, guess, self.policy):
             return guess
         pin = np.append(np.zeros(len(guess) - 1), 1.0)
         exact = correct(self.circuit.curve, guess, self.policy.steps, pin)
