@@ -12,6 +12,7 @@ from link_graphs import baranov_trusses, bars, loaded, truss, watt_baranov
 from random_mechanisms import Growth
 
 from gimcli.analysis.configurations import all_configurations, configurations_over, drawn_configuration
+from gimcli.analysis.configurations.assemblies import Assembler
 from gimcli.analysis.mobility import assembled, mobility
 from gimcli.errors import StructureError
 from gimcli.model import load
@@ -19,6 +20,7 @@ from gimcli.motion.options import Options
 from gimcli.motion.position import law_start, solve
 from gimcli.motion.start import drawn_inputs
 from gimcli.status import Status
+from gimcli.structure.residual import residual
 
 HELD = np.zeros(0)
 SINGULAR = {"peaucellier"}
@@ -352,6 +354,22 @@ def test_plate_on_two_parallel_rails_and_a_link(opposite):
     np.testing.assert_allclose(np.sort(x), np.sort(expected), atol=1e-12)
 
 
+def test_slides_on_parallel_rails_that_turn_are_not_called_complete(tmp_path):
+    """The count is an upper bound there, 8; four roots exist, and another search finds none of the others."""
+    path = tmp_path / "model.yaml"
+    path.write_text(yaml.safe_dump(Growth(134, ["prp", "triad", "rrp", "true_pair"], "elsewhere").model()))
+    mechanism = load(path)
+    inputs = drawn_inputs(mechanism)
+    found = all_configurations(mechanism, inputs)
+    assert [g.family.rails_shared for g in Assembler(mechanism).groups if g.family.loops] == [True]
+    assert (found.complete, len(found), sum(g.roots for g in found.groups)) == (False, 2, 4)
+    assert found.missing == 0
+    others = oracles.configurations_by_starts(mechanism, inputs, starts=300)
+    fits = [z for z in others if residual(mechanism, z[:, None], inputs[:, None]).total[0] < 1e-9]
+    assert 0 < len(fits) < len(others)  # a block turned end for end on its rail is not as drawn
+    assert not oracles.unmatched(np.array(fits), found.z)
+
+
 def test_a_long_chain_is_driven():
     """A hundred flat dyads: the rank is told exactly, not by a threshold."""
     spec = {"nodes": {"O": [0, 0]}, "ground": ["O"], "links": {}, "actuators": {}}
@@ -459,7 +477,6 @@ def test_rows_hold_what_each_input_holds_alone(name):
 
 def test_rows_are_followed_past_the_inputs_at_which_roots_meet():
     """Between 4 and 8 are real over a turn; the one search from a generic linkage is the first."""
-    from gimcli.analysis.configurations.assemblies import Assembler
     from gimcli.analysis.configurations.sweep import Follower
 
     follower = Follower(Assembler(model_of("double_butterfly")))
@@ -471,7 +488,6 @@ def test_rows_are_followed_past_the_inputs_at_which_roots_meet():
 @pytest.mark.parametrize("fault", ["two the same", "not a number", "moved off"])
 def test_a_row_that_loses_a_root_is_solved_afresh(fault, monkeypatch):
     from gimcli.analysis.configurations import sweep
-    from gimcli.analysis.configurations.assemblies import Assembler
 
     follower = sweep.Follower(Assembler(model_of("double_butterfly")))
     follower.row(np.array([2.0]))

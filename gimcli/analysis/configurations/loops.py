@@ -55,6 +55,12 @@ class Family:
         return self.angles + self.slides == 2 * self.loops
 
     @cached_property
+    def rails_shared(self) -> bool:
+        """Tell whether slides share a direction: they cannot be scaled one by one, and the count is a bound only."""
+        used = np.abs(self.TU).sum(axis=0) > 0
+        return bool((used.sum(axis=0) > 1).any())
+
+    @cached_property
     def key(self) -> str:
         """A name of the topology: the same for the same tensors."""
         digest = hashlib.sha256(repr((self.TC.shape, self.TU.shape, self.rail.tolist())).encode())
