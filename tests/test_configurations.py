@@ -62,7 +62,7 @@ def test_double_butterfly_has_its_published_solutions():
 
 
 def test_innocenti_group_has_eighteen_roots_eight_real():
-    """C. Innocenti 1995: a seven-link group with one quaternary link."""
+    """A seven-link group with one quaternary link: eighteen, published by C. Innocenti."""
     mechanism = model_of("innocenti_group")
     found = all_configurations(mechanism, law_start(mechanism))
     assert found.complete
@@ -81,14 +81,14 @@ def test_prism_has_twenty_four_real_embeddings():
 
 
 def test_complete_bipartite_framework_has_sixteen_embeddings():
-    """Sixteen complex embeddings of K33: D. Walter, M. Husty 2007."""
+    """Sixteen complex embeddings of K33, its published Laman number."""
     edges = [(a, b) for a in (1, 3, 5) for b in (2, 4, 6)]
     found = all_configurations(loaded(bars(edges, (1, 2))), HELD)
     assert found.complete
     assert counts(found)[:2] == (16, 16)
 
 
-TRUSSES = {  # number of shapes: Manolescu 1975; complex roots: Wampler 2001 (5 and 7 links), reference table (9)
+TRUSSES = {  # 5 links: a 3-RR platform; 7: N. Rojas, F. Thomas 2011; 9: counted by another program
     2: [6],
     3: [14, 16, 18],
     4: [30, 36, 38, 40, 40, 40, 42, 42, 42, 44, 44, 46, 46, 46, 48, 48, 48, 48, 48, 50, 50, 50, 52, 52, 54, 54, 56, 58],
@@ -113,7 +113,7 @@ def test_every_baranov_truss_has_all_its_roots(loops):
 
 @pytest.mark.parametrize("loops", [3, 4, 5])
 def test_rings_of_triangles_have_the_published_counts(loops):
-    """Watt-Baranov trusses of 7, 9, 11 and 13 links: 14, 30, 62, 126. Source: N. Rojas 2012."""
+    """Watt-Baranov trusses of 7, 9, 11 and 13 links: 14, 30, 62, 126. Source: N. Rojas, F. Thomas."""
     mechanism = loaded(truss(watt_baranov(loops), seed=loops))
     found = all_configurations(mechanism, HELD)
     assert counts(found)[:2] == (2 ** (loops + 1) - 2,) * 2
