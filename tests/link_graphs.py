@@ -52,7 +52,7 @@ def baranov_trusses(loops):
 
     Links of three joints and more are the vertices of a multigraph with `loops` - 1 more edges than vertices; some
     edges hold a bar between. No part of two links or more but the whole is rigid: k links have fewer than
-    3 (k - 1) / 2 joints among them. Source of the numbers 1, 3, 28: Manolescu & Manolescu 1975.
+    3 (k - 1) / 2 joints among them. With 5, 7 and 9 links there are 1, 3 and 28.
     """
     found = {}
     for vertices in range(2, 2 * loops - 1):

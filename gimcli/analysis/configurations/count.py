@@ -2,9 +2,11 @@
 
 The loops tie the coordinates (1, theta, s theta_m) to a linear space, its matroid M, and (1, 1/theta, s/theta_m)
 to another of the same matroid; scaling an angle or a slide stays inside the family, so that the number of roots
-is a stable intersection of tropical linear spaces. Without slides it obeys the recursion of J. Capco, M. Gallet,
-G. Grasegger, C. Koutschan, N. Lubbes, J. Schicho, The number of realizations of a Laman graph, SIAM J. Appl.
-Algebra Geom. 2 (2018), used here on the loops' matroid. With slides the cones of both fans are intersected.
+is a stable intersection of tropical linear spaces. Where slides share a rail's direction they cannot be scaled
+one by one: the number is then an upper bound, still a proof where it is reached. Without slides it obeys the
+recursion of J. Capco, M. Gallet, G. Grasegger, C. Koutschan, N. Lubbes, J. Schicho, The number of realizations of
+a Laman graph, SIAM J. Appl. Algebra Geom. 2 (2018), used here on the loops' matroid. With slides the cones of both
+fans are intersected.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ def generic_start(
     H, w = generic_member(family, generator)
     idle = 0
     for _ in range(policy.monodromy):
-        if len(w) == count or (count is None and idle >= policy.idle):
+        if len(w) == count or ((count is None or family.rails_shared) and idle >= policy.idle):
             break
         found = _round_trip(family, H, w, generator, policy)
         idle = 0 if len(found) > len(w) else idle + 1

@@ -7,8 +7,8 @@ Unknowns are theta_c = e^(i phi_c) of every rotation class and s_q of every pass
 
 m(q) is the class that carries the rail of slide q. All coefficients are linear in the linkage's own points
 and rail directions: the *family* of a topology is every complex choice of these, with the conjugates independent.
-Numerically the unknowns are w = [log theta, s]. Source: C. Wampler, Displacement analysis of spherical and
-planar mechanisms, 2001 (isotropic coordinates).
+Numerically the unknowns are w = [log theta, s]. Source: C. Wampler, Solving the kinematics of
+planar mechanisms by Dixon determinant and a complex-plane formulation, J. Mech. Des. 123 (2001).
 """
 
 from __future__ import annotations
@@ -53,6 +53,12 @@ class Family:
     def square(self) -> bool:
         """Tell whether there are as many equations as unknowns."""
         return self.angles + self.slides == 2 * self.loops
+
+    @cached_property
+    def rails_shared(self) -> bool:
+        """Tell whether slides share a direction: they cannot be scaled one by one, and the count is a bound only."""
+        used = np.abs(self.TU).sum(axis=0) > 0
+        return bool((used.sum(axis=0) > 1).any())
 
     @cached_property
     def key(self) -> str:

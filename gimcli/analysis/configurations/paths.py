@@ -2,7 +2,7 @@
 
 The coefficients go on a straight line; a predictor of 4th order (Runge-Kutta) and two Newton-Raphson
 corrections follow dw/dt = -J^-1 dH/dt, each path with its own step. Source: A. Sommese and C. Wampler,
-The numerical solution of systems of polynomials, 2005, sections 2.3 and 7.
+The numerical solution of systems of polynomials, 2005.
 """
 
 from __future__ import annotations

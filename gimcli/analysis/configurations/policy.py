@@ -31,7 +31,8 @@ class Policy:
     starts: int = 3  # independent generic linkages before the search gives up
     pencil_loops: int = 4  # beyond it the pencil costs more than paths (924 unknowns at 6 loops)
     pencil_unknowns: int = 400  # monomials of the pencil
-    idle: int = 6  # monodromy loops without a new root that end it, where the count is not known
+    idle: int = 12  # monodromy loops without a new root that end it, where the count is not known: blocks of roots
+    # are left by half of the loops
     monodromy: int = 60  # loops at most
     count_loops: int = 6  # loops up to which the exact count of revolute groups is told (under a second)
     count_slides: int = 4  # and of groups with slides

@@ -104,6 +104,8 @@ def _by_paths(
     agreed = any(_same(a, b) for a, b in pairwise(ends))
     decided = bool((proven.real | proven.complex).all())
     settled = agreed and decided and len(last.doubtful) == 0 and last.lost == 0 and len(last.proven.w) == len(proven.w)
+    if family.rails_shared and settled:
+        count = None
     settled &= count is None or len(proven.w) + last.infinite == count
     return Roots(proven, count, AGREED if settled else OPEN, last.doubtful, last.infinite)
 

@@ -91,7 +91,9 @@ def _checked(family: Family, stored: dict[str, NDArray[Any]], count: int | None)
     H, w = stored.get("H"), stored.get("w")
     if H is None or w is None or H.shape != shape or w.ndim != 2 or w.shape[1] != shape[2] - 1:
         return None
-    if not (np.isfinite(H).all() and np.isfinite(w).all()) or (count is not None and len(w) != count):
+    if not (np.isfinite(H).all() and np.isfinite(w).all()):
+        return None
+    if count is not None and len(w) != count and not (family.rails_shared and 0 < len(w) < count):
         return None
     proven = distinct(family, prove(family, H.astype(complex), w.astype(complex)))
     return Generic(H.astype(complex), w.astype(complex)) if len(proven.w) == len(w) else None
