@@ -144,7 +144,7 @@ def stride(m: Model, t: Tableau, s: States, conservative: bool) -> int:
         rejected = False
         while True:
             h = min(clock[STEP], clock[END] - clock[NOW])
-            if clock[STEP] < clock[SHORTEST] * max(1.0, abs(clock[NOW])):
+            if clock[STEP] < clock[SHORTEST]:
                 return FAILED
             error = try_step(m, t, s, h)
             if error < 1.0:
