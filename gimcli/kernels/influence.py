@@ -32,6 +32,12 @@ SETTLED = 1e-9
 FINEST = 1e-6
 """Shortest step by which a position is followed, of lengths about 1 and rad."""
 
+MEETING = 1e-4
+"""Determinant of a block below which its two sides meet there, at a distance of FINEST."""
+
+NONE, WEAKEST, ALL = range(3)
+"""Which blocks change their side."""
+
 BEND, CHORD = 0.5, 0.1
 """Greatest change of direction over a step, and of its chord off the mean direction, relative to the direction."""
 
@@ -56,7 +62,7 @@ class Place(NamedTuple):
 
     v: FloatArray  # (variables,)
     b: FloatArray  # (k, variables) dv/ds
-    sign: FloatArray  # (blocks,) of the determinant
+    sign: FloatArray  # (blocks,) the determinant of one or two equations, else its sign
 
 
 class Room(NamedTuple):
@@ -287,6 +293,7 @@ def settle(c: Chart, to: Place, speeds: FloatArray, room: Room) -> bool:
         if not determinant * to.sign[g] > 0.0:
             room.weakest[0] = g
             return False
+        to.sign[g] = determinant
         differentiate_block(c, to, g, room)
         accelerate_block(c, to, g, speeds, room)
     return True
@@ -336,9 +343,9 @@ def follow(c: Chart, last: Place, to: Place, target: FloatArray, speeds: FloatAr
     """Follow the motion from the last place to independent variables `target`; `last` moves along.
 
     Steps are halved until they lead straight on. Where not even the finest does, the other side of the weakest block
-    may: a change point is passed straight through.
+    may, or of all that are near a change point: this is passed straight through.
     """
-    part, flipped = 1.0, -1
+    part, flipped = 1.0, NONE
     while True:
         far = 0.0
         for k in range(target.shape[0]):
@@ -348,16 +355,17 @@ def follow(c: Chart, last: Place, to: Place, target: FloatArray, speeds: FloatAr
         if not math.isfinite(far):
             return False
         for g in range(to.sign.shape[0]):
-            to.sign[g] = -last.sign[g] if g == flipped else last.sign[g]
+            turned = g == room.weakest[0] if flipped == WEAKEST else abs(last.sign[g]) <= MEETING
+            to.sign[g] = -last.sign[g] if flipped != NONE and turned else last.sign[g]
         if try_step(c, last, to, speeds, room):
             if part == 1.0:
                 return True
             copy_place(last, to)
-            part, flipped = min(1.0, 2.0 * part / (1.0 - part)), -1
-        elif flipped >= 0:
+            part, flipped = min(1.0, 2.0 * part / (1.0 - part)), NONE
+        elif flipped == ALL:
             return False
         elif far <= FINEST:
-            flipped = room.weakest[0]
+            flipped += 1
         else:
             part *= 0.5
 
@@ -371,4 +379,4 @@ def stand(c: Chart, to: Place, room: Room) -> None:
         lay_block(c, to.v, g, room)
         n = c.blocks[g, 2] - c.blocks[g, 1]
         determinant = factor_block(room.a, n, room.order)
-        to.sign[g] = 1.0 if determinant > 0.0 else -1.0 if determinant < 0.0 else 0.0
+        to.sign[g] = determinant
