@@ -56,6 +56,7 @@ class Policy:
     gentle: float = 6.0  # below which the inputs serve again: half of it, so that they do not change to and fro
     absolute: float = 0.1  # absolute tolerance (rad, lengths about 1) beside the relative one: where a variable is 0
     energies: float = 1e30  # tolerance of the energies: they follow the motion, the steps do not follow them
+    shortest: float = 1e-12  # step beside the whole time: shorter ones lead nowhere, as before a singular position
     bisections: int = 60  # of a bracket: to the last digit
     lively: float = 1e-2  # part of the greatest energies above which the kinetic one tells speeds to enough digits
 
@@ -195,7 +196,7 @@ class Integration:
                     self._last_y = solver.before.copy()
                     self.liveliest = max(self.liveliest, solver.liveliest)
                     self._standing = list(self._last_y[len(self.free) : 2 * len(self.free)])
-                if failed:
+                if failed or self._is_stuck(solver):
                     break
                 self.steps += 0 if isinstance(solver, Strider) else 1
                 if self._pass(solver):
@@ -233,7 +234,7 @@ class Integration:
         start = float(self.rows[0].energy[KINETIC] + self.rows[0].energy[POTENTIAL])
         return Strider(
             reducer, self._slopes, time, y, end, settings.rtol, policy.absolute * settings.rtol, policy.steep,
-            policy.lively, (start, self.liveliest),
+            policy.lively, (start, self.liveliest), policy.shortest * float(self.times[-1] - self.times[0]),
         )  # fmt: skip
 
     @property
@@ -298,6 +299,10 @@ class Integration:
         if ending:
             self._count(solver)
         return ending
+
+    def _is_stuck(self, solver: Any) -> bool:
+        span = float(self.times[-1] - self.times[0])
+        return bool(0.0 < solver.t - solver.t_old < self.policy.shortest * span and solver.status == "running")
 
     def _count(self, solver: Any) -> None:
         self.evaluations += solver.nfev

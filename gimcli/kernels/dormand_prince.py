@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple
 
 from gimcli.kernels.influence import Chart, Place, Room, copy_place
-from gimcli.kernels.jit import kernel, stage
+from gimcli.kernels.jit import kernel
 from gimcli.kernels.reduction import DISSIPATED, KINETIC, POTENTIAL, SUPPLIED, Acting, Reduced, move
 from gimcli.mechanism import FloatArray, IntArray
 
@@ -62,7 +62,7 @@ class Model(NamedTuple):
     none: FloatArray  # (0,)
 
 
-@stage
+@kernel
 def slopes(m: Model, y: FloatArray, to: FloatArray) -> bool:
     """Find y'."""
     f = m.gain.shape[0]
@@ -144,7 +144,7 @@ def stride(m: Model, t: Tableau, s: States, conservative: bool) -> int:
         rejected = False
         while True:
             h = min(clock[STEP], clock[END] - clock[NOW])
-            if clock[STEP] < clock[SHORTEST] * max(1.0, abs(clock[NOW])):
+            if clock[STEP] < clock[SHORTEST]:
                 return FAILED
             error = try_step(m, t, s, h)
             if error < 1.0:

@@ -32,6 +32,12 @@ SETTLED = 1e-9
 FINEST = 1e-6
 """Shortest step by which a position is followed, of lengths about 1 and rad."""
 
+MEETING = 1e-4
+"""Determinant of a block below which its two sides meet there, at a distance of FINEST."""
+
+NONE, WEAKEST, ALL = range(3)
+"""Which blocks change their side."""
+
 BEND, CHORD = 0.5, 0.1
 """Greatest change of direction over a step, and of its chord off the mean direction, relative to the direction."""
 
@@ -56,7 +62,7 @@ class Place(NamedTuple):
 
     v: FloatArray  # (variables,)
     b: FloatArray  # (k, variables) dv/ds
-    sign: FloatArray  # (blocks,) of the determinant
+    sign: FloatArray  # (blocks,) the determinant of one or two equations, else its sign
 
 
 class Room(NamedTuple):
@@ -185,21 +191,24 @@ def meet(room: Room, e: float, f: float, sign: float) -> bool:
 
 
 @kernel
-def settle_block(c: Chart, v: FloatArray, g: int, sign: float, room: Room) -> bool:
-    """Find the variables of a block near where they are; leave its gradients there."""
+def settle_block(c: Chart, v: FloatArray, g: int, sign: float, room: Room) -> float:
+    """Find the variables of a block near where they are; factor its gradients there.
+
+    Returns their determinant, or its sign, 0 where nothing was found.
+    """
     kind, begin, end = c.blocks[g, 0], c.blocks[g, 1], c.blocks[g, 2]
     n = end - begin
-    lay_block(c, v, g, room)
-    if kind == PAIR:
-        if not meet(room, c.round[begin], c.round[begin + 1], sign):
-            return False
-        v[c.unknown[begin]] += room.right[0]
-        v[c.unknown[begin + 1]] += room.right[1]
-        return True
-    before = math.inf
-    for _ in range(ROUNDS):
-        if factor_block(room.a, n, room.order) == 0.0:
-            return False
+    before, rounds = math.inf, 0
+    while True:
+        lay_block(c, v, g, room)
+        if kind == PAIR:
+            if not meet(room, c.round[begin], c.round[begin + 1], sign):
+                return 0.0
+            v[c.unknown[begin]] += room.right[0]
+            v[c.unknown[begin + 1]] += room.right[1]
+        determinant = factor_block(room.a, n, room.order)
+        if kind == PAIR or determinant == 0.0 or before <= SETTLED:
+            return determinant
         solve_block(room.a, n, room.order, room.right)
         greatest = 0.0
         for i in range(n):
@@ -208,13 +217,12 @@ def settle_block(c: Chart, v: FloatArray, g: int, sign: float, room: Room) -> bo
             greatest = max(greatest, abs(room.right[i]))
             if at >= c.first:
                 refresh(c, v, room.f, at - c.first)
-        if not math.isfinite(greatest) or greatest > 2.0 * before:
-            return False
-        lay_block(c, v, g, room)
-        if kind == LINEAR or greatest <= SETTLED:
-            return True
+        if kind == LINEAR and math.isfinite(greatest):
+            return determinant  # its gradients are the same everywhere
+        rounds += 1
+        if not math.isfinite(greatest) or greatest > 2.0 * before or rounds > ROUNDS:
+            return 0.0
         before = greatest
-    return False
 
 
 @kernel
@@ -256,7 +264,7 @@ def accelerate_block(c: Chart, to: Place, g: int, speeds: FloatArray, room: Room
         a[c.unknown[begin + i]] = right[i]
 
 
-@stage
+@kernel
 def settle(c: Chart, to: Place, speeds: FloatArray, room: Room) -> bool:
     """Find all variables near where they are, on the sides that the signs name, and their derivatives.
 
@@ -278,16 +286,14 @@ def settle(c: Chart, to: Place, speeds: FloatArray, room: Room) -> bool:
     least = math.inf
     for g in range(c.blocks.shape[0]):
         n = c.blocks[g, 2] - c.blocks[g, 1]
-        if not settle_block(c, to.v, g, to.sign[g], room):
-            room.weakest[0] = g
-            return False
-        determinant = factor_block(room.a, n, room.order)
+        determinant = settle_block(c, to.v, g, to.sign[g], room)
         if n <= 2 and c.blocks[g, 0] != LINEAR and abs(determinant) < least:
             least = abs(determinant)
             room.weakest[0] = g
         if not determinant * to.sign[g] > 0.0:
             room.weakest[0] = g
             return False
+        to.sign[g] = determinant
         differentiate_block(c, to, g, room)
         accelerate_block(c, to, g, speeds, room)
     return True
@@ -322,7 +328,7 @@ def copy_place(to: Place, of: Place) -> None:
         to.sign[g] = of.sign[g]
 
 
-@stage
+@kernel
 def try_step(c: Chart, last: Place, to: Place, speeds: FloatArray, room: Room) -> bool:
     """Take a step from the last place, of what `room.step` says, if it leads straight on."""
     for i in range(to.v.shape[0]):
@@ -337,9 +343,9 @@ def follow(c: Chart, last: Place, to: Place, target: FloatArray, speeds: FloatAr
     """Follow the motion from the last place to independent variables `target`; `last` moves along.
 
     Steps are halved until they lead straight on. Where not even the finest does, the other side of the weakest block
-    may: a change point is passed straight through.
+    may, or of all that are near a change point: this is passed straight through.
     """
-    part = 1.0
+    part, flipped = 1.0, NONE
     while True:
         far = 0.0
         for k in range(target.shape[0]):
@@ -349,21 +355,19 @@ def follow(c: Chart, last: Place, to: Place, target: FloatArray, speeds: FloatAr
         if not math.isfinite(far):
             return False
         for g in range(to.sign.shape[0]):
-            to.sign[g] = last.sign[g]
-        good = try_step(c, last, to, speeds, room)
-        if not good and far <= FINEST:
-            g = room.weakest[0]
-            to.sign[g] = -to.sign[g]
-            if not try_step(c, last, to, speeds, room):
-                return False
-            good = True
-        if not good:
-            part *= 0.5
-        elif part == 1.0:
-            return True
-        else:
+            turned = g == room.weakest[0] if flipped == WEAKEST else abs(last.sign[g]) <= MEETING
+            to.sign[g] = -last.sign[g] if flipped != NONE and turned else last.sign[g]
+        if try_step(c, last, to, speeds, room):
+            if part == 1.0:
+                return True
             copy_place(last, to)
-            part = min(1.0, 2.0 * part / (1.0 - part))
+            part, flipped = min(1.0, 2.0 * part / (1.0 - part)), NONE
+        elif flipped == ALL:
+            return False
+        elif far <= FINEST:
+            flipped += 1
+        else:
+            part *= 0.5
 
 
 @kernel
@@ -375,4 +379,4 @@ def stand(c: Chart, to: Place, room: Room) -> None:
         lay_block(c, to.v, g, room)
         n = c.blocks[g, 2] - c.blocks[g, 1]
         determinant = factor_block(room.a, n, room.order)
-        to.sign[g] = 1.0 if determinant > 0.0 else -1.0 if determinant < 0.0 else 0.0
+        to.sign[g] = determinant

@@ -11,16 +11,13 @@ from gimcli.mechanism import FloatArray
 from gimcli.motion.reducer import Reducer
 from gimcli.solvers.ode import Slopes
 
-SHORTEST = 1e-14
-"""Least step beside the time: as in scipy, some times the rounding of the time."""
-
 
 class Strider:
     """Steps until one holds a row, an event, or leads to a dead point; the others are accepted on the way."""
 
     def __init__(
         self, reducer: Reducer, fun: Slopes, start: float, y: FloatArray, end: float, rtol: float, atol: float,
-        steep: float, lively: float, energy: tuple[float, float],
+        steep: float, lively: float, energy: tuple[float, float], shortest: float,
     ) -> None:  # fmt: skip
         from scipy.integrate import DOP853
 
@@ -33,7 +30,7 @@ class Strider:
         )
         clock[[kernels.NOW, kernels.BEFORE, kernels.DUE, kernels.END]] = start, start, end, end
         clock[[kernels.RTOL, kernels.ATOL, kernels.STEEP, kernels.LIVELY]] = rtol, atol, steep, lively
-        clock[[kernels.START, kernels.LIVELIEST, kernels.SHORTEST]] = *energy, SHORTEST
+        clock[[kernels.START, kernels.LIVELIEST, kernels.SHORTEST]] = *energy, shortest
         self.model = kernels.Model(
             reducer.chart, reducer.acting, reducer.base, reducer.last, reducer.at, reducer.room, reducer.out,
             reducer.gain, reducer.factors, np.zeros(0),
