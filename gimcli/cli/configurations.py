@@ -144,6 +144,8 @@ def verdict(found: Configurations) -> str:
     if found.level == 1:
         roots = f" all {found.bound} complex roots of the structure are accounted for" if found.bound > 1 else " linear"
         return f"{count}, proved complete:{roots if found.groups else ' nothing has a choice'}{spare}"
+    if found.level == 2 and any(g.count is None for g in found.groups):
+        return f"{count}, proved complete: intervals leave room for no other real one{spare}"
     if found.level == 2:
         return f"{count}, proved complete: the others of {found.bound} roots are not real or at infinity{spare}"
     if found.level == 3:

@@ -1,9 +1,9 @@
 """All roots of one coupled group, and how far the list is proved complete.
 
 First the pencil, where the topology has one, then paths from generic linkages, until as many different roots
-are proved as the topology has. Where the dimensions are special and fewer exist, the paths tell what became of
-the others: gone to infinity, or met in a multiple root. Nothing of this needs to be trusted but the count and
-the certificate.
+are proved as the topology has. Where that number is not told, intervals prove the real roots first. Where the
+dimensions are special and fewer exist, the paths tell what became of the others: gone to infinity, or met in a
+multiple root. Nothing of this needs to be trusted but the count and the certificate.
 """
 
 from __future__ import annotations
@@ -21,13 +21,10 @@ from gimcli.analysis.configurations.paths import Tracked, corrected, track
 from gimcli.analysis.configurations.pencil import candidates, pencil_of
 from gimcli.analysis.configurations.policy import Policy
 from gimcli.analysis.configurations.store import known_count, known_start
-from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.mechanism import ComplexArray
 
 REACHED, REALS, AGREED, OPEN = 1, 2, 3, 4
 """Levels: count reached; proved for the reals; two starts agree, nothing left over; something is singular."""
-
-OVER = 1.001
-"""Over a bound, so that rounding does not pass it."""
 
 
 @dataclass(frozen=True)
@@ -56,12 +53,21 @@ def all_roots(loops: Loops, policy: Policy, progress: Progress | None = None) ->
     proven = _by_pencil(family, H, policy)
     if count is not None and _whole(proven, count):
         return _reached(family, proven, count)
+    if count is None:  # where paths cost most, and cannot prove the list: the real roots alone may be proved
+        real = _by_intervals(loops, Roots(proven, count, OPEN, _none(family)), policy)
+        if real.level == REALS:
+            return real
     found = _by_paths(family, H, count, proven, policy, progress)
     return found if found.level == REACHED else _by_intervals(loops, found, policy)
 
 
 def _reached(family: Family, proven: Proven, count: int) -> Roots:
-    return Roots(proven, count, REACHED, np.zeros((0, family.angles + family.slides), dtype=complex))
+    return Roots(proven, count, REACHED, _none(family))
+
+
+def _none(family: Family) -> ComplexArray:
+    """Return no roots."""
+    return np.zeros((0, family.angles + family.slides), dtype=complex)
 
 
 def _whole(proven: Proven, count: int) -> bool:
@@ -114,29 +120,18 @@ def _by_intervals(loops: Loops, found: Roots, policy: Policy) -> Roots:
     """Return the roots with the real ones proved complete, where intervals can; a multiple root they cannot decide."""
     from gimcli.analysis.configurations.intervals import IntervalPolicy, real_roots
 
-    family, n, reach = loops.family, loops.family.angles, slide_reach(loops)
-    if reach is None or (mirror_distance(family, found.doubtful) < policy.real).any():
+    family, n = loops.family, loops.family.angles
+    if (mirror_distance(family, found.doubtful) < policy.real).any():
         return found
     limits = IntervalPolicy(seconds=policy.seconds)
-    boxes = real_roots(loops.C0, loops.C, loops.U, loops.rail, reach, limits)
+    boxes = real_roots(loops.C0, loops.C, loops.U, loops.rail, None, limits)
+    told = boxes.complete and boxes.everywhere
     if len(boxes.roots) == 0:
-        return replace(found, level=REALS) if boxes.complete and not found.proven.real.any() else found
+        return replace(found, level=REALS) if told and not found.proven.real.any() else found
     w = np.concatenate([1j * boxes.roots[:, :n], boxes.roots[:, n:].astype(complex)], axis=1)
     proven = distinct(family, found.proven.joined(_sound(family, loops.H, w, policy)))
-    whole = boxes.complete and int(proven.real.sum()) == len(boxes.roots)
+    whole = told and int(proven.real.sum()) == len(boxes.roots)
     return replace(found, proven=proven, level=REALS if whole else found.level)
-
-
-def slide_reach(loops: Loops) -> FloatArray | None:
-    """Return how far each slide can be in any real solution, or None where no loop with it alone tells."""
-    lengths, rails = np.abs(loops.C0) + np.abs(loops.C).sum(axis=1), np.abs(loops.U)
-    reach = np.full(len(loops.rail), np.inf)
-    for length, rail in zip(lengths, rails, strict=True):
-        there = np.flatnonzero(rail)
-        if len(there) == 1:
-            q = int(there[0])
-            reach[q] = min(reach[q], float(length / rail[q]) * OVER)
-    return reach if np.isfinite(reach).all() else None
 
 
 @dataclass(frozen=True)
