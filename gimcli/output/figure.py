@@ -8,24 +8,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from gimcli.mechanism import ComplexArray
-from gimcli.output.picture import Content, Gallery, Key, Picture, Sheet, Text
-from gimcli.output.style import DPI, FONT, INK, PAPER, Mark, Pen
-
-LEFT, RIGHT, BOTTOM, TOP = 0.85, 0.3, 0.5, 0.2
-"""Borders about the axes [in]."""
+from gimcli.output.axes import BOTTOM, LEFT, LETTER, LINE, RIGHT, TOP, dash, dress, fill, mark_style, write_title
+from gimcli.output.gallery import gallery_figure
+from gimcli.output.picture import Content, Gallery, Key, Picture, Sheet
+from gimcli.output.style import DPI, FONT, PAPER, Mark
 
 NARROWEST = 4.8
 """Least width of a figure [in]."""
-
-LINE = 0.19
-"""Height of a line of the title or of the legend [in]."""
-
-LETTER = 0.0087
-"""Width of a letter [in] per point of its size."""
 
 LONGEST = 48
 """Letters of a name in the legend; a longer one is cut."""
@@ -42,8 +31,6 @@ def quiet() -> Iterator[None]:
 def canvas_of(canvas: Any, content: Content) -> Any:
     """Return what is to be drawn on matplotlib's canvas of some format."""
     if isinstance(content, Gallery):
-        from gimcli.output.gallery import gallery_figure
-
         return canvas(gallery_figure(content))
     return canvas(figure_of(content))
 
@@ -94,102 +81,6 @@ def _add_picture(figure: Any, picture: Picture, base: float, own: float, size: t
         _add_legend(figure, picture, columns, (middle, (base + 0.07) / height))
 
 
-def dress(axes: Any, picture: Picture) -> None:
-    """Set limits, labels and ticks."""
-    low, high = picture.frame.low, picture.frame.high
-    axes.set_xlim(low.real, high.real)
-    axes.set_ylim(low.imag, high.imag)
-    if picture.bare:
-        axes.set_axis_off()
-        return
-    axes.set_xlabel(picture.labels[0], fontsize=FONT + 1, parse_math=False)
-    axes.set_ylabel(picture.labels[1], fontsize=FONT + 1, parse_math=False)
-    axes.tick_params(labelsize=FONT, width=0.6, length=3, direction="in", top=True, right=True)
-    for side in axes.spines.values():
-        side.set_linewidth(0.6)
-    if picture.logarithmic:
-        axes.set_yticks(*_decades(low.imag, high.imag))
-    if picture.logarithmic_x:
-        axes.set_xticks(*_decades(low.real, high.real))
-        axes.set_xticks(_between(low.real, high.real), minor=True)
-        axes.tick_params(which="minor", width=0.4, length=1.8, direction="in", top=True)
-
-
-def _decades(low: float, high: float) -> tuple[NDArray[np.float64], list[str]]:
-    """Return ticks at powers of ten, and their texts."""
-    decades = np.arange(np.ceil(low), np.floor(high) + 1)
-    ticks = decades[:: max(1, len(decades) // 8)]
-    return ticks, [_power(int(tick)) for tick in ticks]
-
-
-def _between(low: float, high: float) -> NDArray[np.float64]:
-    """Return ticks at 2 to 9 times the powers of ten."""
-    decades = np.arange(np.floor(low), np.ceil(high))
-    ticks = np.add.outer(decades, np.log10(np.arange(2.0, 10.0))).ravel()
-    return np.asarray(ticks[(ticks > low) & (ticks < high)])
-
-
-def _power(exponent: int) -> str:
-    return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-
-
-def fill(axes: Any, picture: Picture) -> None:
-    """Add one collection per pen and fill, one line of markers per mark, and the texts."""
-    from matplotlib.collections import LineCollection, PolyCollection
-
-    for pen, paths in picture.strokes.items():
-        lines = LineCollection([_xy(path) for path in paths], colors=pen.color, linewidths=pen.width)
-        lines.set(linestyle=_dash(pen), zorder=pen.layer, joinstyle="round")
-        lines.set_capstyle("butt" if pen.dash else "round")
-        axes.add_collection(lines, autolim=False)
-    for fill, outlines in picture.areas.items():
-        areas = PolyCollection([_xy(outline) for outline in outlines], facecolors=fill.face)
-        areas.set(edgecolor=fill.edge, linewidth=fill.width, zorder=fill.layer, joinstyle="round")
-        axes.add_collection(areas, autolim=False)
-    for mark, places in picture.marks.items():
-        z = np.array(places)
-        axes.plot(z.real, z.imag, scalex=False, scaley=False, **_mark_style(mark))
-    for text in picture.texts:
-        _write_text(axes, text)
-
-
-def _xy(z: ComplexArray) -> NDArray[np.float64]:
-    return np.column_stack((z.real, z.imag))
-
-
-def _mark_style(mark: Mark) -> dict[str, Any]:
-    return {
-        "linestyle": "none",
-        "marker": mark.shape,
-        "markersize": mark.size,
-        "markerfacecolor": mark.face,
-        "markeredgecolor": mark.edge,
-        "markeredgewidth": mark.width,
-        "zorder": mark.layer,
-    }
-
-
-def _write_text(axes: Any, text: Text) -> None:
-    ring = {"boxstyle": "circle,pad=0.18", "facecolor": PAPER, "edgecolor": text.color, "linewidth": 0.8}
-    axes.text(
-        text.at.real,
-        text.at.imag,
-        text.text,
-        fontsize=text.size,
-        color=text.color,
-        ha="center",
-        va="center_baseline",
-        zorder=10,
-        parse_math=False,
-        bbox=ring if text.ring else None,
-    )
-
-
-def write_title(figure: Any, lines: list[str], x: float, y: float) -> None:
-    """Write a figure's title."""
-    figure.text(x, y, "\n".join(lines), ha="center", va="top", fontsize=FONT + 2, color=INK, parse_math=False)
-
-
 def _cut(name: str) -> str:
     return name if len(name) <= LONGEST else name[: LONGEST - 1] + "…"
 
@@ -227,11 +118,7 @@ def _add_legend(figure: Any, picture: Picture, columns: int, at: tuple[float, fl
 
 def _key_style(style: Key) -> dict[str, Any]:
     if isinstance(style, tuple):
-        return {**_mark_style(style[1]), **_key_style(style[0])}
+        return {**mark_style(style[1]), **_key_style(style[0])}
     if isinstance(style, Mark):
-        return _mark_style(style)
-    return {"color": style.color, "linewidth": style.width, "linestyle": _dash(style)}
-
-
-def _dash(pen: Pen) -> Any:
-    return (0.0, pen.dash) if pen.dash else "solid"
+        return mark_style(style)
+    return {"color": style.color, "linewidth": style.width, "linestyle": dash(style)}

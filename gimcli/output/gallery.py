@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.output.axes import LEFT, LETTER, LINE, RIGHT, TOP, dress, fill, write_title
 from gimcli.output.drawing import length_labels
-from gimcli.output.figure import LEFT, LETTER, LINE, RIGHT, TOP, dress, fill, write_title
 from gimcli.output.labels import Labels
 from gimcli.output.picture import Frame, Gallery, Picture
 from gimcli.output.skeleton import Skeleton, draw_markers, draw_strong
