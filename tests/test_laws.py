@@ -33,11 +33,13 @@ TIGHT, SHIFTED = 1e-11, 1e-9
 
 
 def numbers(value):
-    """Turn the texts of numbers into floats, deep inside."""
+    """Turn the texts of numbers into floats, of truths into truths, deep inside."""
     if isinstance(value, dict):
         return {key: numbers(part) for key, part in value.items()}
     if isinstance(value, list):
         return [numbers(part) for part in value]
+    if value in ("true", "false"):
+        return value == "true"
     try:
         return float(value)
     except ValueError:
