@@ -123,6 +123,17 @@ def test_skip_solves_again_what_comes_back_into_reach(tmp_path: Path) -> None:
     assert {Status(int(c)) for c in motion.codes[~motion.good]} == {Status.LIMIT}
 
 
+def test_skip_does_not_jump_to_the_far_end_of_an_arc_longer_than_a_turn(tmp_path: Path) -> None:
+    """A limit may lie where the other end of its arc has the same angle, a turn on: that is another position."""
+    text = (MODELS / "double_butterfly_symmetric.yaml").read_text()
+    (tmp_path / "m.yaml").write_text(text.replace("{from: -100, to: 20}", "{from: -100, to: -220}"))
+    motion = ride(load(tmp_path / "m.yaml"), 120, Options(), "skip")
+    assert motion.limit is not None
+    assert np.array_equal(motion.good, motion.time < motion.limit)
+    assert motion.solved > 2
+    assert np.abs(np.diff(motion.z[:, motion.good], axis=1)).max() < 0.2  # of about 1
+
+
 def test_stop_is_as_before(tmp_path: Path) -> None:
     mechanism = load(rocker(tmp_path, 20.0, 80.0))
     one, other = trace(mechanism, 60), ride(mechanism, 60, Options(), "stop")

@@ -100,12 +100,17 @@ class _Rider:
         return self._made(p, first, self.route.limit())
 
     def _on_arc(self, track: Track, q: float) -> FloatArray | None:
-        """Return the position of the arc at a parameter; a rotary input counts without its turns."""
-        turn = 2.0 * math.pi if self.curve.rotary[0] else 0.0
-        if not turn:
-            return track.on_arc(q)
+        """Return the position of the arc at a parameter.
+
+        A rotary input counts without its turns, unless the arc is longer than one: there the motion would jump from
+        its limit to another position of the same angle.
+        """
+        turn = 2.0 * math.pi
         low, high = track.arc
-        middle = 0.5 * float(track.places[low].p[-1] + track.places[high].p[-1])
+        ends = float(track.places[low].p[-1]), float(track.places[high].p[-1])
+        if not self.curve.rotary[0] or abs(ends[1] - ends[0]) >= turn:
+            return track.on_arc(q)
+        middle = 0.5 * (ends[0] + ends[1])
         rounds = round((q - middle) / turn)
         found = track.on_arc(q - rounds * turn)
         if found is not None:
