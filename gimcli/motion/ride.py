@@ -141,11 +141,14 @@ class _Rider:
                 inputs[:, reached] = own.inputs
             codes[reached], error[reached] = own.codes, own.residual
         asked = self.asked(motion.time)
+        q = self.curve.begin() + self.sense * asked
+        q[reached] = p[-1, reached]
         end = float(asked.max())
         bridged = [self._time(asked, w) for w in self.route.crossings(min(end, limit))]
         back = [(self._time(asked, w), self.route.place(w)) for w in self.route.turns_back(end) if turns_back]
         return replace(
             motion, z=z, inputs=inputs, codes=codes, residual=error, limit=self._time(asked, limit),
+            parameter=q if turns_back else None,
             bridged=tuple(t for t in bridged if t is not None) if self.branch > 1 else motion.bridged,
             turned_back=tuple(
                 (t, tuple(self.curve.inputs(float(p[-1])).tolist())) for t, p in back if t is not None and p is not None
@@ -173,9 +176,9 @@ class _Rider:
             for k, met in track.circuit.crossings.items()
             if track.way[k] > 0.0 and len(met.tangents) > 1
         ]
-        fold = Route(track).limit()
-        if not ahead or min(ahead)[0] > fold:
-            raise UsageError(f"--branch {self.branch}: no change point is on the way; see `gim singularities`")
+        end = min(Route(track).limit(), float(self.asked(self.motion.time).max()))
+        if min((way for way, _, _ in ahead), default=math.inf) > end:
+            raise UsageError(f"--branch {self.branch}: no change point is on the law's way; see `gim singularities`")
         way, k, met = min(ahead, key=lambda one: one[0])
         then = self._chosen(met, track.places[k].tangent, float(track.places[k].p[-1]))
         return Route(track, Track(then), way)
