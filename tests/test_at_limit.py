@@ -123,6 +123,17 @@ def test_skip_solves_again_what_comes_back_into_reach(tmp_path: Path) -> None:
     assert {Status(int(c)) for c in motion.codes[~motion.good]} == {Status.LIMIT}
 
 
+def test_skip_does_not_jump_to_the_far_end_of_an_arc_longer_than_a_turn(tmp_path: Path) -> None:
+    """A limit may lie where the other end of its arc has the same angle, a turn on: that is another position."""
+    text = (MODELS / "double_butterfly_symmetric.yaml").read_text()
+    (tmp_path / "m.yaml").write_text(text.replace("{from: -100, to: 20}", "{from: -100, to: -220}"))
+    motion = ride(load(tmp_path / "m.yaml"), 120, Options(), "skip")
+    assert motion.limit is not None
+    assert np.array_equal(motion.good, motion.time < motion.limit)
+    assert motion.solved > 2
+    assert np.abs(np.diff(motion.z[:, motion.good], axis=1)).max() < 0.2  # of about 1
+
+
 def test_stop_is_as_before(tmp_path: Path) -> None:
     mechanism = load(rocker(tmp_path, 20.0, 80.0))
     one, other = trace(mechanism, 60), ride(mechanism, 60, Options(), "stop")
@@ -236,12 +247,16 @@ def test_a_branch_is_taken_at_the_first_change_point(tmp_path: Path) -> None:
 
 
 def test_a_branch_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    parallelogram, rocking = load(MODELS / "parallelogram.yaml"), load(MODELS / "crank_rocker.yaml")
+    text, rocking = (MODELS / "parallelogram.yaml").read_text(), load(MODELS / "crank_rocker.yaml")
+    (tmp_path / "m.yaml").write_text(text.replace("{from: 5, to: 170}", "{from: 5, to: 190}"))
+    parallelogram = load(tmp_path / "m.yaml")
     with pytest.raises(UsageError, match="no change point"):
         ride(rocking, 20, Options(), branch=2)
     with pytest.raises(UsageError, match="2 branches meet"):
         ride(parallelogram, 20, Options(), branch=3)
-    butterfly = load(MODELS / "double_butterfly_symmetric.yaml")
+    text = (MODELS / "double_butterfly_symmetric.yaml").read_text()
+    (tmp_path / "butterfly.yaml").write_text(text.replace("{from: -100, to: 20}", "{from: -100, to: -103}"))
+    butterfly = load(tmp_path / "butterfly.yaml")
     with pytest.raises(UsageError, match="input rests"):
         ride(butterfly, 20, Options(), branch=2)
     kite = four_bar(tmp_path, 1.0, 3.0, 2.0, 4.0, 1.0)
@@ -290,6 +305,7 @@ def test_all_branches_have_a_column(tmp_path: Path) -> None:
         ["--at-limit", "reverse", "--derivatives", "1"],
         ["--branch", "2", "--method", "gim"],
         ["--circuit", "--branch", "9"],
+        ["--branch", "2"],  # its law ends before the flat position
     ],
 )
 def test_what_does_not_go_together_is_refused(arguments: list[str], tmp_path: Path) -> None:

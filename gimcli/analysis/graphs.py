@@ -21,8 +21,10 @@ ORDERS = {name: order for name, (_, order) in POINT_QUANTITIES.items()} | MEMBER
 
 
 def abscissa(motion: Motion) -> Column:
-    """Return the input where there is one and it runs one way, else the time [s]."""
+    """Return the input where there is one and it runs one way, else the time [s]; of a circuit the part of the way."""
     mechanism = motion.mechanism
+    if motion.headings is not None:
+        return Column("part of the way", motion.time)
     if len(mechanism.actuators) == 1:
         steps = np.diff(motion.inputs[0])
         if np.all(steps > 0.0) or np.all(steps < 0.0):

@@ -115,6 +115,16 @@ class Sight:
         """The path of the inputs."""
         return way_along(self.mechanism, self.motion.time)
 
+    @property
+    def smooth(self) -> NDArray[np.bool_]:
+        """Tell of every row whether its second derivatives are those of a regular parameter."""
+        return self.way.smooth
+
+    @property
+    def clock(self) -> FloatArray:
+        """The time of every row (rows,) [s] that `timed` belongs to."""
+        return self.motion.time * self.mechanism.duration
+
     @cached_property
     def along(self) -> Rates:
         """First and second derivatives by the path's parameter."""

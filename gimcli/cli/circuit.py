@@ -10,18 +10,25 @@ import typer
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
-    from gimcli.mechanism import Mechanism
+    from collections.abc import Callable
+
+    from gimcli.cli.asked import Asked
+    from gimcli.mechanism import ComplexArray, Mechanism
     from gimcli.motion.circuit import Circuit
     from gimcli.motion.motion import Motion
+    from gimcli.table import Table
 
 POSES = 6
 
 
 def trace_circuit(
     mechanism: Mechanism, steps: int, tolerance: float, branch: int, every: bool, paths: tuple[Path, Path | None],
-    as_json: bool,
+    as_json: bool, ask: Callable[[], Asked],
 ) -> bool:  # fmt: skip
-    """Follow a circuit, or every branch that meets it; write and report. Return whether all rows are solved."""
+    """Follow a circuit, or every branch that meets it; write and report. Return whether all rows are solved.
+
+    `ask` makes the measures of one circuit.
+    """
     from gimcli.analysis.singularities import singularities
     from gimcli.analysis.survey import drawn_circuit
     from gimcli.cli.console import progress_bar
@@ -38,23 +45,27 @@ def trace_circuit(
         )
     numbers = list(range(1, len(circuits) + 1)) if every else [branch]
     motions = [circuit_motion(circuits[n - 1], steps + 1, tolerance) for n in numbers]
-    _write(motions, numbers if every else [], paths)
-    told = [_told(mechanism, n, circuits[n - 1], singularities(circuits[n - 1])) for n in numbers]
-    _report(mechanism, steps, motions, told, paths, as_json)
+    asked = [ask() for _ in numbers]
+    _write(motions, asked, numbers if every else [], paths)
+    told = [
+        _told(mechanism, n, circuits[n - 1], singularities(circuits[n - 1])) | own.report(motion)
+        for n, own, motion in zip(numbers, asked, motions, strict=True)
+    ]
+    _report(mechanism, steps, motions, told, paths, as_json, asked[0])
     return all(bool(m.good.all()) for m in motions)
 
 
-def _write(motions: list[Motion], numbers: list[int], paths: tuple[Path, Path | None]) -> None:
+def _write(motions: list[Motion], asked: list[Asked], numbers: list[int], paths: tuple[Path, Path | None]) -> None:
     """Write the rows of all circuits one after another, with their `numbers` as a last column, and the picture."""
     import numpy as np
 
-    from gimcli.analysis.tracing import motion_table, traced_paths
-    from gimcli.output import CsvStream, draw_motion, refuse_unwritable
+    from gimcli.analysis.tracing import motion_table
+    from gimcli.output import CsvStream, refuse_unwritable
     from gimcli.table import Column, Table
 
     csv_path, png_path = paths
     refuse_unwritable(csv_path, *([png_path] if png_path else []))
-    tables = [motion_table(m) for m in motions]
+    tables = [motion_table(m, more=own.columns(m)) for m, own in zip(motions, asked, strict=True)]
     if numbers:
         tables = [
             Table((*t.columns, Column("branch", np.full(len(t), n)))) for t, n in zip(tables, numbers, strict=True)
@@ -63,15 +74,31 @@ def _write(motions: list[Motion], numbers: list[int], paths: tuple[Path, Path | 
         for table in tables:
             stream.append(table)
         if png_path:
-            first = motions[0]
-            chosen = np.flatnonzero(first.good)
-            chosen = chosen[np.unique(np.linspace(0, len(chosen), POSES, endpoint=False).astype(int))]
-            curves = {}
-            for k, motion in enumerate(motions):
-                for name, curve in traced_paths(motion).items():
-                    curves[f"{name}, branch {numbers[k]}" if len(motions) > 1 else name] = curve
-            poses = first.mechanism.to_file(first.z[:, chosen].T)
-            draw_motion(first.mechanism, poses, curves, png_path, f"{first.mechanism.name}: circuit")
+            _draw(motions, asked, numbers, png_path)
+
+
+def _draw(motions: list[Motion], asked: list[Asked], numbers: list[int], png: Path) -> None:
+    """Draw poses of the first circuit, the curves, areas and graphs of all."""
+    import numpy as np
+
+    from gimcli.analysis.tracing import traced_paths
+    from gimcli.output import draw_motion
+
+    first, mechanism = motions[0], motions[0].mechanism
+    chosen = np.flatnonzero(first.good)
+    chosen = chosen[np.unique(np.linspace(0, len(chosen), POSES, endpoint=False).astype(int))]
+    paths: dict[str, ComplexArray] = {}
+    more: dict[str, ComplexArray] = {}
+    outlines: list[ComplexArray] = []
+    panels: dict[str, Table] = {}
+    for k, (motion, own) in enumerate(zip(motions, asked, strict=True)):
+        tail = f", branch {numbers[k]}" if len(motions) > 1 else ""
+        paths |= {name + tail: curve for name, curve in traced_paths(motion).items()}
+        more |= {name + tail: curve for name, curve in own.curves(motion).items()}
+        outlines += own.outlines(motion)
+        panels |= {name + tail: table for name, table in own.panels(motion).items()}
+    poses = mechanism.to_file(first.z[:, chosen].T)
+    draw_motion(mechanism, poses, paths, png, f"{mechanism.name}: circuit", more, outlines, panels)
 
 
 def _told(mechanism: Mechanism, number: int, circuit: Circuit, found: list[Any]) -> dict[str, Any]:
@@ -95,7 +122,7 @@ def _told(mechanism: Mechanism, number: int, circuit: Circuit, found: list[Any])
 
 def _report(
     mechanism: Mechanism, steps: int, motions: list[Motion], told: list[dict[str, Any]],
-    paths: tuple[Path, Path | None], as_json: bool,
+    paths: tuple[Path, Path | None], as_json: bool, asked: Asked,
 ) -> None:  # fmt: skip
     import numpy as np
 
@@ -112,6 +139,7 @@ def _report(
                 "csv": str(csv_path), "png": str(png_path) if png_path else None, "steps": steps, "solved": solved,
                 "residual": worst, "reachable": reach, "events": events,
                 "circuits": [{k: v for k, v in t.items() if k != "events"} for t in told],
+                **({"measures": told[0]["measures"]} if len(told) == 1 and "measures" in told[0] else {}),
             }
         )  # fmt: skip
         return
@@ -123,4 +151,5 @@ def _report(
         typer.echo(f"branch {t['branch']}: {'closed' + turns if t['closed'] else t['ended']}; {ends}")
         for e in t["events"]:
             typer.echo(f"  {e['kind']} at " + ", ".join(f"{n} = {v:.12g}" for n, v in e["at"].items()))
+        asked.tell(t)
     typer.echo(f"wrote {csv_path}" + (f" and {png_path}" if png_path else ""))

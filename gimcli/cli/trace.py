@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -51,7 +52,8 @@ HELP = (
     " limits and dead points until the whole drawing is home; `time` is then the part of the way, times `duration`."
     " --all-branches follows every circuit that meets it too, its rows one after another with a last column `branch`;"
     " --branch K takes the K-th of them as `gim singularities` numbers them, or, without --circuit, turns off at the"
-    " first change point of the law (1 goes straight on).\n\n"
+    " first change point of the law (1 goes straight on). Measures go with all of these;"
+    " derivatives by the time need a law, and go with neither --circuit nor reverse.\n\n"
     f"{MEASURE_HELP}\n\n"
     "Example: gim trace models/crank_rocker.yaml --steps 360 --out results\n\n"
     "Example: gim trace models/crank_rocker.yaml -m transmission -m centre:frame/coupler --plot velocity,transmission"
@@ -118,15 +120,16 @@ def command(
         if circuit or all_branches:
             from gimcli.cli.circuit import trace_circuit
 
-            _refuse_mixed(method, asked.order or plot or measure, at_limit, branch, all_branches)
+            _refuse_mixed(method, asked.order, at_limit, branch, all_branches)
             paths = csv_path, png_path if png else None
-            if not trace_circuit(mechanism, steps, tolerance, branch, all_branches, paths, as_json):
+            ask = partial(Asked, mechanism, measure, plot, derivatives)
+            if not trace_circuit(mechanism, steps, tolerance, branch, all_branches, paths, as_json, ask):
                 raise typer.Exit(5)
             return
         if at_limit is not AtLimit.STOP or branch > 1:
             from gimcli.motion.ride import ride
 
-            _refuse_mixed(method, asked.order if at_limit is AtLimit.REVERSE or branch > 1 else 0)
+            _refuse_mixed(method, asked.order if at_limit is AtLimit.REVERSE else 0)
             show = progress_bar("tracing")
             pieces = iter([ride(mechanism, steps, chosen, at_limit.value, branch, show)])
         else:
@@ -162,7 +165,8 @@ def _refuse_mixed(
         raise UsageError("--method gim: circuits, branches and limits are followed by continuation; leave it out")
     if rates:
         raise UsageError(
-            "--derivatives, --measure and --plot belong to a motion by its law: leave out --circuit, --branch, reverse"
+            "--derivatives and graphs of velocities belong to a motion by its law: leave out --circuit and"
+            " --at-limit reverse"
         )
     if at_limit is not AtLimit.STOP:
         raise UsageError(f"--at-limit {at_limit}: a circuit goes through limits; leave out one of both")

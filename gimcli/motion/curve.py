@@ -111,15 +111,28 @@ class Curve:
             column = column + v[-1] * self.system.by_inputs(x, u) @ self._inputs(q, 2)
         return np.hstack([table[:, :n], column[:, None]])
 
+    def third(self, p: FloatArray, v: FloatArray) -> FloatArray:
+        """Return the third derivative of the equations (m,) along v (n + 1,), taken three times."""
+        x, q, n = p[:-1], float(p[-1]), self.system.n
+        u, rest = self.inputs(q), np.zeros(n)
+        way, bend, twist = (v[-1] ** k * self._inputs(q, k) for k in (1, 2, 3))
+        along = np.concatenate([v[:-1], way])
+        found = self.system.third(x, u, along)
+        if self.single:
+            return found
+        mixed = self.system.second(x, u, along, np.concatenate([rest, bend]))
+        return found + 3.0 * mixed + self.system.by_inputs(x, u) @ twist
+
     def _inputs(self, q: float, order: int) -> FloatArray:
         """Return the inputs, or their derivatives by the parameter."""
         if self.single:
-            return np.array([(q, 1.0, 0.0)[order]])
+            return np.array([(q, 1.0, 0.0, 0.0)[order]])
         time = np.array([q / self.span])
         inside = np.clip(time, 0.0, 1.0)
         values = []
         for actuator in self.mechanism.actuators:
             slope = actuator.law(inside, 1)
-            straight = (actuator.law(inside) + (time - inside) * slope, slope, actuator.law(inside, 2))[order]
+            value = actuator.law(inside) + (time - inside) * slope
+            straight = (value, slope, actuator.law(inside, 2), actuator.law(inside, 3))[order]
             values.append(float(straight[0]) / self.span**order)
         return np.array(values)

@@ -47,6 +47,8 @@ class Motion:
     bridged: tuple[float, ...] = ()  # times of the singular positions passed
     exchanged: tuple[float, ...] = ()  # times at which sweeps went on by another sequence
     turned_back: tuple[tuple[float, tuple[float, ...]], ...] = ()  # times and inputs at which these turned back
+    parameter: FloatArray | None = field(default=None, repr=False)  # (rows,) of the curve, if it was told by one
+    headings: FloatArray | None = field(default=None, repr=False)  # (n + 1, rows) directions along it, if known
 
     @property
     def solved(self) -> int:
@@ -74,6 +76,8 @@ class Motion:
         return replace(
             self, time=self.time[chosen], inputs=self.inputs[:, chosen], z=self.z[:, chosen], codes=self.codes[chosen],
             residual=self.residual[chosen], work=self.work[chosen],
+            parameter=None if self.parameter is None else self.parameter[chosen],
+            headings=None if self.headings is None else self.headings[:, chosen],
         )  # fmt: skip
 
     @staticmethod

@@ -100,12 +100,17 @@ class _Rider:
         return self._made(p, first, self.route.limit())
 
     def _on_arc(self, track: Track, q: float) -> FloatArray | None:
-        """Return the position of the arc at a parameter; a rotary input counts without its turns."""
-        turn = 2.0 * math.pi if self.curve.rotary[0] else 0.0
-        if not turn:
-            return track.on_arc(q)
+        """Return the position of the arc at a parameter.
+
+        A rotary input counts without its turns, unless the arc is longer than one: there the motion would jump from
+        its limit to another position of the same angle.
+        """
+        turn = 2.0 * math.pi
         low, high = track.arc
-        middle = 0.5 * float(track.places[low].p[-1] + track.places[high].p[-1])
+        ends = float(track.places[low].p[-1]), float(track.places[high].p[-1])
+        if not self.curve.rotary[0] or abs(ends[1] - ends[0]) >= turn:
+            return track.on_arc(q)
+        middle = 0.5 * (ends[0] + ends[1])
         rounds = round((q - middle) / turn)
         found = track.on_arc(q - rounds * turn)
         if found is not None:
@@ -136,11 +141,14 @@ class _Rider:
                 inputs[:, reached] = own.inputs
             codes[reached], error[reached] = own.codes, own.residual
         asked = self.asked(motion.time)
+        q = self.curve.begin() + self.sense * asked
+        q[reached] = p[-1, reached]
         end = float(asked.max())
         bridged = [self._time(asked, w) for w in self.route.crossings(min(end, limit))]
         back = [(self._time(asked, w), self.route.place(w)) for w in self.route.turns_back(end) if turns_back]
         return replace(
             motion, z=z, inputs=inputs, codes=codes, residual=error, limit=self._time(asked, limit),
+            parameter=q if turns_back else None,
             bridged=tuple(t for t in bridged if t is not None) if self.branch > 1 else motion.bridged,
             turned_back=tuple(
                 (t, tuple(self.curve.inputs(float(p[-1])).tolist())) for t, p in back if t is not None and p is not None
@@ -168,9 +176,9 @@ class _Rider:
             for k, met in track.circuit.crossings.items()
             if track.way[k] > 0.0 and len(met.tangents) > 1
         ]
-        fold = Route(track).limit()
-        if not ahead or min(ahead)[0] > fold:
-            raise UsageError(f"--branch {self.branch}: no change point is on the way; see `gim singularities`")
+        end = min(Route(track).limit(), float(self.asked(self.motion.time).max()))
+        if min((way for way, _, _ in ahead), default=math.inf) > end:
+            raise UsageError(f"--branch {self.branch}: no change point is on the law's way; see `gim singularities`")
         way, k, met = min(ahead, key=lambda one: one[0])
         then = self._chosen(met, track.places[k].tangent, float(track.places[k].p[-1]))
         return Route(track, Track(then), way)

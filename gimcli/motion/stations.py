@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
+
 import numpy as np
 
 from gimcli.mechanism import FloatArray
@@ -21,14 +24,24 @@ def way(circuit: Circuit) -> FloatArray:
 def along(circuit: Circuit, rows: int, policy: Policy | None = None) -> FloatArray:
     """Return positions and parameter (n + 1, rows) at even distances, both ends among them."""
     policy = policy or Policy()
+    return np.array([settled(circuit, k, part, policy) for k, part in stations(circuit, rows)]).T
+
+
+def stations(circuit: Circuit, rows: int) -> Iterator[tuple[int, float]]:
+    """Yield at even distances, both ends among them, the place before and the part (0..1) of the way to the next."""
     marks = way(circuit)
     wanted = np.linspace(0.0, marks[-1], rows)
     index = np.clip(np.searchsorted(marks, wanted, side="right") - 1, 0, len(marks) - 2)
-    found = np.empty((len(circuit.places[0].p), rows))
     for row, k in enumerate(index.tolist()):
-        part = (wanted[row] - marks[k]) / (marks[k + 1] - marks[k])
-        found[:, row] = settled(circuit, k, part, policy)
-    return found
+        yield k, float((wanted[row] - marks[k]) / (marks[k + 1] - marks[k]))
+
+
+def heading(circuit: Circuit, k: int, part: float) -> FloatArray:
+    """Return the direction (n + 1,) of a circuit at a part (0..1) of the way from place k to the next."""
+    here, there = circuit.places[k], circuit.places[k + 1]
+    if part in (0.0, 1.0):
+        return here.tangent if part == 0.0 else there.tangent
+    return between(here, there, part)[1]
 
 
 def settled(circuit: Circuit, k: int, part: float, policy: Policy) -> FloatArray:
@@ -61,7 +74,8 @@ def between(here: Place, there: Place, part: float) -> tuple[FloatArray, FloatAr
 
 def circuit_motion(circuit: Circuit, rows: int, tolerance: float) -> Motion:
     """Return rows at even distances along a circuit as a motion; its time is the part of the way, 0..1."""
-    return as_motion(circuit, np.linspace(0.0, 1.0, rows), along(circuit, rows), tolerance)
+    motion = as_motion(circuit, np.linspace(0.0, 1.0, rows), along(circuit, rows), tolerance)
+    return replace(motion, headings=np.array([heading(circuit, k, part) for k, part in stations(circuit, rows)]).T)
 
 
 def as_motion(circuit: Circuit, time: FloatArray, p: FloatArray, tolerance: float) -> Motion:
@@ -74,4 +88,4 @@ def as_motion(circuit: Circuit, time: FloatArray, p: FloatArray, tolerance: floa
     codes = np.where(good, int(Status.OK), int(Status.SINGULAR))
     z[:, ~good] = complex(np.nan, np.nan)
     error = np.where(good, error, np.nan)
-    return Motion(mechanism, time, inputs, z, codes, error, np.zeros(len(time)), z[:, 0].copy())
+    return Motion(mechanism, time, inputs, z, codes, error, np.zeros(len(time)), z[:, 0].copy(), parameter=p[-1].copy())

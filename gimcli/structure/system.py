@@ -89,6 +89,17 @@ class System:
             table[:, n + k] = slope @ v[:n] + v[n + k] * self._polynomial(x, np.where(own, curve, 0.0))
         return table
 
+    def third(self, x: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
+        """Return the third derivative of F (m,) along v (n + actuators,), taken three times."""
+        along, total = v[: self.n], np.zeros(self.m)
+        orders = [self._values(u, order) for order in range(4)]
+        for k, rate in enumerate(v[self.n :].tolist()):
+            first, second, third = (np.where(self._owner == k, values, 0.0) for values in orders[1:])
+            total += rate**3 * self._polynomial(x, third) + 3.0 * rate**2 * self._slope(x, second) @ along
+            for value, (_, _, _, q) in self._active(first):
+                total += 3.0 * rate * value * (q @ along).reshape(self.m, self.n) @ along
+        return total
+
     @cached_property
     def names(self) -> tuple[str, ...]:
         """The member, sliding pair or actuator that each equation (m,) is of."""
@@ -132,7 +143,7 @@ class System:
             if actuator.drive is Drive.ROTARY:
                 values += [np.cos(u[k] + order * np.pi / 2), np.sin(u[k] + order * np.pi / 2)]
             else:
-                values += [(u[k], 1.0, 0.0)[order], (u[k] ** 2, 2.0 * u[k], 2.0)[order]]
+                values += [(u[k], 1.0, 0.0, 0.0)[order], (u[k] ** 2, 2.0 * u[k], 2.0, 0.0)[order]]
         return np.array(values, dtype=float)
 
     def _polynomials(self) -> Iterator[tuple[int, FloatArray, FloatArray, FloatArray]]:

@@ -49,8 +49,7 @@ class Area(Measure):
         z = sight.motion.z[list(member.nodes[:2])]  # told even where velocities are not
         rate = (np.conj(arm[0]) * middle[1]).imag
         change = (np.conj(arm[1]) * middle[1] + np.conj(arm[0]) * middle[2]).imag
-        time = sight.motion.time * self.mechanism.duration
-        return np.array([time + 0j, rate + 0j, change + 0j, z[1] - z[0], (z[0] + z[1]) / 2.0])
+        return np.array([sight.clock + 0j, rate + 0j, change + 0j, z[1] - z[0], (z[0] + z[1]) / 2.0])
 
     def outlines(self, sight: Sight) -> list[ComplexArray]:
         """Return triangles that cover the region."""

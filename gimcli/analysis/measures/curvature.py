@@ -65,7 +65,7 @@ def path_curvature(sight: Sight, point: str) -> tuple[FloatArray, ComplexArray, 
         rests = np.flatnonzero(np.abs(v) <= LIMITS.rest * np.maximum(np.abs(a), size))
     if len(rests):
         _at_rest(sight, point, rests, kappa, normal)
-    kappa[~(sight.way.smooth & np.isfinite(p))] = np.nan
+    kappa[~(sight.smooth & np.isfinite(p))] = np.nan
     return kappa, p, normal
 
 

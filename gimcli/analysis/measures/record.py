@@ -55,7 +55,7 @@ class Record:
 
     def columns(self, piece: Motion) -> list[Column]:
         """Return the columns of the next piece of a motion."""
-        sight, columns = Sight(piece), []
+        sight, columns = sight_of(piece), []
         for measure in self.measures:
             for head, values in zip(measure.heads, measure.values(sight), strict=True):
                 self.ranges[head.name].add(values, piece.good)
@@ -64,17 +64,17 @@ class Record:
 
     def curves(self, motion: Motion) -> dict[str, ComplexArray]:
         """Return the curves that the measures add to a drawing of a motion."""
-        sight = Sight(motion)
+        sight = sight_of(motion)
         return {name: curve for measure in self.measures for name, curve in measure.curves(sight).items()}
 
     def outlines(self, motion: Motion) -> list[ComplexArray]:
         """Return the areas that the measures add to a drawing of a motion."""
-        sight = Sight(motion)
+        sight = sight_of(motion)
         return [outline for measure in self.measures for outline in measure.outlines(sight)]
 
     def told(self, motion: Motion) -> dict[str, dict[str, Any]]:
         """Return what the measures tell of the whole motion, of which some rows have been kept."""
-        sight, report = Sight(motion), {}
+        sight, report = sight_of(motion), {}
         for measure in self.measures:
             columns = {}
             for head in measure.heads:
@@ -85,3 +85,12 @@ class Record:
                 }  # fmt: skip
             report[measure.spec] = {"columns": columns, **measure.whole(sight)}
         return report
+
+
+def sight_of(motion: Motion) -> Sight:
+    """Return the derivatives of a motion: by its inputs' path, or by the length of the curve that it was told by."""
+    if motion.parameter is None:
+        return Sight(motion)
+    from gimcli.analysis.curve_sight import CurveSight
+
+    return CurveSight(motion)

@@ -82,7 +82,7 @@ def _turns(sight: Sight, corners: Sequence[str]) -> float:
 
 def swept(sight: Sight, corners: Sequence[str], parts: int, every: int = 1) -> ComplexArray:
     """Return triangles (triangles, 3) that cover what an outline passes over, each step in some parts."""
-    time = sight.motion.time * sight.mechanism.duration
+    time = sight.clock
     paths = np.array([sight.timed.point(name) for name in corners])  # (corners, 3, rows)
     paths[:, 0] = [carried_point(sight.mechanism, name, sight.motion.z) for name in corners]  # where v is unknown too
     good = np.flatnonzero(sight.motion.good)
