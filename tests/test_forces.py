@@ -202,6 +202,11 @@ masses:
     assert all(np.isnan(on(found, n, m)[0]) for n, m in (("B", "coupler"), ("A", "left"), ("F", "coupler")))
     some = inverse_dynamics(statics(mechanism), course, every=True)
     normal = 1j * np.exp(1j * math.pi / 3)
+    told = {mechanism.nodes[pin.node]: found.pin_shared(pin, pin.members[1])[0] for pin in found.statics.pins}
+    for node in ("B", "F", "C"):  # the coupler has no acceleration of its own: moment of a crank about its ground pin
+        assert told[node] == pytest.approx((5.7225 / 3.0 - 9.81 / 4.0) * normal, abs=1e-12), node
+    for node in ("A", "E", "D"):  # on the crank: m (g cos 60 deg + alpha / 2) less what the coupler gives
+        assert told[node] == pytest.approx((9.81 / 2.0 - 5.7225 / 2.0 + 5.7225 / 3.0 - 9.81 / 4.0) * normal, abs=1e-12)
     for node, crank in (("B", "left"), ("F", "middle"), ("C", "right")):
         # moment of a crank about its ground pin: I alpha + m g l / 2 cos 60 deg = - F.n
         across = (on(some, node, "coupler")[0] * normal.conjugate()).real

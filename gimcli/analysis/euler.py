@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.analysis.simulation import STANDSTILL, Event, Integration, Settings, Simulation
+from gimcli.analysis.integration import Integration
+from gimcli.analysis.simulation import STANDSTILL, Event, Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.effort import plain

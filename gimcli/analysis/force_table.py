@@ -18,6 +18,10 @@ RESERVED = ("shaking", "power", "energy")
 """First words of columns that belong to the whole mechanism."""
 
 
+SHARED = "unique"
+"""Word in columns of the component of a reaction that is unique where the reaction is not."""
+
+
 def refuse_taken_names(mechanism: Mechanism) -> None:
     """Raise UsageError where a name of the file would be that of another column."""
     names = [*mechanism.nodes, *(s.pair for s in mechanism.slides), *(a.name for a in mechanism.actuators)]
@@ -57,12 +61,12 @@ def reaction_columns(forces: Forces) -> list[Column]:
         unit = "N m" if actuator.drive is Drive.ROTARY else "N"
         columns.append(Column(f"{actuator.name}.effort", forces.effort(k), unit))
     for pin in forces.statics.pins:
-        node = mechanism.nodes[pin.node]
-        if len(pin.members) == 2 and not pin.busy:
-            columns += _components(node, forces.pin(pin, pin.members[1]))
-        else:
-            for member in pin.members:
-                columns += _components(f"{node}.{mechanism.members[member].name}", forces.pin(pin, member))
+        node, alone = mechanism.nodes[pin.node], len(pin.members) == 2 and not pin.busy
+        for member in pin.members[1:] if alone else pin.members:
+            name = node if alone else f"{node}.{mechanism.members[member].name}"
+            columns += _components(name, forces.pin(pin, member))
+            if pin.node in forces.statics.open_pins:
+                columns += _components(f"{name}.{SHARED}", forces.pin_shared(pin, member))
     for pair in dict.fromkeys(slide.pair for slide in mechanism.slides):
         columns.append(Column(f"{pair}.normal", forces.normal(pair), "N"))
         if sum(slide.pair == pair for slide in mechanism.slides) > 1:
@@ -97,7 +101,7 @@ def open_reactions(forces: Forces) -> list[str]:
     if not forces.statics.surplus or not good.any():
         return []
     names = [c.name.rsplit(".", 1)[0] for c in reaction_columns(forces) if np.all(np.isnan(c.values[good]))]
-    return list(dict.fromkeys(names))
+    return [name for name in dict.fromkeys(names) if not name.endswith(f".{SHARED}")]
 
 
 class Peaks:

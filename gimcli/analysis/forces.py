@@ -9,10 +9,12 @@ Giraldo, Calle & Mesa 2014, section 2.3 (groups of the second class); here for a
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.analysis.amount import Amount, joined
 from gimcli.analysis.course import Course, Courses, Turns, reading
 from gimcli.analysis.loading import Loading, loading, physical
 from gimcli.kernels.equilibrium import ALONG, COUPLE, KNOWN, TURN, balance_rows
@@ -24,9 +26,6 @@ from gimcli.structure.statics import Pin, Statics, statics
 
 SINGULAR = 1e-10
 """Least over greatest pivot, or singular value, of a block below which its reactions are not told."""
-
-UNIQUE = 1e-8
-"""Part that a reaction may have in a free stress (a unit vector) and still count as unique."""
 
 AT_ONCE = 4096
 """Rows of redundant equations that are decomposed at the same time."""
@@ -40,7 +39,9 @@ class Forces:
     course: Course = field(repr=False)
     loads: Loading = field(repr=False)
     unknowns: FloatArray = field(repr=False)  # (unknowns, rows) N; couples in N x length of the normal frame
-    unique: NDArray[np.bool_] = field(repr=False)  # (unknowns, rows)
+    free: FloatArray = field(
+        repr=False
+    )  # (surplus, unknowns, rows) unit stresses that redundant constraints leave open
 
     @property
     def mechanism(self) -> Mechanism:
@@ -55,30 +56,31 @@ class Forces:
     def effort(self, actuator: int) -> FloatArray:
         """Return the driving torque [N m] or force [N] of an actuator (rows,)."""
         drive = self.mechanism.actuators[actuator].drive
-        return self._told(self.statics.efforts[actuator]) * (self._metre if drive is Drive.ROTARY else 1.0)
+        effort = self._unknown(self.statics.efforts[actuator]).real.told
+        return effort * (self._metre if drive is Drive.ROTARY else 1.0)
 
     def pin(self, pin: Pin, member: int) -> ComplexArray:
         """Return the force [N] that a member receives at a node from the pin (rows,)."""
-        k = pin.members.index(member)
-        if k:
-            first = pin.first + 2 * (k - 1)
-            return np.asarray(self._told(first) + 1j * self._told(first + 1))
-        force = -np.sum([self.pin(pin, m) for m in pin.members[1:]], axis=0)
-        return np.asarray(force + self._attached(pin.node))
+        force = self._force(pin, member)
+        return joined(force.real.told, force.imag.told)
+
+    def pin_shared(self, pin: Pin, member: int) -> ComplexArray:
+        """Return the component [N] of that force which is unique, where not all of it is (rows,)."""
+        return self._force(pin, member).shared
 
     def normal(self, pair: str) -> FloatArray:
         """Return the normal force [N] on what slides, positive to the left of the guide (rows,)."""
-        return np.asarray(np.sum([self._told(self.statics.normals[k]) for k in self._slides(pair)], axis=0))
+        return self._sum([self._unknown(self.statics.normals[k]) for k in self._slides(pair)]).real.told
 
     def moment(self, pair: str) -> FloatArray:
         """Return the moment [N m] on what slides in a prismatic pair about its first node (rows,)."""
         first, *others = self._slides(pair)
-        slides, nodes = self.mechanism.slides, self.course.nodes[0]
-        total = np.zeros(nodes.shape[1])
+        slides, nodes, normals = self.mechanism.slides, self.course.nodes[0], self.statics.normals
+        turns = []
         for k in others:
             arm = nodes[slides[k].node] - nodes[slides[first].node]
-            total += (arm.conj() * self._direction(self.statics.normals[k])).imag * self._told(self.statics.normals[k])
-        return total * self._metre
+            turns.append(self._unknown(normals[k], (arm.conj() * self._direction(normals[k])).imag))
+        return self._sum(turns).real.told * self._metre
 
     @property
     def shaking_force(self) -> ComplexArray:
@@ -109,8 +111,23 @@ class Forces:
     def _metre(self) -> float:
         return physical(self.mechanism)
 
-    def _told(self, unknown: int) -> FloatArray:
-        return np.where(self.unique[unknown], self.unknowns[unknown], np.nan)
+    def _unknown(self, unknown: int, way: Any = 1.0) -> Amount:
+        """Return an unknown times a factor or a direction (rows,)."""
+        return Amount(way * self.unknowns[unknown], way * self.free[:, unknown])
+
+    def _sum(self, amounts: list[Amount]) -> Amount:
+        rows = len(self.course.time)
+        zero = Amount(np.zeros(rows, dtype=complex), np.zeros((len(self.free), rows), dtype=complex))
+        return sum(amounts, zero)
+
+    def _force(self, pin: Pin, member: int) -> Amount:
+        """Return the force [N] that a member receives at a node from the pin."""
+        k = pin.members.index(member)
+        if k:
+            first = pin.first + 2 * (k - 1)
+            return self._unknown(first) + self._unknown(first + 1, 1j)
+        others = self._sum([self._force(pin, m) for m in pin.members[1:]])
+        return self._attached(pin.node) - others
 
     def _slides(self, pair: str) -> list[int]:
         return [k for k, s in enumerate(self.mechanism.slides) if s.pair == pair]
@@ -118,15 +135,16 @@ class Forces:
     def _direction(self, unknown: int) -> ComplexArray:
         return np.asarray(directions(self.statics, self.course.nodes[0])[unknown])
 
-    def _attached(self, node: int) -> ComplexArray:
+    def _attached(self, node: int) -> Amount:
         """Return the forces of springs, sliding pairs and actuators on a node's pin."""
-        total = np.zeros(len(self.course.time), dtype=complex) + self.loads.pins.get(node, 0.0)
+        acting = []
         for unknown in self.statics.on_pins:
             reaction = self.statics.reactions[unknown]
             pulls = reaction.kind == ALONG and reaction.other == node
             if reaction.node == node or pulls:
-                total += (-1.0 if pulls else 1.0) * self._direction(unknown) * self._told(unknown)
-        return total
+                acting.append(self._unknown(unknown, (-1.0 if pulls else 1.0) * self._direction(unknown)))
+        total = self._sum(acting)
+        return Amount(total.value + self.loads.pins.get(node, 0.0), total.free)
 
 
 def inverse_dynamics(
@@ -142,11 +160,11 @@ def inverse_dynamics(
             right[first + 2] = loads.inertia_moment[k] - loads.moment[k]
     z = course.nodes[0]
     if statics.surplus:
-        found, unique = _least(statics, z, right)
+        found, free = _least(statics, z, right)
     else:
         found = Balance(statics).solve(z, right, run)
-        unique = np.ones(found.shape, dtype=bool)
-    return Forces(statics, course, loads, found, unique | every)
+        free = np.zeros((0, *found.shape))
+    return Forces(statics, course, loads, found, free * (not every))
 
 
 def motion_forces(motion: Motion, run: Run = plain) -> Forces:
@@ -226,10 +244,10 @@ def equilibrium(statics: Statics, z: ComplexArray) -> FloatArray:
     return table
 
 
-def _least(statics: Statics, z: ComplexArray, right: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return the least reactions that balance, and which of them every other solution shares."""
+def _least(statics: Statics, z: ComplexArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the least reactions that balance, and the unit stresses by which other solutions differ from them."""
     count, rows = len(statics.reactions), z.shape[1]
-    found, unique = np.full((count, rows), np.nan), np.zeros((count, rows), dtype=bool)
+    found, free = np.full((count, rows), np.nan), np.zeros((statics.surplus, count, rows))
     good = np.flatnonzero(np.all(np.isfinite(right), axis=0) & np.all(np.isfinite(z), axis=0))
     for start in range(0, len(good), AT_ONCE):
         part = good[start : start + AT_ONCE]
@@ -238,5 +256,5 @@ def _least(statics: Statics, z: ComplexArray, right: FloatArray) -> tuple[FloatA
         n = values.shape[1]
         turned = np.einsum("rij,ir->rj", left, right[:, part]) / values
         found[:, part] = np.where(held, np.einsum("rjc,rj->cr", across[:, :n], turned), np.nan)
-        unique[:, part] = np.linalg.norm(across[:, n:], axis=1).T < UNIQUE
-    return found, unique
+        free[:, :, part] = np.moveaxis(across[:, n:], 0, 2)
+    return found, free

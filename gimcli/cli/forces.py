@@ -22,7 +22,7 @@ HELP = (
     " parts meet, NODE.MEMBER.fx is what each member receives from the pin. PAIR.normal is the force on what slides, to"
     " the left of the guide, PAIR.moment its moment about the first sliding node; shaking.fx, .fy and .moment are what"
     " the frame receives, about the first ground node. Reactions that redundant constraints leave open stay empty and"
-    " are named.\n\n"
+    " are named; NODE.unique.fx and .fy are the component of such a reaction that is unique all the same.\n\n"
     "Example: gim forces models/watt_1.yaml --steps 360 --out results"
 )
 SHOWN = 30
@@ -122,9 +122,17 @@ def _report(found: ForceMotion, paths: dict[str, str | None], steps: int, as_jso
         f" {peaks.power_error:.1e} W at most, {peaks.drift:.0e} of the greatest power"
     )
     if found.open:
-        typer.echo(f"redundant constraints leave open the reactions at {', '.join(found.open)}")
+        tell_open(found.open)
     _tell_missing(found, steps)
     typer.echo("wrote " + " and ".join(path for path in paths.values() if path))
+
+
+def tell_open(names: list[str]) -> None:
+    """Print which reactions are not unique."""
+    typer.echo(
+        f"redundant constraints leave open the reactions at {', '.join(names)}; NODE.unique is the component of a pin's"
+        " reaction that is unique all the same"
+    )
 
 
 def _print_peaks(found: ForceMotion) -> None:

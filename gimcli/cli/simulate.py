@@ -64,6 +64,7 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Simulate."""
+    from gimcli.analysis.force_table import open_reactions
     from gimcli.analysis.simulation import Settings, simulate
     from gimcli.analysis.simulation_table import reactions as find_reactions
     from gimcli.analysis.simulation_table import refuse_taken_name, simulation_table
@@ -93,7 +94,8 @@ def command(
     drawn = png and len(found.time) > 1
     if drawn:
         _draw(found, png_path)
-    _report(found, times, csv_path, png_path if drawn else None, as_json)
+    open_ones = open_reactions(forces) if forces else []
+    _report(found, times, csv_path, png_path if drawn else None, open_ones, as_json)
     if len(found.time) < len(times):
         raise typer.Exit(5)
 
@@ -142,9 +144,12 @@ def _mark(mechanism: Mechanism, event: Any, k: int, order: int) -> complex:
     return complex(event.time, float(mechanism.value_to_file(k, values[k : k + 1])[0]))
 
 
-def _report(found: Simulation, times: FloatArray, csv_path: Path, png_path: Path | None, as_json: bool) -> None:
+def _report(
+    found: Simulation, times: FloatArray, csv_path: Path, png_path: Path | None, open_ones: list[str], as_json: bool
+) -> None:
     from gimcli.analysis.simulation_table import event_report
     from gimcli.cli.console import print_json
+    from gimcli.cli.forces import tell_open
 
     events = [event_report(found.mechanism, event) for event in found.events]
     if as_json:
@@ -154,6 +159,7 @@ def _report(found: Simulation, times: FloatArray, csv_path: Path, png_path: Path
                 "solved": len(found.time), "residual": found.contradiction, "status": found.status.word,
                 "end": found.end, "events": events, "energy_drift": found.worst_drift,
                 "energy_corrected": found.corrected, "evaluations": found.evaluations, "integrator_steps": found.steps,
+                "open": open_ones,
             }
         )  # fmt: skip
         return
@@ -162,6 +168,8 @@ def _report(found: Simulation, times: FloatArray, csv_path: Path, png_path: Path
         f"{found.mechanism.name}: {len(found.time)} of {len(times)} rows, {found.steps} steps,"
         f" {found.evaluations} evaluations; energy drift {found.worst_drift:.1e} of the greatest energy"
     )
+    if open_ones:
+        tell_open(open_ones)
     if found.status.word != "ok":
         typer.echo(f"ended at {found.end:.10g} s, {found.status.word}: {found.status.text}")
     typer.echo(f"wrote {csv_path}" + (f" and {png_path}" if png_path else ""))

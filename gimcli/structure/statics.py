@@ -112,6 +112,18 @@ class Statics:
         """Equations and unknowns in the order of solution."""
         return split(self.equations, self.columns)
 
+    @cached_property
+    def open_pins(self) -> frozenset[int]:
+        """Nodes whose reactions redundant constraints can leave open: a stress without loads may reach them."""
+        loose: set[int] = set()
+        for block in self.blocks:
+            rows = set(block.rows)
+            if len(block.columns) > len(block.rows) or any(rows & set(self.columns[c]) for c in loose):
+                loose.update(block.columns)
+        attached = {n for k in loose & self.on_pins for n in (self.reactions[k].node, self.reactions[k].other)}
+        held = {pin.node: range(pin.first, pin.first + 2 * (len(pin.members) - 1)) for pin in self.pins}
+        return frozenset(node for node, own in held.items() if node in attached or loose & set(own))
+
 
 def statics(mechanism: Mechanism) -> Statics:
     """Return the unknown reactions of a mechanism and the bodies that they act on."""
