@@ -99,8 +99,9 @@ def _report(
 ) -> None:  # fmt: skip
     import numpy as np
 
-    from gimcli.cli.console import number, print_json
+    from gimcli.cli.console import end_bars, number, print_json
 
+    end_bars()
     csv_path, png_path = paths
     solved = sum(m.solved for m in motions)
     worst = float(np.nanmax([np.nanmax(m.residual) for m in motions]))
@@ -112,6 +113,7 @@ def _report(
                 "csv": str(csv_path), "png": str(png_path) if png_path else None, "steps": steps, "solved": solved,
                 "residual": worst, "reachable": reach, "events": events,
                 "circuits": [{k: v for k, v in t.items() if k != "events"} for t in told],
+                "status": next((m.overall.word for m in motions if not m.good.all()), "ok"),
             }
         )  # fmt: skip
         return

@@ -144,8 +144,9 @@ def _mark(mechanism: Mechanism, event: Any, k: int, order: int) -> complex:
 
 def _report(found: Simulation, times: FloatArray, csv_path: Path, png_path: Path | None, as_json: bool) -> None:
     from gimcli.analysis.simulation_table import event_report
-    from gimcli.cli.console import print_json
+    from gimcli.cli.console import end_bars, print_json
 
+    end_bars()
     events = [event_report(found.mechanism, event) for event in found.events]
     if as_json:
         print_json(
