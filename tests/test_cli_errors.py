@@ -148,6 +148,28 @@ def test_a_structure_that_cannot_be_driven(case, command, gim, tmp_path):
     assert files(tmp_path) == []
 
 
+FOLLOWING = {
+    # name: arguments
+    "circuits": ("circuits", "m.yaml", "--samples", "8"),
+    "groups": ("groups", "m.yaml"),
+    "singularities": ("singularities", "m.yaml"),
+    "solve --all": ("solve", "m.yaml", "--all"),
+    "trace --branch": ("trace", "m.yaml", "--branch", "2", "--steps", "8", "--no-png"),
+    "trace --circuit": ("trace", "m.yaml", "--circuit", "--steps", "8", "--no-png"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("command", FOLLOWING)
+@pytest.mark.parametrize("case", [case for case in UNFIT if not case.startswith("surplus")])
+def test_what_follows_circuits_refuses_the_same_structures(case, command, gim, tmp_path):
+    text, named = UNFIT[case]
+    code, out, err = gim(text, *FOLLOWING[command])
+    assert (code, out) == (4, ""), err
+    for word in named[:1]:
+        assert word in err, err
+    assert files(tmp_path) == []
+
+
 @pytest.mark.parametrize("case", UNFIT)
 def test_as_json_a_structure_that_cannot_be_driven_prints_nothing_on_standard_output(case, gim):
     code, out, _ = gim(UNFIT[case][0], "solve", "m.yaml", "--json")
@@ -443,6 +465,31 @@ def test_json_is_one_object_and_nothing_else(case, gim):
     assert set(keys) <= set(one_object(out))
 
 
+BAR = """
+import sys, time, typer
+from gimcli.cli import console
+clock, beats = time.monotonic, iter(range(0, 1000, 10))
+time.monotonic = lambda: clock() + next(beats)
+show = console.progress_bar("working")
+show(1, 10)
+assert console._bars
+typer.echo("told")
+"""
+
+
+def test_a_progress_bar_that_is_cut_short_leaves_output_and_terminal_as_they_were():
+    """Standard output is a file, standard error a terminal: the report goes to the file, the cursor comes back."""
+    pty = pytest.importorskip("pty")
+    screen, terminal = pty.openpty()
+    done = subprocess.run([sys.executable, "-c", BAR], stdout=subprocess.PIPE, stderr=terminal, timeout=60)
+    os.close(terminal)
+    shown = os.read(screen, 65536)
+    os.close(screen)
+    assert (done.returncode, done.stdout) == (0, b"told\n")
+    assert b"working" in shown
+    assert shown.count(b"\x1b[?25l") == shown.count(b"\x1b[?25h") == 1
+
+
 @pytest.mark.parametrize("command", ["solve", "trace", "mobility", "sequence"])
 def test_json_of_a_model_refused_is_silent(command, gim):
     code, out, _ = gim("nodes: {}\n", command, "m.yaml", "--json")
@@ -482,3 +529,44 @@ def test_names_with_signs_of_every_sort_reach_the_output(gim, tmp_path):
     code, out, _ = gim(None, "solve", "m.yaml", "--json", "--at", "motor 1=91")
     assert code == 0
     assert set(one_object(out)["nodes"]) == set(names.values())
+
+
+# -- files that are asked for ----------------------------------------------------------------
+
+
+def test_a_table_is_never_written_over_the_model(gim, tmp_path):
+    text = FOUR + CRANK
+    for more in ((), ("--all",)):
+        code, out, err = gim(text, "solve", "m.yaml", "--csv", "m.yaml", *more)
+        assert (code, out) == (2, "")
+        assert "no table is written as '.yaml'" in err
+        assert (tmp_path / "m.yaml").read_text() == text
+
+
+@pytest.mark.parametrize("command", ["solve", "singularities", "circuits", "groups", "sequence"])
+def test_a_picture_that_cannot_be_is_refused_before_the_work(command, gim, tmp_path):
+    """Suffix and folder are looked at first: the work would say that nothing drives the mechanism."""
+    (tmp_path / "file").write_text("")
+    more = ("--csv", "m.csv") if command == "solve" else ()
+    for png, status in (("m.foo", 2), ("file/m.png", 6)):
+        code, out, err = gim(FOUR, command, "m.yaml", "--png", png, *more)
+        assert (code, out) == (status, ""), err
+        assert png in err
+    assert files(tmp_path) == ["file"]
+
+
+def test_all_has_no_velocities(gim):
+    code, out, err = gim(FOUR + CRANK, "solve", "m.yaml", "--all", "--velocities")
+    assert (code, out) == (2, "")
+    assert "--velocities" in err
+
+
+@pytest.mark.parametrize("command", ["solve", "solve --all", "sequence", "groups", "circuits --samples 8"])
+def test_what_was_written_is_told(command, gim, tmp_path):
+    name, *more = command.split()
+    code, out, err = gim(FOUR + CRANK, name, "m.yaml", "--png", "m.png", *more)
+    assert code == 0, err
+    assert out.endswith("wrote m.png\n")
+    code, out, _ = gim(FOUR + CRANK, name, "m.yaml", "--png", "m.png", "--json", *more)
+    assert (code, one_object(out)["png"]) == (0, "m.png")
+    assert files(tmp_path) == ["m.png"]

@@ -16,6 +16,7 @@ from gimcli.analysis.course import Course, turning
 from gimcli.analysis.derivatives import rates
 from gimcli.analysis.force_table import reaction_columns
 from gimcli.analysis.forces import directions, equilibrium, inverse_dynamics, motion_forces
+from gimcli.analysis.graphs import input_or_time
 from gimcli.analysis.influence import Influence
 from gimcli.errors import UsageError
 from gimcli.kernels.equilibrium import COUPLE
@@ -430,3 +431,10 @@ def test_the_second_named_member_receives_the_force(tmp_path):
 
 def reaction_table(mechanism):
     return {column.name: column.values for column in reaction_columns(motion_forces(trace(mechanism, 8)))}
+
+
+def test_efforts_of_a_law_that_turns_back_or_stands_still_are_drawn_over_the_time():
+    mechanism = load(MODELS / "watt_1.yaml")
+    time = np.linspace(0.0, 1.0, 3)
+    for inputs, name in (([0.0, 0.5, 1.0], "motor"), ([0.0, 0.5, 0.0], "time"), ([0.5, 0.5, 0.5], "time")):
+        assert input_or_time(mechanism, time, np.array([inputs])).name == name

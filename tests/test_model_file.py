@@ -118,7 +118,9 @@ REFUSED = {
     "enormous mechanism": (nodes("[1e200, 0]"), "3:3", ["1e+200 in size", "unit of length"]),
     "unknown unit": ("units: {length: mmm}\n" + TOP, "1:17", ["'mmm'", "choose m, mm", "did you mean 'mm'"]),
     "units as a word": ("units: mm\n" + TOP, "1:8", ["{length: ...} is needed", "'mm'"]),
-    "zero duration": (TOP + "duration: 0\n", "4:11", ["duration", "above 0"]),
+    "zero duration": (TOP + "duration: 0\n", "4:11", ["duration", "at least 1e-12", "met 0"]),
+    "duration whose square is no number": (TOP + "duration: 1.0e+300\n", "4:11", ["duration", "at most 1e+12"]),
+    "duration whose square is zero": (TOP + "duration: 1.0e-300\n", "4:11", ["duration", "at least 1e-12"]),
     # members
     "link of one node twice": (links("[A, A]"), "5:8", ["named twice", "different nodes"]),
     "link of three nodes": (links("[A, B, C]"), "5:8", ["no more than 2", "met 3", "`elements:`"]),

@@ -108,7 +108,7 @@ def reading(mechanism: Mechanism, gauge: Actuator, course: Course) -> tuple[Floa
     if gauge.drive is Drive.DISTANCE:
         arm, rate = nodes[0, gauge.b] - nodes[0, gauge.a], nodes[1, gauge.b] - nodes[1, gauge.a]
         length = np.abs(arm)
-        unit = arm / length
+        unit = np.divide(arm, length, out=np.full_like(arm, np.nan), where=length > 0.0)  # NaN: a row not solved
         return length, (unit.conj() * rate).real, unit
     unit = unit_of(mechanism, nodes[0], member) * gauge.direction
     origin = carried(mechanism, nodes[:2], member, gauge.point)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gimcli.analysis.measures.measure import Head
-from gimcli.mechanism import FRAME, Drive, Mechanism
+from gimcli.mechanism import FRAME, Drive, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.table import Column, Table
 
@@ -21,17 +21,21 @@ ORDERS = {name: order for name, (_, order) in POINT_QUANTITIES.items()} | MEMBER
 
 
 def abscissa(motion: Motion) -> Column:
-    """Return the input where there is one and it runs one way, else the time [s]; of a circuit the part of the way."""
-    mechanism = motion.mechanism
+    """Return what graphs of a motion are drawn over; of a circuit the part of the way."""
     if motion.headings is not None:
         return Column("part of the way", motion.time)
+    return input_or_time(motion.mechanism, motion.time, motion.inputs)
+
+
+def input_or_time(mechanism: Mechanism, time: FloatArray, inputs: FloatArray) -> Column:
+    """Return the input where there is one of inputs (actuators, rows) and it runs one way, else the time [s]."""
     if len(mechanism.actuators) == 1:
-        steps = np.diff(motion.inputs[0])
+        steps = np.diff(inputs[0])
         if np.all(steps > 0.0) or np.all(steps < 0.0):
             actuator = mechanism.actuators[0]
             unit = mechanism.angle_unit if actuator.drive is Drive.ROTARY else mechanism.length_unit
-            return Column(actuator.name, mechanism.value_to_file(0, motion.inputs[0]), unit)
-    return Column("time", motion.time * mechanism.duration, "s")
+            return Column(actuator.name, mechanism.value_to_file(0, inputs[0]), unit)
+    return Column("time", time * mechanism.duration, "s")
 
 
 def quantity(mechanism: Mechanism, table: Table, name: str) -> list[Column]:

@@ -27,6 +27,17 @@ def explained(mechanism: Mechanism) -> Iterator[None]:
         raise
 
 
+def refuse_unfit(mechanism: Mechanism) -> None:
+    """Raise StructureError where the structure has constraints to spare and actuators are among them."""
+    if make_plan(mechanism).surplus == 0:
+        return
+    from gimcli.analysis.mobility import assembled, check_driven, mobility
+
+    home = assembled(mechanism)
+    if home is not None:
+        check_driven(mechanism, mobility(mechanism, home, drawn_inputs(mechanism)))
+
+
 def verify(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, status: Status, tolerance: float) -> None:
     """Raise StructureError where the mechanism is not driven, over-driven or contradictory.
 

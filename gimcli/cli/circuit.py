@@ -126,8 +126,9 @@ def _report(
 ) -> None:  # fmt: skip
     import numpy as np
 
-    from gimcli.cli.console import number, print_json
+    from gimcli.cli.console import end_bars, number, print_json
 
+    end_bars()
     csv_path, png_path = paths
     solved = sum(m.solved for m in motions)
     worst = float(np.nanmax([np.nanmax(m.residual) for m in motions]))
@@ -139,6 +140,7 @@ def _report(
                 "csv": str(csv_path), "png": str(png_path) if png_path else None, "steps": steps, "solved": solved,
                 "residual": worst, "reachable": reach, "events": events,
                 "circuits": [{k: v for k, v in t.items() if k != "events"} for t in told],
+                "status": next((m.overall.word for m in motions if not m.good.all()), "ok"),
                 **({"measures": told[0]["measures"]} if len(told) == 1 and "measures" in told[0] else {}),
             }
         )  # fmt: skip

@@ -28,11 +28,11 @@ def solve_all(
     """Find every configuration at inputs (actuators,), print and write it; exit with 5 where there is none."""
     from gimcli.analysis.configurations import Policy, all_configurations, drawn_configuration
     from gimcli.analysis.verdict import explained, verify
-    from gimcli.cli.console import progress_bar
-    from gimcli.output import refuse_unwritable
+    from gimcli.cli.console import progress_bar, tell_written
+    from gimcli.output import refuse_files
     from gimcli.status import Status
 
-    refuse_unwritable(*(path for path in (csv, png) if path is not None))
+    refuse_files(csv, png)
     with explained(mechanism):
         found = all_configurations(
             mechanism, inputs, Policy(fits=tolerance), progress_bar("roots of a generic linkage, once")
@@ -45,10 +45,12 @@ def solve_all(
     if csv is not None:
         _write_csv(found, places, csv)
     undrawn = _write_png(found, drawn, png) if png is not None and len(found) else 0
+    paths = {"csv": csv, "png": png if len(found) else None}
     if as_json:
-        _print_json(found, drawn, places)
+        _print_json(found, drawn, places, paths)
     else:
         _print(found, drawn, places)
+        tell_written(*paths.values())
         if undrawn:
             typer.echo(f"{png} shows the first {len(found) - undrawn}; {undrawn} are not drawn")
     if not len(found):
@@ -71,7 +73,9 @@ def _inputs(found: Configurations) -> dict[str, float]:
     }
 
 
-def _print_json(found: Configurations, drawn: int | None, places: dict[str, Any]) -> None:
+def _print_json(
+    found: Configurations, drawn: int | None, places: dict[str, Any], paths: dict[str, Path | None]
+) -> None:
     from gimcli.cli.console import print_json
 
     mechanism = found.mechanism
@@ -105,6 +109,7 @@ def _print_json(found: Configurations, drawn: int | None, places: dict[str, Any]
             ],
             "surplus": list(found.surplus),
             "inputs": _inputs(found),
+            **{kind: str(path) if path else None for kind, path in paths.items()},
         }
     )  # fmt: skip
 
@@ -112,8 +117,9 @@ def _print_json(found: Configurations, drawn: int | None, places: dict[str, Any]
 def _print(found: Configurations, drawn: int | None, places: dict[str, Any]) -> None:
     import math
 
-    from gimcli.cli.console import number, print_table
+    from gimcli.cli.console import end_bars, number, print_table
 
+    end_bars()
     mechanism = found.mechanism
     at = ", ".join(f"{k} = {v:.10g}" for k, v in _inputs(found).items())
     typer.echo(f"{mechanism.name}" + (f" at {at}" if at else ""))
@@ -176,7 +182,7 @@ def _open(found: Configurations) -> str:
 def _write_csv(found: Configurations, places: dict[str, Any], path: Path) -> None:
     import numpy as np
 
-    from gimcli.output import write_csv
+    from gimcli.output import write
     from gimcli.table import Column, Table
 
     names, unit = list(places), found.mechanism.length_unit
@@ -188,7 +194,7 @@ def _write_csv(found: Configurations, places: dict[str, Any], path: Path) -> Non
         Column("x", z.real, unit), Column("y", z.imag, unit),
         Column("residual", np.repeat(found.residual, each)),
     )  # fmt: skip
-    write_csv(Table(columns), path)
+    write(Table(columns), path)
 
 
 def _write_png(found: Configurations, drawn: int | None, path: Path) -> int:

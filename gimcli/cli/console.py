@@ -24,6 +24,7 @@ def clean(value: Any) -> Any:
 
 def print_json(data: dict[str, Any]) -> None:
     """Print one JSON object."""
+    end_bars()
     typer.echo(json.dumps(clean(data), ensure_ascii=False))
 
 
@@ -33,7 +34,8 @@ def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], 
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=title or None, box=box.SIMPLE_HEAD, title_justify="left", title_style="bold", pad_edge=False)
+    end_bars()
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.show_header = any(head)
     numbers = set(right)
     for k, name in enumerate(head):
@@ -44,12 +46,22 @@ def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], 
     if not console.is_terminal:
         console = Console(highlight=False, markup=False, width=160)
     with console.capture() as drawn:  # rich itself would end the program where the reader has gone away
+        if title:
+            console.print(title, style="bold", soft_wrap=True)  # a title of the table's own would be as narrow as that
         console.print(table)
     typer.echo(drawn.get(), nl=False)
 
 
+def tell_written(*paths: Any) -> None:
+    """Say which files were written, if any; None stands for one that was not."""
+    told = [str(path) for path in paths if path is not None]
+    if told:
+        typer.echo("wrote " + ", ".join(told[:-1]) + " and " * (len(told) > 1) + told[-1])
+
+
 def note(text: str) -> None:
     """Print a line for the user's eyes; standard output stays clean."""
+    end_bars()
     typer.echo(text, err=True)
 
 
@@ -59,6 +71,13 @@ def number(value: float, digits: int = 10) -> str:
 
 
 Progress = Callable[[int, int], None]
+_bars: list[Any] = []
+
+
+def end_bars() -> None:
+    """Take the progress bars off the screen and give the cursor back: before a report, and however the program ends."""
+    while _bars:
+        _bars.pop().stop()
 
 
 def progress_bar(label: str) -> Progress:
@@ -74,14 +93,25 @@ def progress_bar(label: str) -> Progress:
         if "bar" not in state:
             if time.monotonic() - start < 1.0 or done >= of:
                 return
-            from rich.console import Console
-            from rich.progress import Progress as Bar
-
-            state["bar"] = Bar(console=Console(stderr=True), transient=True)
-            state["bar"].start()
+            state["bar"] = _started()
             state["task"] = state["bar"].add_task(label, total=of)
         state["bar"].update(state["task"], completed=done)
         if done >= of:
             state["bar"].stop()
 
     return show
+
+
+def _started() -> Any:
+    """Return a bar on the terminal; standard output may be a file, and stays as it is."""
+    import atexit
+
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+
+    end_bars()
+    atexit.register(end_bars)
+    bar = Bar(console=Console(stderr=True), transient=True, redirect_stdout=False, redirect_stderr=False)
+    bar.start()
+    _bars.append(bar)
+    return bar

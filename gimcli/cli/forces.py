@@ -82,16 +82,14 @@ def command(
 
 
 def _draw(found: ForceMotion, path: Path) -> None:
+    from gimcli.analysis.graphs import input_or_time
     from gimcli.mechanism import Drive
     from gimcli.output import draw_forces
     from gimcli.table import Column, Table
 
     mechanism = found.statics.mechanism
     time, inputs, efforts, shaking = found.kept
-    over = Column("time", time * mechanism.duration, "s")
-    if len(mechanism.actuators) == 1:
-        unit = mechanism.angle_unit if mechanism.actuators[0].drive is Drive.ROTARY else mechanism.length_unit
-        over = Column(mechanism.actuators[0].name, mechanism.value_to_file(0, inputs[0]), unit)
+    over = input_or_time(mechanism, time, inputs)
     panels: dict[str, list[Column]] = {}
     for k, actuator in enumerate(mechanism.actuators):
         name, unit = ("driving torque", "N m") if actuator.drive is Drive.ROTARY else ("driving force", "N")

@@ -32,15 +32,18 @@ def command(
 ) -> None:
     """Show the formation."""
     from gimcli.analysis import groups_report
-    from gimcli.analysis.verdict import explained
+    from gimcli.analysis.verdict import explained, refuse_unfit
     from gimcli.cli.console import print_json
     from gimcli.model import load
+    from gimcli.output import refuse_files
     from gimcli.structure.assur import formation
     from gimcli.structure.plan import make_plan
 
     mechanism = load(model)
+    refuse_files(None, png)
     with explained(mechanism):
         make_plan(mechanism)
+        refuse_unfit(mechanism)
         found = formation(mechanism)
     if png is not None:
         _draw(mechanism, found, png)

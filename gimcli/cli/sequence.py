@@ -33,10 +33,12 @@ def command(
     """Search and show the sequence."""
     from gimcli.analysis.sequence_report import report
     from gimcli.analysis.verdict import explained
-    from gimcli.cli.console import print_json
+    from gimcli.cli.console import print_json, tell_written
     from gimcli.model import load
+    from gimcli.output import refuse_files
 
     mechanism = load(model)
+    refuse_files(None, png)
     with explained(mechanism):
         groups, z = report(mechanism, inputs_at(mechanism, at), strategy.value, tolerance)
     if png is not None:
@@ -45,12 +47,13 @@ def command(
         steps = [(s.number, s.about_numbers) for g in groups for s in g.steps]
         draw_sequence(mechanism, mechanism.to_file(z), steps, png, f"{mechanism.name}: sequence")
     if as_json:
-        print_json({"groups": [_json(g) for g in groups]})
+        print_json({"groups": [_json(g) for g in groups], "png": str(png) if png else None})
         return
     count = f"{len(groups)} group{'s' * (len(groups) != 1)}"
     typer.echo(f"{mechanism.name}: {count}, {sum(len(g.steps) for g in groups)} moves a sweep")
     for number, group in enumerate(groups, start=1):
         _print(mechanism, number, group, explain)
+    tell_written(png)
 
 
 def _json(group: GroupReport) -> dict[str, object]:

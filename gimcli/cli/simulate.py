@@ -148,9 +148,10 @@ def _report(
     found: Simulation, times: FloatArray, csv_path: Path, png_path: Path | None, open_ones: list[str], as_json: bool
 ) -> None:
     from gimcli.analysis.simulation_table import event_report
-    from gimcli.cli.console import print_json
+    from gimcli.cli.console import end_bars, print_json
     from gimcli.cli.forces import tell_open
 
+    end_bars()
     events = [event_report(found.mechanism, event) for event in found.events]
     if as_json:
         print_json(

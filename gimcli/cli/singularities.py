@@ -42,8 +42,10 @@ def command(
     from gimcli.analysis.verdict import explained
     from gimcli.cli.console import print_json, progress_bar
     from gimcli.model import load
+    from gimcli.output import refuse_files
 
     mechanism = load(model)
+    refuse_files(None, png)
     with explained(mechanism):
         found = survey(mechanism, progress=progress_bar("following branches"))
     if png is not None:

@@ -73,8 +73,10 @@ def command(
     """Solve one position, or all."""
     from gimcli.analysis.convergence import fit_history
     from gimcli.analysis.verdict import explained, verify
+    from gimcli.cli.console import tell_written
     from gimcli.model import load
     from gimcli.motion.position import solve
+    from gimcli.output import refuse_files
 
     if start not in ("drawn", "random"):
         raise UsageError(f"--start {start}: choose drawn or random")
@@ -84,28 +86,34 @@ def command(
     if every:
         if method is not Method.AUTO or start != "drawn" or sequence:
             raise UsageError("--all has its own method: leave out --method, --start and --sequence")
+        if velocities:
+            raise UsageError("--velocities are those of one position: leave out --all, or ask one by one with --at")
         from gimcli.cli.configurations import solve_all
 
         mechanism = load(model)
         solve_all(mechanism, inputs_at(mechanism, at), chosen.tolerance, csv, png, as_json)
         return
     mechanism = load(model)
+    refuse_files(csv, png)
     with explained(mechanism):
         position = solve(mechanism, inputs_at(mechanism, at), chosen, history)
     if start == "drawn":
         verify(mechanism, position.z, position.inputs, position.status, tolerance)
     law = fit_history(position) if history else None
     moving = _instant(position) if velocities else None
+    drawn = False
     if csv is not None:
         _write_csv(position, csv)
     if png is not None:
-        _write_png(position, law, png, moving)
+        drawn = _write_png(position, law, png, moving)
+    paths = {"csv": csv, "png": png if drawn else None}
     if as_json:
-        _print_json(position, law, moving)
+        _print_json(position, law, moving, paths)
     else:
         _print(position, law)
         if moving is not None:
             tell_velocities(moving)
+        tell_written(*paths.values())
     if position.status.value or (moving is not None and moving.singular):
         raise typer.Exit(5)
 
@@ -129,7 +137,7 @@ def _places(position: Position) -> tuple[dict[str, complex], dict[str, complex]]
     return nodes, points
 
 
-def _print_json(position: Position, law: Any, moving: Instant | None) -> None:
+def _print_json(position: Position, law: Any, moving: Instant | None, paths: dict[str, Path | None]) -> None:
     from gimcli.cli.console import print_json
 
     nodes, points = _places(position)
@@ -148,7 +156,7 @@ def _print_json(position: Position, law: Any, moving: Instant | None) -> None:
         report |= {"history": law.errors.tolist(), "C1": law.c1, "C2": law.c2, "rate": law.rate, "radius": law.radius}
     if moving is not None:
         report |= velocities_report(moving)
-    print_json(report)
+    print_json(report | {kind: str(path) if path else None for kind, path in paths.items()})
 
 
 def _inputs(position: Position) -> dict[str, float]:
@@ -198,7 +206,7 @@ def _print(position: Position, law: Any) -> None:
 def _write_csv(position: Position, path: Path) -> None:
     import numpy as np
 
-    from gimcli.output import write_csv
+    from gimcli.output import write
     from gimcli.table import Column, Table
 
     nodes, points = _places(position)
@@ -211,10 +219,11 @@ def _write_csv(position: Position, path: Path) -> None:
         Column("node", np.array(list(places))), Column("x", z.real, unit), Column("y", z.imag, unit),
         Column("status", status),
     )  # fmt: skip
-    write_csv(Table(columns), path)
+    write(Table(columns), path)
 
 
-def _write_png(position: Position, law: Any, path: Path, moving: Instant | None) -> None:
+def _write_png(position: Position, law: Any, path: Path, moving: Instant | None) -> bool:
+    """Draw the position, or its errors; return whether there was anything to draw."""
     from gimcli.output import draw_history, draw_position
 
     mechanism = position.mechanism
@@ -225,3 +234,6 @@ def _write_png(position: Position, law: Any, path: Path, moving: Instant | None)
         nodes, points = _places(position)
         arrows = velocity_arrows(moving, nodes | points) if moving is not None and not moving.singular else []
         draw_position(mechanism, mechanism.to_file(position.z), path, mechanism.name, points, arrows)
+    else:
+        return False
+    return True

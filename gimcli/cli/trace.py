@@ -127,8 +127,10 @@ def command(
                 raise typer.Exit(5)
             return
         if at_limit is not AtLimit.STOP or branch > 1:
+            from gimcli.analysis.verdict import refuse_unfit
             from gimcli.motion.ride import ride
 
+            refuse_unfit(mechanism)
             _refuse_mixed(method, asked.order if at_limit is AtLimit.REVERSE else 0)
             show = progress_bar("tracing")
             pieces = iter([ride(mechanism, steps, chosen, at_limit.value, branch, show)])
@@ -204,9 +206,10 @@ def _draw(motion: Motion, path: Path, asked: Asked) -> None:
 
 def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int, as_json: bool, asked: Asked) -> None:
     from gimcli.analysis.tracing import events, reachable
-    from gimcli.cli.console import print_json
+    from gimcli.cli.console import end_bars, print_json
     from gimcli.status import Status
 
+    end_bars()
     motion, solved, worst = summary.motion, summary.solved, summary.residual
     if motion.limit is not None or motion.bridged:
         from gimcli.analysis.sharpen import sharpened

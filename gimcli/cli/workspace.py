@@ -208,7 +208,7 @@ def _pose(task: Any) -> tuple[ComplexArray | None, complex | None]:
 
 
 def _tell(mechanism: Mechanism, report: dict[str, Any], as_json: bool) -> None:
-    from gimcli.cli.console import print_json
+    from gimcli.cli.console import print_json, tell_written
 
     if as_json:
         print_json(report)
@@ -223,7 +223,7 @@ def _tell(mechanism: Mechanism, report: dict[str, Any], as_json: bool) -> None:
             f"grid: {grid['positions']} inputs in {grid['configurations']} configurations,"
             f" {grid['reached']} can be assembled; {grid['solved']} positions solved"
         )
-    typer.echo("wrote " + ", ".join(report[kind] for kind in ("csv", "png", "npz") if report.get(kind)))
+    tell_written(*(report.get(kind) for kind in ("csv", "png", "npz")))
 
 
 def _tell_region(mechanism: Mechanism, report: dict[str, Any]) -> None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from gimcli.model.references import References
-from gimcli.model.schema import PROFILES, Actuator, Law
+from gimcli.model.schema import LONGEST, PROFILES, SHORTEST, Actuator, Law
 from gimcli.model.source import Where
 from gimcli.model.tables import read_table
 from gimcli.model.wording import near
@@ -187,6 +187,8 @@ def _check_table(refs: References, where: Where, name: str, tables: list[Times])
     span = time[-1] - time[0]
     duration = refs.model.duration
     tables.append((name, span))
+    if not SHORTEST <= span <= LONGEST:
+        refs.fault(where, f"table {name} runs {span:g} s; {SHORTEST:g} to {LONGEST:g} s are possible")
     other, wanted = tables[0] if duration is None else ("duration", duration)
     if abs(span - wanted) > 1e-9 * wanted:
         refs.fault(where, f"table {name} runs {span:g} s, {other} is {wanted:g} s; make them equal")

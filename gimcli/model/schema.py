@@ -10,6 +10,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr,
 LENGTH_UNITS = ("m", "mm", "cm", "um", "km", "in", "ft", "unit")
 ANGLE_UNITS = ("deg", "rad")
 MASS_UNITS = ("kg", "g", "t", "lb")
+SHORTEST, LONGEST = 1e-12, 1e12
+"""Seconds that a motion may take: beyond, powers of them no longer are numbers."""
 PROFILES = ("uniform", "cubic", "quintic", "cycloidal", "harmonic")
 
 
@@ -23,6 +25,7 @@ Text = Annotated[str, BeforeValidator(_word), _WORD]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Length = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=SHORTEST, le=LONGEST)]
 Place = Annotated[list[Number], Field(min_length=2, max_length=2)]
 
 
@@ -175,7 +178,7 @@ class Model(Part):
     actuators: dict[str, Actuator] = {}
     points: dict[str, Tracer] = {}
     trace: list[Name] = []
-    duration: Length | None = None
+    duration: Seconds | None = None
     masses: dict[str, Mass] = {}
     gravity: Place | None = None
     loads: dict[str, Load] = {}

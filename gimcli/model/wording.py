@@ -102,8 +102,9 @@ def _number(where: Where, met: Any, limits: dict[str, Any]) -> str:
 
 
 def _bound(where: Where, met: Any, limits: dict[str, Any]) -> str:
-    side, least = ("above", limits["gt"]) if "gt" in limits else ("at least", limits["ge"])
-    return f"must be {side} {least:g}, met {met}"
+    words = {"gt": "above", "ge": "at least", "le": "at most"}
+    side = next(side for side in words if side in limits)
+    return f"must be {words[side]} {limits[side]:g}, met {met}"
 
 
 def _choice(where: Where, met: Any, limits: dict[str, Any]) -> str:
@@ -151,6 +152,7 @@ _TEXTS: dict[str, Callable[[Where, Any, dict[str, Any]], str]] = {
     "finite_number": lambda where, met, limits: f"a finite number is needed, met {met}",
     "greater_than": _bound,
     "greater_than_equal": _bound,
+    "less_than_equal": _bound,
     "literal_error": _choice,
     "too_short": _count,
     "too_long": _count,

@@ -45,6 +45,7 @@ __all__ = [
     "draw_singularities",
     "draw_tradeoff",
     "draw_workspace",
+    "refuse_files",
     "refuse_unwritable",
     "write",
     "write_csv",
@@ -74,11 +75,24 @@ def write(content: Table | Content, path: Path | str) -> None:
         _write(content, Path(path), PICTURE_FORMATS, "picture")
 
 
+def refuse_files(table: Path | None, picture: Path | None) -> None:
+    """Raise UsageError where a suffix names no format, OutputError where a file could not appear: before the work."""
+    if table is not None:
+        _writer(table, TABLE_FORMATS, "table")
+    if picture is not None:
+        _writer(picture, PICTURE_FORMATS, "picture")
+    refuse_unwritable(*(path for path in (table, picture) if path is not None))
+
+
 def _write(content: Written, path: Path, formats: Formats[Written], what: str) -> None:
+    _writer(path, formats, what)(content, path)
+
+
+def _writer(path: Path, formats: Formats[Written], what: str) -> Callable[[Written, Path], None]:
     writer = formats.get(path.suffix.lower())
     if writer is None:
         raise UsageError(f"{path}: no {what} is written as '{path.suffix}'; choose {', '.join(formats)}")
-    writer(content, path)
+    return writer
 
 
 def draw_motion(
