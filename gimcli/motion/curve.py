@@ -121,7 +121,7 @@ class Curve:
         if self.single:
             return found
         mixed = self.system.second(x, u, along, np.concatenate([rest, bend]))
-        return found + 3.0 * mixed + self.system.by_inputs(x, u) @ twist
+        return np.asarray(found + 3.0 * mixed + self.system.by_inputs(x, u) @ twist)
 
     def _inputs(self, q: float, order: int) -> FloatArray:
         """Return the inputs, or their derivatives by the parameter."""
