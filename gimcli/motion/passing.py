@@ -52,6 +52,8 @@ class Passing:
             meeting = self._meeting(block.culprit, target)
             if meeting is not None and self._leap(meeting):
                 return True
+            if meeting is not None and not follower.lenient and self._shorter(meeting) and gap > self._shortest:
+                return self.cross(target)  # from nearer by
             if not follower.lenient:
                 follower.lenient = True
                 done = self.cross(target)
@@ -99,6 +101,14 @@ class Passing:
             for part in follower.policy.leaps
             if gap <= 0.5 * part * follower.turn
         )
+
+    @property
+    def _shortest(self) -> float:
+        return 0.5 * self.follower.policy.leaps[-1] * self.follower.turn
+
+    def _shorter(self, centre: float) -> bool:
+        """Tell whether leaps that are too short for the distance to a singular position are left to be tried."""
+        return bool(abs(centre - self.follower.log[-1].time) > self._shortest)
 
     def _bridge(self, centre: float, delta: float) -> bool:
         follower = self.follower
