@@ -138,3 +138,17 @@ def test_no_actuator_and_no_assembly_are_told(tmp_path: Path) -> None:
     ran = CliRunner().invoke(app, ["circuits", str(path), "--samples", "8"])
     assert ran.exit_code == 5
     assert "0 circuits" in ran.stdout
+
+
+def test_a_mirrored_assembly_of_a_short_travel_is_found(tmp_path: Path) -> None:
+    """Crank 0.01, rod 30, driven at its slider: one circuit about 30, one about -30, each 0.02 long."""
+    path = tmp_path / "m.yaml"
+    path.write_text(
+        "nodes: {O: [0, 0], A: [0, 0.01], B: [29.99999833333329, 0], G: [90, 0]}\nground: [O, G]\n"
+        "links: {crank: [O, A], rod: {nodes: [A, B], length: 30}}\nprismatic: {slide: {node: B, guide: [O, G]}}\n"
+        "actuators: {jack: {type: linear, node: B, guide: [O, G], law: {from: 29.995, to: 30.005}}}\n"
+    )
+    found = circuits(load(path))
+    scale = found.curve.mechanism.scale
+    reach = sorted(tuple(v * scale for v in strand.interval) for strand in found.strands)
+    assert np.allclose(reach, [(-30.01, -29.99), (29.99, 30.01)], atol=1e-9)

@@ -72,6 +72,7 @@ class Circuits:
     curve: Curve = field(repr=False)
     strands: tuple[Strand, ...]
     sampled: FloatArray = field(repr=False)  # parameters at which all configurations were asked for
+    spacing: float  # of these over the whole range: a circuit that spans less may be missed
     complete: bool  # the list of configurations was proved at each, and each lies on one of the strands
     lost: int  # configurations that could not be followed
     start: Configurations  # those at the start of the law
@@ -95,8 +96,8 @@ def circuits(mechanism: Mechanism, policy: Policy | None = None, progress: Progr
     start = all_configurations(mechanism, search.curve.inputs(search.curve.begin()))
     places = tuple(tuple(search.places(z, search.curve.begin())) for z in start.z)
     return Circuits(
-        search.curve, tuple(search.strands), np.array(search.sampled), search.complete and not search.lost,
-        search.lost, start, places,
+        search.curve, tuple(search.strands), np.array(search.sampled), search.sampled[1] - search.sampled[0],
+        search.complete and not search.lost, search.lost, start, places,
     )  # fmt: skip
 
 
@@ -116,12 +117,13 @@ class _Search:
             self._take(drawn_circuit(self.mechanism, TOLERANCE))
         low, high = self._range()
         self._sample(low, high)
-        ends = [strand.interval for strand in self.strands]
-        if self.turning or not self.curve.single or not ends:
+        if self.turning or not self.curve.single:
             return
-        own = max(low, min(e[0] for e in ends)), min(high, max(e[1] for e in ends))
-        if own[1] - own[0] < self.policy.narrow * (high - low):  # a linear input: as fine where it moves
-            self._sample(*own)
+        for turned in (1.0, -1.0):  # a linear input: as fine where it moves, and where a mirrored assembly would
+            ends = [turned * q for strand in self.strands for q in strand.interval] or [low, high]
+            own = max(low, min(ends)), min(high, max(ends))
+            if 0.0 < own[1] - own[0] < self.policy.narrow * (high - low):
+                self._sample(*own)
 
     def _range(self) -> tuple[float, float]:
         """Return the parameters to look at: a turn, the laws' time, or as far as members reach."""

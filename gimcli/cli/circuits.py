@@ -106,7 +106,8 @@ def _report(found: Circuits, png: Path | None) -> dict[str, Any]:
             }
         )  # fmt: skip
     return {
-        "circuits": found.count, "complete": found.complete, "samples": len(found.sampled), "lost": found.lost,
+        "circuits": found.count, "complete": found.complete, "samples": len(found.sampled),
+        "spacing": _spacing(found)[0], "lost": found.lost,
         "curves": curves, "at": _inputs(found, found.curve.begin()), "configurations": listed,
         "png": str(png) if png else None,
     }  # fmt: skip
@@ -136,20 +137,23 @@ def _print(found: Circuits) -> None:
     typer.echo(_verdict(found))
 
 
-def _verdict(found: Circuits) -> str:
+def _spacing(found: Circuits) -> tuple[float, str]:
+    """Return how far apart the looked-at values of the input are, and the unit; of several inputs those of the time."""
     import numpy as np
 
+    mechanism, spacing = found.curve.mechanism, np.array([found.spacing])
+    if not found.curve.single:
+        return float(found.spacing / found.curve.span), "of the laws' time"
+    unit = mechanism.angle_unit if found.curve.rotary[0] else mechanism.length_unit
+    return float(mechanism.value_to_file(0, spacing)[0]), "" if unit == "unit" else unit
+
+
+def _verdict(found: Circuits) -> str:
     count = len(found.sampled)
     if not found.complete:
         lost = f"; {found.lost} configurations could not be followed" if found.lost else ""
         return f"at {count} values of the input not all configurations are proved to be known{lost}"
-    spacing = float(found.sampled[1] - found.sampled[0])  # of the first look, over the whole range
-    mechanism = found.curve.mechanism
-    if not found.curve.single:
-        step = f"{spacing / found.curve.span:.2g} of the laws' time"
-    else:
-        unit = mechanism.angle_unit if found.curve.rotary[0] else mechanism.length_unit
-        step = f"{float(mechanism.value_to_file(0, np.array([spacing]))[0]):.3g} {unit}".rstrip()
+    step = "{:.3g} {}".format(*_spacing(found)).rstrip()
     return (
         f"complete at {count} values of the input: all configurations there are proved to be known, and each is on one"
         f" of these; a circuit that spans less than {step} may lie between them"
