@@ -605,3 +605,23 @@ def test_a_mechanism_without_actuator_is_not_reduced(gim):
     code, out, err = gim(FOUR + "masses: {crank: {mass: 1}}\n", "reduce", "m.yaml")
     assert (code, out) == (4, "")
     assert "no actuator: nothing moves" in err
+
+
+NARROW = """
+from gimcli.cli import console
+console.print_table("t", ("name", *"abcdef"), [("a long name that may be broken", *["-1.2345678901"] * 6)], range(1, 7))
+"""
+
+
+def test_a_number_is_never_broken_where_the_terminal_is_narrow():
+    """A name may go on in the next line; a number that did would be read as another."""
+    pty = pytest.importorskip("pty")
+    screen, terminal = pty.openpty()
+    done = subprocess.run(
+        [sys.executable, "-c", NARROW], stdout=terminal, env={**os.environ, "COLUMNS": "60"}, timeout=60
+    )
+    os.close(terminal)
+    shown = os.read(screen, 65536).decode()
+    os.close(screen)
+    assert done.returncode == 0
+    assert shown.count("-1.2345678901") == 6
