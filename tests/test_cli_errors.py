@@ -152,6 +152,7 @@ FOLLOWING = {
     # name: arguments
     "circuits": ("circuits", "m.yaml", "--samples", "8"),
     "groups": ("groups", "m.yaml"),
+    "reduce": ("reduce", "m.yaml", "--no-png"),
     "singularities": ("singularities", "m.yaml"),
     "solve --all": ("solve", "m.yaml", "--all"),
     "trace --branch": ("trace", "m.yaml", "--branch", "2", "--steps", "8", "--no-png"),
@@ -163,7 +164,8 @@ FOLLOWING = {
 @pytest.mark.parametrize("case", [case for case in UNFIT if not case.startswith("surplus")])
 def test_what_follows_circuits_refuses_the_same_structures(case, command, gim, tmp_path):
     text, named = UNFIT[case]
-    code, out, err = gim(text, *FOLLOWING[command])
+    first = next(iter(yaml.safe_load(text)["links"]))
+    code, out, err = gim(f"{text}masses: {{{first}: {{mass: 1}}}}\n", *FOLLOWING[command])
     assert (code, out) == (4, ""), err
     for word in named[:1]:
         assert word in err, err
@@ -570,3 +572,56 @@ def test_what_was_written_is_told(command, gim, tmp_path):
     code, out, _ = gim(FOUR + CRANK, name, "m.yaml", "--png", "m.png", "--json", *more)
     assert (code, one_object(out)["png"]) == (0, "m.png")
     assert files(tmp_path) == ["m.png"]
+
+
+# -- what is told ----------------------------------------------------------------------------
+
+
+def test_the_reach_of_a_law_that_turns_back_is_the_widest(gim, tmp_path):
+    """The motor goes from 90 deg to 130 deg and back to 100 deg: 100 deg is not as far as it went."""
+    (tmp_path / "law.csv").write_text("0,90\n0.5,130\n1,100\n")
+    text = FOUR + "actuators:\n  motor: {type: rotary, pivot: O, arm: A, law: {table: law.csv}}\n"
+    code, out, err = gim(text, "trace", "m.yaml", "--steps", "4", "--no-png", "--json")
+    assert code == 0, err
+    assert one_object(out)["reachable"]["motor"] == [pytest.approx([90.0, 130.0], abs=1e-9)]
+
+
+def test_the_reach_of_a_law_that_runs_backwards_keeps_its_direction(gim):
+    text = FOUR + "actuators:\n  motor: {type: rotary, pivot: O, arm: A, law: {from: 90, to: 60}}\n"
+    code, out, err = gim(text, "trace", "m.yaml", "--steps", "4", "--no-png", "--json")
+    assert code == 0, err
+    assert one_object(out)["reachable"]["motor"] == [pytest.approx([90.0, 60.0], abs=1e-9)]
+
+
+def test_only_members_that_tell_branches_apart_are_told_where_these_meet(gim):
+    """The crank of a parallelogram turns alike on both branches of both flat positions."""
+    code, out, err = gim(None, "singularities", str(MODELS / "parallelogram.yaml"))
+    assert code == 0, err
+    assert "follower -0.5, coupler +0.5" in out
+    assert "crank +1" not in out
+
+
+def test_a_mechanism_without_actuator_is_not_reduced(gim):
+    code, out, err = gim(FOUR + "masses: {crank: {mass: 1}}\n", "reduce", "m.yaml")
+    assert (code, out) == (4, "")
+    assert "no actuator: nothing moves" in err
+
+
+NARROW = """
+from gimcli.cli import console
+console.print_table("t", ("name", *"abcdef"), [("a long name that may be broken", *["-1.2345678901"] * 6)], range(1, 7))
+"""
+
+
+def test_a_number_is_never_broken_where_the_terminal_is_narrow():
+    """A name may go on in the next line; a number that did would be read as another."""
+    pty = pytest.importorskip("pty")
+    screen, terminal = pty.openpty()
+    done = subprocess.run(
+        [sys.executable, "-c", NARROW], stdout=terminal, env={**os.environ, "COLUMNS": "60"}, timeout=60
+    )
+    os.close(terminal)
+    shown = os.read(screen, 65536).decode()
+    os.close(screen)
+    assert done.returncode == 0
+    assert shown.count("-1.2345678901") == 6

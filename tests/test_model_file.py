@@ -120,6 +120,12 @@ REFUSED = {
     "units as a word": ("units: mm\n" + TOP, "1:8", ["{length: ...} is needed", "'mm'"]),
     "zero duration": (TOP + "duration: 0\n", "4:11", ["duration", "at least 1e-12", "met 0"]),
     "duration whose square is no number": (TOP + "duration: 1.0e+300\n", "4:11", ["duration", "at most 1e+12"]),
+    "mass beyond measure": (
+        TOP + "masses: {crank: {mass: 1.0e+300}}\n",
+        "4:24",
+        ["masses.crank.mass", "at most 1e+30"],
+    ),
+    "gravity beyond measure": (TOP + "gravity: [0, -1.0e+300]\n", "4:14", ["gravity.1", "at least -1e+30"]),
     "duration whose square is zero": (TOP + "duration: 1.0e-300\n", "4:11", ["duration", "at least 1e-12"]),
     # members
     "link of one node twice": (links("[A, A]"), "5:8", ["named twice", "different nodes"]),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.analysis.carried import carried_point
-from gimcli.mechanism import FRAME, ComplexArray, Drive
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray
 from gimcli.motion.inputs import law_inputs
 from gimcli.motion.motion import Motion
 from gimcli.status import Status
@@ -89,9 +89,17 @@ def reachable(motion: Motion) -> dict[str, list[list[float]]]:
     if end is None:
         end = float(motion.time[motion.good][-1])
     ends = law_inputs(mechanism)(np.array([motion.time[0], end]))
+    rows = law_inputs(mechanism)(motion.time[motion.time <= end])
+    spans = [_span(*pair) for pair in zip(ends, rows, strict=True)]
     return {
-        a.name: [[float(v) for v in mechanism.value_to_file(k, ends[k])]] for k, a in enumerate(mechanism.actuators)
+        a.name: [[float(v) for v in mechanism.value_to_file(k, spans[k])]] for k, a in enumerate(mechanism.actuators)
     }
+
+
+def _span(ends: FloatArray, rows: FloatArray) -> FloatArray:
+    """Return the ends of a law, or its least and greatest value where it turns back beyond them."""
+    least, greatest = np.min(rows, initial=ends.min()), np.max(rows, initial=ends.max())
+    return ends if (least, greatest) == (ends.min(), ends.max()) else np.array([least, greatest])
 
 
 def events(motion: Motion) -> list[dict[str, Any]]:

@@ -12,7 +12,10 @@ if TYPE_CHECKING:
     from gimcli.mechanism import FloatArray, Mechanism
 
 COLUMNS = 3
-"""Traced points whose places stand in the table."""
+"""Traced points whose places stand in the table, where there is room for them."""
+
+BESIDE, EACH = 45, 28
+"""Characters of a table's line beside the places, and of a place."""
 
 ROWS = 60
 """Configurations that the table shows; --json and --csv hold all."""
@@ -117,7 +120,7 @@ def _print_json(
 def _print(found: Configurations, drawn: int | None, places: dict[str, Any]) -> None:
     import math
 
-    from gimcli.cli.console import end_bars, number, print_table
+    from gimcli.cli.console import end_bars, number, print_table, room
 
     end_bars()
     mechanism = found.mechanism
@@ -126,7 +129,8 @@ def _print(found: Configurations, drawn: int | None, places: dict[str, Any]) -> 
     typer.echo(verdict(found))
     if not len(found):
         return
-    shown = [n for n in mechanism.traced if n in places][:COLUMNS]
+    fit = max(1, min(COLUMNS, (room() - BESIDE) // EACH))
+    shown = [n for n in mechanism.traced if n in places][:fit]
     unit = "" if mechanism.length_unit == "unit" else f" [{mechanism.length_unit}]"
     head = ["", "assembly", "residual", "proved within", *(f"{n}.{axis}{unit}" for n in shown for axis in "xy")]
     rows = []

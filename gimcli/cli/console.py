@@ -10,6 +10,12 @@ from typing import Any
 
 import typer
 
+WIDE = 160
+"""Columns where no terminal tells how many there are."""
+
+HEAD, MOST = 12, 10_000
+"""Characters of a head that are not broken, and of the widest line."""
+
 
 def clean(value: Any) -> Any:
     """Return a value that JSON can hold: NaN and infinity become null."""
@@ -29,9 +35,10 @@ def print_json(data: dict[str, Any]) -> None:
 
 
 def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], right: Iterable[int] = ()) -> None:
-    """Print a table; columns named in `right` are numbers."""
+    """Print a table; columns named in `right` are numbers, which are never broken: rather the table is too wide."""
     from rich import box
     from rich.console import Console
+    from rich.measure import Measurement
     from rich.table import Table
 
     end_bars()
@@ -39,12 +46,17 @@ def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], 
     table.show_header = any(head)
     numbers = set(right)
     for k, name in enumerate(head):
-        table.add_column(name, justify="right" if k in numbers else "left", overflow="fold")
+        table.add_column(
+            name, justify="right" if k in numbers else "left", overflow="fold", no_wrap=k in numbers,
+            min_width=min(HEAD, len(name)),
+        )  # fmt: skip
     for row in rows:
         table.add_row(*row)
     console = Console(highlight=False, markup=False, soft_wrap=False)
     if not console.is_terminal:
-        console = Console(highlight=False, markup=False, width=160)
+        console = Console(highlight=False, markup=False, width=WIDE)
+    least = Measurement.get(console, console.options.update(max_width=MOST), table).minimum
+    console.width = max(console.width, least)
     with console.capture() as drawn:  # rich itself would end the program where the reader has gone away
         if title:
             console.print(title, style="bold", soft_wrap=True)  # a title of the table's own would be as narrow as that
@@ -57,6 +69,13 @@ def tell_written(*paths: Any) -> None:
     told = [str(path) for path in paths if path is not None]
     if told:
         typer.echo("wrote " + ", ".join(told[:-1]) + " and " * (len(told) > 1) + told[-1])
+
+
+def room() -> int:
+    """Return the columns that standard output has room for."""
+    import shutil
+
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else WIDE
 
 
 def note(text: str) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, Method, ModelPath, Strategy, Tolerance, options
+from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, Method, ModelPath, Strategy, options
 
 if TYPE_CHECKING:
     from gimcli.analysis.force_motion import ForceMotion
@@ -33,7 +33,9 @@ def command(
     steps: Annotated[int, typer.Option("--steps", "-n", min=1, max=10_000_000, help="Steps of the motion.")] = 360,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")] = Path(),
     png: Annotated[bool, typer.Option("--png/--no-png", help="Draw the picture.")] = True,
-    tolerance: Tolerance = 1e-10,
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", help="Of the positions, relative to the mechanism's size.")
+    ] = 1e-10,
     jit: JitOption = Jit.AUTO,
     as_json: Json = False,
 ) -> None:

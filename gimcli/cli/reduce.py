@@ -45,8 +45,9 @@ def command(
 
     from gimcli.analysis.flywheel import flywheel
     from gimcli.analysis.reduction import chosen_input, reduce_to_input, reduction_table
-    from gimcli.analysis.verdict import explained
+    from gimcli.analysis.verdict import explained, refuse_unfit
     from gimcli.cli.console import note, progress_bar
+    from gimcli.errors import StructureError
     from gimcli.model import load
     from gimcli.motion.effort import choose
     from gimcli.output import refuse_unwritable, write
@@ -54,11 +55,14 @@ def command(
     if (fluctuation is None) != (rpm is None):
         raise UsageError("a flywheel needs both --fluctuation and --rpm")
     mechanism = load(model)
+    if not mechanism.actuators:
+        raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one")
     actuator = chosen_input(mechanism, name)
     csv_path, png_path = out / f"{model.stem}.reduced.csv", out / f"{model.stem}.reduced.png"
     refuse_unwritable(csv_path, *([png_path] if png else []))
     run = choose(jit.value, steps * WORK, note, ("move",))
     with explained(mechanism):
+        refuse_unfit(mechanism)
         found = reduce_to_input(mechanism, actuator, steps, run, progress_bar("reducing"))
     wheel = None
     if fluctuation is not None and rpm is not None:

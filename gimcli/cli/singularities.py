@@ -26,6 +26,8 @@ HELP = (
 )
 MEMBERS = 3
 CURVES = 6
+ALIKE = 1e-6
+"""Part of the greatest difference between branches that is none: tangents are told to half the digits at the worst."""
 DUST = 1e-14
 """An input below this, in rad or in the normal frame's length, is 0."""
 
@@ -156,7 +158,8 @@ def _rates(found: Survey, one: Found) -> str:
         return "".join(free)
     names = list(told[0].members)
     spread = {n: max(t.members[n] for t in told) - min(t.members[n] for t in told) for n in names}
-    chosen = [n for n in sorted(names, key=lambda n: -spread[n])[:MEMBERS] if spread[n] > 0.0] or names[:MEMBERS]
+    least = ALIKE * max(spread.values(), default=0.0)
+    chosen = [n for n in sorted(names, key=lambda n: -spread[n])[:MEMBERS] if spread[n] > least] or names[:MEMBERS]
     lines = []
     for t in told:
         rest = "input rests: " if t.rests else ""

@@ -12,6 +12,8 @@ ANGLE_UNITS = ("deg", "rad")
 MASS_UNITS = ("kg", "g", "t", "lb")
 SHORTEST, LONGEST = 1e-12, 1e12
 """Seconds that a motion may take: beyond, powers of them no longer are numbers."""
+LARGEST = 1e30
+"""Mass, force and the like: beyond, products of them soon are no numbers."""
 PROFILES = ("uniform", "cubic", "quintic", "cycloidal", "harmonic")
 
 
@@ -24,9 +26,11 @@ Name = Annotated[str, BeforeValidator(_word), Field(min_length=1), _WORD]
 Text = Annotated[str, BeforeValidator(_word), _WORD]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Length = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=LARGEST)]
+Amount = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]
 Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=SHORTEST, le=LONGEST)]
 Place = Annotated[list[Number], Field(min_length=2, max_length=2)]
+Vector = Annotated[list[Amount], Field(min_length=2, max_length=2)]
 
 
 class Part(BaseModel):
@@ -144,9 +148,9 @@ class Load(Part):
     on: Name
     at: Place | None = None
     local: Place | None = None
-    force: Place | None = None
-    follower: Place | None = None
-    torque: Number | None = None
+    force: Vector | None = None
+    follower: Vector | None = None
+    torque: Amount | None = None
     table: str | None = None
     over: Name = "time"
 
@@ -180,7 +184,7 @@ class Model(Part):
     trace: list[Name] = []
     duration: Seconds | None = None
     masses: dict[str, Mass] = {}
-    gravity: Place | None = None
+    gravity: Vector | None = None
     loads: dict[str, Load] = {}
     springs: dict[str, Spring] = {}
     dampers: dict[str, Damper] = {}

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from gimcli.analysis.carried import carried_point
+from gimcli.analysis.measures.naming import guess
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.structure.quadric import Quadric
@@ -178,8 +179,8 @@ class Task:
     def _ends(self, name: str) -> tuple[int, int]:
         found = next((m for m in self.mechanism.members[FRAME + 1 :] if m.name == name), None)
         if found is None:
-            names = ", ".join(m.name for m in self.mechanism.members[FRAME + 1 :])
-            raise UsageError(f"--orientation {name}: no such moving member; members: {names}")
+            names = [m.name for m in self.mechanism.members[FRAME + 1 :]]
+            raise UsageError(f"--orientation {name}: no such moving member; {guess(name, names)}")
         return found.nodes[0], found.nodes[1]
 
     def _arm(self, name: str, x: FloatArray) -> ComplexArray:
