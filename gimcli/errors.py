@@ -34,6 +34,12 @@ class StructureError(GimError):
     exit_code = 4
 
 
+class UnassembledError(StructureError):
+    """A mechanism for which no assembled position was found to begin with: a position that was not solved."""
+
+    exit_code = 5
+
+
 class OutputError(GimError):
     """A result that could not be written."""
 

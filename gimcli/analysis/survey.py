@@ -10,7 +10,7 @@ import numpy as np
 
 from gimcli.analysis.singularities import CHANGE, Singularity, interval, singularities
 from gimcli.analysis.verdict import verify
-from gimcli.errors import StructureError
+from gimcli.errors import StructureError, UnassembledError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.branches import SAME, Branches, all_circuits, first_circuit
 from gimcli.motion.circuit import Circuit
@@ -70,7 +70,7 @@ def drawn_circuit(mechanism: Mechanism, tolerance: float) -> Circuit:
             return first_circuit(curve, start.row.x + 1j * start.row.y, q)
         if start.status is Status.SINGULAR:
             return first_circuit(curve, mechanism.drawn, q)
-    raise StructureError(
+    raise UnassembledError(
         f"{mechanism.name} cannot be assembled at the start of its laws, nor as drawn: {start.status.text}"
     )
 

@@ -18,14 +18,14 @@ def command(model: ModelPath = MODEL, as_json: Json = False) -> None:
     """Analyse the mobility at the assembled position nearest to the drawn one."""
     from gimcli.analysis.mobility import assembled, mobility
     from gimcli.cli.console import print_json, print_table
-    from gimcli.errors import StructureError
+    from gimcli.errors import UnassembledError
     from gimcli.model import load
     from gimcli.motion.start import drawn_inputs
 
     mechanism = load(model)
     z = assembled(mechanism)
     if z is None:
-        raise StructureError(
+        raise UnassembledError(
             f"{mechanism.name} cannot be assembled near its drawn position: draw it closer, or see `gim solve` for the"
             " constraint that is worst off"
         )

@@ -13,7 +13,7 @@ from gimcli.analysis.workspace.branches import Branch, Knot, Walker, split
 from gimcli.analysis.workspace.sampling import Bank
 from gimcli.analysis.workspace.survey import checked, unreached
 from gimcli.analysis.workspace.task import FULL, Task
-from gimcli.errors import StructureError, UsageError
+from gimcli.errors import UnassembledError, UsageError
 from gimcli.mechanism import Drive, FloatArray, Mechanism
 from gimcli.motion.inputs import law_inputs
 from gimcli.solvers.critical import Path, Stratum
@@ -76,7 +76,7 @@ def reach(mechanism: Mechanism, point: str, orientation: Mapping[str, float] | N
         raise UsageError(f"'{point}' reaches a region: {task.freedoms} freedoms are left; see `survey`")
     bank = Bank(task)
     if not len(bank.x):
-        raise StructureError(unreached(task))
+        raise UnassembledError(unreached(task))
     curve = Path(Stratum(task.free, task.output[0]))
     branches = Walker(task, curve).take(bank.x)
     home = _home(task, branches)

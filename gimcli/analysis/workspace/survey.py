@@ -15,7 +15,7 @@ from gimcli.analysis.workspace.region import HOLE, INNER, OPEN, OUTER, Edge, Loo
 from gimcli.analysis.workspace.sampling import Bank
 from gimcli.analysis.workspace.sampling import Policy as Starts
 from gimcli.analysis.workspace.task import Task
-from gimcli.errors import StructureError, UsageError
+from gimcli.errors import UnassembledError, UsageError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.solvers.critical import Critical, Path, Stratum, critical, sides
 
@@ -94,7 +94,7 @@ def survey(
         if found.complete:
             break
     if found is None:
-        raise StructureError(unreached(task))
+        raise UnassembledError(unreached(task))
     return found
 
 
