@@ -101,6 +101,7 @@ def test_every_configuration_lies_on_a_curve_through_it() -> None:
     q = found.curve.begin()
     assert found.complete
     assert len(found.start) == len(found.places) == 6
+    assert found.count == 4, "connected components of its curve: Porta, Ros, Creemers & Thomas 2007 (CuikSuite)"
     for z, places in zip(found.start.z, found.places, strict=True):
         assert len(places) == 1
         strand = found.strands[places[0][0]]
