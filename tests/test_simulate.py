@@ -304,8 +304,8 @@ gravity: [0, -9.81]
     found = simulate(written(tmp_path, text), times, Settings(rtol=1e-10), compiled)
     inertia, moment = 2.0 / 3.0 + 2.0, 9.81 * (0.5 + 0.5 + 2.0)
     told = solve_ivp(
-        lambda _, y: [y[1], -moment * math.cos(y[0]) / inertia], (0.0, 3.0), [math.radians(start), 0.0], "DOP853", times,
-        rtol=1e-13, atol=1e-13,
+        lambda _, y: [y[1], -moment * math.cos(y[0]) / inertia], (0.0, 3.0), [math.radians(start), 0.0], "DOP853",
+        times, rtol=1e-13, atol=1e-13,
     ).y  # fmt: skip
     assert found.status is Status.OK
     assert len(found.time) == len(times)
@@ -468,6 +468,10 @@ def test_the_command_writes_what_it_says(tmp_path):
     report = json.loads(done.stdout)
     assert report["status"] == "ok"
     assert report["energy_drift"] < 1e-9
+    least, greatest = report["reachable"]["crank_angle"][0]  # at the rows: none is at the standstill itself
+    assert least == pytest.approx(120.0)
+    assert STANDSTILL - 1.0 < greatest < STANDSTILL
+    assert report["open"] == []
     assert report["events"][0]["kind"] == "standstill"
     assert report["events"][0]["at"]["crank_angle"] == pytest.approx(STANDSTILL, abs=1e-7)
     with (tmp_path / "watt_durango.simulation.csv").open() as handle:
