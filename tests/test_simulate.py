@@ -284,23 +284,28 @@ def test_a_start_at_a_dead_point_leaves_it(tmp_path):
     assert np.abs(found.nodes[0] - other.nodes[0]).max() < 1e-8
 
 
-def test_a_parallelogram_goes_straight_through_its_flat_positions(tmp_path):
-    """Both cranks turn as one: q'' = -g m cos q / J with J = 5/3 for unit bars of unit mass."""
-    text = """
-nodes: {O: [0, 0], P: [2, 0], A: [0.5, 0.8660254037844386], B: [2.5, 0.8660254037844386]}
+@pytest.mark.parametrize("start", [60, 5])
+def test_a_parallelogram_goes_straight_through_its_flat_positions(start, tmp_path):
+    """Both cranks turn as one: q'' = -g m cos q / J with J = 5/3 for unit bars of unit mass.
+
+    From 5 deg it passes them slowly, and steps come to rest beside them.
+    """
+    x, y = math.cos(math.radians(start)), math.sin(math.radians(start))
+    text = f"""
+nodes: {{O: [0, 0], P: [2, 0], A: [{x!r}, {y!r}], B: [{2 + x!r}, {y!r}]}}
 ground: [O, P]
-links: {crank: [O, A], coupler: [A, B], rocker: [P, B]}
-actuators: {q: {type: rotary, pivot: O, arm: A, free: true, start: 60, speed: 0}}
-masses: {crank: {mass: 1, inertia: 0.08333333333333333}, rocker: {mass: 1, inertia: 0.08333333333333333},
-  coupler: {mass: 2, inertia: 0.6666666666666666}}
+links: {{crank: [O, A], coupler: [A, B], rocker: [P, B]}}
+actuators: {{q: {{type: rotary, pivot: O, arm: A, free: true, start: {start}, speed: 0}}}}
+masses: {{crank: {{mass: 1, inertia: 0.08333333333333333}}, rocker: {{mass: 1, inertia: 0.08333333333333333}},
+  coupler: {{mass: 2, inertia: 0.6666666666666666}}}}
 gravity: [0, -9.81]
 """
     times = np.linspace(0.0, 3.0, 31)
     found = simulate(written(tmp_path, text), times, Settings(rtol=1e-10), compiled)
     inertia, moment = 2.0 / 3.0 + 2.0, 9.81 * (0.5 + 0.5 + 2.0)
     told = solve_ivp(
-        lambda _, y: [y[1], -moment * math.cos(y[0]) / inertia], (0.0, 3.0), [math.pi / 3.0, 0.0], "DOP853", times,
-        rtol=1e-13, atol=1e-13,
+        lambda _, y: [y[1], -moment * math.cos(y[0]) / inertia], (0.0, 3.0), [math.radians(start), 0.0], "DOP853",
+        times, rtol=1e-13, atol=1e-13,
     ).y  # fmt: skip
     assert found.status is Status.OK
     assert len(found.time) == len(times)
@@ -463,6 +468,10 @@ def test_the_command_writes_what_it_says(tmp_path):
     report = json.loads(done.stdout)
     assert report["status"] == "ok"
     assert report["energy_drift"] < 1e-9
+    least, greatest = report["reachable"]["crank_angle"][0]  # at the rows: none is at the standstill itself
+    assert least == pytest.approx(120.0)
+    assert STANDSTILL - 1.0 < greatest < STANDSTILL
+    assert report["open"] == []
     assert report["events"][0]["kind"] == "standstill"
     assert report["events"][0]["at"]["crank_angle"] == pytest.approx(STANDSTILL, abs=1e-7)
     with (tmp_path / "watt_durango.simulation.csv").open() as handle:

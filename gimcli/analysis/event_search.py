@@ -36,12 +36,16 @@ class EventSearch:
 
     def events(self, solver: Any, path: Callable[[], Any]) -> list[Event]:
         """Return the events of a solver's last step by their times; `path` makes its states between."""
-        after = self._signals(solver.t, solver.y)
-        crossed = [k for k, (a, b) in enumerate(zip(self.standing, after, strict=True)) if a * b < 0.0]
+        crossed = self.crossed(solver)
         if not crossed:
             return []
         between = path()
         return sorted((self._refined(solver, between, k) for k in crossed), key=lambda event: event.time)
+
+    def crossed(self, solver: Any) -> list[int]:
+        """Return which signals change their sign over a solver's last step."""
+        after = self._signals(solver.t, solver.y)
+        return [k for k, (a, b) in enumerate(zip(self.standing, after, strict=True)) if a * b < 0.0]
 
     def _signals(self, time: float, y: FloatArray) -> list[float]:
         """Return what changes its sign at the events of a state."""
@@ -84,7 +88,7 @@ class EventSearch:
 
     def _landed(self, solver: Any, path: Any, time: float, signal: int) -> tuple[float, FloatArray]:
         """Integrate from the last step to an event, and go the rest by a tangent: not what lies between steps."""
-        start, y, equations = solver.t_old, self.last_y, self.equations
+        start, y, near, equations = solver.t_old, self.last_y, time, self.equations
         reducer = equations.reducer
         for _ in range(2):
             fine = self.begin(start, y, time)
@@ -98,7 +102,7 @@ class EventSearch:
             if not reducer.on_inputs and len(equations.free) == 1:
                 gain = slopes[1]
             rest = -speed / gain if gain else 0.0
-            if not abs(rest) < abs(time - start):
-                return time, fine.y
+            if not abs(rest) < equations.policy.landing * (solver.t - start):
+                return near, path(near)
             time += rest
         return time, fine.y + rest * slopes

@@ -10,6 +10,7 @@ import numpy as np
 from gimcli.analysis.energy_projection import Projection
 from gimcli.analysis.equations_of_motion import Equations
 from gimcli.analysis.event_search import EventSearch
+from gimcli.analysis.leap import Leap
 from gimcli.analysis.simulation import DEAD_POINT, LIMIT, SINGULAR, STANDSTILL, Event, Policy, Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.kernels.reduction import KINETIC, POTENTIAL
@@ -33,6 +34,7 @@ class Integration:
         self.equations = Equations(mechanism, run, self.policy)
         self.free, self.reducer = self.equations.free, self.equations.reducer
         self.projection = Projection(self.reducer, settings.method, self.policy)
+        self.leap = Leap()
         self.search = EventSearch(self.equations, self._solver, settings.method != "rk4")
         self.rows: list[State] = []
         self.told: list[tuple[float, float]] = []  # dissipated and supplied at the rows
@@ -86,7 +88,13 @@ class Integration:
                 self.status = self.equations.reason()
                 break
             solver = self._strider(time, y, end) or self._solver(time, y, end)
+            self.leap.begin()
             stop, changed = self._piece(solver, end)
+            if stop is None and self._is_creeping and (far := self.leap.across(self, solver.t)) is not None:
+                if self._pass(far):
+                    return self.events[-1].time
+                time, y, self.steps = far.t, np.array(far.y), self.steps + 1
+                continue
             if stop is not None:
                 return stop
             time, y = solver.t, np.array(solver.y)
@@ -113,11 +121,18 @@ class Integration:
             if not self._accept(solver.t, solver.y):
                 break
             self._keep_energy(solver)
+            self.leap.keep(solver.t, solver.y, self.reducer.base, solver.t - solver.t_old, self.policy)
+            if self._is_creeping:
+                break
             changed = self.equations.is_steep or self.equations.is_gentle
             if self.progress is not None:
                 self.progress(int(1000 * solver.t / end), 1000)
         self._count(solver)
         return None, changed
+
+    @property
+    def _is_creeping(self) -> bool:
+        return self.leap.creeping >= self.policy.patience
 
     def _step(self, solver: Any) -> bool:
         """Take a step, or a stride of them; tell whether it led anywhere."""
@@ -134,9 +149,14 @@ class Integration:
         return True
 
     def _solver(self, time: float, y: FloatArray, end: float) -> Any:
-        settings, own = self.settings, 2 * len(self.free)
-        atol = np.array([self.policy.absolute * settings.rtol] * own + [self.policy.energies] * 2)
-        return make_solver(settings.method, self.equations.slopes, time, y, end, settings.rtol, atol, settings.step)
+        settings, slopes = self.settings, self.equations.slopes
+        return make_solver(settings.method, slopes, time, y, end, settings.rtol, self.tolerances, settings.step)
+
+    @property
+    def tolerances(self) -> FloatArray:
+        """Absolute tolerances of a state."""
+        policy = self.policy
+        return np.array([policy.absolute * self.settings.rtol] * 2 * len(self.free) + [policy.energies] * 2)
 
     def _strider(self, time: float, y: FloatArray, end: float) -> Strider | None:
         """Return the solver that takes many steps in one compiled call, where nothing has to be asked between."""
@@ -149,7 +169,7 @@ class Integration:
         return Strider(
             reducer, self.equations.slopes, time, y, end, settings.rtol, policy.absolute * settings.rtol, policy.steep,
             policy.lively, (self.projection.start, self.projection.liveliest),
-            policy.shortest * float(self.times[-1] - self.times[0]),
+            policy.shortest * float(self.times[-1] - self.times[0]), policy.beside,
         )  # fmt: skip
 
     @property
@@ -177,11 +197,14 @@ class Integration:
             """Return the states of the step: made once, where they are asked for."""
             if not paths:
                 paths.append(solver.dense_output())
+                if not np.all(np.isfinite(paths[0](0.5 * (solver.t_old + solver.t)))):
+                    paths[0] = self._quintic(solver)
             return paths[0]
 
         stop = math.inf
         for event in self.search.events(solver, path):
             self.events.append(event)
+            self.leap.anchors.clear()  # no step begins before it
             done = sum(e.kind == STANDSTILL for e in self.events)
             if event.kind == STANDSTILL and done == self.settings.standstills:
                 stop = event.time
@@ -191,6 +214,18 @@ class Integration:
             if not self._tell(at, solver.y if at == solver.t else path()(at)):
                 break
         return stop < math.inf
+
+    def _quintic(self, solver: Any) -> Any:
+        """Return the states of a step from its ends alone, by Hermite: its method's stages between have no position."""
+        from scipy.interpolate import BPoly, CubicHermiteSpline
+
+        own, times = len(self.free), np.array([solver.t_old, solver.t])
+        states = [self.search.last_y, np.array(solver.y)]
+        slopes = [self.equations.slopes(t, y) for t, y in zip(times, states, strict=True)]
+        moves = [[y[:own], f[:own], f[own : 2 * own]] for y, f in zip(states, slopes, strict=True)]
+        value = BPoly.from_derivatives(times, np.array(moves))
+        speed, all_of_it = value.derivative(), CubicHermiteSpline(times, states, slopes)
+        return lambda t: np.concatenate([value(t), speed(t), all_of_it(t)[2 * own :]])
 
     def _tell(self, time: float, y: FloatArray) -> bool:
         """Keep a row."""

@@ -160,7 +160,7 @@ def _report(
                 "solved": len(found.time), "residual": found.contradiction, "status": found.status.word,
                 "end": found.end, "events": events, "energy_drift": found.worst_drift,
                 "energy_corrected": found.corrected, "evaluations": found.evaluations, "integrator_steps": found.steps,
-                "open": open_ones,
+                "reachable": _reached(found), "open": open_ones,
             }
         )  # fmt: skip
         return
@@ -174,6 +174,16 @@ def _report(
     if found.status.word != "ok":
         typer.echo(f"ended at {found.end:.10g} s, {found.status.word}: {found.status.text}")
     typer.echo(f"wrote {csv_path}" + (f" and {png_path}" if png_path else ""))
+
+
+def _reached(found: Simulation) -> dict[str, list[list[float]]]:
+    """Return the interval that each input has passed over at the rows, in the file's unit."""
+    rows = [found.mechanism.value_to_file(k, found.inputs[0, k]) for k in range(len(found.mechanism.actuators))]
+    names = [a.name for a in found.mechanism.actuators]
+    return {
+        name: [[float(values.min()), float(values.max())]] if len(values) else []
+        for name, values in zip(names, rows, strict=True)
+    }
 
 
 def _tell_events(events: list[dict[str, Any]]) -> None:

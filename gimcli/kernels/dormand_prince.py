@@ -19,12 +19,13 @@ STAGES = 12
 SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -0.125
 
 WANTED, FINISHED, FAILED = range(3)
-"""Why a call ends: its last step holds a row, an event or a steep M; the end is reached; no step is short enough."""
+"""Why a call ends: its last step holds a row or an event, or ends where M is steep or a change point near; the end is
+reached; no step is short enough."""
 
-NOW, BEFORE, STEP, DUE, END, RTOL, ATOL, STEEP, LIVELY, LIVELIEST, START, CORRECTED, SHORTEST = range(13)
+NOW, BEFORE, STEP, DUE, END, RTOL, ATOL, STEEP, LIVELY, LIVELIEST, START, CORRECTED, SHORTEST, NEAR = range(14)
 """Entries of `clock`: times of the state and of that before, step, next row, end; tolerances; `Policy`; energies."""
 
-CLOCK = 13
+CLOCK = 14
 
 
 class Tableau(NamedTuple):
@@ -122,12 +123,15 @@ def keep_energy(m: Model, s: States) -> None:
 
 @kernel
 def is_wanted(m: Model, s: States) -> bool:
-    """Tell whether the step just taken holds a row or an event, or ends where M is steep."""
+    """Tell whether the step just taken holds a row or an event, or ends where M is steep or a change point near."""
     f = m.gain.shape[0]
     if s.clock[NOW] >= s.clock[DUE] or s.clock[NOW] >= s.clock[END]:
         return True
     for i in range(f, 2 * f):
         if s.before[i] * s.y[i] < 0.0:
+            return True
+    for g in range(m.at.sign.shape[0]):
+        if abs(m.at.sign[g]) < s.clock[NEAR]:
             return True
     steepest = 0.0
     for k in range(f):

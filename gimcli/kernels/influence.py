@@ -300,13 +300,16 @@ def settle(c: Chart, to: Place, speeds: FloatArray, room: Room) -> bool:
 
 
 @kernel
-def is_straight(last: Place, to: Place, step: FloatArray) -> bool:
-    """Tell whether a position continues another smoothly: neither a turn in between nor another branch."""
+def is_straight(last: Place, to: Place, step: FloatArray, begin: int, end: int, slowest: float) -> bool:
+    """Tell whether some variables continue those of another position smoothly: neither a turn nor another branch.
+
+    Their rates are held against the greatest among them, and against `slowest`.
+    """
     reach = 0.0
     for k in range(step.shape[0]):
         reach = max(reach, abs(step[k]))
-    greatest, bend, off = 1.0, 0.0, 0.0
-    for i in range(to.v.shape[0]):
+    greatest, bend, off = slowest, 0.0, 0.0
+    for i in range(begin, end):
         mean = 0.0
         for k in range(step.shape[0]):
             one, other = last.b[k, i], to.b[k, i]
@@ -335,7 +338,9 @@ def try_step(c: Chart, last: Place, to: Place, speeds: FloatArray, room: Room) -
         to.v[i] = last.v[i]
         for k in range(room.step.shape[0]):
             to.v[i] += last.b[k, i] * room.step[k]
-    return settle(c, to, speeds, room) and is_straight(last, to, room.step)
+    if not settle(c, to, speeds, room) or not is_straight(last, to, room.step, 0, c.first, 0.0):
+        return False
+    return is_straight(last, to, room.step, c.first, to.v.shape[0] - 1, 1.0)  # readings may rest: inputs' dead point
 
 
 @kernel

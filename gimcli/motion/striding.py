@@ -17,7 +17,7 @@ class Strider:
 
     def __init__(
         self, reducer: Reducer, fun: Slopes, start: float, y: FloatArray, end: float, rtol: float, atol: float,
-        steep: float, lively: float, energy: tuple[float, float], shortest: float,
+        steep: float, lively: float, energy: tuple[float, float], shortest: float, near: float,
     ) -> None:  # fmt: skip
         from scipy.integrate import DOP853
 
@@ -30,7 +30,7 @@ class Strider:
         )
         clock[[kernels.NOW, kernels.BEFORE, kernels.DUE, kernels.END]] = start, start, end, end
         clock[[kernels.RTOL, kernels.ATOL, kernels.STEEP, kernels.LIVELY]] = rtol, atol, steep, lively
-        clock[[kernels.START, kernels.LIVELIEST, kernels.SHORTEST]] = *energy, shortest
+        clock[[kernels.START, kernels.LIVELIEST, kernels.SHORTEST, kernels.NEAR]] = *energy, shortest, near
         self.model = kernels.Model(
             reducer.chart, reducer.acting, reducer.base, reducer.last, reducer.at, reducer.room, reducer.out,
             reducer.gain, reducer.factors, np.zeros(0),
