@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from click.testing import Result
 from four_bars import cosines, four_bar, four_bar_text
 from typer.testing import CliRunner
 
@@ -48,7 +47,7 @@ def side(motion: Motion) -> np.ndarray[Any, Any]:
     return np.sign(((b - a) * (o4 - a).conjugate()).imag)
 
 
-def invoke(*arguments: object) -> Result:
+def invoke(*arguments: object) -> Any:
     return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
