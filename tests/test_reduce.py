@@ -341,3 +341,12 @@ def test_an_input_is_chosen_by_its_name():
     assert chosen_input(mechanism, mechanism.actuators[1].name) == 1
     with pytest.raises(UsageError, match="no actuator 'none'"):
         chosen_input(mechanism, "none")
+
+
+def test_masses_of_zero_are_none(tmp_path):
+    text = (
+        "units: {length: m}\nnodes: {O: [0, 0], A: [1, 0]}\nground: [O]\nlinks: {crank: [O, A]}\n"
+        "actuators: {motor: {type: rotary, pivot: O, arm: A}}\nmasses: {crank: {mass: 0}}\n"
+    )
+    with pytest.raises(UsageError, match="no masses"):
+        reduce_to_input(written(tmp_path, text), 0, 4)

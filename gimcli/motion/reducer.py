@@ -221,7 +221,7 @@ class Reducer:
 def metre_of(mechanism: Mechanism) -> float:
     """Return m per unit of the normal frame; raise UsageError where nothing has mass or lengths have no unit."""
     dynamics = mechanism.dynamics
-    if not dynamics.inertias:
+    if not any(part.mass > 0.0 or part.moment > 0.0 for part in dynamics.inertias):
         raise UsageError(f"{mechanism.name} has no masses: add `masses:` with at least one member that moves")
     if dynamics.metre is None:
         raise UsageError(
