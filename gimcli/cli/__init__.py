@@ -85,6 +85,8 @@ def main() -> None:
     """Run the command line and exit with the status that the format page promises."""
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # none is used, and looking for them costs time
     signal.signal(signal.SIGTERM, _stop)
+    every = app.registered_commands
+    app.registered_commands = [c for c in every if [c.name] == sys.argv[1:2]] or every  # the others cost time to build
     try:
         app()
     except GimError as error:
@@ -93,3 +95,5 @@ def main() -> None:
     except OSError as error:
         typer.echo(f"gim: the output cannot be written: {error.strerror or error}", err=True)
         os._exit(6)  # closing standard output would fail once more
+    finally:
+        app.registered_commands = every
