@@ -5,6 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from pathlib import Path
+from typing import Any
 
 from gimcli.mechanism import Mechanism
 from gimcli.model import load
@@ -39,10 +40,10 @@ def four_bar_text(
     )
 
 
-def four_bar(folder: Path, *lengths: float, **how: object) -> Mechanism:
+def four_bar(folder: Path, *lengths: float, **how: Any) -> Mechanism:
     """Return the mechanism of lengths crank, coupler, follower, ground and an angle."""
     path = folder / "four_bar.yaml"
-    path.write_text(four_bar_text(*lengths, **how))  # type: ignore[arg-type]
+    path.write_text(four_bar_text(*lengths, **how))
     return load(path)
 
 

@@ -269,8 +269,8 @@ def test_velocities_are_differences_of_positions(model):
         shifted = middle + sign * h * found.input_rate + 0.5 * h**2 * found.input_acceleration
         there = solve(mechanism, shifted, Options(tolerance=1e-13))
         sides.append(there.z)
-    if found.singular or not np.isfinite(sides).all():
-        pytest.skip("no velocity here")
+    assert not found.singular
+    assert np.isfinite(sides).all()
     speed = (sides[1] - sides[0]) / (2.0 * h)
     told = found.rates.nodes[1, :, 0]
     assert np.max(np.abs(speed - told)) < 1e-5 * max(1.0, np.max(np.abs(found.rates.nodes[1:])))

@@ -328,8 +328,7 @@ def test_curvature_agrees_with_a_circle_through_neighbours(model):
         near = 2.0 * (np.conj(b - a) * (c - b)).imag / (np.abs(b - a) * np.abs(c - b) * np.abs(c - a))
     step = np.abs(c - a)
     known = np.isfinite(near) & np.isfinite(got) & (step > 1e-5)
-    if known.sum() < 50:
-        pytest.skip("the point hardly moves")
+    assert known.sum() >= 50
     error = np.abs(near - got)[known] / np.maximum(1.0, np.abs(got[known]))
     assert np.median(error) < 5e-4
 

@@ -15,4 +15,4 @@ from gimcli.output.atomic import written_bytes
 def write_npz(arrays: Mapping[str, NDArray[Any]], path: Path | str) -> None:
     """Write named arrays into one uncompressed archive."""
     with written_bytes(path) as handle:
-        np.savez(handle, **dict(arrays))  # type: ignore[arg-type]
+        np.savez(handle, **dict(arrays))  # type: ignore[arg-type]  # names are not known to be others than its own

@@ -35,7 +35,7 @@ class Fill:
     face: str = PAPER
     edge: str = INK
     width: float = 1.0  # pt
-    layer: int = 5
+    layer: float = 5.0
 
 
 @dataclass(frozen=True)

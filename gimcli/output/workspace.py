@@ -95,7 +95,7 @@ def _fill(picture: Picture, curves: Mapping[str, Sequence[ComplexArray]]) -> Non
     loops = [(z, REGION) for z in curves.get("outer", ())] + [(z, VOID) for z in curves.get("hole", ())]
     for layer, (z, fill) in enumerate(sorted(loops, key=lambda loop: -abs(_area(loop[0])))):
         level = -2.0 + layer / (len(loops) + 1.0)
-        picture.area(Fill(fill.face, fill.edge, fill.width, layer=level), z)  # type: ignore[arg-type]
+        picture.area(Fill(fill.face, fill.edge, fill.width, layer=level), z)
 
 
 def _area(z: ComplexArray) -> float:

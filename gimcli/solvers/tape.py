@@ -152,7 +152,8 @@ class Tape:
                 else:
                     self.emit(more, found.lane, a.lane, self.lane(b), f=f)
             elif isinstance(a, Pair):
-                result = self.plus(result, a, f * b)  # type: ignore[operator]
+                assert not isinstance(b, Pair)
+                result = self.plus(result, a, f * b)
             else:
                 result = self.plus(result, b, f * (a.conjugate() if conjugate else a))
         return result if found is None else self.plus(found, result)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numba
@@ -19,6 +20,7 @@ from scipy.integrate import DOP853, solve_ivp
 
 from gimcli.analysis.simulation import Settings, Simulation, simulate
 from gimcli.kernels.jit import compiled
+from gimcli.mechanism import Mechanism
 from gimcli.model import load
 
 MODEL = Path(__file__).parents[2] / "models" / "watt_durango.yaml"
@@ -127,9 +129,9 @@ def by_hand() -> float:
     return float(integrate(START, 0.0, HALF_PERIOD, 1e-9, 1e-10, 1e-2, A, B, E3, E5)[0])
 
 
-def by_gim(mechanism: object) -> Simulation:
+def by_gim(mechanism: Mechanism) -> Simulation:
     """Return the whole call."""
-    return simulate(mechanism, np.array([0.0, HALF_PERIOD]), Settings(), compiled)  # type: ignore[arg-type]
+    return simulate(mechanism, np.array([0.0, HALF_PERIOD]), Settings(), compiled)
 
 
 def best(work: Callable[[], object]) -> float:
@@ -142,10 +144,10 @@ def best(work: Callable[[], object]) -> float:
     return min(took)
 
 
-def a_swing(mechanism: object) -> float:
+def a_swing(mechanism: Mechanism) -> float:
     """Return seconds of CPU time for a swing alone: ten swings in one call less one."""
     one, ten = (np.array([0.0, swings * HALF_PERIOD]) for swings in (1.0, 41.0))
-    calls = [best(lambda times=times: simulate(mechanism, times, Settings(), compiled)) for times in (one, ten)]  # type: ignore[misc,arg-type]
+    calls = [best(partial(simulate, mechanism, times, Settings(), compiled)) for times in (one, ten)]
     return (calls[1] - calls[0]) / 40.0
 
 
