@@ -5,12 +5,13 @@ Import this first: it holds the numerical libraries to one thread.
 
 from __future__ import annotations
 
+import argparse
 import csv
 import os
 import platform
 import re
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 for _name in ("OMP", "OPENBLAS", "MKL", "NUMBA"):
@@ -74,3 +75,24 @@ def show(title: str, rows: Sequence[Row]) -> None:
 
 def _text(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def compare_all(
+    doc: str,
+    names: Iterable[str],
+    compare: Callable[[str, int, int], list[Row]],
+    kept: str,
+    arguments: list[str] | None,
+) -> None:  # fmt: skip
+    """Compare mechanisms by name, steps and repeats, as the command line asks; print and keep the rows."""
+    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--steps", type=int, default=100_000)
+    parser.add_argument("--repeats", type=int, default=7)
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    chosen = parser.parse_args(arguments)
+    rows: list[Row] = []
+    for name in names:
+        part = compare(name, chosen.steps, chosen.repeats)
+        show(name, [{k: v for k, v in r.items() if k != "mechanism"} for r in part])
+        rows += part
+    print(f"\nkept in {keep(kept, rows, chosen.out)}")

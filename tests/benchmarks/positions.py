@@ -12,11 +12,9 @@ are ours.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
-from pathlib import Path
 
-from machine import MODELS, RESULTS, Row, interleaved, keep, show  # isort: skip - first: one thread
+from machine import MODELS, Row, compare_all, interleaved  # isort: skip - first: one thread
 import by_hand
 import numpy as np
 import peers
@@ -122,17 +120,7 @@ def compare(name: str, steps: int, repeats: int) -> list[Row]:
 
 def main(arguments: list[str] | None = None) -> None:
     """Compare all mechanisms."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--steps", type=int, default=100_000)
-    parser.add_argument("--repeats", type=int, default=7)
-    parser.add_argument("--out", type=Path, default=RESULTS)
-    chosen = parser.parse_args(arguments)
-    rows = []
-    for name in COUPLED:
-        part = compare(name, chosen.steps, chosen.repeats)
-        show(name, [{k: v for k, v in r.items() if k != "mechanism"} for r in part])
-        rows += part
-    print(f"\nkept in {keep('positions', rows, chosen.out)}")
+    compare_all(str(__doc__), COUPLED, compare, "positions", arguments)
 
 
 if __name__ == "__main__":

@@ -11,12 +11,10 @@ the greatest from differences of the positions of the loops by hand end the run.
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Callable
-from pathlib import Path
 
-from machine import MODELS, RESULTS, Row, interleaved, keep, show  # isort: skip - first: one thread
+from machine import MODELS, Row, compare_all, interleaved  # isort: skip - first: one thread
 import by_hand
 import numpy as np
 import peers
@@ -124,17 +122,7 @@ def coefficients(name: str, mechanism: Mechanism, steps: int, repeats: int) -> l
 
 def main(arguments: list[str] | None = None) -> None:
     """Compare all mechanisms."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--steps", type=int, default=100_000)
-    parser.add_argument("--repeats", type=int, default=7)
-    parser.add_argument("--out", type=Path, default=RESULTS)
-    chosen = parser.parse_args(arguments)
-    rows = []
-    for name in NAMES:
-        part = compare(name, chosen.steps, chosen.repeats)
-        show(name, [{k: v for k, v in r.items() if k != "mechanism"} for r in part])
-        rows += part
-    print(f"\nkept in {keep('rates', rows, chosen.out)}")
+    compare_all(str(__doc__), NAMES, compare, "rates", arguments)
 
 
 if __name__ == "__main__":
