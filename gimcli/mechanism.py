@@ -33,6 +33,22 @@ class Law(Protocol):
         """Return the value (`order` 0) or its derivative by the normalised time."""
         ...
 
+    def stops(self) -> FloatArray:
+        """Return the times at which the law may stop or turn back; between them it runs one way."""
+        ...
+
+
+class Undriven:
+    """The law of what is only read: its value stays."""
+
+    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
+        """Return zeros."""
+        return np.zeros_like(time)
+
+    def stops(self) -> FloatArray:
+        """Return no time."""
+        return np.empty(0)
+
 
 @dataclass(frozen=True)
 class Member:

@@ -50,7 +50,8 @@ _TEXTS = {
     " start nearer to an assembled position, or see by `gim trace` how far the inputs reach",
     Status.NOT_CONVERGED: "the iteration did not reach the tolerance: loosen --tolerance, or use --method auto"
     " where the position exists",
-    Status.SINGULAR: "the position is singular and cannot be told to the tolerance asked: loosen --tolerance",
+    Status.SINGULAR: "the position is singular: the inputs do not determine it to the requested tolerance; start from"
+    " another position (the drawing, or the start of the law), or loosen --tolerance",
     Status.JUMPED: "the iteration settled in another configuration than the continuous motion: take more steps or use"
     " --method auto",
     Status.STALLED: "the sweeps hardly move the nodes any more, above the tolerance: the position is singular or out of"

@@ -22,8 +22,6 @@ from gimcli.errors import UsageError
 from gimcli.model import load
 from gimcli.model.source import read_source
 from gimcli.motion.motion import Motion, trace
-from gimcli.motion.options import Options
-from gimcli.motion.ride import ride
 from gimcli.status import Status
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -65,7 +63,7 @@ def rows_of(path: Path) -> list[dict[str, str]]:
 def test_reverse_turns_the_input_back_on_the_other_side(tmp_path: Path) -> None:
     """Beyond the limit the input is mirrored at it, and B is on the other side of the line A-O4."""
     mechanism = load(rocker(tmp_path, 20.0, 80.0))
-    motion = ride(mechanism, 60, Options(), "reverse")
+    motion = trace(mechanism, 60, at_limit="reverse")
     assert motion.solved == 61
     asked = 20.0 + np.arange(61.0)
     told = np.degrees(motion.inputs[0])
@@ -84,7 +82,7 @@ def test_reverse_rocks_on_and_on(tmp_path: Path) -> None:
     (tmp_path / "m.yaml").write_text(
         text.replace("{from: 38, to: 100}", f"{{from: 60, to: {60 + 6 * (high - low)!r}}}")
     )
-    motion = ride(load(tmp_path / "m.yaml"), 300, Options(), "reverse")
+    motion = trace(load(tmp_path / "m.yaml"), 300, at_limit="reverse")
     assert motion.solved == 301
     told = np.degrees(motion.inputs[0])
     assert told.max() <= high + 1e-9
@@ -104,7 +102,7 @@ def test_a_law_that_comes_back_retraces_its_way(tmp_path: Path) -> None:
     """Out over the limit and back: every position is met twice."""
     path = rocker(tmp_path, 20.0, 80.0)
     path.write_text(path.read_text().replace("{from: 20.0, to: 80.0}", "{polynomial: [20, 240, -240]}"))
-    motion = ride(load(path), 40, Options(), "reverse")
+    motion = trace(load(path), 40, at_limit="reverse")
     assert motion.solved == 41
     assert (side(motion) < 0.0).any()
     assert np.abs(motion.z - motion.z[:, ::-1]).max() < 1e-10
@@ -113,7 +111,7 @@ def test_a_law_that_comes_back_retraces_its_way(tmp_path: Path) -> None:
 def test_skip_solves_again_what_comes_back_into_reach(tmp_path: Path) -> None:
     """One turn: between the limits, and a turn later, on the same side; the mirrored arc is another circuit."""
     mechanism = load(rocker(tmp_path, 20.0, 380.0))
-    motion = ride(mechanism, 360, Options(), "skip")
+    motion = trace(mechanism, 360, at_limit="skip")
     asked = 20.0 + np.arange(361.0)
     assert np.array_equal(motion.good, (asked < STRETCHED) | (asked > 360.0 + FOLDED))
     assert set(side(motion)[motion.good]) == {1.0}
@@ -126,7 +124,7 @@ def test_skip_does_not_jump_to_the_far_end_of_an_arc_longer_than_a_turn(tmp_path
     """A limit may lie where the other end of its arc has the same angle, a turn on: that is another position."""
     text = (MODELS / "double_butterfly_symmetric.yaml").read_text()
     (tmp_path / "m.yaml").write_text(text.replace("{from: -100, to: 20}", "{from: -100, to: -220}"))
-    motion = ride(load(tmp_path / "m.yaml"), 120, Options(), "skip")
+    motion = trace(load(tmp_path / "m.yaml"), 120, at_limit="skip")
     assert motion.limit is not None
     assert np.array_equal(motion.good, motion.time < motion.limit)
     assert motion.solved > 2
@@ -135,7 +133,7 @@ def test_skip_does_not_jump_to_the_far_end_of_an_arc_longer_than_a_turn(tmp_path
 
 def test_stop_is_as_before(tmp_path: Path) -> None:
     mechanism = load(rocker(tmp_path, 20.0, 80.0))
-    one, other = trace(mechanism, 60), ride(mechanism, 60, Options(), "stop")
+    one, other = trace(mechanism, 60), trace(mechanism, 60, at_limit="stop")
     assert np.array_equal(one.z, other.z, equal_nan=True)
     assert one.limit == other.limit
     assert one.solved == int(np.sum(20.0 + np.arange(61.0) < STRETCHED))
@@ -148,7 +146,7 @@ def test_several_inputs_turn_back_together(tmp_path: Path) -> None:
         text = text.replace(old, new, 1)
     (tmp_path / "m.yaml").write_text(text)
     mechanism = load(tmp_path / "m.yaml")
-    stopped, motion = (ride(mechanism, 40, Options(), how) for how in ("stop", "reverse"))
+    stopped, motion = (trace(mechanism, 40, at_limit=how) for how in ("stop", "reverse"))
     assert stopped.limit is not None
     assert motion.solved == 41
     limit, time = sharpened(stopped).limit, motion.time
@@ -168,7 +166,7 @@ def test_several_inputs_that_come_back_into_reach_are_solved_again(tmp_path: Pat
         actuator["law"] = {"polynomial": [start, 4.0 * (end - start), 4.0 * (start - end)]}
     (tmp_path / "m.yaml").write_text(yaml.safe_dump(data, sort_keys=False))
     mechanism = load(tmp_path / "m.yaml")
-    stopped, motion = (ride(mechanism, 24, Options(), how) for how in ("stop", "skip"))
+    stopped, motion = (trace(mechanism, 24, at_limit=how) for how in ("stop", "skip"))
     reached = int(stopped.good.sum())
     assert 0 < reached < 12
     assert motion.good.tolist() == [min(k, 24 - k) < reached for k in range(25)]
@@ -231,7 +229,7 @@ def test_a_branch_is_taken_at_the_first_change_point(tmp_path: Path) -> None:
     path = tmp_path / "m.yaml"
     path.write_text((MODELS / "parallelogram.yaml").read_text().replace("{from: 5, to: 170}", "{from: 5, to: 365}"))
     mechanism = load(path)
-    straight, motion = ride(mechanism, 72, Options()), ride(mechanism, 72, Options(), branch=2)
+    straight, motion = trace(mechanism, 72), trace(mechanism, 72, branch=2)
     assert motion.solved == 73
     b = mechanism.to_file(motion.z[mechanism.nodes.index("B")])
     angle = 5.0 + 5.0 * np.arange(73)
@@ -242,7 +240,7 @@ def test_a_branch_is_taken_at_the_first_change_point(tmp_path: Path) -> None:
         crossed = 3.0 + mirror**2 * (parallel - 3.0).conjugate()  # mirrored in the line A-O4
         assert abs(b[k] - (parallel if angle[k] <= 180.0 else crossed)) < 1e-12
     assert np.abs(straight.z[:, 36:] - motion.z[:, 36:]).max() > 0.1
-    assert motion.bridged == pytest.approx([175.0 / 360.0, 355.0 / 360.0], abs=1e-14)
+    assert sharpened(motion).bridged == pytest.approx([175.0 / 360.0, 355.0 / 360.0], abs=1e-14)
 
 
 def test_a_branch_that_is_not_there_is_refused(tmp_path: Path) -> None:
@@ -250,16 +248,16 @@ def test_a_branch_that_is_not_there_is_refused(tmp_path: Path) -> None:
     (tmp_path / "m.yaml").write_text(text.replace("{from: 5, to: 170}", "{from: 5, to: 190}"))
     parallelogram = load(tmp_path / "m.yaml")
     with pytest.raises(UsageError, match="no change point"):
-        ride(rocking, 20, Options(), branch=2)
+        trace(rocking, 20, branch=2)
     with pytest.raises(UsageError, match="2 branches meet"):
-        ride(parallelogram, 20, Options(), branch=3)
+        trace(parallelogram, 20, branch=3)
     text = (MODELS / "double_butterfly_symmetric.yaml").read_text()
     (tmp_path / "butterfly.yaml").write_text(text.replace("{from: -100, to: 20}", "{from: -100, to: -103}"))
     butterfly = load(tmp_path / "butterfly.yaml")
     with pytest.raises(UsageError, match="input rests"):
-        ride(butterfly, 20, Options(), branch=2)
+        trace(butterfly, 20, branch=2)
     kite = four_bar(tmp_path, 1.0, 3.0, 2.0, 4.0, 1.0)
-    assert ride(kite, 20, Options(), branch=2).solved == 21
+    assert trace(kite, 20, branch=2).solved == 21
 
 
 def test_the_circuit_keeps_the_columns(tmp_path: Path) -> None:

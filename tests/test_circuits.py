@@ -14,9 +14,8 @@ from gimcli.analysis.singularities import CHANGE, LIMIT, singularities
 from gimcli.analysis.survey import drawn_circuit, survey
 from gimcli.model import load
 from gimcli.motion.circuit import Circuit
-from gimcli.motion.folds import folded
+from gimcli.motion.motion import trace
 from gimcli.motion.stations import along, circuit_motion
-from gimcli.motion.track import Track
 from gimcli.structure.residual import residual
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -179,11 +178,9 @@ def test_the_drawing_is_home_after_two_turns_where_the_input_is_after_one(tmp_pa
     assert circuit.closed
     assert circuit.turns == 2.0
     assert sorted(math.degrees(m.p[-1]) % 360.0 for m in circuit.crossings.values()) == pytest.approx([180.0, 180.0])
-    track = Track(circuit)
-    start, once, twice = (track.at(2.0 * math.pi * k) for k in (0, 1, 2))
-    assert start is not None
-    assert once is not None
-    assert twice is not None
+    p = circuit.p
+    start, twice = p[:, 0], p[:, -1]
+    once = p[:, np.argmin(np.abs(p[-1] - start[-1] - math.copysign(2.0 * math.pi, twice[-1] - start[-1])))]
     assert np.abs(twice[:-1] - start[:-1]).max() < 1e-12
     assert np.abs(once[:-1] - start[:-1]).max() > 0.05
 
@@ -265,13 +262,6 @@ def test_a_slider_has_its_stroke(tmp_path: Path, offset: float) -> None:
     assert mechanism.value_to_file(0, np.array(found["upper"])) == pytest.approx([high], abs=1e-13)
 
 
-def test_folds_become_places_between_which_the_input_goes_one_way() -> None:
-    circuit = folded(drawn_circuit(load(MODELS / "double_butterfly.yaml"), 1e-10))
-    turns = np.flatnonzero(np.diff(np.sign(np.diff(circuit.p[-1]))) != 0.0) + 1
-    assert len(turns) == 4
-    assert all(abs(circuit.places[k].tangent[-1]) < 1e-12 for k in turns)
-
-
 def test_two_inputs_follow_their_laws_together_through_a_limit() -> None:
     """A 3-RRR's inputs keep the ratio of their laws on the whole circuit, which is closed."""
     mechanism = load(MODELS / "platform_3rrr.yaml")
@@ -283,3 +273,23 @@ def test_two_inputs_follow_their_laws_together_through_a_limit() -> None:
     part = (u - begin) / (end - begin)
     assert np.ptp(part, axis=1).max() < 1e-12
     assert len(limits(circuit)["upper"]) == len(limits(circuit)["lower"]) == 1
+
+
+@pytest.mark.parametrize("windows", [2, 7, 12])
+def test_many_windows_drawn_flat_set_out_together(tmp_path: Path, windows: int) -> None:
+    """So many branches meet there that they are not listed; on the first all cranks turn alike: A_k = O_k + e^(i q)."""
+    count = range(windows + 1)
+    nodes = ", ".join(f"O{k}: [{3 * k}, 0], A{k}: [{3 * k + 1}, 0]" for k in count)
+    links = [f"c{k}: [O{k}, A{k}]" for k in count] + [f"b{k}: [A{k}, A{k + 1}]" for k in range(windows)]
+    (tmp_path / "m.yaml").write_text(
+        f"units: {{length: unit}}\nnodes: {{{nodes}}}\nground: [{', '.join(f'O{k}' for k in count)}]\n"
+        f"links: {{{', '.join(links)}}}\nactuators: {{m: {{type: rotary, pivot: O0, arm: A0}}}}\n"
+    )
+    mechanism = load(tmp_path / "m.yaml")
+    motion = trace(mechanism, 36)
+    assert motion.solved == 37
+    z = mechanism.to_file(motion.z)
+    for k in count:
+        expected = 3.0 * k + np.exp(1j * motion.inputs[0])
+        assert np.abs(z[mechanism.nodes.index(f"A{k}")] - expected).max() < 1e-10
+    assert drawn_circuit(mechanism, 1e-10).closed

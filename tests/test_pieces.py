@@ -14,6 +14,7 @@ from gimcli.analysis.summary import DRAWN, Summary
 from gimcli.errors import GimError
 from gimcli.model import load
 from gimcli.motion.follow import Path as Followed
+from gimcli.motion.inputs import law_inputs
 from gimcli.motion.motion import Motion, _judged, stream, trace
 from gimcli.motion.options import Options
 from gimcli.structure.plan import make_plan
@@ -87,9 +88,11 @@ def test_swept_pieces_make_the_whole(name):
 
 def test_a_row_that_nothing_has_solved_is_never_ok():
     mechanism = load(MODELS[0].with_name("crank_rocker.yaml"))
-    path = Followed.empty(len(mechanism.nodes), np.arange(5) / 4, np.zeros((1, 5)))
-    path.z[:] = trace(mechanism, 4).z  # as good as solved, but nobody has checked
-    assert not _judged(mechanism, make_plan(mechanism), path, Options()).good.any()
+    path = Followed.empty(len(mechanism.nodes), np.arange(5) / 4, law_inputs(mechanism)(np.arange(5) / 4))
+    path.z[:] = trace(mechanism, 4).z
+    path.z[:, 2] = np.nan
+    path.z[-1, 3] += 1e-6
+    assert _judged(mechanism, make_plan(mechanism), path, Options()).good.tolist() == [True, True, False, False, True]
 
 
 def test_a_summary_counts_all_and_keeps_some():

@@ -131,7 +131,7 @@ class _Search:
             begin = self.curve.begin()
             return begin, begin + 2.0 * math.pi
         if not self.curve.single:
-            return 0.0, self.curve.span
+            return self.curve.laws
         spans = [float(np.max(np.abs(m.shape[:, None] - m.shape))) for m in self.mechanism.members]
         reach = sum(spans) + float(np.max(np.abs([s.point for s in self.mechanism.slides]), initial=0.0))
         distance = self.mechanism.actuators[0].drive is Drive.DISTANCE

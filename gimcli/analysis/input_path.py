@@ -43,6 +43,10 @@ class Given:
         row = np.rint(np.asarray(time)).astype(np.int64)
         return np.asarray(self.series[order][row] if order < len(self.series) else np.zeros(row.shape))
 
+    def stops(self) -> FloatArray:
+        """Return no time: only the rows are known."""
+        return np.empty(0)
+
 
 @dataclass(frozen=True)
 class Way:

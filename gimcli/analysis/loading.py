@@ -13,7 +13,7 @@ import numpy as np
 from gimcli.analysis.course import Course, Turns, carried, reading, turning, unit_of
 from gimcli.dynamics import TIME, Inertia, Load
 from gimcli.errors import UsageError
-from gimcli.mechanism import FRAME, Actuator, ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, Actuator, ComplexArray, Drive, FloatArray, Mechanism, Undriven
 from gimcli.structure.statics import Statics
 from gimcli.structure.steps import NONE
 
@@ -202,7 +202,7 @@ class _Loader:
         """Apply the friction of a sliding pair at its first node."""
         mechanism, slide = self.mechanism, self.mechanism.slides[number]
         gauge = Actuator(
-            slide.name, Drive.TRAVEL, lambda time, order=0: time, 0.0, slide.node, reference_member=slide.member,
+            slide.name, Drive.TRAVEL, Undriven(), 0.0, slide.node, reference_member=slide.member,
             point=slide.point, direction=slide.direction,
         )  # fmt: skip
         _, rate, unit = reading(mechanism, gauge, self.course)

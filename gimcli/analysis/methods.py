@@ -22,9 +22,10 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembly
 from gimcli.motion.exchange import Passage
 from gimcli.motion.inputs import law_inputs, pace
+from gimcli.motion.legs import STEPS_A_TURN
 from gimcli.motion.motion import Motion, trace
 from gimcli.motion.options import Options
-from gimcli.motion.start import STEPS_A_TURN, start_position
+from gimcli.motion.start import start_position
 from gimcli.motion.sweeping import Sweeper
 from gimcli.solvers.coordinates import COORDINATES, Coordinates, Followed, follow
 from gimcli.solvers.newton import Run

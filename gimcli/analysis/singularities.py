@@ -14,12 +14,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gimcli.mechanism import FRAME, Drive, FloatArray
-from gimcli.motion.circuit import Circuit
+from gimcli.motion.circuit import Circuit, ordered
 from gimcli.motion.curve import Curve
 from gimcli.motion.folds import REST, Rate, between, folds, roots
 from gimcli.solvers.arclength import Place
 from gimcli.solvers.crossing import Crossing
-from gimcli.structure.checks import farthest
 
 LIMIT, DEAD, CHANGE, TANGENCY, STATIONARY = "limit", "dead point", "change point", "tangency", "stationary"
 
@@ -66,21 +65,10 @@ def dead_points(circuit: Circuit, bounds: Bounds | None = None) -> list[Singular
 
 
 def interval(circuit: Circuit, found: list[Singularity]) -> tuple[float, float]:
-    """Return the least and greatest parameter of a circuit with its limits `found`."""
-    q = np.concatenate([circuit.p[-1], [s.p[-1] for s in found if s.kind == LIMIT]])
+    """Return the least and greatest parameter of a circuit with its limits `found`; at infinity it is not reached."""
+    ends = [q for q in circuit.infinite if q is not None]
+    q = np.concatenate([circuit.p[-1], [s.p[-1] for s in found if s.kind == LIMIT], ends])
     return float(q.min()), float(q.max())
-
-
-def turning(curve: Curve, p: FloatArray, v: FloatArray) -> dict[str, float]:
-    """Return the rotation of every moving member along a direction v (n + 1,) [rad per unit of it]."""
-    z, rate = curve.nodes(p), np.zeros(len(curve.mechanism.nodes), dtype=complex)
-    rate[curve.system.free] = np.ascontiguousarray(v[:-1]).view(complex)
-    turns = {}
-    for member in curve.mechanism.members[FRAME + 1 :]:
-        a, b = member.nodes[0], member.nodes[farthest(member)]
-        arm = z[b] - z[a]
-        turns[member.name] = float((arm.conjugate() * (rate[b] - rate[a])).imag / abs(arm) ** 2)
-    return turns
 
 
 @dataclass(frozen=True)
@@ -101,7 +89,7 @@ class Rates:
 
 def rates(curve: Curve, p: FloatArray, v: FloatArray) -> Rates:
     """Return the rates along the tangent v (n + 1,) of a branch."""
-    mechanism, turns = curve.mechanism, turning(curve, p, v)
+    mechanism, turns = curve.mechanism, curve.turning(p, v)
     driven = curve.travel(v, float(p[-1]))[curve.system.n :] * (abs(v[-1]) > Bounds().still)
     degree = float(np.degrees(1.0)) if mechanism.angle_unit == "deg" else 1.0
     inputs = {
@@ -169,7 +157,7 @@ class _Search:
         part = np.linalg.norm(here.p - self.places[index].p)
         whole = max(float(np.linalg.norm(self.places[ahead].p - self.places[index].p)), 1e-300)
         way = float(self.way[index] + (self.way[ahead] - self.way[index]) * min(part / whole, 1.0))
-        branches = () if met is None else met.tangents
+        branches = () if met is None else ordered(self.curve, met)
         loose = met is not None and met.loose
         return Singularity(kind, way, here.p, here.tangent, about, branches, end, self.number, loose)
 

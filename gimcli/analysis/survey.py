@@ -16,10 +16,11 @@ from gimcli.motion.branches import SAME, Branches, all_circuits, first_circuit
 from gimcli.motion.circuit import Circuit
 from gimcli.motion.curve import Curve
 from gimcli.motion.effort import plain
-from gimcli.motion.start import drawn_inputs, start_position
+from gimcli.motion.guide import arrival
+from gimcli.motion.start import drawn_inputs, settled, start_position
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
-from gimcli.structure.residual import allowed, residual
+from gimcli.structure.residual import holds
 
 Progress = Callable[[int, int], None]
 
@@ -42,6 +43,7 @@ class Survey:
     branches: Branches = field(repr=False)
     found: tuple[Found, ...]
     reach: tuple[tuple[float, float], ...]
+    complete: bool  # nothing was left out
 
     @property
     def curve(self) -> Curve:
@@ -66,10 +68,13 @@ def drawn_circuit(mechanism: Mechanism, tolerance: float) -> Circuit:
     for q in starts:
         start = start_position(mechanism, plan, curve.inputs(q), plain, tolerance)
         if start.status is Status.OK:
-            _verify(mechanism, start.row.x + 1j * start.row.y, curve.inputs(q), tolerance)
-            return first_circuit(curve, start.row.x + 1j * start.row.y, q)
+            z = start.row.x + 1j * start.row.y
+            _verify(mechanism, z, curve.inputs(q), tolerance)
+            return first_circuit(curve, z, q, arrival(curve, start, curve.single))
         if start.status is Status.SINGULAR:
-            return first_circuit(curve, mechanism.drawn, q)
+            z = settled(mechanism, start)
+            verify(mechanism, z, curve.inputs(q), start.status, tolerance)
+            return first_circuit(curve, z, q)
     raise UnassembledError(
         f"{mechanism.name} cannot be assembled at the start of its laws, nor as drawn: {start.status.text}"
     )
@@ -77,21 +82,25 @@ def drawn_circuit(mechanism: Mechanism, tolerance: float) -> Circuit:
 
 def _verify(mechanism: Mechanism, z: ComplexArray, u: FloatArray, tolerance: float) -> None:
     """Raise StructureError where the start found is over-driven or contradictory."""
-    holds = residual(mechanism, z[:, None], u[:, None]).total[0] <= allowed(mechanism, tolerance)
-    verify(mechanism, z, u, Status.OK if holds else Status.CONTRADICTORY, tolerance)
+    good = holds(mechanism, z[:, None], u[:, None], tolerance)[0]
+    verify(mechanism, z, u, Status.OK if good else Status.CONTRADICTORY, tolerance)
 
 
 def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress | None = None) -> Survey:
     """Follow all circuits that meet the drawn one and list what is singular on them."""
     branches = all_circuits(drawn_circuit(mechanism, tolerance), progress=progress)
     found: list[Found] = []
-    reach = []
+    reach, complete = [], branches.complete
     for number, circuit in enumerate(branches.circuits):
         own = singularities(circuit, number)
         reach.append(_first_round(branches.circuits[0], interval(circuit, own)))
         for what in own:
-            _add(found, what, number, circuit)
-    return Survey(branches, tuple(found), tuple(reach))
+            z, u = circuit.curve.nodes(what.p), circuit.curve.inputs(float(what.p[-1]))
+            if holds(mechanism, z[:, None], u[:, None], tolerance)[0]:
+                _add(found, what, number, circuit)
+            else:
+                complete = False
+    return Survey(branches, tuple(found), tuple(reach), complete)
 
 
 def _add(found: list[Found], what: Singularity, number: int, circuit: Circuit) -> None:

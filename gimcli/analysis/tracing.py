@@ -103,14 +103,13 @@ def _span(ends: FloatArray, rows: FloatArray) -> FloatArray:
 
 
 def events(motion: Motion) -> list[dict[str, Any]]:
-    """Return the singular positions passed, the sequences exchanged and the limit met, with the inputs there."""
-    found = [("change point", t) for t in motion.bridged]
-    found += [("sequence exchanged", t) for t in motion.exchanged]
-    if motion.limit is not None and motion.first_status is Status.OK:
-        found.append(("limit", motion.limit))
-    inputs = law_inputs(motion.mechanism)
-    told = [(kind, inputs(np.array([time]))[:, 0]) for kind, time in found]
-    told += [("limit", np.array(at)) for _, at in motion.turned_back[1:]]  # the first is the motion's limit
+    """Return the singular positions passed, the sequences exchanged and the limits met, with the inputs there."""
+    times = [("sequence exchanged", t) for t in motion.exchanged]
+    if motion.limit is not None and not motion.turned_back and motion.first_status is Status.OK:
+        times.append(("limit", motion.limit))
+    told = [("change point", at) for _, at in motion.meetings]
+    told += [(kind, law_inputs(motion.mechanism)(np.array([time]))[:, 0]) for kind, time in times]
+    told += [("limit", np.array(at)) for _, at in sorted((*motion.turned_back, *motion.touched))]
     result = []
     for kind, at in told:
         values = {

@@ -84,6 +84,7 @@ def _stop(number: int, frame: FrameType | None) -> None:
 def main() -> None:
     """Run the command line and exit with the status that the format page promises."""
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # none is used, and looking for them costs time
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the matrices are small: more threads only wait for each other
     signal.signal(signal.SIGTERM, _stop)
     every = app.registered_commands
     app.registered_commands = [c for c in every if [c.name] == sys.argv[1:2]] or every  # the others cost time to build

@@ -138,12 +138,13 @@ def _print(found: Circuits) -> None:
 
 
 def _spacing(found: Circuits) -> tuple[float, str]:
-    """Return how far apart the looked-at values of the input are, and the unit; of several inputs those of the time."""
+    """Return the spacing of the values of the input looked at, and its unit; of several a part of their laws."""
     import numpy as np
 
     mechanism, spacing = found.curve.mechanism, np.array([found.spacing])
     if not found.curve.single:
-        return float(found.spacing / found.curve.span), "of the laws' time"
+        low, high = found.curve.laws
+        return float(found.spacing / (high - low)), "of the laws' range"
     unit = mechanism.angle_unit if found.curve.rotary[0] else mechanism.length_unit
     return float(mechanism.value_to_file(0, spacing)[0]), "" if unit == "unit" else unit
 
@@ -216,7 +217,8 @@ def _values(found: Circuits, q: Any) -> Any:
 def _abscissa(found: Circuits, values: Any) -> tuple[str, Any, str]:
     """Return name, values and unit of what the graph is drawn over."""
     mechanism = found.curve.mechanism
-    if not found.curve.single:
+    if found.curve.line is None:
         return "time", values / found.curve.span * mechanism.duration, "s"
-    unit = mechanism.angle_unit if found.curve.rotary[0] else mechanism.length_unit
-    return mechanism.actuators[0].name, mechanism.value_to_file(0, values), unit
+    main = found.curve.line.main
+    unit = mechanism.angle_unit if found.curve.rotary[main] else mechanism.length_unit
+    return mechanism.actuators[main].name, mechanism.value_to_file(main, values), unit

@@ -95,7 +95,7 @@ def _report(found: Survey, png: Path | None) -> dict[str, Any]:
         for k, (c, r) in enumerate(zip(found.branches.circuits, found.reach, strict=True))
     ]
     return {
-        "circuits": circuits, "singularities": listed, "complete": found.branches.complete,
+        "circuits": circuits, "singularities": listed, "complete": found.complete,
         "png": str(png) if png else None,
     }  # fmt: skip
 
@@ -139,7 +139,7 @@ def _print(found: Survey, png: Path | None) -> None:
         way = "; ".join(f"{n} {number(a)} to {number(b)}" for n, (a, b) in _interval(found, reach).items())
         turns = f" after {abs(circuit.turns):g} turn{'s' * (abs(circuit.turns) != 1)}" if circuit.turns else ""
         typer.echo(f"branch {k + 1}: {'closed' + turns if circuit.closed else circuit.ended}; {way}")
-    if not found.branches.complete:
+    if not found.complete:
         typer.echo("more branches meet than are followed")
     if png is not None:
         typer.echo(f"wrote {png}")

@@ -103,6 +103,7 @@ def command(
     from gimcli.errors import StructureError
     from gimcli.model import load
     from gimcli.motion.motion import stream
+    from gimcli.motion.motion import trace as follow
     from gimcli.output import CsvStream, refuse_unwritable
 
     chosen = options(method, strategy, tolerance, jit, sequence)
@@ -126,16 +127,15 @@ def command(
             if not trace_circuit(mechanism, steps, tolerance, branch, all_branches, paths, as_json, ask):
                 raise typer.Exit(5)
             return
+        show = progress_bar("tracing")
         if at_limit is not AtLimit.STOP or branch > 1:
             from gimcli.analysis.verdict import refuse_unfit
-            from gimcli.motion.ride import ride
 
             refuse_unfit(mechanism)
             _refuse_mixed(method, asked.order if at_limit is AtLimit.REVERSE else 0)
-            show = progress_bar("tracing")
-            pieces = iter([ride(mechanism, steps, chosen, at_limit.value, branch, show)])
+            pieces = iter([follow(mechanism, steps, chosen, note, show, at_limit.value, branch)])
         else:
-            pieces = stream(mechanism, steps, chosen, tell=note, progress=progress_bar("tracing"))
+            pieces = stream(mechanism, steps, chosen, tell=note, progress=show)
         piece: Motion | None = next(pieces)
     assert piece is not None
     verify(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
@@ -211,7 +211,7 @@ def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int,
 
     end_bars()
     motion, solved, worst = summary.motion, summary.solved, summary.residual
-    if motion.limit is not None or motion.bridged:
+    if motion.bridged:
         from gimcli.analysis.sharpen import sharpened
 
         motion = sharpened(motion)
@@ -234,11 +234,17 @@ def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int,
     quality = f", worst residual {worst:.1e}" if solved else ""
     typer.echo(f"{motion.mechanism.name}: {solved} of {steps + 1} positions solved{quality}")
     _tell_reach(motion, reached)
-    for name, ends in (found[-1].get("interval", {}) if found else {}).items():
+    if motion.limit is None:
+        _tell_events(stops, "the law comes to a limit")
+    for name, ends in (stops[-1]["interval"] if stops else {}).items():
         typer.echo(
             f"{name} can be anywhere from {ends[0]:.12g} to {ends[1]:.12g} on this circuit (--circuit follows it)"
         )
-    _tell_events([e for e in found if e["kind"] == "change point"], "passed straight through a change point")
+    meetings = [e for e in found if e["kind"] == "change point"]
+    if motion.bridged[:1] == (0.0,):
+        _tell_events(meetings[:1], "starts at a change point, on its first branch (--branch 2 takes another)")
+        meetings = meetings[1:]
+    _tell_events(meetings, "passed straight through a change point")
     _tell_events([e for e in found if e["kind"] == "sequence exchanged"], "sequence exchanged for a faster one")
     asked.tell(measured)
     if solved < steps + 1:

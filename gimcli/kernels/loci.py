@@ -29,7 +29,11 @@ JUMP = 0.5
 """A row is doubtful when the other solution is not at least 1 / JUMP times as far from the one foreseen."""
 
 STRETCH = 4.0
-"""A step this much longer than the one before it is not foreseen from it."""
+"""A step this much longer than the one before it is not foreseen from it, and doubtful."""
+
+NEAR = 0.25
+"""A row is doubtful where the two solutions are nearer to each other than this part of how far they move in a step:
+what is foreseen does not tell them apart there."""
 
 Meeting = tuple[Any, Any, Any, Any, Any]
 
@@ -104,6 +108,8 @@ def doubt(g: Any, noise: Any) -> Any:
 @kernel
 def leaps(now: Any, last: Any, before: Any, step: Any, gap: Any) -> Any:
     """Tell whether a measure is not clearly nearer to the one foreseen from two rows than its mirror is."""
-    rate = where(step <= STRETCH * gap, step / where(gap == 0.0, 1.0, gap), 0.0)
-    foreseen = last + rate * (last - before)
-    return where(abs(foreseen - now) <= JUMP * abs(foreseen + now), False, True)  # a NaN leaps
+    change = step / where(gap == 0.0, 1.0, gap) * (last - before)
+    foreseen = last + change
+    near = where(abs(foreseen - now) <= JUMP * abs(foreseen + now), False, True)  # a NaN leaps
+    near = where(abs(now) >= NEAR * abs(change), near, True)
+    return where(step <= STRETCH * gap, near, True)

@@ -34,6 +34,13 @@ RENEWED = 128
 SLOW = 0.02
 """Contraction above which new factors pay."""
 
+FALL = 0.2
+"""A row is doubtful where the least pivot falls to less than this part from one row to the next: branches may meet
+between them, and lie too near to each other for what is foreseen to tell them apart."""
+
+LIKE = 0.4
+"""Least ratio of steps that are of like spacing: beyond a singular position a step follows one of twice its length."""
+
 SAME_STEP = 1e-6
 """Relative difference up to which steps of the time count as equal."""
 
@@ -86,8 +93,8 @@ class Place(NamedTuple):
 
 
 ITERATIONS, ERROR, SIGN, FIRST, PIVOT, LAST_SIGN, SINGULAR = range(7)
-"""Of `out`: estimated error, the determinant's sign (0: no factors), first correction, least pivot, the sign at the
-last good row, 1 where the row is singular to the tolerance."""
+"""Of `out`: estimated error, the determinant's sign (0: no factors), first correction, least pivot, both at the last
+good row, 1 where the row is singular to the tolerance."""
 
 
 def room(groups: Sequence[Group], registers: int, actuators: int) -> Place:
@@ -329,7 +336,7 @@ def weigh(time: FloatArray, r: int, weights: FloatArray) -> int:
     count, even = 1, True
     while count < 4 and r - count - 1 >= 0:
         gap = time[r - count] - time[r - count - 1]
-        if gap == 0.0 or not 0.5 * gap <= step <= 2.0 * gap:
+        if gap == 0.0 or not LIKE * gap <= step <= gap / LIKE:
             break
         even = even and abs(step - gap) <= SAME_STEP * step
         count += 1
@@ -375,8 +382,8 @@ def couple(
     """Follow a motion over rows start..end; return the first row that did not settle safely.
 
     x, y (nodes, rows), rx, ry (registers, rows), values, cos, sin (actuators, rows). `sign` is the
-    determinant's sign on this branch (0: not known yet); a change is not safe. Rows start where
-    the rows before them foresee it, or else where their base nodes stand.
+    determinant's sign on this branch times the last least pivot (0: not known yet); a change of the sign, or a
+    fall, is not safe. Rows start where the rows before them foresee it, or else where their base nodes stand.
     """
     clear(g, p)
     stop = end
@@ -391,10 +398,11 @@ def couple(
         give(x, y, r, g, p)
         iterations[r] += p.out[ITERATIONS]
         errors[r] = max(errors[r], p.out[ERROR])
-        over = g.rows == 2 * g.base and sign != 0.0 and p.out[SIGN] != sign
+        over = g.rows == 2 * g.base and sign * p.out[SIGN] < 0.0
+        over = over or (foreseen and p.out[PIVOT] < FALL * abs(sign))
         if not good or over or p.out[FIRST] > 0.5 * way + 0.05 * limits.first:  # not where it was foreseen
             stop = r
             break
-        sign = p.out[SIGN]
+        sign = p.out[SIGN] * p.out[PIVOT]
     p.out[LAST_SIGN] = sign
     return stop

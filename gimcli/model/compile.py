@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from gimcli.dynamics import Dynamics
-from gimcli.mechanism import FRAME, Actuator, ComplexArray, Drive, FloatArray, Mechanism, Member, Point, Slide
+from gimcli.mechanism import FRAME, Actuator, ComplexArray, Drive, Mechanism, Member, Point, Slide
 from gimcli.mechanism import Law as MechanismLaw
 from gimcli.model import schema
 from gimcli.model.laws import PROFILES, Polynomial, Run, Scaled, Table
@@ -174,7 +173,7 @@ class Compiler:
         profile = law.profile
         if profile.table is not None:
             return Scaled(Table(*read_table(self.folder / profile.table)), unit)
-        shape: Callable[[FloatArray, int], FloatArray] = PROFILES.get(profile.name, PROFILES["uniform"])
+        shape: MechanismLaw = PROFILES.get(profile.name, PROFILES["uniform"])
         if profile.polynomial is not None:
             shape = Polynomial(tuple(profile.polynomial))
             if law.from_ is None and law.by is None:

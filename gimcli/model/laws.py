@@ -6,17 +6,20 @@ Cam Design and Manufacturing Handbook, 2002, chapter 2 (3-4-5 polynomial, cycloi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from gimcli.mechanism import FloatArray
+from gimcli.mechanism import FloatArray, Law
 
 CUBIC = (0.0, 0.0, 3.0, -2.0)
 QUINTIC = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)
+
+REAL = 1e-6
+"""Imaginary part, relative, below which a root may be a double real one; a time too many does no harm."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,13 @@ class Polynomial:
             return np.asarray(time)
         falling = np.asarray(self.coefficients[::-1], dtype=float)
         return np.asarray(np.polyval(np.polyder(falling, order) if order else falling, time))
+
+    def stops(self) -> FloatArray:
+        """Return the times at which the law may turn back: the real roots of its derivative."""
+        slope = np.polyder(np.asarray(self.coefficients[::-1], dtype=float))
+        found = np.roots(np.trim_zeros(slope, "f"))
+        real = found.real[np.abs(found.imag) <= REAL * np.maximum(1.0, np.abs(found))]
+        return np.unique(real[(real > 0.0) & (real < 1.0)])
 
 
 @dataclass(frozen=True)
@@ -49,6 +59,10 @@ class Wave:
         swing = np.pi**order * np.cos(np.pi * t + order * np.pi / 2.0) / 2.0
         return np.asarray((0.5 if order == 0 else 0.0) - swing)
 
+    def stops(self) -> FloatArray:
+        """Return no time: it rises from its start to its end."""
+        return np.empty(0)
+
 
 class Table:
     """Shape-preserving cubic through (time, value) pairs: it does not overshoot between them.
@@ -59,15 +73,19 @@ class Table:
     def __init__(self, time: Sequence[float], value: Sequence[float]) -> None:
         from scipy.interpolate import PchipInterpolator
 
-        when = (np.asarray(time) - time[0]) / (time[-1] - time[0])
-        self._curve: Any = PchipInterpolator(when, value)
+        self._when = (np.asarray(time) - time[0]) / (time[-1] - time[0])
+        self._curve: Any = PchipInterpolator(self._when, value)
 
     def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
         """Return the value or a derivative."""
         return np.asarray(self._curve(time, nu=order), dtype=float)
 
+    def stops(self) -> FloatArray:
+        """Return the times of the table: it rises or falls between two of them."""
+        return np.asarray(self._when[1:-1], dtype=float)
 
-PROFILES: dict[str, Callable[[FloatArray, int], FloatArray]] = {
+
+PROFILES: dict[str, Law] = {
     "uniform": Polynomial((0.0, 1.0)),
     "cubic": Polynomial(CUBIC),
     "quintic": Polynomial(QUINTIC),
@@ -82,7 +100,7 @@ class Run:
 
     start: float
     end: float
-    profile: Callable[[FloatArray, int], FloatArray]
+    profile: Law
 
     def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
         """Return the value or a derivative by the normalised time."""
@@ -93,17 +111,25 @@ class Run:
             run[np.atleast_1d(t == 1.0)] = self.end
         return run.reshape(t.shape)
 
+    def stops(self) -> FloatArray:
+        """Return the times at which its profile may turn back."""
+        return self.profile.stops()
+
 
 @dataclass(frozen=True)
 class Scaled:
     """A law given in the file's unit."""
 
-    law: Callable[[FloatArray, int], FloatArray]
+    law: Law
     factor: float
 
     def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
         """Return the value or a derivative by the normalised time."""
         return np.asarray(self.factor * self.law(np.asarray(time, dtype=float), order))
+
+    def stops(self) -> FloatArray:
+        """Return the times at which the law may turn back."""
+        return self.law.stops()
 
 
 class Sampled:

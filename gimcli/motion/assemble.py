@@ -8,14 +8,13 @@ group that does not settle near its start is started from other places too.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.motion.bridge import Row
-from gimcli.motion.follow import Foreseen
+from gimcli.motion.bridge import Gap, Row
 from gimcli.motion.ways import Strewn, Ways
 from gimcli.solvers import closed, newton
 from gimcli.solvers.block import Block
@@ -49,8 +48,8 @@ class Assembly:
     error: float
     work: float
     surplus: bool = False  # the plan has constraints that are only checked
-    quality: FloatArray = field(default_factory=lambda: np.empty(0))  # of every branch, see Block
-    foreseen: Foreseen | None = None  # given where the position is singular but was reached by a motion
+    gap: Gap | None = None  # of a singular position: the way through it
+    came: bool = False  # a motion has led there
 
 
 class Assembler:
@@ -77,9 +76,7 @@ class Assembler:
         with np.errstate(all="ignore"):
             status = self._take(block, drawn, signs)
         row = Row(time, block.x[:, 0].copy(), block.y[:, 0].copy(), block.g[:, 0].copy())
-        return Assembly(
-            status, row, signs, float(block.error[0]), float(block.work[0]), self.plan.surplus > 0, block.quality[:, 0]
-        )
+        return Assembly(status, row, signs, float(block.error[0]), float(block.work[0]), self.plan.surplus > 0)
 
     def _take(self, block: Block, drawn: Block, signs: FloatArray) -> Status:
         """Take all steps in order; `signs` then tells the sides taken."""

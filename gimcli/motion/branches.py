@@ -7,20 +7,39 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
-from gimcli.errors import StructureError
+from gimcli.errors import UnassembledError
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.motion.circuit import Circuit, Policy, follow_circuit, landed, rolled, start_place
+from gimcli.motion.bridge import BEYOND
+from gimcli.motion.circuit import (
+    RESTS,
+    Circuit,
+    Policy,
+    follow_circuit,
+    landed,
+    near,
+    ordered,
+    rolled,
+    sensible,
+    start_place,
+)
 from gimcli.motion.curve import Curve
+from gimcli.solvers.arclength import Place, place
 from gimcli.solvers.crossing import Crossing
+from gimcli.status import Status
+from gimcli.structure.residual import holds
 
 MOST = 24
 """Circuits that are followed."""
 
 SAME = 1e-6
 """Distance below which two crossings are one: they are known to the last digits, those that touch to half of them."""
+
+TOLERANCE = 1e-10
+"""Up to which the places of a circuit fulfil the mechanism, relative to the size."""
 
 ALIGNED = 0.9999
 """Cosine above which a circuit goes along a branch's tangent."""
@@ -31,11 +50,12 @@ class Knot:
     """A singular position at which branches meet, and which circuit (from 0) goes along each of its tangents."""
 
     met: Crossing
-    taken: list[int | None] = field(default_factory=list)
+    tangents: tuple[FloatArray, ...]
+    taken: list[int | None]
 
     def take(self, tangent: FloatArray, circuit: int) -> None:
         """Note that a circuit goes along a tangent."""
-        for k, own in enumerate(self.met.tangents):
+        for k, own in enumerate(self.tangents):
             if abs(float(own @ tangent)) > ALIGNED:
                 self.taken[k] = circuit
 
@@ -49,27 +69,84 @@ class Branches:
     complete: bool  # no branch was left out
 
 
-def first_circuit(curve: Curve, z: ComplexArray, q: float, policy: Policy | None = None) -> Circuit:
+@dataclass(frozen=True)
+class Departure:
+    """A position and the directions (n + 1,) in which its curve, or the curves that meet there, can be left."""
+
+    curve: Curve = field(repr=False)
+    place: Place
+    first: FloatArray | None  # that of a motion without a choice; None where the position determines none
+    met: Crossing | None = None
+    limit: bool = False  # the input turns back there
+
+    @cached_property
+    def ways(self) -> tuple[FloatArray, ...]:
+        """All directions, the first one first."""
+        if self.first is None or not (self.limit or self.met):
+            return () if self.first is None else (self.first,)
+        others = [-self.first] if self.met is None else ordered(self.curve, self.met)
+        return (self.first, *(way for way in others if self.limit or abs(float(way @ self.first)) < ALIGNED))
+
+
+def departure(curve: Curve, z: ComplexArray, q: float, along: FloatArray | None = None) -> Departure:
+    """Return how the positions z (nodes,) at a parameter can be left, in the sense of the laws where there is one.
+
+    The first way is that of a motion without a choice: the branch that came here along a direction (n + 1,), if one
+    did, else that on which an input moves the members least; at a limit that on which the first member to turn does so
+    counter-clockwise.
+    """
+    policy = Policy()
+    here, met = start_place(curve, z, q, policy)
+    if met is not None:
+        aside = here.p - met.p
+        if along is None and abs(aside[-1]) > BEYOND * max(1.0, abs(q)):
+            along = aside  # it stands beside the meeting, on one of the branches
+        return Departure(curve, here, _first(curve, met, along), met)
+    if here.regular <= policy.singular:
+        return Departure(curve, here, None)
+    first = sensible(curve, here.p, here.tangent)
+    if abs(first[-1]) > RESTS:
+        return Departure(curve, here, first)
+    if along is not None and first @ along > 0.0:
+        first = -first  # a motion that came to a limit goes back
+    return Departure(curve, here, first, limit=True)
+
+
+def _first(curve: Curve, met: Crossing, along: FloatArray | None) -> FloatArray | None:
+    """Return the tangent of the branch along a direction, or of that on which an input moves the members least."""
+    if along is None and met.lost == 1:
+        return next(iter(ordered(curve, met)), None)
+    alone = np.append(np.zeros(curve.system.n), curve.forward())
+    found = met.near(alone if along is None else along)
+    if found is None:
+        return next(iter(ordered(curve, met)), None)
+    return sensible(curve, met.p, found)
+
+
+def first_circuit(curve: Curve, z: ComplexArray, q: float, along: FloatArray | None = None) -> Circuit:
     """Return the circuit through positions z (nodes,) at a parameter; a singular start is left on its first branch.
 
-    Raises StructureError where the start cannot be left.
+    `along`: the direction (n + 1,) of a motion that came there. Raises UnassembledError where the start cannot be left.
     """
-    policy = policy or Policy()
-    start, met = start_place(curve, z, q, policy)
-    if met is None:
-        if start.regular <= policy.singular:
-            raise _stuck(curve, "tells no way on")
-        return follow_circuit(curve, start, policy)
-    for tangent in met.tangents:
-        found = _from(curve, met, tangent, policy)
-        if found is not None:
+    policy, start = Policy(), departure(curve, z, q, along)
+    for k in range(MOST):
+        way = start.first if k == 0 else dict(enumerate(start.ways)).get(k)
+        if way is None:
+            break
+        if start.met is None:
+            found: Circuit | None = follow_circuit(curve, place(curve, start.place.p, way), policy)
+        else:
+            found = _from(curve, start.met, way, policy)
+        if found is not None and fulfilled(found):
             return found
-    raise _stuck(curve, "is left by no branch")
+    raise UnassembledError(f"{curve.mechanism.name}: {Status.SINGULAR.text}")
 
 
-def _stuck(curve: Curve, what: str) -> StructureError:
-    name = curve.mechanism.name
-    return StructureError(f"{name}: the start is a singular position that {what}; start the law elsewhere")
+def fulfilled(circuit: Circuit) -> bool:
+    """Tell whether every place of a circuit fulfils the mechanism as written; far outside sizes are not resolved."""
+    p = circuit.p[:, near(circuit)]
+    inputs = np.array([circuit.curve.inputs(q) for q in p[-1].tolist()]).T
+    return bool(holds(circuit.mechanism, circuit.curve.nodes(p), inputs, TOLERANCE).all())
 
 
 def all_circuits(
@@ -87,7 +164,7 @@ def all_circuits(
     while k < len(knots):
         knot = knots[k]
         k += 1
-        for index, tangent in enumerate(knot.met.tangents):
+        for index, tangent in enumerate(knot.tangents):
             if knot.taken[index] is not None:
                 continue
             if len(circuits) == most:
@@ -95,6 +172,9 @@ def all_circuits(
                 break
             found = _from(first.curve, knot.met, tangent, policy)
             if found is None:
+                continue
+            if not fulfilled(found):
+                complete = False
                 continue
             knot.taken[index] = len(circuits)
             circuits.append(found)
@@ -111,7 +191,7 @@ def _note(circuit: Circuit, number: int, knots: list[Knot]) -> None:
             continue
         apart = [float(np.linalg.norm(circuit.curve.apart(met.p, knot.met.p))) for knot in knots]
         if min(apart, default=1.0) > SAME:
-            knots.append(Knot(met, [None] * len(met.tangents)))
+            knots.append(Knot(met, ordered(circuit.curve, met), [None] * len(met.tangents)))
             apart.append(0.0)
         knots[int(np.argmin(apart))].take(circuit.places[index].tangent, number)
 

@@ -3,7 +3,9 @@
 The curve is followed by steps along its tangent, through limits of the input. Where its Jacobian is about to lose
 rank, the singular position is looked for first: if branches meet there the curve goes straight through, from the
 tangent told by the second order; if it is missed, by however little, no step is longer than a part of the distance
-to it, so that the curve is not left for the other branch. The circuit is closed when the whole drawing is home.
+to it, so that the curve is not left for the other branch. The circuit is closed when the whole drawing is home. A curve
+that runs to infinity, as that of a pin in two slots which become parallel, is followed by ever longer steps until the
+parameter that it approaches is known.
 """
 
 from __future__ import annotations
@@ -12,14 +14,19 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.bridge import lagrange
 from gimcli.motion.curve import Curve
 from gimcli.solvers import arclength
 from gimcli.solvers.arclength import Place, advance, correct, pinned, place
 from gimcli.solvers.crossing import Crossing, crossing
 from gimcli.solvers.crossing import Policy as Meeting
+
+RESTS = 1e-6
+"""Part of a unit tangent below which the input, or a member, rests."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +47,11 @@ class Policy:
     singular: float = 1e-7  # least over greatest singular value of a start that is singular itself
     home: float = 1e-8  # distance from the start within which a circuit is closed
     longest: float = 400.0  # length of a circuit that is given up
+    outside: float = 10.0  # coordinate, in sizes, from which on steps grow with it
+    stride: float = 0.25  # such steps over the coordinate
+    infinity: float = 1e6  # coordinate at which a curve that runs away has shown where to
+    towards: int = 6  # places from which the parameter at infinity is extrapolated
+    settled: float = 1e-10  # change of it with one place less, over its size
 
 
 class Ended:
@@ -49,6 +61,7 @@ class Ended:
     LAW = "end of a law"
     LOST = "singular position that cannot be passed"
     LONG = "no end in reach"
+    INFINITE = "runs to infinity"
 
 
 @dataclass(frozen=True)
@@ -61,6 +74,7 @@ class Circuit:
     ended: str
     turns: float = 0.0  # of a single rotary input from the start to the end
     start: int = 0  # index of the place from which it was followed
+    infinite: tuple[float | None, float | None] = (None, None)  # parameter at infinity before and behind, if it has one
 
     @property
     def closed(self) -> bool:
@@ -91,6 +105,21 @@ def rolled(circuit: Circuit, index: int, start: int) -> Circuit:
     return Circuit(circuit.curve, places, crossings, circuit.ended, circuit.turns, start)
 
 
+def nearby(circuit: Circuit) -> tuple[int, int]:
+    """Return the first and the last place that are not on the way to infinity."""
+    inside = np.flatnonzero(near(circuit))
+    behind, ahead = circuit.infinite
+    last = len(circuit.places) - 1
+    if not len(inside):
+        return 0, last
+    return int(inside[0]) if behind is not None else 0, int(inside[-1]) if ahead is not None else last
+
+
+def near(circuit: Circuit) -> NDArray[np.bool_]:
+    """Tell which places (places,) are not far outside the mechanism's size."""
+    return np.asarray(np.max(np.abs(circuit.p[:-1]), axis=0, initial=0.0) <= Policy().outside)
+
+
 def start_place(curve: Curve, z: ComplexArray, q: float, policy: Policy) -> tuple[Place, Crossing | None]:
     """Return the place of positions z (nodes,) at a parameter, and the singular position if it is one.
 
@@ -106,6 +135,29 @@ def start_place(curve: Curve, z: ComplexArray, q: float, policy: Policy) -> tupl
     return here, crossing(curve, here.p, policy.meeting)
 
 
+def ordered(curve: Curve, met: Crossing) -> tuple[FloatArray, ...]:
+    """Return the tangents of the branches that meet, in the sense of the laws: those that an input moves least first.
+
+    Of two that it moves alike that one comes first whose members turn faster counter-clockwise.
+    """
+    sensed = [sensible(curve, met.p, t) for t in met.tangents]
+    turns = [[*curve.turning(met.p, t).values()] for t in sensed]
+    keys = [(-round(abs(float(t[-1])), 6), [-round(w, 6) for w in own]) for t, own in zip(sensed, turns, strict=True)]
+    return tuple(sensed[k] for k in sorted(range(len(sensed)), key=lambda k: keys[k]))
+
+
+def sensible(curve: Curve, p: FloatArray, tangent: FloatArray) -> FloatArray:
+    """Return a tangent (n + 1,) in the sense of the laws; where the input rests, the first member that turns does so
+    counter-clockwise.
+    """
+    if abs(tangent[-1]) > RESTS:
+        return tangent if tangent[-1] * curve.forward() > 0.0 else -tangent
+    turns = [*curve.turning(p, tangent).values(), *tangent[np.abs(tangent) > 0.0].tolist()]
+    most = max(map(abs, turns))
+    first = next(rate for rate in turns if abs(rate) > RESTS * most)
+    return tangent if first > 0.0 else -tangent
+
+
 class Walker:
     """Follows a curve place by place."""
 
@@ -115,23 +167,43 @@ class Walker:
         self.missed: list[FloatArray] = []
         self.waiting: Crossing | None = None  # to be passed when the way through it is told from nearer by
         self.step, self.length = policy.steps.first, 0.0
+        self.infinite: float | None = None  # parameter at infinity
 
     def run(self, closes: bool = True) -> str:
         """Walk until the circuit ends; return why."""
         while True:
             before = len(self.places)
             if not self.go():
-                return Ended.LOST
+                return Ended.LONG if _reach(self.places[-1]) > self.policy.outside else Ended.LOST
             for index in range(before, len(self.places)):
                 if closes and index > 1 and self._comes_home(index):
                     return Ended.CLOSED
                 if self._leaves(index):
                     return Ended.LAW
+            if _reach(self.places[-1]) > self.policy.outside:
+                if self.escaped:
+                    self.infinite = self.at_infinity()
+                    return Ended.LONG if self.infinite is None else Ended.INFINITE
+                continue
             self.length += sum(
                 float(np.linalg.norm(self.places[k].p - self.places[k - 1].p)) for k in range(before, len(self.places))
             )
             if self.length > self.policy.longest:
                 return Ended.LONG
+
+    @property
+    def escaped(self) -> bool:
+        """Tell whether the curve has run so far that it runs to infinity."""
+        return _reach(self.places[-1]) > self.policy.infinity
+
+    def at_infinity(self) -> float | None:
+        """Return the parameter that a curve approaches as it runs to infinity; infinite if it runs there too."""
+        last = self.places[-self.policy.towards :]
+        q, w = [float(at.p[-1]) for at in last], [1.0 / _reach(at) for at in last]
+        if abs(q[-1]) * w[-1] > 1.0 / self.policy.outside:
+            return math.copysign(math.inf, q[-1])
+        one, other = (sum(a * b for a, b in zip(lagrange(w[k:], 0.0), q[k:], strict=True)) for k in (0, 1))
+        return one if abs(one - other) <= self.policy.settled * max(1.0, abs(one)) else None
 
     def go(self) -> bool:
         """Add the next place, or a singular position with the places before and after it."""
@@ -155,10 +227,15 @@ class Walker:
                 continue
             bent = 1.0 - float(there.tangent @ here.tangent)
             if bent < 0.25 * (1.0 - math.cos(steps.bend)):
-                self.step = min(self.step * steps.growth, steps.longest)
+                self.step = min(self.step * steps.growth, self._longest(there))
             self.places.append(there)
             return True
         return False
+
+    def _longest(self, here: Place) -> float:
+        """Return the longest step: far outside, where a curve runs to infinity, it grows with the distance."""
+        far = _reach(here)
+        return self.policy.stride * far if far > self.policy.outside else self.policy.steps.longest
 
     def _room(self, here: Place) -> float:
         """Return the longest step that cannot jump over a missed meeting."""
@@ -255,13 +332,15 @@ class Walker:
         return True
 
 
+def _reach(here: Place) -> float:
+    """Return the greatest coordinate of a place."""
+    return float(np.max(np.abs(here.p[:-1]), initial=0.0))
+
+
 def _straight_on(met: Crossing, along: FloatArray, policy: Policy) -> FloatArray | None:
     """Return the branch tangent next to a direction, in its sense; None where none is near."""
-    if not met.tangents:
-        return None
-    ahead = max(met.tangents, key=lambda t: abs(float(t @ along)))
-    ahead = ahead if ahead @ along > 0.0 else -ahead
-    return ahead if ahead @ along >= math.cos(2.0 * policy.steps.bend) else None
+    ahead = met.near(along)
+    return ahead if ahead is not None and ahead @ along >= math.cos(2.0 * policy.steps.bend) else None
 
 
 def _through(curve: Curve, met: Crossing, along: FloatArray, policy: Policy) -> FloatArray:
@@ -308,11 +387,13 @@ def follow_circuit(curve: Curve, start: Place, policy: Policy) -> Circuit:
     if ended == Ended.CLOSED:
         return Circuit(curve, tuple(places), crossings, ended, _turns(curve, places))
     back = Walker(curve, place(curve, start.p, -start.tangent), policy)
-    back.run(closes=False)
+    other = back.run(closes=False)
+    if ended != Ended.INFINITE == other:
+        ended = other
     behind = [Place(p.p, -p.tangent, p.jacobian, p.values, p.left) for p in reversed(back.places[1:])]
     known = {len(behind) - k: met for k, met in back.crossings.items()}
     known |= {len(behind) + k: met for k, met in crossings.items()}
-    return Circuit(curve, (*behind, *places), known, ended, 0.0, len(behind))
+    return Circuit(curve, (*behind, *places), known, ended, 0.0, len(behind), (back.infinite, walker.infinite))
 
 
 def _turns(curve: Curve, places: list[Place]) -> float:

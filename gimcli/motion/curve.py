@@ -1,8 +1,9 @@
 """The curve of a motion: positions x and one parameter, F(x, u(q)) = 0.
 
-One actuator: the parameter q is its value. Several actuators follow their laws together: q is the laws' time,
-stretched so that a step of it is about as long as the way of the inputs. Laws that run evenly go on beyond their
-ends; at the ends of others the curve ends.
+Inputs that run along a line (a single one always does): the parameter q is that of the line, the value of the input
+that moves most, and has no end. Other inputs follow their laws together: q is the laws' time, stretched so that a step
+of it is about as long as the way of the inputs. Laws that run evenly go on beyond their ends; at the ends of others the
+curve ends.
 """
 
 from __future__ import annotations
@@ -12,12 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
-from gimcli.motion.inputs import law_inputs
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.motion.inputs import Line, input_line, law_inputs, law_times
+from gimcli.structure.checks import farthest
 from gimcli.structure.system import System
-
-SAMPLES = 65
-"""Times at which the laws are looked at."""
 
 EVEN = 1e-9
 """Second derivative of a law, over its way, below which it runs evenly."""
@@ -32,21 +31,25 @@ class Domain:
 
 
 class Curve:
-    """Positions and parameter p = (x, q) (n + 1,) of a mechanism as the solutions of m >= n equations."""
+    """Positions and parameter p = (x, q) (n + 1,) of a mechanism as the solutions of m >= n equations.
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    `line` is what the inputs run along, if not what their laws do.
+    """
+
+    def __init__(self, mechanism: Mechanism, line: Line | None = None) -> None:
         self.mechanism, self.system = mechanism, System(mechanism)
         self.rotary = np.array([a.drive is Drive.ROTARY for a in mechanism.actuators])
         self.single = len(mechanism.actuators) == 1
+        self.line = line or input_line(mechanism)
         self.span, self.domain = 1.0, Domain()
-        if not self.single:
+        if self.line is None:
             self._stretch()
 
     def _stretch(self) -> None:
-        time = np.linspace(0.0, 1.0, SAMPLES)
-        values = law_inputs(self.mechanism)(time)
+        values = law_inputs(self.mechanism)(law_times(self.mechanism))
         way = float(np.linalg.norm(np.abs(np.diff(values, axis=1)).sum(axis=1)))
         self.span = way if way > 0.0 else 1.0
+        time = np.linspace(0.0, 1.0, 65)
         bent = max(float(np.max(np.abs(a.law(time, 2)))) for a in self.mechanism.actuators)
         if bent > EVEN * self.span:
             self.domain = Domain(0.0, self.span)
@@ -64,15 +67,35 @@ class Curve:
         """Return positions (nodes,) of p (n + 1,), or (nodes, rows) of p (n + 1, rows)."""
         return self.system.nodes(p[:-1])
 
+    def at_time(self, time: float) -> float:
+        """Return the parameter at a time 0..1 of the laws."""
+        if self.line is None:
+            return time * self.span
+        return float(self.mechanism.actuators[self.line.main].law(np.array([time]))[0])
+
+    def rate_at(self, time: float) -> float:
+        """Return the derivative of the parameter by the time 0..1."""
+        if self.line is None:
+            return self.span
+        return float(self.mechanism.actuators[self.line.main].law(np.array([time]), 1)[0])
+
     def begin(self) -> float:
         """Return the parameter at the start of the laws."""
-        return float(self.mechanism.actuators[0].law(np.zeros(1))[0]) if self.single else 0.0
+        return self.at_time(0.0)
+
+    @property
+    def laws(self) -> tuple[float, float]:
+        """The least and greatest parameter of the laws."""
+        if self.line is None:
+            return 0.0, self.span
+        values = self.mechanism.actuators[self.line.main].law(law_times(self.mechanism))
+        return float(values.min()), float(values.max())
 
     def forward(self) -> float:
         """Return the sense of the parameter, 1 or -1, in which the laws set out."""
-        if not self.single:
+        if self.line is None:
             return 1.0
-        values = self.mechanism.actuators[0].law(np.linspace(0.0, 1.0, SAMPLES))
+        values = self.mechanism.actuators[self.line.main].law(law_times(self.mechanism))
         moved = values[np.abs(values - values[0]) > 0.0]
         return -1.0 if len(moved) and moved[0] < values[0] else 1.0
 
@@ -91,6 +114,17 @@ class Curve:
         way = np.where(self.rotary, (way + math.pi) % turn - math.pi, way)
         return np.concatenate([p[:-1] - home[:-1], way])
 
+    def turning(self, p: FloatArray, v: FloatArray) -> dict[str, float]:
+        """Return the rotation of every moving member along a direction v (n + 1,) [rad per unit of it]."""
+        z, rate = self.nodes(p), np.zeros(len(self.mechanism.nodes), dtype=complex)
+        rate[self.system.free] = np.ascontiguousarray(v[:-1]).view(complex)
+        turns = {}
+        for member in self.mechanism.members[FRAME + 1 :]:
+            a, b = member.nodes[0], member.nodes[farthest(member)]
+            arm = z[b] - z[a]
+            turns[member.name] = float((arm.conjugate() * (rate[b] - rate[a])).imag / abs(arm) ** 2)
+        return turns
+
     def residual(self, p: FloatArray) -> FloatArray:
         """Return the equations (m,) at p (n + 1,)."""
         return self.system.residual(p[:-1], self.inputs(float(p[-1])))
@@ -107,7 +141,7 @@ class Curve:
         u, rate = self.inputs(q), self._inputs(q, 1)
         table = self.system.jacobian_along(x, u, np.concatenate([v[:-1], v[-1] * rate]))
         column = table[:, n:] @ rate
-        if not self.single:
+        if self.line is None:
             column = column + v[-1] * self.system.by_inputs(x, u) @ self._inputs(q, 2)
         return np.hstack([table[:, :n], column[:, None]])
 
@@ -118,15 +152,15 @@ class Curve:
         way, bend, twist = (v[-1] ** k * self._inputs(q, k) for k in (1, 2, 3))
         along = np.concatenate([v[:-1], way])
         found = self.system.third(x, u, along)
-        if self.single:
+        if self.line is not None:
             return found
         mixed = self.system.second(x, u, along, np.concatenate([rest, bend]))
         return np.asarray(found + 3.0 * mixed + self.system.by_inputs(x, u) @ twist)
 
     def _inputs(self, q: float, order: int) -> FloatArray:
         """Return the inputs, or their derivatives by the parameter."""
-        if self.single:
-            return np.array([(q, 1.0, 0.0, 0.0)[order]])
+        if self.line is not None:
+            return self.line.base + self.line.along * q if order == 0 else self.line.along * (order == 1)
         time = np.array([q / self.span])
         inside = np.clip(time, 0.0, 1.0)
         values = []

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from gimcli.motion.circuit import Circuit, Ended, Policy, Walker
+from gimcli.motion.circuit import Circuit, Policy
 from gimcli.motion.curve import Curve
-from gimcli.solvers.arclength import Place, pinned
-from gimcli.solvers.crossing import Crossing
+from gimcli.solvers.arclength import Place, correct, pinned, place
 
 Rate = Callable[[Place], float]
 
@@ -61,33 +60,16 @@ def folds(circuit: Circuit) -> list[Root]:
     return list(roots(circuit, lambda at: float(at.tangent[-1])))
 
 
-def next_fold(curve: Curve, start: Place, most: int = 200) -> Place | None:
-    """Return the first fold after a place along its tangent; None where none is met on so many places."""
-    walker = Walker(curve, start, Policy())
-    for _ in range(most):
-        known = len(walker.places)
-        if not walker.go():
-            return None
-        if any(start.tangent[-1] * there.tangent[-1] < 0.0 for there in walker.places[known:]):
-            found = folds(Circuit(curve, tuple(walker.places), walker.crossings, Ended.LONG))
-            return found[0].place if found else None
-    return None
+def fold_beside(curve: Curve, here: Place, reach: float) -> Place | None:
+    """Return the limit of the parameter within a distance of a place, on either side; None where there is none."""
+    policy = Policy().steps
 
+    def rate(at: Place) -> float:
+        return float(at.tangent[-1])
 
-def next_crossing(curve: Curve, start: Place, until: float, most: int = 200) -> Crossing | None:
-    """Return the last crossing from a place along its tangent up to a parameter; None where none is met."""
-    walker, sense = Walker(curve, start, Policy()), float(np.sign(until - start.p[-1]))
-    for _ in range(most):
-        if not walker.go() or sense * (walker.places[-1].p[-1] - until) > 0.0:
-            break
-    return walker.crossings[max(walker.crossings)] if walker.crossings else None
-
-
-def folded(circuit: Circuit) -> Circuit:
-    """Return the circuit with its folds among its places: between them the parameter goes one way."""
-    places, crossings, start = list(circuit.places), dict(circuit.crossings), circuit.start
-    for root in reversed([r for r in folds(circuit) if not r.own]):
-        places.insert(root.index + 1, root.place)
-        crossings = {k + (k > root.index): met for k, met in crossings.items()}
-        start += start > root.index
-    return replace(circuit, places=tuple(places), crossings=crossings, start=start)
+    behind = correct(curve, here.p - reach * here.tangent, policy, here.tangent)
+    if behind is None:
+        return None
+    back = place(curve, behind, here.tangent)
+    found = pinned(curve, back, 2.0 * reach, rate, policy)
+    return None if found is None else found[1]

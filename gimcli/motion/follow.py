@@ -2,7 +2,9 @@
 
 Rows are solved in blocks as long as nothing is doubtful. A row that is doubtful (no solution, a
 jump foreseen, the tolerance out of reach) is approached by an ever finer grid, and a singular
-position that remains is gone straight through (see passing). What then remains is a limit.
+position that remains is gone straight through (see passing). Where that fails the curve of the
+motion decides (see guide): it goes on, or there is a limit. A row's "time" is what the inputs are
+given over: the place on a leg of the laws, or the time.
 """
 
 from __future__ import annotations
@@ -11,32 +13,33 @@ from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from gimcli.kernels import jit
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.motion.bridge import Bridge, Row
+from gimcli.motion.bridge import Gap, Row
+from gimcli.motion.inputs import Inputs
 from gimcli.motion.passing import Passing
 from gimcli.solvers import closed, newton
 from gimcli.solvers.block import Block
 from gimcli.solvers.newton import Packed, Run
+from gimcli.solvers.side import sides
 from gimcli.status import Status
 from gimcli.structure.steps import Coupled, Dyad, Orient, Place, Plan, Tilt
 
 if TYPE_CHECKING:
+    from gimcli.motion.arc import Passage
+    from gimcli.motion.guide import Guide
     from gimcli.solvers.program import Marcher
 
-Inputs = Callable[[FloatArray], FloatArray]
-"""Inputs (actuators, rows) at times (rows,); also a little beyond the ends of the motion."""
+Stop = tuple[float, tuple[float, ...]]
+"""Time and inputs (actuators,) at a limit."""
 
 
-Assemble = Callable[[FloatArray, float], "list[tuple[Row, FloatArray]]"]
-"""Rows and signs of all branches at inputs (actuators,) and a time."""
-
-Foreseen = Callable[[FloatArray], ComplexArray]
-"""Position (nodes,) that is expected at inputs (actuators,)."""
+Meeting = tuple[ComplexArray, FloatArray]
+"""Positions (nodes,) and inputs (actuators,) where branches meet."""
 
 
 @dataclass(frozen=True)
@@ -68,12 +71,15 @@ class Path:
     inputs: FloatArray  # (actuators, rows)
     z: ComplexArray  # (nodes, rows)
     codes: IntArray  # (rows,) of Status
-    residual: FloatArray  # (rows,) NaN where `unchecked`, or not solved
+    residual: FloatArray  # (rows,) NaN where not computed yet, or not solved
     work: FloatArray  # (rows,)
-    unchecked: list[slice] = field(default_factory=list)  # rows whose residual is not computed yet
     bridged: list[float] = field(default_factory=list)  # times of the singular positions passed
-    limit: float | None = None  # time of the limit that was met
+    meetings: list[Meeting] = field(default_factory=list)  # positions and inputs there
+    limit: float | None = None  # time of the limit, or of the last row before what could not be passed
     exchanged: list[float] = field(default_factory=list)  # times at which sweeps went on by another sequence
+    touched: list[Stop] = field(default_factory=list)  # limits to which a law comes, and not beyond
+    turned_back: list[Stop] = field(default_factory=list)  # limits at which the input turns back
+    parameter: FloatArray | None = None  # (rows,) of the curve, if asked for
 
     @staticmethod
     def empty(nodes: int, time: FloatArray, inputs: FloatArray) -> Path:
@@ -82,19 +88,28 @@ class Path:
         z, codes = np.empty((nodes, rows), dtype=complex), np.zeros(rows, dtype=np.int64)
         return Path(time, inputs, z, codes, np.full(rows, np.nan), np.zeros(rows))  # a NaN is never ok
 
+    def met(self, time: float, gap: Gap, inputs: FloatArray) -> None:
+        """Note a singular position that was passed, and its inputs (actuators,)."""
+        row = gap.at(gap.centre)
+        self.bridged.append(time)
+        self.meetings.append((row.x + 1j * row.y, inputs))
+
     def end(self, row: int) -> None:
         """Leave the rows from `row` on empty: a limit was met."""
         self.codes[row:] = int(Status.LIMIT)
 
 
 class Follower:
-    """The state of a motion: its plan, the signs of its branch, and the last rows."""
+    """The state of a motion: its plan, the signs of its branch, and the last rows.
+
+    `sense` is that of the guide's parameter as the time grows; without a guide what cannot be passed is a limit.
+    """
 
     def __init__(
         self, mechanism: Mechanism, plan: Plan, inputs: Inputs, run: Run, tolerance: float,
-        policy: Policy | None = None,
+        guide: Callable[[], Guide] | None = None, policy: Policy | None = None,
     ) -> None:  # fmt: skip
-        self.mechanism, self.plan, self.inputs, self.run = mechanism, plan, inputs, run
+        self.mechanism, self.plan, self.inputs, self.run, self._guide = mechanism, plan, inputs, run, guide
         self.policy = policy or Policy()
         self.tolerance = tolerance * mechanism.size
         self.accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest)
@@ -103,47 +118,63 @@ class Follower:
         self.packed = {k: Packed(s) for k, s in enumerate(plan.steps) if isinstance(s, Coupled)}
         self.determinant = dict.fromkeys(self.packed, 0.0)
         self.log: list[Row] = []
-        self.bridges: list[Bridge] = []
+        self.bridges: list[Gap] = []
         self.passed = 0  # bridges that stand
+        self.wall: Passage | None = None  # the way in to a limit
         self.lenient = False  # on the way past a position that the tolerance cannot tell
         self.progress: Callable[[int, int], None] | None = None  # hears of rows done and rows in all
-        self.turn = 1.0  # time of one turn, or of a travel of 2 pi sizes
+        self.turn, self.sense = 1.0, 1.0  # time of one turn, or of a travel of 2 pi sizes
+
+    @cached_property
+    def guide(self) -> Guide | None:
+        """The curve of the motion, if it may be asked for."""
+        return None if self._guide is None else self._guide()
 
     def begin(self, row: Row, signs: FloatArray) -> None:
         """Start from a solved position."""
         self.log, self.sign = [row], signs.copy()
         self.determinant = dict.fromkeys(self.packed, 0.0)
-        self.bridges = []
+        self.bridges, self.passed, self.wall = [], 0, None
 
-    def leave(self, assemble: Assemble, foreseen: Foreseen) -> bool:
-        """Start from a singular position: leave it along the branch that is nearest to what is foreseen.
+    def enter(self, gap: Gap) -> bool:
+        """Start on the way out of a singular position, or in to a limit; tell whether it can be gone."""
+        if gap.inwards:
+            self.log, self.wall = [], cast("Passage", gap)
+        elif (out := gap.exit) is not None:
+            signs = self.sides(out)
+            self.begin(Row(out.time, out.x, out.y, signs * np.abs(out.g)), signs)
+        else:
+            return False
+        self.bridges, self.passed = [gap], 1
+        return True
 
-        The start itself is extrapolated from the rows after it.
-        """
-        for part in self.policy.leaps:
-            delta = part * self.turn
-            inputs = self.inputs(np.array([delta]))[:, 0]
-            found = assemble(inputs, delta)
-            if not found:
-                continue
-            near = foreseen(inputs)
-            row, signs = min(found, key=lambda f: float(np.nanmax(np.abs(f[0].x + 1j * f[0].y - near))))
-            self.begin(row, signs)
-            block = self.evaluate(delta * np.arange(2.0, 9.0), self.log)
-            if block.end == len(block.time):
-                rows = [row, *self.rows(block)]
-                self.bridges = [Bridge(0.0, [Bridge(0.0, rows).at(0.0), *rows])]
-                self.log = rows
-                return True
-        return False
+    @property
+    def reached(self) -> float:
+        """Return the time up to which rows are known."""
+        return self.wall.ends[1] if self.wall is not None else self.log[-1].time
+
+    def gap_at(self, time: float) -> Gap | None:
+        """Return the stretch about a singular position that holds a time, if one does."""
+        held = [gap for gap in reversed(self.bridges) if gap.ends[0] < time < gap.ends[1]]
+        return held[0] if held else None
+
+    def sides(self, row: Row) -> FloatArray:
+        """Return the signs of the branch that a row is on."""
+        when = np.array([row.time])
+        guess = Block.empty(self.plan, len(self.mechanism.nodes), when, self.inputs(when), 0)
+        guess.x[:, 0], guess.y[:, 0] = row.x, row.y
+        return sides(self.plan, guess, self.mechanism.size)
 
     # -- blocks -------------------------------------------------------------------------
 
-    def evaluate(self, times: FloatArray, history: list[Row]) -> Block:
-        """Solve rows at times that go on from some history."""
+    def evaluate(self, times: FloatArray, history: list[Row], values: FloatArray | None = None) -> Block:
+        """Solve rows at times, and their inputs (actuators, rows) if given, that go on from some history."""
         history = self._useful(times, history)
         when = np.concatenate([[row.time for row in history], times])
-        block = Block.empty(self.plan, len(self.mechanism.nodes), when, self.inputs(when), len(history))
+        inputs = self.inputs(when)
+        if values is not None:
+            inputs[:, len(history) :] = values
+        block = Block.empty(self.plan, len(self.mechanism.nodes), when, inputs, len(history))
         for k, row in enumerate(history):
             block.x[:, k], block.y[:, k], block.g[:, k] = row.x, row.y, row.g
         fixed = list(self.mechanism.members[0].nodes)
@@ -172,7 +203,7 @@ class Follower:
                 self.determinant[k] = newton.follow(packed, block, self.run, sign, accuracy)
 
     def _useful(self, times: FloatArray, history: list[Row]) -> list[Row]:
-        """Choose up to four rows of history spaced like what is to come."""
+        """Choose up to four rows of history spaced like what is to come, or else the first and the last."""
         step = times[0] - history[-1].time
         chosen = [history[-1]]
         for row in reversed(history[:-1]):
@@ -180,6 +211,8 @@ class Follower:
                 break
             if chosen[-1].time - row.time >= 0.5 * step:
                 chosen.append(row)
+        if len(chosen) == 1 < len(history):
+            chosen.append(history[0])
         return chosen[::-1]
 
     def rows(self, block: Block) -> list[Row]:
@@ -204,14 +237,21 @@ class Follower:
 
     # -- the whole motion ------------------------------------------------------------------
 
-    def follow(self, times: FloatArray) -> Path:
-        """Solve at increasing times from the start on, or from where the last call ended."""
-        path = Path.empty(len(self.mechanism.nodes), times, self.inputs(times))
-        n, known = len(times), len(self.bridges)
+    def run_to(self, times: FloatArray) -> Path:
+        """Solve at increasing times."""
+        return self.follow(Path.empty(len(self.mechanism.nodes), times, self.inputs(times)))
+
+    def follow(self, path: Path) -> Path:
+        """Fill a path, whose times increase, from the start or from where the last call ended."""
+        times, n = path.time, len(path.time)
         i = self._fill(path, 0)
-        if len(self.log) == 1 and i < n:
+        if i < n and self.wall is None and len(self.log) == 1:
             i = self._beyond(path, i, self._set_out(float(times[i])))
         while i < n and path.limit is None:
+            if self.wall is not None:
+                path.end(i)
+                path.limit = self.wall.centre
+                break
             marches = self.run is jit.compiled and n - i >= self.policy.many
             good, doubtful = self._march(path, i) if marches else self._block(path, i)
             i += good
@@ -219,13 +259,23 @@ class Follower:
                 self.progress(i, n)
             if doubtful:
                 i = self._beyond(path, i, Passing(self).cross(float(times[i])))
-        path.bridged = [bridge.centre for bridge in self.bridges[known:]]
         return path
 
     def _beyond(self, path: Path, i: int, crossed: bool) -> int:
-        """Fill what crossing has passed and return the next row; or end the motion at its limit."""
+        """Fill what has been passed and return the next row; or end the motion at its limit."""
         if crossed:
             return self._fill(path, i)
+        target = float(path.time[i])
+        gap = self.guide.ahead(self.log, self.sense, target, self.turn) if self.guide is not None else None
+        if isinstance(gap, float):
+            path.end(i)
+            path.limit = max(gap, self.log[-1].time)
+            return i
+        if gap is not None and gap.ends[0] <= self.log[-1].time:
+            bridges = self.bridges
+            if self.enter(gap):
+                self.bridges, self.passed = [*bridges, gap], len(bridges) + 1
+                return self._fill(path, i)
         self.lenient = True
         row = self.evaluate(path.time[i : i + 1], self.log)
         self.lenient = False
@@ -237,12 +287,12 @@ class Follower:
 
     def _block(self, path: Path, i: int) -> tuple[int, bool]:
         """Solve rows from row i on as arrays; return how many, and whether the next is doubtful."""
-        block = self.evaluate(path.time[i : i + self.policy.rows], self.log)
+        rows = slice(i, i + self.policy.rows)
+        block = self.evaluate(path.time[rows], self.log, path.inputs[:, rows])
         good = block.end - block.history
         span, into = slice(block.history, block.end), slice(i, i + good)
         path.z.real[:, into], path.z.imag[:, into] = block.x[:, span], block.y[:, span]
         path.work[into] = block.work[span]
-        path.unchecked.append(into)
         self.remember(self.rows(_tail(block, block.end - min(good, 8))))
         return good, block.end < len(block.time)
 
@@ -266,18 +316,31 @@ class Follower:
 
     def _fill(self, path: Path, i: int) -> int:
         """Fill the rows up to where crossing has arrived; return the next row to solve."""
-        while i < len(path.time) and path.time[i] <= self.log[-1].time:
+        while i < len(path.time) and path.time[i] <= self.reached:
             row = self.at(float(path.time[i]))
+            if not row.error <= self.tolerance:
+                row = self._beside(row)
             path.z[:, i] = row.x + 1j * row.y
             path.codes[i] = int(Status.OK if row.error <= self.tolerance else Status.SINGULAR)
-            path.unchecked.append(slice(i, i + 1))
             i += 1
         return i
+
+    def _beside(self, row: Row) -> Row:
+        """Return a row that its inputs do not determine as the curve through the singular position beside it does."""
+        before = [one for one in self.log if one.time < row.time and one.error <= self.tolerance]
+        if self.guide is None or not before:
+            return row
+        gap = self.guide.ahead(before, self.sense, row.time, self.turn)
+        if gap is None or isinstance(gap, float) or not gap.ends[0] <= row.time <= gap.ends[1]:
+            return row
+        self.bridges.append(gap)
+        self.passed = len(self.bridges)
+        return gap.at(row.time)
 
     def at(self, time: float) -> Row:
         """Return the row at a time that has been passed: solved, or interpolated over a bridge."""
         for bridge in reversed(self.bridges):
-            if bridge.times[0] <= time <= bridge.times[-1]:
+            if bridge.ends[0] <= time <= bridge.ends[1]:
                 return bridge.at(time)
         for row in reversed(self.log):
             if row.time == time:

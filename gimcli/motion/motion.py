@@ -13,21 +13,24 @@ from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
-from gimcli.motion.effort import choose, gim_work, plan_work
-from gimcli.motion.follow import Follower, Inputs, Path
-from gimcli.motion.inputs import law_inputs, pace
+from gimcli.motion.effort import choose, gim_work, plain, plan_work
+from gimcli.motion.follow import Meeting, Path, Stop
+from gimcli.motion.inputs import law_inputs
+from gimcli.motion.journey import Journey
+from gimcli.motion.legs import STEPS_A_TURN
 from gimcli.motion.options import Options
-from gimcli.motion.start import STEPS_A_TURN, leave_singular, start_position
+from gimcli.motion.start import moved, start_position
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
-from gimcli.structure.residual import allowed, residual
+from gimcli.structure.residual import allowed, holds, residual
 from gimcli.structure.steps import Plan
 
 Tell = Callable[[str], None]
 Progress = Callable[[int, int], None]
 
-ALL = [slice(None)]
-"""All rows."""
+
+EVENTS = ("touched", "bridged", "meetings", "exchanged", "turned_back")
+"""Fields of a motion that hold what happens on the way."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +46,13 @@ class Motion:
     work: FloatArray  # (rows,) sweeps or iterations
     start: ComplexArray = field(repr=False)  # (nodes,) what was found at the start, whatever its status
     worst: str = ""  # the constraint that is worst off where the start could not be assembled
-    limit: float | None = None  # time of the limit that was met
+    limit: float | None = None  # time of the first limit that the law goes beyond
+    touched: tuple[Stop, ...] = ()  # limits to which the law comes, and not beyond
     bridged: tuple[float, ...] = ()  # times of the singular positions passed
+    meetings: tuple[Meeting, ...] = field(default=(), repr=False)  # positions and inputs there
     exchanged: tuple[float, ...] = ()  # times at which sweeps went on by another sequence
-    turned_back: tuple[tuple[float, tuple[float, ...]], ...] = ()  # times and inputs at which these turned back
-    parameter: FloatArray | None = field(default=None, repr=False)  # (rows,) of the curve, if it was told by one
+    turned_back: tuple[Stop, ...] = ()  # limits at which the input turns back
+    parameter: FloatArray | None = field(default=None, repr=False)  # (rows,) of the curve, if it was followed by one
     headings: FloatArray | None = field(default=None, repr=False)  # (n + 1, rows) directions along it, if known
 
     @property
@@ -83,17 +88,19 @@ class Motion:
     @staticmethod
     def joined(pieces: Sequence[Motion]) -> Motion:
         """Return pieces that follow each other as one motion."""
-        first, last = pieces[0], pieces[-1]
+        first = pieces[0]
         if len(pieces) == 1:
             return first
 
         def joint(part: str) -> Any:
             return np.concatenate([getattr(piece, part) for piece in pieces], axis=-1)
 
-        return Motion(
-            first.mechanism, joint("time"), joint("inputs"), joint("z"), joint("codes"), joint("residual"),
-            joint("work"), first.start, first.worst, last.limit, tuple(t for piece in pieces for t in piece.bridged),
-            tuple(t for piece in pieces for t in piece.exchanged),
+        events: dict[str, Any] = {name: tuple(t for piece in pieces for t in getattr(piece, name)) for name in EVENTS}
+        return replace(
+            first, time=joint("time"), inputs=joint("inputs"), z=joint("z"), codes=joint("codes"),
+            residual=joint("residual"), work=joint("work"),
+            limit=next((piece.limit for piece in pieces if piece.limit is not None), None),
+            **events,
         )  # fmt: skip
 
     @property
@@ -104,61 +111,53 @@ class Motion:
 
 def trace(
     mechanism: Mechanism, steps: int, options: Options | None = None, tell: Tell | None = None,
-    progress: Progress | None = None,
+    progress: Progress | None = None, at_limit: str = "stop", branch: int = 1,
 ) -> Motion:  # fmt: skip
     """Follow the actuators' laws in `steps` steps: steps + 1 rows.
 
-    `tell` hears of a compilation, `progress` of rows done and rows in all.
+    `tell` hears of a compilation, `progress` of rows done and rows in all. `at_limit`: stop, skip or reverse; `branch`:
+    which one is taken at the first change point. Raises UsageError where there is no such branch, or the input cannot
+    drive it.
     """
-    return next(stream(mechanism, steps, options, tell, progress, rows=steps + 1))
+    return next(stream(mechanism, steps, options, tell, progress, steps + 1, at_limit, branch))
 
 
 def stream(
     mechanism: Mechanism, steps: int, options: Options | None = None, tell: Tell | None = None,
-    progress: Progress | None = None, rows: int = 65536,
+    progress: Progress | None = None, rows: int = 65536, at_limit: str = "stop", branch: int = 1,
 ) -> Iterator[Motion]:  # fmt: skip
     """Follow the actuators' laws as `trace` does, but yield the motion in pieces of some rows."""
     options = options or Options()
     inputs = law_inputs(mechanism)
     plan = make_plan(mechanism, closed_forms=options.method != "newton")
     run = choose(options.jit, plan_work(plan, max(steps, STEPS_A_TURN)), tell, ("march",))
-    begin = inputs(np.zeros(1))[:, 0]
-    start = start_position(mechanism, plan, begin, run, options.tolerance)
-    follower = Follower(mechanism, plan, inputs, run, options.tolerance)
-    way = pace(mechanism, inputs(np.linspace(0.0, 1.0, 65)))
-    follower.turn = 1.0 / max(way, 1e-3)
-    if start.status is Status.SINGULAR or start.foreseen is not None:
-        start = leave_singular(follower, start)
-    elif start.status is Status.OK:
-        follower.begin(start.row, start.signs)
-    pieces = (np.arange(first, min(first + rows, steps + 1)) / steps for first in range(0, steps + 1, rows))
-    if start.status is not Status.OK:
-        yield from (_nothing(mechanism, time, inputs(time), start) for time in pieces)
-        return
+    start = start_position(mechanism, plan, inputs(np.zeros(1))[:, 0], run, options.tolerance)
+    journey = Journey(mechanism, plan, run, options.tolerance, at_limit, branch)
     swept = _Swept(mechanism, options, steps + 1, tell) if options.method == "gim" else None
-    parts = max(1, math.ceil(way * STEPS_A_TURN / steps))
-    done, limit = 0, None
-    for time in pieces:
+    for first in range(0, steps + 1, rows):
+        time = np.arange(first, min(first + rows, steps + 1)) / steps
+        path = Path.empty(len(mechanism.nodes), time, inputs(time))
+        if at_limit == "reverse":
+            path.parameter = np.full(len(time), math.nan)
+        if first == 0:
+            start = journey.begin(start, path)
+        if start.status is not Status.OK:
+            yield _nothing(mechanism, time, path.inputs, start)
+            continue
         if progress is not None:
-            follower.progress = _heard(progress, done, parts, steps + 1)
-        path = _after(mechanism, time, inputs) if limit else _along(follower, time, parts, steps)
-        if done == 0:
+            journey.progress = _heard(progress, first, steps + 1)
+        journey.go(path)
+        if first == 0:
             path.work[0] = start.work
-        path.limit = limit = limit or path.limit
-        done += len(time)
-        yield _judged(mechanism, plan, path if swept is None else swept.path(path), options)
+        if first + rows > steps:
+            journey.refuse_unmet()
+        motion = _judged(mechanism, plan, path if swept is None else swept.path(path), options)
+        yield motion if at_limit != "skip" or journey.on_line else _skipped(motion, options)
 
 
-def _after(mechanism: Mechanism, time: FloatArray, inputs: Inputs) -> Path:
-    """Return rows after a limit."""
-    path = Path.empty(len(mechanism.nodes), time, inputs(time))
-    path.end(0)
-    return path
-
-
-def _heard(progress: Progress, done: int, parts: int, total: int) -> Progress:
+def _heard(progress: Progress, done: int, total: int) -> Progress:
     """Return what hears of the rows of a piece."""
-    return lambda rows, _: progress(done + rows // parts, total)
+    return lambda rows, _: progress(done + rows, total)
 
 
 def _nothing(mechanism: Mechanism, time: FloatArray, values: FloatArray, start: Assembly) -> Motion:
@@ -171,20 +170,25 @@ def _nothing(mechanism: Mechanism, time: FloatArray, values: FloatArray, start: 
     return Motion(mechanism, time, values, empty, codes, np.full(rows, math.nan), np.zeros(rows), z, worst)
 
 
-def _along(follower: Follower, time: FloatArray, parts: int, steps: int) -> Path:
-    """Follow some rows, each step in some parts."""
-    if parts == 1:
-        return follower.follow(time)
-    first = round(float(time[0]) * steps)
-    fine = np.arange(max(0, (first - 1) * parts + 1), (first + len(time) - 1) * parts + 1) / (parts * steps)
-    own = slice((len(fine) - 1) % parts, None, parts)
-    fine[own] = time
-    path = follower.follow(fine)
-    work = np.add.reduceat(path.work, np.maximum(np.arange(len(time)) * parts + own.start - parts + 1, 0))
-    return Path(
-        time, path.inputs[:, own], path.z[:, own], path.codes[own], np.empty(len(time)), work, ALL, path.bridged,
-        path.limit,
-    )  # fmt: skip
+def _skipped(motion: Motion, options: Options) -> Motion:
+    """Return a motion of several inputs with the rows that a straight run of them reaches from the last one solved."""
+    mechanism, plan = motion.mechanism, make_plan(motion.mechanism)
+    z, codes, error = motion.z.copy(), motion.codes.copy(), motion.residual.copy()
+    if motion.first_status is not Status.OK:
+        return motion
+    last = int(np.flatnonzero(motion.good)[-1])
+    for k in np.flatnonzero(~motion.good).tolist():
+        if k < last:
+            continue
+        found = moved(
+            mechanism, plan, z[:, last], motion.inputs[:, last], motion.inputs[:, k], plain, options.tolerance
+        )
+        if found is None:
+            continue
+        own = residual(mechanism, found[:, None], motion.inputs[:, k : k + 1]).total
+        if holds(mechanism, found[:, None], motion.inputs[:, k : k + 1], options.tolerance, error=own)[0]:
+            z[:, k], codes[k], error[k], last = found, int(Status.OK), float(own[0]), k
+    return replace(motion, z=z, codes=codes, residual=error)
 
 
 class _Swept:
@@ -217,7 +221,8 @@ class _Swept:
             codes[:rows] = np.where(good[:rows], self._reasons(swept.codes, exact, inputs)[lead:], codes[:rows])
             exchanged = [float(path.time[max(0, k - lead)]) for k in swept.exchanged]
             self.last, self.status = (inputs[:, -1:], z[:, rows - 1 : rows]), Status(int(swept.codes[-1]))
-        return Path(path.time, path.inputs, z, codes, path.residual, work, ALL, path.bridged, path.limit, exchanged)
+        empty = np.full(len(path.time), math.nan)
+        return replace(path, z=z, codes=codes, residual=empty, work=work, exchanged=exchanged)
 
     def _reasons(self, codes: IntArray, exact: ComplexArray, inputs: FloatArray) -> IntArray:
         """Return why rows were not solved: sweeps stall on a contradiction too."""
@@ -231,12 +236,14 @@ class _Swept:
 def _judged(mechanism: Mechanism, plan: Plan, path: Path, options: Options) -> Motion:
     """Check every row by a residual that nothing of the solution enters; empty those that fail."""
     z, codes, start = path.z, path.codes, path.z[:, 0].copy()
-    error, bound = path.residual, allowed(mechanism, options.tolerance, options.method == "gim")
-    for rows in path.unchecked:
+    error, swept = path.residual, options.method == "gim"
+    if np.isnan(np.max(error)):  # not known yet
+        rows = np.flatnonzero(np.isnan(error))
         error[rows] = residual(mechanism, z[:, rows], path.inputs[:, rows]).total
-    if not np.max(error) <= bound:
+    good = holds(mechanism, z, path.inputs, options.tolerance, swept, error)
+    if not good.all():
         bad_sum = Status.CONTRADICTORY if plan.surplus > 0 else Status.NOT_CONVERGED
-        codes[~(error <= bound) & (codes == Status.OK)] = int(bad_sum)
+        codes[~good & (codes == Status.OK)] = int(bad_sum)
     if codes.any():
         bad = codes != Status.OK
         z[:, bad] = complex(math.nan, math.nan)
@@ -245,16 +252,6 @@ def _judged(mechanism: Mechanism, plan: Plan, path: Path, options: Options) -> M
     if codes[0] != Status.OK:
         worst = residual(mechanism, start[:, None], path.inputs[:, :1], names=True).worst[0]
     return Motion(
-        mechanism,
-        path.time,
-        path.inputs,
-        z,
-        codes,
-        error,
-        path.work,
-        start,
-        worst,
-        path.limit,
-        tuple(path.bridged),
-        tuple(path.exchanged),
-    )
+        mechanism, path.time, path.inputs, z, codes, error, path.work, start, worst, path.limit, tuple(path.touched),
+        tuple(path.bridged), tuple(path.meetings), tuple(path.exchanged), tuple(path.turned_back), path.parameter,
+    )  # fmt: skip

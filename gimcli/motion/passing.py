@@ -14,7 +14,6 @@ import numpy as np
 from gimcli.mechanism import FloatArray
 from gimcli.motion.bridge import Bridge, Row, lagrange
 from gimcli.solvers.block import Block
-from gimcli.solvers.side import sides
 from gimcli.structure.residual import allowed, residual
 from gimcli.structure.steps import NONE
 
@@ -148,7 +147,7 @@ class Passing:
             centre + delta,
             *(sum(w * getattr(row, part) for w, row in zip(weights, before, strict=True)) for part in "xyg"),
         )
-        old, follower.sign = follower.sign, self._sides(foreseen)
+        follower.sign = follower.sides(foreseen)
         follower.determinant = dict.fromkeys(follower.determinant, 0.0)
         block = follower.evaluate(np.array([centre + delta]), self._fan(before, foreseen))
         if block.end < len(block.time):
@@ -165,16 +164,8 @@ class Passing:
             return False
         follower.log = rows + follower.rows(block)
         bridge = Bridge(centre, follower.log.copy())
-        flipped = tuple(int(k) for k in np.flatnonzero(follower.sign != old))
-        follower.bridges.append(Bridge(bridge.turning(), bridge.rows, flipped))
+        follower.bridges.append(Bridge(bridge.turning(), bridge.rows))
         return True
-
-    def _sides(self, row: Row) -> FloatArray:
-        follower = self.follower
-        when = np.array([row.time])
-        guess = Block.empty(follower.plan, len(follower.mechanism.nodes), when, follower.inputs(when), 0)
-        guess.x[:, 0], guess.y[:, 0] = row.x, row.y
-        return sides(follower.plan, guess, follower.mechanism.size)
 
     def _fan(self, before: list[Row], foreseen: Row) -> list[Row]:
         """Return a history whose extrapolation is what is foreseen: it turns on the spot."""

@@ -13,7 +13,7 @@ from gimcli.motion.options import Options
 from gimcli.motion.start import random_guess, start_position
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
-from gimcli.structure.residual import Residual, allowed, residual
+from gimcli.structure.residual import Residual, holds, residual
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def _judged(mechanism: Mechanism, inputs: FloatArray, found: Assembly, options: 
     z = found.row.x + 1j * found.row.y
     check = residual(mechanism, z[:, None], inputs[:, None], names=True)
     status = found.status
-    if status is Status.OK and not check.total[0] <= allowed(mechanism, options.tolerance):
+    if status is Status.OK and not _holds(mechanism, z, inputs, options, check):
         status = Status.CONTRADICTORY if found.surplus else Status.NOT_CONVERGED
     return Position(mechanism, inputs, z, status, check, int(found.work), found.error / mechanism.size, None, options)
 
@@ -69,11 +69,16 @@ def _by_sweeps(
     done = sweeper.settle(inputs, guess, options.sweeps + 1 if history else 0)
     check = residual(mechanism, done.z[:, None], inputs[:, None], names=True)
     status = done.status
-    if done.good and not check.total[0] <= allowed(mechanism, options.tolerance, swept=True):
+    if done.good and not _holds(mechanism, done.z, inputs, options, check):
         status = Status.CONTRADICTORY if sweeper.plan.surplus > 0 else Status.JUMPED
     return Position(
         mechanism, inputs, done.z, status, check, done.sweeps, float("nan"), done.history if history else None, options
     )
+
+
+def _holds(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, options: Options, check: Residual) -> bool:
+    swept = options.method == "gim"
+    return bool(holds(mechanism, z[:, None], inputs[:, None], options.tolerance, swept, check.total)[0])
 
 
 def law_start(mechanism: Mechanism) -> FloatArray:

@@ -16,7 +16,8 @@ from gimcli.motion.assemble import Assembly
 from gimcli.motion.effort import choose, plain
 from gimcli.motion.follow import Follower
 from gimcli.motion.inputs import pace, straight_inputs
-from gimcli.motion.start import STEPS_A_TURN, drawn_inputs, start_position
+from gimcli.motion.legs import STEPS_A_TURN
+from gimcli.motion.start import drawn_inputs, start_position
 from gimcli.solvers.newton import Accuracy, Run
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
@@ -222,7 +223,7 @@ def _followed(job: Scatterer, start: Assembly, way: FloatArray) -> ComplexArray:
         follower.turn = 1.0 / max(turns, 1e-3)
         follower.begin(start.row, start.signs)
         parts = max(1, math.ceil(turns * STEPS_A_TURN / (rows - 1)))
-        path = follower.follow(np.arange(1, parts * (rows - 1) + 1) / (parts * (rows - 1)))
+        path = follower.run_to(np.arange(1, parts * (rows - 1) + 1) / (parts * (rows - 1)))
         own = slice(parts - 1, None, parts)
         z[:, 1:] = np.where(path.codes[own] == Status.OK, path.z[:, own], complex(math.nan, math.nan))
     error = residual(mechanism, z, way).total

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-import math
-from itertools import product
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler, Assembly
-from gimcli.motion.bridge import Bridge, Row
-from gimcli.motion.follow import Follower, Foreseen
-from gimcli.motion.inputs import nearest_turns, pace, straight_inputs
+from gimcli.motion.bridge import Gap
+from gimcli.motion.follow import Follower
+from gimcli.motion.inputs import nearest_turns
+from gimcli.motion.legs import Leg, dense, straight
 from gimcli.solvers.newton import Run
 from gimcli.status import Status
+from gimcli.structure.residual import holds
 from gimcli.structure.steps import Plan
 
-STEPS_A_TURN = 90
-"""Rows are solved at least this densely inside, whatever the user asks to see."""
+if TYPE_CHECKING:
+    from gimcli.motion.guide import Guide
+
+
+DRAWN = 1e-12
+"""Residual up to which a drawing is a position itself."""
 
 
 def start_position(mechanism: Mechanism, plan: Plan, inputs: FloatArray, run: Run, tolerance: float) -> Assembly:
@@ -25,40 +31,52 @@ def start_position(mechanism: Mechanism, plan: Plan, inputs: FloatArray, run: Ru
 
     The drawn position is assembled at its own inputs and moved to those asked for, so that the
     result does not depend on how far they are; where that cannot be done, the guess is taken as it is.
+    A singular position is solved too, as far as the curve of the motion determines it; the way on from there is by
+    growing parameters of a line of the inputs, a single input's value.
     """
     assembler = Assembler(mechanism, plan, run, tolerance)
     begin = nearest_turns(mechanism, drawn_inputs(mechanism), inputs)
     if not np.array_equal(begin, inputs):
-        first = assembler.assemble(begin, mechanism.drawn)
-        if first.status is Status.OK:
-            moved = _move(mechanism, plan, first, begin, inputs, run, tolerance)
-            if moved is not None:
-                return moved
-    return assembler.assemble(inputs, mechanism.drawn)
+        leg = straight(mechanism, begin, inputs)
+        first = _assembled(assembler, leg)
+        moved = _move(mechanism, plan, first, leg, run, tolerance) if first.status is Status.OK else None
+        if moved is not None:
+            return _forwards(moved, leg)
+    if not len(inputs):
+        return assembler.assemble(inputs, mechanism.drawn)
+    return _assembled(assembler, straight(mechanism, inputs, inputs))
 
 
-def leave_singular(follower: Follower, start: Assembly) -> Assembly:
-    """Let a motion leave a singular start; return it told from the rows after it, or as it was."""
-    mechanism = follower.mechanism
-    assembler = Assembler(mechanism, follower.plan, follower.run, follower.accuracy.tolerance)
-    position = start.row.x + 1j * start.row.y if start.status is Status.OK else mechanism.drawn
-    foreseen = start.foreseen or (lambda inputs: position)  # no motion has led here: the branch on which least moves
-    flat = np.flatnonzero(~(start.quality > follower.policy.meeting))
-
-    def branches(inputs: FloatArray, time: float) -> list[tuple[Row, FloatArray]]:
-        found = []
-        for turn in product((1.0, -1.0), repeat=min(len(flat), 4)):
-            signs = start.signs.copy()
-            signs[flat[:4]] = turn
-            tried = assembler.assemble(inputs, position, time, signs)
-            if tried.status is Status.OK:
-                found.append((tried.row, signs))
+def _assembled(assembler: Assembler, leg: Leg) -> Assembly:
+    """Assemble the drawing at the start of a leg; where it is singular, as the curve of the leg says."""
+    mechanism, at = assembler.mechanism, leg.sense * leg.begin
+    found = assembler.assemble(leg.inputs(np.array([at]))[:, 0], mechanism.drawn, at)
+    if found.status is not Status.SINGULAR:
         return found
+    drawn, inputs = mechanism.drawn[:, None], leg.inputs(np.array([at]))
+    exact = holds(mechanism, drawn, inputs, DRAWN)[0]  # then the drawing tells more than what was assembled
+    z = mechanism.drawn if exact else settled(mechanism, found)
+    gap = _guide(leg, assembler).around(z, at, leg.sense)
+    return found if gap is None else on_gap(gap, found)
 
-    if not follower.leave(branches, foreseen):
-        return start
-    row = follower.at(0.0)
-    return Assembly(Status.OK, row, follower.sign.copy(), follower.tolerance, start.work, start.surplus)
+
+def _forwards(found: Assembly, leg: Leg) -> Assembly:
+    """Return an assembly at the end of a leg, or at its start, whose way on is by growing parameters."""
+    if found.gap is not None and leg.sense < 0.0:
+        found.gap = found.gap.mirrored()
+    return found
+
+
+def settled(mechanism: Mechanism, found: Assembly) -> ComplexArray:
+    """Return the nodes (nodes,) of an assembly, those that were not placed as they are drawn."""
+    z = found.row.x + 1j * found.row.y
+    return np.where(np.isfinite(z), z, mechanism.drawn)
+
+
+def on_gap(gap: Gap, found: Assembly) -> Assembly:
+    """Return an assembly on the way through a singular position."""
+    row = gap.at(found.row.time)
+    return Assembly(Status.OK, row, found.signs, row.error, found.work, found.surplus, gap)
 
 
 def drawn_inputs(mechanism: Mechanism) -> FloatArray:
@@ -81,41 +99,38 @@ def moved(
     mechanism: Mechanism, plan: Plan, z: ComplexArray, begin: FloatArray, end: FloatArray, run: Run, tolerance: float
 ) -> ComplexArray | None:
     """Return positions (nodes,) after a straight run of the inputs from an assembled one; None where it is stopped."""
-    first = Assembler(mechanism, plan, run, tolerance).assemble(begin, z)
-    if first.status is not Status.OK:
-        return None
-    there = _move(mechanism, plan, first, begin, end, run, tolerance)
+    leg = straight(mechanism, begin, end)
+    first = Assembler(mechanism, plan, run, tolerance).assemble(begin, z, leg.sense * leg.begin)
+    there = _move(mechanism, plan, first, leg, run, tolerance) if first.status is Status.OK else None
     return None if there is None else np.asarray(there.row.x + 1j * there.row.y)
 
 
-def _move(
-    mechanism: Mechanism, plan: Plan, first: Assembly, begin: FloatArray, end: FloatArray, run: Run, tolerance: float
-) -> Assembly | None:
-    follower = Follower(mechanism, plan, straight_inputs(begin, end), run, tolerance)
-    way = pace(mechanism, np.stack([begin, end], axis=1))
-    follower.turn = 1.0 / max(way, 1e-3)
-    follower.begin(first.row, first.signs)
-    steps = max(8, math.ceil(way * STEPS_A_TURN))
-    path = follower.follow(np.arange(1, steps + 1) / steps)
+def _guide(leg: Leg, assembler: Assembler) -> Guide:
+    from gimcli.motion.guide import Guide  # only where something is doubtful
+
+    return Guide(leg.line, assembler)
+
+
+def follower_of(mechanism: Mechanism, plan: Plan, leg: Leg, run: Run, tolerance: float) -> Follower:
+    """Return what follows a leg from its start on."""
+    guide = partial(_guide, leg, Assembler(mechanism, plan, run, tolerance))
+    follower = Follower(mechanism, plan, leg.inputs, run, tolerance, guide)
+    follower.turn, follower.sense = leg.turn, leg.sense
+    return follower
+
+
+def _move(mechanism: Mechanism, plan: Plan, first: Assembly, leg: Leg, run: Run, tolerance: float) -> Assembly | None:
+    """Return the assembly at the end of a leg; None where the motion is stopped before."""
+    follower = follower_of(mechanism, plan, leg, run, tolerance)
+    if first.gap is None:
+        follower.begin(first.row, first.signs)
+    elif not follower.enter(first.gap):
+        return None
+    grid, _ = dense(leg.sense * leg.begin, np.array([leg.goal]), leg.turn, 8)
+    path = follower.run_to(grid)
     if path.codes[-1] != Status.OK:
         return None
-    row = follower.at(1.0)
-    quality, foreseen = np.full(plan.branches, np.inf), None
-    for bridge in follower.bridges[-1:]:
-        if bridge.times[3] < 1.0 < bridge.times[4]:  # the motion may go back from here or straight on
-            quality[list(bridge.flipped)] = 0.0
-            foreseen = _along_bridge(bridge, begin, end)
-    row.time = 0.0
+    row = follower.at(leg.goal)
     work = first.work + float(path.work.sum())
-    return Assembly(Status.OK, row, follower.sign.copy(), row.error, work, first.surplus, quality, foreseen)
-
-
-def _along_bridge(bridge: Bridge, begin: FloatArray, end: FloatArray) -> Foreseen:
-    """Return the positions that continue a straight run of the inputs through its singular end."""
-    way = end - begin
-
-    def foreseen(inputs: FloatArray) -> ComplexArray:
-        row = bridge.at(1.0 + float((inputs - end) @ way) / float(way @ way))
-        return np.asarray(row.x + 1j * row.y)
-
-    return foreseen
+    gap = follower.gap_at(leg.goal)
+    return Assembly(Status.OK, row, follower.sign.copy(), row.error, work, first.surplus, gap, came=True)

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from gimcli.mechanism import FloatArray
-from gimcli.motion.circuit import Circuit, Policy
+from gimcli.motion.circuit import Circuit, Policy, nearby
 from gimcli.motion.motion import Motion
 from gimcli.solvers.arclength import Place, correct
 from gimcli.status import Status
-from gimcli.structure.residual import allowed, residual
+from gimcli.structure.residual import holds, residual
 
 
 def way(circuit: Circuit) -> FloatArray:
@@ -28,9 +28,13 @@ def along(circuit: Circuit, rows: int, policy: Policy | None = None) -> FloatArr
 
 
 def stations(circuit: Circuit, rows: int) -> Iterator[tuple[int, float]]:
-    """Yield at even distances, both ends among them, the place before and the part (0..1) of the way to the next."""
+    """Yield at even distances, both ends among them, the place before and the part (0..1) of the way to the next.
+
+    Of a curve that runs to infinity the part nearby is taken.
+    """
     marks = way(circuit)
-    wanted = np.linspace(0.0, marks[-1], rows)
+    first, last = nearby(circuit)
+    wanted = np.linspace(marks[first], marks[last], rows)
     index = np.clip(np.searchsorted(marks, wanted, side="right") - 1, 0, len(marks) - 2)
     for row, k in enumerate(index.tolist()):
         yield k, float((wanted[row] - marks[k]) / (marks[k + 1] - marks[k]))
@@ -84,7 +88,7 @@ def as_motion(circuit: Circuit, time: FloatArray, p: FloatArray, tolerance: floa
     inputs = np.array([curve.inputs(q) for q in p[-1].tolist()]).T
     z = curve.nodes(p)
     error = residual(mechanism, z, inputs).total
-    good = error <= allowed(mechanism, tolerance)
+    good = holds(mechanism, z, inputs, tolerance, error=error)
     codes = np.where(good, int(Status.OK), int(Status.SINGULAR))
     z[:, ~good] = complex(np.nan, np.nan)
     error = np.where(good, error, np.nan)

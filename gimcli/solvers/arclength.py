@@ -142,12 +142,17 @@ def pinned(
     """
     from scipy.optimize import brentq
 
-    def at(s: float) -> Place:
-        found = correct(system, here.p + s * here.tangent, policy, here.tangent)
-        return here if found is None else place(system, found, here.tangent)
+    known: dict[float, tuple[Place, float]] = {}
 
-    ends = test(here), test(at(step))
-    if not ends[0] * ends[1] < 0.0:
+    def at(s: float) -> tuple[Place, float]:
+        if s not in known:  # the ends are tested once: a place corrected anew may have the other sign
+            found = correct(system, here.p + s * here.tangent, policy, here.tangent)
+            there = here if found is None else place(system, found, here.tangent)
+            known[s] = there, test(there)
+        return known[s]
+
+    known[0.0] = here, test(here)
+    if not at(0.0)[1] * at(step)[1] < 0.0:
         return None
-    s = float(brentq(lambda t: test(at(t)), 0.0, step, xtol=policy.closeness))
-    return s, at(s)
+    s = float(brentq(lambda t: at(t)[1], 0.0, step, xtol=policy.closeness))
+    return s, at(s)[0]

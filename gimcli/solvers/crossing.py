@@ -10,7 +10,8 @@ and 8; Allgower & Georg 2003, section 8.3.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -52,14 +53,50 @@ class Crossing:
     miss: float  # by how much the equations fail to have it
     right: FloatArray  # (n + 1, k + 1) null space
     left: FloatArray  # (m, r)
-    tangents: tuple[FloatArray, ...]  # unit, one of either sense; branches that touch have one
-    touching: bool  # a tangent is told twice, or not by the second order
-    loose: bool = False  # a surface of more than one freedom meets the curve there: it has no single tangents
+    forms: FloatArray  # (., k + 1, k + 1) independent quadratic forms that are 0 along a branch
+    policy: Policy = field(repr=False)
 
     @property
     def lost(self) -> int:
         """Loss of rank k."""
         return int(self.right.shape[1]) - 1
+
+    @property
+    def tangents(self) -> tuple[FloatArray, ...]:
+        """The unit tangents (n + 1,) of all branches, one of either sense; branches that touch have one."""
+        return self._branches[0]
+
+    @property
+    def touching(self) -> bool:
+        """Tell whether a tangent is told twice, or not by the second order."""
+        return self._branches[1]
+
+    @property
+    def loose(self) -> bool:
+        """Tell whether a surface of more than one freedom meets the curve there: it has no single tangents."""
+        return self._branches[2]
+
+    @cached_property
+    def _branches(self) -> tuple[tuple[FloatArray, ...], bool, bool]:
+        if self.lost > self.policy.most:
+            return (), False, False
+        found, touching, loose = _tangents(self.forms, self.policy)
+        return tuple(self.right @ a for a in found), touching, loose
+
+    def near(self, v: FloatArray) -> FloatArray | None:
+        """Return the tangent of the branch next to a direction v (n + 1,), in its sense; None where none is single.
+
+        However many branches meet, only this one is looked for.
+        """
+        a = self.right.T @ v
+        if not np.linalg.norm(a) > 0.0 or not len(self.forms):
+            return None
+        if self.lost == 1:
+            found = max(self.tangents, key=lambda t: abs(float(t @ v)), default=None)
+        else:
+            settled = _settled(self.forms, a / np.linalg.norm(a), self.policy)
+            found = self.right @ settled if settled is not None and _single(self.forms, settled, self.policy) else None
+        return found if found is None or found @ v >= 0.0 else -found
 
 
 def crossing(curve: Bent, guess: FloatArray, policy: Policy) -> Crossing | None:
@@ -73,17 +110,14 @@ def crossing(curve: Bent, guess: FloatArray, policy: Policy) -> Crossing | None:
         if int(np.sum(values[:n] <= policy.lost * values[0])) == lost:
             null, normal = right[n - lost :].T, left[:, n - lost :]
             miss = float(np.linalg.norm(normal.T @ curve.residual(p)))
-            if lost > policy.most:
-                return Crossing(p, miss, null, normal, (), False)
-            tangents, touching, loose = _tangents(_forms(curve, p, null, normal), policy)
-            return Crossing(p, miss, null, normal, tuple(null @ a for a in tangents), touching, loose)
+            return Crossing(p, miss, null, normal, _independent(_forms(curve, p, null, normal), policy), policy)
     return None
 
 
 def _losses(curve: Bent, guess: FloatArray, policy: Policy) -> list[int]:
     """Return the losses of rank that are tried: first that by the widest gap between singular values."""
     values = np.linalg.svd(curve.jacobian(guess), compute_uv=False)[: len(guess) - 1]
-    gaps = values[:-1] / np.maximum(values[1:], np.finfo(float).tiny)
+    gaps = values[:-1] / np.maximum(values[1:], np.finfo(float).eps * values[0])  # what rounding left of 0 is no gap
     likely = len(values) - 1 - int(np.argmax(gaps)) if len(gaps) else 1
     return list(dict.fromkeys([likely, *range(1, min(policy.most, len(values)) + 1)]))
 
@@ -138,20 +172,23 @@ def _forms(curve: Bent, p: FloatArray, right: FloatArray, left: FloatArray) -> F
     return np.asarray(np.moveaxis(forms, 1, 0) / (scale or 1.0))
 
 
+def _independent(forms: FloatArray, policy: Policy) -> FloatArray:
+    """Return as many forms, of norm 1, as say something."""
+    size = forms.shape[1]
+    _, values, rows = np.linalg.svd(forms.reshape(len(forms), -1), full_matrices=False)
+    return np.asarray(rows[values > policy.none].reshape(-1, size, size))
+
+
 def _tangents(forms: FloatArray, policy: Policy) -> tuple[list[FloatArray], bool, bool]:
     """Return the single directions (k + 1,) in which all forms are 0, whether one is told twice, and if there are more.
 
-    None is told by forms that say nothing.
+    None is told where no form says anything.
     """
-    size = forms.shape[1]
-    flat = forms.reshape(len(forms), -1)
-    _, values, rows = np.linalg.svd(flat, full_matrices=False)
-    kept = rows[values > policy.none].reshape(-1, size, size)  # as many as say something, of norm 1
-    if not len(kept):
+    if not len(forms):
         return [], True, False
-    if size == 2:
-        return (*_of_two(kept, policy), False)
-    found, loose = _of_many(kept, policy)
+    if forms.shape[1] == 2:
+        return (*_of_two(forms, policy), False)
+    found, loose = _of_many(forms, policy)
     return found, False, loose
 
 
@@ -183,11 +220,17 @@ def _of_many(forms: FloatArray, policy: Policy) -> tuple[list[FloatArray], bool]
         v = _settled(forms, start / np.linalg.norm(start), policy)
         if v is None:
             continue
-        if np.linalg.svd(forms @ v, compute_uv=False)[size - 2 : size - 1].sum() <= policy.single:
+        if not _single(forms, v, policy):
             loose = True
         elif all(np.arccos(min(1.0, abs(float(v @ other)))) > policy.apart for other in found):
             found.append(v)
     return sorted(found, key=lambda v: [round(part, 6) for part in v.tolist()]), loose
+
+
+def _single(forms: FloatArray, v: FloatArray, policy: Policy) -> bool:
+    """Tell whether a common direction is not one of many."""
+    size = forms.shape[1]
+    return bool(np.linalg.svd(forms @ v, compute_uv=False)[size - 2 : size - 1].sum() > policy.single)
 
 
 def _settled(forms: FloatArray, v: FloatArray, policy: Policy) -> FloatArray | None:

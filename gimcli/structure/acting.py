@@ -9,7 +9,7 @@ import numpy as np
 
 from gimcli.dynamics import Load
 from gimcli.kernels.reduction import Acting
-from gimcli.mechanism import FRAME, Actuator, Drive, FloatArray, IntArray, Mechanism
+from gimcli.mechanism import FRAME, Actuator, Drive, FloatArray, IntArray, Mechanism, Undriven
 from gimcli.structure.checks import farthest
 from gimcli.structure.rotation import members_of
 from gimcli.structure.steps import NONE
@@ -26,7 +26,7 @@ def with_rubbing(mechanism: Mechanism) -> Mechanism:
             slide = mechanism.slides[friction.slide]
             away = complex(mechanism.drawn[slide.node])
             gauge = Actuator(
-                RUBBED + friction.name, Drive.TRAVEL, lambda time, order=0: time, abs(away), slide.node,
+                RUBBED + friction.name, Drive.TRAVEL, Undriven(), abs(away), slide.node,
                 reference_member=slide.member, point=slide.point, direction=slide.direction,
             )  # fmt: skip
             extra.append(gauge)

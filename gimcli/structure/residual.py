@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimcli.kernels import constraints
 from gimcli.kernels.circular import cos_sin
@@ -62,6 +63,19 @@ def allowed(mechanism: Mechanism, tolerance: float, swept: bool = False) -> floa
     """
     rounding = 64.0 * float(np.finfo(float).eps) * mechanism.size / mechanism.shortest
     return max(SWEPT * tolerance if swept else tolerance, rounding)
+
+
+def holds(
+    mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, tolerance: float, swept: bool = False,
+    error: FloatArray | None = None,
+) -> NDArray[np.bool_]:  # fmt: skip
+    """Tell of positions z (nodes, rows) at inputs (actuators, rows) whether they fulfil every constraint.
+
+    The gate that every position passes before it is given out as good. `error`: their residuals (rows,), where they
+    are known from the same checks.
+    """
+    worst = residual(mechanism, z, inputs).total if error is None else error
+    return np.asarray(worst <= allowed(mechanism, tolerance, swept))  # a NaN fails
 
 
 def errors(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Iterator[tuple[str, bool, FloatArray]]:

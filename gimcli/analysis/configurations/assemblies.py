@@ -27,7 +27,7 @@ from gimcli.analysis.configurations.roots import OPEN, REACHED, REALS, Roots, al
 from gimcli.analysis.configurations.store import known_count
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.structure.residual import allowed, residual
+from gimcli.structure.residual import holds, residual
 
 DIGITS = 7
 """Digits of the angles by which configurations are ordered: more than enough, fewer than rounding spoils."""
@@ -198,7 +198,7 @@ class Assembler:
         z = self._places(leaves.state, inputs)
         rows = np.broadcast_to(inputs[:, None], (len(inputs), len(leaves.branches)))
         check = residual(self.mechanism, z, np.ascontiguousarray(rows)).total if z.shape[1] else np.zeros(0)
-        fits = check <= allowed(self.mechanism, self.policy.fits)
+        fits = holds(self.mechanism, z, rows, self.policy.fits, error=check)
         chosen = np.flatnonzero(fits)
         return Configurations(
             self.mechanism, inputs, z.T[chosen], check[chosen], leaves.radius[chosen],

@@ -1,0 +1,357 @@
+"""A motion along the legs of its laws: what it does at their turnings, at limits, and where branches meet.
+
+`stop`: rows after the limit are empty. `skip`: rows that the input cannot reach are empty, later ones that it can
+reach again are solved on the arc between limits that the motion was on. `reverse`: the input turns back at the limit
+and the motion goes on through it, on the legs as they are mirrored at the limit. A branch is chosen at the first
+change point on the way, the start included; behind it the motion goes straight on, also when it comes back.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from gimcli.errors import UsageError
+from gimcli.mechanism import ComplexArray, Drive, FloatArray, IntArray, Mechanism
+from gimcli.motion.assemble import Assembly
+from gimcli.motion.bridge import BEYOND, Gap
+from gimcli.motion.follow import Follower, Path
+from gimcli.motion.legs import Leg, dense, fine, legs
+from gimcli.motion.start import follower_of, on_gap, settled
+from gimcli.solvers.newton import Run
+from gimcli.status import Status
+from gimcli.structure.steps import Plan
+
+if TYPE_CHECKING:
+    from gimcli.motion.arc import Passage
+
+AT_LIMIT = ("stop", "skip", "reverse")
+
+TURN = 2.0 * math.pi
+
+SAME = 1e-6
+"""Of a turn: meetings of branches that are nearer are one."""
+
+BESIDE = 1e-4
+"""Of a turn: distance from a meeting of branches within which it is found exactly."""
+
+Progress = Callable[[int, int], None]
+
+
+class Journey:
+    """Where a motion is on the legs of its laws."""
+
+    def __init__(
+        self, mechanism: Mechanism, plan: Plan, run: Run, tolerance: float, at_limit: str = "stop", branch: int = 1
+    ) -> None:
+        self.mechanism, self.at_limit, self.branch = mechanism, at_limit, branch
+        self.plan, self.run, self.tolerance = plan, run, tolerance
+        self.legs = deque(legs(mechanism))
+        self.leg = self.legs.popleft()
+        self.follower: Follower = self.follow(self.leg)
+        self.place = self.leg.sense * self.leg.begin  # on the leg, up to which rows are solved
+        self.ended: Status | None = None  # how the rows after this place end
+        self.waiting: tuple[float, Gap] | None = None  # time at which the input is in reach again, and the way in
+        self.noted: list[float] = []  # places on the leg at which branches meet and that have been noted
+        self.progress: Progress | None = None
+
+    def follow(self, leg: Leg) -> Follower:
+        """Return what follows a leg."""
+        return follower_of(self.mechanism, self.plan, leg, self.run, self.tolerance)
+
+    @property
+    def on_line(self) -> bool:
+        """Tell whether the inputs run along one line."""
+        return self.leg.line is not None
+
+    # -- the start ----------------------------------------------------------------------
+
+    def begin(self, start: Assembly, path: Path) -> Assembly:
+        """Set out from an assembled start and return it as the motion has it; note what is singular there."""
+        gap = self._first_gap(start)
+        if gap is None:
+            if start.status is Status.OK:
+                start.row.time = self.place
+                self.follower.begin(start.row, start.signs)
+            return start
+        if self._stands_at(gap):
+            if gap.limit:
+                self._touch(path, gap, 0.0)
+            self._note(path, gap)
+        elif gap.centre < self.place:
+            self.noted.append(gap.centre)
+        if not self.follower.enter(gap):
+            return Assembly(Status.SINGULAR, start.row, start.signs, start.error, start.work, start.surplus)
+        start.row.time = self.place
+        return on_gap(gap, start)
+
+    def _first_gap(self, start: Assembly) -> Gap | None:
+        """Return the way out of the start where that is singular, on the branch asked for."""
+        gap, leg = start.gap, self.leg
+        if start.status is not Status.SINGULAR and gap is None:
+            return None
+        single = len(self.mechanism.actuators) == 1
+        if gap is not None and single:  # it is on the curve of the motion
+            gap = gap if leg.sense > 0.0 else gap.mirrored()
+            if self.branch == 1 or not self._stands_at(gap):
+                return gap
+            if gap.limit:
+                return self._other_arc(gap)
+        guide = self.follower.guide
+        if guide is None or guide.curve is None:
+            return None
+        from gimcli.motion.guide import arrival
+
+        along = arrival(guide.curve, start, single)
+        return self._around(settled(self.mechanism, start), self.place, along)
+
+    def _other_arc(self, gap: Gap) -> Gap:
+        """Return the way out on the other of the two arcs that meet at a limit."""
+        if self.branch > 2:
+            raise UsageError(f"--branch {self.branch}: 2 arcs meet at the limit that the motion starts at")
+        self.branch = 1
+        return cast("Passage", gap).other_side().mirrored()
+
+    def _stands_at(self, gap: Gap) -> bool:
+        """Tell whether the motion is at the singular position of a gap."""
+        return abs(gap.centre - self.place) <= BEYOND * max(1.0, abs(self.place))
+
+    # -- rows ---------------------------------------------------------------------------
+
+    def go(self, path: Path) -> None:
+        """Solve the next rows (`time` and `inputs` of the path are given), and note what happens on the way."""
+        i, n = 0, len(path.time)
+        while i < n:
+            if self.ended is not None:
+                path.codes[i:] = int(self.ended)
+                self._mirror(path, i, n)
+                return
+            if self.waiting is not None:
+                i = self._wait(path, i)
+                continue
+            j = n if not self.legs else i + int(np.searchsorted(path.time[i:], self.leg.last, side="right"))
+            i = self._rows(path, i, j)
+            if i == j < n and self.ended is None and self.waiting is None:
+                self._next_leg(path)
+
+    def _rows(self, path: Path, i: int, j: int) -> int:
+        """Solve rows i..j of the leg; return the first that is still to be solved or decided."""
+        if i == j:
+            return i
+        leg = self.leg
+        self._mirror(path, i, j)
+        s = leg.places(path.time[i:j], path.inputs[:, i:j])
+        self._hear(i, j)
+        sub, number = self._follow(path, slice(i, j), s)
+        turning = self._turn_off(path)
+        upto = self._copy(path, i, j, sub, number)
+        if turning is not None:
+            return min(upto, i + int(np.searchsorted(s, turning, side="right")))
+        self.place = float(s[upto - 1 - i]) if upto > i else self.place
+        self._note(path)
+        if sub.limit is not None:
+            self._blocked(path, sub, upto)
+        elif path.time[j - 1] == leg.last:
+            self._come_to_end(path)
+        return upto
+
+    def _follow(self, path: Path, rows: slice, s: FloatArray) -> tuple[Path, IntArray | None]:
+        """Follow the places (rows,) of some rows; return what that gave, and which of it they are if it is more."""
+        step = np.diff(s)
+        longest = max(float(np.max(step, initial=0.0)), float(s[0]) - self.place)
+        if len(s) == len(path.time) and np.min(step, initial=1.0) > 0.0 and fine(longest, self.leg.turn):
+            whole = Path(s, path.inputs, path.z, path.codes, path.residual, path.work)
+            return self.follower.follow(whole), None
+        new = np.append(True, step > 0.0)
+        grid, own = dense(self.place, s[new], self.leg.turn)
+        values = self.leg.inputs(grid)
+        values[:, own] = path.inputs[:, rows][:, new]
+        return self.follower.follow(Path.empty(len(path.z), grid, values)), own[np.cumsum(new) - 1]
+
+    def _copy(self, path: Path, i: int, j: int, sub: Path, number: IntArray | None) -> int:
+        """Take over what following gave in rows i..j; return the first row that it did not reach."""
+        if number is not None:
+            path.z[:, i:j], path.codes[i:j] = sub.z[:, number], sub.codes[number]
+            path.residual[i:j] = sub.residual[number]
+            total = np.append(0.0, np.cumsum(sub.work))
+            path.work[i:j] = np.diff(total[np.append(0, number + 1)])
+        bad = np.flatnonzero(path.codes[i:j] == Status.LIMIT) if sub.limit is not None else path.codes[:0]
+        return i + int(bad[0]) if len(bad) else j
+
+    def _mirror(self, path: Path, i: int, j: int) -> None:
+        """Give rows the inputs that they have after the input has turned back."""
+        if path.parameter is not None:
+            path.inputs[:, i:j] = self.leg.values(path.time[i:j])
+            curve = None if self.on_line or self.follower.guide is None else self.follower.guide.curve
+            path.parameter[i:j] = self.leg.parameter(path.time[i:j]) * (1.0 if curve is None else curve.span)
+
+    def _hear(self, i: int, j: int) -> None:
+        if self.progress is not None:
+            heard = self.progress
+            self.follower.progress = lambda rows, of: heard(i + (j - i) * rows // max(of, 1), j)
+
+    # -- turnings ------------------------------------------------------------------------
+
+    def _next_leg(self, path: Path) -> None:
+        """Go to the end of the leg, and over to the next one."""
+        follower, leg = self.follower, self.leg
+        if follower.reached < leg.goal:
+            sub = follower.run_to(dense(self.place, np.array([leg.goal]), leg.turn)[0])
+            turning = self._turn_off(path)
+            if turning is not None:
+                self._next_leg(path)
+                return
+            if sub.limit is not None:
+                self.place = min(leg.goal, sub.limit)
+                self._note(path)
+                self._blocked(path, sub, len(path.time))
+                return
+        self.place = leg.goal
+        self._note(path)
+        self._come_to_end(path)
+        self._enter(self.legs.popleft(), follower.gap_at(leg.goal), leg.goal)
+
+    def _enter(self, leg: Leg, gap: Gap | None, goal: float) -> None:
+        """Begin the next leg, which comes back from the end of the last one."""
+        before, self.leg, self.follower = self.follower, leg, self.follow(leg)
+        self.place, self.noted = leg.sense * leg.begin, []
+        if gap is not None:
+            if -gap.centre <= self.place or self._stands_at(gap.mirrored()):
+                self.noted.append(-gap.centre)
+            if not self.follower.enter(gap.mirrored()):
+                self.ended = Status.SINGULAR
+            return
+        row = before.at(goal)
+        row.time = self.place
+        self.follower.begin(row, before.sign)
+
+    def _come_to_end(self, path: Path) -> None:
+        """Note whether the leg ends at a limit."""
+        gap = self.follower.gap_at(self.leg.goal)
+        if gap is not None and gap.limit and self._stands_at(gap):
+            self._touch(path, gap, self.leg.last)
+
+    def _touch(self, path: Path, gap: Gap, time: float) -> None:
+        """Note that the law comes to a limit at a time, and not beyond."""
+        if time not in [known for known, _ in path.touched]:
+            path.touched.append((time, tuple(self.leg.inputs(np.array([gap.centre]))[:, 0].tolist())))
+
+    def _note(self, path: Path, *gaps: Gap) -> None:
+        """Note the meetings of branches that the motion has come to, each once."""
+        for gap in gaps or self.follower.bridges:
+            if self._is_new(gap, self.place):
+                self.noted.append(gap.centre)
+                path.met(self.leg.time_at(gap.centre), gap, self.leg.inputs(np.array([gap.centre]))[:, 0])
+
+    def _is_new(self, gap: Gap, place: float) -> bool:
+        """Tell whether branches meet at a gap that a motion up to a place has come to, and that is not noted yet."""
+        near = SAME * self.leg.turn
+        known = gap.limit or any(abs(gap.centre - centre) <= near for centre in self.noted)
+        return not known and self._has_come_to(gap, place)
+
+    def _has_come_to(self, gap: Gap, place: float) -> bool:
+        """Tell whether a motion up to a place has come to the singular position of a gap."""
+        centre = gap.centre
+        if abs(centre - place) <= BESIDE * self.leg.turn and self.follower.guide is not None:
+            centre = self.follower.guide.exact(gap, self.leg.sense)  # an interpolated one is known to some digits less
+        return centre <= place + BEYOND * max(1.0, abs(place))
+
+    # -- branches ------------------------------------------------------------------------
+
+    def _turn_off(self, path: Path) -> float | None:
+        """Leave the first change point come to on the branch asked for; return its place, None where there was none."""
+        if self.branch == 1:
+            return None
+        met = [gap for gap in self.follower.bridges if self._is_new(gap, self.leg.goal)]
+        if not met:
+            return None
+        gap, guide = met[0], self.follower.guide
+        assert guide is not None
+        from gimcli.motion.guide import direction
+
+        row = gap.at(gap.centre)
+        along = None if guide.curve is None else direction(guide.curve, gap, self.leg.sense)
+        found = self._around(row.x + 1j * row.y, gap.centre, along)
+        self.follower, self.place = self.follow(self.leg), gap.centre
+        if found is None or not self.follower.enter(found):
+            raise UsageError("--branch: the branch cannot be followed from the change point")
+        self._note(path, gap)
+        return gap.centre
+
+    def _around(self, z: ComplexArray, place: float, along: FloatArray | None) -> Passage | None:
+        """Return the way on from a singular position, on the branch asked for."""
+        guide, branch = self.follower.guide, self.branch
+        self.branch = 1
+        return None if guide is None else guide.around(z, place, self.leg.sense, branch, along)
+
+    def refuse_unmet(self) -> None:
+        """Raise UsageError where no change point was met at which the branch asked for could be taken."""
+        if self.branch > 1:
+            raise UsageError(f"--branch {self.branch}: no change point is on the law's way; see `gim singularities`")
+
+    # -- limits --------------------------------------------------------------------------
+
+    def _blocked(self, path: Path, sub: Path, row: int) -> None:
+        """Decide how the motion goes on at a limit."""
+        assert sub.limit is not None
+        wall, leg, time = self.follower.wall, self.leg, self.leg.time_at(sub.limit)
+        if path.limit is None:
+            path.limit = time
+        self.ended = Status.LIMIT
+        if row < len(path.time) and sub.codes[-1] != Status.LIMIT:
+            self.ended = Status(int(sub.codes[-1]))
+        if wall is None:
+            return
+        if self.at_limit == "reverse":
+            q = leg.sense * wall.centre
+            path.turned_back.append((time, tuple(leg.inputs(np.array([wall.centre]))[:, 0].tolist())))
+            self.legs = deque(later.reflected(q) for later in self.legs)
+            self.leg = leg.reflected(q, time)
+            self.follower, self.ended = self.follow(self.leg), None
+            self.place, self.noted = self.leg.sense * self.leg.begin, []
+            if not self.follower.enter(wall.other_side()):
+                self.ended = Status.SINGULAR
+        elif self.at_limit == "skip" and leg.line is not None:
+            self.waiting = self._back(wall, time)
+            self.ended = None if self.waiting is not None else Status.LIMIT
+
+    def _back(self, wall: Passage, time: float) -> tuple[float, Gap] | None:
+        """Return when the law comes back to the arc between limits that it has left, and the way in."""
+        ways = [wall.mirrored()]
+        turning = len(self.mechanism.actuators) == 1 and self.mechanism.actuators[0].drive is Drive.ROTARY
+        other = self.follower.guide.other_end(wall) if turning and self.follower.guide is not None else None
+        if other is not None and abs(other.arc.q - wall.arc.q) < TURN:
+            ways.append(other)
+        wraps = len(ways) > 1
+        for leg in (self.leg, *self.legs):
+            begin = max(
+                leg.sense * leg.begin,
+                leg.sense * float(leg.parameter(np.array([time]))[0]) if leg is self.leg else -math.inf,
+            )
+            for way in ways:
+                if way.sense != leg.sense:
+                    continue
+                rounds = math.ceil((begin - way.centre) / TURN) if wraps else 0
+                entry = way.centre + rounds * TURN
+                if begin <= entry <= leg.goal:
+                    while self.leg is not leg:
+                        self.leg = self.legs.popleft()
+                    return leg.time_at(entry), way.shifted(rounds * leg.sense * TURN)
+        return None
+
+    def _wait(self, path: Path, i: int) -> int:
+        """Leave the rows empty until the input is in reach again; return the first that is."""
+        assert self.waiting is not None
+        time, way = self.waiting
+        j = i + int(np.searchsorted(path.time[i:], time, side="left"))
+        path.codes[i:j] = int(Status.LIMIT)
+        if j < len(path.time):
+            self.waiting, self.follower = None, self.follow(self.leg)
+            self.place, self.noted = way.centre, []
+            if not self.follower.enter(way):
+                self.ended = Status.SINGULAR
+        return j

@@ -1,0 +1,181 @@
+"""The legs of laws: stretches between two turnings, on which a motion goes one way along its curve.
+
+Inputs that run along one line (a single input always does) are followed by the line's parameter, not by the time:
+how a law starts, dwells or comes to rest on its way is then of no account. At the end of a leg the inputs go on
+straight for as long as it takes to see what is there, and the next leg comes back the same way. Inputs that run
+along no line are followed by the time, in one leg.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from gimcli.mechanism import FloatArray, IntArray, Mechanism
+from gimcli.motion.inputs import Line, input_line, law_inputs, law_times, line_through, pace, scales
+
+DWELL = 8.0 * float(np.finfo(float).eps)
+"""Change of a law, over its values, that is none."""
+
+SLOWEST = 1e-3
+"""Turns below which laws count as standing still."""
+
+STEPS_A_TURN = 90
+"""Rows are solved at least this densely inside, whatever the user asks to see."""
+
+ROUND = 1e-9
+"""Of a part that a step may be longer by rounding."""
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A stretch of the laws; its place s = sense * parameter grows with the time.
+
+    The parameter is that of the line, or the time; where the input has turned back at a limit it is mirrored.
+    """
+
+    mechanism: Mechanism
+    line: Line | None
+    first: float  # times 0..1
+    last: float
+    begin: float  # parameter at them
+    end: float
+    mirror: float = 1.0  # parameter = mirror * that of the laws + shift
+    shift: float = 0.0
+
+    @property
+    def sense(self) -> float:
+        """Return 1.0 where the parameter grows, -1.0 where it falls."""
+        return 1.0 if self.end >= self.begin else -1.0
+
+    @property
+    def mirrored(self) -> bool:
+        """Tell whether the input has turned back at a limit on the way."""
+        return self.mirror != 1.0 or self.shift != 0.0
+
+    @property
+    def goal(self) -> float:
+        """Return the place at which the leg ends."""
+        return self.sense * self.end
+
+    @property
+    def turn(self) -> float:
+        """Return the change of the place by one turn of the input that moves most, or by 2 pi sizes."""
+        if self.line is None:
+            return 1.0 / max(pace(self.mechanism, law_inputs(self.mechanism)(law_times(self.mechanism))), SLOWEST)
+        return 2.0 * math.pi * float(scales(self.mechanism)[self.line.main])
+
+    def parameter(self, time: FloatArray) -> FloatArray:
+        """Return the parameter (rows,) at times."""
+        own = time if self.line is None else self.mechanism.actuators[self.line.main].law(time)
+        return np.asarray(self.mirror * own + self.shift if self.mirrored else own)
+
+    def places(self, time: FloatArray, values: FloatArray | None = None) -> FloatArray:
+        """Return the places (rows,), not falling, at times of the leg, and inputs (actuators, rows) there if known."""
+        known = values if self.line is not None and not self.mirrored else None
+        own = self.parameter(time) if known is None or self.line is None else known[self.line.main]
+        s = own if self.sense > 0.0 else -own
+        if len(s) and (s[0] < self.sense * self.begin or s[-1] > self.goal or np.any(s[1:] < s[:-1])):
+            s = np.clip(np.maximum.accumulate(s), self.sense * self.begin, self.goal)  # by roundings: it is a leg
+        return np.asarray(s)
+
+    def inputs(self, s: FloatArray) -> FloatArray:
+        """Return the inputs (actuators, rows) at places, beyond the ends of the leg too."""
+        q = self.sense * s
+        return law_inputs(self.mechanism)(q) if self.line is None else self.line.at(q)
+
+    def values(self, time: FloatArray) -> FloatArray:
+        """Return the inputs (actuators, rows) at times of the leg."""
+        return self.inputs(self.sense * self.parameter(time)) if self.mirrored else law_inputs(self.mechanism)(time)
+
+    def time_at(self, s: float) -> float:
+        """Return the first time of the leg at which it has come to a place."""
+        from scipy.optimize import brentq
+
+        ahead = np.linspace(self.first, self.last, 65)
+        over = np.flatnonzero(self.places(ahead) >= s)
+        if not len(over) or over[0] == 0:
+            return self.first if len(over) else self.last
+        low, high = float(ahead[over[0] - 1]), float(ahead[over[0]])
+
+        def short(time: float) -> float:
+            return float(self.places(np.array([time]))[0]) - s
+
+        return high if short(high) == 0.0 else float(brentq(short, low, high, xtol=1e-16, rtol=1e-15))
+
+    def reflected(self, at: float, time: float | None = None) -> Leg:
+        """Return the leg as the input goes on that turns back at a parameter; from the time on at which it does."""
+        begin = 2.0 * at - self.begin if time is None else at
+        return replace(
+            self, first=self.first if time is None else time, begin=begin, end=2.0 * at - self.end,
+            mirror=-self.mirror, shift=2.0 * at - self.shift,
+        )  # fmt: skip
+
+
+def straight(mechanism: Mechanism, begin: FloatArray, end: FloatArray) -> Leg:
+    """Return the leg on which inputs (actuators,) run straight from one place to another.
+
+    Where both are one, it leads nowhere along the direction of the laws.
+    """
+    line = line_through(mechanism, np.stack([begin, end], axis=1))
+    if line is None:
+        way = np.diff(law_inputs(mechanism)(np.array([0.0, 1.0])), axis=1)[:, 0]
+        ahead = begin + (way if np.any(way) else scales(mechanism))
+        line = line_through(mechanism, np.stack([begin, ahead], axis=1))
+    assert line is not None
+    return Leg(mechanism, line, 0.0, 1.0, float(begin[line.main]), float(end[line.main]))
+
+
+def fine(step: float, turn: float) -> bool:
+    """Tell whether a step is short enough for rows to be solved one after another."""
+    return step * (STEPS_A_TURN / turn) <= 1.0 + ROUND
+
+
+def dense(start: float, places: FloatArray, turn: float, least: int = 1) -> tuple[FloatArray, IntArray]:
+    """Return places, and more between them, and the indices (places,) of those given, which must increase.
+
+    Every step from the start on has at least so many parts, none longer than 1 / STEPS_A_TURN of a turn.
+    """
+    ends = np.concatenate([[min(start, places[0])], places])
+    steps = np.diff(ends)
+    parts = np.maximum(np.ceil(steps * (STEPS_A_TURN / turn) - ROUND), least).astype(np.int64)
+    if parts.max() <= 1:
+        return places, np.arange(len(places))
+    own = np.cumsum(parts) - 1
+    number = np.arange(own[-1] + 1) - np.repeat(own - parts, parts)
+    grid = np.repeat(ends[:-1], parts) + number * np.repeat(steps / parts, parts)
+    grid[own] = places
+    return grid, own
+
+
+def legs(mechanism: Mechanism) -> list[Leg]:
+    """Return the legs of the laws, in the order of time."""
+    line = input_line(mechanism)
+    if line is None:
+        return [Leg(mechanism, None, 0.0, 1.0, 0.0, 1.0)]
+    law = mechanism.actuators[line.main].law
+    stops = [a.law.stops() for a in mechanism.actuators]
+    times = np.unique(np.concatenate([[0.0], *stops, [1.0]]))
+    values = law(times)
+    least = DWELL * float(np.max(np.abs(values), initial=0.0))
+    ends = _turnings(values, least)
+    return [Leg(mechanism, line, *times[[i, j]].tolist(), *values[[i, j]].tolist()) for i, j in pairwise(ends)]
+
+
+def _turnings(values: FloatArray, least: float) -> Sequence[int]:
+    """Return the first and the last of some values, and those between at which they turn back by more than `least`."""
+    found, sense, far = [0], 0.0, 0
+    for k in range(1, len(values)):
+        ahead = float(values[k] - values[far])
+        if not sense and abs(ahead) > least:
+            sense = math.copysign(1.0, ahead)
+        if sense * ahead >= 0.0:
+            far = k  # as far as this it goes one way; what dwells belongs to the leg before
+        elif abs(ahead) > least:
+            found.append(far)
+            sense, far = -sense, k
+    return [*found, len(values) - 1]
