@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
@@ -198,7 +198,7 @@ def _line(job: Scatterer, values: FloatArray) -> ComplexArray:
     found = np.full(values.shape[1], complex(math.nan, math.nan))
     for k in _entries(job, values):
         start = start_position(job.mechanism, job.plan, values[:, k], plain, job.tolerance)
-        if start.status is Status.OK:
+        if start.status is Status.OK and start.gap is None:  # a singular position belongs to several branches
             found[k:] = _followed(job, start, values[:, k:])
             found[: k + 1] = _followed(job, start, values[:, k::-1])[::-1]
             break
@@ -221,7 +221,7 @@ def _followed(job: Scatterer, start: Assembly, way: FloatArray) -> ComplexArray:
         follower = Follower(mechanism, job.plan, straight_inputs(way[:, 0], way[:, -1]), plain, job.tolerance)
         turns = pace(mechanism, way[:, [0, -1]])
         follower.turn = 1.0 / max(turns, 1e-3)
-        follower.begin(start.row, start.signs)
+        follower.begin(replace(start.row, time=0.0), start.signs)  # its own time is the input that it was moved by
         parts = max(1, math.ceil(turns * STEPS_A_TURN / (rows - 1)))
         path = follower.run_to(np.arange(1, parts * (rows - 1) + 1) / (parts * (rows - 1)))
         own = slice(parts - 1, None, parts)
