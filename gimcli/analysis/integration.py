@@ -149,8 +149,8 @@ class Integration:
         return True
 
     def _solver(self, time: float, y: FloatArray, end: float) -> Any:
-        settings, slopes = self.settings, self.equations.slopes
-        return make_solver(settings.method, slopes, time, y, end, settings.rtol, self.tolerances, settings.step)
+        settings, slopes, least = self.settings, self.equations.slopes, self.policy.beginning * self._shortest
+        return make_solver(settings.method, slopes, time, y, end, settings.rtol, self.tolerances, settings.step, least)
 
     @property
     def tolerances(self) -> FloatArray:
@@ -169,7 +169,7 @@ class Integration:
         return Strider(
             reducer, self.equations.slopes, time, y, end, settings.rtol, policy.absolute * settings.rtol, policy.steep,
             policy.lively, (self.projection.start, self.projection.liveliest),
-            policy.shortest * float(self.times[-1] - self.times[0]), policy.beside,
+            (self._shortest, policy.beginning * self._shortest), policy.beside,
         )  # fmt: skip
 
     @property
@@ -178,8 +178,12 @@ class Integration:
         return float(self.times[len(self.rows)]) if len(self.rows) < len(self.times) else math.inf
 
     def _is_stuck(self, solver: Any) -> bool:
-        span = float(self.times[-1] - self.times[0])
-        return bool(0.0 < solver.t - solver.t_old < self.policy.shortest * span and solver.status == "running")
+        return bool(0.0 < solver.t - solver.t_old < self._shortest and solver.status == "running")
+
+    @property
+    def _shortest(self) -> float:
+        """Step below which the motion is stuck [s]."""
+        return self.policy.shortest * float(self.times[-1] - self.times[0])
 
     def _count(self, solver: Any) -> None:
         self.evaluations += solver.nfev

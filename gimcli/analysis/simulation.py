@@ -42,6 +42,7 @@ class Policy:
     absolute: float = 0.1  # absolute tolerance (rad, lengths about 1) beside the relative one: where a variable is 0
     energies: float = 1e30  # tolerance of the energies: they follow the motion, the steps do not follow them
     shortest: float = 1e-12  # step beside the whole time: shorter ones lead nowhere, as before a singular position
+    beginning: float = 1e3  # first step beside that: rounded zeros in the state suggest shorter ones
     beside: float = 2e-2  # determinant of a dyad below which steps are watched one by one
     near: float = 1e-3  # determinant of a dyad below which its accelerations are noise to more than 1e-10
     creep: float = 1e-4  # step beside the longest of a piece: shorter ones so near lead nowhere ...

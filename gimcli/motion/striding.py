@@ -17,7 +17,7 @@ class Strider:
 
     def __init__(
         self, reducer: Reducer, fun: Slopes, start: float, y: FloatArray, end: float, rtol: float, atol: float,
-        steep: float, lively: float, energy: tuple[float, float], shortest: float, near: float,
+        steep: float, lively: float, energy: tuple[float, float], least: tuple[float, float], near: float,
     ) -> None:  # fmt: skip
         from scipy.integrate import DOP853
 
@@ -30,14 +30,14 @@ class Strider:
         )
         clock[[kernels.NOW, kernels.BEFORE, kernels.DUE, kernels.END]] = start, start, end, end
         clock[[kernels.RTOL, kernels.ATOL, kernels.STEEP, kernels.LIVELY]] = rtol, atol, steep, lively
-        clock[[kernels.START, kernels.LIVELIEST, kernels.SHORTEST, kernels.NEAR]] = *energy, shortest, near
+        clock[[kernels.START, kernels.LIVELIEST, kernels.SHORTEST, kernels.NEAR]] = *energy, least[0], near
         self.model = kernels.Model(
             reducer.chart, reducer.acting, reducer.base, reducer.last, reducer.at, reducer.room, reducer.out,
             reducer.gain, reducer.factors, np.zeros(0),
         )  # fmt: skip
         self.stride = reducer.run(kernels.stride)
         self.f = fun(start, self.y)
-        clock[kernels.STEP] = self._first_step(start, end, rtol, atol)
+        clock[kernels.STEP] = min(max(self._first_step(start, end, rtol, atol), least[1]), end - start)
 
     def _first_step(self, start: float, end: float, rtol: float, atol: float) -> float:
         """Return a step at which an explicit step is about as good as the tolerance: Hairer et al. 1993, II.4."""

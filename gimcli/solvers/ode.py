@@ -56,12 +56,16 @@ class ClassicRungeKutta:
 
 
 def make_solver(
-    method: str, fun: Slopes, start: float, y: FloatArray, end: float, rtol: float, atol: FloatArray, step: float
-) -> Any:
-    """Return a solver of scipy's interface; `step` is that of rk4."""
+    method: str, fun: Slopes, start: float, y: FloatArray, end: float, rtol: float, atol: FloatArray, step: float,
+    least: float = 0.0,
+) -> Any:  # fmt: skip
+    """Return a solver of scipy's interface; `step` is that of rk4, `least` the shortest first step of the others."""
     from scipy import integrate
 
     if method == "rk4":
         return ClassicRungeKutta(fun, start, y, end, step)
     kinds = {"dop853": integrate.DOP853, "rk45": integrate.RK45, "radau": integrate.Radau, "lsoda": integrate.LSODA}
-    return kinds[method](fun, start, y, end, rtol=rtol, atol=atol)
+    solver = kinds[method](fun, start, y, end, rtol=rtol, atol=atol)
+    if hasattr(solver, "h_abs"):  # LSODA keeps its own
+        solver.h_abs = min(max(solver.h_abs, least), end - start)
+    return solver
