@@ -35,8 +35,9 @@ SLOW = 0.02
 """Contraction above which new factors pay."""
 
 FALL = 0.2
-"""A row is doubtful where the least pivot falls to less than this part from one row to the next: branches may meet
-between them, and lie too near to each other for what is foreseen to tell them apart."""
+"""A row is doubtful where the determinant falls to less than this part from one row to the next: branches may meet
+between them, and lie too near to each other for what is foreseen to tell them apart. (The least pivot jumps where the
+order of the pivots changes, however short the step; their product does not.)"""
 
 LIKE = 0.4
 """Least ratio of steps that are of like spacing: beyond a singular position a step follows one of twice its length."""
@@ -89,12 +90,12 @@ class Place(NamedTuple):
     fx: FloatArray  # (base,) where the factors are of
     fy: FloatArray
     weights: FloatArray  # (4,) of the extrapolation
-    out: FloatArray  # (7,) see below
+    out: FloatArray  # (8,) see below
 
 
-ITERATIONS, ERROR, SIGN, FIRST, PIVOT, LAST_SIGN, SINGULAR = range(7)
-"""Of `out`: estimated error, the determinant's sign (0: no factors), first correction, least pivot, both at the last
-good row, 1 where the row is singular to the tolerance."""
+ITERATIONS, ERROR, SIGN, FIRST, PIVOT, VOLUME, LAST_SIGN, SINGULAR = range(8)
+"""Of `out`: estimated error, the determinant's sign (0: no factors), first correction, least pivot, the determinant
+without its sign, the sign at the last good row, 1 where the row is singular to the tolerance."""
 
 
 def room(groups: Sequence[Group], registers: int, actuators: int) -> Place:
@@ -104,7 +105,7 @@ def room(groups: Sequence[Group], registers: int, actuators: int) -> Place:
     return Place(
         np.zeros(nodes), np.zeros(nodes), np.zeros(registers), np.zeros(registers), np.zeros(actuators),
         np.zeros(actuators), np.zeros(actuators), np.zeros((nodes, nb)), np.zeros((nodes, nb)), np.zeros((m, 2 * nb)),
-        np.zeros(m), np.zeros(4 * nb), np.zeros(nb), np.zeros(nb), np.zeros(4), np.zeros(7),
+        np.zeros(m), np.zeros(4 * nb), np.zeros(nb), np.zeros(nb), np.zeros(4), np.zeros(8),
     )  # fmt: skip
 
 
@@ -236,14 +237,15 @@ def factor(g: Group, p: Place) -> None:
     jacobian(g, p)
     m, n = g.rows, 2 * g.base
     sign = lu_factor(p.j, n, p.order) if m == n else qr_factor(p.j, m, n, p.order)
-    least = 0.0
+    least, volume = 0.0, 0.0
     if sign != 0.0:
-        least = math.inf
+        least, volume = math.inf, 1.0
         for k in range(n):
             pivot = abs(p.j[k, k]) if m == n else abs(p.order[k])
+            volume *= pivot
             if pivot < least:
                 least = pivot
-    p.out[SIGN], p.out[PIVOT] = sign, least
+    p.out[SIGN], p.out[PIVOT], p.out[VOLUME] = sign, least, volume
     for b in range(g.base):
         p.fx[b], p.fy[b] = p.x[b], p.y[b]
 
@@ -330,6 +332,16 @@ def stand(x: FloatArray, y: FloatArray, r: int, g: Group, p: Place) -> float:
 
 
 @kernel
+def volume_at(x: FloatArray, y: FloatArray, r: int, g: Group, p: Place) -> float:
+    """Return the determinant, without its sign, in a solved row that has been taken."""
+    stand(x, y, r, g, p)
+    coefficients(g, p)
+    carry(g, p)
+    factor(g, p)
+    return p.out[VOLUME]
+
+
+@kernel
 def weigh(time: FloatArray, r: int, weights: FloatArray) -> int:
     """Fill the weights (4,) of the rows before row r in its extrapolation; return their number."""
     step = time[r] - time[r - 1]
@@ -382,11 +394,14 @@ def couple(
     """Follow a motion over rows start..end; return the first row that did not settle safely.
 
     x, y (nodes, rows), rx, ry (registers, rows), values, cos, sin (actuators, rows). `sign` is the
-    determinant's sign on this branch times the last least pivot (0: not known yet); a change of the sign, or a
-    fall, is not safe. Rows start where the rows before them foresee it, or else where their base nodes stand.
+    determinant's sign on this branch (0: not known yet); a change, or a fall of the determinant, is not safe. Rows
+    start where the rows before them foresee it, or else where their base nodes stand.
     """
     clear(g, p)
-    stop = end
+    stop, volume = end, 0.0
+    if foreseen:
+        take(x, y, rx, ry, values, cos, sin, start - 1, g, p)
+        volume = volume_at(x, y, start - 1, g, p)
     for r in range(start, end):
         take(x, y, rx, ry, values, cos, sin, r, g, p)
         if g.turning or r == start:
@@ -398,11 +413,11 @@ def couple(
         give(x, y, r, g, p)
         iterations[r] += p.out[ITERATIONS]
         errors[r] = max(errors[r], p.out[ERROR])
-        over = g.rows == 2 * g.base and sign * p.out[SIGN] < 0.0
-        over = over or (foreseen and p.out[PIVOT] < FALL * abs(sign))
+        over = g.rows == 2 * g.base and sign != 0.0 and p.out[SIGN] != sign
+        over = over or p.out[VOLUME] < FALL * volume
         if not good or over or p.out[FIRST] > 0.5 * way + 0.05 * limits.first:  # not where it was foreseen
             stop = r
             break
-        sign = p.out[SIGN] * p.out[PIVOT]
+        sign, volume = p.out[SIGN], p.out[VOLUME]
     p.out[LAST_SIGN] = sign
     return stop
