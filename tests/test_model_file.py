@@ -155,7 +155,7 @@ REFUSED = {
         "5:53",
         ["shape.B.1", "a number is needed"],
     ),
-    "no members": (FREE, "1:1", ["no members", "`links:` or `elements:`"]),
+    "no members": (FREE, "1:1", ["no members", "`links:`, `elements:` or `actuators:`"]),
     "member of ground nodes": (
         FREE + "links: {a: [O, A], b: [O, G]}\n",
         "3:23",

@@ -85,8 +85,8 @@ def _remove(data: Any, where: Where) -> None:
 
 def check(refs: References) -> None:
     """Note what does not fit together."""
-    if not refs.every and refs.sure:
-        refs.fault((), "no members; add `links:` or `elements:`")
+    if not refs.every and refs.sure and used_nodes(refs.model) <= refs.ground:
+        refs.fault((), "no members and no moving node; add `links:`, `elements:` or `actuators:`")
     _check_names(refs)
     _check_ground(refs)
     for name, link in refs.model.links.items():

@@ -13,7 +13,7 @@ from gimcli.mechanism import FRAME, Actuator, ComplexArray, Drive, Mechanism, Me
 from gimcli.mechanism import Law as MechanismLaw
 from gimcli.model import schema
 from gimcli.model.laws import PROFILES, Polynomial, Run, Scaled, Table
-from gimcli.model.references import used_nodes
+from gimcli.model.references import CLOSEST, used_nodes
 from gimcli.model.tables import read_table
 
 
@@ -202,7 +202,8 @@ class Compiler:
         if point.local is not None:
             local = complex(*point.local) / self.scale
             first = complex(member.shape[0])
-            along = _unit(complex(member.shape[1]) - first) if len(member.nodes) > 1 else 1.0 + 0.0j
+            apart = [z - first for z in member.shape.tolist() if abs(z - first) > CLOSEST * self.size / self.scale]
+            along = _unit(apart[0]) if apart else 1.0 + 0.0j  # nodes of the ground may coincide
             return Point(name, k, first + local * along)
         drawn = (complex(*(point.at or [0.0, 0.0])) - self.origin) / self.scale
         if k == FRAME:

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from gimcli.mechanism import Mechanism, Member, Slide
 
 PARALLEL = 1e-9
@@ -92,13 +94,16 @@ def _tied_body(mechanism: Mechanism, members: list[list[int]], a: Slide, b: Slid
     return common[0] if common else None
 
 
+def drawn_turn(mechanism: Mechanism, member: Member) -> complex:
+    """Return e^(i phi) of a member as drawn, times an area: from all its nodes, some of which may coincide."""
+    shape, drawn = member.shape - member.shape.mean(), mechanism.drawn[list(member.nodes)]
+    return complex(np.vdot(shape, drawn - drawn.mean()))
+
+
 def _turn(mechanism: Mechanism, body: Member, a: Slide, b: Slide) -> complex:
     """Return e^(i (phi_body - phi_guide)); the sense along the guide is the drawn one."""
     along = body.local(b.node) - body.local(a.node)
-    guide = mechanism.members[a.member]
-    drawn = mechanism.drawn[guide.nodes[1]] - mechanism.drawn[guide.nodes[0]]
-    local = complex(guide.shape[1] - guide.shape[0])
-    direction = a.direction * complex(drawn) / local
+    direction = a.direction * drawn_turn(mechanism, mechanism.members[a.member])
     run = complex(mechanism.drawn[b.node] - mechanism.drawn[a.node])
     sense = 1.0 if (run.conjugate() * direction).real >= 0.0 else -1.0
     turn = sense * a.direction / along

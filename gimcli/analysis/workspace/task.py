@@ -224,7 +224,7 @@ def _independent(whole: Quadric, task: Task) -> Quadric:
     rng = np.random.default_rng(1)
     start = task.system.coordinates(task.mechanism.drawn) + rng.normal(0.0, 0.05, (40, task.system.n))
     x, good = settle(lambda at, _: (whole.value(at), whole.slope(at)), start)
-    if not good.any():
+    if not good.any() or not whole.m:
         return whole
     best: list[int] = []
     for place in x[good][:8]:
