@@ -188,3 +188,26 @@ def test_a_folder_that_is_not_ours_is_left_alone(tmp_path: Path) -> None:
     with pytest.raises(GimError, match="not of this run"):
         run("workspace", str(MODELS / "five_bar.yaml"), "--grid", "5", "--no-png", "-o", str(tmp_path))
     assert (folder / "thesis.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize("picture", ["--png", "--no-png"])
+def test_ranges_that_only_just_meet_leave_a_single_place(tmp_path: Path, picture: str) -> None:
+    """A plate held level by rams of at most 4 about two pivots whose circles for A, 8 apart, touch in (4, 0)."""
+    model = tmp_path / "touching.yaml"
+    model.write_text("""
+nodes: {O: [0, 0], Q: [10, 0], A: [3, 0], B: [5, 0]}
+ground: [O, Q]
+links: {plate: [A, B]}
+actuators:
+  ram_1: {type: linear, nodes: [O, A], law: {from: 2, to: 4}}
+  ram_2: {type: linear, nodes: [Q, B], law: {from: 2, to: 4}}
+  ram_3: {type: linear, nodes: [O, B], law: {from: 2, to: 9}}
+""")
+    asked = ("workspace", str(model), "-p", "A", "--orientation", "plate=0", "-o", str(tmp_path), picture)
+    told = json.loads(run(*asked, "--json"))
+    assert told["complete"]
+    assert (told["area"], told["regions"], told["curves"]) == (0.0, 0, [])
+    assert np.allclose([told["bounds"]["x"], told["bounds"]["y"]], [[4.0, 4.0], [0.0, 0.0]], atol=1e-5)
+    assert "nan" not in run(*asked)
+    if told["png"]:
+        assert Path(told["png"]).read_bytes().startswith(b"\x89PNG")

@@ -192,6 +192,10 @@ def _draw(found: Workspace | Reach, places: ComplexArray | None, path: Path) -> 
         paths = [placed(mechanism, run.points()) for run in found.runs]
         draw_paths(mechanism, pose, paths, (name, at), path, title)
     else:
+        if not found.loops:  # nothing else would show what is reached
+            reached = placed(mechanism, found.positions)
+            at = complex(reached.mean()) if found.single is not None else at
+            places = reached if places is None and found.single is None else places
         draw_workspace(mechanism, pose, outlines(found), (name, at), places, path, title)
 
 
@@ -247,7 +251,9 @@ def _tell_region(mechanism: Mechanism, report: dict[str, Any]) -> None:
         for k, (c, end) in enumerate(zip(report["curves"], ends, strict=True))
     ]
     print_table("", heads, curves, right=(0, 3))
-    if not report["regions"]:
+    if not report["regions"] and report["complete"]:
+        typer.echo("a single place is reached: the ranges of the inputs only just meet")
+    elif not report["regions"]:
         typer.echo("no boundary was found: nothing seems to hold the point back")
     elif not report["complete"]:
         typer.echo("the boundary is not complete: some curve was not found or could not be sorted")

@@ -44,6 +44,7 @@ def workspace_picture(
     shown = [z for group in curves.values() for z in group]
     shown += [skeleton.extent()] if skeleton else []
     shown += [density] if density is not None else []
+    shown += [np.array([point[1]])] if point[1] is not None else []
     unit = "" if mechanism.length_unit in ("unit", "") else f" [{mechanism.length_unit}]"
     picture = Picture(title, Frame.around(np.concatenate(shown)), (f"x{unit}", f"y{unit}"))
     if density is not None:

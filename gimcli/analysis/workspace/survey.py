@@ -24,6 +24,9 @@ Progress = Callable[[int, int], None]
 ROUNDS = 3
 """Times that more starts are made where the boundary is not closed or leaves reached places out."""
 
+SINGLE = 1e-3
+"""Width of reached places, relative to the size, below which they are one: ranges that touch hold it to a root only."""
+
 INPUTS = 5
 """Inputs with ranges, at most: their ends are tried in all combinations."""
 
@@ -40,14 +43,24 @@ class Workspace:
     positions: FloatArray = field(repr=False)  # (rows, 2) reached places
 
     @property
+    def single(self) -> FloatArray | None:
+        """The only place (2,) that is reached, where it is one alone."""
+        alone = not self.edges and np.ptp(self.positions, axis=0).max() <= SINGLE
+        return self.positions.mean(axis=0) if alone else None
+
+    @property
     def complete(self) -> bool:
-        """Tell whether every loop is closed, every curve sorted and every reached place enclosed."""
-        return bool(self.loops) and all(loop.closed for loop in self.loops) and not self.open and not self.missed
+        """Tell whether every loop is closed, every curve sorted and every reached place enclosed; or it is one."""
+        if not self.loops:
+            return self.single is not None
+        return all(loop.closed for loop in self.loops) and not self.open and not self.missed
 
     @property
     def area(self) -> float:
         """Area; NaN where no boundary is known."""
-        return sum(loop.area for loop in self.loops) if self.loops else float("nan")
+        if not self.loops:
+            return float("nan") if self.single is None else 0.0
+        return sum(loop.area for loop in self.loops)
 
     @property
     def area_error(self) -> float:
@@ -61,9 +74,10 @@ class Workspace:
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper corner (2,) of what is reached; NaN where no boundary is known."""
+        """Lower and upper corner (2,) of what is reached; of the places found where no boundary is known."""
         if not self.loops:
-            return np.full(2, np.nan), np.full(2, np.nan)
+            found = self.positions if self.single is None else self.single[None, :]
+            return found.min(axis=0), found.max(axis=0)
         points = np.concatenate([edge.arc.extremes for loop in self.loops for edge in loop.edges])
         return points.min(axis=0), points.max(axis=0)
 
