@@ -1,4 +1,4 @@
-"""The only home of numba: run a kernel as it is or compile it, with the kernels that it calls.
+"""Run a kernel as it is or compile it, with the kernels that it calls; only `machine_code` knows numba too.
 
 A kernel is a plain module-level function marked `@kernel`; it runs as it stands for a small
 job. `compiled(kernel)` gives the same source compiled. The cache of machine code lives in a
@@ -12,8 +12,11 @@ import os
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from stat import S_ISVTX, S_IWGRP, S_IWOTH
 from types import FunctionType
 from typing import Any, TypeVar
+
+from gimcli.kernels.machine_code import SUFFIX, MachineCode
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -58,22 +61,20 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
 def _compiled(function: Callable[..., Any], inner: bool) -> Callable[..., Any]:
     import numba
 
-    folder = cache_folder()
-    if folder is not None:
-        setattr(numba.config, "CACHE_DIR", str(folder))  # noqa: B010 - numba has no typed setter
     function = _SCALAR_FORMS.get(function, function)
     names = dict(function.__globals__)
     for name in function.__code__.co_names:
         callee = names.get(name)
         if callee is not None and callee in _KERNELS:
             built_in = _SCALAR_FORMS.get(callee)  # `range` itself: inside a call it would not vectorise
-            inner = callee not in _STAGES
-            names[name] = built_in if isinstance(built_in, type) else _compiled(callee, inner=inner)
+            names[name] = built_in if isinstance(built_in, type) else _compiled(callee, inner=callee not in _STAGES)
     clone = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
     clone.__module__ = function.__module__
     clone.__qualname__ = function.__qualname__
-    keep = folder is not None and not inner
-    jit: Callable[..., Any] = numba.njit(cache=keep, forceinline=inner, **COMPILER)(clone)
+    jit: Callable[..., Any] = numba.njit(forceinline=inner, **COMPILER)(clone)
+    folder = cache_folder()
+    if folder is not None and not inner:
+        jit._cache = MachineCode(clone, folder)  # type: ignore[attr-defined]  # in place of numba's own
     return jit
 
 
@@ -82,36 +83,50 @@ def is_cached(*kernels: str) -> bool:
     folder = cache_folder()
     if folder is None:
         return False
-    names = [path.name for path in folder.rglob("*.nbc")]
+    names = [path.name for path in folder.glob(f"*{SUFFIX}")]
     return all(any(f".{kernel}-" in name for name in names) for kernel in kernels)
 
 
 @cache
 def cache_folder() -> Path | None:
-    """Return a writable folder for this source's machine code, or None where there is none."""
+    """Return a folder for this source's machine code, or None where no folder is safe."""
     return user_folder(source_stamp())
 
 
-def user_folder(stamp: str) -> Path | None:
-    """Return a writable folder of some name in the user's cache, or None where there is none.
+def user_folder(name: str) -> Path | None:
+    """Return a folder of the user's cache that nobody else can write to, or None where there is none.
 
-    Machine code is loaded by unpickling: a folder that belongs to somebody else is not taken.
+    Machine code is loaded by unpickling: what others may write is not taken.
     """
     import tempfile
 
     home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     user = str(os.getuid()) if hasattr(os, "getuid") else "user"
     for base in (Path(home) / "gimcli", Path(tempfile.gettempdir()) / f"gimcli-{user}"):
-        folder = base / stamp
         try:
-            folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-            if hasattr(os, "getuid") and any(path.stat().st_uid != os.getuid() for path in (base, folder)):
+            for folder in (*reversed(base.parents), base, base / name):
+                folder.mkdir(exist_ok=True, mode=0o700)
+            if not (_is_private(base) and _is_private(base / name)):
                 continue
-            with tempfile.TemporaryFile(dir=folder):
-                return folder
+            with tempfile.TemporaryFile(dir=base / name):
+                return base / name
         except OSError:
             continue
     return None
+
+
+def _is_private(folder: Path) -> bool:
+    """Return whether a folder belongs to the user, and nobody else may write into it or put another in its place."""
+    if not hasattr(os, "getuid"):
+        return True
+    status = folder.stat()
+    own = folder.lstat().st_uid == status.st_uid == os.getuid() and not status.st_mode & (S_IWGRP | S_IWOTH)
+    return own and all(_is_fixed(above.stat().st_mode) for above in folder.resolve().parents)
+
+
+def _is_fixed(mode: int) -> bool:
+    """Return whether only their owners may rename what lies in a folder of this mode."""
+    return not mode & S_IWOTH or bool(mode & S_ISVTX)
 
 
 def source_stamp() -> str:

@@ -15,6 +15,9 @@ WORTH = 1.5
 COMPILING = 20.0
 """Seconds of plain work above which compiling them pays."""
 
+COMPILES = "compiling the solver for this machine, once ..."
+NOT_KEPT = "not kept: no cache folder that you alone may write to; set XDG_CACHE_HOME to one (chmod 700)"
+
 
 def plain(kernel: Callable[..., Any]) -> Callable[..., Any]:
     """Run a kernel as it stands."""
@@ -45,5 +48,5 @@ def choose(mode: str, work: float, tell: Callable[[str], None] | None = None, ke
     if mode == "auto" and not cached and work < COMPILING:
         return plain
     if tell is not None and not cached:
-        tell("compiling the solver for this machine, once ...")
+        tell(COMPILES if jit.cache_folder() else f"{COMPILES} {NOT_KEPT}")
     return jit.compiled
