@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from conftest import MODELS
 from test_simulate import let_go, written
 
 from gimcli.analysis.flywheel import flywheel
+from gimcli.analysis.forces import motion_forces
 from gimcli.analysis.modules import STILL, Motion, modular_reduction, prp, rotating_driver, rpp, rpr, rrp, rrr
 from gimcli.analysis.reduction import chosen_input, reduce_to_input
 from gimcli.errors import StructureError, UsageError
@@ -20,6 +22,7 @@ from gimcli.mechanism import Drive
 from gimcli.model import load
 from gimcli.motion.motion import trace
 from gimcli.motion.options import Options
+from gimcli.status import Status
 from gimcli.structure.assur import DYADS, formation
 
 TABLES = Path(__file__).parent / "tables"
@@ -350,3 +353,33 @@ def test_masses_of_zero_are_none(tmp_path):
     )
     with pytest.raises(UsageError, match="no masses"):
         reduce_to_input(written(tmp_path, text), 0, 4)
+
+
+# -- tables over time, redundant equations ----------------------------------------------------------------------
+
+
+def test_a_table_over_time_is_taken_at_the_times_of_the_law(tmp_path):
+    """3 N m s on a wheel that turns by q = 2 pi (3 s^2 - 2 s^3), s = t / T: the work is 3 pi."""
+    (tmp_path / "t.csv").write_text("t,f\n0,0\n4,1\n")
+    text = WHEEL.replace("gravity: [0, -9.81]", "duration: 4\nloads: {pull: {on: wheel, torque: 3, table: t.csv}}")
+    text = text.replace("to: 360", "to: 360, profile: {polynomial: [0, 0, 3, -2]}")
+    found = reduce_to_input(written(tmp_path, text), 0, 4000)
+    s = np.linspace(0.0, 1.0, 4001)
+    assert found.torque == pytest.approx(3.0 * s, abs=1e-12)
+    assert np.all(np.isnan(found.torque_slope))  # tau is no function of q alone
+    work = 2.0 * math.pi * 3.0 * 0.5  # integral of 3 s (6 s - 6 s^2) ds = 3 (2 - 3 / 2)
+    assert flywheel(found, 30.0, 0.1).torque == pytest.approx(-work / (2.0 * math.pi), abs=1e-5)
+
+
+@pytest.mark.parametrize(("end", "steps", "singular"), [(170, 24, 0), (370, 360, 2)])
+def test_redundant_equations_are_chosen_anew_where_they_lose_rank(end, steps, singular, tmp_path):
+    """Three parallel cranks of 1 m carry a bar: J = m/4 + m/4 + M, tau = -g cos q (m/2 + m/2 + M)."""
+    text = (MODELS / "parallelogram_third_crank.yaml").read_text().replace("to: 170", f"to: {end}")
+    text += "masses: {left: {mass: 1, inertia: 0}, middle: {mass: 1, inertia: 0}, bar: {mass: 2, inertia: 0.1}}\n"
+    mechanism = written(tmp_path, text + "gravity: [0, -9.81]\n")
+    found = reduce_to_input(mechanism, 0, steps)
+    good = found.codes == Status.OK
+    assert np.array_equal(good, motion_forces(trace(mechanism, steps)).good)
+    assert np.count_nonzero(~good) == singular  # flat: each crank may turn either way there
+    assert found.inertia[good] == pytest.approx(2.5, abs=1e-10)
+    assert found.torque[good] == pytest.approx(-3.0 * 9.81 * np.cos(found.q[good]), abs=1e-9)

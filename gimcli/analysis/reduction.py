@@ -13,13 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.dynamics import Effort
+from gimcli.analysis.input_path import Given
+from gimcli.dynamics import TIME, Effort
 from gimcli.errors import UsageError
 from gimcli.kernels.reduction import POTENTIAL
 from gimcli.mechanism import Drive, FloatArray, IntArray, Mechanism
 from gimcli.motion.effort import plain
+from gimcli.motion.motion import trace
 from gimcli.motion.options import Options
-from gimcli.motion.position import law_start, solve
+from gimcli.motion.position import law_start
 from gimcli.motion.reducer import Reducer, holding, release_of
 from gimcli.solvers.newton import Run
 from gimcli.status import Status
@@ -36,7 +38,7 @@ class Reduction:
     inertia: FloatArray  # (rows,) kg m2, or kg
     inertia_slope: FloatArray  # (rows,)
     torque: FloatArray  # (rows,) N m, or N: of weight, loads and springs
-    torque_slope: FloatArray  # (rows,) NaN where a load follows a table over the input
+    torque_slope: FloatArray  # (rows,) NaN where a load follows a table over the input or over time
     potential: FloatArray  # (rows,) J: of weight and springs
     potential_slope: FloatArray  # (rows,)
     codes: IntArray  # (rows,) of Status
@@ -50,38 +52,43 @@ class Reduction:
 def reduce_to_input(
     mechanism: Mechanism, actuator: int, steps: int, run: Run = plain, progress: Any = None
 ) -> Reduction:
-    """Reduce a mechanism to one input along its law, in `steps` steps; the other inputs stand where theirs begin."""
-    q = np.asarray(mechanism.actuators[actuator].law(np.arange(steps + 1) / steps), dtype=float)
-    inputs = law_start(mechanism)
+    """Reduce a mechanism to one input along its law, in `steps` steps; the other inputs stand where theirs begin.
+
+    Tables over time are taken at the times at which the law has the positions.
+    """
     bare = undamped(holding(mechanism, actuator))
     reducer = Reducer(bare, (actuator,), run)
     weights = Reducer(without_loads(bare), (actuator,), run)
-    position = solve(mechanism, inputs, Options())
-    table, codes = np.full((6, steps + 1), np.nan), np.full(steps + 1, int(Status.OK))
-    if position.status is not Status.OK:
-        codes[:] = int(position.status)
-        return _reduction(mechanism, actuator, q, table, codes)
-    for each in (reducer, weights):
-        each.start(position.z, inputs)
-    others = inputs[list(reducer.given)]
-    speeds, rest = np.zeros(len(inputs)), np.zeros(len(inputs))
+    motion = trace(held(mechanism, actuator), steps, Options(jit="off" if run is plain else "auto"))
+    table, codes = np.full((6, steps + 1), np.nan), motion.codes.copy()
+    speeds, rest = np.zeros(len(motion.inputs)), np.zeros(len(motion.inputs))
     speeds[0] = 1.0
-    for row, value in enumerate(q):
-        target = np.concatenate([[value], others])
-        if not reducer.on_inputs or not all(each.move(target, speeds, rest) for each in (reducer, weights)):
-            codes[row:] = int(Status.LIMIT if reducer.on_inputs else Status.SINGULAR)
-            break
-        for each in (reducer, weights):
-            each.accept()
+    for row in np.flatnonzero(motion.good).tolist():
+        inputs, clock = motion.inputs[:, row], float(motion.time[row]) * mechanism.duration
+        target = inputs[[actuator, *reducer.given]]
+        both = (reducer, weights)
+        if not all(each.come(motion.z[:, row], inputs) and each.move(target, speeds, rest, clock) for each in both):
+            codes[row] = int(Status.SINGULAR)
+            continue
         state = reducer.state()
         table[:, row] = (
             state.m[0, 0], 2.0 * state.h[0], state.q[0], state.rate, state.energy[POTENTIAL], -weights.out.q[0],
         )  # fmt: skip
         if progress is not None:
             progress(row, steps)
-    if any(load.over == actuator and load.curve is not None for load in mechanism.dynamics.loads):
+    if any(load.over in (actuator, TIME) and load.curve is not None for load in mechanism.dynamics.loads):
         table[3] = np.nan
-    return _reduction(mechanism, actuator, q, table, codes)
+    return _reduction(mechanism, actuator, motion.inputs[actuator], table, codes)
+
+
+def held(mechanism: Mechanism, actuator: int) -> Mechanism:
+    """Return the mechanism whose inputs but one stand where their laws begin."""
+    start = law_start(mechanism)
+    others = [
+        a if k == actuator else replace(a, law=Given((np.full(2, start[k]),)))
+        for k, a in enumerate(mechanism.actuators)
+    ]
+    return replace(mechanism, actuators=tuple(others))
 
 
 def _reduction(mechanism: Mechanism, actuator: int, q: FloatArray, table: FloatArray, codes: IntArray) -> Reduction:

@@ -18,7 +18,7 @@ from gimcli.solvers.newton import Run
 from gimcli.structure.acting import acting, moving_loads, with_rubbing
 from gimcli.structure.chart import Choice, free_choice, gradients, input_choice, make_chart, residuals
 from gimcli.structure.checks import direction
-from gimcli.structure.terms import make_terms
+from gimcli.structure.terms import is_rotary, make_terms
 
 CORRECTIONS = 20
 """At the most, of a drawn position that is singular."""
@@ -71,6 +71,20 @@ class Reducer:
         """Stand at an assembled position; raise StructureError where the inputs do not tell it."""
         self.stand(self._variables(z, inputs))
 
+    def come(self, z: ComplexArray, inputs: FloatArray) -> bool:
+        """Stand at an assembled position of a motion; tell whether the inputs tell it.
+
+        Of redundant equations those are used that are most independent there; angles go on from the last position.
+        """
+        v = self._variables(z, inputs)
+        if self.choice is not None:
+            gauges = slice(self.terms.first_reading + len(inputs), -1)
+            rotary = np.array([is_rotary(self.terms, r) for r in range(len(inputs), self.terms.readings)], dtype=bool)
+            turns = np.round((self.base.v[gauges] - v[gauges]) / (2.0 * math.pi))
+            v[gauges] += np.where(rotary, 2.0 * math.pi * turns, 0.0)
+        choice = input_choice(self.terms, v, self.free, self.given)
+        return choice is not None and self.stand(v, choice)
+
     def _variables(self, z: ComplexArray, inputs: FloatArray) -> FloatArray:
         v = np.zeros(self.terms.variables)
         first = self.terms.first_reading
@@ -100,6 +114,8 @@ class Reducer:
             choice = free_choice(self.terms, v, self.given, len(self.free))
         if choice is None:
             return False
+        if choice == self.choice:
+            return self._face(v)
         self.choice, self.chart = choice, make_chart(self.terms, choice)
         size, variables = len(choice.independent), self.terms.variables
         blocks, widest = len(self.chart.blocks), max([1, size, *(b[2] - b[1] for b in self.chart.blocks)])
@@ -116,8 +132,13 @@ class Reducer:
         )
         self.gain, self.factors = np.zeros(size), np.ones(len(self.loads))
         self.own = list(choice.independent)
+        return self._face(v)
+
+    def _face(self, v: FloatArray) -> bool:
+        """Stand at a place with the independent variables as they are."""
+        self.base.v[:] = v
         self.run(influence.stand)(self.chart, self.base, self.room)
-        return bool(self.run(influence.settle)(self.chart, self.base, np.zeros(size), self.room))
+        return bool(self.run(influence.settle)(self.chart, self.base, np.zeros(len(self.own)), self.room))
 
     @property
     def on_inputs(self) -> bool:
