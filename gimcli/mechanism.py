@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -143,6 +144,7 @@ class Mechanism:
     floating: bool = False  # no node is grounded: member 0 is a held member of the file
     dynamics: Dynamics = field(default=Dynamics(), repr=False)
     gauges: tuple[Actuator, ...] = field(default=(), repr=False)  # what springs and dampers read; nothing drives them
+    files: tuple[Path, ...] = field(default=(), repr=False, compare=False)  # what it was read from: never written over
 
     @cached_property
     def shortest(self) -> float:

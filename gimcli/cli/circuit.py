@@ -60,11 +60,10 @@ def _write(motions: list[Motion], asked: list[Asked], numbers: list[int], paths:
     import numpy as np
 
     from gimcli.analysis.tracing import motion_table
-    from gimcli.output import CsvStream, refuse_unwritable
+    from gimcli.output import CsvStream
     from gimcli.table import Column, Table
 
     csv_path, png_path = paths
-    refuse_unwritable(csv_path, *([png_path] if png_path else []))
     tables = [motion_table(m, more=own.columns(m)) for m, own in zip(motions, asked, strict=True)]
     if numbers:
         tables = [

@@ -49,7 +49,7 @@ def command(
     from gimcli.output import refuse_files
 
     mechanism = load(model)
-    refuse_files(None, png)
+    refuse_files(mechanism.files, None, png)
     with explained(mechanism):
         refuse_unfit(mechanism)
         found = circuits(mechanism, Policy(samples=samples), progress_bar("configurations"))

@@ -35,7 +35,7 @@ def solve_all(
     from gimcli.output import refuse_files
     from gimcli.status import Status
 
-    refuse_files(csv, png)
+    refuse_files(mechanism.files, csv, png)
     with explained(mechanism):
         found = all_configurations(
             mechanism, inputs, Policy(fits=tolerance), progress_bar("roots of a generic linkage, once")

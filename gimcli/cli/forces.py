@@ -65,7 +65,7 @@ def command(
         piece: Motion | None = next(pieces)
     assert piece is not None
     verify(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
-    refuse_unwritable(csv_path, *([png_path] if png else []))
+    refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
     found = ForceMotion(mechanism, steps + 1, jit.value, note)
     start = piece.rows(np.arange(1))
     with CsvStream(

@@ -40,7 +40,7 @@ def command(
     from gimcli.structure.plan import make_plan
 
     mechanism = load(model)
-    refuse_files(None, png)
+    refuse_files(mechanism.files, None, png)
     with explained(mechanism):
         make_plan(mechanism)
         refuse_unfit(mechanism)

@@ -59,7 +59,7 @@ def command(
         raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one")
     actuator = chosen_input(mechanism, name)
     csv_path, png_path = out / f"{model.stem}.reduced.csv", out / f"{model.stem}.reduced.png"
-    refuse_unwritable(csv_path, *([png_path] if png else []))
+    refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
     run = choose(jit.value, steps * WORK, note, ("move",))
     with explained(mechanism):
         refuse_unfit(mechanism)

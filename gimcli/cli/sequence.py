@@ -38,7 +38,7 @@ def command(
     from gimcli.output import refuse_files
 
     mechanism = load(model)
-    refuse_files(None, png)
+    refuse_files(mechanism.files, None, png)
     with explained(mechanism):
         groups, z = report(mechanism, inputs_at(mechanism, at), strategy.value, tolerance)
     if png is not None:

@@ -82,7 +82,7 @@ def command(
     mechanism = load(model)
     refuse_taken_name(mechanism)
     csv_path, png_path = out / f"{model.stem}.simulation.csv", out / f"{model.stem}.simulation.png"
-    refuse_unwritable(csv_path, *([png_path] if png else []))
+    refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
     run = choose(jit.value, time * A_SECOND * WORK, note, ("move",))
     settings = Settings(method.value, max(rtol, LEAST), step, until)
     with explained(mechanism):

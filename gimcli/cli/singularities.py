@@ -47,7 +47,7 @@ def command(
     from gimcli.output import refuse_files
 
     mechanism = load(model)
-    refuse_files(None, png)
+    refuse_files(mechanism.files, None, png)
     with explained(mechanism):
         found = survey(mechanism, progress=progress_bar("following branches"))
     if png is not None:

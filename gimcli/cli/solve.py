@@ -94,7 +94,7 @@ def command(
         solve_all(mechanism, inputs_at(mechanism, at), chosen.tolerance, csv, png, as_json)
         return
     mechanism = load(model)
-    refuse_files(csv, png)
+    refuse_files(mechanism.files, csv, png)
     with explained(mechanism):
         position = solve(mechanism, inputs_at(mechanism, at), chosen, history)
     if start == "drawn":

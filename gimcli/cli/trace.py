@@ -112,8 +112,7 @@ def command(
     mechanism = load(model)
     asked = Asked(mechanism, measure, plot, derivatives)
     csv_path, png_path = out / f"{model.stem}.csv", out / f"{model.stem}.png"
-    if csv_path.resolve() == model.resolve():
-        raise UsageError(f"{csv_path} is the model itself; choose another --out")
+    refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
     with explained(mechanism):
         if not mechanism.actuators:
             _refuse_undriven(mechanism)
@@ -139,7 +138,6 @@ def command(
         piece: Motion | None = next(pieces)
     assert piece is not None
     verify(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
-    refuse_unwritable(csv_path, *([png_path] if png else []))
     summary = Summary(steps + 1)
     rates = _rates(mechanism, asked.order, steps + 1, jit) if asked.order else None
     row = piece.rows(np.arange(1))

@@ -52,7 +52,7 @@ def command(
     with explained(mechanism):
         if not mechanism.actuators:
             raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one")
-        refuse_unwritable(csv_path, *([png_path] if png else []))
+        refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
         found = tradeoff(mechanism, steps, asked, jit.value, note, progress_bar("comparing"))
     table = tradeoff_table(found)
     drawn = png and any(e.drawable for e in found.entries)

@@ -65,7 +65,9 @@ def command(
         raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one")
     stem = out / f"{model.stem}.workspace"
     files = {kind: stem.with_name(f"{stem.name}.{kind}") for kind in ("csv", "png", "npz")}
-    refuse_unwritable(files["csv"], *([files["png"]] if png else []), *([files["npz"]] if grid else []))
+    refuse_unwritable(
+        mechanism.files, files["csv"], *([files["png"]] if png else []), *([files["npz"]] if grid else [])
+    )
     report, complete = _answer(mechanism, name, held, model, files, (grid, resume, jit.value), png)
     _tell(mechanism, report, as_json)
     if not complete:

@@ -5,7 +5,7 @@ Importing this package is cheap: the drawings, and matplotlib, are imported by t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -75,13 +75,13 @@ def write(content: Table | Content, path: Path | str) -> None:
         _write(content, Path(path), PICTURE_FORMATS, "picture")
 
 
-def refuse_files(table: Path | None, picture: Path | None) -> None:
-    """Raise UsageError where a suffix names no format, OutputError where a file could not appear: before the work."""
+def refuse_files(read: Iterable[Path], table: Path | None, picture: Path | None) -> None:
+    """Raise UsageError where a suffix names no format; otherwise as `refuse_unwritable`."""
     if table is not None:
         _writer(table, TABLE_FORMATS, "table")
     if picture is not None:
         _writer(picture, PICTURE_FORMATS, "picture")
-    refuse_unwritable(*(path for path in (table, picture) if path is not None))
+    refuse_unwritable(read, *(path for path in (table, picture) if path is not None))
 
 
 def _write(content: Written, path: Path, formats: Formats[Written], what: str) -> None:

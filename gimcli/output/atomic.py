@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, BinaryIO, TextIO, cast
 
-from gimcli.errors import OutputError
+from gimcli.errors import OutputError, UsageError
 
 
 @contextmanager
@@ -25,9 +25,14 @@ def written_bytes(path: Path | str) -> Iterator[BinaryIO]:
         yield cast(BinaryIO, handle)
 
 
-def refuse_unwritable(*paths: Path) -> None:
-    """Raise OutputError where one of the files could not appear: before the work that is to fill it."""
+def refuse_unwritable(read: Iterable[Path], *paths: Path) -> None:
+    """Raise UsageError where a file is one of those that were read, OutputError where it could not appear.
+
+    It is called before the work that is to fill the files.
+    """
+    read = tuple(read)
     for path in paths:
+        _refuse_read(read, path)
         part = _beside(path)
         try:
             _make_room(path)
@@ -37,6 +42,16 @@ def refuse_unwritable(*paths: Path) -> None:
         finally:
             with suppress(OSError):
                 part.unlink()
+
+
+def _refuse_read(read: Iterable[Path], path: Path) -> None:
+    """Raise UsageError where a path leads to a file that was read, by a link too."""
+    for source in read:
+        with suppress(OSError):
+            if path.samefile(source):
+                raise UsageError(
+                    f"{path}: the model is read from this file ({source}); choose another name or folder for the output"
+                )
 
 
 @contextmanager

@@ -35,7 +35,7 @@ class Parts:
             )
         if not resume or kept is None:
             self.clear()
-            refuse_unwritable(folder / HEADER)
+            refuse_unwritable((), folder / HEADER)
             with written_text(folder / HEADER) as handle:
                 handle.write(json.dumps(self.header, indent=1) + "\n")
 

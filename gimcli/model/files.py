@@ -1,0 +1,25 @@
+"""Which files a model is read from: its own, and the tables that it names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from gimcli.model.schema import Model
+
+
+def files_read(model: Model, path: Path) -> tuple[Path, ...]:
+    """Return the model file and every table of laws, efforts and loads."""
+    return (path, *(path.parent / name for name in dict.fromkeys(_tables(model.model_dump()))))
+
+
+def _tables(data: Any) -> Iterator[str]:
+    """Give the text of every key `table`, wherever it stands."""
+    if not isinstance(data, dict):
+        return
+    for key, value in data.items():
+        if key == "table" and isinstance(value, str):
+            yield value
+        else:
+            yield from _tables(value)
