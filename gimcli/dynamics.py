@@ -32,6 +32,7 @@ class Inertia:
     mass: float  # kg
     moment: float  # kg m2
     centre: complex  # in the member's own frame, normal frame
+    stated: bool = True  # the moment; where it is not, it is 0
 
 
 @dataclass(frozen=True)

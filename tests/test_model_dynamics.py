@@ -26,6 +26,10 @@ def motor(text):
     return TOP % f", {text}"
 
 
+def freed(text):
+    return motor(f"free: true, {text}")
+
+
 # name: (text, line:column, fragments of the message)
 REFUSED = {
     "load of two kinds": (FILE + "loads: {f: {on: rod, torque: 3, force: [1, 2], at: [1, 1]}}\n", "6:12", ["either"]),
@@ -75,13 +79,18 @@ REFUSED = {
     ),
     "friction that drives": (FILE + "friction: {A: -1}\n", "6:15", ["at least 0"]),
     "free, but not a truth": (motor("free: maybe"), "5:49", ["true or false is needed, met 'maybe'"]),
-    "start too far away": (motor("start: 1e30"), "5:50", ["start reaches 1e+30"]),
-    "effort of nothing": (motor("effort: {}"), "5:51", ["needs a number, or `table`, or `stall` and `idle`"]),
-    "effort of two kinds": (motor("effort: {constant: 1, table: t.csv}"), "5:51", ["needs a number"]),
-    "effort with half a line": (motor("effort: {stall: 3}"), "5:51", ["`idle` is missing"]),
-    "effort that is idle at rest": (motor("effort: {stall: 3, idle: 0}"), "5:68", ["must not be 0"]),
-    "effort over speed without a table": (motor("effort: {constant: 1, over: speed}"), "5:51", ["has no `table`"]),
-    "effort over something else": (motor("effort: {table: t.csv, over: sped}"), "5:72", ["did you mean 'speed'"]),
+    "start too far away": (freed("start: 1e30"), "5:62", ["start reaches 1e+30"]),
+    "start of an input that is not free": (motor("start: 45"), "5:43", ["`start`", "add `free: true`, or remove"]),
+    "speed of an input that is not free": (motor("speed: 0"), "5:43", ["`speed`", "add `free: true`, or remove"]),
+    "effort of an input that is not free": (
+        motor("free: false, effort: 3"), "5:56", ["`effort`", "add `free: true`, or remove"],
+    ),
+    "effort of nothing": (freed("effort: {}"), "5:63", ["needs a number, or `table`, or `stall` and `idle`"]),
+    "effort of two kinds": (freed("effort: {constant: 1, table: t.csv}"), "5:63", ["needs a number"]),
+    "effort with half a line": (freed("effort: {stall: 3}"), "5:63", ["`idle` is missing"]),
+    "effort that is idle at rest": (freed("effort: {stall: 3, idle: 0}"), "5:80", ["must not be 0"]),
+    "effort over speed without a table": (freed("effort: {constant: 1, over: speed}"), "5:63", ["has no `table`"]),
+    "effort over something else": (freed("effort: {table: t.csv, over: sped}"), "5:84", ["did you mean 'speed'"]),
 }  # fmt: skip
 
 
@@ -174,7 +183,7 @@ def test_a_file_without_dynamics_has_none(folder):
 
 def test_efforts_of_every_form_are_compiled(folder):
     def effort(text):
-        (release,) = loaded(folder, motor(text) + "masses: {rod: {mass: 1}}\n").dynamics.releases
+        (release,) = loaded(folder, freed(text) + "masses: {rod: {mass: 1}}\n").dynamics.releases
         return release.effort
 
     assert effort("effort: 3").constant == 3.0

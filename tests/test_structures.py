@@ -80,3 +80,34 @@ def test_a_point_of_the_ground_is_measured_along_its_first_two_nodes_that_are_ap
     data = COINCIDENT | {"ground": ["O", "G", "H"], "points": {"X": {"on": "ground", "local": [2, 1]}}}
     point = load(written(tmp_path, data)).points[0].local
     assert point * load(written(tmp_path, data)).scale == pytest.approx(2 + 1j)
+
+
+PENDULUM = """
+nodes: {O: [7, 5], A: [7, 2], S: [9, 5], T: [9.5, 5], R: [10, 5]}
+ground: [O, R]
+links: {bob: [O, A], block: [S, T]}
+prismatic: {rail: {nodes: [S, T], guide: [O, R]}}
+actuators:
+  swing: {type: rotary, pivot: O, arm: A, free: true, start: -90, speed: 0}
+  push: {type: linear, node: S, guide: [O, R], law: {by: 0.1}}
+masses: {bob: {mass: 2, centre: [3, 0]}, block: {mass: 1}}
+gravity: [0, -9.81]
+"""
+
+
+def test_energy_of_weights_is_measured_from_the_first_ground_node(tmp_path):
+    """2 kg hang 3 m below O, the block slides at its height: V = -2 g 3."""
+    done = run("simulate", written(tmp_path, PENDULUM), "--time", "0.1", folder=tmp_path)
+    assert done.exit_code == 0, done.output
+    table = np.genfromtxt(tmp_path / "model.simulation.csv", delimiter=",", names=True)
+    assert table["energypotential"] == pytest.approx(-6 * 9.81, rel=1e-12)
+
+
+@pytest.mark.parametrize("command", ["simulate", "forces", "reduce"])
+def test_a_missing_inertia_is_said_where_the_member_turns(tmp_path, command):
+    """The block has none either, but its guide holds it from turning; `inertia: 0` is an answer."""
+    more = ["--time", "0.1"] if command == "simulate" else ["--input", "swing"] if command == "reduce" else []
+    said = "no `inertia` for bob:"
+    assert said in run(command, written(tmp_path, PENDULUM), *more, folder=tmp_path).output
+    stated = PENDULUM.replace("mass: 2,", "mass: 2, inertia: 0,")
+    assert "no `inertia`" not in run(command, written(tmp_path, stated), *more, folder=tmp_path).output

@@ -84,6 +84,12 @@ def note(text: str) -> None:
     typer.echo(text, err=True)
 
 
+def note_point_masses(names: Sequence[str]) -> None:
+    """Print which members count as point masses because the file gives no moment of inertia."""
+    if names:
+        note(f"masses: no `inertia` for {', '.join(names)}: taken as 0, as of a point mass (`inertia: 0` confirms it)")
+
+
 def number(value: float, digits: int = 10) -> str:
     """Return a number readable in a table."""
     return f"{value:.{digits}g}" if math.isfinite(value) else "-"

@@ -47,15 +47,17 @@ def command(
     from gimcli.analysis.forces import motion_forces
     from gimcli.analysis.loading import physical
     from gimcli.analysis.verdict import explained, verify
-    from gimcli.cli.console import note, progress_bar
+    from gimcli.cli.console import note, note_point_masses, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
     from gimcli.motion.motion import stream
     from gimcli.output import CsvStream, refuse_unwritable
+    from gimcli.structure.acting import point_masses
 
     chosen = options(Method.AUTO, Strategy.SPECTRAL, tolerance, jit)
     mechanism = load(model)
     physical(mechanism)
+    note_point_masses(point_masses(mechanism))
     refuse_taken_names(mechanism)
     csv_path, png_path = out / f"{model.stem}.forces.csv", out / f"{model.stem}.forces.png"
     with explained(mechanism):

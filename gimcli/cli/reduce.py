@@ -46,11 +46,12 @@ def command(
     from gimcli.analysis.flywheel import flywheel
     from gimcli.analysis.reduction import chosen_input, reduce_to_input, reduction_table
     from gimcli.analysis.verdict import explained, refuse_unfit
-    from gimcli.cli.console import note, progress_bar
+    from gimcli.cli.console import note, note_point_masses, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
     from gimcli.motion.effort import choose
     from gimcli.output import refuse_unwritable, write
+    from gimcli.structure.acting import point_masses
 
     if (fluctuation is None) != (rpm is None):
         raise UsageError("a flywheel needs both --fluctuation and --rpm")
@@ -61,6 +62,7 @@ def command(
     csv_path, png_path = out / f"{model.stem}.reduced.csv", out / f"{model.stem}.reduced.png"
     refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
     run = choose(jit.value, steps * WORK, note, ("move",))
+    note_point_masses(point_masses(mechanism))
     with explained(mechanism):
         refuse_unfit(mechanism)
         found = reduce_to_input(mechanism, actuator, steps, run, progress_bar("reducing"))

@@ -69,10 +69,11 @@ def command(
     from gimcli.analysis.simulation_table import reactions as find_reactions
     from gimcli.analysis.simulation_table import refuse_taken_name, simulation_table
     from gimcli.analysis.verdict import explained
-    from gimcli.cli.console import note, progress_bar
+    from gimcli.cli.console import note, note_point_masses, progress_bar
     from gimcli.model import load
     from gimcli.motion.effort import choose
     from gimcli.output import refuse_unwritable, write
+    from gimcli.structure.acting import point_masses
 
     times = _times(time, dt)
     if not 1e-14 <= rtol <= 1e-2:
@@ -85,6 +86,7 @@ def command(
     refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
     run = choose(jit.value, time * A_SECOND * WORK, note, ("move",))
     settings = Settings(method.value, max(rtol, LEAST), step, until)
+    note_point_masses(point_masses(mechanism))
     with explained(mechanism):
         found = simulate(mechanism, times, settings, run, progress_bar("simulating"))
     if until and found.status.word == "ok":

@@ -101,6 +101,10 @@ def _check_pair(refs: References, name: str) -> None:
 
 
 def _check_release(refs: References, where: Where, actuator: Actuator) -> None:
+    if not actuator.free and (*where, "free") not in refs.doubtful:
+        for key in sorted({"start", "speed", "effort"} & actuator.model_fields_set):
+            text = f"`{key}` is for an input that moves freely, not by its law; add `free: true`, or remove `{key}`"
+            refs.fault((*where, key), text, key=True)
     if actuator.start is not None:
         check_reach(refs, (*where, "start"), actuator, actuator.start)
     if actuator.effort is not None:

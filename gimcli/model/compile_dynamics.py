@@ -52,7 +52,8 @@ class DynamicsCompiler:
             centre = complex(member.shape.mean())
         else:
             centre = self.place(name, schema.Tracer(on=name, local=mass.centre)).local
-        return Inertia(self.number[name], mass.mass * KILOGRAMS[self.model.units.mass], mass.inertia, centre)
+        own, known = mass.mass * KILOGRAMS[self.model.units.mass], mass.inertia is not None
+        return Inertia(self.number[name], own, mass.inertia or 0.0, centre, known)
 
     def _load(self, name: str, load: schema.Load) -> Load:
         member, point, force = self.number[load.on], 0.0j, complex(*(load.force or load.follower or (0.0, 0.0)))

@@ -97,7 +97,7 @@ PARTS = {
     },
     "Mass": {
         "mass": "Mass",
-        "inertia": "Moment of inertia about the centre of mass [kg m2]",
+        "inertia": "Moment of inertia about the centre of mass [kg m2]; default 0: a point mass",
         "centre": "Centre of mass: along, and to the left of, first node -> second; default: mean of the nodes",
     },
     "Load": {

@@ -138,7 +138,7 @@ class Mass(Part):
     """Mass, moment of inertia about the centre of mass, and its place in the member's own frame."""
 
     mass: Positive
-    inertia: Positive = 0.0
+    inertia: Positive | None = None
     centre: Place | None = None
 
 

@@ -11,7 +11,7 @@ from gimcli.dynamics import Load
 from gimcli.kernels.reduction import Acting
 from gimcli.mechanism import FRAME, Actuator, Drive, FloatArray, IntArray, Mechanism, Undriven
 from gimcli.structure.checks import farthest
-from gimcli.structure.rotation import members_of
+from gimcli.structure.rotation import members_of, rotation_classes
 from gimcli.structure.steps import NONE
 
 RUBBED = "friction in "
@@ -67,6 +67,13 @@ def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Actin
         _ints(motors, 2),
         _floats([(efforts[k].constant, efforts[k].idle) for k in released], 2),
     )
+
+
+def point_masses(mechanism: Mechanism) -> list[str]:
+    """Return the members that can turn and have a mass, but no moment of inertia in the file."""
+    turning = rotation_classes(mechanism, members_of(mechanism)).of
+    own = [i for i in mechanism.dynamics.inertias if i.mass > 0.0 and not i.stated]
+    return [mechanism.members[i.member].name for i in own if turning[i.member] != turning[FRAME]]
 
 
 def moving_loads(mechanism: Mechanism) -> list[Load]:
