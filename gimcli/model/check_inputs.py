@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
+from gimcli.model.laws import Polynomial
 from gimcli.model.references import References
-from gimcli.model.schema import LONGEST, PROFILES, SHORTEST, Actuator, Law
+from gimcli.model.schema import LONGEST, PROFILES, SHORTEST, Actuator, Law, Profile
 from gimcli.model.source import Where
 from gimcli.model.tables import read_table
 from gimcli.model.wording import near
@@ -14,6 +18,9 @@ from gimcli.model.wording import near
 KEYS = ("pivot", "arm", "reference", "nodes", "node", "guide")
 MOST_TURNS = 1e4
 """Revolutions, or sizes of the mechanism, that a law may reach: every one is followed."""
+
+LOOKS = 1001
+"""Places of a law that are looked at beside those where it turns back, should rounding hide one of these."""
 
 Times = tuple[str, float]  # name of a table and what it spans in s
 
@@ -130,14 +137,53 @@ def _check_law(refs: References, where: Where, actuator: Actuator, law: Law, tab
         choice = f"choose {', '.join(PROFILES)}{near(profile.name, PROFILES)}"
         refs.fault((*at, "profile"), f"profile '{profile.name}' is unknown; {choice}")
     values = _check_ends(refs, at, law)
+    by = law.by or 0.0
     if profile.table is not None:
         values = _check_table(refs, (*at, "profile", "table"), profile.table, tables)
     elif profile.polynomial is not None and law.by is None and law.from_ is None:
-        values = [profile.polynomial[0], math.fsum(profile.polynomial)]
-    elif actuator.nodes is not None and not values and set(actuator.nodes) <= set(refs.model.nodes):
-        drawn = math.dist(*(refs.model.nodes[n] for n in actuator.nodes))
-        values = [drawn, drawn + (law.by or 0.0)]
-    _check_values(refs, at, actuator, values, law.by or 0.0)
+        values = _course(profile.polynomial)
+    elif len(values) == 2:
+        values += _between(values[0], values[1], profile)
+    elif not values and (drawn := _drawn(refs, actuator)) is not None:
+        values = [drawn, drawn + by, *_between(drawn, drawn + by, profile)]
+    _check_values(refs, at, actuator, values, by)
+
+
+def _drawn(refs: References, actuator: Actuator) -> float | None:
+    """Return the drawn value of an input in the file's unit; None where its nodes are not known."""
+    names = [*(actuator.nodes or []), *(actuator.guide or [])]
+    names += [n for n in (actuator.pivot, actuator.arm, actuator.reference, actuator.node) if n is not None]
+    if not set(names) <= set(refs.model.nodes):
+        return None
+    place = {name: complex(*refs.model.nodes[name]) for name in names}
+    if actuator.nodes is not None:
+        return abs(place[actuator.nodes[1]] - place[actuator.nodes[0]])
+    if actuator.pivot is not None and actuator.arm is not None:
+        ray = place[actuator.arm] - place[actuator.pivot]
+        if actuator.reference is not None:
+            ray *= (place[actuator.reference] - place[actuator.pivot]).conjugate()
+        angle = cmath.phase(ray)
+        return math.degrees(angle) if refs.model.units.angle == "deg" else angle
+    if actuator.node is not None and actuator.guide is not None:
+        first, second = (place[name] for name in actuator.guide)
+        along = second - first
+        return ((place[actuator.node] - first) * along.conjugate()).real / (abs(along) or 1.0)
+    return None
+
+
+def _between(start: float, end: float, profile: Profile) -> list[float]:
+    """Return the extreme values of a law between two ends; a profile that is named or has none stays between them."""
+    values = [start * (1.0 - s) + end * s for s in _course(profile.polynomial or [])]
+    return [v if math.isfinite(v) else math.inf for v in values]
+
+
+def _course(coefficients: Sequence[float]) -> list[float]:
+    """Return the values of a polynomial at the ends of 0..1, and where it is highest and lowest between."""
+    law = Polynomial(tuple(coefficients or (0.0,)))
+    with np.errstate(over="ignore", invalid="ignore"):
+        values = law(np.concatenate([[0.0, 1.0], law.stops(), np.linspace(0.0, 1.0, LOOKS)]))
+    values = np.where(np.isnan(values), np.inf, values)
+    return [float(v) for v in (values[0], values[1], values.min(), values.max())]
 
 
 def check_reach(refs: References, at: Where, actuator: Actuator, value: float) -> None:
@@ -170,7 +216,7 @@ def _check_ends(refs: References, at: Where, law: Law) -> list[float]:
         missing = "to" if law.to is None else "from"
         refs.lack(at, (missing,), f"`{missing}` is missing; give both ends, or `by`")
     if law.profile.polynomial is not None and (law.by is not None or absolute):
-        first, last = law.profile.polynomial[0], math.fsum(law.profile.polynomial)
+        first, last, *_ = _course(law.profile.polynomial)
         if abs(first) > 1e-9 or abs(last - 1.0) > 1e-9:
             text = f"between given ends the polynomial must run from 0 to 1, met {first:g} to {last:g}; mend it"
             refs.fault((*at, "profile", "polynomial"), text)

@@ -21,6 +21,10 @@ QUINTIC = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)
 REAL = 1e-6
 """Imaginary part, relative, below which a root may be a double real one; a time too many does no harm."""
 
+TINY = float(np.finfo(float).tiny)
+NEGLIGIBLE = 1e-60
+"""Coefficient, relative to the largest, whose roots are far outside of 0..1; its reciprocal would overflow."""
+
 
 @dataclass(frozen=True)
 class Polynomial:
@@ -37,7 +41,9 @@ class Polynomial:
 
     def stops(self) -> FloatArray:
         """Return the times at which the law may turn back: the real roots of its derivative."""
-        slope = np.polyder(np.asarray(self.coefficients[::-1], dtype=float))
+        falling = np.asarray(self.coefficients[::-1], dtype=float)
+        slope = np.polyder(falling / max(np.max(np.abs(falling)), TINY))
+        slope[np.abs(slope) < NEGLIGIBLE] = 0.0
         found = np.roots(np.trim_zeros(slope, "f"))
         real = found.real[np.abs(found.imag) <= REAL * np.maximum(1.0, np.abs(found))]
         return np.unique(real[(real > 0.0) & (real < 1.0)])

@@ -14,6 +14,8 @@ SHORTEST, LONGEST = 1e-12, 1e12
 """Seconds that a motion may take: beyond, powers of them no longer are numbers."""
 LARGEST = 1e30
 """Mass, force and the like: beyond, products of them soon are no numbers."""
+MOST_COEFFICIENTS = 100
+"""Of a polynomial: beyond, powers of the time no longer differ, and its roots are slow to find."""
 PROFILES = ("uniform", "cubic", "quintic", "cycloidal", "harmonic")
 
 
@@ -81,7 +83,7 @@ class Profile(Part):
     """How an input runs from its first to its last value."""
 
     name: str = "uniform"
-    polynomial: Annotated[list[Number], Field(min_length=1)] | None = None
+    polynomial: Annotated[list[Number], Field(min_length=1, max_length=MOST_COEFFICIENTS)] | None = None
     table: str | None = None
 
 

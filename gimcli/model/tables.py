@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 import csv
-import math
+import io
 from pathlib import Path
+
+from gimcli.model.schema import LARGEST
+from gimcli.model.source import CONTROL, MOST_BYTES
+
+MOST_ROWS = 100_000
+CLOSEST = 1e-12
+"""Distance of two rows, relative to the whole table, below which slopes between them are no numbers."""
 
 
 def read_table(path: Path, first: str = "time") -> tuple[list[float], list[float]]:
@@ -13,34 +20,64 @@ def read_table(path: Path, first: str = "time") -> tuple[list[float], list[float
     Raises ValueError that says what is wrong and what to do.
     """
     rows = _rows(path, first)
-    if rows and not _numeric(rows[0][1]):
+    if rows and not any(map(_is_number, rows[0][1])):
         rows = rows[1:]  # a header
     if len(rows) < 2:
         raise ValueError(f"has fewer than two rows of {first},value; add some")
     for line, row in rows:
-        if len(row) != 2 or not _numeric(row):
-            raise ValueError(f"line {line} is not {first},value: {','.join(row)[:40]}; write two finite numbers")
+        if len(row) != 2 or not all(map(_fits, row)):
+            text = ",".join(row)[:40]
+            raise ValueError(f"line {line} is not {first},value: {text}; write two finite numbers up to {LARGEST:g}")
     time, value = ([float(row[k]) for _, row in rows] for k in (0, 1))
+    least = CLOSEST * (max(time) - min(time))
     for (line, _), before, after in zip(rows[1:], time, time[1:], strict=False):
-        if after <= before:
+        if after - before <= least:
             raise ValueError(f"line {line}: {first} {after:g} after {before:g}; {first} must increase from row to row")
     return time, value
 
 
 def _rows(path: Path, first: str) -> list[tuple[int, list[str]]]:
     """Return the rows that hold something, each with its line."""
+    reader = csv.reader(io.StringIO(_text(path, first), newline=""))
+    rows: list[tuple[int, list[str]]] = []
     try:
-        with path.open(newline="", encoding="utf-8-sig") as handle:
-            reader = csv.reader(handle)
-            return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                rows.append((reader.line_num, row))
+            if len(rows) > MOST_ROWS:
+                raise ValueError(f"has more than {MOST_ROWS} rows; thin them out")
+    except csv.Error:
+        raise ValueError(f"is not a text file of rows {first},value; name a CSV file") from None
+    return rows
+
+
+def _text(path: Path, first: str) -> str:
+    """Return the text of a regular file of reasonable size."""
+    try:
+        if path.exists() and not path.is_file():
+            raise ValueError(f"is a {'directory' if path.is_dir() else 'device or a pipe'}; name a CSV file")
+        with path.open("rb") as handle:
+            raw = handle.read(MOST_BYTES + 1)
     except OSError as error:
         raise ValueError(f"cannot be read: {error.strerror}; its path starts at the model's folder") from None
-    except (UnicodeDecodeError, csv.Error):
-        raise ValueError(f"is not a text file of rows {first},value; name a CSV file") from None
-
-
-def _numeric(row: list[str]) -> bool:
+    if len(raw) > MOST_BYTES:
+        raise ValueError(f"is too large for a table; at most {MOST_BYTES // 1_000_000} MB are read")
     try:
-        return all(math.isfinite(float(cell)) for cell in row)
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = "\0"
+    if CONTROL.search(text):
+        raise ValueError(f"is not a text file of rows {first},value; name a CSV file")
+    return text
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
     except ValueError:
         return False
+    return True
+
+
+def _fits(cell: str) -> bool:
+    return _is_number(cell) and abs(float(cell)) <= LARGEST

@@ -1,0 +1,106 @@
+"""Laws stay within the bound of `--at` over their whole range; no number in them is too much."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+from gimcli.errors import ModelError
+from gimcli.model import load
+from gimcli.model.check_inputs import MOST_TURNS
+
+MODEL = """\
+nodes: {{O: [0, 0], G: [4, 0], A: [0, 1], B: [4, 3]}}
+ground: [O, G]
+links: {{crank: [O, A], rod: [A, B]}}
+prismatic: {{s: {{node: B, guide: [O, G], offset: 3}}}}
+actuators: {{m: {{{drive}, law: {law}}}}}
+"""
+ROTARY, RAM, SLIDER = (
+    "type: rotary, pivot: O, arm: A",
+    "type: linear, nodes: [O, B]",
+    "type: linear, node: B, guide: [O, G]",
+)
+MOST = 360.0 * MOST_TURNS
+DEEP = 4.0 * MOST  # s = t - c t (1 - t) reaches 1/2 - c/4 in the middle
+
+
+@pytest.fixture
+def loaded(tmp_path):
+    """Load a model with some input and law; numbers may overflow, but no warning may reach the user."""
+
+    def run(drive, law):
+        path = tmp_path / "m.yaml"
+        path.write_text(MODEL.format(drive=drive, law=law))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            return load(path)
+
+    return run
+
+
+BEYOND = {
+    "sum that overflows": (ROTARY, "{polynomial: [1e308, 1e308]}"),
+    "differences of overflows": (ROTARY, "{polynomial: [60, 1.7e308, -1.7e308]}"),
+    "high inside": (ROTARY, "{polynomial: [60, 1e9, -1e9]}"),
+    "very high inside": (ROTARY, "{polynomial: [60, 1e200, -1e200]}"),
+    "just above inside": (ROTARY, f"{{polynomial: [0, {DEEP * 1.001}, {-DEEP * 1.001}]}}"),
+    "high inside between ends": (ROTARY, f"{{from: 0, to: 1, polynomial: [0, {1 + 1.1 * DEEP}, {-1.1 * DEEP}]}}"),
+    "high inside by an increment": (ROTARY, f"{{by: 1, polynomial: [0, {1 + 1.1 * DEEP}, {-1.1 * DEEP}]}}"),
+    "ends that overflow": (ROTARY, "{from: -1.7e308, to: 1.7e308}"),
+    "increment that overflows": (ROTARY, "{by: 1.7e308, polynomial: [0, 3, -2]}"),
+    "drawn value and increment": (ROTARY, f"{{by: {MOST}}}"),
+    "slider far inside": (SLIDER, "{polynomial: [4, 1e6, -1e6]}"),
+    "ram without length inside": (RAM, "{polynomial: [5, -21, 21]}"),
+    "ram without length inside, between ends": (RAM, "{from: 5, to: 6, polynomial: [0, -24, 25]}"),
+    "ram without length inside, by an increment": (RAM, "{by: 1, polynomial: [0, -24, 25]}"),
+}
+
+
+@pytest.mark.parametrize("case", BEYOND)
+def test_a_law_beyond_the_bound_anywhere_is_refused(case, loaded):
+    with pytest.raises(ModelError, match=r"m\.yaml:5:.*(shorten it|must be above 0)"):
+        loaded(*BEYOND[case])
+
+
+@pytest.mark.parametrize(
+    ("drive", "law"),
+    [
+        (ROTARY, f"{{polynomial: [0, {DEEP * 0.999}, {-DEEP * 0.999}]}}"),
+        (ROTARY, f"{{from: 0, to: {MOST}}}"),
+        (ROTARY, f"{{by: {MOST - 90.0}}}"),
+        (ROTARY, "{polynomial: [1, 1e-300, 1e-320]}"),
+        (ROTARY, "{polynomial: [0]}"),
+        (ROTARY, "{polynomial: [0, 0, 0]}"),
+        (RAM, "{polynomial: [5, -19, 19]}"),
+        (SLIDER, "{by: 1, polynomial: [0, 3, -2]}"),
+    ],
+)
+def test_a_law_within_the_bound_is_accepted(drive, law, loaded):
+    values = loaded(drive, law).actuators[0].law(np.linspace(0.0, 1.0, 101))
+    assert np.all(np.isfinite(values))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_is_accepted_is_within_the_bound_everywhere(seed, loaded):
+    """The bound divides random polynomials as a fine grid of their values does."""
+    rng = np.random.default_rng(seed)
+    c = rng.normal(size=rng.integers(2, 9)) * 10.0 ** rng.uniform(-3, 3, size=1)
+    t = np.linspace(0.0, 1.0, 100_001)
+    highest = np.max(np.abs(np.polynomial.polynomial.polyval(t, c)))
+    for factor, fits in ((0.9999, True), (1.0001, False)):
+        law = f"{{polynomial: {(c * (factor * MOST / highest)).tolist()}}}"
+        if fits:
+            found = loaded(ROTARY, law).actuators[0].law(t)
+            assert np.max(np.abs(found)) <= math.radians(MOST)
+        else:
+            with pytest.raises(ModelError, match="shorten it"):
+                loaded(ROTARY, law)
+
+
+def test_a_polynomial_of_too_many_coefficients_is_refused(loaded):
+    with pytest.raises(ModelError, match=r"m\.yaml:5:"):
+        loaded(ROTARY, f"{{polynomial: {[0.0] * 5000}}}")
