@@ -1,4 +1,4 @@
-"""Linkages with a limit or a change point at a known input, and where a node is on each arc: closed forms, 30 digits."""
+"""Linkages with a limit or a change point at a known input, and where a node is on each arc: closed forms."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Linkage:
     """A linkage whose input reaches something singular at `critical`; values in the file's units (degrees, lengths)."""
 
     name: str
-    text: str  # of the model, with a place for the law
+    text: Callable[[float], str]  # of the model drawn at an input, with a place for the law
     node: str
     start: float
     critical: float
@@ -107,25 +107,41 @@ trace: [A, B]
 
 
 FOLDED = float(mp.acos(mpf(7) / 8) * 180 / mp.pi)
-BY_CRANK = "type: rotary, pivot: O, arm: A"
-BY_SLIDER = "type: linear, node: B, guide: [O, T]"
 ROUND = (float("-inf"), float("inf"))
 
+
+def rocking(drawn: float) -> str:
+    return four_bar((3, 1.5, 3.5, 4), rocker(1), drawn)
+
+
+def cranked(drawn: float) -> str:
+    return slider_crank(2, 2, complex(crank_tip(2, drawn)), sliding(drawn).real, "type: rotary, pivot: O, arm: A")
+
+
+def parallels(drawn: float) -> str:
+    return four_bar((1, 3, 1, 3), parallel, drawn)
+
+
+def kites(drawn: float) -> str:
+    return four_bar((2, 3, 3, 2), kite, drawn)
+
+
+def slid(crank: float, rod: float) -> Callable[[float], str]:
+    """Return what writes a slider-crank that its slider drives."""
+    drive = "type: linear, node: B, guide: [O, T]"
+    place = driven_straight if crank == rod else driven(crank, rod, 1)
+    return lambda drawn: slider_crank(crank, rod, place(drawn), drawn, drive)
+
+
+OVER, UNDER = driven(2, 5, 1), driven(2, 5, -1)
 LINKAGES = [
-    Linkage("four-bar", four_bar((3, 1.5, 3.5, 4), rocker(1), 60.0), "B", 60.0, 90.0, (FOLDED, 90.0), True,
-            rocker(1), rocker(-1)),
-    Linkage("driven slider, r < l", slider_crank(2, 5, driven(2, 5, 1)(6.0), 6.0, BY_SLIDER), "A", 6.0, 7.0, (3.0, 7.0),
-            True, driven(2, 5, 1), driven(2, 5, -1)),
-    Linkage("driven slider, r < l, inner", slider_crank(2, 5, driven(2, 5, 1)(4.0), 4.0, BY_SLIDER), "A", 4.0, 3.0,
-            (3.0, 7.0), True, driven(2, 5, 1), driven(2, 5, -1)),
-    Linkage("driven slider, r = l", slider_crank(2, 2, driven(2, 2, 1)(3.0), 3.0, BY_SLIDER), "A", 3.0, 4.0, (-4.0, 4.0),
-            True, driven(2, 2, 1), driven(2, 2, -1)),
-    Linkage("driven slider, r = l, over its pivot", slider_crank(2, 2, driven(2, 2, 1)(1.0), 1.0, BY_SLIDER), "A", 1.0,
-            0.0, (-4.0, 4.0), False, driven_straight, None),
-    Linkage("parallelogram", four_bar((1, 3, 1, 3), parallel, 90.0), "B", 90.0, 180.0, ROUND, False, parallel, crossed),
-    Linkage("parallelogram at 0", four_bar((1, 3, 1, 3), parallel, 90.0), "B", 90.0, 0.0, ROUND, False, parallel,
-            crossed),
-    Linkage("kite", four_bar((2, 3, 3, 2), kite, 60.0), "B", 60.0, 0.0, ROUND, False, kite, None),
-    Linkage("slider-crank, r = l", slider_crank(2, 2, complex(crank_tip(2, 40.0)), sliding(40.0).real, BY_CRANK), "B", 40.0, 90.0,
-            ROUND, False, sliding, lambda v: 0j),
+    Linkage("four-bar", rocking, "B", 60.0, 90.0, (FOLDED, 90.0), True, rocker(1), rocker(-1)),
+    Linkage("driven slider, r < l", slid(2, 5), "A", 6.0, 7.0, (3.0, 7.0), True, OVER, UNDER),
+    Linkage("driven slider, r < l, inner", slid(2, 5), "A", 4.0, 3.0, (3.0, 7.0), True, OVER, UNDER),
+    Linkage("driven slider, r = l", slid(2, 2), "A", 3.0, 4.0, (-4.0, 4.0), True, driven(2, 2, 1), driven(2, 2, -1)),
+    Linkage("slider over its pivot", slid(2, 2), "A", 1.0, 0.0, (-4.0, 4.0), False, driven_straight, None),
+    Linkage("parallelogram", parallels, "B", 90.0, 180.0, ROUND, False, parallel, crossed),
+    Linkage("parallelogram at 0", parallels, "B", 90.0, 0.0, ROUND, False, parallel, crossed),
+    Linkage("kite", kites, "B", 60.0, 0.0, ROUND, False, kite, None),
+    Linkage("slider-crank, r = l", cranked, "B", 40.0, 90.0, ROUND, False, sliding, lambda v: 0j),
 ]  # fmt: skip

@@ -46,7 +46,7 @@ class Course:
         numbers = {name: repr(value) for name, value in names.items()} | {"d4": repr(4.0 * names["d"])}
         text = self.law.format(**numbers, minus=repr(-4.0 * names["d"]))
         path = folder / "model.yaml"
-        path.write_text(case.text.replace(LAW, text))
+        path.write_text(case.text(case.start).replace(LAW, text))
         return path
 
 

@@ -138,9 +138,11 @@ class Assembler:
             reports.append(report)
         return self._finished(inputs, leaves, reports)
 
-    def afresh(self, number: int, branch: tuple[int, ...], group: Group, loops: Loops) -> Roots:
-        """Return the roots of a group, in an order of their own."""
-        roots = all_roots(loops, self.policy, self.progress)
+    def afresh(
+        self, number: int, branch: tuple[int, ...], group: Group, loops: Loops, near: Roots | None = None
+    ) -> Roots:
+        """Return the roots of a group, in an order of their own; `near` are those of almost the same loops."""
+        roots = all_roots(loops, self.policy, self.progress, near)
         return replace(roots, proven=roots.proven.take(_order(group, roots.proven)))
 
     def _ground(self, inputs: FloatArray) -> State:

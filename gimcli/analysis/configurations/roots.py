@@ -43,17 +43,18 @@ class Roots:
         return max(0, (self.count or len(self.proven.w)) - len(self.proven.w) - self.infinite)
 
 
-def all_roots(loops: Loops, policy: Policy, progress: Progress | None = None) -> Roots:
+def all_roots(loops: Loops, policy: Policy, progress: Progress | None = None, near: Roots | None = None) -> Roots:
     """Return the roots of a group's loops.
 
-    `progress` is told how many roots of how many a generic linkage has so far, where one has to be found.
+    `progress` is told how many roots of how many a generic linkage has so far, where one has to be found. `near` are
+    the roots of almost the same loops: where intervals alone proved those, they are tried before the paths.
     """
     family, H = loops.family, loops.H
     count = known_count(family, policy)
     proven = _by_pencil(family, H, policy)
     if count is not None and _whole(proven, count):
         return _reached(family, proven, count)
-    if count is None:  # where paths cost most, and cannot prove the list: the real roots alone may be proved
+    if count is None or (near is not None and near.level == REALS):  # paths cost most, and cannot prove the list
         real = _by_intervals(loops, Roots(proven, count, OPEN, _none(family)), policy)
         if real.level == REALS:
             return real

@@ -50,7 +50,7 @@ class Follower:
             roots = self._followed(group, known[0], known[1], loops.H)
         if roots is None:
             self.fresh += 1
-            roots = self.assembler.afresh(number, branch, group, loops)
+            roots = self.assembler.afresh(number, branch, group, loops, known[1] if known else None)
         self.now[number, branch] = loops.H, roots
         return roots
 

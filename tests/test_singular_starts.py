@@ -1,0 +1,130 @@
+"""Mechanisms drawn in a singular position: every row that exists is found, from whichever side the motion comes."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from closed_linkages import LAW, LINKAGES, Linkage
+from typer.testing import CliRunner
+
+from gimcli.analysis.circuits import circuits
+from gimcli.analysis.survey import survey
+from gimcli.cli import app
+from gimcli.model import load
+from gimcli.motion.motion import Motion, trace
+
+BASE, PLATFORM = 4.0, 2.0
+RAMS = {
+    "alike": ((2.0, 3.0), (2.0, 3.0), (2.0, 3.0)),
+    "one": ((2.0, 3.0), (2.0, 2.0), (2.0, 2.0)),
+    "unequal": ((2.0, 3.0), (2.0, 2.5), (2.0, 2.2)),
+    "in and out": ((2.0, 1.5), (2.0, 2.5), (2.0, 2.2)),
+}
+
+
+def corners(radius: float) -> list[complex]:
+    """Return an equilateral triangle about the origin, a corner on top."""
+    return [complex(radius * np.exp(1j * np.radians(a))) for a in (90, 210, 330)]
+
+
+def platform(folder: Path, rams: str, back: bool = False) -> Path:
+    """Write the symmetric 3-RPR: rams in the middle of a triangle, drawn where their lines meet."""
+    laws = [law[::-1] if back else law for law in RAMS[rams]]
+    nodes = [
+        f"  {n}{k}: [{z.real}, {z.imag}]" for n, r in (("A", BASE), ("B", PLATFORM)) for k, z in enumerate(corners(r))
+    ]
+    drives = [
+        f"  r{k}: {{type: linear, nodes: [A{k}, B{k}], law: {{from: {a}, to: {b}}}}}" for k, (a, b) in enumerate(laws)
+    ]
+    text = "\n".join(["units: {length: unit}", "nodes:", *nodes, "ground: [A0, A1, A2]", "actuators:", *drives])
+    path = folder / "rpr.yaml"
+    path.write_text(text + "\nelements: {platform: [B0, B1, B2]}\ntrace: [B0, B1, B2]\n")
+    return path
+
+
+def rams_and_sides(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lengths of rams (3, rows) and sides (3, rows) as the nodes have them."""
+    z = motion.mechanism.to_file(motion.z)
+    at = {name: z[k] for k, name in enumerate(motion.mechanism.nodes)}
+    rams = np.array([abs(at[f"A{k}"] - at[f"B{k}"]) for k in range(3)])
+    return rams, np.array([abs(at[f"B{k}"] - at[f"B{(k + 1) % 3}"]) for k in range(3)])
+
+
+@pytest.mark.parametrize("steps", [360, 3600])
+@pytest.mark.parametrize("back", [False, True], ids=["out", "back"])
+@pytest.mark.parametrize("rams", RAMS)
+def test_a_platform_drawn_where_its_rams_meet(rams: str, back: bool, steps: int, tmp_path: Path) -> None:
+    motion = trace(load(platform(tmp_path, rams, back)), steps)
+    assert motion.good.all()
+    lengths, sides = rams_and_sides(motion)
+    asked = np.array([np.linspace(*(law[::-1] if back else law), steps + 1) for law in RAMS[rams]])
+    assert np.abs(lengths - asked).max() < 1e-10
+    assert np.abs(sides - PLATFORM * math.sqrt(3.0)).max() < 1e-10
+    distance = np.minimum(np.arange(steps + 1), steps - np.arange(steps + 1))[1:] + 1.0
+    jump = np.abs(np.diff(motion.z, axis=1)).max(axis=0)
+    assert (jump < 3.0 / np.sqrt(distance * steps)).all()  # as a root does at a limit, no more
+
+
+def test_rams_of_one_length_turn_the_platform(tmp_path: Path) -> None:
+    """l^2 = R^2 + r^2 - 2 R r cos(psi); the other arc is that of --branch 2."""
+    mechanism = load(platform(tmp_path, "alike"))
+    length = np.linspace(2.0, 3.0, 361)
+    psi = np.arccos((BASE**2 + PLATFORM**2 - length**2) / (2.0 * BASE * PLATFORM))
+    for branch, sense in ((1, 1.0), (2, -1.0)):
+        motion = trace(mechanism, 360, branch=branch)
+        z = mechanism.to_file(motion.z)[mechanism.nodes.index("B0")]
+        assert np.abs(z - 2j * np.exp(1j * sense * psi)).max() < 1e-10
+
+
+@pytest.mark.parametrize("rams", RAMS)
+def test_all_commands_follow_the_platform(rams: str, tmp_path: Path) -> None:
+    path = platform(tmp_path, rams)
+    done = CliRunner().invoke(
+        app, ["trace", str(path), "--circuit", "--json", "--no-png", "--out", str(tmp_path / "out")]
+    )
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)
+    assert (told["steps"], told["solved"]) == (360, 361)
+    limits = [one.what.inputs for one in survey(load(path)).found if one.what.kind == "limit"]
+    assert min(np.abs(at * load(path).scale - 2.0).max() for at in limits) < 1e-10
+    solved = CliRunner().invoke(app, ["solve", str(path), "--json"])
+    assert solved.exit_code == 0, solved.output
+
+
+def test_circuits_of_the_platform_are_listed(tmp_path: Path) -> None:
+    assert circuits(load(platform(tmp_path, "alike"))).count == 1
+
+
+def on(case: Linkage, motion: Motion, place: object) -> bool:
+    """Tell whether a motion is on an arc from its first row to its last."""
+    found = motion.mechanism.to_file(motion.z)[motion.mechanism.nodes.index(case.node)]
+    asked = motion.mechanism.value_to_file(0, motion.mechanism.actuators[0].law(motion.time))
+    return bool(motion.good.all() and all(abs(a - place(float(v))) < 1e-9 for a, v in zip(found, asked, strict=True)))
+
+
+@pytest.mark.parametrize("profile", ["uniform", "cycloidal"])
+@pytest.mark.parametrize("case", [pytest.param(case, id=case.name) for case in LINKAGES])
+def test_a_linkage_drawn_in_its_singular_position(case: Linkage, profile: str, tmp_path: Path) -> None:
+    """Every row is there, on one arc or branch and with --branch 2 on the other."""
+    law = f"{{from: {case.critical}, to: {case.start}, profile: {profile}}}"
+    path = tmp_path / "model.yaml"
+    path.write_text(case.text(case.critical).replace(LAW, law))
+    first = trace(load(path), 60)
+    if case.other is None:
+        assert on(case, first, case.arc)
+        return
+    second = trace(load(path), 60, branch=2)
+    assert {on(case, first, case.arc), on(case, second, case.arc)} == {True, False}
+    assert {on(case, first, case.other), on(case, second, case.other)} == {True, False}
+
+
+@pytest.mark.parametrize("case", [pytest.param(case, id=case.name) for case in LINKAGES])
+def test_a_law_that_starts_in_a_singular_position_keeps_the_drawn_arc(case: Linkage, tmp_path: Path) -> None:
+    """Drawn beside it, the mechanism comes there on its own arc and goes back on it."""
+    path = tmp_path / "model.yaml"
+    path.write_text(case.text(case.start).replace(LAW, f"{{from: {case.critical}, to: {case.start}}}"))
+    assert on(case, trace(load(path), 60), case.arc)
