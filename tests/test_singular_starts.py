@@ -12,7 +12,7 @@ from closed_linkages import LAW, LINKAGES, Linkage
 from typer.testing import CliRunner
 
 from gimcli.analysis.circuits import circuits
-from gimcli.analysis.survey import survey
+from gimcli.analysis.survey import inputs_of, survey
 from gimcli.cli import app
 from gimcli.model import load
 from gimcli.motion.motion import Motion, trace
@@ -89,8 +89,9 @@ def test_all_commands_follow_the_platform(rams: str, tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     told = json.loads(done.stdout)
     assert (told["steps"], told["solved"]) == (360, 361)
-    limits = [one.what.inputs for one in survey(load(path)).found if one.what.kind == "limit"]
-    assert min(np.abs(at * load(path).scale - 2.0).max() for at in limits) < 1e-10
+    found = survey(load(path))
+    limits = [inputs_of(found, one.what.p[-1]) for one in found.found if one.what.kind == "limit"]
+    assert min(np.abs(at * found.curve.mechanism.scale - 2.0).max() for at in limits) < 1e-10
     solved = CliRunner().invoke(app, ["solve", str(path), "--json"])
     assert solved.exit_code == 0, solved.output
 
