@@ -16,7 +16,7 @@ from gimcli.analysis.flywheel import flywheel
 from gimcli.analysis.forces import motion_forces
 from gimcli.analysis.modules import STILL, Motion, modular_reduction, prp, rotating_driver, rpp, rpr, rrp, rrr
 from gimcli.analysis.reduction import chosen_input, reduce_to_input
-from gimcli.errors import StructureError, UsageError
+from gimcli.errors import ModelError, StructureError, UsageError
 from gimcli.kernels.jit import compiled
 from gimcli.mechanism import Drive
 from gimcli.model import load
@@ -351,7 +351,7 @@ def test_masses_of_zero_are_none(tmp_path):
         "units: {length: m}\nnodes: {O: [0, 0], A: [1, 0]}\nground: [O]\nlinks: {crank: [O, A]}\n"
         "actuators: {motor: {type: rotary, pivot: O, arm: A}}\nmasses: {crank: {mass: 0}}\n"
     )
-    with pytest.raises(UsageError, match="no masses"):
+    with pytest.raises(ModelError, match="no masses"):
         reduce_to_input(written(tmp_path, text), 0, 4)
 
 

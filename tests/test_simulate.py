@@ -17,7 +17,7 @@ from scipy.special import ellipk
 from gimcli.analysis.forces import inverse_dynamics
 from gimcli.analysis.simulation import Settings, simulate
 from gimcli.analysis.simulation_table import reactions
-from gimcli.errors import StructureError, UsageError
+from gimcli.errors import ModelError, StructureError, UsageError
 from gimcli.kernels.jit import compiled
 from gimcli.model import load
 from gimcli.motion.effort import plain
@@ -447,7 +447,7 @@ def test_nothing_free_is_told(tmp_path):
 
 def test_no_mass_is_told(tmp_path):
     text = DOUBLE.split("masses")[0]
-    with pytest.raises(UsageError, match="no masses"):
+    with pytest.raises(ModelError, match="no masses"):
         simulate(written(tmp_path, text), np.linspace(0.0, 1.0, 3))
 
 

@@ -12,10 +12,11 @@ import numpy as np
 from gimcli.analysis.simulation import Policy
 from gimcli.kernels.reduction import DISSIPATED, SUPPLIED
 from gimcli.mechanism import FloatArray, Mechanism
-from gimcli.motion.reducer import Reducer, free_inputs, metre_of
+from gimcli.motion.reducer import Reducer, free_inputs
 from gimcli.solvers.newton import Run
 from gimcli.status import Status
 from gimcli.structure.chart import free_choice, input_choice
+from gimcli.structure.physical import require_masses
 
 NOTHING: FloatArray = np.zeros(0)
 """No accelerations given."""
@@ -25,7 +26,7 @@ class Equations:
     """A mechanism's equations of motion, and which variables are independent in them."""
 
     def __init__(self, mechanism: Mechanism, run: Run, policy: Policy) -> None:
-        metre_of(mechanism)
+        require_masses(mechanism)
         self.mechanism, self.policy = mechanism, policy
         self.free = free_inputs(mechanism)
         self.reducer = Reducer(mechanism, self.free, run)

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from gimcli.analysis.amount import Amount, joined
 from gimcli.analysis.course import Course, Courses, Turns, reading
-from gimcli.analysis.loading import Loading, loading, physical
+from gimcli.analysis.loading import Loading, loading
 from gimcli.kernels.equilibrium import ALONG, COUPLE, KNOWN, TURN, balance_rows
 from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.motion.effort import plain
 from gimcli.motion.motion import Motion
 from gimcli.solvers.newton import Run
+from gimcli.structure.physical import require_action
 from gimcli.structure.statics import Pin, Statics, statics
 
 SINGULAR = 1e-10
@@ -109,7 +110,7 @@ class Forces:
 
     @property
     def _metre(self) -> float:
-        return physical(self.mechanism)
+        return require_action(self.mechanism)
 
     def _unknown(self, unknown: int, way: Any = 1.0) -> Amount:
         """Return an unknown times a factor or a direction (rows,)."""

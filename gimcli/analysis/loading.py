@@ -12,8 +12,8 @@ import numpy as np
 
 from gimcli.analysis.course import Course, Turns, carried, reading, turning, unit_of
 from gimcli.dynamics import TIME, Inertia, Load
-from gimcli.errors import UsageError
-from gimcli.mechanism import FRAME, Actuator, ComplexArray, Drive, FloatArray, Mechanism, Undriven
+from gimcli.mechanism import FRAME, Actuator, ComplexArray, Drive, FloatArray, Undriven
+from gimcli.structure.physical import require_action
 from gimcli.structure.statics import Statics
 from gimcli.structure.steps import NONE
 
@@ -38,20 +38,6 @@ class Loading:
     potential: FloatArray  # (rows,) J, of gravity and springs
 
 
-def physical(mechanism: Mechanism) -> float:
-    """Return m per unit of the normal frame; raise UsageError where nothing acts or lengths have no unit."""
-    dynamics = mechanism.dynamics
-    if dynamics.empty:
-        raise UsageError(
-            f"{mechanism.name} has no masses, loads or springs, so that nothing acts: add `masses:` to the model file"
-        )
-    if dynamics.metre is None:
-        raise UsageError(
-            f"{mechanism.name} has lengths without a physical unit: write `units: {{length: m}}` or mm, cm, in, ft"
-        )
-    return dynamics.metre
-
-
 def loading(statics: Statics, course: Course, turns: Turns | None = None) -> Loading:
     """Return what acts along a motion; `turns` remembers angles of springs from one piece to the next."""
     return _Loader(statics, course, turns if turns is not None else Turns()).run()
@@ -62,7 +48,7 @@ class _Loader:
         self.statics, self.course, self.turns = statics, course, turns
         self.mechanism = statics.mechanism
         self.dynamics = self.mechanism.dynamics
-        self.metre = physical(self.mechanism)
+        self.metre = require_action(self.mechanism)
         rows, bodies = len(course.time), len(statics.bodies)
         zero = np.zeros(rows)
         self.found = Loading(

@@ -24,12 +24,12 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.analysis.loading import physical
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.structure.assur import DYADS, AssurGroup, formation
 from gimcli.structure.checks import farthest
 from gimcli.structure.linkage import PRISMATIC, LowerPair
+from gimcli.structure.physical import require_action
 
 Places = Any
 """Places or directions: a complex number, or an array of them (rows,)."""
@@ -143,7 +143,7 @@ def modular_reduction(mechanism: Mechanism, z: ComplexArray, actuator: int = 0) 
 
 class _Modules:
     def __init__(self, mechanism: Mechanism, z: ComplexArray, actuator: int) -> None:
-        self.mechanism, self.z, self.actuator, self.metre = mechanism, z, actuator, physical(mechanism)
+        self.mechanism, self.z, self.actuator, self.metre = mechanism, z, actuator, require_action(mechanism)
         self.moved: dict[int, Motion] = {FRAME: STILL}
         self.links: tuple[str, ...] = ()
 

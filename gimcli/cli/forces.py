@@ -45,7 +45,6 @@ def command(
     from gimcli.analysis.force_motion import ForceMotion
     from gimcli.analysis.force_table import force_table, refuse_taken_names
     from gimcli.analysis.forces import motion_forces
-    from gimcli.analysis.loading import physical
     from gimcli.analysis.verdict import explained, verify
     from gimcli.cli.console import note, note_point_masses, progress_bar
     from gimcli.errors import StructureError
@@ -53,10 +52,11 @@ def command(
     from gimcli.motion.motion import stream
     from gimcli.output import CsvStream, refuse_unwritable
     from gimcli.structure.acting import point_masses
+    from gimcli.structure.physical import require_action
 
     chosen = options(Method.AUTO, Strategy.SPECTRAL, tolerance, jit)
     mechanism = load(model)
-    physical(mechanism)
+    require_action(mechanism)
     note_point_masses(point_masses(mechanism))
     refuse_taken_names(mechanism)
     csv_path, png_path = out / f"{model.stem}.forces.csv", out / f"{model.stem}.forces.png"

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from gimcli.dynamics import TIME, Release
-from gimcli.errors import StructureError, UsageError
+from gimcli.errors import StructureError
 from gimcli.kernels import influence, reduction
 from gimcli.mechanism import Actuator, ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.motion.effort import plain
@@ -18,6 +18,7 @@ from gimcli.solvers.newton import Run
 from gimcli.structure.acting import acting, moving_loads, with_rubbing
 from gimcli.structure.chart import Choice, free_choice, gradients, input_choice, make_chart, residuals
 from gimcli.structure.checks import direction
+from gimcli.structure.physical import require_masses
 from gimcli.structure.terms import is_rotary, make_terms
 
 CORRECTIONS = 20
@@ -59,7 +60,7 @@ class Reducer:
         self.given = tuple(k for k in range(len(mechanism.actuators)) if k not in self.free)
         read = with_rubbing(mechanism)
         self.terms = make_terms(read)
-        self.acting = acting(read, self.free, metre_of(mechanism))
+        self.acting = acting(read, self.free, require_masses(mechanism))
         self.loads = moving_loads(read)
         self.courses = [_course(load) for load in self.loads]
         self.releases = {r.actuator: r for r in mechanism.dynamics.releases}
@@ -237,18 +238,6 @@ class Reducer:
     def error(self, v: FloatArray) -> float:
         """Return the greatest residual of all equations: those that were not used tell of contradictions."""
         return float(np.max(np.abs(residuals(self.terms, v)), initial=0.0))
-
-
-def metre_of(mechanism: Mechanism) -> float:
-    """Return m per unit of the normal frame; raise UsageError where nothing has mass or lengths have no unit."""
-    dynamics = mechanism.dynamics
-    if not any(part.mass > 0.0 or part.moment > 0.0 for part in dynamics.inertias):
-        raise UsageError(f"{mechanism.name} has no masses: add `masses:` with at least one member that moves")
-    if dynamics.metre is None:
-        raise UsageError(
-            f"{mechanism.name} has lengths without a physical unit: write `units: {{length: m}}` or mm, cm, in, ft"
-        )
-    return dynamics.metre
 
 
 def free_inputs(mechanism: Mechanism) -> tuple[int, ...]:

@@ -1,0 +1,61 @@
+"""A model without masses, or without a unit of length, is a fault of the model: exit 3, and the lines to add."""
+
+from __future__ import annotations
+
+import pytest
+
+from gimcli.cli import main
+
+MODEL = """\
+nodes: {O: [0, 0], G: [4, 0], A: [0, 1], B: [4, 3]}
+ground: [O, G]
+links: {crank: [O, A], "the rod's": [A, B], c: [G, B]}
+actuators: {m: {type: rotary, pivot: O, arm: A, law: {by: 10}, free: true}}
+"""
+COMMANDS = {
+    "forces": ["--steps", "2"], "simulate": ["--time", "0.02", "--dt", "0.01"], "reduce": ["--steps", "2"],
+}  # fmt: skip
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch, capsys):
+    """Run a command on a model text; return exit status, standard output and the lines on standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(text, command):
+        (tmp_path / "m.yaml").write_text(text)
+        monkeypatch.setattr("sys.argv", ["gim", command, "m.yaml", "--no-png", *COMMANDS[command]])
+        try:
+            main()
+            code = 0
+        except SystemExit as stop:
+            code = stop.code or 0
+        out, err = capsys.readouterr()
+        return code, out, err.splitlines()
+
+    return run
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_lines_to_add_make_the_model_complete(command, run):
+    code, out, told = run(MODEL, command)
+    assert (code, out) == (3, "")
+    at = told.index("masses:")
+    assert "no masses" in told[at - 1]
+    assert len(told) == at + 4
+    assert run(MODEL + "\n".join(told[at:]) + "\n", command)[0] == 0
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_unit_to_add_makes_the_model_complete(command, run):
+    text = "units: {length: unit}\n" + MODEL + "masses: {crank: {mass: 1, inertia: 1}}\n"
+    code, out, told = run(text, command)
+    assert (code, out) == (3, "")
+    assert run(text.replace("units: {length: unit}", told[-1]), command)[0] == 0
+
+
+@pytest.mark.parametrize("command", ["simulate", "reduce"])
+def test_masses_of_zero_are_none(command, run):
+    code, _, told = run(MODEL + "masses: {crank: {mass: 0, inertia: 0}}\n", command)
+    assert code == 3
+    assert "no masses" in told[1]
