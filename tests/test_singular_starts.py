@@ -129,3 +129,55 @@ def test_a_law_that_starts_in_a_singular_position_keeps_the_drawn_arc(case: Link
     path = tmp_path / "model.yaml"
     path.write_text(case.text(case.start).replace(LAW, f"{{from: {case.critical}, to: {case.start}}}"))
     assert on(case, trace(load(path), 60), case.arc)
+
+
+STRETCHED = 60.0
+"""Five-bar of lengths 4 with motors at 180 deg - t and t: coupler and follower are stretched, 8 long, at t = 60 deg."""
+FIVE_BAR = {
+    "ends there": ("{from: 100, to: 120}", "{from: 80, to: 60}"),
+    "starts there": ("{from: 120, to: 100}", "{from: 60, to: 80}"),
+    "turns back there": ("{polynomial: [100, 80, -80]}", "{polynomial: [80, -80, 80]}"),
+    "starts and ends there": ("{polynomial: [120, -80, 80]}", "{polynomial: [60, 80, -80]}"),
+    "stays there": ("{from: 120, to: 120}", "{from: 60, to: 60}"),
+}
+
+
+def tip(degrees: float, side: float) -> complex:
+    """Return the five-bar's pin at t, above or below the line from A to B."""
+    half = 2.0 + 4.0 * math.cos(math.radians(degrees))
+    return complex(2.0, 4.0 * math.sin(math.radians(degrees)) + side * math.sqrt(max(16.0 - half**2, 0.0)))
+
+
+def five_bar(folder: Path, drawn: float, laws: tuple[str, str]) -> Path:
+    """Write the five-bar drawn at t with its pin above."""
+    b, p = 4.0 + 4.0 * np.exp(1j * math.radians(drawn)), tip(drawn, 1.0)
+    path = folder / "five.yaml"
+    path.write_text(f"""
+nodes: {{O: [0, 0], Q: [4, 0], A: [{4.0 - b.real}, {b.imag}], B: [{b.real}, {b.imag}], P: [2, {p.imag}]}}
+ground: [O, Q]
+links:
+  a: {{nodes: [O, A], length: 4}}
+  b: {{nodes: [Q, B], length: 4}}
+  c: {{nodes: [A, P], length: 4}}
+  d: {{nodes: [B, P], length: 4}}
+actuators:
+  m1: {{type: rotary, pivot: O, arm: A, law: {laws[0]}}}
+  m2: {{type: rotary, pivot: Q, arm: B, law: {laws[1]}}}
+trace: [P]
+""")
+    return path
+
+
+@pytest.mark.parametrize("drawn", [80.0, STRETCHED])
+@pytest.mark.parametrize("course", FIVE_BAR)
+def test_two_inputs_at_their_limit(course: str, drawn: float, tmp_path: Path) -> None:
+    """Drawn beside it, the pin stays above; drawn at the limit it is on either arc."""
+    mechanism = load(five_bar(tmp_path, drawn, FIVE_BAR[course]))
+    motion = trace(mechanism, 40)
+    assert motion.good.all()
+    pin = mechanism.to_file(motion.z)[mechanism.nodes.index("P")]
+    angles = np.degrees(mechanism.actuators[1].law(motion.time))
+    arcs = [np.array([tip(float(t), side) for t in angles]) for side in (1.0, -1.0)]
+    away = [np.abs(pin - arc).max() for arc in arcs]
+    assert min(away) < 1e-7  # a rounding of the angle moves the pin by its root
+    assert drawn == STRETCHED or away[0] < 1e-7

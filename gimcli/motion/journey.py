@@ -73,11 +73,12 @@ class Journey:
     def begin(self, start: Assembly, path: Path) -> Assembly:
         """Set out from an assembled start and return it as the motion has it; note what is singular there."""
         gap = self._first_gap(start)
-        if gap is None:
-            if start.status is Status.OK:
-                start.row.time = self.place
-                self.follower.begin(start.row, start.signs)
+        if gap is None and start.status is Status.OK and start.gap is None:
+            start.row.time = self.place
+            self.follower.begin(start.row, start.signs)
             return start
+        if gap is None:
+            return self._stuck(start)
         if self._stands_at(gap):
             if gap.limit:
                 self._touch(path, gap, 0.0)
@@ -85,9 +86,15 @@ class Journey:
         elif gap.centre < self.place:
             self.noted.append(gap.centre)
         if not self.follower.enter(gap):
-            return Assembly(Status.SINGULAR, start.row, start.signs, start.error, start.work, start.surplus)
+            return self._stuck(start)
         start.row.time = self.place
         return on_gap(gap, start)
+
+    @staticmethod
+    def _stuck(start: Assembly) -> Assembly:
+        """Return a start from which no way on is determined."""
+        status = Status.SINGULAR if start.status is Status.OK else start.status
+        return Assembly(status, start.row, start.signs, start.error, start.work, start.surplus)
 
     def _first_gap(self, start: Assembly) -> Gap | None:
         """Return the way out of the start where that is singular, on the branch asked for."""

@@ -156,7 +156,9 @@ def legs(mechanism: Mechanism) -> list[Leg]:
     """Return the legs of the laws, in the order of time."""
     line = input_line(mechanism)
     if line is None:
-        return [Leg(mechanism, None, 0.0, 1.0, 0.0, 1.0)]
+        values = law_inputs(mechanism)(law_times(mechanism))
+        still = len(values) > 0 and np.all(values == values[:, :1])
+        return [straight(mechanism, values[:, 0], values[:, 0]) if still else Leg(mechanism, None, 0.0, 1.0, 0.0, 1.0)]
     law = mechanism.actuators[line.main].law
     stops = [a.law.stops() for a in mechanism.actuators]
     times = np.unique(np.concatenate([[0.0], *stops, [1.0]]))
