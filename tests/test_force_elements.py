@@ -496,3 +496,42 @@ print([name for name in sys.modules if any(part in name.removeprefix("gimcli.") 
 """
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert told.stdout.strip() == "[]"
+
+
+# -- beside singular positions --------------------------------------------------------------------------------
+
+BESIDE = """
+units: {length: m}
+nodes: {O: [0, 0], P: [2, 0], A: [0, 1], B: [2, 1]}
+ground: [O, P]
+links: {crank: [O, A], coupler: [A, B], rocker: [P, B]}
+actuators: {q: {type: rotary, pivot: O, arm: A, law: {from: 90, to: 179.999}}}
+masses: {crank: {mass: 1, inertia: 0.1}, coupler: {mass: 1, inertia: 0.1}}
+gravity: [0, -9.81]
+"""
+
+
+def test_forces_without_bound_are_no_peak_and_take_no_axis(tmp_path):
+    """The cranks of a parallelogram flatten: the pull along them grows as 1 / sin q, the shaking force does not."""
+    mechanism = written(tmp_path, BESIDE)
+    motion = trace(mechanism, 100)
+    found = ForceMotion(mechanism, 101)
+    forces = found.take(motion)
+    assert forces.good.all()
+    pull = np.abs(forces.pin(forces.statics.pins[0], 1))
+    assert pull[-1] > 1e4
+    flat, steep = np.abs(np.sin(motion.inputs[0])), ~forces.bounded
+    assert steep[flat < 0.02].all()
+    assert not steep[flat > 0.2].any()
+    assert found.peaks.left_out == np.count_nonzero(steep) > 0
+    assert found.peaks.greatest["O"][0] == pytest.approx(np.max(pull[~steep]))
+    assert np.array_equal(np.isnan(found.kept[2][0]), steep)
+
+
+@pytest.mark.filterwarnings("error")
+def test_singular_rows_are_empty_without_a_warning(tmp_path):
+    """Three parallel cranks, flat at 180 deg: the matrix of their redundant equations has no rank there."""
+    text = (MODELS / "parallelogram_third_crank.yaml").read_text().replace("from: 10, to: 170", "from: 0, to: 360")
+    text += "masses: {left: {mass: 1, inertia: 0.1}, bar: {mass: 2, inertia: 0.1}}\n"
+    forces = motion_forces(trace(written(tmp_path, text), 36))
+    assert np.flatnonzero(~forces.good).tolist() == [0, 18, 36]

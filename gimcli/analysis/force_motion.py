@@ -39,8 +39,9 @@ class ForceMotion:
         keep = (self.summary.seen + np.arange(len(piece.time))) % self._every == 0
         keep[-1] = True
         efforts = np.array([forces.effort(k) for k in range(len(self.statics.efforts))])
-        shaking = forces.shaking_force[keep]
-        self._kept.append((piece.time[keep], piece.inputs[:, keep], efforts[:, keep], shaking))
+        drawn = forces.bounded[keep]  # no axis reaches to infinity
+        shaking = np.where(drawn, forces.shaking_force[keep], np.nan)
+        self._kept.append((piece.time[keep], piece.inputs[:, keep], np.where(drawn, efforts[:, keep], np.nan), shaking))
         self.summary.add(piece)
         self.peaks.add(piece, forces)
         self.told += int(told(piece, forces).sum())

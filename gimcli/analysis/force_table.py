@@ -105,18 +105,24 @@ def open_reactions(forces: Forces) -> list[str]:
 
 
 class Peaks:
-    """The greatest of every effort and reaction over a motion in pieces, and where it is."""
+    """The greatest of every effort and reaction over a motion in pieces, and where it is.
+
+    Rows beside singular positions, where reactions grow without bound, are left out and counted.
+    """
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.greatest: dict[str, tuple[float, str, list[float]]] = {}  # value, unit, inputs in the file's unit
         self.power = 0.0  # greatest power of any kind, W
         self.power_error = 0.0
+        self.left_out = 0
 
     def add(self, motion: Motion, forces: Forces) -> None:
         """Take the next piece."""
         inputs = np.array([self.mechanism.value_to_file(k, row) for k, row in enumerate(motion.inputs)])
-        for name, unit, values in _amounts([*reaction_columns(forces), *_frame_columns(forces)]):
+        self.left_out += int(np.sum(forces.good & ~forces.bounded))
+        for name, unit, amounts in _amounts([*reaction_columns(forces), *_frame_columns(forces)]):
+            values = np.where(forces.bounded, amounts, np.nan)
             if np.all(np.isnan(values)):
                 continue
             k = int(np.nanargmax(np.abs(values)))

@@ -28,6 +28,9 @@ from gimcli.structure.statics import Pin, Statics, statics
 SINGULAR = 1e-10
 """Least over greatest pivot, or singular value, of a block below which its reactions are not told."""
 
+WEAK = 5e-2
+"""Least over greatest pivot below which reactions grow without bound: a dead point or a change point is near."""
+
 AT_ONCE = 4096
 """Rows of redundant equations that are decomposed at the same time."""
 
@@ -43,6 +46,7 @@ class Forces:
     free: FloatArray = field(
         repr=False
     )  # (surplus, unknowns, rows) unit stresses that redundant constraints leave open
+    weakest: FloatArray = field(repr=False)  # (rows,) least over greatest pivot, or singular value
 
     @property
     def mechanism(self) -> Mechanism:
@@ -53,6 +57,11 @@ class Forces:
     def good(self) -> NDArray[np.bool_]:
         """Tell of every row whether its forces were found."""
         return np.asarray(np.all(np.isfinite(self.unknowns), axis=0) & np.isfinite(self.loads.support))
+
+    @property
+    def bounded(self) -> NDArray[np.bool_]:
+        """Tell of every row whether no singular position is so near that reactions grow without bound."""
+        return np.asarray(self.good & (self.weakest >= WEAK))
 
     def effort(self, actuator: int) -> FloatArray:
         """Return the driving torque [N m] or force [N] of an actuator (rows,)."""
@@ -160,12 +169,14 @@ def inverse_dynamics(
         if body.member >= 0:
             right[first + 2] = loads.inertia_moment[k] - loads.moment[k]
     z = course.nodes[0]
-    if statics.surplus:
-        found, free = _least(statics, z, right)
-    else:
-        found = Balance(statics).solve(z, right, run)
-        free = np.zeros((0, *found.shape))
-    return Forces(statics, course, loads, found, free * (not every))
+    with np.errstate(all="ignore"):  # singular rows become NaN
+        if statics.surplus:
+            found, free, weakest = _least(statics, z, right)
+        else:
+            found, weakest = Balance(statics).solve(z, right, run)
+            free = np.zeros((0, *found.shape))
+    found = np.where(np.isfinite(found), found, np.nan)
+    return Forces(statics, course, loads, found, free * (not every), weakest)
 
 
 def motion_forces(motion: Motion, run: Run = plain) -> Forces:
@@ -219,16 +230,16 @@ class Balance:
             terms += own_terms
         return terms, ends
 
-    def solve(self, z: ComplexArray, right: FloatArray, run: Run) -> FloatArray:
-        """Return the unknowns (unknowns, rows)."""
+    def solve(self, z: ComplexArray, right: FloatArray, run: Run) -> tuple[FloatArray, FloatArray]:
+        """Return the unknowns (unknowns, rows), and the least pivot of each row beside the greatest of its block."""
         count, widest = len(self.statics.reactions), int(max(self.blocks[:, 0], default=0))
-        out = np.full((count, z.shape[1]), np.nan)
+        out, weakest = np.full((count, z.shape[1]), np.nan), np.zeros(z.shape[1])
         x, y = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag)
         run(balance_rows)(
             x, y, self.vectors, self.turned, self.terms, self.blocks, self.own_rows, self.own_columns, right, SINGULAR,
-            np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest), self.vectors.copy(), out,
+            np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest), self.vectors.copy(), out, weakest,
         )  # fmt: skip
-        return out
+        return out, weakest
 
 
 def equilibrium(statics: Statics, z: ComplexArray) -> FloatArray:
@@ -245,17 +256,18 @@ def equilibrium(statics: Statics, z: ComplexArray) -> FloatArray:
     return table
 
 
-def _least(statics: Statics, z: ComplexArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the least reactions that balance, and the unit stresses by which other solutions differ from them."""
-    count, rows = len(statics.reactions), z.shape[1]
+def _least(statics: Statics, z: ComplexArray, right: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the least reactions that balance, the unit stresses in which others differ, and least singular values."""
+    count, rows, weakest = len(statics.reactions), z.shape[1], np.zeros(z.shape[1])
     found, free = np.full((count, rows), np.nan), np.zeros((statics.surplus, count, rows))
     good = np.flatnonzero(np.all(np.isfinite(right), axis=0) & np.all(np.isfinite(z), axis=0))
     for start in range(0, len(good), AT_ONCE):
         part = good[start : start + AT_ONCE]
         left, values, across = np.linalg.svd(equilibrium(statics, z[:, part]))
-        held = values[:, -1] > SINGULAR * values[:, 0]
+        weakest[part] = values[:, -1] / values[:, 0]
+        held = weakest[part] > SINGULAR
         n = values.shape[1]
         turned = np.einsum("rij,ir->rj", left, right[:, part]) / values
         found[:, part] = np.where(held, np.einsum("rjc,rj->cr", across[:, :n], turned), np.nan)
         free[:, :, part] = np.moveaxis(across[:, n:], 0, 2)
-    return found, free
+    return found, free, weakest

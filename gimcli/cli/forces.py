@@ -114,7 +114,7 @@ def _report(found: ForceMotion, paths: dict[str, str | None], steps: int, as_jso
                 **paths, "steps": steps, "solved": found.told, "residual": summary.residual,
                 "reachable": reachable(motion), "events": events(motion), "status": status,
                 "energy_drift": peaks.drift, "power_error": peaks.power_error, "peaks": peaks.report(),
-                "open": found.open,
+                "left_out": peaks.left_out, "open": found.open,
             }
         )  # fmt: skip
         return
@@ -147,9 +147,14 @@ def _print_peaks(found: ForceMotion) -> None:
         rows.append((name, number(value, 8), unit, where))
     inputs = ", ".join(a.name for a in mechanism.actuators)
     shown = rows if len(rows) <= SHOWN else rows[:SHOWN]
-    print_table(f"{mechanism.name}: greatest amounts", ("", "greatest", "", f"at {inputs}"), shown, (1, 3))
+    print_table(f"{mechanism.name}: peak values", ("", "peak", "", f"at {inputs}"), shown, (1, 3))
     if len(rows) > len(shown):
         typer.echo(f"... and {len(rows) - len(shown)} more (--json names all)")
+    if found.peaks.left_out:
+        typer.echo(
+            f"{found.peaks.left_out} rows beside singular positions, where forces grow without bound, are in the table,"
+            " not among the peak values and not drawn"
+        )
 
 
 def _tell_missing(found: ForceMotion, steps: int) -> None:

@@ -33,8 +33,8 @@ KNOWN = -1
 
 
 @kernel
-def solve_block(a: FloatArray, n: int, order: FloatArray, b: FloatArray, least: float) -> None:
-    """Solve a block; NaN where its least pivot vanishes beside the greatest."""
+def solve_block(a: FloatArray, n: int, order: FloatArray, b: FloatArray, least: float) -> float:
+    """Solve a block; NaN where its least pivot vanishes beside the greatest. Return the least beside the greatest."""
     greatest, smallest = 0.0, 0.0
     if lu_factor(a, n, order) != 0.0:
         smallest = math.inf
@@ -46,15 +46,18 @@ def solve_block(a: FloatArray, n: int, order: FloatArray, b: FloatArray, least: 
     else:
         for i in range(n):
             b[i] = np.nan
+    return smallest / greatest if greatest > 0.0 else 0.0
 
 
 @kernel
 def balance_rows(
     x: FloatArray, y: FloatArray, vectors: FloatArray, turned: IntArray, terms: IntArray, blocks: IntArray,
     own_rows: IntArray, own_columns: IntArray, right: FloatArray, least: float, a: FloatArray, order: FloatArray,
-    b: FloatArray, directions: FloatArray, out: FloatArray,
+    b: FloatArray, directions: FloatArray, out: FloatArray, weakest: FloatArray,
 ) -> None:  # fmt: skip
     """Find the reactions `out` (unknowns, rows) that balance `right` (equations, rows); NaN where they are singular.
+
+    weakest (rows,) becomes the least pivot beside the greatest of its block.
 
     x, y (nodes, rows). vectors (unknowns, 2): z; directions, the same, is overwritten for the `turned` (., 4): unknown,
     u, v, and 1 for a unit vector. terms (., 7): row and column in the block, unknown, axis, sense, node that it acts
@@ -68,7 +71,7 @@ def balance_rows(
             dx, dy = vectors[c, 0] * ex - vectors[c, 1] * ey, vectors[c, 0] * ey + vectors[c, 1] * ex
             norm = math.sqrt(dx * dx + dy * dy) if turned[t, 3] == 1 else 1.0
             directions[c, 0], directions[c, 1] = dx / norm, dy / norm
-        first = 0
+        first, weak = 0, 1.0
         for g in range(blocks.shape[0]):
             n = blocks[g, 0]
             for i in range(n):
@@ -88,9 +91,11 @@ def balance_rows(
                 else:
                     a[i, j] += part
             if n == 1:
+                weak = min(weak, abs(a[0, 0]))
                 b[0] = b[0] / a[0, 0] if abs(a[0, 0]) > least else np.nan
             else:
-                solve_block(a, n, order, b, least)
+                weak = min(weak, solve_block(a, n, order, b, least))
             for i in range(n):
                 out[own_columns[first + i], k] = b[i]
             first += n
+        weakest[k] = weak
