@@ -23,10 +23,8 @@ from gimcli.errors import GimError, StructureError
 from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.motion.branches import all_circuits, first_circuit
 from gimcli.motion.circuit import Circuit
-from gimcli.motion.circuit import Policy as Following
 from gimcli.motion.curve import Curve
-from gimcli.motion.stations import between
-from gimcli.solvers.arclength import correct
+from gimcli.motion.visits import Visits
 
 Progress = Callable[[int, int], None]
 
@@ -40,8 +38,6 @@ class Policy:
 
     samples: int = 72  # values of the input at which all configurations are listed
     aside: float = 0.3819660112501051  # part of a step by which they stand off round values, where change points are
-    same: float = 1e-7  # distance within which a configuration lies on a curve
-    near: float = 0.5  # part of a step of the curve within which that is worth asking
     narrow: float = 0.7  # part of the range looked at below which what was found there is looked at once more
 
 
@@ -63,6 +59,15 @@ class Strand:
     limits: tuple[Singularity, ...] = field(repr=False)
     interval: tuple[float, float]
     branches: tuple[Branch, ...]
+    visits: Visits = field(repr=False)
+
+
+@dataclass
+class _Asked:
+    """A parameter and the configurations x (rows, n) there that lie on no strand known so far."""
+
+    q: float
+    x: FloatArray
 
 
 @dataclass(frozen=True)
@@ -91,7 +96,8 @@ def circuits(mechanism: Mechanism, policy: Policy | None = None, progress: Progr
     """
     if not mechanism.actuators:
         raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve --all`")
-    search = _Search(mechanism, policy or Policy(), progress)
+    curve = Curve(mechanism)
+    search = Search(curve, curve.single and bool(curve.rotary[0]), policy or Policy(), progress)
     search.run()
     start = all_configurations(mechanism, search.curve.inputs(search.curve.begin()))
     places = tuple(tuple(search.places(z, search.curve.begin())) for z in start.z)
@@ -101,29 +107,37 @@ def circuits(mechanism: Mechanism, policy: Policy | None = None, progress: Progr
     )  # fmt: skip
 
 
-class _Search:
-    """The strands found so far."""
+class Search:
+    """The strands found so far. `turning`: the parameter is an angle that may turn fully."""
 
-    def __init__(self, mechanism: Mechanism, policy: Policy, progress: Progress | None) -> None:
-        self.mechanism, self.policy, self.progress = mechanism, policy, progress
-        self.curve = Curve(mechanism)
-        self.turning = self.curve.single and bool(self.curve.rotary[0])
+    def __init__(self, curve: Curve, turning: bool, policy: Policy, progress: Progress | None) -> None:
+        self.curve, self.turning, self.policy, self.progress = curve, turning, policy, progress
         self.strands: list[Strand] = []
         self.sampled: list[float] = []
         self.complete, self.lost, self.number = True, 0, 0
 
+    @property
+    def mechanism(self) -> Mechanism:
+        """What moves."""
+        return self.curve.mechanism
+
     def run(self) -> None:
-        with suppress(GimError):  # other configurations may be assembled where the drawn one is not
-            self._take(drawn_circuit(self.mechanism, TOLERANCE))
+        """Look at all that the input can reach, from the drawn circuit on."""
+        self.begin()
         low, high = self._range()
-        self._sample(low, high)
+        self.sample(low, high)
         if self.turning or not self.curve.single:
             return
         for turned in (1.0, -1.0):  # a linear input: as fine where it moves, and where a mirrored assembly would
             ends = [turned * q for strand in self.strands for q in strand.interval] or [low, high]
             own = max(low, min(ends)), min(high, max(ends))
             if 0.0 < own[1] - own[0] < self.policy.narrow * (high - low):
-                self._sample(*own)
+                self.sample(*own)
+
+    def begin(self) -> None:
+        """Take the drawn circuit."""
+        with suppress(GimError):  # other configurations may be assembled where the drawn one is not
+            self._take(drawn_circuit(self.mechanism, TOLERANCE))
 
     def _range(self) -> tuple[float, float]:
         """Return the parameters to look at: a turn, the laws' time, or as far as members reach."""
@@ -137,92 +151,60 @@ class _Search:
         distance = self.mechanism.actuators[0].drive is Drive.DISTANCE
         return (0.0 if distance else -reach), reach
 
-    def _sample(self, low: float, high: float) -> None:
+    def sample(self, low: float, high: float) -> None:
         """Ask for all configurations at evenly spaced parameters and follow those that are new."""
         count = self.policy.samples
         q = low + (high - low) * (np.arange(count) + self.policy.aside) / count
         inputs = np.array([self.curve.inputs(value) for value in q.tolist()]).T
-        for value, found in zip(
-            q.tolist(), configurations_over(self.mechanism, inputs, progress=self.progress), strict=True
-        ):
-            self.sampled.append(value)
-            self.complete &= found.complete
-            for z, sure in zip(found.z, np.isfinite(found.radius).tolist(), strict=True):
-                if sure and not any(True for _ in self.places(z, value)):
-                    self._follow(z, value)
+        every = configurations_over(self.mechanism, inputs, progress=self.progress)
+        self.sampled += q.tolist()
+        self.complete &= all(found.complete for found in every)
+        left = [_Asked(value, self._sure(found)) for value, found in zip(q.tolist(), every, strict=True)]
+        for strand in self.strands:
+            _cross_off(strand, left)
+        for asked in left:
+            while len(asked.x):
+                self._follow(asked, left)
 
-    def _follow(self, z: ComplexArray, q: float) -> None:
-        try:
-            self._take(first_circuit(self.curve, z, q))
-        except GimError:
+    def _sure(self, found: Configurations) -> FloatArray:
+        """Return the coordinates (rows, n) of the configurations that are proved."""
+        rows = [self.curve.system.coordinates(z) for z in found.z[np.isfinite(found.radius)]]
+        return np.array(rows).reshape(len(rows), self.curve.system.n)
+
+    def _follow(self, asked: _Asked, left: list[_Asked]) -> None:
+        """Follow the first configuration at a parameter and cross off all that lie on its circuit."""
+        first, known = asked.x[0], len(self.strands)
+        with suppress(GimError):
+            self._take(first_circuit(self.curve, self.curve.system.nodes(first), asked.q))
+        for strand in self.strands[known:]:
+            _cross_off(strand, left)
+        if len(asked.x) and np.array_equal(asked.x[0], first):
             self.lost += 1
-            return
-        if not any(True for _ in self.places(z, q)):
-            self.lost += 1
+            asked.x = asked.x[1:]
 
     def _take(self, first: Circuit) -> None:
         """Add a circuit with all that meet it."""
         for circuit in all_circuits(first).circuits:
             found = limits(circuit)
             ends = interval(circuit, found)
-            self.strands.append(Strand(self.number, circuit, tuple(found), ends, tuple(_branches(circuit, found))))
+            branches, visits = tuple(_branches(circuit, found)), Visits(circuit, self.turning)
+            self.strands.append(Strand(self.number, circuit, tuple(found), ends, branches, visits))
         self.number += 1
 
     def places(self, z: ComplexArray, q: float) -> Iterator[tuple[int, int]]:
         """Yield the strands, and their branches, that run through positions z (nodes,) at a parameter."""
-        p = self.curve.point(z, q)
+        x = self.curve.system.coordinates(z)
         for number, strand in enumerate(self.strands):
-            way = self._way(strand.circuit, p)
-            if way is not None:
+            (way,) = strand.visits.ways(x[None, :], q).tolist()
+            if not math.isnan(way):
                 yield number, _branch_at(strand, way)
 
-    def _way(self, circuit: Circuit, p: FloatArray) -> float | None:
-        """Return where (0..1) a circuit runs through a position; None where it does not."""
-        points = circuit.p
-        steps = np.linalg.norm(np.diff(points, axis=1), axis=0)
-        marks = np.concatenate([[0.0], np.cumsum(steps)])
-        period = self._period(circuit)
-        for k in _passing(points[-1], float(p[-1]), period):
-            part = _part(points[-1, k : k + 2], float(p[-1]), period)
-            guess, _ = between(circuit.places[k], circuit.places[k + 1], part)
-            if np.linalg.norm(guess[:-1] - p[:-1]) > self.policy.near * steps[k] + self.policy.same:
-                continue
-            guess[-1] = p[-1]
-            held = np.append(np.zeros(len(p) - 1), 1.0)
-            exact = correct(circuit.curve, guess, Following().steps, held)
-            told = guess if exact is None else exact
-            room = self.policy.same if exact is not None else self.policy.near * float(steps[k])
-            if np.linalg.norm(told[:-1] - p[:-1]) <= room:
-                return float((marks[k] + part * steps[k]) / marks[-1])
-        return None
 
-    def _period(self, circuit: Circuit) -> float:
-        """Return the change of the parameter after which the inputs are the same; infinite without one."""
-        if self.turning:
-            return 2.0 * math.pi
-        around = abs(float(circuit.p[-1, -1] - circuit.p[-1, 0]))
-        return around if circuit.closed and around > self.policy.same else math.inf
-
-
-def _away(q: FloatArray, wanted: float, period: float) -> FloatArray:
-    """Return how far parameters are from one, whole periods after the first left out."""
-    away = q - wanted
-    return away - period * np.round(away / period) if math.isfinite(period) else away
-
-
-def _passing(q: FloatArray, wanted: float, period: float) -> list[int]:
-    """Return the steps on which the parameter passes a value, or comes close to it as at a fold."""
-    near = _away(q[:-1], wanted, period)
-    ahead = near + np.diff(q)
-    passed = (near > 0.0) != (ahead > 0.0)
-    close = np.minimum(np.abs(near), np.abs(ahead)) <= np.abs(np.diff(q))
-    return np.flatnonzero(passed | close).tolist()
-
-
-def _part(ends: FloatArray, wanted: float, period: float) -> float:
-    """Return the part of a step at which the parameter has a value."""
-    near, step = float(_away(ends[:1], wanted, period)[0]), float(ends[1] - ends[0])
-    return min(max(-near / step, 0.0), 1.0) if step else 0.0
+def _cross_off(strand: Strand, left: list[_Asked]) -> None:
+    """Leave out the configurations that a strand runs through."""
+    for asked in left:
+        if len(asked.x):
+            asked.x = asked.x[np.isnan(strand.visits.ways(asked.x, asked.q))]
 
 
 def _branches(circuit: Circuit, found: list[Singularity]) -> Iterator[Branch]:

@@ -81,17 +81,16 @@ def _answer(
     """Do the work, write the files and return the report."""
     from gimcli.analysis.workspace.reach import reach
     from gimcli.analysis.workspace.report import reach_report, reach_table, region_report, region_table
-    from gimcli.analysis.workspace.survey import survey
-    from gimcli.analysis.workspace.task import Task
+    from gimcli.analysis.workspace.survey import survey, task_of
     from gimcli.cli.console import progress_bar
     from gimcli.output import write
 
-    freedoms = Task(mechanism, name, held).freedoms
+    freedoms = task_of(mechanism, name, held).freedoms
     grid: dict[str, Any] = {}
     places = _scatter(mechanism, name, model, files["npz"], asked, grid) if asked[0] else None
     found: Workspace | Reach
     if freedoms == 1:
-        found = reach(mechanism, name, held)
+        found = reach(mechanism, name, held, progress_bar("configurations"))
         report, table = reach_report(found), reach_table(found)
     else:
         found = survey(mechanism, name, held, progress_bar("curves"))

@@ -132,7 +132,7 @@ class Curve:
     def jacobian(self, p: FloatArray) -> FloatArray:
         """Return their derivatives (m, n + 1)."""
         x, u = p[:-1], self.inputs(float(p[-1]))
-        column = self.system.by_inputs(x, u) @ self._inputs(float(p[-1]), 1)
+        column = self.system.along_inputs(x, u, self._inputs(float(p[-1]), 1))
         return np.hstack([self.system.jacobian(x, u), column[:, None]])
 
     def jacobian_along(self, p: FloatArray, v: FloatArray) -> FloatArray:
@@ -142,7 +142,7 @@ class Curve:
         table = self.system.jacobian_along(x, u, np.concatenate([v[:-1], v[-1] * rate]))
         column = table[:, n:] @ rate
         if self.line is None:
-            column = column + v[-1] * self.system.by_inputs(x, u) @ self._inputs(q, 2)
+            column = column + v[-1] * self.system.along_inputs(x, u, self._inputs(q, 2))
         return np.hstack([table[:, :n], column[:, None]])
 
     def third(self, p: FloatArray, v: FloatArray) -> FloatArray:
@@ -155,7 +155,7 @@ class Curve:
         if self.line is not None:
             return found
         mixed = self.system.second(x, u, along, np.concatenate([rest, bend]))
-        return np.asarray(found + 3.0 * mixed + self.system.by_inputs(x, u) @ twist)
+        return np.asarray(found + 3.0 * mixed + self.system.along_inputs(x, u, twist))
 
     def _inputs(self, q: float, order: int) -> FloatArray:
         """Return the inputs, or their derivatives by the parameter."""

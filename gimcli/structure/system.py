@@ -19,6 +19,9 @@ from gimcli.structure.quadric import Quadric
 DUST = 1e-13
 """A coefficient below this, of equations about 1 in size, is what rounding left of none."""
 
+Part = tuple[int, FloatArray, FloatArray, FloatArray]
+"""Actuator, c (m,), L (m, n) and Q (m n, n) of what a function of an input, or 1, is multiplied by."""
+
 
 class System:
     """The equations (m,) of a mechanism in the coordinates (n,) of its moving nodes, x and y of a node side by side."""
@@ -60,6 +63,11 @@ class System:
             table[:, k] = self._polynomial(x, np.where(self._owner == k, slopes, 0.0))
         return table
 
+    def along_inputs(self, x: FloatArray, u: FloatArray, rate: FloatArray) -> FloatArray:
+        """Return F_u rate (m,) of inputs that change at some rates (actuators,)."""
+        own = np.append(rate, 0.0)[self._owner]  # none of the constant part, whose owner is -1
+        return self._polynomial(x, self._values(u, 1) * own)
+
     def second(self, x: FloatArray, u: FloatArray, v: FloatArray, w: FloatArray) -> FloatArray:
         """Return the second derivative of F (m,) along v and w (n + actuators,)."""
         n = self.n
@@ -71,16 +79,14 @@ class System:
             mixed += v[n + k] * self._slope(x, np.where(own, first, 0.0)) @ w[:n]
             mixed += v[n + k] * w[n + k] * self._polynomial(x, np.where(own, curve, 0.0))
         values = self._values(u, 0)
-        return mixed + sum(
-            value * ((q @ w[:n]).reshape(self.m, n) @ v[:n]) for value, (_, _, _, q) in self._active(values)
-        )
+        return mixed + sum(value * ((q @ w[:n]).reshape(self.m, n) @ v[:n]) for value, q in self._curved(values))
 
     def jacobian_along(self, x: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
         """Return the derivative of [F_x F_u] (m, n + actuators) along v (n + actuators,)."""
         n = self.n
         first, curve, values = self._values(u, 1), self._values(u, 2), self._values(u, 0)
         table = np.zeros((self.m, n + len(u)))
-        for value, (_, _, _, q) in self._active(values):
+        for value, q in self._curved(values):
             table[:, :n] += value * (q @ v[:n]).reshape(self.m, n)
         for k in range(len(u)):
             own = self._owner == k
@@ -96,7 +102,7 @@ class System:
         for k, rate in enumerate(v[self.n :].tolist()):
             first, second, third = (np.where(self._owner == k, values, 0.0) for values in orders[1:])
             total += rate**3 * self._polynomial(x, third) + 3.0 * rate**2 * self._slope(x, second) @ along
-            for value, (_, _, _, q) in self._active(first):
+            for value, q in self._curved(first):
                 total += 3.0 * rate * value * (q @ along).reshape(self.m, self.n) @ along
         return total
 
@@ -110,26 +116,37 @@ class System:
     def quadric(self, u: FloatArray) -> Quadric:
         """Return the equations where the inputs (actuators,) stand still; the actuators' own are the last ones."""
         values, n = self._values(u, 0), self.n
-        c, linear, q = (sum(v * part[k] for v, part in zip(values, self._parts, strict=True)) for k in (1, 2, 3))
-        return Quadric(np.asarray(c), np.asarray(linear), np.asarray(q).reshape(self.m, n, n))
+        c, linear = (np.asarray(sum(v * part[k] for v, (part, _) in self._active(values))) for k in (1, 2))
+        q = sum((v * part for v, part in self._curved(values)), start=np.zeros((self.m * n, n)))
+        return Quadric(c, linear, q.reshape(self.m, n, n))
 
     def _polynomial(self, x: FloatArray, values: FloatArray) -> FloatArray:
         total = np.zeros(self.m)
-        for value, (_, c, linear, q) in self._active(values):
-            total += value * (c + (linear + 0.5 * (q @ x).reshape(self.m, self.n)) @ x)
+        for value, ((_, c, linear, q), curved) in self._active(values):
+            slope = linear + 0.5 * (q @ x).reshape(self.m, self.n) if curved else linear
+            total += value * (c + slope @ x)
         return total
 
     def _slope(self, x: FloatArray, values: FloatArray) -> FloatArray:
         total = np.zeros((self.m, self.n))
-        for value, (_, _, linear, q) in self._active(values):
-            total += value * (linear + (q @ x).reshape(self.m, self.n))
+        for value, ((_, _, linear, q), curved) in self._active(values):
+            total += value * (linear + (q @ x).reshape(self.m, self.n) if curved else linear)
         return total
 
-    def _active(self, values: FloatArray) -> Iterator[tuple[float, tuple[int, FloatArray, FloatArray, FloatArray]]]:
-        """Yield the parts whose function of the inputs is not 0 there."""
-        for value, part in zip(values.tolist(), self._parts, strict=True):
+    def _active(self, values: FloatArray) -> Iterator[tuple[float, tuple[Part, bool]]]:
+        """Yield the parts whose function of the inputs is not 0 there, and whether they are of second degree."""
+        for value, part, curved in zip(values.tolist(), self._parts, self._bent, strict=True):
             if value != 0.0:
-                yield value, part
+                yield value, (part, curved)
+
+    def _curved(self, values: FloatArray) -> Iterator[tuple[float, FloatArray]]:
+        """Yield the tables of second degree, and their functions of the inputs."""
+        return ((value, part[3]) for value, (part, curved) in self._active(values) if curved)
+
+    @cached_property
+    def _bent(self) -> list[bool]:
+        """Tell of every part whether it is of second degree: most inputs' own are not."""
+        return [bool(part[3].any()) for part in self._parts]
 
     @cached_property
     def _owner(self) -> FloatArray:
@@ -146,7 +163,7 @@ class System:
                 values += [(u[k], 1.0, 0.0, 0.0)[order], (u[k] ** 2, 2.0 * u[k], 2.0, 0.0)[order]]
         return np.array(values, dtype=float)
 
-    def _polynomials(self) -> Iterator[tuple[int, FloatArray, FloatArray, FloatArray]]:
+    def _polynomials(self) -> Iterator[Part]:
         """Yield actuator, c (m,), L (m, n) and Q (m n, n) of every part."""
         count = len(self.mechanism.actuators)
         rest, none = np.zeros(count), np.zeros(count, dtype=complex)

@@ -10,8 +10,9 @@ import numpy as np
 
 from gimcli.analysis.workspace.arcs import Arc
 from gimcli.analysis.workspace.branches import Branch, Knot, Walker, split
+from gimcli.analysis.workspace.circuit_paths import Progress, along_circuits
 from gimcli.analysis.workspace.sampling import Bank
-from gimcli.analysis.workspace.survey import checked, unreached
+from gimcli.analysis.workspace.survey import task_of, unreached
 from gimcli.analysis.workspace.task import FULL, Task
 from gimcli.errors import UnassembledError, UsageError
 from gimcli.mechanism import Drive, FloatArray, Mechanism
@@ -43,6 +44,11 @@ class Run:
     drawn: bool  # it runs through the drawn position
 
     @property
+    def x(self) -> FloatArray:
+        """Positions (rows, n) along the path."""
+        return np.concatenate([piece.branch.x for piece in self.pieces])
+
+    @property
     def length(self) -> float:
         """Length of the path, there and back where it is run over twice."""
         return sum(piece.length for piece in self.pieces)
@@ -64,24 +70,34 @@ class Reach:
 
     task: Task = field(repr=False)
     runs: tuple[Run, ...]
+    complete: bool  # every configuration within the range is proved to be known and lies on a path
 
 
-def reach(mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None) -> Reach:
+def reach(
+    mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None, progress: Progress | None = None
+) -> Reach:
     """Return the paths of a node or point that one freedom moves.
 
     Raises UsageError where more freedoms remain, StructureError where no position exists.
     """
-    task = checked(Task(mechanism, point, orientation or {}))
+    task = task_of(mechanism, point, orientation or {})
     if task.freedoms > 1:
         raise UsageError(f"'{point}' reaches a region: {task.freedoms} freedoms are left; see `survey`")
-    bank = Bank(task)
-    if not len(bank.x):
+    driven = len(task.moving) == 1 and not task.orientation
+    branches, complete = along_circuits(task, progress) if driven else _from_everywhere(task)
+    if not branches:
         raise UnassembledError(unreached(task))
-    curve = Path(Stratum(task.free, task.output[0]))
-    branches = Walker(task, curve).take(bank.x)
     home = _home(task, branches)
     runs = [_run(task, branch, k == home) for k, branch in enumerate(branches)]
-    return Reach(task, tuple(sorted(runs, key=lambda run: (not run.drawn, -run.length))))
+    good = [run for run in runs if bool(task.fulfilled(run.x).all())]
+    told = tuple(sorted(good, key=lambda run: (not run.drawn, -run.length)))
+    return Reach(task, told, complete and len(good) == len(runs))
+
+
+def _from_everywhere(task: Task) -> tuple[list[Branch], bool]:
+    """Return the curves that positions from random starts lie on: members' directions are held, not one input's."""
+    curve = Path(Stratum(task.free, task.output[0]))
+    return Walker(task, curve).take(Bank(task).x), True
 
 
 def _home(task: Task, branches: list[Branch]) -> int:

@@ -90,7 +90,7 @@ def outlines(found: Workspace) -> dict[str, list[ComplexArray]]:
 def reach_table(found: Reach) -> Table:
     """Return one row a point of a path, with the inputs there."""
     mechanism, columns = found.task.mechanism, []
-    knots = [(k, np.concatenate([p.branch.x for p in run.pieces])) for k, run in enumerate(found.runs)]
+    knots = [(k, run.x) for k, run in enumerate(found.runs)]
     x = np.concatenate([path for _, path in knots])
     z = placed(mechanism, found.task.place(x))
     columns.append(Column("path", np.concatenate([np.full(len(path), k) for k, path in knots])))
@@ -119,7 +119,7 @@ def reach_report(found: Reach) -> dict[str, Any]:
     """Return what scripts count on."""
     mechanism = found.task.mechanism
     return {
-        "point": found.task.point, "freedoms": 1, "complete": True,
+        "point": found.task.point, "freedoms": 1, "complete": found.complete,
         "paths": [_run_report(mechanism, run) for run in found.runs],
     }  # fmt: skip
 

@@ -11,12 +11,13 @@ import numpy as np
 from gimcli.analysis.workspace.arcs import Arc
 from gimcli.analysis.workspace.arrangement import arranged
 from gimcli.analysis.workspace.branches import Branch, Knot, Walker, split
+from gimcli.analysis.workspace.chain import chains
 from gimcli.analysis.workspace.region import HOLE, INNER, OPEN, OUTER, Edge, Loop, loops, outside, sorted_edges
 from gimcli.analysis.workspace.sampling import Bank
 from gimcli.analysis.workspace.sampling import Policy as Starts
 from gimcli.analysis.workspace.task import Task
 from gimcli.errors import UnassembledError, UsageError
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.solvers.critical import Critical, Path, Stratum, critical, sides
 
 Progress = Callable[[int, int], None]
@@ -26,6 +27,9 @@ ROUNDS = 3
 
 SINGLE = 1e-3
 """Width of reached places, relative to the size, below which they are one: ranges that touch hold it to a root only."""
+
+ANYWHERE = Starts(strewn=200, enough=1)
+"""To find one position."""
 
 INPUTS = 5
 """Inputs with ranges, at most: their ends are tried in all combinations."""
@@ -95,7 +99,7 @@ def survey(
     `orientation` (rad) holds members' directions. Raises UsageError where fewer or too many inputs remain,
     StructureError where no position within the inputs' ranges exists.
     """
-    task = checked(Task(mechanism, point, orientation or {}))
+    task = task_of(mechanism, point, orientation or {})
     if task.freedoms < 2:
         raise UsageError(f"'{point}' runs along curves: {task.freedoms} freedom is left; see `reach`")
     found: Workspace | None = None
@@ -110,6 +114,23 @@ def survey(
     if found is None:
         raise UnassembledError(unreached(task))
     return found
+
+
+def task_of(mechanism: Mechanism, point: str, orientation: Mapping[str, float]) -> Task:
+    """Return what is asked of the chain that moves a point; refuse what has no workspace.
+
+    Raises UnassembledError where another chain cannot be assembled within the ranges of its inputs.
+    """
+    own, others = chains(mechanism, point, orientation)
+    for other in others:
+        if not len(Bank(Task(other, _moved_node(other)), ANYWHERE).x):
+            raise UnassembledError(unreached(Task(mechanism, point)))
+    return checked(Task(own, point, orientation))
+
+
+def _moved_node(mechanism: Mechanism) -> str:
+    """Return a node that moves."""
+    return next(n for k, n in enumerate(mechanism.nodes) if k not in mechanism.members[FRAME].nodes)
 
 
 def checked(task: Task) -> Task:
@@ -190,4 +211,4 @@ def _speed(curve: Critical, knot: Knot) -> float:
     return float(velocity[0] * alpha[1] - velocity[1] * alpha[0])
 
 
-__all__ = ["HOLE", "INNER", "OPEN", "OUTER", "Workspace", "checked", "strata", "survey", "unreached"]
+__all__ = ["HOLE", "INNER", "OPEN", "OUTER", "Workspace", "strata", "survey", "task_of", "unreached"]

@@ -13,12 +13,14 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimcli.analysis.carried import carried_point
 from gimcli.analysis.measures.naming import guess
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.structure.quadric import Quadric
+from gimcli.structure.residual import holds
 from gimcli.structure.system import System
 
 SAMPLES = 4097
@@ -29,6 +31,12 @@ FULL = 2.0 * math.pi * (1.0 - 1e-12)
 
 SLACK = 1e-9
 """An input this far beyond its range [rad, or of the size] still counts as at its end."""
+
+TOLERANCE = 1e-10
+"""Up to which what is written out fulfils the mechanism, relative to the size."""
+
+SETTLED = 1e-6
+"""Up to which positions that were solved from random starts do: beside singular positions they are known to less."""
 
 RANK = 1e-8
 """A pivot below this part of the greatest is none."""
@@ -95,12 +103,23 @@ class Task:
         return np.asarray(x @ table.T + shift)
 
     @cached_property
-    def free(self) -> Quadric:
-        """The independent equations that hold whatever the inputs do: members, pairs, orientations, held inputs."""
+    def whole(self) -> Quadric:
+        """The equations that hold whatever the inputs do: members, pairs, orientations, held inputs."""
         count = len(self.mechanism.actuators)
-        whole = self.system.quadric(np.zeros(count)).rows(range(self.system.m - count))
+        members = self.system.quadric(np.zeros(count)).rows(range(self.system.m - count))
         still = [self.drive(r.actuator, r.low) for r in self.ranges if r.half == 0.0]
-        return _independent(whole.joined(*still, *map(self._held, self.orientation)), self)
+        return members.joined(*still, *map(self._held, self.orientation))
+
+    @cached_property
+    def free(self) -> Quadric:
+        """The independent ones of them; `fulfilled` holds positions against those that are left out."""
+        return _independent(self.whole, self)
+
+    @cached_property
+    def moving(self) -> tuple[int, ...]:
+        """The actuators whose inputs do not stand still."""
+        still = {r.actuator for r in self.ranges if r.half == 0.0}
+        return tuple(k for k in range(len(self.mechanism.actuators)) if k not in still)
 
     @cached_property
     def freedoms(self) -> int:
@@ -134,6 +153,12 @@ class Task:
         apart, half = self._apart(x)[0], np.array([r.half for r in self.limited])
         return np.concatenate([half + apart, half - apart], axis=-1)
 
+    def room(self, x: FloatArray) -> FloatArray:
+        """Return numbers (..., limited) that are above 0 within the inputs' ranges and smooth everywhere."""
+        apart, half = self._apart(x)[0], np.array([r.half for r in self.limited])
+        rotary = np.array([self._rotary(r.actuator) for r in self.limited])
+        return np.where(rotary, np.cos(apart) - np.cos(half), half**2 - apart**2)
+
     def _apart(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how far (..., limited) inputs are from the middles of their ranges, and derivatives (..., n)."""
         shape, n = x.shape[:-1], self.system.n
@@ -145,9 +170,16 @@ class Task:
                 apart[..., k] -= 2.0 * math.pi * np.round(apart[..., k] / (2.0 * math.pi))
         return apart, slopes
 
+    def fulfilled(self, x: FloatArray, tolerance: float = TOLERANCE) -> NDArray[np.bool_]:
+        """Tell of x (rows, n) whether every constraint of the mechanism as written holds, whatever the inputs are."""
+        return holds(self.mechanism, self.system.nodes(x.T), self.inputs(x).T, tolerance)
+
     def allowed(self, x: FloatArray) -> np.ndarray:
-        """Tell of x (..., n) whether all inputs are within their ranges and no held member is turned round."""
-        fits = np.all(self.excess(x)[0] <= SLACK, axis=-1)
+        """Tell of x (rows, n) whether they are configurations of the mechanism, with all inputs within their ranges.
+
+        The equations solved leave out surplus constraints, and let blocks and held members be turned end for end.
+        """
+        fits = np.all(self.excess(x)[0] <= SLACK, axis=-1) & self.fulfilled(x, SETTLED)
         for name, angle in self.orientation.items():
             z = self._arm(name, x)
             fits &= (z * cmath.exp(-1j * angle)).real > 0.0

@@ -1,0 +1,107 @@
+"""The curves along which one input moves a mechanism: its circuits, as far as the input's range goes.
+
+They run through every configuration that `gim solve --all` lists at many values of the input, and through no other.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from gimcli.analysis.circuits import Policy, Search
+from gimcli.analysis.workspace.branches import WALK, Branch, Knot, hermite, split
+from gimcli.analysis.workspace.task import Range, Task, law_range
+from gimcli.mechanism import Drive, FloatArray
+from gimcli.motion.circuit import Circuit, nearby
+from gimcli.motion.circuit import Policy as Following
+from gimcli.motion.curve import Curve
+from gimcli.motion.inputs import Line
+from gimcli.motion.stations import beside, between, settled
+from gimcli.solvers.arclength import Place, place
+from gimcli.solvers.critical import Path, Stratum
+
+ROUNDING = 1e-13
+"""Of what is 0 where a range ends."""
+
+Progress = Callable[[int, int], None]
+
+
+def along_circuits(task: Task, progress: Progress | None = None) -> tuple[list[Branch], bool]:
+    """Return the curves of positions within the input's range, and whether they are proved to be all."""
+    (actuator,) = task.moving
+    turning = not task.limited
+    span = law_range(task.mechanism, actuator)
+    rotary = task.mechanism.actuators[actuator].drive is Drive.ROTARY
+    search = Search(Curve(task.mechanism, _line(task, actuator)), rotary, Policy(), progress)
+    if search.curve.single:
+        search.begin()
+    search.sample(span.low, span.low + 2.0 * math.pi if turning else span.high)
+    curve = Path(Stratum(task.whole, task.output[0]))
+    whole = [Branch(curve, tuple(_knots(s.circuit)), s.circuit.closed) for s in search.strands]
+    found = whole if turning else [part for branch in whole for part in _within(task, branch)]
+    return found, search.complete and not search.lost
+
+
+def _line(task: Task, actuator: int) -> Line:
+    """Return the line along which one input moves and the others stand still."""
+    base = np.array([r.low for r in _spans(task)])
+    along = np.zeros(len(base))
+    base[actuator], along[actuator] = 0.0, 1.0
+    return Line(base, along, actuator)
+
+
+def _spans(task: Task) -> list[Range]:
+    return [law_range(task.mechanism, k) for k in range(len(task.mechanism.actuators))]
+
+
+def _knots(circuit: Circuit) -> Iterator[Knot]:
+    """Yield places along a circuit so near to each other that cubics between them are true; none far outside."""
+    first, last = nearby(circuit)
+    for k in range(first, last):
+        here, there = circuit.places[k], circuit.places[k + 1]
+        yield _knot(here.p, here.tangent)
+        count = _parts(here, there)
+        for part in np.arange(1, count) / count:
+            p, slope = settled(circuit, k, part, Following()), between(here, there, part)[1]
+            near = beside(circuit, k, p, Following())
+            yield _knot(p, slope if near else place(circuit.curve, p, slope).tangent)
+    yield _knot(circuit.places[last].p, circuit.places[last].tangent)
+
+
+def _parts(here: Place, there: Place) -> int:
+    """Return into how many parts a step of a circuit is cut."""
+    bend = math.acos(min(1.0, max(-1.0, float(here.tangent @ there.tangent))))
+    return max(1, math.ceil(max(float(np.linalg.norm(there.p - here.p)) / WALK.longest, bend / WALK.bend)))
+
+
+def _knot(p: FloatArray, tangent: FloatArray) -> Knot:
+    """Return a place without its parameter."""
+    return Knot(p[:-1], tangent[:-1] / max(float(np.linalg.norm(tangent[:-1])), 1e-300))
+
+
+def _within(task: Task, branch: Branch) -> list[Branch]:
+    """Return the stretches of a curve on which the input is within its range."""
+
+    def room(knot: Knot) -> FloatArray:
+        told = task.room(knot.p)
+        return np.where(np.abs(told) < ROUNDING, 0.0, told)
+
+    parts = split(_rolled(branch, np.array([room(knot)[0] for knot in branch.knots])), room)
+    return [part for part in parts if room(_middle(part))[0] > 0.0]
+
+
+def _middle(part: Branch) -> Knot:
+    """Return a place between the ends of a curve."""
+    knots = part.knots
+    return knots[len(knots) // 2] if len(knots) > 2 else Knot(hermite(knots[0], knots[1], 0.5), knots[0].tangent)
+
+
+def _rolled(branch: Branch, room: FloatArray) -> Branch:
+    """Return a closed curve that begins where the input is farthest outside its range, and so not at an end of it."""
+    if not branch.closed:
+        return branch
+    k = int(np.argmin(room[:-1]))
+    return replace(branch, knots=(*branch.knots[k:-1], *branch.knots[: k + 1]))
