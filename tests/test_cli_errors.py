@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import inspect
 import json
 import math
 import os
@@ -15,6 +16,7 @@ import pytest
 import yaml
 from conftest import MODELS
 
+from gimcli import cli
 from gimcli.cli import main
 from gimcli.model.source import read_source
 
@@ -173,9 +175,10 @@ def test_what_follows_circuits_refuses_the_same_structures(case, command, gim, t
 
 
 @pytest.mark.parametrize("case", UNFIT)
-def test_as_json_a_structure_that_cannot_be_driven_prints_nothing_on_standard_output(case, gim):
-    code, out, _ = gim(UNFIT[case][0], "solve", "m.yaml", "--json")
-    assert (code, out) == (4, "")
+def test_as_json_a_structure_that_cannot_be_driven_is_an_error(case, gim):
+    code, out, err = gim(UNFIT[case][0], "solve", "m.yaml", "--json")
+    assert code == 4
+    failed(out, err, 4)
 
 
 def test_an_exact_surplus_crank_is_accepted(gim):
@@ -492,10 +495,46 @@ def test_a_progress_bar_that_is_cut_short_leaves_output_and_terminal_as_they_wer
     assert shown.count(b"\x1b[?25l") == shown.count(b"\x1b[?25h") == 1
 
 
-@pytest.mark.parametrize("command", ["solve", "trace", "mobility", "sequence"])
-def test_json_of_a_model_refused_is_silent(command, gim):
-    code, out, _ = gim("nodes: {}\n", command, "m.yaml", "--json")
-    assert (code, out) == (3, "")
+HEAVY = CRANK.replace("law: {by: 10}", "law: {by: 10}, free: true") + "masses: {crank: {mass: 1, inertia: 1}}\n"
+WITH_JSON = [module.NAME for module in cli.MODULES if module.NAME != "schema"]
+
+
+def failed(out, err, status):
+    """Check the object that a failure prints: what standard error says, and the exit status."""
+    told = one_object(out)
+    assert set(told) == {"error", "exit"}
+    assert told["exit"] == status
+    assert told["error"].splitlines()[-1] in err
+
+
+@pytest.mark.parametrize("command", WITH_JSON)
+def test_json_of_a_model_refused_is_an_error(command, gim):
+    code, out, err = gim("nodes: {}\n", command, "m.yaml", "--json")
+    assert code == 3
+    failed(out, err, 3)
+
+
+@pytest.mark.parametrize("command", WITH_JSON)
+def test_json_of_wrong_usage_is_an_error(command, gim):
+    code, out, err = gim(FOUR + CRANK, command, "m.yaml", "--json", "--nothing")
+    assert code == 2
+    failed(out, err, 2)
+
+
+@pytest.mark.parametrize("command", WITH_JSON)
+@pytest.mark.parametrize("case", ["undriven", "too short", "cannot be written"])
+def test_json_of_every_failure_is_one_object(case, command, gim, tmp_path):
+    (tmp_path / "taken").write_text("")
+    text = {"undriven": FOUR, "too short": TOO_SHORT, "cannot be written": FOUR + HEAVY}[case]
+    known = inspect.signature(next(m for m in cli.MODULES if command == m.NAME).command).parameters
+    nowhere = [f"--{'out' if 'out' in known else 'png'}=taken/m.png"] if {"out", "png"} & set(known) else []
+    code, out, err = gim(text, command, "m.yaml", "--json", *(nowhere if case == "cannot be written" else []))
+    data = one_object(out)
+    if "error" in data:
+        failed(out, err, code)
+        assert code != 0
+    if case == "cannot be written" and nowhere:
+        assert (code, set(data)) == (6, {"error", "exit"})
 
 
 def test_the_model_defaults_to_model_yaml(gim, tmp_path):

@@ -594,9 +594,9 @@ def test_laws_of_every_form_are_accepted(law, folder):
 def test_names_and_numbers_as_yaml_1_2_writes_them(folder):
     text = """\
 name: 2024
-nodes: {1: [0, 0], 2: [3e0, -0], on: [.5, +1], no: [1e-3, 2.], "1e3": [2, 2], 'q r': [3, 3], Ä: [5, 5], -5: [9, 9]}
+nodes: {1: [0, 0], 2: [3e0, -0], on: [.5, +1], no: [1e-3, 2.], "1e3": [2, 2], 'q r': [3, 3], Ä: [5, 5], 5: [9, 9]}
 ground: [1, "2"]
-links: {a: [1, on], b: [2, no], y: [on, '1e3'], n: ["q r", Ä], m: [Ä, -5]}
+links: {a: [1, on], b: [2, no], y: [on, '1e3'], n: ["q r", Ä], m: [Ä, 5]}
 points: {off: {on: y, local: [1e-3, 1E+1]}}
 trace: [on, off]
 """
@@ -605,7 +605,7 @@ trace: [on, off]
     assert model.ground.nodes == ["1", "2"]
     assert model.nodes["no"] == [0.001, 2.0]
     assert model.links["y"].nodes == ["on", "1e3"]
-    assert model.links["m"].nodes == ["Ä", "-5"]
+    assert model.links["m"].nodes == ["Ä", "5"]
     assert model.points["off"].local == [0.001, 10.0]
 
 

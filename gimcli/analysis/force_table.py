@@ -8,26 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.analysis.forces import Forces
-from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.status import Status
 from gimcli.table import Column, Table
 
-RESERVED = ("shaking", "power", "energy")
-"""First words of columns that belong to the whole mechanism."""
-
-
 SHARED = "unique"
 """Word in columns of the component of a reaction that is unique where the reaction is not."""
-
-
-def refuse_taken_names(mechanism: Mechanism) -> None:
-    """Raise UsageError where a name of the file would be that of another column."""
-    names = [*mechanism.nodes, *(s.pair for s in mechanism.slides), *(a.name for a in mechanism.actuators)]
-    taken = [name for name in RESERVED if name in names]
-    if taken:
-        raise UsageError(f"the name '{taken[0]}' is taken in tables of forces; rename it in the model file")
 
 
 def force_table(motion: Motion, forces: Forces, first: int = 0) -> Table:

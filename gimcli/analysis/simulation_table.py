@@ -9,7 +9,6 @@ import numpy as np
 from gimcli.analysis.carried import carried_point
 from gimcli.analysis.forces import Forces
 from gimcli.analysis.simulation import Event, Simulation
-from gimcli.errors import UsageError
 from gimcli.mechanism import Drive, FloatArray, Mechanism
 from gimcli.status import Status
 from gimcli.table import Column, Table
@@ -17,11 +16,11 @@ from gimcli.table import Column, Table
 ENERGIES = ("kinetic", "potential", "dissipated", "supplied")
 
 
-def refuse_taken_name(mechanism: Mechanism) -> None:
-    """Raise UsageError where a name of the file would be that of another column."""
-    names = [*mechanism.nodes, *(p.name for p in mechanism.points), *(a.name for a in mechanism.actuators)]
-    if "energy" in names:
-        raise UsageError("the name 'energy' is taken in tables of simulations; rename it in the model file")
+def column_names(mechanism: Mechanism) -> list[str]:
+    """Return the names of the columns, reactions apart: they are known before the work."""
+    names = ["step", "time", "status", *(f"energy.{kind}" for kind in (*ENERGIES, "drift"))]
+    names += [a.name + part for a in mechanism.actuators for part in ("", ".speed", ".acceleration", ".effort")]
+    return [*names, *(f"{name}.{axis}" for name in mechanism.traced for axis in "xy")]
 
 
 def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None = None) -> Table:

@@ -40,6 +40,10 @@ class _Commands(TyperGroup):
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left to flush goes nowhere
             raise typer.Exit(0) from None
+        except Exception as error:
+            if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # typer's own: wrong usage
+                _tell_json(error.format_message(), error.exit_code)
+            raise
 
 
 app = typer.Typer(
@@ -76,6 +80,14 @@ for module in MODULES:
     app.command(module.NAME, help=module.HELP)(module.command)
 
 
+def _tell_json(text: str, exit_code: int) -> None:
+    """Print what went wrong as a JSON object, where one is asked for."""
+    if "--json" in sys.argv[1:]:
+        from gimcli.cli.console import print_json
+
+        print_json({"error": text, "exit": exit_code})
+
+
 def _stop(number: int, frame: FrameType | None) -> None:
     """End as an error does, so that nothing half-written stays."""
     sys.exit(128 + number)
@@ -91,7 +103,11 @@ def main() -> None:
     try:
         app()
     except GimError as error:
-        typer.echo(f"gim: {error}" if "\n" not in str(error) else f"gim:\n{error}", err=True)
+        from gimcli.cli.console import printable
+
+        text = printable(str(error))
+        typer.echo(f"gim: {text}" if "\n" not in text else f"gim:\n{text}", err=True)
+        _tell_json(text, error.exit_code)
         sys.exit(error.exit_code)
     except OSError as error:
         typer.echo(f"gim: the output cannot be written: {error.strerror or error}", err=True)

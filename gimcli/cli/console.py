@@ -28,6 +28,11 @@ def clean(value: Any) -> Any:
     return value
 
 
+def printable(text: str) -> str:
+    """Return a text whose control characters, line ends apart, are written out: a terminal obeys them."""
+    return "".join(repr(sign)[1:-1] if sign != "\n" and not sign.isprintable() else sign for sign in text)
+
+
 def print_json(data: dict[str, Any]) -> None:
     """Print one JSON object."""
     end_bars()

@@ -43,7 +43,7 @@ def command(
     import numpy as np
 
     from gimcli.analysis.force_motion import ForceMotion
-    from gimcli.analysis.force_table import force_table, refuse_taken_names
+    from gimcli.analysis.force_table import force_table
     from gimcli.analysis.forces import motion_forces
     from gimcli.analysis.verdict import explained, verify
     from gimcli.cli.console import note, note_point_masses, progress_bar
@@ -58,7 +58,6 @@ def command(
     mechanism = load(model)
     require_action(mechanism)
     note_point_masses(point_masses(mechanism))
-    refuse_taken_names(mechanism)
     csv_path, png_path = out / f"{model.stem}.forces.csv", out / f"{model.stem}.forces.png"
     with explained(mechanism):
         if not mechanism.actuators:

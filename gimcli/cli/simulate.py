@@ -66,13 +66,13 @@ def command(
     """Simulate."""
     from gimcli.analysis.force_table import open_reactions
     from gimcli.analysis.simulation import Settings, simulate
+    from gimcli.analysis.simulation_table import column_names, simulation_table
     from gimcli.analysis.simulation_table import reactions as find_reactions
-    from gimcli.analysis.simulation_table import refuse_taken_name, simulation_table
     from gimcli.analysis.verdict import explained
     from gimcli.cli.console import note, note_point_masses, progress_bar
     from gimcli.model import load
     from gimcli.motion.effort import choose
-    from gimcli.output import refuse_unwritable, write
+    from gimcli.output import refuse_repeated, refuse_unwritable, write
     from gimcli.structure.acting import point_masses
 
     times = _times(time, dt)
@@ -81,7 +81,7 @@ def command(
     if not 0.0 < step <= time:
         raise UsageError(f"--step {step:g}: a number above 0 and at most --time is needed")
     mechanism = load(model)
-    refuse_taken_name(mechanism)
+    refuse_repeated(column_names(mechanism))
     csv_path, png_path = out / f"{model.stem}.simulation.csv", out / f"{model.stem}.simulation.png"
     refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
     run = choose(jit.value, time * A_SECOND * WORK, note, ("move",))

@@ -23,6 +23,8 @@ from gimcli.model.source import Source, Where, read_source
 SECTIONS = ("nodes", "links", "elements", "prismatic", "actuators", "points", "masses", "loads",
             "springs", "dampers", "friction")  # fmt: skip
 CONSTRAINTS = ("links", "elements", "prismatic", "actuators")
+FORMULA = ("=", "+", "-", "@")
+"""Signs with which a cell of a spreadsheet becomes a formula; names stand in the heads of tables."""
 COLUMNS = ("step", "time", "residual", "sweeps", "status")
 SIZES = (1e-100, 1e100)
 
@@ -87,6 +89,7 @@ def check(refs: References) -> None:
     """Note what does not fit together."""
     if not refs.every and refs.sure and used_nodes(refs.model) <= refs.ground:
         refs.fault((), "no members and no moving node; add `links:`, `elements:` or `actuators:`")
+    _check_signs(refs)
     _check_names(refs)
     _check_ground(refs)
     for name, link in refs.model.links.items():
@@ -100,6 +103,14 @@ def check(refs: References) -> None:
     check_inputs(refs)
     _check_points(refs)
     check_dynamics(refs)
+
+
+def _check_signs(refs: References) -> None:
+    for section in SECTIONS:
+        for name in getattr(refs.model, section):
+            if name.lstrip().startswith(FORMULA):
+                text = f"the name '{name}' begins with '{name.lstrip()[0]}', as a formula of a spreadsheet; rename it"
+                refs.fault((section, name), text, key=True)
 
 
 def _check_names(refs: References) -> None:

@@ -28,6 +28,9 @@ _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?$")
 _SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)$|\.(nan|NaN|NAN)$")
 _WORDS = {"": None, "~": None, "null": None, "Null": None, "true": True, "True": True, "false": False, "False": False}
 CONTROL = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_LAYOUT = {ord(sign): " " for sign in "\t\n"}
+_INVISIBLE = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
+"""Control characters and those that change the direction of the text, which a quoted scalar may hold."""
 
 
 @dataclass(frozen=True, order=True)
@@ -177,6 +180,8 @@ class _Builder:
             data, height = self.sequence(where)
         else:
             data, height = scalar(event), 0
+            if isinstance(data, str):
+                self.refuse_invisible(data.translate(_LAYOUT), event)
         if event.anchor is not None:
             self.anchors[event.anchor] = _Anchor(data, self.parts - before, height)
         return data, height
@@ -234,12 +239,19 @@ class _Builder:
             return None
         self.loader.get_event()
         name = str(event.value)
+        self.refuse_invisible(name, event)
         if (*where, name) in self.source.keys:
             first = self.source.keys[(*where, name)][0]
             self.source.fault_at(spot, f"'{name}' is given twice, first in line {first}; rename or remove one")
             return None
         self.source.keys[(*where, name)] = spot
         return name
+
+    def refuse_invisible(self, text: str, event: Any) -> None:
+        """Note a control character that an escape brought in."""
+        found = _INVISIBLE.search(text)
+        if found:
+            self.source.fault_at(_spot(event), f"holds the control character {ord(found[0]):#04x}; remove it")
 
     def skip(self, depth: int) -> None:
         """Pass over the next part."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeVar
 from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.output.atomic import refuse_unwritable, written_bytes, written_text
-from gimcli.output.csv import CsvStream, write_csv
+from gimcli.output.csv import CsvStream, refuse_repeated, write_csv
 from gimcli.output.npz import write_npz
 from gimcli.output.parts import Parts
 from gimcli.output.pdf import write_pdf
@@ -46,6 +46,7 @@ __all__ = [
     "draw_tradeoff",
     "draw_workspace",
     "refuse_files",
+    "refuse_repeated",
     "refuse_unwritable",
     "write",
     "write_csv",

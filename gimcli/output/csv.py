@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, TextIO
@@ -12,11 +12,21 @@ from typing import Any, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.errors import UsageError
 from gimcli.output.atomic import written_text
 from gimcli.table import Table
 
 ROWS_AT_ONCE = 50_000
 """Rows that are held as text at the same time."""
+
+
+def refuse_repeated(names: Iterable[str]) -> None:
+    """Raise UsageError where two columns of one file would have the same name."""
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise UsageError(f"two columns would be named '{name}': rename one of their parts in the model file")
+        seen.add(name)
 
 
 class CsvStream:
@@ -25,6 +35,7 @@ class CsvStream:
     def __init__(self, path: Path | str, names: Sequence[str]) -> None:
         self._path = Path(path)
         self._names = tuple(names)
+        refuse_repeated(self._names)
         self._stack = ExitStack()
         self._handle: TextIO | None = None
 

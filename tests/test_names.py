@@ -1,0 +1,146 @@
+"""Names: what a spreadsheet or a terminal would obey is refused, and no file has two columns of one name."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+
+import pytest
+
+from gimcli.cli import main
+from gimcli.errors import ModelError
+from gimcli.model import load
+
+MODEL = """\
+nodes: {O: [0, 0], G: [4, 0], A: [0, 1], B: [4, 3], C: [6, 0.5], D: [5, 0]}
+ground: [O, G, D]
+links: {crank: [O, A], rocker: [G, B]}
+elements: {plate: [A, B, C]}
+prismatic: {}
+actuators: {m: {type: rotary, pivot: O, arm: A, law: {by: 10}, free: true}}
+points: {P: {on: crank, at: [1, 1]}}
+masses: {crank: {mass: 1, inertia: 1}}
+loads: {push: {on: rocker, torque: 1}}
+springs: {coil: {nodes: [O, B], stiffness: 1}}
+dampers: {shock: {nodes: [O, B], damping: 1}}
+friction: {A: 0.1}
+"""
+NAMED = {"nodes": "D", "links": "rocker", "elements": "plate", "actuators": "m", "points": "P", "loads": "push",
+         "springs": "coil", "dampers": "shock"}  # fmt: skip
+FEW = {
+    "trace": ["--steps", "2"], "forces": ["--steps", "2"], "reduce": ["--steps", "2"],
+    "simulate": ["--time", "0.02", "--dt", "0.01"], "workspace": [], "solve": ["--csv", "m.csv"],
+}  # fmt: skip
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch, capsys):
+    """Run a command on a model text; return exit status, standard output and error, and the heads of its tables."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(text, command, *more):
+        (tmp_path / "m.yaml").write_text(text, encoding="utf-8")
+        monkeypatch.setattr("sys.argv", ["gim", command, "m.yaml", *FEW.get(command, []), *more])
+        try:
+            main()
+            code = 0
+        except SystemExit as stop:
+            code = stop.code or 0
+        heads = []
+        for path in tmp_path.glob("*.csv"):
+            with path.open(newline="", encoding="utf-8") as handle:
+                heads.append(next(csv.reader(handle)))
+            path.unlink()
+        return code, *capsys.readouterr(), heads
+
+    return run
+
+
+def renamed(model, name, new):
+    """Return a model with another name, written with escapes, wherever it stands."""
+    return re.sub(rf"(?<=[{{\[ ]){name}(?=[:,\]}}])", json.dumps(new).replace("\\", "\\\\"), model)
+
+
+def with_name(section, new):
+    return renamed(MODEL, NAMED[section], new)
+
+
+@pytest.mark.parametrize("section", NAMED)
+@pytest.mark.parametrize("name", ["=1+1", "+a", "-5", "@SUM(A1)", " =1", "-"])
+def test_a_name_that_a_spreadsheet_takes_for_a_formula_is_refused(section, name, tmp_path):
+    path = tmp_path / "m.yaml"
+    path.write_text(with_name(section, name))
+    with pytest.raises(ModelError) as caught:
+        load(path)
+    told = [fault for fault in caught.value.faults if "formula" in fault and repr(name)[1:-1] in fault]
+    assert len(told) == 1, caught.value.faults
+    assert caught.value.exit_code == 3
+
+
+@pytest.mark.parametrize("section", NAMED)
+@pytest.mark.parametrize("sign", ["\x07", "\x1b", "\n", "\t", "\x7f", "\x9b", "\u2028", "\u202e"])
+def test_a_name_with_a_control_character_is_refused_and_none_reaches_the_terminal(section, sign, run):
+    code, out, err, heads = run(with_name(section, f"a{sign}b"), "solve")
+    assert (code, out, heads) == (3, "", [])
+    assert f"holds the control character {ord(sign):#04x}; remove it" in err
+    assert sign not in err.replace("\n", "") or sign == "\n"
+    assert all(line.startswith(("gim:", "m.yaml:")) for line in err.splitlines())
+
+
+def test_the_title_holds_no_control_character_either(run):
+    code, _, err, _ = run('name: "a\\x07b"\n' + MODEL, "solve")
+    assert code == 3
+    assert "\x07" not in err
+    assert run('name: "=1+1"\nsource: |\n  two\n  lines\n' + MODEL, "solve")[0] == 0
+
+
+@pytest.mark.parametrize("name", ["a=b", "a+b", "a-b", "a@b", "Ä", "1", "x y", "'a", "#a", "a.b"])
+def test_signs_within_a_name_are_accepted(name, tmp_path):
+    path = tmp_path / "m.yaml"
+    path.write_text(with_name("points", name), encoding="utf-8")
+    assert name in load(path).traced
+
+
+TWICE = {
+    "coordinate": ("m", "A.x", "trace", ("--steps", "2"), "A.x"),
+    "velocity": ("m", "A.vx", "trace", ("--derivatives", "1"), "A.vx"),
+    "angular velocity": ("m", "crank.omega", "trace", ("--derivatives", "1"), "crank.omega"),
+    "measure": ("m", "curvature:A.radius", "trace", ("--measure", "curvature:A"), "curvature:A.radius"),
+    "limit": ("m", "A.x", "trace", ("--at-limit", "skip"), "A.x"),
+    "circuit": ("m", "A.x", "trace", ("--circuit",), "A.x"),
+    "branch": ("m", "branch", "trace", ("--all-branches",), "branch"),
+    "reaction": ("m", "G.fx", "forces", (), "G.fx"),
+    "power": ("m", "power.drive", "forces", (), "power.drive"),
+    "shaking force": ("D", "shaking", "forces", (), "shaking.fx"),
+    "energy": ("m", "energy.drift", "simulate", (), "energy.drift"),
+    "coordinate in a simulation": ("m", "A.x", "simulate", (), "A.x"),
+    "reaction in a simulation": ("m", "G.fx", "simulate", ("--reactions",), "G.fx"),
+    "path": ("m", "x", "workspace", ("--point", "B"), "x"),
+}
+TRACED = MODEL.replace("points: {P: {on: crank, at: [1, 1]}}\n", "trace: [A]\n")
+"""The model whose A is traced, and with a link and a pin at D."""
+PINNED = TRACED.replace("C: [6, 0.5],", "C: [6, 0.5], E: [7, 3],").replace("B]}\nel", "B], e: [D, E], f: [C, E]}\nel")
+
+
+@pytest.mark.parametrize("case", TWICE)
+def test_columns_of_one_name_are_refused(case, run):
+    old, new, command, more, column = TWICE[case]
+    code, out, err, heads = run(renamed(PINNED, old, new), command, *more, "--no-png")
+    assert (code, out, heads) == (2, "", []), err
+    assert f"two columns would be named '{column}'" in err
+
+
+@pytest.mark.parametrize(
+    ("command", "more"),
+    [
+        *((command, ["--no-png"] if command != "solve" else []) for command in FEW),
+        ("trace", ["--no-png", "--derivatives=3", "-m", "curvature:A", "-m", "transmission", "-m", "centre:crank/plate"]),
+        ("trace", ["--no-png", "--all-branches"]), ("simulate", ["--no-png", "--reactions"]),
+    ],
+)  # fmt: skip
+def test_columns_of_every_command_have_names_of_their_own(command, more, run):
+    code, _, err, heads = run(PINNED, command, *more)
+    assert code == 0, err
+    assert len(heads) == 1
+    assert len(set(heads[0])) == len(heads[0])
