@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,10 @@ from gimcli.motion.effort import plain
 from gimcli.solvers.newton import Run
 from gimcli.solvers.ode import METHODS
 from gimcli.status import Status
+from gimcli.structure.residual import holds
+
+TOLERANCE = 1e-10
+"""Residual up to which a row is told."""
 
 STANDSTILL, DEAD_POINT, LIMIT, SINGULAR = "standstill", "dead point", "limit", "singular position"
 
@@ -115,5 +119,18 @@ def simulate(
     if settings.method == "euler":
         from gimcli.analysis.euler import simulate_by_euler
 
-        return simulate_by_euler(mechanism, times, settings, run, progress)
-    return Integration(mechanism, np.asarray(times, dtype=float), settings, run, progress).simulation()
+        return _checked(simulate_by_euler(mechanism, times, settings, run, progress))
+    return _checked(Integration(mechanism, np.asarray(times, dtype=float), settings, run, progress).simulation())
+
+
+def _checked(found: Simulation) -> Simulation:
+    """Return a simulation up to the first row that does not satisfy every constraint."""
+    good = holds(found.mechanism, found.nodes[0], found.inputs[0], TOLERANCE)
+    if good.all():
+        return found
+    rows = slice(0, int(np.argmin(good)))
+    return replace(
+        found, time=found.time[rows], inputs=found.inputs[:, :, rows], nodes=found.nodes[:, :, rows],
+        efforts=found.efforts[:, rows], energy=found.energy[:, rows], status=Status.NOT_CONVERGED,
+        end=float(found.time[rows.stop]),
+    )  # fmt: skip

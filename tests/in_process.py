@@ -1,0 +1,71 @@
+"""Run commands in this process: their exit status, what they print, and the rows that they write."""
+
+import csv
+import json
+import math
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+from typer.testing import CliRunner
+
+from gimcli.cli import app
+from gimcli.errors import GimError
+from gimcli.model import load
+from gimcli.model.source import read_source
+
+
+@dataclass(frozen=True)
+class Ran:
+    """How a command ended."""
+
+    code: int
+    text: str  # standard output
+    error: str
+
+    @property
+    def json(self):
+        """The report of a command with --json."""
+        return json.loads(self.text)
+
+
+def gim(*arguments):
+    """Run a command; a traceback is raised."""
+    done = CliRunner().invoke(app, [str(a) for a in arguments])
+    if isinstance(done.exception, GimError):
+        return Ran(done.exception.exit_code, done.stdout, str(done.exception))
+    if done.exception is not None and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    return Ran(done.exit_code, done.stdout, done.stderr)
+
+
+def read_rows(path):
+    """Return the rows of a CSV file, empty where there is none."""
+    if not Path(path).exists():
+        return []
+    with open(path, newline="") as handle:
+        return list(csv.DictReader(handle))
+
+
+def position(row, nodes):
+    """Return the nodes of a CSV row."""
+    return {n: complex(_number(row[f"{n}.x"]), _number(row[f"{n}.y"])) for n in nodes}
+
+
+def _number(cell):
+    return float(cell) if cell else math.nan
+
+
+def copied(model, folder, change=None):
+    """Copy a model with all its nodes traced, and the tables beside it; return its path and data."""
+    data = read_source(model).data
+    data.pop("points", None)
+    if change:
+        change(data)
+    data["trace"] = list(load(model).nodes)
+    for table in model.parent.glob("*.csv"):
+        shutil.copy(table, folder)
+    path = folder / model.name
+    path.write_text(yaml.safe_dump(data, sort_keys=False))
+    return path, data
