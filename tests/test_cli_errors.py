@@ -472,12 +472,12 @@ def test_json_is_one_object_and_nothing_else(case, gim):
 
 BAR = """
 import sys, time, typer
-from gimcli.cli import console
+from gimcli.cli import progress
 clock, beats = time.monotonic, iter(range(0, 1000, 10))
 time.monotonic = lambda: clock() + next(beats)
-show = console.progress_bar("working")
+show = progress.progress_bar("working")
 show(1, 10)
-assert console._bars
+assert progress._bars
 typer.echo("told")
 """
 
@@ -647,7 +647,7 @@ def test_a_mechanism_without_actuator_is_not_reduced(gim):
 
 
 NARROW = """
-from gimcli.cli import console
+from gimcli.cli import progress
 console.print_table("t", ("name", *"abcdef"), [("a long name that may be broken", *["-1.2345678901"] * 6)], range(1, 7))
 """
 

@@ -135,7 +135,7 @@ def test_columns_of_one_name_are_refused(case, run):
     ("command", "more"),
     [
         *((command, ["--no-png"] if command != "solve" else []) for command in FEW),
-        ("trace", ["--no-png", "--derivatives=3", "-m", "curvature:A", "-m", "transmission", "-m", "centre:crank/plate"]),
+        ("trace", ["--no-png", "--derivatives=3", "-m", "curvature:A", "-m", "transmission"]),
         ("trace", ["--no-png", "--all-branches"]), ("simulate", ["--no-png", "--reactions"]),
     ],
 )  # fmt: skip

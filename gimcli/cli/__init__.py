@@ -27,6 +27,7 @@ from gimcli.cli import (
     tradeoff,
     workspace,
 )
+from gimcli.cli.progress import end_bars, progress_bar
 from gimcli.errors import GimError
 
 
@@ -35,6 +36,7 @@ class _Commands(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command."""
+        progress_bar(next((word for word in sys.argv[1:] if not word.startswith("-")), "gim"))
         try:
             return super().invoke(ctx)
         except BrokenPipeError:
@@ -44,6 +46,8 @@ class _Commands(TyperGroup):
             if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # typer's own: wrong usage
                 _tell_json(error.format_message(), error.exit_code)
             raise
+        finally:
+            end_bars()
 
 
 app = typer.Typer(

@@ -31,10 +31,11 @@ def trace_circuit(
     """
     from gimcli.analysis.singularities import singularities
     from gimcli.analysis.survey import drawn_circuit
-    from gimcli.cli.console import progress_bar
+    from gimcli.cli.progress import progress_bar
     from gimcli.motion.branches import all_circuits
     from gimcli.motion.stations import circuit_motion
 
+    progress_bar("following the circuit")
     circuits: tuple[Circuit, ...] = (drawn_circuit(mechanism, tolerance),)
     if every or branch > 1:
         circuits = all_circuits(circuits[0], progress=progress_bar("following branches")).circuits
@@ -44,6 +45,7 @@ def trace_circuit(
             " `gim singularities` lists them"
         )
     numbers = list(range(1, len(circuits) + 1)) if every else [branch]
+    progress_bar("positions along the circuit")
     motions = [circuit_motion(circuits[n - 1], steps + 1, tolerance) for n in numbers]
     asked = [ask() for _ in numbers]
     _write(motions, asked, numbers if every else [], paths)
@@ -60,6 +62,7 @@ def _write(motions: list[Motion], asked: list[Asked], numbers: list[int], paths:
     import numpy as np
 
     from gimcli.analysis.tracing import motion_table
+    from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.output import CsvStream
     from gimcli.table import Column, Table
 
@@ -73,6 +76,7 @@ def _write(motions: list[Motion], asked: list[Asked], numbers: list[int], paths:
         for table in tables:
             stream.append(table)
         if png_path:
+            progress_bar(DRAWING)
             _draw(motions, asked, numbers, png_path)
 
 
@@ -125,7 +129,8 @@ def _report(
 ) -> None:  # fmt: skip
     import numpy as np
 
-    from gimcli.cli.console import end_bars, number, print_json
+    from gimcli.cli.console import number, print_json
+    from gimcli.cli.progress import end_bars
 
     end_bars()
     csv_path, png_path = paths

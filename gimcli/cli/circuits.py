@@ -44,7 +44,8 @@ def command(
     """Find the circuits and list them."""
     from gimcli.analysis.circuits import Policy, circuits
     from gimcli.analysis.verdict import explained, refuse_unfit
-    from gimcli.cli.console import print_json, progress_bar
+    from gimcli.cli.console import print_json
+    from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.model import load
     from gimcli.output import refuse_files
 
@@ -56,6 +57,7 @@ def command(
     drawn = png is not None and bool(found.strands)
     if drawn:
         assert png is not None
+        progress_bar(DRAWING)
         _draw(found, png)
     if as_json:
         print_json(_report(found, png if drawn else None))

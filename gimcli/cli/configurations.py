@@ -31,15 +31,14 @@ def solve_all(
     """Find every configuration at inputs (actuators,), print and write it; exit with 5 where there is none."""
     from gimcli.analysis.configurations import Policy, all_configurations, drawn_configuration
     from gimcli.analysis.verdict import explained, verify
-    from gimcli.cli.console import progress_bar, tell_written
+    from gimcli.cli.console import tell_written
+    from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.output import refuse_files
     from gimcli.status import Status
 
     refuse_files(mechanism.files, csv, png)
     with explained(mechanism):
-        found = all_configurations(
-            mechanism, inputs, Policy(fits=tolerance), progress_bar("roots of a generic linkage, once")
-        )
+        found = all_configurations(mechanism, inputs, Policy(fits=tolerance), progress_bar("configurations"))
     drawn = drawn_configuration(found)
     if found.surplus:  # what was left out may be an actuator too many
         home = found.z[0] if len(found) else mechanism.drawn
@@ -47,6 +46,8 @@ def solve_all(
     places = _places(found)
     if csv is not None:
         _write_csv(found, places, csv)
+    if png is not None:
+        progress_bar(DRAWING)
     undrawn = _write_png(found, drawn, png) if png is not None and len(found) else 0
     paths = {"csv": csv, "png": png if len(found) else None}
     if as_json:
@@ -120,7 +121,8 @@ def _print_json(
 def _print(found: Configurations, drawn: int | None, places: dict[str, Any]) -> None:
     import math
 
-    from gimcli.cli.console import end_bars, number, print_table, room
+    from gimcli.cli.console import number, print_table, room
+    from gimcli.cli.progress import end_bars
 
     end_bars()
     mechanism = found.mechanism

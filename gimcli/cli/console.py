@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import typer
+
+from gimcli.cli.progress import end_bars, print_above
 
 WIDE = 160
 """Columns where no terminal tells how many there are."""
@@ -84,9 +86,8 @@ def room() -> int:
 
 
 def note(text: str) -> None:
-    """Print a line for the user's eyes; standard output stays clean."""
-    end_bars()
-    typer.echo(text, err=True)
+    """Print a line for the user's eyes, above a bar that goes on; standard output stays clean."""
+    print_above(text)
 
 
 def note_point_masses(names: Sequence[str]) -> None:
@@ -98,50 +99,3 @@ def note_point_masses(names: Sequence[str]) -> None:
 def number(value: float, digits: int = 10) -> str:
     """Return a number readable in a table."""
     return f"{value:.{digits}g}" if math.isfinite(value) else "-"
-
-
-Progress = Callable[[int, int], None]
-_bars: list[Any] = []
-
-
-def end_bars() -> None:
-    """Take the progress bars off the screen and give the cursor back: before a report, and however the program ends."""
-    while _bars:
-        _bars.pop().stop()
-
-
-def progress_bar(label: str) -> Progress:
-    """Return a function of (done, of) that shows a bar after one second, on a terminal only."""
-    import time
-
-    if not sys.stderr.isatty():
-        return lambda done, of: None
-    start = time.monotonic()
-    state: dict[str, Any] = {}
-
-    def show(done: int, of: int) -> None:
-        if "bar" not in state:
-            if time.monotonic() - start < 1.0 or done >= of:
-                return
-            state["bar"] = _started()
-            state["task"] = state["bar"].add_task(label, total=of)
-        state["bar"].update(state["task"], completed=done)
-        if done >= of:
-            state["bar"].stop()
-
-    return show
-
-
-def _started() -> Any:
-    """Return a bar on the terminal; standard output may be a file, and stays as it is."""
-    import atexit
-
-    from rich.console import Console
-    from rich.progress import Progress as Bar
-
-    end_bars()
-    atexit.register(end_bars)
-    bar = Bar(console=Console(stderr=True), transient=True, redirect_stdout=False, redirect_stderr=False)
-    bar.start()
-    _bars.append(bar)
-    return bar

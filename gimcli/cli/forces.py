@@ -46,7 +46,8 @@ def command(
     from gimcli.analysis.force_table import force_table
     from gimcli.analysis.forces import motion_forces
     from gimcli.analysis.verdict import explained, verify
-    from gimcli.cli.console import note, note_point_masses, progress_bar
+    from gimcli.cli.console import note, note_point_masses
+    from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
     from gimcli.motion.motion import stream
@@ -62,7 +63,7 @@ def command(
     with explained(mechanism):
         if not mechanism.actuators:
             raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one")
-        pieces = stream(mechanism, steps, chosen, tell=note, progress=progress_bar("tracing"))
+        pieces = stream(mechanism, steps, chosen, tell=note, progress=progress_bar("forces along the motion"))
         piece: Motion | None = next(pieces)
     assert piece is not None
     verify(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
@@ -78,6 +79,7 @@ def command(
             piece = next(pieces, None)
         drawn = png and found.told > 0
         if drawn:
+            progress_bar(DRAWING)
             _draw(found, png_path)
     _report(found, {"csv": str(csv_path), "png": str(png_path) if drawn else None}, steps, as_json)
     if found.told < steps + 1:

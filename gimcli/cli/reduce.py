@@ -46,7 +46,8 @@ def command(
     from gimcli.analysis.flywheel import flywheel
     from gimcli.analysis.reduction import chosen_input, reduce_to_input, reduction_table
     from gimcli.analysis.verdict import explained, refuse_unfit
-    from gimcli.cli.console import note, note_point_masses, progress_bar
+    from gimcli.cli.console import note, note_point_masses
+    from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
     from gimcli.motion.effort import choose
@@ -72,6 +73,7 @@ def command(
     write(reduction_table(found), csv_path)
     drawn = png and found.solved > 1
     if drawn:
+        progress_bar(DRAWING)
         _draw(found, png_path)
     _report(found, wheel, {"csv": str(csv_path), "png": str(png_path) if drawn else None}, as_json)
     if found.solved < steps + 1:

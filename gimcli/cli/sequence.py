@@ -34,6 +34,7 @@ def command(
     from gimcli.analysis.sequence_report import report
     from gimcli.analysis.verdict import explained
     from gimcli.cli.console import print_json, tell_written
+    from gimcli.cli.progress import end_bars
     from gimcli.model import load
     from gimcli.output import refuse_files
 
@@ -49,6 +50,7 @@ def command(
     if as_json:
         print_json({"groups": [_json(g) for g in groups], "png": str(png) if png else None})
         return
+    end_bars()
     count = f"{len(groups)} group{'s' * (len(groups) != 1)}"
     typer.echo(f"{mechanism.name}: {count}, {sum(len(g.steps) for g in groups)} moves a sweep")
     for number, group in enumerate(groups, start=1):

@@ -69,7 +69,8 @@ def command(
     from gimcli.analysis.simulation_table import column_names, simulation_table
     from gimcli.analysis.simulation_table import reactions as find_reactions
     from gimcli.analysis.verdict import explained
-    from gimcli.cli.console import note, note_point_masses, progress_bar
+    from gimcli.cli.console import note, note_point_masses
+    from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.model import load
     from gimcli.motion.effort import choose
     from gimcli.output import refuse_repeated, refuse_unwritable, write
@@ -91,10 +92,13 @@ def command(
         found = simulate(mechanism, times, settings, run, progress_bar("simulating"))
     if until and found.status.word == "ok":
         times = times[: len(found.time)]
+    if reactions:
+        progress_bar("reactions")
     forces = find_reactions(found) if reactions and len(found.time) else None
     write(simulation_table(found, times, forces), csv_path)
     drawn = png and len(found.time) > 1
     if drawn:
+        progress_bar(DRAWING)
         _draw(found, png_path)
     open_ones = open_reactions(forces) if forces else []
     _report(found, times, csv_path, png_path if drawn else None, open_ones, as_json)
@@ -150,8 +154,9 @@ def _report(
     found: Simulation, times: FloatArray, csv_path: Path, png_path: Path | None, open_ones: list[str], as_json: bool
 ) -> None:
     from gimcli.analysis.simulation_table import event_report
-    from gimcli.cli.console import end_bars, print_json
+    from gimcli.cli.console import print_json
     from gimcli.cli.forces import tell_open
+    from gimcli.cli.progress import end_bars
 
     end_bars()
     events = [event_report(found.mechanism, event) for event in found.events]

@@ -42,7 +42,8 @@ def command(
     """Follow the circuits and list what is singular."""
     from gimcli.analysis.survey import survey
     from gimcli.analysis.verdict import explained
-    from gimcli.cli.console import print_json, progress_bar
+    from gimcli.cli.console import print_json
+    from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.model import load
     from gimcli.output import refuse_files
 
@@ -51,6 +52,7 @@ def command(
     with explained(mechanism):
         found = survey(mechanism, progress=progress_bar("following branches"))
     if png is not None:
+        progress_bar(DRAWING)
         _draw(found, png)
     if as_json:
         print_json(_report(found, png))
@@ -112,7 +114,9 @@ def _at(found: Survey, one: Found) -> FloatArray:
 
 def _print(found: Survey, png: Path | None) -> None:
     from gimcli.cli.console import number, print_table
+    from gimcli.cli.progress import end_bars
 
+    end_bars()
     mechanism = found.curve.mechanism
     names = [a.name for a in mechanism.actuators]
     rows = []

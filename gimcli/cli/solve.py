@@ -171,7 +171,9 @@ def _print(position: Position, law: Any) -> None:
     import math
 
     from gimcli.cli.console import number, print_table
+    from gimcli.cli.progress import end_bars
 
+    end_bars()
     mechanism, status = position.mechanism, position.status
     at = ", ".join(f"{k} = {v:.10g}" for k, v in _inputs(position).items())
     typer.echo(f"{mechanism.name}" + (f" at {at}" if at else ""))

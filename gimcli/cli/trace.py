@@ -99,7 +99,8 @@ def command(
     from gimcli.analysis.tracing import motion_table
     from gimcli.analysis.verdict import explained, verify
     from gimcli.cli.asked import Asked
-    from gimcli.cli.console import note, progress_bar
+    from gimcli.cli.console import note
+    from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
     from gimcli.motion.motion import stream
@@ -151,6 +152,7 @@ def command(
             piece = next(pieces, None)
         drawn = png and summary.solved > 0
         if drawn:
+            progress_bar(DRAWING)
             _draw(summary.motion, png_path, asked)
     _report(summary, csv_path, png_path if drawn else None, steps, as_json, asked)
     if summary.solved < summary.rows:
@@ -204,7 +206,8 @@ def _draw(motion: Motion, path: Path, asked: Asked) -> None:
 
 def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int, as_json: bool, asked: Asked) -> None:
     from gimcli.analysis.tracing import events, reachable
-    from gimcli.cli.console import end_bars, print_json
+    from gimcli.cli.console import print_json
+    from gimcli.cli.progress import end_bars
     from gimcli.status import Status
 
     end_bars()

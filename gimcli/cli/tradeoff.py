@@ -41,7 +41,8 @@ def command(
     """Compare methods."""
     from gimcli.analysis.tradeoff import TOLERANCES, tradeoff, tradeoff_table
     from gimcli.analysis.verdict import explained
-    from gimcli.cli.console import note, progress_bar
+    from gimcli.cli.console import note
+    from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
     from gimcli.output import CsvStream, refuse_unwritable
@@ -59,6 +60,7 @@ def command(
     with CsvStream(csv_path, table.names) as stream:  # appears when the picture has been written too
         stream.append(table)
         if drawn:
+            progress_bar(DRAWING)
             _draw(found, png_path)
     paths = {"csv": str(csv_path), "png": str(png_path) if drawn else None}
     if as_json:

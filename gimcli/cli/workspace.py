@@ -82,7 +82,7 @@ def _answer(
     from gimcli.analysis.workspace.reach import reach
     from gimcli.analysis.workspace.report import reach_report, reach_table, region_report, region_table
     from gimcli.analysis.workspace.survey import survey, task_of
-    from gimcli.cli.console import progress_bar
+    from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.output import write
 
     freedoms = task_of(mechanism, name, held).freedoms
@@ -97,6 +97,7 @@ def _answer(
         report, table = region_report(found), region_table(found)
     write(table, files["csv"])
     if png:
+        progress_bar(DRAWING)
         _draw(found, places, files["png"])
     report |= {"csv": str(files["csv"]), "png": str(files["png"]) if png else None} | grid
     return report, bool(report["complete"])
@@ -142,7 +143,8 @@ def _scatter(
     import numpy as np
 
     from gimcli.analysis.workspace.grid import carried_by, input_grid
-    from gimcli.cli.console import note, progress_bar
+    from gimcli.cli.console import note
+    from gimcli.cli.progress import progress_bar
     from gimcli.motion.scatter import Scatterer, readied, scattered
     from gimcli.output import Parts, write_npz
 

@@ -1,0 +1,108 @@
+"""Progress on a terminal: a bar that appears after a second, names the phase of the work, and moves by itself.
+
+A spinner and the time turn whether or not the work reports how far it has come.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from threading import RLock, Timer
+from typing import Any
+
+Progress = Callable[[int, int], None]
+
+DRAWING = "drawing"
+"""Name of the last phase of most commands."""
+
+DELAY = 1.0
+"""Seconds of work that show nothing."""
+
+_phases: list[_Phase] = []
+_bars: list[Any] = []
+_lock = RLock()
+
+
+def progress_bar(label: str) -> Progress:
+    """Begin a phase of the work and end the one before; return a function of (done, of) for its bar."""
+    if not sys.stderr.isatty():
+        return lambda done, of: None
+    end_bars()
+    phase = _Phase(label)
+    _phases.append(phase)
+    phase.timer.start()
+    return phase.show
+
+
+def end_bars() -> None:
+    """Take the bar off the screen and give the cursor back: before a report, and however the program ends."""
+    with _lock:
+        while _phases:
+            _phases.pop().timer.cancel()
+        while _bars:
+            _bars.pop().stop()
+
+
+def print_above(text: str) -> None:
+    """Print a line on standard error; the bar, if there is one, goes on below."""
+    with _lock:
+        if _bars:
+            _bars[-1].console.print(text, markup=False, highlight=False, soft_wrap=True)
+        else:
+            print(text, file=sys.stderr, flush=True)
+
+
+class _Phase:
+    """A part of the work that may take long; its bar is opened by a timer, should the work not report."""
+
+    def __init__(self, label: str) -> None:
+        import time
+
+        self.label, self.clock, self.start = label, time.monotonic, time.monotonic()
+        self.bar: Any = None
+        self.known = 0, 0
+        self.timer = Timer(DELAY, self.open)
+        self.timer.daemon = True
+
+    def open(self) -> None:
+        """Show the bar, unless the phase has ended."""
+        with _lock:
+            if self not in _phases or self.bar is not None:
+                return
+            self.bar = _started()
+            self.task = self.bar.add_task(self.label, total=None, part="")
+            self.tell()
+
+    def show(self, done: int, of: int) -> None:
+        """Tell how far the work has come."""
+        with _lock:
+            self.known = done, of
+            if self.bar is not None:
+                self.tell()
+            elif self.clock() - self.start >= DELAY:
+                self.open()
+
+    def tell(self) -> None:
+        """Move the bar to where the work is known to be; where all is done, something follows that does not report."""
+        done, of = self.known
+        if done < of:
+            self.bar.update(self.task, completed=done, total=of, part=f"{100 * done // of} %")
+        else:
+            self.bar.update(self.task, total=None, part="")
+
+
+def _started() -> Any:
+    """Return a bar on the terminal; standard output may be a file, and stays as it is."""
+    import atexit
+
+    from rich.console import Console
+    from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
+    atexit.register(end_bars)
+    part = TextColumn("{task.fields[part]}")
+    columns = (SpinnerColumn(), "{task.description}", BarColumn(), part, TimeElapsedColumn())
+    bar = Bar(*columns, console=Console(stderr=True), transient=True, redirect_stdout=False, redirect_stderr=False)
+    bar.start()
+    _bars.append(bar)
+    return bar
