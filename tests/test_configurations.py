@@ -432,6 +432,28 @@ def test_a_pin_too_many_is_let_slide_and_checked():
     assert np.max(found.residual) < 1e-12
 
 
+def test_a_slide_that_alone_holds_a_node_is_not_left_out():
+    """A pin on the line y = 0.5 and on the rail of a brace, which holds the crank once more."""
+    spec = {
+        "nodes": {"O": [0, 0], "X": [5, 0], "A": [1.2, 1.6], "B": [-0.8, 0.6], "P": [-1, 0.5]},
+        "ground": ["O", "X"],
+        "links": {"brace": ["A", "B"]},
+        "elements": {"crank": ["O", "A", "B"]},
+        "prismatic": {
+            "rail": {"node": "P", "guide": ["O", "X"], "offset": 0.5},
+            "slot": {"node": "P", "guide": ["A", "B"]},
+        },
+        "actuators": {"motor": {"type": "rotary", "pivot": "O", "arm": "A"}},
+    }
+    mechanism = loaded(spec)
+    turn = cmath.rect(1.0, 0.7) / cmath.rect(1.0, cmath.phase(1.2 + 1.6j))
+    found = all_configurations(mechanism, np.array([0.7]))
+    assert len(found) == 1
+    a, b = turn * (1.2 + 1.6j), turn * (-0.8 + 0.6j)
+    pin = mechanism.to_file(found.z[0])[mechanism.nodes.index("P")]
+    assert abs(pin - (b + (a - b) * (0.5 - b.imag) / (a - b).imag)) < 1e-12
+
+
 def test_what_nothing_drives_is_named():
     spec = four_bar(1, 3, 2, 3)
     del spec["actuators"]

@@ -205,7 +205,7 @@ COMMANDS = (
     ("watt_1", "trace", "--method", "gim"), ("watt_1", "trace", "--method", "newton"),
     ("watt_1", "solve"), ("watt_1", "solve", "--method", "gim"), ("watt_1", "solve", "--start", "random"),
     ("watt_1", "solve", "--at", "motor=130"), ("watt_1", "solve", "--all"), ("watt_1", "circuits"),
-    ("watt_1", "singularities"),
+    ("watt_1", "singularities"), ("watt_1", "workspace", "--point", "B"), ("five_bar", "workspace"),
     ("watt_1", "forces"), ("watt_durango", "simulate", "--time", "0.1"), ("watt_1", "reduce", "--steps", "4"),
 )  # fmt: skip
 

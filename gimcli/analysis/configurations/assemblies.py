@@ -120,7 +120,7 @@ class Assembler:
         whole = linkage_of(mechanism)
         self.linkage = independent(whole)
         self.surplus = _left_out(whole, self.linkage)
-        loose = [mechanism.nodes[j.node] for j in self.linkage.carried if j.direction is not None]
+        loose = [mechanism.nodes[node] for node in self.linkage.loose]
         if loose:
             raise StructureError(f"nothing drives node {', '.join(loose)}: it runs freely along its guide")
         self.groups = [group_of(self.linkage, part) for part in parts(self.linkage)]

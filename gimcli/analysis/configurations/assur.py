@@ -74,13 +74,20 @@ def independent(linkage: Linkage) -> Linkage:
     A bar goes as a whole, a slide as a joint; any other pin is let slide. What is left out is told by the
     residual afterwards. Raises StructureError where something can still move.
     """
+    loose = len(linkage.loose)
     while True:
         rank, rows, columns = _rank(linkage)
         if rank < columns:
             _refuse(linkage)
         if rows == columns:
             return linkage
-        linkage = next(found for found in _reduced(linkage) if _rank(found)[0] == Unknowns(found).count)
+        linkage = next(found for found in _reduced(linkage) if len(found.loose) == loose and _determined(found))
+
+
+def _determined(linkage: Linkage) -> bool:
+    """Tell whether the joints determine all unknowns."""
+    rank, _, columns = _rank(linkage)
+    return rank == columns
 
 
 def _reduced(linkage: Linkage) -> Iterator[Linkage]:

@@ -77,6 +77,11 @@ class Linkage:
         return len(self.classes)
 
     @property
+    def loose(self) -> tuple[int, ...]:
+        """Nodes that a slide alone is left of: they run freely along it."""
+        return tuple(j.node for j in self.carried if j.direction is not None)
+
+    @property
     def vertices(self) -> int:
         """Number of bodies and nodes."""
         return self.bodies + len(self.mechanism.nodes)
