@@ -257,6 +257,35 @@ def test_five_bar_with_stops_reaches_what_both_arms_reach(
             assert np.abs(np.abs(points - knee) - arms[k][1]).max() < 1e-10
 
 
+def test_stops_whose_circles_are_one_bound_a_region_and_lone_curves(tmp_path: Path) -> None:
+    """All lengths 4: at 60 and 120 degrees the proximal links end in one knee, about which P turns on its own.
+
+    The edge by hand: circles of 4 about the knees at the stops and of 8 about the pivots, by Green's theorem.
+    """
+    laws = [{"from": 60, "to": 200}, {"from": -20, "to": 120}]
+    found = survey(made(tmp_path, five_bar(4.0, [(4.0, 4.0), (4.0, 4.0)], laws)), "P")
+    knee, top = complex(2.0, 2.0 * math.sqrt(3.0)), math.degrees(math.acos(0.25))
+    arcs = [
+        (knee, 4.0, -120.0, -60.0), (4.0 + 4.0 * cmath.exp(-1j * math.pi / 9.0), 4.0, 160.0, 120.0),
+        (knee, 4.0, -20.0, 60.0), (0j, 8.0, 60.0, top), (4.0 + 0j, 8.0, 180.0 - top, 120.0),
+        (knee, 4.0, 120.0, 200.0), (4.0 * cmath.exp(1j * math.pi / 0.9), 4.0, 60.0, 20.0),
+    ]  # fmt: skip
+    assert found.complete
+    assert (len(found.loops), holes(found)) == (1, 0)
+    assert area(found) == pytest.approx(sum(under_arc(*arc) for arc in arcs), rel=1e-7)
+    assert {edge.kind for edge in found.open} == {"alone"}
+    for edge in found.open:
+        points = found.task.mechanism.to_file(edge.arc.y @ np.array([1.0, 1.0j]))
+        assert np.allclose(np.abs(points - knee), 4.0, atol=1e-9)
+
+
+def under_arc(centre: complex, r: float, start: float, end: float) -> float:
+    """Return the part of an area by Green's theorem of an arc between two angles [deg]."""
+    a, b = math.radians(start), math.radians(end)
+    turn = centre.real * (math.sin(b) - math.sin(a)) - centre.imag * (math.cos(b) - math.cos(a))
+    return 0.5 * r * (r * (b - a) + turn)
+
+
 def test_inner_curves_have_reached_places_on_both_sides(tmp_path: Path) -> None:
     """Where a motor's stop holds one elbow back, the other one gets past."""
     base, arms, laws = STOPS[0]

@@ -26,7 +26,7 @@ class Quadric:
     def value(self, x: FloatArray) -> FloatArray:
         """Return the left sides (..., m) at x (..., n)."""
         half = self.linear + 0.5 * self._bent(x)
-        return np.asarray(self.c + np.einsum("...mn,...n->...m", half, x))
+        return np.asarray(self.c + (half @ x[..., None])[..., 0])
 
     def slope(self, x: FloatArray) -> FloatArray:
         """Return their derivatives (..., m, n)."""
@@ -47,4 +47,7 @@ class Quadric:
         return Quadric(*(np.concatenate([getattr(p, name) for p in parts]) for name in ("c", "linear", "q")))
 
     def _bent(self, x: FloatArray) -> FloatArray:
-        return np.asarray(np.tensordot(x, self.q, (-1, 2)))
+        """Return Q x (..., m, n)."""
+        flat = self.q.reshape(-1, x.shape[-1])
+        bent = flat @ x if x.ndim == 1 else x @ flat.T
+        return np.asarray(bent.reshape(*x.shape[:-1], *self.q.shape[:2]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -29,6 +29,7 @@ class Arc:
     shift: FloatArray  # y0 (2,)
     inside: float = 0.0  # +1: positions next to the curve's lie to the left of the path, -1: to the right; 0: unknown
     held: tuple[tuple[int, float], ...] = ()  # actuator and end, as in the stratum
+    alone: bool = False  # one more input stands at an end all along
 
     @property
     def closed(self) -> bool:
@@ -170,7 +171,7 @@ class Arc:
         return [Knot(k.p * turn, k.tangent * turn) for k in run]
 
     def _part(self, knots: Sequence[Knot], closed: bool) -> Arc:
-        return Arc(Branch(self.branch.curve, tuple(knots), closed), self.table, self.shift, self.inside, self.held)
+        return replace(self, branch=Branch(self.branch.curve, tuple(knots), closed))
 
 
 @dataclass(frozen=True)

@@ -106,7 +106,7 @@ class Walker:
         knots = [Knot(start.p, start.tangent)]
         for there in arclength.walk(self.curve, start, WALK):
             here, next_knot = knots[-1], Knot(there.p, there.tangent)
-            beyond = self._margins(next_knot) < 0.0
+            beyond = self._margins(next_knot) < -SLACK  # an input may stand at an end all along
             if np.any(beyond):
                 if np.any(self._margins(here)[beyond] <= SLACK):
                     return knots, False

@@ -11,8 +11,9 @@ from gimcli.analysis.workspace.arcs import Arc, Crowd, Meeting
 from gimcli.analysis.workspace.sampling import Bank
 from gimcli.mechanism import ComplexArray, FloatArray
 
-OUTER, HOLE, INNER, OPEN = "outer", "hole", "inner", "open"
-"""Kinds of curves: `inner` has reachable places on both sides, `open` on none or on a side that was not told."""
+OUTER, HOLE, INNER, ALONE, OPEN = "outer", "hole", "inner", "alone", "open"
+"""Kinds of curves: `inner` has reachable places on both sides, `alone` on none, as two inputs stand at an end all along
+it; `open` has none where there should be."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ def _edge(arc: Arc, left: bool, right: bool) -> Edge:
     if left and right:
         return Edge(arc, INNER)
     if not (left or right):
-        return Edge(arc, OPEN)
+        return Edge(arc, ALONE if arc.alone else OPEN)
     return Edge(arc, OUTER, left)
 
 
@@ -164,8 +165,11 @@ def _following(edge: Edge, rest: Sequence[Edge], policy: Policy) -> Edge | None:
     return max(offers, key=turn)
 
 
-def outside(found: Sequence[Loop], y: FloatArray, policy: Policy | None = None) -> int:
-    """Return how many of some reached places (rows, 2) the loops do not enclose: 0 if all of the boundary is known."""
+def outside(found: Sequence[Loop], others: Sequence[Edge], y: FloatArray, policy: Policy | None = None) -> int:
+    """Return how many of some reached places (rows, 2) the loops do not enclose, nor lie on other curves.
+
+    0 if all of the boundary is known.
+    """
     policy = policy or Policy()
     y = y[: policy.checked]
     winding, gap, z = np.zeros(len(y)), np.full(len(y), np.inf), y @ np.array([1.0, 1.0j])
@@ -175,6 +179,9 @@ def outside(found: Sequence[Loop], y: FloatArray, policy: Policy | None = None) 
         gap = np.minimum(gap, np.min(_distances(seen[:, :-1], seen[:, 1:]), axis=1))
         safe = np.where(seen == 0.0, 1.0, seen)
         winding += np.sum(np.angle(safe[:, 1:] / safe[:, :-1]), axis=1) / (2.0 * np.pi)
+    for edge in others:
+        seen = edge.points(policy.dense) @ np.array([1.0, 1.0j]) - z[:, None]
+        gap = np.minimum(gap, np.min(_distances(seen[:, :-1], seen[:, 1:]), axis=1))
     return int(np.sum((np.round(winding) < 1.0) & (gap > policy.margin)))
 
 

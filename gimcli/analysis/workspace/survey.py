@@ -12,10 +12,10 @@ from gimcli.analysis.workspace.arcs import Arc
 from gimcli.analysis.workspace.arrangement import arranged
 from gimcli.analysis.workspace.branches import Branch, Knot, Walker, split
 from gimcli.analysis.workspace.chain import chains
-from gimcli.analysis.workspace.region import HOLE, INNER, OPEN, OUTER, Edge, Loop, loops, outside, sorted_edges
+from gimcli.analysis.workspace.region import ALONE, HOLE, INNER, OPEN, OUTER, Edge, Loop, loops, outside, sorted_edges
 from gimcli.analysis.workspace.sampling import Bank
 from gimcli.analysis.workspace.sampling import Policy as Starts
-from gimcli.analysis.workspace.task import Task
+from gimcli.analysis.workspace.task import SLACK, Task
 from gimcli.errors import UnassembledError, UsageError
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.solvers.critical import Critical, Path, Stratum, critical, sides
@@ -42,8 +42,8 @@ class Workspace:
     task: Task = field(repr=False)
     loops: tuple[Loop, ...]  # outer ones by falling area, then holes
     inner: tuple[Edge, ...]  # curves within, where some configuration holds the point back
-    open: tuple[Edge, ...]  # curves that could not be sorted
-    missed: int  # reached places that the boundary leaves out
+    open: tuple[Edge, ...]  # curves that could not be sorted, and those that are reached with nothing beside them
+    missed: int  # reached places that the boundary leaves out, and curves that do not fulfil every constraint
     positions: FloatArray = field(repr=False)  # (rows, 2) reached places
 
     @property
@@ -57,7 +57,8 @@ class Workspace:
         """Tell whether every loop is closed, every curve sorted and every reached place enclosed; or it is one."""
         if not self.loops:
             return self.single is not None
-        return all(loop.closed for loop in self.loops) and not self.open and not self.missed
+        sorted_ = all(edge.kind == ALONE for edge in self.open)
+        return all(loop.closed for loop in self.loops) and sorted_ and not self.missed
 
     @property
     def area(self) -> float:
@@ -176,13 +177,16 @@ def _surveyed(task: Task, bank: Bank, progress: Progress | None) -> Workspace:
             arcs += _one_sided(task, stratum, curve, branch)
         if progress is not None:
             progress(k + 1, len(every) + 1)
-    edges = sorted_edges(arranged(arcs), bank)
+    pieces = arranged(arcs)
+    good = [piece for piece in pieces if task.fulfilled(piece.branch.x).all()]
+    edges = sorted_edges(good, bank)
     around = loops(edges)
     if progress is not None:
         progress(len(every) + 1, len(every) + 1)
     inner = tuple(e for e in edges if e.kind == INNER)
-    unsorted = tuple(e for e in edges if e.kind == OPEN)
-    return Workspace(task, tuple(around), inner, unsorted, outside(around, bank.y), bank.y)
+    unsorted = tuple(e for e in edges if e.kind in (OPEN, ALONE))
+    missed = outside(around, unsorted, bank.y) + len(pieces) - len(good)
+    return Workspace(task, tuple(around), inner, unsorted, missed, bank.y)
 
 
 def _one_sided(task: Task, stratum: Stratum, curve: Critical, branch: Branch) -> list[Arc]:
@@ -198,10 +202,19 @@ def _one_sided(task: Task, stratum: Stratum, curve: Critical, branch: Branch) ->
         if len(piece.knots) == 2:
             middle = Arc(piece, *task.output).knot((0, 0.5))
         told = np.sign(sides(curve, middle.p, middle.tangent))
-        if np.all(told == told[0]):
+        if _rests(task, stratum, middle):
+            found.append(Arc(piece, *task.output, alone=True, held=stratum.held))
+        elif np.all(told == told[0]):
             left = 1.0 if isinstance(curve, Path) else float(np.sign(_speed(curve, middle)))
             found.append(Arc(piece, *task.output, inside=float(told[0]) * left, held=stratum.held))
     return found
+
+
+def _rests(task: Task, stratum: Stratum, knot: Knot) -> bool:
+    """Tell whether an input that is not held stands at an end of its range: it may bar the way to either side."""
+    held = {actuator for actuator, _ in stratum.held}
+    free = np.tile([r.actuator not in held for r in task.limited], 2).astype(bool)
+    return bool(np.any(task.margins(knot.p[: stratum.n])[free] <= SLACK))
 
 
 def _speed(curve: Critical, knot: Knot) -> float:
@@ -211,4 +224,4 @@ def _speed(curve: Critical, knot: Knot) -> float:
     return float(velocity[0] * alpha[1] - velocity[1] * alpha[0])
 
 
-__all__ = ["HOLE", "INNER", "OPEN", "OUTER", "Workspace", "strata", "survey", "task_of", "unreached"]
+__all__ = ["ALONE", "HOLE", "INNER", "OPEN", "OUTER", "Workspace", "strata", "survey", "task_of", "unreached"]
