@@ -749,3 +749,26 @@ def _joints(mechanism):
     from gimcli.analysis.measures.transmission import output_joints
 
     return output_joints(mechanism)
+
+
+@pytest.mark.parametrize("rows", [8, 36, 100])
+def test_a_change_point_costs_an_area_no_digits(tmp_path, rows):
+    """Slider-crank with r = l = 1 over half a turn, through 90 degrees, where no rate is known.
+
+    The rod is half a ladder of 2: it sweeps what the crank's circle and the astroid of its envelope bound, 5 pi / 8.
+    """
+    model = tmp_path / "ladder.yaml"
+    model.write_text("""
+nodes: {O: [0, 0], G: [3, 0], A: [1, 0], B: [2, 0]}
+ground: [O, G]
+links: {crank: {nodes: [O, A], length: 1}, rod: {nodes: [A, B], length: 1}}
+prismatic: {slide: {node: B, guide: [O, G]}}
+actuators: {motor: {type: rotary, pivot: O, arm: A, law: {from: 0, to: 180}}}
+""")
+    mechanism = load(model)
+    (measure,) = measures_of(mechanism, "area:rod")
+    sight = Sight(trace(mechanism, rows))
+    measure.values(sight)
+    whole = measure.whole(sight)
+    assert whole["area"] == pytest.approx(5.0 * math.pi / 8.0, rel=2e-5)
+    assert whole["signed"] == pytest.approx(-0.5 * math.pi, rel=0.5 / rows**3 + 1e-9)

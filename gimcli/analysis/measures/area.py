@@ -17,6 +17,7 @@ import numpy as np
 from gimcli.analysis.input_path import Sight
 from gimcli.analysis.measures import naming
 from gimcli.analysis.measures.measure import Head, Kind, Measure, unit_of
+from gimcli.analysis.measures.missing_rates import completed
 from gimcli.analysis.measures.sweeping_area import corners_of, swept, swept_area
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
@@ -43,10 +44,12 @@ class Area(Measure):
         return [np.where(sight.motion.good, total, np.nan) * self.mechanism.scale**2]
 
     def _signed_rate(self, sight: Sight) -> ComplexArray:
-        member, timed = self.mechanism.members[self.member], sight.timed
-        a, b = timed.nodes[:, member.nodes[0]], timed.nodes[:, member.nodes[1]]
+        ends = list(self.mechanism.members[self.member].nodes[:2])
+        z = sight.motion.z[ends]  # told even where velocities are not
+        paths = np.moveaxis(sight.timed.nodes[:, ends], 0, 1).copy()
+        paths[:, 0] = z
+        a, b = completed(sight.clock, paths)
         arm, middle = b - a, (a + b) / 2.0
-        z = sight.motion.z[list(member.nodes[:2])]  # told even where velocities are not
         rate = (np.conj(arm[0]) * middle[1]).imag
         change = (np.conj(arm[1]) * middle[1] + np.conj(arm[0]) * middle[2]).imag
         return np.array([sight.clock + 0j, rate + 0j, change + 0j, z[1] - z[0], (z[0] + z[1]) / 2.0])

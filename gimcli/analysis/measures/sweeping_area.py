@@ -15,6 +15,7 @@ import numpy as np
 
 from gimcli.analysis.carried import carried_point
 from gimcli.analysis.input_path import Sight
+from gimcli.analysis.measures.missing_rates import completed, quintic
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 
 
@@ -90,7 +91,7 @@ def swept(sight: Sight, corners: Sequence[str], parts: int, every: int = 1) -> C
     for run in np.split(good, np.flatnonzero(np.diff(good) > 1) + 1):
         chosen = np.union1d(run[::every], run[-1:])
         if len(chosen):
-            outline = _between(time[chosen], paths[:, :, chosen], parts)
+            outline = _between(time[chosen], completed(time[chosen], paths[:, :, chosen]), parts)
             found += [_fan(outline[:, 0]), *(_sides(outline[k - 1], outline[k]) for k in _edges(len(corners)))]
     return np.concatenate(found)
 
@@ -103,14 +104,12 @@ def _between(time: FloatArray, paths: ComplexArray, parts: int) -> ComplexArray:
     """Return corners (corners, poses) at the rows and between them (quintic; straight where nothing is known)."""
     if len(time) == 1:
         return np.asarray(paths[:, 0])
-    s = np.arange(parts) / parts
-    h = np.diff(time)[:, None]
-    p, v, a = (paths[:, k, :, None] for k in range(3))
-    p0, p1, v0, v1, a0, a1 = p[:, :-1], p[:, 1:], v[:, :-1] * h, v[:, 1:] * h, a[:, :-1] * h**2, a[:, 1:] * h**2
-    d = p1 - p0
-    curve = p0 + v0 * s + a0 * s**2 / 2 + (10 * d - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1) * s**3
-    curve = curve + (-15 * d + 8 * v0 + 7 * v1 + 1.5 * a0 - a1) * s**4 + (6 * d - 3 * (v0 + v1) - (a0 - a1) / 2) * s**5
-    curve = np.where(np.isfinite(curve), curve, p0 + d * s)
+    s, h = np.arange(parts) / parts, np.diff(time)
+    known = np.moveaxis(paths, 1, 0)
+    table = quintic(h, known[:, :, :-1], known[:, :, 1:])
+    curve = sum(c[..., None] * s**k for k, c in enumerate(table))
+    straight = paths[:, 0, :-1, None] + np.diff(paths[:, 0])[..., None] * s
+    curve = np.where(np.isfinite(curve), curve, straight)
     return np.concatenate([curve.reshape(len(paths), -1), paths[:, 0, -1:]], axis=1)
 
 
