@@ -29,6 +29,11 @@ class Status(IntEnum):
         """A sentence with the cure."""
         return _TEXTS[self]
 
+    @property
+    def plain_text(self) -> str:
+        """The same for commands that have neither --tolerance nor the methods of positions."""
+        return _PLAIN.get(self, self.text)
+
 
 _WORDS = {
     Status.OK: "ok",
@@ -61,4 +66,10 @@ _TEXTS = {
     Status.DIVERGED: "the sweeps lead away beyond all numbers: use --strategy spectral, take more steps, or use"
     " --method auto",
     Status.CONTRADICTORY: "a surplus constraint contradicts the others: correct its dimension or remove it",
+}
+
+_PLAIN = {
+    Status.NOT_CONVERGED: "the iteration did not reach the tolerance: start from another position",
+    Status.SINGULAR: "the position is singular: the inputs do not determine it, or the motion from there is not unique;"
+    " start from another position (the drawing, the start of the law, or `start:`)",
 }

@@ -30,6 +30,7 @@ class Equations:
         self.mechanism, self.policy = mechanism, policy
         self.free = free_inputs(mechanism)
         self.reducer = Reducer(mechanism, self.free, run)
+        self.reducer.continues = True
 
     # -- what moves ---------------------------------------------------------------------------------
 

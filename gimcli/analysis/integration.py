@@ -62,11 +62,10 @@ class Integration:
         for row, k in enumerate(reducer.given):
             inputs[k] = self.equations.given(time, 0)[row]
         position = solve(mechanism, inputs, Options())
-        if position.status is not Status.OK and not reducer.start_singular(inputs):
-            self.status = position.status
+        assembled = position.status is Status.OK
+        if not (reducer.start(position.z, inputs) if assembled else reducer.start_singular(inputs)):
+            self.status = Status.SINGULAR if assembled else position.status
             return None
-        if position.status is Status.OK:
-            reducer.start(position.z, inputs)
         if not reducer.on_inputs:
             if any(speeds):
                 raise UsageError(

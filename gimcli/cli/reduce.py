@@ -114,7 +114,7 @@ def _report(found: Reduction, wheel: Flywheel | None, paths: dict[str, str | Non
     if wheel:
         _tell_wheel(wheel)
     if status is not Status.OK:
-        typer.echo(f"{status.word}: {status.text}")
+        typer.echo(f"{status.word}: {status.plain_text}")
     typer.echo("wrote " + " and ".join(path for path in paths.values() if path))
 
 

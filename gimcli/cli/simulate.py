@@ -179,7 +179,7 @@ def _report(
     if open_ones:
         tell_open(open_ones)
     if found.status.word != "ok":
-        typer.echo(f"ended at {found.end:.10g} s, {found.status.word}: {found.status.text}")
+        typer.echo(f"ended at {found.end:.10g} s, {found.status.word}: {found.status.plain_text}")
     typer.echo(f"wrote {csv_path}" + (f" and {png_path}" if png_path else ""))
 
 

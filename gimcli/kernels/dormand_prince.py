@@ -13,14 +13,15 @@ from typing import NamedTuple
 from gimcli.kernels.influence import Chart, Place, Room, copy_place
 from gimcli.kernels.jit import kernel
 from gimcli.kernels.reduction import DISSIPATED, KINETIC, POTENTIAL, SUPPLIED, Acting, Reduced, move
+from gimcli.kernels.windows import Windows
 from gimcli.mechanism import FloatArray, IntArray
 
 STAGES = 12
 SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -0.125
 
-WANTED, FINISHED, FAILED = range(3)
+WANTED, FINISHED, FAILED, STOPPED = range(4)
 """Why a call ends: its last step holds a row or an event, or ends where M is steep or a change point near; the end is
-reached; no step is short enough."""
+reached; no step is short enough; a stage lies near a change point that has no window yet."""
 
 NOW, BEFORE, STEP, DUE, END, RTOL, ATOL, STEEP, LIVELY, LIVELIEST, START, CORRECTED, SHORTEST, NEAR = range(14)
 """Entries of `clock`: times of the state and of that before, step, next row, end; tolerances; `Policy`; energies."""
@@ -56,6 +57,7 @@ class Model(NamedTuple):
     base: Place
     last: Place
     at: Place
+    windows: Windows
     room: Room
     out: Reduced
     gain: FloatArray
@@ -68,8 +70,9 @@ def slopes(m: Model, y: FloatArray, to: FloatArray) -> bool:
     """Find y'."""
     f = m.gain.shape[0]
     good = move(
-        m.chart, m.acting, m.base, m.last, m.at, y[:f], y[f : 2 * f], m.none, f, m.factors, m.room, m.out, m.gain
-    )
+        m.chart, m.acting, m.base, m.last, m.at, m.windows, y[:f], y[f : 2 * f], m.none, f, m.factors, m.room, m.out,
+        m.gain,
+    )  # fmt: skip
     for i in range(f):
         to[i] = y[f + i]
         to[f + i] = m.gain[i]
@@ -153,6 +156,8 @@ def stride(m: Model, t: Tableau, s: States, conservative: bool) -> int:
             error = try_step(m, t, s, h)
             if error < 1.0:
                 break
+            if m.room.weak[2] != 0.0:
+                return STOPPED
             clock[STEP] = h * (max(LEAST, SAFETY * error**EXPONENT) if error < math.inf else LEAST)
             rejected = True
         factor = MOST if error == 0.0 else min(MOST, SAFETY * error**EXPONENT)

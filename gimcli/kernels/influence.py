@@ -62,7 +62,7 @@ class Place(NamedTuple):
 
     v: FloatArray  # (variables,)
     b: FloatArray  # (k, variables) dv/ds
-    sign: FloatArray  # (blocks,) the determinant of one or two equations, else its sign
+    sign: FloatArray  # (blocks,) determinant: of two equations, with unit gradients; of more, its sign by the least pivot
 
 
 class Room(NamedTuple):
@@ -76,6 +76,7 @@ class Room(NamedTuple):
     acceleration: FloatArray  # (variables,)
     step: FloatArray  # (k,)
     weakest: IntArray  # (1,) block with the smallest determinant
+    weak: FloatArray  # (3,) that determinant; below which a place is not gone to (0: none); 1 where that happened
 
 
 @kernel
@@ -113,8 +114,14 @@ def lay_block(c: Chart, v: FloatArray, g: int, room: Room) -> None:
 
 @stage
 def factor_wide(a: FloatArray, n: int, order: FloatArray) -> float:
-    """Factor the gradients of a block of more than two."""
-    return lu_factor(a, n, order)
+    """Factor the gradients of a block of more than two; return the sign times the least pivot beside the greatest."""
+    sign, least, greatest = lu_factor(a, n, order), math.inf, 0.0
+    if sign == 0.0:
+        return 0.0
+    for i in range(n):
+        pivot = 1.0 / abs(order[n + i])
+        least, greatest = min(least, pivot), max(greatest, pivot)
+    return sign * least / greatest
 
 
 @stage
@@ -125,7 +132,7 @@ def solve_wide(a: FloatArray, n: int, order: FloatArray, right: FloatArray) -> N
 
 @kernel
 def factor_block(a: FloatArray, n: int, order: FloatArray) -> float:
-    """Factor a block's gradients; return the determinant of one or two, else its sign; 0 where it is singular."""
+    """Factor a block's gradients; return what `Place.sign` holds; 0 where it is singular."""
     if n > 2:
         return factor_wide(a, n, order)
     if n == 1:
@@ -133,11 +140,13 @@ def factor_block(a: FloatArray, n: int, order: FloatArray) -> float:
         a[0, 0] = 1.0 / determinant if determinant != 0.0 else 0.0
         return determinant
     determinant = a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0]
-    if determinant != 0.0:
-        inverse = 1.0 / determinant
-        a[0, 0], a[1, 1] = a[1, 1] * inverse, a[0, 0] * inverse
-        a[0, 1], a[1, 0] = -a[0, 1] * inverse, -a[1, 0] * inverse
-    return determinant
+    if determinant == 0.0:
+        return 0.0
+    squares = (a[0, 0] * a[0, 0] + a[0, 1] * a[0, 1]) * (a[1, 0] * a[1, 0] + a[1, 1] * a[1, 1])
+    inverse = 1.0 / determinant
+    a[0, 0], a[1, 1] = a[1, 1] * inverse, a[0, 0] * inverse
+    a[0, 1], a[1, 0] = -a[0, 1] * inverse, -a[1, 0] * inverse
+    return determinant / math.sqrt(squares)
 
 
 @kernel
@@ -194,7 +203,7 @@ def meet(room: Room, e: float, f: float, sign: float) -> bool:
 def settle_block(c: Chart, v: FloatArray, g: int, sign: float, room: Room) -> float:
     """Find the variables of a block near where they are; factor its gradients there.
 
-    Returns their determinant, or its sign, 0 where nothing was found.
+    Returns what `Place.sign` holds, 0 where nothing was found.
     """
     kind, begin, end = c.blocks[g, 0], c.blocks[g, 1], c.blocks[g, 2]
     n = end - begin
@@ -285,9 +294,8 @@ def settle(c: Chart, to: Place, speeds: FloatArray, room: Room) -> bool:
         refresh(c, to.v, room.f, r)
     least = math.inf
     for g in range(c.blocks.shape[0]):
-        n = c.blocks[g, 2] - c.blocks[g, 1]
         determinant = settle_block(c, to.v, g, to.sign[g], room)
-        if n <= 2 and c.blocks[g, 0] != LINEAR and abs(determinant) < least:
+        if c.blocks[g, 0] != LINEAR and abs(determinant) < least:
             least = abs(determinant)
             room.weakest[0] = g
         if not determinant * to.sign[g] > 0.0:
@@ -296,6 +304,7 @@ def settle(c: Chart, to: Place, speeds: FloatArray, room: Room) -> bool:
         to.sign[g] = determinant
         differentiate_block(c, to, g, room)
         accelerate_block(c, to, g, speeds, room)
+    room.weak[0] = least
     return True
 
 
@@ -348,7 +357,8 @@ def follow(c: Chart, last: Place, to: Place, target: FloatArray, speeds: FloatAr
     """Follow the motion from the last place to independent variables `target`; `last` moves along.
 
     Steps are halved until they lead straight on. Where not even the finest does, the other side of the weakest block
-    may, or of all that are near a change point: this is passed straight through.
+    may, or of all that are near a change point: this is passed straight through. Where `room.weak` forbids places so
+    near, `to` is left at the first of them.
     """
     part, flipped = 1.0, NONE
     while True:
@@ -363,6 +373,9 @@ def follow(c: Chart, last: Place, to: Place, target: FloatArray, speeds: FloatAr
             turned = g == room.weakest[0] if flipped == WEAKEST else abs(last.sign[g]) <= MEETING
             to.sign[g] = -last.sign[g] if flipped != NONE and turned else last.sign[g]
         if try_step(c, last, to, speeds, room):
+            if room.weak[0] < room.weak[1]:
+                room.weak[2] = 1.0
+                return False
             if part == 1.0:
                 return True
             copy_place(last, to)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from gimcli.kernels.influence import Chart, Place, Room, follow
 from gimcli.kernels.jit import kernel, stage
 from gimcli.kernels.linear import lu_factor, lu_solve
+from gimcli.kernels.windows import Windows, begin_beyond, interpolate, window_of
 from gimcli.mechanism import FloatArray, IntArray
 
 KINETIC, POTENTIAL, DISSIPATED, SUPPLIED = range(4)
@@ -217,18 +218,17 @@ def accelerate(out: Reduced, free: int, given: FloatArray, room: Room, gain: Flo
 
 @stage
 def move(
-    c: Chart, p: Acting, base: Place, last: Place, at: Place, target: FloatArray, speeds: FloatArray,
+    c: Chart, p: Acting, base: Place, last: Place, at: Place, windows: Windows, target: FloatArray, speeds: FloatArray,
     given: FloatArray, free: int, factors: FloatArray, room: Room, out: Reduced, gain: FloatArray,
 ) -> bool:  # fmt: skip
     """Go from `base` to a state and find its accelerations: one call."""
-    for i in range(base.v.shape[0]):
-        last.v[i] = base.v[i]
-        for k in range(base.b.shape[0]):
-            last.b[k, i] = base.b[k, i]
-    for g in range(base.sign.shape[0]):
-        last.sign[g] = base.sign[g]
-    if not follow(c, last, at, target, speeds, room):
-        return False
+    within = window_of(windows, target[0])
+    if within >= 0:
+        interpolate(windows, within, c.independent[0], target[0], speeds[0], at, room)
+    else:
+        begin_beyond(windows, base, base.v[c.independent[0]], target[0], last)
+        if not follow(c, last, at, target, speeds, room):
+            return False
     reduce(p, at, room, factors, out)
     if not accelerate(out, free, given, room, gain):
         return False

@@ -14,6 +14,7 @@ from gimcli.errors import StructureError
 from gimcli.kernels import influence, reduction
 from gimcli.mechanism import Actuator, ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.motion.effort import plain
+from gimcli.motion.windows import WEAK, no_windows, window_at, with_window
 from gimcli.solvers.newton import Run
 from gimcli.structure.acting import acting, moving_loads, with_rubbing
 from gimcli.structure.chart import Choice, free_choice, gradients, input_choice, make_chart, residuals
@@ -26,6 +27,9 @@ CORRECTIONS = 20
 
 ASSEMBLED = 1e-13
 """Residual of equations about 1 in size, below which a position is assembled."""
+
+NEAREST = 1e-6
+"""Determinant below which none is looked for any more."""
 
 SOFT = 1e-6
 """Singular values below this part of the greatest move nothing in such corrections."""
@@ -65,12 +69,13 @@ class Reducer:
         self.courses = [_course(load) for load in self.loads]
         self.releases = {r.actuator: r for r in mechanism.dynamics.releases}
         self.choice: Choice | None = None
+        self.continues = False  # whether change points are passed in windows
 
     # -- where it is --------------------------------------------------------------------------------
 
-    def start(self, z: ComplexArray, inputs: FloatArray) -> None:
-        """Stand at an assembled position; raise StructureError where the inputs do not tell it."""
-        self.stand(self._variables(z, inputs))
+    def start(self, z: ComplexArray, inputs: FloatArray) -> bool:
+        """Stand at an assembled position; tell whether a motion from there is unique."""
+        return self.stand(self._variables(z, inputs))
 
     def come(self, z: ComplexArray, inputs: FloatArray) -> bool:
         """Stand at an assembled position of a motion; tell whether the inputs tell it.
@@ -125,7 +130,7 @@ class Reducer:
         )
         self.room = influence.Room(
             np.zeros((3, self.terms.functions)), np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest),
-            np.zeros(variables), np.zeros(variables), np.zeros(size), np.zeros(1, dtype=np.int64),
+            np.zeros(variables), np.zeros(variables), np.zeros(size), np.zeros(1, dtype=np.int64), np.zeros(3),
         )  # fmt: skip
         self.room.f[0, 0] = 1.0
         self.out = reduction.Reduced(
@@ -137,6 +142,8 @@ class Reducer:
 
     def _face(self, v: FloatArray) -> bool:
         """Stand at a place with the independent variables as they are."""
+        self.windows = no_windows(len(v), len(self.chart.blocks))
+        self.watch()
         self.base.v[:] = v
         self.run(influence.stand)(self.chart, self.base, self.room)
         return bool(self.run(influence.settle)(self.chart, self.base, np.zeros(len(self.own)), self.room))
@@ -155,16 +162,38 @@ class Reducer:
         given: accelerations of the inputs that follow laws, at the end of (k,).
         """
         self._force(target, speeds, time)
-        return bool(
-            self.run(reduction.move)(
-                self.chart, self.acting, self.base, self.last, self.at, target, speeds, given, len(self.free),
-                self.factors, self.room, self.out, self.gain,
-            )
-        )  # fmt: skip
+        while True:
+            moved = self.run(reduction.move)(
+                self.chart, self.acting, self.base, self.last, self.at, self.windows, target, speeds, given,
+                len(self.free), self.factors, self.room, self.out, self.gain,
+            )  # fmt: skip
+            if moved or not self.open_window():
+                return bool(moved)
+
+    def watch(self) -> None:
+        """Stop again near change points that have no window yet."""
+        self.room.weak[1:] = WEAK if self.continues and len(self.own) == 1 else 0.0, 0.0
+
+    def open_window(self) -> bool:
+        """Open a window where the last call stopped near a change point, or let it come nearer; tell whether it did."""
+        room = self.room
+        if not room.weak[2]:
+            return False
+        nearer = 0.25 * room.weak[1]
+        room.weak[1:] = 0.0
+        found = window_at(self, room.weakest[0])
+        if found is None:
+            room.weak[1] = nearer if nearer > NEAREST else 0.0
+        else:
+            self.windows = with_window(self.windows, found, self.base.v[self.own[0]])
+            self.watch()
+        return True
 
     def accept(self) -> None:
         """Stand where the last call led to."""
         self.run(influence.copy_place)(self.base, self.at)
+        if self.room.weak[0] > 2.0 * WEAK:
+            self.watch()
 
     def state(self) -> State:
         """Return what the last call found."""

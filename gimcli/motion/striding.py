@@ -31,10 +31,6 @@ class Strider:
         clock[[kernels.NOW, kernels.BEFORE, kernels.DUE, kernels.END]] = start, start, end, end
         clock[[kernels.RTOL, kernels.ATOL, kernels.STEEP, kernels.LIVELY]] = rtol, atol, steep, lively
         clock[[kernels.START, kernels.LIVELIEST, kernels.SHORTEST, kernels.NEAR]] = *energy, least[0], near
-        self.model = kernels.Model(
-            reducer.chart, reducer.acting, reducer.base, reducer.last, reducer.at, reducer.room, reducer.out,
-            reducer.gain, reducer.factors, np.zeros(0),
-        )  # fmt: skip
         self.stride = reducer.run(kernels.stride)
         self.f = fun(start, self.y)
         clock[kernels.STEP] = min(max(self._first_step(start, end, rtol, atol), least[1]), end - start)
@@ -61,7 +57,10 @@ class Strider:
         """Go on; return why that failed."""
         states = self.states
         states.k[0] = self.f
-        ended = self.stride(self.model, self.tableau, states, self.reducer.conservative)
+        while True:
+            ended = self.stride(self._model, self.tableau, states, self.reducer.conservative)
+            if ended != kernels.STOPPED or not self.reducer.open_window():
+                break
         if ended == kernels.FAILED:
             self.status = "failed"
             return "no step is short enough"
@@ -69,6 +68,14 @@ class Strider:
         if ended == kernels.FINISHED:
             self.status = "finished"
         return None
+
+    @property
+    def _model(self) -> kernels.Model:
+        reducer = self.reducer
+        return kernels.Model(
+            reducer.chart, reducer.acting, reducer.base, reducer.last, reducer.at, reducer.windows, reducer.room,
+            reducer.out, reducer.gain, reducer.factors, np.zeros(0),
+        )  # fmt: skip
 
     def due(self, time: float) -> None:
         """Set the time of the next row."""
