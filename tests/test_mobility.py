@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimcli.analysis.mobility import assembled, full_pivoting, mobility
 from gimcli.model import load
 from gimcli.motion.start import drawn_inputs
+from gimcli.structure.mobility import assembled, full_pivoting, mobility
 
 MODELS = Path(__file__).parents[1] / "models"
 

@@ -1,13 +1,20 @@
 """Structures that are driven, over-driven, free or out of the ordinary: what every analysis says of them."""
 
+import json
+
 import numpy as np
 import pytest
 import yaml
 from typer.testing import CliRunner
 
+from gimcli.analysis.configurations import all_configurations
 from gimcli.cli import app
+from gimcli.errors import StructureError
 from gimcli.model import load
 from gimcli.motion.motion import trace
+from gimcli.motion.options import Options
+from gimcli.motion.position import solve
+from gimcli.motion.start import drawn_inputs
 
 COMMANDS = ("mobility", "solve", "singularities", "circuits", "workspace", "trace", "groups", "sequence")
 """All that need no masses."""
@@ -22,6 +29,10 @@ def written(tmp_path, data):
 def run(*arguments, folder=None):
     extra = ["-o", str(folder), "--no-png"] if folder is not None else []
     return CliRunner().invoke(app, [*map(str, arguments), *extra])
+
+
+def all_at_start(mechanism, _steps):
+    return all_configurations(mechanism, drawn_inputs(mechanism))
 
 
 RAMS_IN_A_PIN = """
@@ -111,3 +122,66 @@ def test_a_missing_inertia_is_said_where_the_member_turns(tmp_path, command):
     assert said in run(command, written(tmp_path, PENDULUM), *more, folder=tmp_path).output
     stated = PENDULUM.replace("mass: 2,", "mass: 2, inertia: 0,")
     assert "no `inertia`" not in run(command, written(tmp_path, stated), *more, folder=tmp_path).output
+
+
+TWO_RAMS_ON_ONE_LOOP = """
+nodes: {O: [0,0], A: [1,0], B: [4,1], C: [5,4], D: [0.5,3], E: [1, 5]}
+ground: [O]
+links: {crank: [O, A], ab: [A, B], bc: [B, C], da: [D, A]}
+elements: {cd: [C, D, E]}
+actuators:
+  m: {type: rotary, pivot: O, arm: A, law: {by: 90}}
+  ram1: {type: linear, nodes: [A, C]}
+  ram2: {type: linear, nodes: [B, D]}
+"""
+"""The loop A B C D is a rigid body with one ram, and swings about A: 3 freedoms, of which ram2 drives none."""
+
+
+@pytest.mark.parametrize("command", [*COMMANDS[1:], "solve --all", "trace --circuit", "trace --at-limit skip"])
+def test_two_rams_that_drive_one_freedom_are_refused_by_every_command(tmp_path, command):
+    name, *more = command.split()
+    folder = tmp_path if name in ("workspace", "trace") else None
+    done = run(name, written(tmp_path, TWO_RAMS_ON_ONE_LOOP), *more, folder=folder)
+    assert getattr(done.exception, "exit_code", None) == 4
+    assert "ram2 drives what is driven already" in str(done.exception)
+    assert "nothing drives nodes B, C, D, E" in str(done.exception)
+
+
+def test_mobility_names_what_is_driven_twice_and_what_nothing_drives_at_one_position(tmp_path):
+    done = run("mobility", written(tmp_path, TWO_RAMS_ON_ONE_LOOP), "--json")
+    told = json.loads(done.stdout)
+    assert (told["mobility"], told["overdriven"], told["undriven"]) == (3, ["ram2"], ["B", "C", "D", "E"])
+
+
+@pytest.mark.parametrize("verb", [trace, lambda m, n: solve(m, drawn_inputs(m), Options()), all_at_start])
+def test_the_library_refuses_what_the_commands_refuse(tmp_path, verb):
+    with pytest.raises(StructureError, match="ram2 drives what is driven already"):
+        verb(load(written(tmp_path, TWO_RAMS_ON_ONE_LOOP)), 10)
+
+
+DEAD_CENTRE = """
+nodes: {O: [0, 0], T: [5, 0], A: [1, 0], B: [4, 0]}
+ground: [O, T]
+links: {crank: [O, A], rod: [A, B]}
+prismatic: {s: {node: B, guide: [O, T]}}
+actuators: {m: {type: linear, node: B, guide: [O, T], law: {from: 4, to: 3}}}
+"""
+FLAT = """
+nodes: {A: [0, 0], B: [1, 0], C: [4, 0], D: [3, 0]}
+ground: [A, D]
+links: {crank: [A, B], coupler: [B, C], follower: [D, C]}
+actuators: {m: {type: rotary, pivot: A, arm: B}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("model", "kind"), [(DEAD_CENTRE, "limit"), (FLAT, "change point"), (RAMS_IN_A_PIN, "regular")]
+)
+def test_a_singular_drawing_is_neither_over_driven_nor_free_and_has_one_name(tmp_path, model, kind):
+    path = written(tmp_path, model)
+    told = json.loads(run("mobility", path, "--json").stdout)
+    assert (told["overdriven"], told["undriven"], told["start"]) == ([], [], kind)
+    listed = json.loads(run("singularities", path, "--json").stdout)["singularities"]
+    start = json.loads(run("solve", path, "--json").stdout)["inputs"]
+    at_start = [s["kind"] for s in listed if s["at"] == pytest.approx(start, abs=1e-9) and s["kind"] != "stationary"]
+    assert at_start == [kind] * (kind != "regular")

@@ -25,6 +25,7 @@ from gimcli.motion.branches import all_circuits, first_circuit
 from gimcli.motion.circuit import Circuit
 from gimcli.motion.curve import Curve
 from gimcli.motion.visits import Visits
+from gimcli.structure.mobility import refuse_unfit
 
 Progress = Callable[[int, int], None]
 
@@ -96,6 +97,7 @@ def circuits(mechanism: Mechanism, policy: Policy | None = None, progress: Progr
     """
     if not mechanism.actuators:
         raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve --all`")
+    refuse_unfit(mechanism)
     curve = Curve(mechanism)
     search = Search(curve, curve.single and bool(curve.rotary[0]), policy or Policy(), progress)
     search.run()

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.analysis.verdict import verify
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.effort import plain
 from gimcli.motion.options import Options
 from gimcli.motion.position import solve
+from gimcli.motion.verdict import refuse_contradiction
 from gimcli.solvers import gim
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
@@ -65,7 +65,7 @@ def report(
 ) -> tuple[list[GroupReport], ComplexArray]:
     """Return the groups of the sequence, and the assembled position z (nodes,) that they are ranked at."""
     position = solve(mechanism, inputs, Options(tolerance=tolerance))
-    verify(mechanism, position.z, inputs, position.status, tolerance)
+    refuse_contradiction(mechanism, position.z, inputs, position.status, tolerance)
     z = position.z if position.status is Status.OK else mechanism.drawn
     plan = make_plan(mechanism)
     coupled = {n for group in plan.coupled for n in group.nodes}

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gimcli.analysis.singularities import CHANGE, Singularity, interval, singularities
-from gimcli.analysis.verdict import verify
 from gimcli.errors import StructureError, UnassembledError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.branches import SAME, Branches, all_circuits, first_circuit
@@ -18,6 +17,7 @@ from gimcli.motion.curve import Curve
 from gimcli.motion.effort import plain
 from gimcli.motion.guide import arrival
 from gimcli.motion.start import drawn_inputs, settled, start_position
+from gimcli.motion.verdict import refuse_contradiction, refuse_doubtful
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import holds
@@ -67,23 +67,23 @@ def drawn_circuit(mechanism: Mechanism, tolerance: float) -> Circuit:
     starts = [curve.begin(), float(drawn_inputs(mechanism)[0])] if curve.single else [curve.begin()]
     for q in starts:
         start = start_position(mechanism, plan, curve.inputs(q), plain, tolerance)
+        refuse_doubtful(mechanism, plan, start.status)
         if start.status is Status.OK:
             z = start.row.x + 1j * start.row.y
-            _verify(mechanism, z, curve.inputs(q), tolerance)
+            _refuse_contradiction(mechanism, z, curve.inputs(q), tolerance)
             return first_circuit(curve, z, q, arrival(curve, start, curve.single))
         if start.status is Status.SINGULAR:
             z = settled(mechanism, start)
-            verify(mechanism, z, curve.inputs(q), start.status, tolerance)
             return first_circuit(curve, z, q)
     raise UnassembledError(
         f"{mechanism.name} cannot be assembled at the start of its laws, nor as drawn: {start.status.text}"
     )
 
 
-def _verify(mechanism: Mechanism, z: ComplexArray, u: FloatArray, tolerance: float) -> None:
-    """Raise StructureError where the start found is over-driven or contradictory."""
+def _refuse_contradiction(mechanism: Mechanism, z: ComplexArray, u: FloatArray, tolerance: float) -> None:
+    """Raise StructureError where surplus constraints contradict the others at the start found."""
     good = holds(mechanism, z[:, None], u[:, None], tolerance)[0]
-    verify(mechanism, z, u, Status.OK if good else Status.CONTRADICTORY, tolerance)
+    refuse_contradiction(mechanism, z, u, Status.OK if good else Status.CONTRADICTORY, tolerance)
 
 
 def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress | None = None) -> Survey:

@@ -15,13 +15,13 @@ import numpy as np
 from gimcli.analysis.methods import METHODS, Clock, Method, Outcome, Task, Timing
 from gimcli.analysis.operations import coordinates_cost
 from gimcli.analysis.true_error import Truth, refine
-from gimcli.analysis.verdict import verify
 from gimcli.errors import StructureError
 from gimcli.kernels.jit import compiled
 from gimcli.mechanism import Mechanism
 from gimcli.motion.effort import choose, gim_work
 from gimcli.motion.motion import Motion, Progress, Tell, trace
 from gimcli.motion.options import Options
+from gimcli.motion.verdict import refuse_contradiction
 from gimcli.solvers.absolute import Absolute
 from gimcli.status import Status
 from gimcli.table import Column, Table
@@ -99,7 +99,7 @@ def tradeoff(
     mode = choose(jit, _work(mechanism, steps, len(tolerances)), tell)
     fast = mode is compiled
     motion = trace(mechanism, steps, Options(jit="on" if fast else "off"))
-    verify(mechanism, motion.start, motion.inputs[:, 0], motion.first_status, Options().tolerance)
+    refuse_contradiction(mechanism, motion.start, motion.inputs[:, 0], motion.first_status, Options().tolerance)
     if motion.first_status is not Status.OK:  # nothing to begin from
         methods = ()
     truth = refine(mechanism, motion.z, motion.inputs, motion.good)

@@ -43,16 +43,15 @@ def command(
 ) -> None:
     """Find the circuits and list them."""
     from gimcli.analysis.circuits import Policy, circuits
-    from gimcli.analysis.verdict import explained, refuse_unfit
     from gimcli.cli.console import print_json
     from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.model import load
+    from gimcli.motion.verdict import explained
     from gimcli.output import refuse_files
 
     mechanism = load(model)
     refuse_files(mechanism.files, None, png)
     with explained(mechanism):
-        refuse_unfit(mechanism)
         found = circuits(mechanism, Policy(samples=samples), progress_bar("configurations"))
     drawn = png is not None and bool(found.strands)
     if drawn:

@@ -30,19 +30,15 @@ def solve_all(
 ) -> None:
     """Find every configuration at inputs (actuators,), print and write it; exit with 5 where there is none."""
     from gimcli.analysis.configurations import Policy, all_configurations, drawn_configuration
-    from gimcli.analysis.verdict import explained, verify
     from gimcli.cli.console import tell_written
     from gimcli.cli.progress import DRAWING, progress_bar
+    from gimcli.motion.verdict import explained
     from gimcli.output import refuse_files
-    from gimcli.status import Status
 
     refuse_files(mechanism.files, csv, png)
     with explained(mechanism):
         found = all_configurations(mechanism, inputs, Policy(fits=tolerance), progress_bar("configurations"))
     drawn = drawn_configuration(found)
-    if found.surplus:  # what was left out may be an actuator too many
-        home = found.z[0] if len(found) else mechanism.drawn
-        verify(mechanism, home, inputs, Status.OK if len(found) else Status.NOT_ASSEMBLED, tolerance)
     places = _places(found)
     if csv is not None:
         _write_csv(found, places, csv)

@@ -45,12 +45,12 @@ def command(
     from gimcli.analysis.force_motion import ForceMotion
     from gimcli.analysis.force_table import force_table
     from gimcli.analysis.forces import motion_forces
-    from gimcli.analysis.verdict import explained, verify
     from gimcli.cli.console import note, note_point_masses
     from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
     from gimcli.motion.motion import stream
+    from gimcli.motion.verdict import explained, refuse_contradiction
     from gimcli.output import CsvStream, refuse_unwritable
     from gimcli.structure.acting import point_masses
     from gimcli.structure.physical import require_action
@@ -66,7 +66,7 @@ def command(
         pieces = stream(mechanism, steps, chosen, tell=note, progress=progress_bar("forces along the motion"))
         piece: Motion | None = next(pieces)
     assert piece is not None
-    verify(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
+    refuse_contradiction(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
     refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
     found = ForceMotion(mechanism, steps + 1, jit.value, note)
     start = piece.rows(np.arange(1))

@@ -32,11 +32,12 @@ def command(
 ) -> None:
     """Show the formation."""
     from gimcli.analysis import groups_report
-    from gimcli.analysis.verdict import explained, refuse_unfit
     from gimcli.cli.console import print_json
     from gimcli.model import load
+    from gimcli.motion.verdict import explained
     from gimcli.output import refuse_files
     from gimcli.structure.assur import formation
+    from gimcli.structure.mobility import refuse_unfit
     from gimcli.structure.plan import make_plan
 
     mechanism = load(model)

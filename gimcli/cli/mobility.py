@@ -16,11 +16,11 @@ HELP = (
 
 def command(model: ModelPath = MODEL, as_json: Json = False) -> None:
     """Analyse the mobility at the assembled position nearest to the drawn one."""
-    from gimcli.analysis.mobility import assembled, mobility
     from gimcli.cli.console import print_json, print_table
     from gimcli.errors import UnassembledError
     from gimcli.model import load
     from gimcli.motion.start import drawn_inputs
+    from gimcli.structure.mobility import assembled, mobility
 
     mechanism = load(model)
     z = assembled(mechanism)
@@ -30,11 +30,17 @@ def command(model: ModelPath = MODEL, as_json: Json = False) -> None:
             " constraint that is worst off"
         )
     found = mobility(mechanism, z, drawn_inputs(mechanism))
+    start = "regular"
+    if found.stuck:
+        from gimcli.analysis.singular_start import singular_start
+
+        start = singular_start(mechanism, z)
     if as_json:
         print_json(
             {
                 "gruebler": found.gruebler, "rank": found.rank, "mobility": found.mobility,
-                "redundant": list(found.redundant), "undriven": list(found.undriven), "actuators": found.actuators,
+                "redundant": list(found.redundant), "undriven": list(found.undriven),
+                "actuators": len(found.actuators), "start": start,
                 "overdriven": list(found.overdriven), "apparent": found.apparent, "singular": found.singular,
             }
         )  # fmt: skip
@@ -49,6 +55,11 @@ def command(model: ModelPath = MODEL, as_json: Json = False) -> None:
         ("over-driven by", ", ".join(found.overdriven) or "none"),
     ]
     print_table(mechanism.name, ("", ""), rows)
+    if found.stuck:
+        typer.echo(
+            f"The inputs do not determine the drawn position: {start}. `gim singularities` lists such positions;"
+            " draw the start elsewhere to avoid it."
+        )
     if found.singular:
         typer.echo(
             f"The drawn position is singular: it seems to have {found.apparent} freedoms, its neighbours have"

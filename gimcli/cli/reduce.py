@@ -45,14 +45,15 @@ def command(
 
     from gimcli.analysis.flywheel import flywheel
     from gimcli.analysis.reduction import chosen_input, reduce_to_input, reduction_table
-    from gimcli.analysis.verdict import explained, refuse_unfit
     from gimcli.cli.console import note, note_point_masses
     from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
     from gimcli.motion.effort import choose
+    from gimcli.motion.verdict import explained
     from gimcli.output import refuse_unwritable, write
     from gimcli.structure.acting import point_masses
+    from gimcli.structure.mobility import refuse_unfit
 
     if (fluctuation is None) != (rpm is None):
         raise UsageError("a flywheel needs both --fluctuation and --rpm")

@@ -32,10 +32,10 @@ def command(
 ) -> None:
     """Search and show the sequence."""
     from gimcli.analysis.sequence_report import report
-    from gimcli.analysis.verdict import explained
     from gimcli.cli.console import print_json, tell_written
     from gimcli.cli.progress import end_bars
     from gimcli.model import load
+    from gimcli.motion.verdict import explained
     from gimcli.output import refuse_files
 
     mechanism = load(model)

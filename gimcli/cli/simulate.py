@@ -68,11 +68,11 @@ def command(
     from gimcli.analysis.simulation import Settings, simulate
     from gimcli.analysis.simulation_table import column_names, simulation_table
     from gimcli.analysis.simulation_table import reactions as find_reactions
-    from gimcli.analysis.verdict import explained
     from gimcli.cli.console import note, note_point_masses
     from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.model import load
     from gimcli.motion.effort import choose
+    from gimcli.motion.verdict import explained
     from gimcli.output import refuse_repeated, refuse_unwritable, write
     from gimcli.structure.acting import point_masses
 

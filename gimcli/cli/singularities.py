@@ -41,10 +41,10 @@ def command(
 ) -> None:
     """Follow the circuits and list what is singular."""
     from gimcli.analysis.survey import survey
-    from gimcli.analysis.verdict import explained
     from gimcli.cli.console import print_json
     from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.model import load
+    from gimcli.motion.verdict import explained
     from gimcli.output import refuse_files
 
     mechanism = load(model)

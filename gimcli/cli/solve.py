@@ -72,10 +72,10 @@ def command(
 ) -> None:
     """Solve one position, or all."""
     from gimcli.analysis.convergence import fit_history
-    from gimcli.analysis.verdict import explained, verify
     from gimcli.cli.console import tell_written
     from gimcli.model import load
     from gimcli.motion.position import solve
+    from gimcli.motion.verdict import explained, refuse_contradiction
     from gimcli.output import refuse_files
 
     if start not in ("drawn", "random"):
@@ -98,7 +98,7 @@ def command(
     with explained(mechanism):
         position = solve(mechanism, inputs_at(mechanism, at), chosen, history)
     if start == "drawn":
-        verify(mechanism, position.z, position.inputs, position.status, tolerance)
+        refuse_contradiction(mechanism, position.z, position.inputs, position.status, tolerance)
     law = fit_history(position) if history else None
     moving = _instant(position) if velocities else None
     drawn = False

@@ -97,7 +97,6 @@ def command(
         tell_measures()
     from gimcli.analysis.summary import Summary
     from gimcli.analysis.tracing import motion_table
-    from gimcli.analysis.verdict import explained, verify
     from gimcli.cli.asked import Asked
     from gimcli.cli.console import note
     from gimcli.cli.progress import DRAWING, progress_bar
@@ -105,6 +104,7 @@ def command(
     from gimcli.model import load
     from gimcli.motion.motion import stream
     from gimcli.motion.motion import trace as follow
+    from gimcli.motion.verdict import explained, refuse_contradiction
     from gimcli.output import CsvStream, refuse_unwritable
 
     chosen = options(method, strategy, tolerance, jit, sequence)
@@ -129,16 +129,13 @@ def command(
             return
         show = progress_bar("tracing")
         if at_limit is not AtLimit.STOP or branch > 1:
-            from gimcli.analysis.verdict import refuse_unfit
-
-            refuse_unfit(mechanism)
             _refuse_mixed(method, asked.order if at_limit is AtLimit.REVERSE else 0)
             pieces = iter([follow(mechanism, steps, chosen, note, show, at_limit.value, branch)])
         else:
             pieces = stream(mechanism, steps, chosen, tell=note, progress=show)
         piece: Motion | None = next(pieces)
     assert piece is not None
-    verify(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
+    refuse_contradiction(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
     summary = Summary(steps + 1)
     rates = _rates(mechanism, asked.order, steps + 1, jit) if asked.order else None
     row = piece.rows(np.arange(1))

@@ -40,11 +40,11 @@ def command(
 ) -> None:
     """Compare methods."""
     from gimcli.analysis.tradeoff import TOLERANCES, tradeoff, tradeoff_table
-    from gimcli.analysis.verdict import explained
     from gimcli.cli.console import note
     from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.errors import StructureError
     from gimcli.model import load
+    from gimcli.motion.verdict import explained
     from gimcli.output import CsvStream, refuse_unwritable
 
     asked = _tolerances(tolerances) or TOLERANCES

@@ -46,9 +46,9 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Find a workspace."""
-    from gimcli.analysis.verdict import explained
     from gimcli.errors import StructureError
     from gimcli.model import load
+    from gimcli.motion.verdict import explained
     from gimcli.output import refuse_unwritable
     from gimcli.structure.plan import make_plan
 
@@ -205,7 +205,7 @@ def _draw(found: Workspace | Reach, places: ComplexArray | None, path: Path) -> 
 def _pose(task: Any) -> tuple[ComplexArray | None, complex | None]:
     """Return an assembled pose next to the drawn one and where the point is in it; none where directions are held."""
     from gimcli.analysis.carried import carried_point
-    from gimcli.analysis.mobility import assembled
+    from gimcli.structure.mobility import assembled
 
     mechanism = task.mechanism
     z = None if task.orientation else assembled(mechanism)

@@ -11,6 +11,7 @@ from gimcli.motion.assemble import Assembler, Assembly
 from gimcli.motion.effort import choose, gim_work, plan_work
 from gimcli.motion.options import Options
 from gimcli.motion.start import random_guess, start_position
+from gimcli.motion.verdict import refuse_doubtful
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import Residual, holds, residual
@@ -37,7 +38,10 @@ class Position:
 
 
 def solve(mechanism: Mechanism, inputs: FloatArray, options: Options, history: bool = False) -> Position:
-    """Solve the position problem at inputs (actuators,)."""
+    """Solve the position problem at inputs (actuators,).
+
+    Raises StructureError where the mechanism is over-driven or not driven.
+    """
     guess = mechanism.drawn if options.seed is None else random_guess(mechanism, options.seed)
     if options.method == "gim":
         return _by_sweeps(mechanism, inputs, guess, options, history)
@@ -47,6 +51,7 @@ def solve(mechanism: Mechanism, inputs: FloatArray, options: Options, history: b
         found = start_position(mechanism, plan, inputs, run, options.tolerance)
     else:
         found = Assembler(mechanism, plan, run, options.tolerance, anywhere=True).assemble(inputs, guess)
+    refuse_doubtful(mechanism, plan, found.status)
     return _judged(mechanism, inputs, found, options)
 
 
@@ -67,6 +72,7 @@ def _by_sweeps(
     sweeper = Sweeper(mechanism, options, choose(options.jit, 0.0))
     sweeper.run = choose(options.jit, gim_work(len(sweeper.moves), 10))
     done = sweeper.settle(inputs, guess, options.sweeps + 1 if history else 0)
+    refuse_doubtful(mechanism, sweeper.plan, done.status)
     check = residual(mechanism, done.z[:, None], inputs[:, None], names=True)
     status = done.status
     if done.good and not _holds(mechanism, done.z, inputs, options, check):

@@ -19,7 +19,7 @@ from gimcli.solvers.block import Block
 from gimcli.solvers.gim import Settled
 from gimcli.solvers.newton import Run
 from gimcli.status import Status
-from gimcli.structure.kinematic import kinematic_nodes, loose_nodes
+from gimcli.structure.kinematic import carry, kinematic_nodes, loose_nodes
 from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move, Restriction, angle, distance
 from gimcli.structure.sequence import Sequence, find_sequence, known_nodes
@@ -84,7 +84,7 @@ class Sweeper:
             again = gim.settle(self.moves, z, inputs, size, tolerance, self.run, policy, record)
             done = again if again.good else done
         return Settled(
-            done.status, self.carried(done.z[:, None])[:, 0], done.sweeps, done.length_error, done.angle_error,
+            done.status, carry(self.mechanism, done.z), done.sweeps, done.length_error, done.angle_error,
             done.history,
         )  # fmt: skip
 
@@ -110,7 +110,7 @@ class Sweeper:
                 float(slow), limits, mark, np.zeros((0, 2)), sweeps, out,
             )  # fmt: skip
         z = np.full(block.x.shape, complex(np.nan, np.nan))
-        z[:, :stop] = self.carried((x[:stop] + 1j * y[:stop]).T)
+        z[:, :stop] = carry(self.mechanism, (x[:stop] + 1j * y[:stop]).T)
         return z, sweeps, stop, gim.ENDS[int(out[3])]
 
     def exchange(self, z: ComplexArray, inputs: FloatArray, gain: float) -> bool:
@@ -127,18 +127,6 @@ class Sweeper:
             return False
         self.sequence, self.moves = found, found.moves
         return True
-
-    def carried(self, z: ComplexArray) -> ComplexArray:
-        """Place the nodes that are only carried, from two kinematic nodes of their member."""
-        z = z.copy()
-        active = set(self.free) | self.known
-        for member, nodes in zip(self.mechanism.members, kinematic_nodes(self.mechanism), strict=True):
-            u, v = nodes[0], nodes[1] if len(nodes) > 1 else nodes[0]
-            for node in member.nodes:
-                if node not in active:
-                    ratio = (member.local(node) - member.local(u)) / (member.local(v) - member.local(u))
-                    z[node] = z[u] + ratio * (z[v] - z[u])
-        return z
 
 
 def parse_moves(mechanism: Mechanism, text: str) -> tuple[Move, ...]:

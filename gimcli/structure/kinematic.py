@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gimcli.mechanism import FRAME, Drive, Mechanism
+from gimcli.mechanism import FRAME, ComplexArray, Drive, Mechanism
 from gimcli.structure.rotation import members_of
 
 
@@ -34,3 +34,17 @@ def loose_nodes(mechanism: Mechanism) -> tuple[int, ...]:
     for actuator in mechanism.actuators:
         held += [n for n in (actuator.a, actuator.b) if n >= 0]
     return tuple(n for n in dict.fromkeys(held) if not members[n])
+
+
+def carry(mechanism: Mechanism, z: ComplexArray) -> ComplexArray:
+    """Place the nodes that are only carried, from two kinematic nodes of their member.
+
+    z (nodes,) or (nodes, columns) are positions, or velocities.
+    """
+    z = z.copy()
+    for member, nodes in zip(mechanism.members, kinematic_nodes(mechanism), strict=True):
+        for node in set(member.nodes) - set(nodes):
+            u, v = nodes[:2]
+            ratio = (member.local(node) - member.local(u)) / (member.local(v) - member.local(u))
+            z[node] = z[u] + ratio * (z[v] - z[u])
+    return z

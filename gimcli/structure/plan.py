@@ -7,6 +7,7 @@ sections 3-4; Servatius, Shai & Whiteley 2010 for the groups.
 
 from __future__ import annotations
 
+from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.coupled import next_group
 from gimcli.structure.layout import Layout
@@ -18,9 +19,18 @@ def make_plan(mechanism: Mechanism, closed_forms: bool = True) -> Plan:
 
     With `closed_forms` off, only carried nodes are placed directly and every dyad is a group
     of its own kind of unknowns: what Newton-Raphson alone is asked for.
-    Raises StructureError where something is left that nothing drives.
+    Raises StructureError where something is left that nothing drives, or is driven twice.
     """
-    layout = Layout(mechanism)
+    try:
+        return _plan(Layout(mechanism), closed_forms)
+    except StructureError:
+        from gimcli.structure.mobility import refuse_unfit  # numbers name what the count of freedoms cannot
+
+        refuse_unfit(mechanism)
+        raise
+
+
+def _plan(layout: Layout, closed_forms: bool) -> Plan:
     while True:
         while layout.carry() or (closed_forms and (layout.tilt() or layout.dyad())):
             pass

@@ -10,6 +10,7 @@ from gimcli.analysis.configurations.policy import Policy
 from gimcli.analysis.configurations.sweep import configurations_over
 from gimcli.errors import GimError
 from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.structure.mobility import refuse_unfit
 
 __all__ = ["Configurations", "Policy", "all_configurations", "configurations_over", "drawn_configuration"]
 
@@ -22,6 +23,7 @@ def all_configurations(
     `progress` is told how many roots of how many are known where a structure is met for the first time.
     Raises StructureError where the mechanism is not driven or over-driven.
     """
+    refuse_unfit(mechanism)
     assembler = Assembler(mechanism, policy)
     assembler.progress = progress
     return assembler.at(inputs)

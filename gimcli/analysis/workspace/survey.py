@@ -19,6 +19,7 @@ from gimcli.analysis.workspace.task import SLACK, Task
 from gimcli.errors import UnassembledError, UsageError
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.solvers.critical import Critical, Path, Stratum, critical, sides
+from gimcli.structure.mobility import refuse_unfit
 
 Progress = Callable[[int, int], None]
 
@@ -135,7 +136,8 @@ def _moved_node(mechanism: Mechanism) -> str:
 
 
 def checked(task: Task) -> Task:
-    """Refuse what has no workspace."""
+    """Refuse what has no workspace, or is not driven by its inputs alone."""
+    refuse_unfit(task.mechanism)
     if task.freedoms < 1:
         what = "with the orientations held and the inputs without a range" if task.orientation else "within its inputs"
         raise UsageError(f"'{task.point}' cannot move {what}: give the inputs laws with a from and a to")
