@@ -1,0 +1,22 @@
+"""Random mechanisms through every command that follows them: what the commands say agrees."""
+
+import pytest
+from mechanism_laws import Subject
+
+SUITE = sorted(set(range(47)) - {1, 2, 14, 16, 21, 41, 45})
+"""Seeds that cost little; together they have all kinds of inputs, profiles and drawings."""
+
+
+def agree(seed, folder, samples):
+    assert Subject(seed, folder, samples).check() == []
+
+
+@pytest.mark.parametrize("seed", SUITE)
+def test_commands_agree_about_a_random_mechanism(seed, tmp_path):
+    agree(seed, tmp_path, 4)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(1000))
+def test_commands_agree_about_a_thousand_random_mechanisms(seed, tmp_path):
+    agree(seed, tmp_path, 12)
