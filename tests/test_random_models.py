@@ -19,4 +19,4 @@ def test_commands_agree_about_a_random_mechanism(seed, tmp_path):
 @pytest.mark.soak
 @pytest.mark.parametrize("seed", range(1000))
 def test_commands_agree_about_a_thousand_random_mechanisms(seed, tmp_path):
-    agree(seed, tmp_path, 12)
+    agree(seed, tmp_path, 6)
