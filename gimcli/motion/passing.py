@@ -21,11 +21,15 @@ if TYPE_CHECKING:
     from gimcli.motion.follow import Follower
 
 
+MOST = 100
+"""Doubtful rows that are gone past one by one before the curve of the motion is asked; a limit or a meeting takes 30."""
+
+
 class Passing:
     """Takes a follower past rows that are doubtful."""
 
     def __init__(self, follower: Follower) -> None:
-        self.follower = follower
+        self.follower, self.doubtful = follower, 0
 
     def cross(self, time: float) -> bool:
         """Go on from the last row to a time on an ever finer grid; the log then ends there or beyond."""
@@ -46,6 +50,9 @@ class Passing:
     def _pass(self, target: float, block: Block) -> bool:
         """Get past a doubtful row: by a leap where two branches meet, else on a finer grid."""
         follower = self.follower
+        self.doubtful += 1
+        if self.doubtful > MOST and follower.guide is not None and follower.guide.curve is not None:
+            return False
         gap = target - follower.log[-1].time
         if block.singular:
             meeting = self._meeting(block.culprit, target)
