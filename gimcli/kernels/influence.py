@@ -62,7 +62,7 @@ class Place(NamedTuple):
 
     v: FloatArray  # (variables,)
     b: FloatArray  # (k, variables) dv/ds
-    sign: FloatArray  # (blocks,) determinant: of two equations, with unit gradients; of more, its sign by the least pivot
+    sign: FloatArray  # (blocks,) determinant; of two equations by unit gradients, of more its sign by the least pivot
 
 
 class Room(NamedTuple):

@@ -28,6 +28,9 @@ CORRECTIONS = 20
 ASSEMBLED = 1e-13
 """Residual of equations about 1 in size, below which a position is assembled."""
 
+BESIDE = 0.9
+"""Part of the determinant at the edges of a window that is allowed beside them."""
+
 NEAREST = 1e-6
 """Determinant below which none is looked for any more."""
 
@@ -186,7 +189,7 @@ class Reducer:
             room.weak[1] = nearer if nearer > NEAREST else 0.0
         else:
             self.windows = with_window(self.windows, found, self.base.v[self.own[0]])
-            self.watch()
+            room.weak[1] = min(WEAK, BESIDE * found.weakest)
         return True
 
     def accept(self) -> None:

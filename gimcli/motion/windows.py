@@ -22,8 +22,8 @@ from gimcli.structure.chart import residuals
 if TYPE_CHECKING:
     from gimcli.motion.reducer import Reducer
 
-NODES = 7
-"""Places on either side."""
+NODES, DEGREE = 7, 21
+"""Places on either side, each with its slopes; degree of the polynomials through both."""
 
 REACHES = (4.0, 3.0, 2.2, 1.6)
 """Half width of the polynomials' interval beside that of the window, tried in this order."""
@@ -59,11 +59,16 @@ class Window:
     edges: tuple[Place, Place]
     residual: float  # greatest within
 
+    @property
+    def weakest(self) -> float:
+        """The least determinant at the edges."""
+        return float(min(np.min(np.abs(edge.sign)) for edge in self.edges))
+
 
 def no_windows(variables: int, blocks: int) -> Windows:
     """Return none."""
     return Windows(
-        np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 4 * NODES, variables)), np.zeros((0, 2, variables)),
+        np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, DEGREE + 1, variables)), np.zeros((0, 2, variables)),
         np.zeros((0, 2, variables)), np.zeros((0, 2, blocks)),
     )  # fmt: skip
 
@@ -75,9 +80,8 @@ def with_window(windows: Windows, found: Window, here: float) -> Windows:
         np.array([edge.v for edge in found.edges]), np.array([edge.b[0] for edge in found.edges]),
         np.array([edge.sign for edge in found.edges]),
     )  # fmt: skip
-    joined = [np.concatenate([old, one[None]]) for old, one in zip(windows, new, strict=True)]
-    kept = np.argsort(np.abs(joined[1][:, 0] - here))[:KEPT]
-    return Windows(*(np.ascontiguousarray(part[kept]) for part in joined))
+    kept = np.argsort(np.abs(windows.scale[:, 0] - here))[: KEPT - 1]
+    return Windows(*(np.concatenate([old[kept], one[None]]) for old, one in zip(windows, new, strict=True)))
 
 
 def window_at(reducer: Reducer, block: int) -> Window | None:
@@ -128,12 +132,11 @@ class _Walk:
         far = None if first is None else self._along(first, centre - side * spread)
         if far is None:
             return None
-        factors = self._fitted([*near, *far], centre, reach, 3 * NODES)
+        factors = self._fitted([*near, *far], centre, reach, DEGREE)
         inside = chebyshev.chebval(np.linspace(-half / reach, half / reach, INSIDE), factors)
         error = max(float(np.max(np.abs(residuals(self.reducer.terms, v)))) for v in inside.T)
         if not error <= FITS:
             return None
-        factors = np.concatenate([factors, np.zeros((4 * NODES - len(factors), factors.shape[1]))])
         edges = (far[0], near[0]) if side > 0.0 else (near[0], far[0])
         return Window((centre - half, centre + half), centre, reach, factors, edges, error)
 
@@ -149,7 +152,8 @@ class _Walk:
     def _predicted(self, factors: FloatArray, centre: float, way: float, reach: float, near: Place) -> Place | None:
         """Return the place beyond a change point that continues a polynomial; None where no block changes its side."""
         reducer, x = self.reducer, way / reach
-        v, slopes = chebyshev.chebval(x, factors), chebyshev.chebval(x, chebyshev.chebder(factors)) / reach
+        v = np.asarray(chebyshev.chebval(x, factors))
+        slopes = np.asarray(chebyshev.chebval(x, chebyshev.chebder(factors))) / reach
         v[self.own] = centre + way
         found = Place(v.copy(), np.zeros((1, len(v))), np.zeros(len(near.sign)))
         reducer.run(influence.stand)(reducer.chart, found, reducer.room)
