@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import time
 from dataclasses import replace
 from itertools import pairwise
 
@@ -261,3 +262,30 @@ def test_the_readme_tells_table_1():
     for label, name in names.items():
         assert numbers(label) == [round(r[name]) for r in rows], label
     assert numbers("random starts") == [swept for swept, _ in far]
+
+
+# -- how long a comparison takes ---------------------------------------------------------------------------
+
+
+def test_rounds_share_what_they_may_take_together():
+    timing = Timing(rounds=3, repeats=40, budget=0.05, total=1.5)
+    assert timing.shared(100).budget == pytest.approx(1.5 / 300)
+    assert timing.shared(1).budget == 0.05
+
+
+def test_the_sequence_of_a_strategy_is_searched_once(monkeypatch):
+    from gimcli.motion import sweeping
+
+    searched, search = [], sweeping.find_sequence
+    monkeypatch.setattr(sweeping, "find_sequence", lambda *given: searched.append(given[3]) or search(*given))
+    tradeoff(load(MODELS / "gim_fig13a.yaml"), 4, (1e-2, 1e-4, 1e-6), jit="off", timing=QUICK)
+    assert sorted(searched) == ["classic", "spectral"]
+
+
+@pytest.mark.soak
+def test_a_comparison_takes_ten_seconds_at_the_most(model):
+    mechanism = load(MODELS / f"{model}.yaml")
+    tradeoff(mechanism, timing=QUICK)  # compiles
+    began = time.process_time()
+    tradeoff(mechanism)
+    assert time.process_time() - began < 10.0

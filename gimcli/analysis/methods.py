@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -41,6 +41,11 @@ class Timing:
     rounds: int = 3
     repeats: int = 40  # in one round, at the most
     budget: float = 0.05  # s after which no further run is made in a round
+    total: float = 1.5  # s that the rounds of all methods may take together, about
+
+    def shared(self, clocks: int) -> Timing:
+        """Return the timing whose budget leaves its part to each of some clocks."""
+        return replace(self, budget=min(self.budget, self.total / max(1, self.rounds * clocks)))
 
 
 @dataclass(frozen=True)

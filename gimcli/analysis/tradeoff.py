@@ -29,6 +29,9 @@ from gimcli.table import Column, Table
 ALIKE = 1.15
 """Times that differ by less than this factor count as equal: the more accurate entry is advised."""
 
+KERNELS = ("settle_rows", "follow_bodies", "follow_points")
+"""Those that every comparison runs."""
+
 PLAIN, ITERATIONS, RUNS = 1.5e-7, 4, 3
 """Seconds of an operation that is not compiled; iterations and runs that the work is estimated by."""
 
@@ -96,7 +99,7 @@ def tradeoff(
     timing: Timing | None = None,
 ) -> Tradeoff:  # fmt: skip
     """Compare methods on the motion along the actuators' laws in some steps."""
-    mode = choose(jit, _work(mechanism, steps, len(tolerances)), tell)
+    mode = choose(jit, _work(mechanism, steps, len(tolerances)), tell, KERNELS)
     fast = mode is compiled
     motion = trace(mechanism, steps, Options(jit="on" if fast else "off"))
     refuse_contradiction(mechanism, motion.start, motion.inputs[:, 0], motion.first_status, Options().tolerance)
@@ -112,6 +115,10 @@ def tradeoff(
         for found in _entries(method, task, truth, tolerances, timing):
             entries.append(found)
             part(len(entries))
+    clocks = [clock for _, clock in entries if clock is not None]
+    shared = timing.shared(sum(1 + (clock.outcome.prepare is not None) for clock in clocks))
+    for each in clocks:
+        each.timing = shared
     for number in range(timing.rounds):
         for k, (_, clock) in enumerate(entries, start=1):
             if clock is not None and not clock.long:

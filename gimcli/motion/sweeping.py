@@ -7,6 +7,7 @@ nodes that are only carried last. A row starts from the row before it.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -29,6 +30,27 @@ DISTURBANCE = 1e-2
 """Disturbance of a start from which sweeps do not settle, relative to the size."""
 
 
+class _Drawn:
+    """A mechanism as drawn; equal to itself alone."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+
+    def __hash__(self) -> int:
+        return id(self.mechanism)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Drawn) and self.mechanism is other.mechanism
+
+
+@lru_cache(4)
+def _first_sequence(drawn: _Drawn, strategy: str) -> Sequence:
+    """Return the sequence in the drawn position: a comparison of methods asks for it time and again."""
+    mechanism = drawn.mechanism
+    inputs = np.array([a.drawn for a in mechanism.actuators], dtype=float)
+    return find_sequence(mechanism, mechanism.drawn, inputs, strategy)
+
+
 @dataclass
 class Sweeper:
     """A mechanism with the sequence that moves it."""
@@ -48,11 +70,10 @@ class Sweeper:
         self.known, _ = known_nodes(mechanism)
         active = {n for nodes in kinematic_nodes(mechanism) for n in nodes} | set(loose_nodes(mechanism))
         self.free = sorted(active - self.known)
-        drawn = np.array([a.drawn for a in mechanism.actuators], dtype=float)
         if self.options.moves:
             self.moves = parse_moves(mechanism, self.options.moves)
         else:
-            self.sequence = find_sequence(mechanism, mechanism.drawn, drawn, self.options.strategy, self.plan)
+            self.sequence = _first_sequence(_Drawn(mechanism), self.options.strategy)
             self.moves = self.sequence.moves
 
     def held(self, inputs: FloatArray) -> Block:
