@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimcli.analysis.workspace.arcs import Arc, Crowd, Meeting
 from gimcli.analysis.workspace.sampling import Bank
-from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 
 OUTER, HOLE, INNER, ALONE, OPEN = "outer", "hole", "inner", "alone", "open"
 """Kinds of curves: `inner` has reachable places on both sides, `alone` on none, as two inputs stand at an end all along
@@ -24,9 +25,10 @@ class Policy:
     clear: float = 0.2  # part of the distance to the next path
     short: float = 0.05  # and of the path's own length
     parts: tuple[float, ...] = (0.5, 0.31, 0.73, 0.11, 0.89)  # places of a path that are tried
+    rounds: int = 4  # of trying: starts are random
     hints: int = 12  # starts about the path's own position
     farthest: float = 0.3  # from it
-    joined: float = 3e-6  # ends nearer than this are one corner
+    joined: float = 1e-5  # ends nearer than this are one corner: where curves touch it is known to about 4e-6
     checked: int = 400  # positions that must lie within the boundary
     margin: float = 1e-4  # but those nearer to it than this
     dense: int = 6  # points a cubic of the outlines for that check
@@ -75,17 +77,35 @@ class Loop:
 
 
 def sorted_edges(arcs: Sequence[Arc], bank: Bank, policy: Policy | None = None) -> list[Edge]:
-    """Return every path with what it is: the places beside it are tried."""
+    """Return every path with what it is: the places beside it are tried, those of a loop that does not close again."""
     policy = policy or Policy()
     if not arcs:
         return []
     crowd = Crowd(arcs)
-    marks = [_mark(k, arcs, crowd, policy) for k in range(len(arcs))]
-    places = np.array([z + s * step * normal for z, normal, step, _ in marks for s in (1.0, -1.0)])
-    hints = np.array([_hints(x, step, bank, policy) for _, _, step, x in marks for _ in range(2)])
-    reached = bank.reaches(places, hints).reshape(-1, 2)
-    known = np.array([[arc.inside > 0.0, arc.inside < 0.0] for arc in arcs])  # by the curve's own curvatures
-    return [_edge(arc, bool(left), bool(right)) for arc, (left, right) in zip(arcs, reached | known, strict=True)]
+    reached = np.array([[arc.inside > 0.0, arc.inside < 0.0] for arc in arcs])  # by the curve's own curvatures
+    chosen = np.arange(len(arcs))
+    for _ in range(policy.rounds):
+        _ask(arcs, chosen, reached, crowd, bank, policy)
+        edges = [_edge(arc, bool(left), bool(right)) for arc, (left, right) in zip(arcs, reached, strict=True)]
+        doubtful = {id(e.arc) for loop in loops(edges) if not loop.closed for e in loop.edges}
+        chosen = np.array([k for k, e in enumerate(edges) if e.kind == OPEN or id(e.arc) in doubtful], dtype=int)
+        if not len(chosen):
+            break
+    return edges
+
+
+def _ask(
+    arcs: Sequence[Arc], chosen: IntArray, reached: NDArray[np.bool_], crowd: Crowd, bank: Bank, policy: Policy
+) -> None:
+    """Try the places beside some paths that are not known to be reached; note in `reached` (paths, 2) what is."""
+    asked = [(k, side) for k in chosen.tolist() for side in (0, 1) if not reached[k, side]]
+    if not asked:
+        return
+    marks = {k: _mark(k, arcs, crowd, policy) for k in dict(asked)}
+    places = np.array([marks[k][0] + (1.0, -1.0)[side] * marks[k][2] * marks[k][1] for k, side in asked])
+    hints = np.array([_hints(marks[k][3], marks[k][2], bank, policy) for k, _ in asked])
+    for (k, side), found in zip(asked, bank.reaches(places, hints).tolist(), strict=True):
+        reached[k, side] |= found
 
 
 def _edge(arc: Arc, left: bool, right: bool) -> Edge:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from gimcli.analysis.workspace.task import Task
 from gimcli.mechanism import FRAME, FloatArray, IntArray
 from gimcli.solvers.critical import Critical
 from gimcli.solvers.settle import Equations, settle
+from gimcli.solvers.settle import Policy as Settling
 
 
 @dataclass(frozen=True)
@@ -19,10 +21,12 @@ class Policy:
 
     strewn: int = 1500  # starts of the bank
     spread: float = 1.0  # half side of the square that nodes are strewn over, in sizes
+    first: int = 3  # starts with which most places that can be reached are
     near: int = 12  # starts from the bank's positions whose point is nearest to the place asked for
     far: int = 36  # more of them where those fail
     mixed: int = 12  # and some from anywhere
     seeds: int = 240  # positions from which curves are looked for
+    batch: int = 80  # of these: where a whole batch leads to no new curve, all are taken to be known
     enough: int = 400  # positions of the bank
     rounds: int = 12  # of starts, at most, until there are so many
     seed: int = 0
@@ -30,6 +34,10 @@ class Policy:
     def more(self, times: int) -> Policy:
         """Return the policy with so many times the starts."""
         return replace(self, strewn=self.strewn * times, seeds=self.seeds * times)
+
+
+BRIEF = Settling(iterations=30)
+"""Where many starts lead nowhere and others to the same curves."""
 
 
 class Bank:
@@ -48,8 +56,14 @@ class Bank:
                 break
         self.y = task.place(self.x)
 
-    def seeds(self, curve: Critical) -> FloatArray:
-        """Return places p (rows, ·) of a curve, inputs within their ranges, that the bank's positions are moved to."""
+    def seeds(self, curve: Critical) -> Iterator[FloatArray]:
+        """Yield places p (rows, ·) of a curve, inputs within their ranges, that the bank's positions are moved to."""
+        starts = curve.starts(self.x[: self.policy.seeds])
+        for first in range(0, len(starts), self.policy.batch):
+            yield self._on(curve, starts[first : first + self.policy.batch])
+
+    def _on(self, curve: Critical, starts: FloatArray) -> FloatArray:
+        """Return the places of a curve, inputs within their ranges, that starts p (rows, ·) are moved to."""
         task, n = self.task, self.task.system.n
 
         def equations(p: FloatArray, which: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -58,7 +72,7 @@ class Bank:
             wide[..., :n] = slopes
             return np.concatenate([curve.residual(p), over], axis=1), np.concatenate([curve.jacobian(p), wide], axis=1)
 
-        p, good = settle(equations, curve.starts(self.x[: self.policy.seeds]))
+        p, good = settle(equations, starts, BRIEF)
         return np.asarray(p[good & task.allowed(p[:, :n])])
 
     def reaches(self, places: FloatArray, hints: FloatArray | None = None) -> NDArray[np.bool_]:
@@ -66,12 +80,15 @@ class Bank:
         found = np.zeros(len(places), dtype=bool)
         if not len(self.x):
             return found
+        near, far = self.policy.near, self.policy.near + self.policy.far
         order = np.argsort(np.linalg.norm(places[:, None, :] - self.y, axis=2), axis=1)
         near, far = self.policy.near, self.policy.near + self.policy.far
-        first = self.x[order[:, :near]]
+        found |= self._any(places, self.x[order[:, : self.policy.first]])
+        rest = np.flatnonzero(~found)
+        first = self.x[order[rest, :near]]
         if hints is not None:
-            first = np.concatenate([hints, first], axis=1)
-        found |= self._any(places, first)
+            first = np.concatenate([hints[rest], first], axis=1)
+        found[rest] = self._any(places[rest], first)
         rest = np.flatnonzero(~found)
         mixed = self.rng.integers(len(self.x), size=(len(rest), self.policy.mixed))
         starts = np.concatenate([order[rest][:, near:far], mixed], axis=1)

@@ -175,7 +175,7 @@ def _surveyed(task: Task, bank: Bank, progress: Progress | None) -> Workspace:
     every = strata(task)
     for k, stratum in enumerate(every):
         curve = critical(stratum)
-        for branch in Walker(task, curve).take(bank.seeds(curve)):
+        for branch in _walked(task, curve, bank):
             arcs += _one_sided(task, stratum, curve, branch)
         if progress is not None:
             progress(k + 1, len(every) + 1)
@@ -189,6 +189,15 @@ def _surveyed(task: Task, bank: Bank, progress: Progress | None) -> Workspace:
     unsorted = tuple(e for e in edges if e.kind in (OPEN, ALONE))
     missed = outside(around, unsorted, bank.y) + len(pieces) - len(good)
     return Workspace(task, tuple(around), inner, unsorted, missed, bank.y)
+
+
+def _walked(task: Task, curve: Critical, bank: Bank) -> list[Branch]:
+    """Return the curves of critical positions; no more seeds are tried than lead to new ones."""
+    walker = Walker(task, curve)
+    for seeds in bank.seeds(curve):
+        if not walker.take(seeds) and walker.found:
+            break
+    return walker.found
 
 
 def _one_sided(task: Task, stratum: Stratum, curve: Critical, branch: Branch) -> list[Arc]:

@@ -135,7 +135,7 @@ class Task:
 
     def inputs(self, x: FloatArray) -> FloatArray:
         """Return the inputs' values (..., actuators), angles within half a turn of 0."""
-        columns = [self._input(k, x)[0] for k in range(len(self.mechanism.actuators))]
+        columns = [self._reading(k, x) for k in range(len(self.mechanism.actuators))]
         return np.stack(columns, axis=-1)
 
     def rate(self, actuator: int, x: FloatArray, velocity: FloatArray) -> float:
@@ -150,25 +150,30 @@ class Task:
 
     def margins(self, x: FloatArray) -> FloatArray:
         """Return how far (..., 2 limited) inputs are above their low ends and below their high ends."""
-        apart, half = self._apart(x)[0], np.array([r.half for r in self.limited])
+        apart, half = self._offsets(x), np.array([r.half for r in self.limited])
         return np.concatenate([half + apart, half - apart], axis=-1)
 
     def room(self, x: FloatArray) -> FloatArray:
         """Return numbers (..., limited) that are above 0 within the inputs' ranges and smooth everywhere."""
-        apart, half = self._apart(x)[0], np.array([r.half for r in self.limited])
+        apart, half = self._offsets(x), np.array([r.half for r in self.limited])
         rotary = np.array([self._rotary(r.actuator) for r in self.limited])
         return np.where(rotary, np.cos(apart) - np.cos(half), half**2 - apart**2)
 
     def _apart(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how far (..., limited) inputs are from the middles of their ranges, and derivatives (..., n)."""
-        shape, n = x.shape[:-1], self.system.n
-        apart, slopes = np.zeros((*shape, len(self.limited))), np.zeros((*shape, len(self.limited), n))
+        slopes = np.zeros((*x.shape[:-1], len(self.limited), self.system.n))
         for k, r in enumerate(self.limited):
-            value, slopes[..., k, :] = self._input(r.actuator, x)
-            apart[..., k] = value - r.middle
+            slopes[..., k, :] = self._input(r.actuator, x)[1]
+        return self._offsets(x), slopes
+
+    def _offsets(self, x: FloatArray) -> FloatArray:
+        """Return how far (..., limited) inputs are from the middles of their ranges."""
+        apart = np.zeros((*x.shape[:-1], len(self.limited)))
+        for k, r in enumerate(self.limited):
+            apart[..., k] = self._reading(r.actuator, x) - r.middle
             if self._rotary(r.actuator):
                 apart[..., k] -= 2.0 * math.pi * np.round(apart[..., k] / (2.0 * math.pi))
-        return apart, slopes
+        return apart
 
     def fulfilled(self, x: FloatArray, tolerance: float = TOLERANCE) -> NDArray[np.bool_]:
         """Tell of x (rows, n) whether every constraint of the mechanism as written holds, whatever the inputs are."""
@@ -194,18 +199,26 @@ class Task:
         kinds = [(0.0, math.pi / 2) if self._rotary(k) else (0.0,) for k in range(len(self.mechanism.actuators))]
         return [tuple(self.drive(k, v) for v in values) for k, values in enumerate(kinds)]
 
+    def _reading(self, k: int, x: FloatArray) -> FloatArray:
+        """Return an input's value (...)."""
+        forms = self._drives[k]
+        value = forms[0].value(x)[..., 0]
+        if self._rotary(k):
+            return np.asarray(np.arctan2(value, -forms[1].value(x)[..., 0]))
+        if self.mechanism.actuators[k].drive is Drive.DISTANCE:
+            return np.asarray(np.sqrt(np.maximum(value, np.finfo(float).tiny)))
+        return np.asarray(value)
+
     def _input(self, k: int, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return an input's value (...) and its derivatives (..., n)."""
-        forms = self._drives[k]
-        value, slope = forms[0].value(x)[..., 0], forms[0].slope(x)[..., 0, :]
+        forms, value = self._drives[k], self._reading(k, x)
+        slope = forms[0].slope(x)[..., 0, :]
         if self._rotary(k):
-            c, dc = -forms[1].value(x)[..., 0], -forms[1].slope(x)[..., 0, :]
-            square = np.maximum(value**2 + c**2, np.finfo(float).tiny)
-            turn = (c[..., None] * slope - value[..., None] * dc) / square[..., None]
-            return np.arctan2(value, c), turn
+            s, c, dc = forms[0].value(x)[..., 0], -forms[1].value(x)[..., 0], -forms[1].slope(x)[..., 0, :]
+            square = np.maximum(s**2 + c**2, np.finfo(float).tiny)
+            return value, (c[..., None] * slope - s[..., None] * dc) / square[..., None]
         if self.mechanism.actuators[k].drive is Drive.DISTANCE:
-            length = np.sqrt(np.maximum(value, np.finfo(float).tiny))
-            return length, slope / (2.0 * length[..., None])
+            return value, slope / (2.0 * value[..., None])
         return value, slope
 
     def _ends(self, name: str) -> tuple[int, int]:
