@@ -177,6 +177,38 @@ friction: {slide: 0.5}
     assert np.abs(found.energy[3] - 3.0 * (x - 0.5)).max() < 1e-11
 
 
+ROD = """
+nodes: {O: [0, 0], P: [1, 0], A: [0.5, 0.8660254037844386]}
+ground: [O, P]
+links: {rod: [O, A]}
+masses: {rod: {mass: 3, inertia: 0.25}}
+actuators: {q: {type: rotary, pivot: O, arm: A, free: true}}
+springs: {s: {nodes: [P, A], stiffness: 40, free: 0.25}}
+"""
+
+
+def test_a_spring_whose_nodes_meet_grows_again(tmp_path):
+    """A rod of J = 1 swings from 60 deg to -60 deg and back, through the spring's anchor: V = 20 (2 |sin q/2| - 1/4)^2."""
+    from scipy.integrate import quad
+
+    def potential(angle):
+        return 20.0 * (2.0 * abs(math.sin(angle / 2.0)) - 0.25) ** 2
+
+    def slowness(u):  # q = 60 deg cos u takes the root of the end away
+        energy = potential(math.pi / 3.0) - potential(math.pi / 3.0 * math.cos(u))
+        return math.pi / 3.0 * math.sin(u) / math.sqrt(2.0 * energy)
+
+    quarter = quad(slowness, 0.0, math.pi / 2.0, epsabs=1e-12, epsrel=1e-12)[0]
+    times = np.linspace(0.0, 4.0 * quarter, 9)
+    found = simulate(written(tmp_path, ROD), times, Settings(rtol=1e-10))
+    assert found.status is Status.OK
+    turns = [e.time for e in found.events if e.kind == "standstill"]
+    assert turns[:1] == pytest.approx([2.0 * quarter], abs=1e-6)
+    angles = np.angle(found.nodes[0, 2])
+    assert angles[[0, 4, 8]] == pytest.approx([math.pi / 3, -math.pi / 3, math.pi / 3], abs=1e-6)
+    assert found.energy[1] == pytest.approx([potential(a) for a in angles], abs=1e-9)
+
+
 def test_a_torque_speed_line_runs_up_to_its_idle_speed(tmp_path):
     """J w' = stall (1 - w / idle): an exponential."""
     line = ", effort: {stall: 4.0, idle: 720}"

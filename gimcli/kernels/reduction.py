@@ -22,6 +22,9 @@ KINETIC, POTENTIAL, DISSIPATED, SUPPLIED = range(4)
 
 ENERGIES = 4
 
+TRAVEL, ANGLE, LENGTH = range(3)
+"""What a spring's variable reads."""
+
 SINGULAR = 1e-14
 """A reduced inertia below this, relative to the greatest, is none."""
 
@@ -35,7 +38,7 @@ class Acting(NamedTuple):
     gravity: FloatArray  # (2,)
     loads: IntArray  # (., 3) u, v, 1 where it follows the member
     load: FloatArray  # (., 6) z, force, torque, square of the distance of u and v
-    springs: IntArray  # (., 2) variable, 1 for an angle
+    springs: IntArray  # (., 2) variable, what it reads
     spring: FloatArray  # (., 2) stiffness, free reading
     dampers: IntArray  # (., 2) variable, 1 for an angle
     damper: FloatArray  # (.,) damping
@@ -126,9 +129,10 @@ def reduce_gauges(p: Acting, at: Place, room: Room, out: Reduced) -> None:
     """Add springs, dampers and what the inputs that are let go are driven by."""
     v, b, w, a = at.v, at.b, room.velocity, room.acceleration
     for i in range(p.springs.shape[0]):
-        r, unit = p.springs[i, 0], 1.0 if p.springs[i, 1] else p.metre
+        r, unit = p.springs[i, 0], 1.0 if p.springs[i, 1] == ANGLE else p.metre
         stiffness = p.spring[i, 0] * unit * unit
-        stretch = v[r] - p.spring[i, 1]
+        beyond = p.springs[i, 1] == LENGTH and v[r] < 0.0  # its nodes have met: the length is the variable's amount
+        stretch = v[r] + p.spring[i, 1] if beyond else v[r] - p.spring[i, 1]
         out.energy[POTENTIAL] += 0.5 * stiffness * stretch * stretch
         out.rate[0] -= stiffness * (w[r] * w[r] + stretch * a[r])
         for k in range(b.shape[0]):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 MOST = 100
-"""Doubtful rows that are gone past one by one before the curve of the motion is asked; a limit or a meeting takes 30."""
+"""Doubtful rows passed one by one before the curve of the motion is asked: a limit or a meeting takes 30."""
 
 
 class Passing:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from gimcli.dynamics import Load
-from gimcli.kernels.reduction import Acting
+from gimcli.kernels.reduction import ANGLE, LENGTH, TRAVEL, Acting
 from gimcli.mechanism import FRAME, Actuator, Drive, FloatArray, IntArray, Mechanism, Undriven
 from gimcli.structure.checks import farthest
 from gimcli.structure.rotation import members_of, rotation_classes
@@ -33,6 +33,9 @@ def with_rubbing(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, gauges=(*mechanism.gauges, *extra))
 
 
+READS = {Drive.ROTARY: ANGLE, Drive.DISTANCE: LENGTH, Drive.TRAVEL: TRAVEL}
+
+
 def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Acting:
     """Return what acts on a mechanism from `with_rubbing`; released: inputs that move as they will."""
     dynamics = mechanism.dynamics
@@ -40,7 +43,7 @@ def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Actin
     gauges = first + len(mechanism.actuators)
     inertias = [i for i in dynamics.inertias if i.member != FRAME]
     loads = moving_loads(mechanism)
-    springs = [(gauges + s.gauge, _angle(mechanism.gauges[s.gauge])) for s in dynamics.springs]
+    springs = [(gauges + s.gauge, READS[mechanism.gauges[s.gauge].drive]) for s in dynamics.springs]
     dampers = [(gauges + d.gauge, _angle(mechanism.gauges[d.gauge]), d.damping) for d in dynamics.dampers]
     slid = [f for f in dynamics.frictions if f.slide >= 0]
     own = len(mechanism.gauges) - len(slid)
