@@ -188,7 +188,7 @@ springs: {s: {nodes: [P, A], stiffness: 40, free: 0.25}}
 
 
 def test_a_spring_whose_nodes_meet_grows_again(tmp_path):
-    """A rod of J = 1 swings from 60 deg to -60 deg and back, through the spring's anchor: V = 20 (2 |sin q/2| - 1/4)^2."""
+    """A rod of J = 1 swings from 60 deg to -60 deg and back, over the anchor: V = 20 (2 |sin q/2| - 1/4)^2."""
     from scipy.integrate import quad
 
     def potential(angle):
