@@ -26,6 +26,9 @@ Progress = Callable[[int, int], None]
 ROUNDS = 3
 """Times that more starts are made where the boundary is not closed or leaves reached places out."""
 
+MANY = 200
+"""Curves beyond which one pass is made only: the next ones would take twice and four times as long."""
+
 SINGLE = 1e-3
 """Width of reached places, relative to the size, below which they are one: ranges that touch hold it to a root only."""
 
@@ -111,7 +114,7 @@ def survey(
             continue
         fresh = _surveyed(task, bank, progress)
         found = fresh if found is None or fresh.missed <= found.missed else found
-        if found.complete:
+        if found.complete or len(found.edges) > MANY:
             break
     if found is None:
         raise UnassembledError(unreached(task))
