@@ -67,7 +67,7 @@ def drawn_circuit(mechanism: Mechanism, tolerance: float) -> Circuit:
     starts = [curve.begin(), float(drawn_inputs(mechanism)[0])] if curve.single else [curve.begin()]
     for q in starts:
         start = start_position(mechanism, plan, curve.inputs(q), plain, tolerance)
-        refuse_doubtful(mechanism, plan, start.status)
+        refuse_doubtful(mechanism, plan, start.regular)
         if start.status is Status.OK:
             z = start.row.x + 1j * start.row.y
             _refuse_contradiction(mechanism, z, curve.inputs(q), tolerance)

@@ -51,6 +51,11 @@ class Assembly:
     gap: Gap | None = None  # of a singular position: the way through it
     came: bool = False  # a motion has led there
 
+    @property
+    def regular(self) -> bool:
+        """Tell whether it is assembled, and not in a singular position."""
+        return self.status is Status.OK and self.gap is None
+
 
 class Assembler:
     """Assembles single positions of a plan."""

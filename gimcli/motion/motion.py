@@ -133,7 +133,7 @@ def stream(
     plan = make_plan(mechanism, closed_forms=options.method != "newton")
     run = choose(options.jit, plan_work(plan, max(steps, STEPS_A_TURN)), tell, ("march",))
     start = start_position(mechanism, plan, inputs(np.zeros(1))[:, 0], run, options.tolerance)
-    refuse_doubtful(mechanism, plan, start.status)
+    refuse_doubtful(mechanism, plan, start.regular)
     journey = Journey(mechanism, plan, run, options.tolerance, at_limit, branch)
     swept = _Swept(mechanism, options, steps + 1, tell) if options.method == "gim" else None
     for first in range(0, steps + 1, rows):

@@ -51,7 +51,7 @@ def solve(mechanism: Mechanism, inputs: FloatArray, options: Options, history: b
         found = start_position(mechanism, plan, inputs, run, options.tolerance)
     else:
         found = Assembler(mechanism, plan, run, options.tolerance, anywhere=True).assemble(inputs, guess)
-    refuse_doubtful(mechanism, plan, found.status)
+    refuse_doubtful(mechanism, plan, found.regular)
     return _judged(mechanism, inputs, found, options)
 
 
@@ -72,7 +72,7 @@ def _by_sweeps(
     sweeper = Sweeper(mechanism, options, choose(options.jit, 0.0))
     sweeper.run = choose(options.jit, gim_work(len(sweeper.moves), 10))
     done = sweeper.settle(inputs, guess, options.sweeps + 1 if history else 0)
-    refuse_doubtful(mechanism, sweeper.plan, done.status)
+    refuse_doubtful(mechanism, sweeper.plan, done.good)
     check = residual(mechanism, done.z[:, None], inputs[:, None], names=True)
     status = done.status
     if done.good and not _holds(mechanism, done.z, inputs, options, check):

@@ -24,12 +24,12 @@ def explained(mechanism: Mechanism) -> Iterator[None]:
         raise
 
 
-def refuse_doubtful(mechanism: Mechanism, plan: Plan, status: Status) -> None:
+def refuse_doubtful(mechanism: Mechanism, plan: Plan, regular: bool) -> None:
     """Raise StructureError where a mechanism is over-driven or not driven.
 
-    It is asked where constraints are to spare or the start, of some status, was not solved: else the plan drives all.
+    It is asked where constraints are to spare or no regular position was solved: else the plan drives all.
     """
-    if plan.surplus > 0 or status is not Status.OK:
+    if plan.surplus > 0 or not regular:
         from gimcli.structure.mobility import refuse_unfit
 
         refuse_unfit(mechanism)
