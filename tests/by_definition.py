@@ -111,6 +111,11 @@ class Definition:
         return 2 * len(nodes) - rank, 2 * len(nodes) - held, held - rank
 
     @property
+    def still(self):
+        """Nodes that never move."""
+        return self.members[self.held]["nodes"] if self.held else self.ground
+
+    @property
     def used(self):
         """Nodes that belong to something."""
         parts = [self.ground, *(m["nodes"] for m in self.members.values())]

@@ -96,7 +96,9 @@ class Subject:
         return math.degrees(drawn) if "pivot" in motor else drawn
 
     def same_value(self, name, a, b, within=SAME):
-        """Tell whether two values of an input are the same."""
+        """Tell whether two values of an input are the same; None is one without bound."""
+        if a is None or b is None:
+            return a is b
         room = math.degrees(within) if "pivot" in self.definition.actuators[name] else within * self.definition.size
         return abs(a - b) <= room
 
@@ -199,7 +201,7 @@ class Subject:
         """The extremes of a point along the whole circuit are those of its workspace path."""
         if len(self.definition.actuators) > 1 or self.grown.far or not self._freed(report):
             return
-        point = self.data["trace"][-1]
+        point = next(n for n in reversed(self.data["trace"]) if n not in self.definition.still)
         path, out = self.folder / "free.yaml", ("--no-png", "-o", self.folder / "out")
         found = self.run("workspace", "--point", point, *out, path=path)
         traced = self.run("trace", "--circuit", "--steps", 1500, *out)

@@ -93,8 +93,7 @@ def joined(checked):
 def reached(checked, spy):
     """Check the positions whose points are the rows of the file."""
     definition = checked.definition
-    still = definition.members[definition.held]["nodes"] if definition.held else definition.ground
-    point = [n for n in checked.nodes if n not in still][-1]
+    point = [n for n in checked.nodes if n not in definition.still][-1]
     checked.run("workspace", "--point", point, "--no-png", "-o", checked.folder)
     written = [complex(float(r["x"]), float(r["y"])) for r in read_rows(next(checked.folder.glob("*.workspace.csv")))]
     found = spy.pop()

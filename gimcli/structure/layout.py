@@ -263,7 +263,7 @@ class Layout:
             for i in range(len(loci)):
                 for j in range(i):
                     score = self._crossing(node, loci[j], loci[i])
-                    if best is None or score > best[0]:
+                    if score >= 0.0 and (best is None or score > best[0]):
                         best = (score, node, loci[j], loci[i])
             if best is not None and best[0] > good:
                 break
@@ -338,8 +338,8 @@ class Layout:
                 yield Line(actuator.name, actuator.a, source.times(normal), Value(-height, number, -1.0))
 
     def _crossing(self, node: int, first: Locus, second: Locus) -> float:
-        """Return the sine of the angle between two loci as drawn; none for one constraint twice."""
-        if first.constraint == second.constraint:
+        """Return the sine of the angle between two loci as drawn; -1 for one constraint or one centre twice."""
+        if first.constraint == second.constraint or _concentric(first, second):
             return -1.0
         n, m = (self._normal(node, locus) for locus in (first, second))
         return abs((n.conjugate() * m).imag) / max(abs(n) * abs(m), 1e-300)
@@ -363,3 +363,10 @@ class Layout:
 
 def _unit(angle: float) -> complex:
     return cmath.exp(1j * angle)
+
+
+def _concentric(first: Locus, second: Locus) -> bool:
+    """Tell whether two loci are circles about one centre: one of them is a constraint too many."""
+    if not (isinstance(first, Circle) and isinstance(second, Circle)):
+        return False
+    return (first.centre, first.offset) == (second.centre, second.offset)

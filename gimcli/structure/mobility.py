@@ -19,6 +19,9 @@ from gimcli.structure.residual import errors
 from gimcli.structure.restrictions import Restriction, gradient, measure, member_models, pair_restrictions
 from gimcli.structure.rotation import members_of
 
+ROUNDING = 1e-14
+"""A gradient in the normal frame below this is none: that of an angle between members that are one."""
+
 RANK = 1e-8
 """A pivot below this part of the greatest is none: rows are scaled to length 1."""
 
@@ -97,10 +100,10 @@ class Jacobian:
         self.drives = [r for r in pairs if r.name in drives]
 
     def rows(self, restrictions: list[Restriction], z: ComplexArray, inputs: FloatArray) -> FloatArray:
-        """Return the gradients, each row scaled to length 1."""
+        """Return the gradients, each row scaled to length 1; what rounding leaves of none is none."""
         table = self.slopes(restrictions, z, inputs)
         norm = np.linalg.norm(table, axis=1, keepdims=True)
-        return np.asarray(table / np.where(norm > 0.0, norm, 1.0))
+        return np.where(norm > ROUNDING, table / np.where(norm > ROUNDING, norm, 1.0), 0.0)
 
     def slopes(self, restrictions: list[Restriction], z: ComplexArray, inputs: FloatArray) -> FloatArray:
         """Return the gradients (restrictions, 2 x free nodes)."""
