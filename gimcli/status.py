@@ -52,8 +52,8 @@ _TEXTS = {
     Status.OK: "solved to the tolerance",
     Status.LIMIT: "the mechanism cannot reach this input from its start: shorten the law to the reachable interval",
     Status.NOT_ASSEMBLED: "no position was found that satisfies all constraints: check the lengths named, draw the"
-    " start nearer to an assembled position (`gim solve --all` lists all configurations, `gim solve --start random` looks"
-    " for one from anywhere), or see by `gim trace` how far the inputs reach",
+    " start nearer to an assembled position (`gim solve --all` lists all configurations, `gim solve --start random`"
+    " looks for one from anywhere), or see by `gim trace` how far the inputs reach",
     Status.NOT_CONVERGED: "the iteration did not reach the tolerance: loosen --tolerance, or use --method auto"
     " where the position exists",
     Status.SINGULAR: "the position is singular: the inputs do not determine it to the requested tolerance; start from"
