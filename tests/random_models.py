@@ -35,6 +35,9 @@ class Grown(Growth):
             self.drive_elsewhere() if choose.random() < 0.6 else self.drive_linear(
                 choose.choice(["distance", "travel"])
             )
+        motor = self.actuators["motor"]
+        if any(_driven(motor, nodes) for nodes in self.bodies.values() if "nodes" in motor):
+            self.actuators["motor"] = {"type": "rotary", "pivot": self.ground[0], "arm": self.bodies["b0"][1]}
         self.floating = choose.random() < 0.2
         self.far = choose.random() < 0.25
         self.noise = choose.choice([1e-6, 1e-3, 0.1, 0.5])
