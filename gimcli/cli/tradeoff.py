@@ -35,6 +35,10 @@ def command(
     ] = "",
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")] = Path(),
     png: Annotated[bool, typer.Option("--png/--no-png", help="Draw the picture.")] = True,
+    seconds: Annotated[
+        float,
+        typer.Option("--seconds", min=1.0, help="Processor time it is meant to take; more runs slow methods too."),
+    ] = 10.0,
     jit: JitOption = Jit.AUTO,
     as_json: Json = False,
 ) -> None:
@@ -54,7 +58,7 @@ def command(
         if not mechanism.actuators:
             raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one")
         refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
-        found = tradeoff(mechanism, steps, asked, jit.value, note, progress_bar("comparing"))
+        found = tradeoff(mechanism, steps, asked, jit.value, note, progress_bar("comparing"), seconds=seconds)
     table = tradeoff_table(found)
     drawn = png and any(e.drawable for e in found.entries)
     with CsvStream(csv_path, table.names) as stream:  # appears when the picture has been written too

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -37,7 +38,7 @@ class Restriction:
     vector: Vector | None
     movable: tuple[int, ...]
 
-    @property
+    @cached_property
     def nodes(self) -> tuple[int, ...]:
         """All nodes that it ties."""
         return tuple(dict.fromkeys((self.a, self.b, *(self.vector.nodes if self.vector else ()))))
