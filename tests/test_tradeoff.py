@@ -206,7 +206,7 @@ def test_nothing_of_the_picture_is_clipped():
 
 @pytest.mark.parametrize("jit", ["off", "on"])
 def test_command_line(jit, tmp_path):
-    arguments = ("--steps", 12, "--tolerances", "1e-3,1e-8", "--jit", jit, "--out", tmp_path)
+    arguments = ("--steps", 12, "--tolerances", "1e-3,1e-8", "--jit", jit, "--out", tmp_path, "--seconds", 600)
     report = json.loads(gim("tradeoff", MODELS / "gim_fig13a.yaml", *arguments, "--json"))
     assert report["steps"] == 12
     assert report["solved"] == 13
@@ -233,7 +233,7 @@ def test_a_limit_on_the_way_leaves_the_rows_that_are_reached(tmp_path):
         "links: {a: {nodes: [A,B], length: 4}, b: {nodes: [B,C], length: 1.5}, c: {nodes: [D,C], length: 2}}\n"
         "actuators: {m: {type: rotary, pivot: A, arm: B, law: {from: 20, to: 200}}}\ntrace: [C]\n"
     )
-    arguments = ("--steps", 90, "--tolerances", "1e-8", "--no-png", "--json")
+    arguments = ("--steps", 90, "--tolerances", "1e-8", "--no-png", "--json")  # one tolerance: nothing is left out
     report = json.loads(gim("tradeoff", *arguments, cwd=tmp_path, code=5))
     limit = math.degrees(math.acos((4**2 + 4**2 - 3.5**2) / (2 * 4 * 4)))
     assert {e["positions"] for e in report["entries"]} == {math.floor((limit - 20) / 2)}
@@ -286,7 +286,7 @@ def test_a_method_that_has_taken_its_share_is_left_out_at_finer_tolerances():
     found = tradeoff(load(MODELS / "crank_rocker.yaml"), 4, (1e-2, 1e-4, 1e-6), jit="off", timing=QUICK, seconds=0.0)
     for method in {e.method.name for e in found.entries}:
         first, *finer = (e for e in found.entries if e.method.name == method)
-        assert first.complete
+        assert first.solved > 0
         assert first.seconds > 0.0
         assert [(e.tolerance, e.solved) for e in finer] == [(1e-4, 0), (1e-6, 0)]
         assert all("--seconds allows more" in e.reason for e in finer)
