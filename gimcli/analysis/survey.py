@@ -90,10 +90,12 @@ def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress | 
     """Follow all circuits that meet the drawn one and list what is singular on them."""
     branches = all_circuits(drawn_circuit(mechanism, tolerance), progress=progress)
     found: list[Found] = []
-    reach, complete = [], branches.complete
+    reach: list[tuple[float, float]] = []
+    complete = branches.complete
     for number, circuit in enumerate(branches.circuits):
         own = singularities(circuit, number)
-        reach.append(_first_round(branches.circuits[0], interval(circuit, own)))
+        ends = interval(circuit, own)
+        reach.append(_first_round(ends, reach[0][0] if reach else ends[0]) if branches.circuits[0].turns else ends)
         for what in own:
             z, u = circuit.curve.nodes(what.p), circuit.curve.inputs(float(what.p[-1]))
             if holds(mechanism, z[:, None], u[:, None], tolerance)[0]:
@@ -114,11 +116,9 @@ def _add(found: list[Found], what: Singularity, number: int, circuit: Circuit) -
     found.append(Found(what, (number,)))
 
 
-def _first_round(first: Circuit, ends: tuple[float, float]) -> tuple[float, float]:
-    """Return an interval moved by whole turns next to the first circuit's, if that turns fully."""
-    if not first.turns:
-        return ends
-    shift = 2.0 * math.pi * math.floor((ends[0] - float(first.p[-1].min()) + SAME) / (2.0 * math.pi))
+def _first_round(ends: tuple[float, float], begin: float) -> tuple[float, float]:
+    """Return an interval moved by whole turns into the turn from where the first circuit's begins."""
+    shift = 2.0 * math.pi * math.floor((ends[0] - begin + SAME) / (2.0 * math.pi))
     return ends[0] - shift, ends[1] - shift
 
 

@@ -261,20 +261,23 @@ def law_range(mechanism: Mechanism, actuator: int) -> Range:
 
 
 def _independent(whole: Quadric, task: Task) -> Quadric:
-    """Return the equations without those that follow from the others at an assembled position in general."""
+    """Return the equations without those that follow from the others about the drawn position in general."""
     from scipy.linalg import qr
 
     from gimcli.solvers.settle import settle
 
     rng = np.random.default_rng(1)
-    start = task.system.coordinates(task.mechanism.drawn) + rng.normal(0.0, 0.05, (40, task.system.n))
+    drawn = task.system.coordinates(task.mechanism.drawn)
+    start = drawn + rng.normal(0.0, 0.05, (40, task.system.n))
     x, good = settle(lambda at, _: (whole.value(at), whole.slope(at)), start)
     if not good.any() or not whole.m:
         return whole
-    best: list[int] = []
-    for place in x[good][:8]:
+    near = x[good][np.argsort(np.linalg.norm(x[good] - drawn, axis=1))[:9]]
+    found: list[list[int]] = []
+    for place in near:  # some may be singular, or assembled another way
         r, order = qr(whole.slope(place).T, mode="r", pivoting=True)
         size = np.abs(np.diag(r))
-        rows = sorted(order[: int(np.sum(size > RANK * size[0]))].tolist())
-        best = rows if len(rows) > len(best) else best
+        found.append(sorted(order[: int(np.sum(size > RANK * size[0]))].tolist()))
+    ranks = [len(rows) for rows in found]
+    best = max(found, key=lambda rows: (ranks.count(len(rows)), len(rows)))
     return whole.rows(best)
