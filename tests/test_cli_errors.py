@@ -647,7 +647,7 @@ def test_a_mechanism_without_actuator_is_not_reduced(gim):
 
 
 NARROW = """
-from gimcli.cli import progress
+from gimcli.cli import console
 console.print_table("t", ("name", *"abcdef"), [("a long name that may be broken", *["-1.2345678901"] * 6)], range(1, 7))
 """
 

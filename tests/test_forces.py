@@ -18,7 +18,7 @@ from gimcli.analysis.force_table import reaction_columns
 from gimcli.analysis.forces import directions, equilibrium, inverse_dynamics, motion_forces
 from gimcli.analysis.graphs import input_or_time
 from gimcli.analysis.influence import Influence
-from gimcli.errors import UsageError
+from gimcli.errors import ModelError
 from gimcli.kernels.equilibrium import COUPLE
 from gimcli.kernels.jit import compiled
 from gimcli.model import load
@@ -216,7 +216,7 @@ masses:
 
 
 def test_what_is_never_told():
-    with pytest.raises(UsageError, match="add `masses:`"):
+    with pytest.raises(ModelError, match="has no masses, loads or springs"):
         motion_forces(trace(load(MODELS / "crank_rocker.yaml"), 2))
 
 

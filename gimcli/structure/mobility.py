@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -28,8 +29,11 @@ RANK = 1e-8
 STEPS = (1e-2, 1e-3, 1e-4)
 """Lengths of the step to a neighbouring position, relative to the size; a shorter one where none is found."""
 
-TRIALS = 4
-"""Neighbouring positions that are looked for."""
+TRIALS, MORE = 4, 40
+"""Neighbouring positions that are looked for; more where branches meet and none yet is on one that the inputs drive."""
+
+EXTENT = 4.0
+"""Greatest members whose length is the size of the mechanism; nodes may be drawn much farther away."""
 
 BACK, ASTRAY = 0.1, 10.0
 """Parts of a step between which a neighbour lies: nearer it is the position itself, farther another one."""
@@ -98,6 +102,13 @@ class Jacobian:
         drives = {a.name for a in mechanism.actuators}
         self.constraints = restrictions + [r for r in pairs if r.name not in drives]
         self.drives = [r for r in pairs if r.name in drives]
+
+    @cached_property
+    def size(self) -> float:
+        """Length that steps and errors are relative to: nodes that are drawn far away do not count."""
+        spans = [float(np.max(np.abs(m.shape[:, None] - m.shape))) for m in self.mechanism.members if len(m.nodes)]
+        extent = EXTENT * max(spans, default=0.0)
+        return min(self.mechanism.size, extent) if extent > 0.0 else self.mechanism.size
 
     def rows(self, restrictions: list[Restriction], z: ComplexArray, inputs: FloatArray) -> FloatArray:
         """Return the gradients, each row scaled to length 1; what rounding leaves of none is none."""
@@ -198,11 +209,15 @@ def _regular(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, apparent: 
     this leads back to the start, the motion was infinitesimal only.
     """
     best: tuple[tuple[int, int], ComplexArray] | None = None
+    coordinates = 2 * len(jacobian.free)
     for step in STEPS if apparent else ():
-        for there in _neighbours(jacobian, z, inputs, step * jacobian.mechanism.size):
+        for number, there in enumerate(_neighbours(jacobian, z, inputs, step * jacobian.size), start=1):
             ranks = jacobian.ranks(there, inputs)
             if best is None or ranks > best[0]:
                 best = ranks, there
+            meeting = best[0][0] > coordinates - apparent  # of branches; the inputs may rest on the one found
+            if number >= TRIALS and not (meeting and best[0][1] < coordinates):
+                break
         if best is not None:
             return 2 * len(jacobian.free) - best[0][0], best[1]
     return 0, z
@@ -213,7 +228,7 @@ def _neighbours(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, step: f
     null = jacobian.motions(jacobian.rows(jacobian.constraints, z, inputs))
     generator = np.random.default_rng(0)
     goal = np.array([measure(r, z, inputs) for r in jacobian.constraints])
-    for _ in range(TRIALS):
+    for _ in range(MORE):
         motion = null @ generator.standard_normal(null.shape[1])
         there = _restore(jacobian, z + step * motion / np.linalg.norm(motion), goal, inputs)
         if there is not None and BACK * step < np.linalg.norm(there - z) < ASTRAY * step:
@@ -223,14 +238,14 @@ def _neighbours(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, step: f
 def _restore(jacobian: Jacobian, trial: ComplexArray, goal: FloatArray, inputs: FloatArray) -> ComplexArray | None:
     """Put a trial position on the constraints: measures as in goal; None where that fails."""
     z, error = _nearest(jacobian, trial, goal, inputs)
-    return z if error < ASSEMBLED * jacobian.mechanism.size else None
+    return z if error < ASSEMBLED * jacobian.size else None
 
 
 def _nearest(
     jacobian: Jacobian, trial: ComplexArray, goal: FloatArray, inputs: FloatArray
 ) -> tuple[ComplexArray, float]:
     """Return where Gauss-Newton by least motion ends, and the greatest error there; infinite where it diverges."""
-    size = jacobian.mechanism.size
+    size = jacobian.size
     with np.errstate(all="ignore"):
         for _ in range(ITERATIONS):
             error = np.array([measure(r, trial, inputs) for r in jacobian.constraints]) - goal
@@ -290,12 +305,12 @@ def assembled(mechanism: Mechanism) -> ComplexArray | None:
     generator = np.random.default_rng(0)
     for k in range(STARTS):
         start = mechanism.drawn.copy()
-        noise = generator.standard_normal((2, len(jacobian.free))) * mechanism.size * k / STARTS
+        noise = generator.standard_normal((2, len(jacobian.free))) * jacobian.size * k / STARTS
         start[jacobian.free] += noise[0] + 1j * noise[1]
         z, error = _nearest(jacobian, start, goal, inputs)
-        if error < ASSEMBLED * mechanism.size and _fulfilled(mechanism, carry(mechanism, z), inputs):
+        if error < ASSEMBLED * jacobian.size and _fulfilled(mechanism, carry(mechanism, z), inputs):
             return carry(mechanism, z)
-        if k == 0 and ASSEMBLED < error / mechanism.size < ALMOST:
+        if k == 0 and ASSEMBLED < error / jacobian.size < ALMOST:
             return None  # the drawn position contradicts itself by little: another one would not stand for it
     return None
 
