@@ -349,7 +349,13 @@ def test_what_cannot_be_written_is_told_before_the_work(command, name, kind, gim
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_trace_that_is_stopped_leaves_nothing(number, tmp_path):
     (tmp_path / "m.yaml").write_text(FOUR + CRANK)
-    running = started("trace", "m.yaml", "--steps", 10_000_000, "--no-png", cwd=tmp_path, stdout=subprocess.PIPE)
+
+    def heed() -> None:
+        """Hear the signal where the tests run in the background too, which is started to ignore it."""
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    arguments = ("trace", "m.yaml", "--steps", 10_000_000, "--no-png")
+    running = started(*arguments, cwd=tmp_path, stdout=subprocess.PIPE, preexec_fn=heed)
     deadline = time.monotonic() + 60
     while not files(tmp_path) and time.monotonic() < deadline:
         time.sleep(0.05)
