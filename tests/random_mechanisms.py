@@ -159,8 +159,11 @@ class Growth:
         self.actuators["motor"]["law"] = {"by": self.random.choice([-1, 1]) * self.random.uniform(0.01, 0.1) * reach}
 
     def drawn_value(self):
-        """Return the drive's value in the position that the mechanism was built from; deg or a length."""
-        motor = self.actuators["motor"]
+        """Return the only drive's value in the position that the mechanism was built from."""
+        return self.drawn_value_of(self.actuators["motor"])
+
+    def drawn_value_of(self, motor):
+        """Return a drive's value in the position that the mechanism was built from; deg or a length."""
         if "pivot" in motor:
             turn = self.place(motor["arm"]) - self.place(motor["pivot"])
             if "reference" in motor:

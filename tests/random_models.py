@@ -99,19 +99,6 @@ class Grown(Growth):
 
     # -- laws -----------------------------------------------------------------------------
 
-    def drawn_value_of(self, motor):
-        """Return an input's value in the position that the mechanism was built from; deg or a length."""
-        if "pivot" in motor:
-            turn = self.place(motor["arm"]) - self.place(motor["pivot"])
-            if "reference" in motor:
-                turn /= self.place(motor["reference"]) - self.place(motor["pivot"])
-            return math.degrees(cmath.phase(turn))
-        if "nodes" in motor:
-            a, b = motor["nodes"]
-            return abs(self.place(b) - self.place(a))
-        u, v = (self.place(n) for n in motor["guide"])
-        return ((self.place(motor["node"]) - u) * (v - u).conjugate()).real / abs(v - u)
-
     def _by(self, motor):
         if "pivot" in motor:
             if len(self.actuators) == 1 and not self.elsewhere:
