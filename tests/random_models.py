@@ -108,6 +108,8 @@ class Grown(Growth):
 
     def _law(self, name, motor, tables):
         start, by = self.drawn_value_of(motor), self._by(motor)
+        if "nodes" in motor and start + by < 0.02:
+            by = -by  # a distance stays above 0
         kind = self.random.choice(LAWS)
         if self.far and kind in ("by", "named", "polynomial"):
             kind = "from"

@@ -13,7 +13,7 @@ from four_bars import cosines, four_bar, four_bar_text
 from gimcli.analysis.singularities import CHANGE, LIMIT, singularities
 from gimcli.analysis.survey import drawn_circuit, survey
 from gimcli.model import load
-from gimcli.motion.circuit import Circuit
+from gimcli.motion.circuit import Circuit, Ended
 from gimcli.motion.motion import trace
 from gimcli.motion.stations import along, circuit_motion
 from gimcli.structure.residual import residual
@@ -293,3 +293,30 @@ def test_many_windows_drawn_flat_set_out_together(tmp_path: Path, windows: int) 
         expected = 3.0 * k + np.exp(1j * motion.inputs[0])
         assert np.abs(z[mechanism.nodes.index(f"A{k}")] - expected).max() < 1e-10
     assert drawn_circuit(mechanism, 1e-10).closed
+
+
+CRANK_AND_SLIDER = """\
+nodes: {A: [0, 0], B: [1, 0], C: [0, 2], D: [1, 2], E: [0.5, 2]}
+ground: [A, C, D]
+links: {crank: [A, B]}
+prismatic: {slide: {node: E, guide: [C, D]}}
+actuators:
+  turn: {type: rotary, pivot: A, arm: B, law: {from: 0, to: 90}}
+  push: {type: linear, node: E, guide: [C, D], law: {from: 0.5, to: 0.6}}
+"""
+"""A crank and a slider that nothing joins: no position comes back."""
+
+
+def test_inputs_that_never_come_home_together_are_followed_for_some_turns(tmp_path: Path) -> None:
+    file = tmp_path / "model.yaml"
+    file.write_text(CRANK_AND_SLIDER)
+    found = survey(load(file))
+    (circuit,), (reach,) = found.branches.circuits, found.reach
+    assert circuit.ended == Ended.LONG
+    assert len(circuit.places) < 2000
+    turn, push = np.array([circuit.curve.inputs(q) for q in reach]).T
+    assert np.sort(turn) == pytest.approx([-8.0 * math.pi, 8.5 * math.pi], abs=1e-9)  # four turns beyond the law
+    slope = 0.1 / (0.5 * math.pi)
+    assert np.sort(push) * found.curve.mechanism.scale == pytest.approx(
+        [0.5 - slope * 8.0 * math.pi, 0.5 + slope * 8.5 * math.pi], abs=1e-9
+    )

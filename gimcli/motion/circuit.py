@@ -179,7 +179,7 @@ class Walker:
                 if closes and index > 1 and self._comes_home(index):
                     return Ended.CLOSED
                 if self._leaves(index):
-                    return Ended.LAW
+                    return Ended.LAW if self.curve.domain.ends else Ended.LONG
             if _reach(self.places[-1]) > self.policy.outside:
                 if self.escaped:
                     self.infinite = self.at_infinity()
@@ -319,7 +319,7 @@ class Walker:
         return True
 
     def _leaves(self, index: int) -> bool:
-        """Tell whether a place is beyond the laws; then end at their end."""
+        """Tell whether a place is out of the parameter's domain; then end at its end."""
         domain, q = self.curve.domain, float(self.places[index].p[-1])
         if domain.low <= q <= domain.high:
             return False

@@ -1,7 +1,8 @@
 """The curve of a motion: positions x and one parameter, F(x, u(q)) = 0.
 
 Inputs that run along a line (a single one always does): the parameter q is that of the line, the value of the input
-that moves most, and has no end. Other inputs follow their laws together: q is the laws' time, stretched so that a step
+that moves most. It has no end, but where several inputs move and one turns it is followed for some turns only: such a
+curve need not ever close. Other inputs follow their laws together: q is the laws' time, stretched so that a step
 of it is about as long as the way of the inputs. Laws that run evenly go on beyond their ends; at the ends of others the
 curve ends.
 """
@@ -21,13 +22,17 @@ from gimcli.structure.system import System
 EVEN = 1e-9
 """Second derivative of a law, over its way, below which it runs evenly."""
 
+TURNS = 4
+"""Turns beyond its law on either side for which one of several inputs is followed."""
+
 
 @dataclass(frozen=True)
 class Domain:
-    """Where the parameter may be."""
+    """Where the parameter may be, or how far it is followed."""
 
     low: float = -math.inf
     high: float = math.inf
+    ends: bool = True  # the curve itself ends there
 
 
 class Curve:
@@ -44,6 +49,14 @@ class Curve:
         self.span, self.domain = 1.0, Domain()
         if self.line is None:
             self._stretch()
+        elif not self.single and self.rotary.any():
+            self._bound(self.line)
+
+    def _bound(self, line: Line) -> None:
+        fastest = float(np.max(np.abs(line.along[self.rotary])))
+        if fastest > 0.0:
+            (low, high), beyond = self.laws, TURNS * 2.0 * math.pi / fastest
+            self.domain = Domain(low - beyond, high + beyond, ends=False)
 
     def _stretch(self) -> None:
         values = law_inputs(self.mechanism)(law_times(self.mechanism))

@@ -30,6 +30,7 @@ class Policy:
     near: float = 2.0  # longest steps within which it is looked for
     still: float = 1e-6  # a curve whose positions move less than this, beside its multipliers, is none
     within: float = 1e-9  # part of a step within which a zero is its end
+    fitted: float = 1e-6  # what the polynomial may be off the curve
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,8 +194,11 @@ def zeros(curve: Critical, here: Knot, there: Knot, tests: Tests, policy: Policy
             roots = poly.chebroots(poly.chebtrim(poly.chebfit(grid, column, degree), 1e-14 * np.abs(column).max()))
             met += [float(r.real) for r in roots if abs(r.imag) < 1e-9 and -edge < r.real < edge]
     for at in sorted(met):
-        tangent = poly.chebval(at, rates)
-        yield Knot(np.asarray(poly.chebval(at, table)), np.asarray(tangent / np.linalg.norm(tangent)))
+        p, tangent = np.asarray(poly.chebval(at, table)), np.asarray(poly.chebval(at, rates))
+        tangent = tangent / np.linalg.norm(tangent)
+        exact = arclength.correct(curve, p, WALK, tangent)
+        beside = exact is not None and np.linalg.norm(exact - p) <= policy.fitted
+        yield Knot(exact if exact is not None and beside else p, tangent)
 
 
 def _sampled(curve: Critical, here: Knot, there: Knot, policy: Policy) -> tuple[FloatArray, list[Knot]]:

@@ -90,6 +90,8 @@ def reach(
     home = _home(task, branches)
     runs = [_run(task, branch, k == home) for k, branch in enumerate(branches)]
     good = [run for run in runs if bool(task.fulfilled(run.x).all())]
+    if not good:
+        raise UnassembledError(f"{mechanism.name}: no path of '{point}' holds every constraint within the bounds")
     told = tuple(sorted(good, key=lambda run: (not run.drawn, -run.length)))
     return Reach(task, told, complete and len(good) == len(runs))
 
