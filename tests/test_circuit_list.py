@@ -153,3 +153,15 @@ def test_a_mirrored_assembly_of_a_short_travel_is_found(tmp_path: Path) -> None:
     scale = found.curve.mechanism.scale
     reach = sorted(tuple(v * scale for v in strand.interval) for strand in found.strands)
     assert np.allclose(reach, [(-30.01, -29.99), (29.99, 30.01)], atol=1e-9)
+
+
+def test_progress_goes_on_while_circuits_are_followed():
+    """What is told grows with every circuit that is followed, not only while configurations are listed."""
+    heard = []
+    found = circuits(load(MODELS / "double_butterfly.yaml"), Policy(samples=6), lambda done, of: heard.append(done / of))
+    assert heard == sorted(heard)
+    listed = [part for part in heard if part < 0.5]
+    followed = {part for part in heard if 0.5 <= part < 1.0}
+    assert len(listed) == 5
+    assert len(followed) >= found.count - 1 > 1
+    assert heard[-1] == 1.0

@@ -29,8 +29,8 @@ PHASES = {
     "reduce": (["--steps", "2"], ["reducing", "drawing"]),
     "tradeoff": (["--steps", "2", "--tolerances", "1e-3"], ["comparing", "drawing"]),
     "simulate": (["--time", "0.02", "--dt", "0.01", "--reactions"], ["simulating", "reactions", "drawing"]),
-    "workspace": (["--point", "B"], ["configurations", "drawing"]),
-    "circuits": (["--samples", "4", "--png", "c.png"], ["configurations", "drawing"]),
+    "workspace": (["--point", "B"], ["configurations and their circuits", "drawing"]),
+    "circuits": (["--samples", "4", "--png", "c.png"], ["configurations and their circuits", "drawing"]),
     "singularities": (["--png", "s.png"], ["following branches", "drawing"]),
     "solve --all": (["--png", "a.png"], ["configurations", "drawing"]),
     "trace --all-branches": (

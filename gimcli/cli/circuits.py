@@ -52,7 +52,7 @@ def command(
     mechanism = load(model)
     refuse_files(mechanism.files, None, png)
     with explained(mechanism):
-        found = circuits(mechanism, Policy(samples=samples), progress_bar("configurations"))
+        found = circuits(mechanism, Policy(samples=samples), progress_bar("configurations and their circuits"))
     drawn = png is not None and bool(found.strands)
     if drawn:
         assert png is not None

@@ -90,7 +90,7 @@ def _answer(
     places = _scatter(mechanism, name, model, files["npz"], asked, grid) if asked[0] else None
     found: Workspace | Reach
     if freedoms == 1:
-        found = reach(mechanism, name, held, progress_bar("configurations"))
+        found = reach(mechanism, name, held, progress_bar("configurations and their circuits"))
         report, table = reach_report(found), reach_table(found)
     else:
         found = survey(mechanism, name, held, progress_bar("curves"))
