@@ -158,7 +158,8 @@ def test_a_mirrored_assembly_of_a_short_travel_is_found(tmp_path: Path) -> None:
 def test_progress_goes_on_while_circuits_are_followed():
     """What is told grows with every circuit that is followed, not only while configurations are listed."""
     heard = []
-    found = circuits(load(MODELS / "double_butterfly.yaml"), Policy(samples=6), lambda done, of: heard.append(done / of))
+    mechanism = load(MODELS / "double_butterfly.yaml")
+    found = circuits(mechanism, Policy(samples=6), lambda done, of: heard.append(done / of))
     assert heard == sorted(heard)
     listed = [part for part in heard if part < 0.5]
     followed = {part for part in heard if 0.5 <= part < 1.0}
