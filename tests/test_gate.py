@@ -146,12 +146,42 @@ def test_positions_of_long_workspaces_satisfy_the_file(name, tmp_path, spy):
     reached(Checked(MODELS / f"{name}.yaml", tmp_path), spy)
 
 
+def weighed(data):
+    """Give every link and element a mass."""
+    moving = [n for kind in ("links", "elements") for n in data.get(kind) or {}]
+    frame = data["ground"].get("member") if isinstance(data.get("ground"), dict) else None
+    data["masses"] = {name: {"mass": 1.0, "inertia": 0.1} for name in moving if name != frame}
+    data["gravity"] = [0.3, -9.81]
+    data["units"] = {**(data.get("units") or {}), "length": "m"}
+
+
 def swinging(data):
     """Let a mechanism go under its weight."""
-    data["masses"] = {name: {"mass": 1.0, "inertia": 0.1} for name in data.get("links", {})}
-    data["gravity"] = [0.3, -9.81]
-    data["units"] = {**data.get("units", {}), "length": "m"}
+    weighed(data)
     next(iter(data["actuators"].values()))["free"] = True
+
+
+def test_rows_with_forces_are_at_positions_that_satisfy_the_file(model, tmp_path):
+    """A row of `forces` or `reduce` is good only where the position at its inputs is."""
+    checked = Checked(model, tmp_path, weighed)
+    traced(checked, ("",))
+    path, out = checked.path, ("--steps", 7, "--no-png", "-o", tmp_path)
+    good = {key(row, checked.inputs): row for row in read_rows(tmp_path / f"{path.stem}.csv") if row["status"] == "ok"}
+    done = gim("forces", path, *out, "--json")
+    assert done.code in (0, 5), done.error or done.text
+    pressed = [row for row in read_rows(tmp_path / f"{path.stem}.forces.csv") if row["status"] == "ok"]
+    assert pressed or not good
+    assert {key(row, checked.inputs) for row in pressed} <= good.keys()
+    if len(checked.inputs) == 1:
+        done = gim("reduce", path, *out, "--json")
+        assert done.code in (0, 5), done.error or done.text
+        reduced = [row for row in read_rows(tmp_path / f"{path.stem}.reduced.csv") if row["status"] == "ok"]
+        assert {(row["q"],) for row in reduced} == {key(row, checked.inputs) for row in pressed}
+
+
+def key(row, inputs):
+    """Return what a row is at."""
+    return tuple(row[name] for name in inputs)
 
 
 SWINGING = ("watt_durango", "slider_crank", "parallelogram_third_crank", "scotch_yoke", "double_butterfly", "five_bar")
@@ -194,7 +224,9 @@ def told_by(name, report):
     if name == "circuits":
         return len(report["curves"]) + len(report["configurations"])
     if name == "workspace":
-        return len(report.get("paths", report.get("curves")))
+        return len(report.get("paths", report.get("curves"))) + report.get("grid", {}).get("solved", 0)
+    if name == "tradeoff":
+        return sum(entry["solved"] for entry in report["entries"]) + sum(bool(a["options"]) for a in report["advice"])
     raise AssertionError(name)
 
 
@@ -205,6 +237,7 @@ COMMANDS = (
     ("watt_1", "solve"), ("watt_1", "solve", "--method", "gim"), ("watt_1", "solve", "--start", "random"),
     ("watt_1", "solve", "--at", "motor=130"), ("watt_1", "solve", "--all"), ("watt_1", "circuits"),
     ("watt_1", "singularities"), ("watt_1", "workspace", "--point", "B"), ("five_bar", "workspace"),
+    ("five_bar", "workspace", "--grid", "10"), ("watt_1", "tradeoff", "--steps", "4", "--tolerances", "1e-3"),
     ("watt_1", "forces"), ("watt_durango", "simulate", "--time", "0.1"), ("watt_1", "reduce", "--steps", "4"),
 )  # fmt: skip
 
