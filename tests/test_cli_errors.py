@@ -286,6 +286,34 @@ def test_as_json_dimensions_that_cannot_be_assembled(gim):
     assert (code, data["solved"], data["residual"]) == (5, 0, None)
 
 
+FAR_START = """\
+units: {length: m}
+nodes: {A: [7, 4], B: [31, 23], C: [-7, -22], D: [23, 10], E: [1, -9], F: [25, -17], G: [45, 17]}
+ground: [A, D, G]
+links:
+  AB: {nodes: [A, B], length: 12.16552506059644}
+  CD: {nodes: [C, D], length: 15.132745950421556}
+  EF: {nodes: [E, F], length: 25.179356624028344}
+  FG: {nodes: [F, G], length: 15.132745950421556}
+elements:
+  BCE: {nodes: [B, C, E], shape: {B: [5, 16], C: [25, 25], E: [18, 35]}}
+actuators:
+  motor: {type: rotary, pivot: A, arm: B, law: {from: 42, to: 140}}
+"""
+"""Stephenson III (models/stephenson_3.yaml) drawn far from where its crank can stand."""
+
+
+def test_a_start_too_far_away_names_two_cures_that_work(gim):
+    code, out, _ = gim(FAR_START, "solve", "m.yaml")
+    assert code == 5
+    assert "not-assembled" in out
+    for cure in ("gim solve --all", "gim solve --start random"):
+        assert cure in out
+        code, found, _ = gim(FAR_START, *cure.split()[1:], "m.yaml", "--json")
+        assert code == 0, cure
+        assert json.loads(found).get("status", "ok") == "ok"
+
+
 # -- output: exit status 6 -------------------------------------------------------------------
 
 
