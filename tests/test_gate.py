@@ -187,12 +187,22 @@ def key(row, inputs):
 SWINGING = ("watt_durango", "slider_crank", "parallelogram_third_crank", "scotch_yoke", "double_butterfly", "five_bar")
 
 
+def simulated(checked):
+    checked.run("simulate", "--time", 0.4, "--dt", 0.02, "--no-png", "-o", checked.folder)
+    checked.rows(f"{checked.path.stem}.simulation.csv", "simulate")
+
+
 @pytest.mark.parametrize("name", SWINGING)
 def test_every_position_of_a_simulation_satisfies_the_file(name, tmp_path):
     checked = Checked(MODELS / f"{name}.yaml", tmp_path, swinging)
-    checked.run("simulate", "--time", 0.4, "--dt", 0.02, "--no-png", "-o", tmp_path)
-    checked.rows(f"{name}.simulation.csv", "simulate")
+    simulated(checked)
     assert checked.seen >= 10
+
+
+@pytest.mark.soak
+def test_every_position_of_more_simulations_satisfies_the_file(model, tmp_path):
+    if model.stem not in SWINGING:
+        simulated(Checked(model, tmp_path, swinging))
 
 
 # -- the gate -------------------------------------------------------------------------------

@@ -41,6 +41,8 @@ class Polynomial:
 
     def stops(self) -> FloatArray:
         """Return the times at which the law may turn back: the real roots of its derivative."""
+        if len(self.coefficients) < 3:
+            return np.empty(0)
         falling = np.asarray(self.coefficients[::-1], dtype=float)
         slope = np.polyder(falling / max(np.max(np.abs(falling)), TINY))
         slope[np.abs(slope) < NEGLIGIBLE] = 0.0

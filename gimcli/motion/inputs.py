@@ -38,14 +38,14 @@ def line_through(mechanism: Mechanism, values: FloatArray) -> Line | None:
 
     A single input always runs along one.
     """
+    if len(values) == 1:
+        return Line(np.zeros(1), np.ones(1), 0)
     change = values - values[:, :1]
     reach = np.max(np.abs(change), axis=1, initial=0.0) / scales(mechanism)
     if not len(reach):
         return None
     main = int(np.argmax(reach))
     far = int(np.argmax(np.abs(change[main])))
-    if len(reach) == 1:
-        return Line(np.zeros(1), np.ones(1), 0)
     if not reach[main] > 0.0:
         return None
     along = change[:, far] / change[main, far]
@@ -59,7 +59,8 @@ def line_through(mechanism: Mechanism, values: FloatArray) -> Line | None:
 
 def input_line(mechanism: Mechanism) -> Line | None:
     """Return the line that the laws run along together; None where each goes its own way, or all stand still."""
-    return line_through(mechanism, law_inputs(mechanism)(law_times(mechanism)))
+    few = len(mechanism.actuators) < 2
+    return line_through(mechanism, law_inputs(mechanism)(np.zeros(1) if few else law_times(mechanism)))
 
 
 def law_times(mechanism: Mechanism) -> FloatArray:
