@@ -43,7 +43,7 @@ def made(tmp_path: Path, data: dict[str, Any]) -> Mechanism:
 def worst(found: Reach, run: Run) -> float:
     """Return the greatest residual of a path against the constraints as written."""
     task = found.task
-    return float(residual(task.mechanism, task.system.nodes(run.x.T), task.inputs(run.x).T).total.max())
+    return float(residual(task.mechanism, task.nodes(run.x), task.inputs(run.x).T).total.max())
 
 
 def passes(found: Reach, run: Run, value: float) -> int:
@@ -59,7 +59,7 @@ def test_a_link_that_is_redundant_keeps_its_length_along_every_path() -> None:
     """The third crank of a parallelogram: the antiparallelogram would pull the link EF out."""
     found = reach(load(MODELS / "parallelogram_third_crank.yaml"), "F")
     (run,) = found.runs
-    mechanism, z = found.task.mechanism, found.task.system.nodes(run.x.T)
+    mechanism, z = found.task.mechanism, found.task.nodes(run.x)
     e, f = (mechanism.nodes.index(n) for n in "EF")
     assert np.allclose(np.abs(z[f] - z[e]) * mechanism.scale, 1.0, atol=1e-12)
 

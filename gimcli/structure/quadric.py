@@ -9,6 +9,25 @@ import numpy as np
 
 from gimcli.mechanism import FloatArray
 
+DEPENDENT = 1e-10
+"""A singular value below this part of the greatest is 0: that linear equation follows from others."""
+
+
+@dataclass(frozen=True)
+class Flat:
+    """The places x = x0 + N y (..., n) of all y (..., k)."""
+
+    origin: FloatArray = field(repr=False)  # x0 (n,)
+    basis: FloatArray = field(repr=False)  # N (n, k) orthonormal: distances are the same in x and y
+
+    def lift(self, y: FloatArray) -> FloatArray:
+        """Return x of y."""
+        return np.asarray(y @ self.basis.T + self.origin)
+
+    def drop(self, x: FloatArray) -> FloatArray:
+        """Return y of the place next to x."""
+        return np.asarray((x - self.origin) @ self.basis)
+
 
 @dataclass(frozen=True)
 class Quadric:
@@ -40,6 +59,26 @@ class Quadric:
         """Return some of the equations."""
         at = list(chosen)
         return Quadric(self.c[at], self.linear[at], self.q[at])
+
+    def parted(self, x: FloatArray) -> tuple[Flat, Quadric]:
+        """Return where the linear equations hold, from the place next to x (n,) on, and the others there.
+
+        Nothing is parted from equations that are all linear.
+        """
+        bent = np.any(self.q, axis=(1, 2))
+        if not bent.any():
+            return Flat(np.zeros_like(x), np.eye(len(x))), self
+        linear = self.linear[~bent]
+        left, size, right = np.linalg.svd(linear)
+        told = int(np.sum(size > DEPENDENT * size.max(initial=0.0)))
+        fall = right[:told].T @ ((left[:, :told].T @ (self.c[~bent] + linear @ x)) / size[:told])
+        flat = Flat(x - fall, right[told:].T)
+        return flat, self.rows(np.flatnonzero(bent).tolist()).within(flat)
+
+    def within(self, flat: Flat) -> Quadric:
+        """Return the equations in the coordinates y of some places."""
+        n, origin = flat.basis, flat.origin
+        return Quadric(self.value(origin), self.slope(origin) @ n, n.T @ self.q @ n)
 
     def joined(self, *others: Quadric) -> Quadric:
         """Return these equations and others after them."""

@@ -40,7 +40,7 @@ def along_circuits(task: Task, progress: Progress | None = None) -> tuple[list[B
         search.begin()
     search.sample(span.low, span.low + 2.0 * math.pi if turning else span.high)
     curve = Path(Stratum(task.whole, task.output[0]))
-    whole = [Branch(curve, tuple(_knots(s.circuit)), s.circuit.closed) for s in search.strands]
+    whole = [Branch(curve, tuple(_knots(task, s.circuit)), s.circuit.closed) for s in search.strands]
     found = whole if turning else [part for branch in whole for part in _within(task, branch)]
     return found, search.complete and not search.lost
 
@@ -57,18 +57,18 @@ def _spans(task: Task) -> list[Range]:
     return [law_range(task.mechanism, k) for k in range(len(task.mechanism.actuators))]
 
 
-def _knots(circuit: Circuit) -> Iterator[Knot]:
+def _knots(task: Task, circuit: Circuit) -> Iterator[Knot]:
     """Yield places along a circuit so near to each other that cubics between them are true; none far outside."""
     first, last = nearby(circuit)
     for k in range(first, last):
         here, there = circuit.places[k], circuit.places[k + 1]
-        yield _knot(here.p, here.tangent)
+        yield _knot(task, here.p, here.tangent)
         count = _parts(here, there)
         for part in np.arange(1, count) / count:
             p, slope = settled(circuit, k, part, Following()), between(here, there, part)[1]
             near = beside(circuit, k, p, Following())
-            yield _knot(p, slope if near else place(circuit.curve, p, slope).tangent)
-    yield _knot(circuit.places[last].p, circuit.places[last].tangent)
+            yield _knot(task, p, slope if near else place(circuit.curve, p, slope).tangent)
+    yield _knot(task, circuit.places[last].p, circuit.places[last].tangent)
 
 
 def _parts(here: Place, there: Place) -> int:
@@ -77,9 +77,10 @@ def _parts(here: Place, there: Place) -> int:
     return max(1, math.ceil(max(float(np.linalg.norm(there.p - here.p)) / WALK.longest, bend / WALK.bend)))
 
 
-def _knot(p: FloatArray, tangent: FloatArray) -> Knot:
+def _knot(task: Task, p: FloatArray, tangent: FloatArray) -> Knot:
     """Return a place without its parameter."""
-    return Knot(p[:-1], tangent[:-1] / max(float(np.linalg.norm(tangent[:-1])), 1e-300))
+    along = task.velocity(tangent[:-1])
+    return Knot(task.coordinates(p[:-1]), along / max(float(np.linalg.norm(along)), 1e-300))
 
 
 def _within(task: Task, branch: Branch) -> list[Branch]:

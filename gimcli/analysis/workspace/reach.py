@@ -104,12 +104,12 @@ def _from_everywhere(task: Task) -> tuple[list[Branch], bool]:
 
 def _home(task: Task, branches: list[Branch]) -> int:
     """Return which path passes the drawn position most closely."""
-    drawn = task.system.coordinates(task.mechanism.drawn)
+    drawn = task.coordinates(task.system.coordinates(task.mechanism.drawn))
     return int(np.argmin([np.min(np.linalg.norm(branch.x - drawn, axis=1)) for branch in branches]))
 
 
 def _run(task: Task, branch: Branch, drawn: bool) -> Run:
-    n, table = task.system.n, task.output[0]
+    n, table = task.n, task.output[0]
 
     def tests(knot: Knot) -> FloatArray:
         rates = [task.rate(k, knot.p[:n], knot.tangent[:n]) for k in range(len(task.mechanism.actuators))]

@@ -46,7 +46,7 @@ class Bank:
     def __init__(self, task: Task, policy: Policy | None = None) -> None:
         self.task, self.policy = task, policy or Policy()
         self.rng = np.random.default_rng(self.policy.seed)
-        self.x = np.zeros((0, task.system.n))
+        self.x = np.zeros((0, task.n))
         for _ in range(self.policy.rounds):
             strewn = _strewn(task, self.rng, self.policy)
             narrow = self.rng.uniform(0.0, 1.0, (len(strewn), len(task.limited)))
@@ -64,7 +64,7 @@ class Bank:
 
     def _on(self, curve: Critical, starts: FloatArray) -> FloatArray:
         """Return the places of a curve, inputs within their ranges, that starts p (rows, ·) are moved to."""
-        task, n = self.task, self.task.system.n
+        task, n = self.task, self.task.n
 
         def equations(p: FloatArray, which: IntArray) -> tuple[FloatArray, FloatArray]:
             over, slopes = _beyond(task, p[:, :n])
@@ -134,7 +134,7 @@ def _beyond(task: Task, x: FloatArray, narrow: FloatArray | float = 1.0) -> tupl
 
 
 def _strewn(task: Task, rng: np.random.Generator, policy: Policy) -> FloatArray:
-    """Return random places of all nodes about the frame and about the drawn position (rows, n)."""
+    """Return random places of all nodes about the frame and about the drawn position, as x (rows, n)."""
     mechanism, n = task.mechanism, task.system.n
     centre = complex(np.mean(mechanism.members[FRAME].shape))
     spread = policy.spread * mechanism.size
@@ -142,4 +142,4 @@ def _strewn(task: Task, rng: np.random.Generator, policy: Policy) -> FloatArray:
     wide = middle + rng.uniform(-spread, spread, (policy.strewn, n))
     drawn = task.system.coordinates(mechanism.drawn)
     wide[::2] = drawn + rng.normal(size=wide[::2].shape) * rng.uniform(0.0, spread, (len(wide[::2]), 1))
-    return wide
+    return task.coordinates(wide)

@@ -1,7 +1,8 @@
 """What a workspace is asked of: a mechanism, the ranges of its inputs, a point and held orientations.
 
-The coordinates x of the moving nodes fulfil G(x) = 0, the members and pairs without the actuators; the point is
-y = Y x + y0. An input's value is a function of x, and its range an inequality.
+The coordinates x are those of the moving nodes as far as linear equations leave them free: nodes that others carry have
+none. They fulfil G(x) = 0, the members and pairs without the actuators; the point is y = Y x + y0. An input's value is
+a function of x, and its range an inequality.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from gimcli.analysis.carried import carried_point
 from gimcli.analysis.measures.naming import guess
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
-from gimcli.structure.quadric import Quadric
+from gimcli.structure.quadric import Flat, Quadric
 from gimcli.structure.residual import holds
 from gimcli.structure.system import System
 
@@ -95,20 +96,44 @@ class Task:
         table = y[:, 1:] - y[:, :1]
         if not np.any(table):
             raise UsageError(f"'{self.point}' stands still: choose a moving node or point")
-        return table, y[:, 0]
+        flat = self._parted[0]
+        return table @ flat.basis, y[:, 0] + table @ flat.origin
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return int(self._parted[0].basis.shape[1])
+
+    def nodes(self, x: FloatArray) -> ComplexArray:
+        """Return the nodes' positions (nodes, rows) at x (rows, n)."""
+        return self.system.nodes(self._parted[0].lift(x).T)
+
+    def coordinates(self, every: FloatArray) -> FloatArray:
+        """Return x (..., n) of the moving nodes' coordinates (..., system.n)."""
+        return self._parted[0].drop(every)
+
+    def velocity(self, every: FloatArray) -> FloatArray:
+        """Return the rate of x (n,) of the moving nodes' (system.n,)."""
+        return np.asarray(every @ self._parted[0].basis)
 
     def place(self, x: FloatArray) -> FloatArray:
         """Return y (..., 2) at x (..., n)."""
         table, shift = self.output
         return np.asarray(x @ table.T + shift)
 
-    @cached_property
+    @property
     def whole(self) -> Quadric:
         """The equations that hold whatever the inputs do: members, pairs, orientations, held inputs."""
+        return self._parted[1]
+
+    @cached_property
+    def _parted(self) -> tuple[Flat, Quadric]:
+        """The places at which the linear ones of them hold, and the others."""
         count = len(self.mechanism.actuators)
         members = self.system.quadric(np.zeros(count)).rows(range(self.system.m - count))
-        still = [self.drive(r.actuator, r.low) for r in self.ranges if r.half == 0.0]
-        return members.joined(*still, *map(self._held, self.orientation))
+        still = [self._drive(r.actuator, r.low) for r in self.ranges if r.half == 0.0]
+        every = members.joined(*still, *map(self._held, self.orientation))
+        return every.parted(self.system.coordinates(self.mechanism.drawn))
 
     @cached_property
     def free(self) -> Quadric:
@@ -124,10 +149,14 @@ class Task:
     @cached_property
     def freedoms(self) -> int:
         """Dimension of the set of positions."""
-        return self.system.n - self.free.m
+        return self.n - self.free.m
 
     def drive(self, actuator: int, value: float) -> Quadric:
         """Return the equation of an actuator that stands still."""
+        return self._drive(actuator, value).within(self._parted[0])
+
+    def _drive(self, actuator: int, value: float) -> Quadric:
+        """Return it in the coordinates of all moving nodes."""
         count = len(self.mechanism.actuators)
         u = np.zeros(count)
         u[actuator] = value
@@ -161,7 +190,7 @@ class Task:
 
     def _apart(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how far (..., limited) inputs are from the middles of their ranges, and derivatives (..., n)."""
-        slopes = np.zeros((*x.shape[:-1], len(self.limited), self.system.n))
+        slopes = np.zeros((*x.shape[:-1], len(self.limited), self.n))
         for k, r in enumerate(self.limited):
             slopes[..., k, :] = self._input(r.actuator, x)[1]
         return self._offsets(x), slopes
@@ -177,7 +206,7 @@ class Task:
 
     def fulfilled(self, x: FloatArray, tolerance: float = TOLERANCE) -> NDArray[np.bool_]:
         """Tell of x (rows, n) whether every constraint of the mechanism as written holds, whatever the inputs are."""
-        return holds(self.mechanism, self.system.nodes(x.T), self.inputs(x).T, tolerance)
+        return holds(self.mechanism, self.nodes(x), self.inputs(x).T, tolerance)
 
     def allowed(self, x: FloatArray) -> np.ndarray:
         """Tell of x (rows, n) whether they are configurations of the mechanism, with all inputs within their ranges.
@@ -186,7 +215,7 @@ class Task:
         """
         fits = np.all(self.excess(x)[0] <= SLACK, axis=-1) & self.fulfilled(x, SETTLED)
         for name, angle in self.orientation.items():
-            z = self._arm(name, x)
+            z = self._arm(name, self._parted[0].lift(x))
             fits &= (z * cmath.exp(-1j * angle)).real > 0.0
         return np.asarray(fits)
 
@@ -229,13 +258,13 @@ class Task:
         return found.nodes[0], found.nodes[1]
 
     def _arm(self, name: str, x: FloatArray) -> ComplexArray:
-        """Return the vector from a member's first node to its second (...)."""
+        """Return the vector (...) from a member's first node to its second at the moving nodes' x (..., system.n)."""
         first, second = self._ends(name)
         z = self.system.nodes(x.reshape(-1, self.system.n).T)
         return np.asarray((z[second] - z[first]).reshape(x.shape[:-1]))
 
     def _held(self, name: str) -> Quadric:
-        """Return the equation that keeps a member's direction."""
+        """Return the equation that keeps a member's direction, in the coordinates of all moving nodes."""
         n, turn = self.system.n, cmath.exp(-1j * self.orientation[name])
         height = (self._arm(name, np.vstack([np.zeros(n), np.eye(n)])) * turn).imag
         return Quadric(height[:1], (height[1:] - height[0])[None, :], np.zeros((1, n, n)))
@@ -267,8 +296,8 @@ def _independent(whole: Quadric, task: Task) -> Quadric:
     from gimcli.solvers.settle import settle
 
     rng = np.random.default_rng(1)
-    drawn = task.system.coordinates(task.mechanism.drawn)
-    start = drawn + rng.normal(0.0, 0.05, (40, task.system.n))
+    drawn = task.coordinates(task.system.coordinates(task.mechanism.drawn))
+    start = drawn + rng.normal(0.0, 0.05, (40, task.n))
     x, good = settle(lambda at, _: (whole.value(at), whole.slope(at)), start)
     if not good.any() or not whole.m:
         return whole
