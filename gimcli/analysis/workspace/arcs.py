@@ -85,7 +85,7 @@ class Arc:
         every = np.arange(len(self.span))
         return np.asarray(sum(w * np.linalg.norm(self.slope(every, t), axis=1) for t, w in zip(*GAUSS, strict=True)))
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Length of the path."""
         return float(self.lengths.sum())
@@ -185,68 +185,82 @@ class Meeting:
     least: float = 1e-7  # path that is a point
 
 
-def crossings(a: Arc, b: Arc, meeting: Meeting) -> Iterator[tuple[Cut, Cut]]:
-    """Yield where two paths cross, or one crosses itself."""
-    low, high = a.boxes
-    low_b, high_b = b.boxes
-    apart = np.any((low[:, None] > high_b[None]) | (high[:, None] < low_b[None]), axis=2)
-    i, j = np.nonzero(~apart)
-    if a is b:
-        last = len(a.span) - 1
-        keep = (j > i + 1) & ~(a.closed & (i == 0) & (j == last))
-        i, j = i[keep], j[keep]
-    t = u = np.full(len(i), 0.5)
-    for _ in range(meeting.rounds):
-        gap = a.at(i, t) - b.at(j, u)
-        p, q = a.slope(i, t), -b.slope(j, u)
-        det = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
-        safe = np.where(np.abs(det) > np.finfo(float).tiny, det, np.inf)
-        t = np.clip(t - (gap[:, 0] * q[:, 1] - gap[:, 1] * q[:, 0]) / safe, -0.5, 1.5)
-        u = np.clip(u - (p[:, 0] * gap[:, 1] - p[:, 1] * gap[:, 0]) / safe, -0.5, 1.5)
-    gap = np.linalg.norm(a.at(i, t) - b.at(j, u), axis=1)
-    p, q = a.slope(i, t), b.slope(j, u)
-    sine = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
-    sine /= np.maximum(np.linalg.norm(p, axis=1) * np.linalg.norm(q, axis=1), np.finfo(float).tiny)
-    good = (gap < meeting.exact) & (sine > meeting.parallel)
-    good &= (t >= 0.0) & (t < 1.0) & (u >= 0.0) & (u < 1.0)
-    for k in np.flatnonzero(good):
-        yield (int(i[k]), float(t[k])), (int(j[k]), float(u[k]))
-
-
-def footpoint(arc: Arc, z: FloatArray, meeting: Meeting) -> tuple[float, Cut | None]:
-    """Return the distance of a place (2,) from a path and the foot, where it is nearer than `same`."""
+def footpoints(arc: Arc, z: FloatArray, meeting: Meeting) -> list[Cut | None]:
+    """Return where a path passes places (rows, 2), nearer than `same`."""
     low, high = arc.boxes
-    pieces = np.flatnonzero(np.all((low <= z + meeting.same) & (high >= z - meeting.same), axis=1))
-    if not len(pieces):
-        return np.inf, None
-    gap, cut = _nearest(arc, pieces, z, meeting)
-    return gap, cut if gap < meeting.same else None
+    near = np.all((low <= z[:, None] + meeting.same) & (high >= z[:, None] - meeting.same), axis=2)
+    found: list[Cut | None] = [None] * len(z)
+    row, piece = np.nonzero(near)
+    if len(row):
+        gap, t = _feet(arc.hull[piece], z[row], meeting)
+        for k in np.argsort(gap, kind="stable")[::-1]:  # the nearest comes last
+            if gap[k] < meeting.same:
+                found[row[k]] = int(piece[k]), float(t[k])
+    return found
 
 
 class Crowd:
-    """Many paths, to ask for the room about a place."""
+    """The cubics of many paths, to ask for the room about places and for crossings."""
 
     def __init__(self, arcs: Sequence[Arc]) -> None:
+        counts = [len(arc.span) for arc in arcs]
         self.hull = np.concatenate([arc.hull for arc in arcs])
-        self.owner = np.repeat(np.arange(len(arcs)), [len(arc.span) for arc in arcs])
+        self.owner = np.repeat(np.arange(len(arcs)), counts)
+        self.first = np.cumsum([0, *counts])
+        self.closed = np.array([arc.closed for arc in arcs])
         self.low, self.high = self.hull.min(axis=1), self.hull.max(axis=1)
 
-    def room(self, z: FloatArray, but: int, most: float, meeting: Meeting) -> float:
-        """Return the distance of a place (2,) from the nearest path but one, `most` where none is nearer."""
-        outside = np.linalg.norm(np.maximum(np.maximum(self.low - z, z - self.high), 0.0), axis=1)
-        near = np.flatnonzero((outside < most) & (self.owner != but))
-        return min(most, float(_feet(self.hull[near], z, meeting)[0].min())) if len(near) else most
+    def room(self, z: FloatArray, but: IntArray, most: float, meeting: Meeting) -> FloatArray:
+        """Return the distances of places (rows, 2) from the nearest path but one, `most` where none is nearer."""
+        pairs = [self._near(place, own, most) for place, own in zip(z, but.tolist(), strict=True)]
+        row, near = np.repeat(np.arange(len(z)), [len(found) for found in pairs]), np.concatenate(pairs)
+        room = np.full(len(z), most)
+        np.minimum.at(room, row, _feet(self.hull[near], z[row], meeting)[0])
+        return room
 
+    def _near(self, z: FloatArray, but: int, most: float) -> IntArray:
+        """Return the cubics, but those of one path, whose boxes are within a distance of a place (2,)."""
+        close = np.flatnonzero(np.all((self.low < z + most) & (self.high > z - most), axis=1))
+        return np.asarray(close[self.owner[close] != but])
 
-def _nearest(arc: Arc, pieces: IntArray, z: FloatArray, meeting: Meeting) -> tuple[float, Cut]:
-    """Return the distance of a place from some cubics of a path, and the foot."""
-    gap, t = _feet(arc.hull[pieces], z, meeting)
-    k = int(np.argmin(gap))
-    return float(gap[k]), (int(pieces[k]), float(t[k]))
+    def crossings(self, meeting: Meeting) -> Iterator[tuple[int, Cut]]:
+        """Yield the path and the cut of every place at which paths cross others or themselves."""
+        found = [self._overlapping(k) for k in range(len(self.closed))]
+        i, j = np.concatenate(found, axis=1)
+        a, b, t, u = self.hull[i], self.hull[j], np.full(len(i), 0.5), np.full(len(i), 0.5)
+        for _ in range(meeting.rounds):
+            gap = _cubic(a, t) - _cubic(b, u)
+            p, q = _cubic_slope(a, t), -_cubic_slope(b, u)
+            det = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+            safe = np.where(np.abs(det) > np.finfo(float).tiny, det, np.inf)
+            t = np.clip(t - (gap[:, 0] * q[:, 1] - gap[:, 1] * q[:, 0]) / safe, -0.5, 1.5)
+            u = np.clip(u - (p[:, 0] * gap[:, 1] - p[:, 1] * gap[:, 0]) / safe, -0.5, 1.5)
+        gap = np.linalg.norm(_cubic(a, t) - _cubic(b, u), axis=1)
+        p, q = _cubic_slope(a, t), _cubic_slope(b, u)
+        sine = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+        sine /= np.maximum(np.linalg.norm(p, axis=1) * np.linalg.norm(q, axis=1), np.finfo(float).tiny)
+        good = (gap < meeting.exact) & (sine > meeting.parallel)
+        good &= (t >= 0.0) & (t < 1.0) & (u >= 0.0) & (u < 1.0)
+        for k in np.flatnonzero(good):
+            for piece, part in ((i[k], t[k]), (j[k], u[k])):
+                owner = int(self.owner[piece])
+                yield owner, (int(piece - self.first[owner]), float(part))
+
+    def _overlapping(self, k: int) -> IntArray:
+        """Return the pairs (2, pairs) of a path's cubics and its own later ones or later paths' with common boxes."""
+        first, end = self.first[k], self.first[k + 1]
+        low, high = self.low[first:end], self.high[first:end]
+        later = np.all((self.low[first:] <= high.max(axis=0)) & (self.high[first:] >= low.min(axis=0)), axis=1)
+        others = first + np.flatnonzero(later)
+        i, j = np.nonzero(np.all((low[:, None] <= self.high[others]) & (high[:, None] >= self.low[others]), axis=2))
+        i, j = first + i, others[j]
+        neighbours = self.closed[k] & (i == first) & (j == end - 1)
+        keep = (j >= end) | ((j > i + 1) & ~neighbours)
+        return np.array([i[keep], j[keep]])
 
 
 def _feet(hull: FloatArray, z: FloatArray, meeting: Meeting) -> tuple[FloatArray, FloatArray]:
-    """Return the distances (pieces,) of a place from cubics (pieces, 4, 2), and the parts at which the feet are."""
+    """Return the distances (rows,) of places (rows, 2) from cubics (rows, 4, 2), and the parts where the feet are."""
     t = np.full(len(hull), 0.5)
     for _ in range(meeting.rounds):
         slope = _cubic_slope(hull, t)
@@ -257,13 +271,13 @@ def _feet(hull: FloatArray, z: FloatArray, meeting: Meeting) -> tuple[FloatArray
 
 def _cubic(hull: FloatArray, t: FloatArray | float) -> FloatArray:
     """Return points (..., 2) of cubics given by control points (..., 4, 2)."""
-    a, b, c, d = np.moveaxis(hull, -2, 0)
+    a, b, c, d = (hull[..., k, :] for k in range(4))
     t, s = np.asarray(t)[..., None], 1.0 - np.asarray(t)[..., None]
     return np.asarray(s**3 * a + 3.0 * s * s * t * b + 3.0 * s * t * t * c + t**3 * d)
 
 
 def _cubic_slope(hull: FloatArray, t: FloatArray | float) -> FloatArray:
     """Return their derivatives (..., 2) by t."""
-    a, b, c, d = np.moveaxis(hull, -2, 0)
+    a, b, c, d = (hull[..., k, :] for k in range(4))
     t, s = np.asarray(t)[..., None], 1.0 - np.asarray(t)[..., None]
     return np.asarray(3.0 * (s * s * (b - a) + 2.0 * s * t * (c - b) + t * t * (d - c)))

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations_with_replacement
 
 import numpy as np
 
-from gimcli.analysis.workspace.arcs import Arc, Cut, Meeting, crossings, footpoint
+from gimcli.analysis.workspace.arcs import Arc, Crowd, Cut, Meeting, footpoints
 from gimcli.mechanism import FloatArray
 
 
@@ -26,8 +25,8 @@ def _once(arc: Arc, meeting: Meeting) -> list[Arc]:
     """Return a path that runs over itself in thirds, so that each place is in one of them once."""
     thirds = arc.cut([arc.halfway(part) for part in ((1 / 6, 1 / 2, 5 / 6) if arc.closed else (1 / 3, 2 / 3))])
     for part in thirds:
-        z = part.at(*part.halfway(0.5))
-        if any(other is not part and footpoint(other, z, meeting)[1] is not None for other in thirds):
+        z = part.at(*part.halfway(0.5))[None, :]
+        if any(other is not part and footpoints(other, z, meeting)[0] is not None for other in thirds):
             return thirds
     return [arc]
 
@@ -45,44 +44,32 @@ def _same(a: Arc, b: Arc, meeting: Meeting) -> bool:
     """Tell whether two paths of one length are one."""
     if abs(a.length - b.length) > 10.0 * meeting.same:
         return False
-    marks = [a.at(*a.halfway(part)) for part in (0.25, 0.5, 0.8)]
-    return all(footpoint(b, z, meeting)[1] is not None for z in marks)
+    marks = np.array([a.at(*a.halfway(part)) for part in (0.25, 0.5, 0.8)])
+    return None not in footpoints(b, marks, meeting)
 
 
 def _at_ends(arcs: Sequence[Arc], meeting: Meeting) -> list[list[Cut]]:
     """Return where an end of a path lies on another path."""
     ends = _ends(arcs, meeting)
-    cuts: list[list[Cut]] = [[] for _ in arcs]
-    for k, arc in enumerate(arcs):
-        for z in ends:
-            _, cut = footpoint(arc, z, meeting)
-            if cut is not None and _inner(arc, cut, meeting):
-                cuts[k].append(cut)
-    return cuts
+    return [[cut for cut in footpoints(arc, ends, meeting) if cut and _inner(arc, cut, meeting)] for arc in arcs]
 
 
 def _at_crossings(arcs: Sequence[Arc], meeting: Meeting) -> list[list[Cut]]:
     cuts: list[list[Cut]] = [[] for _ in arcs]
-    corners = [(arc.hull.min(axis=(0, 1)), arc.hull.max(axis=(0, 1))) for arc in arcs]
-    for k, other in combinations_with_replacement(range(len(arcs)), 2):
-        (low, high), (low_b, high_b) = corners[k], corners[other]
-        if np.any(low > high_b) or np.any(high < low_b):
-            continue
-        for one, two in crossings(arcs[k], arcs[other], meeting):
-            for at, cut in ((k, one), (other, two)):
-                if _inner(arcs[at], cut, meeting):
-                    cuts[at].append(cut)
+    for k, cut in Crowd(arcs).crossings(meeting) if arcs else ():
+        if _inner(arcs[k], cut, meeting):
+            cuts[k].append(cut)
     return cuts
 
 
-def _ends(arcs: Sequence[Arc], meeting: Meeting) -> list[FloatArray]:
-    """Return the ends of the open paths, each once."""
+def _ends(arcs: Sequence[Arc], meeting: Meeting) -> FloatArray:
+    """Return the ends (rows, 2) of the open paths, each once."""
     ends: list[FloatArray] = []
     for arc in arcs:
         for z in () if arc.closed else (arc.y[0], arc.y[-1]):
             if not any(np.linalg.norm(z - other) < 0.1 * meeting.same for other in ends):
                 ends.append(z)
-    return ends
+    return np.reshape(ends, (-1, 2))
 
 
 def _inner(arc: Arc, cut: Cut, meeting: Meeting) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.analysis.workspace.arcs import Arc, Crowd, Meeting
+from gimcli.analysis.workspace.arcs import Arc, Crowd, Cut, Meeting
 from gimcli.analysis.workspace.sampling import Bank
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 
@@ -68,8 +68,11 @@ class Loop:
 
     @property
     def area(self) -> float:
-        """Enclosed area, negative around a hole."""
-        return float(sum(edge.moment for edge in self.edges))
+        """Enclosed area, negative around a hole; what corners leave open is closed straight."""
+        ends = [edge.ends for edge in self.edges]
+        gaps = [(last, first) for (_, last), (first, _) in zip(ends, [*ends[1:], ends[0]], strict=True)]
+        closing = sum(0.5 * float(last[0] * first[1] - last[1] * first[0]) for last, first in gaps)
+        return float(sum(edge.moment for edge in self.edges) + closing)
 
     def points(self, parts: int = 4) -> FloatArray:
         """Return its outline (rows, 2)."""
@@ -101,7 +104,7 @@ def _ask(
     asked = [(k, side) for k in chosen.tolist() for side in (0, 1) if not reached[k, side]]
     if not asked:
         return
-    marks = {k: _mark(k, arcs, crowd, policy) for k in dict(asked)}
+    marks = _marks(list(dict(asked)), arcs, crowd, policy)
     places = np.array([marks[k][0] + (1.0, -1.0)[side] * marks[k][2] * marks[k][1] for k, side in asked])
     hints = np.array([_hints(marks[k][3], marks[k][2], bank, policy) for k, _ in asked])
     for (k, side), found in zip(asked, bank.reaches(places, hints).tolist(), strict=True):
@@ -116,21 +119,27 @@ def _edge(arc: Arc, left: bool, right: bool) -> Edge:
     return Edge(arc, OUTER, left)
 
 
-def _mark(
-    k: int, arcs: Sequence[Arc], crowd: Crowd, policy: Policy
-) -> tuple[FloatArray, FloatArray, float, FloatArray]:
-    """Return the place of a path with most room about it, the normal to its left, how far to go, and the position."""
-    best: tuple[float, float] = (-1.0, 0.5)
-    for part in policy.parts:
-        cut = arcs[k].halfway(part)
-        z = arcs[k].at(*cut)
-        room = crowd.room(z, k, policy.aside / policy.clear, Meeting())
-        if room > 1.2 * best[0]:
-            best = room, part
-    arc, cut = arcs[k], arcs[k].halfway(best[1])
+Mark = tuple[FloatArray, FloatArray, float, FloatArray]
+"""A place (2,) of a path, the normal to its left, how far to go, and the position."""
+
+
+def _marks(chosen: Sequence[int], arcs: Sequence[Arc], crowd: Crowd, policy: Policy) -> dict[int, Mark]:
+    """Return the place with most room about it of every chosen path."""
+    cuts = [[arcs[k].halfway(part) for part in policy.parts] for k in chosen]
+    places = np.array([arcs[k].at(*cut) for k, own in zip(chosen, cuts, strict=True) for cut in own])
+    but = np.repeat(chosen, len(policy.parts))
+    rooms = crowd.room(places, but, policy.aside / policy.clear, Meeting()).reshape(len(chosen), -1)
+    return {k: _mark(arcs[k], own, room.tolist(), policy) for k, own, room in zip(chosen, cuts, rooms, strict=True)}
+
+
+def _mark(arc: Arc, cuts: Sequence[Cut], rooms: Sequence[float], policy: Policy) -> Mark:
+    best = 0
+    for k, room in enumerate(rooms):
+        best = k if room > 1.2 * rooms[best] else best
+    cut = cuts[best]
     z, slope = arc.at(*cut), arc.slope(*cut)
     normal = np.array([-slope[1], slope[0]]) / max(float(np.linalg.norm(slope)), 1e-300)
-    step = min(policy.aside, policy.clear * best[0], policy.short * arc.length)
+    step = min(policy.aside, policy.clear * rooms[best], policy.short * arc.length)
     return z, normal, step, arc.knot(cut).p[: arc.table.shape[1]]
 
 
