@@ -15,6 +15,9 @@ import numpy as np
 
 from gimcli.mechanism import FloatArray
 
+WEAK = 1e4
+"""Greatest over least singular value from which on steps are told by singular values: squared, that leaves 8 digits."""
+
 
 class Implicit(Protocol):
     """A curve of solutions; surplus equations must agree with the others."""
@@ -85,7 +88,7 @@ def correct(system: Implicit, p: FloatArray, policy: Policy, normal: FloatArray 
         g, table = system.residual(p), system.jacobian(p)
         if normal is not None:
             g, table = np.append(g, 0.0), np.vstack([table, normal])
-        if not (np.all(np.isfinite(g)) and np.all(np.isfinite(table))):
+        if not (np.isfinite(g).all() and np.isfinite(table).all()):
             return None
         step = _least(table, -g, len(p) if normal is not None else len(p) - 1, policy.rank)
         p += step
@@ -100,10 +103,25 @@ def correct(system: Implicit, p: FloatArray, policy: Policy, normal: FloatArray 
 
 def _least(table: FloatArray, wanted: FloatArray, rank: int, lost: float) -> FloatArray:
     """Return the least step of some rank that does most; beside the curve surplus equations seem to hold one more."""
+    if len(table) == rank:
+        step = _plain(table, wanted)
+        if step is not None:
+            return step
     left, values, right = np.linalg.svd(table, full_matrices=False)
     values = values[: min(rank, int(np.sum(values > lost * values[0])))]
     told = len(values)
     return np.asarray(right[:told].T @ ((left[:, :told].T @ wanted) / values))
+
+
+def _plain(table: FloatArray, wanted: FloatArray) -> FloatArray | None:
+    """Return the least step by its normal equations; None where a weak direction has a part in it, or rank is lost."""
+    try:
+        pull = np.linalg.solve(table @ table.T, wanted)
+    except np.linalg.LinAlgError:
+        return None
+    step = np.asarray(pull @ table)
+    strong = float(np.vdot(pull, pull) * np.vdot(table, table)) <= WEAK**2 * float(step @ step)
+    return step if strong else None
 
 
 def advance(system: Implicit, here: Place, step: float, policy: Policy) -> Place | None:

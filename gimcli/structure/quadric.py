@@ -45,7 +45,7 @@ class Quadric:
     def value(self, x: FloatArray) -> FloatArray:
         """Return the left sides (..., m) at x (..., n)."""
         half = self.linear + 0.5 * self._bent(x)
-        return np.asarray(self.c + (half @ x[..., None])[..., 0])
+        return np.asarray(self.c + (half @ x if x.ndim == 1 else (half @ x[..., None])[..., 0]))
 
     def slope(self, x: FloatArray) -> FloatArray:
         """Return their derivatives (..., m, n)."""

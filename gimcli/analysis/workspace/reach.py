@@ -112,8 +112,7 @@ def _run(task: Task, branch: Branch, drawn: bool) -> Run:
     n, table = task.n, task.output[0]
 
     def tests(knot: Knot) -> FloatArray:
-        rates = [task.rate(k, knot.p[:n], knot.tangent[:n]) for k in range(len(task.mechanism.actuators))]
-        told = np.concatenate([table @ knot.tangent[:n], rates])
+        told = np.concatenate([table, task.rates(knot.p[:n])]) @ knot.tangent[:n]
         return np.where(np.abs(told) < NOTHING, 0.0, told)
 
     pieces = split(branch, tests)

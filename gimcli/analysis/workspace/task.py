@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from gimcli.analysis.carried import carried_point
 from gimcli.analysis.measures.naming import guess
 from gimcli.errors import UsageError
-from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, IntArray, Mechanism
 from gimcli.structure.quadric import Flat, Quadric
 from gimcli.structure.residual import holds
 from gimcli.structure.system import System
@@ -38,6 +38,9 @@ TOLERANCE = 1e-10
 
 SETTLED = 1e-6
 """Up to which positions that were solved from random starts do: beside singular positions they are known to less."""
+
+TINY = float(np.finfo(float).tiny)
+"""What is divided by where nothing is."""
 
 RANK = 1e-8
 """A pivot below this part of the greatest is none."""
@@ -164,45 +167,50 @@ class Task:
 
     def inputs(self, x: FloatArray) -> FloatArray:
         """Return the inputs' values (..., actuators), angles within half a turn of 0."""
-        columns = [self._reading(k, x) for k in range(len(self.mechanism.actuators))]
-        return np.stack(columns, axis=-1)
+        told, (rotary, spans) = self._drives.value(x), self._kinds
+        count = len(rotary)
+        values = told[..., :count]
+        values[..., rotary] = np.arctan2(told[..., :count][..., rotary], -told[..., count:])
+        values[..., spans] = np.sqrt(np.maximum(values[..., spans], TINY))
+        return values
 
-    def rate(self, actuator: int, x: FloatArray, velocity: FloatArray) -> float:
-        """Return how fast an input changes at a position (n,) and its velocity."""
-        return float(self._input(actuator, x)[1] @ velocity)
+    def rates(self, x: FloatArray) -> FloatArray:
+        """Return the inputs' derivatives (..., actuators, n)."""
+        told, table, (rotary, spans) = self._drives.value(x), self._drives.slope(x), self._kinds
+        count = len(rotary)
+        rates, sine, cosine = table[..., :count, :], told[..., :count][..., rotary], -told[..., count:]
+        square = np.maximum(sine**2 + cosine**2, TINY)[..., None]
+        down = sine[..., None] * table[..., count:, :]
+        rates[..., rotary, :] = (cosine[..., None] * rates[..., rotary, :] + down) / square
+        rates[..., spans, :] /= 2.0 * np.sqrt(np.maximum(told[..., :count][..., spans], TINY))[..., None]
+        return rates
 
     def excess(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return by how much (..., limited) inputs leave their ranges, below 0 within, and derivatives (..., n)."""
-        apart, slopes = self._apart(x)
-        half = np.array([r.half for r in self.limited])
-        return np.abs(apart) - half, np.where(apart >= 0.0, 1.0, -1.0)[..., None] * slopes
+        apart, (which, _, half) = self._apart(x), self._spans
+        return np.abs(apart) - half, np.where(apart >= 0.0, 1.0, -1.0)[..., None] * self.rates(x)[..., which, :]
 
     def margins(self, x: FloatArray) -> FloatArray:
         """Return how far (..., 2 limited) inputs are above their low ends and below their high ends."""
-        apart, half = self._offsets(x), np.array([r.half for r in self.limited])
+        apart, half = self._apart(x), self._spans[2]
         return np.concatenate([half + apart, half - apart], axis=-1)
 
     def room(self, x: FloatArray) -> FloatArray:
         """Return numbers (..., limited) that are above 0 within the inputs' ranges and smooth everywhere."""
-        apart, half = self._offsets(x), np.array([r.half for r in self.limited])
-        rotary = np.array([self._rotary(r.actuator) for r in self.limited])
-        return np.where(rotary, np.cos(apart) - np.cos(half), half**2 - apart**2)
+        apart, (which, _, half) = self._apart(x), self._spans
+        return np.where(self._kinds[0][which], np.cos(apart) - np.cos(half), half**2 - apart**2)
 
-    def _apart(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return how far (..., limited) inputs are from the middles of their ranges, and derivatives (..., n)."""
-        slopes = np.zeros((*x.shape[:-1], len(self.limited), self.n))
-        for k, r in enumerate(self.limited):
-            slopes[..., k, :] = self._input(r.actuator, x)[1]
-        return self._offsets(x), slopes
-
-    def _offsets(self, x: FloatArray) -> FloatArray:
+    def _apart(self, x: FloatArray) -> FloatArray:
         """Return how far (..., limited) inputs are from the middles of their ranges."""
-        apart = np.zeros((*x.shape[:-1], len(self.limited)))
-        for k, r in enumerate(self.limited):
-            apart[..., k] = self._reading(r.actuator, x) - r.middle
-            if self._rotary(r.actuator):
-                apart[..., k] -= 2.0 * math.pi * np.round(apart[..., k] / (2.0 * math.pi))
-        return apart
+        which, middle, _ = self._spans
+        apart = self.inputs(x)[..., which] - middle
+        return np.asarray(apart - self._kinds[0][which] * 2.0 * math.pi * np.round(apart / (2.0 * math.pi)))
+
+    @cached_property
+    def _spans(self) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Actuators, middles and half widths (limited,) of the ranges."""
+        which = np.array([r.actuator for r in self.limited], dtype=int)
+        return which, np.array([r.middle for r in self.limited]), np.array([r.half for r in self.limited])
 
     def fulfilled(self, x: FloatArray, tolerance: float = TOLERANCE) -> NDArray[np.bool_]:
         """Tell of x (rows, n) whether every constraint of the mechanism as written holds, whatever the inputs are."""
@@ -223,32 +231,16 @@ class Task:
         return self.mechanism.actuators[actuator].drive is Drive.ROTARY
 
     @cached_property
-    def _drives(self) -> list[tuple[Quadric, ...]]:
-        """Per actuator the equation at 0, and of a rotary one at a quarter turn: its angle's sine and minus cosine."""
-        kinds = [(0.0, math.pi / 2) if self._rotary(k) else (0.0,) for k in range(len(self.mechanism.actuators))]
-        return [tuple(self.drive(k, v) for v in values) for k, values in enumerate(kinds)]
+    def _kinds(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Tell of every actuator whether it is rotary, and whether it is a distance."""
+        drives = [a.drive for a in self.mechanism.actuators]
+        return np.array([d is Drive.ROTARY for d in drives]), np.array([d is Drive.DISTANCE for d in drives])
 
-    def _reading(self, k: int, x: FloatArray) -> FloatArray:
-        """Return an input's value (...)."""
-        forms = self._drives[k]
-        value = forms[0].value(x)[..., 0]
-        if self._rotary(k):
-            return np.asarray(np.arctan2(value, -forms[1].value(x)[..., 0]))
-        if self.mechanism.actuators[k].drive is Drive.DISTANCE:
-            return np.asarray(np.sqrt(np.maximum(value, np.finfo(float).tiny)))
-        return np.asarray(value)
-
-    def _input(self, k: int, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return an input's value (...) and its derivatives (..., n)."""
-        forms, value = self._drives[k], self._reading(k, x)
-        slope = forms[0].slope(x)[..., 0, :]
-        if self._rotary(k):
-            s, c, dc = forms[0].value(x)[..., 0], -forms[1].value(x)[..., 0], -forms[1].slope(x)[..., 0, :]
-            square = np.maximum(s**2 + c**2, np.finfo(float).tiny)
-            return value, (c[..., None] * slope - s[..., None] * dc) / square[..., None]
-        if self.mechanism.actuators[k].drive is Drive.DISTANCE:
-            return value, slope / (2.0 * value[..., None])
-        return value, slope
+    @cached_property
+    def _drives(self) -> Quadric:
+        """The actuators' equations at 0, then those of rotary ones at a quarter turn: sines and minus cosines."""
+        first, *others = [self.drive(k, 0.0) for k in range(len(self.mechanism.actuators))]
+        return first.joined(*others, *(self.drive(int(k), math.pi / 2) for k in np.flatnonzero(self._kinds[0])))
 
     def _ends(self, name: str) -> tuple[int, int]:
         found = next((m for m in self.mechanism.members[FRAME + 1 :] if m.name == name), None)
@@ -272,8 +264,6 @@ class Task:
 
 def law_range(mechanism: Mechanism, actuator: int) -> Range:
     """Return the least and greatest value of an actuator's law."""
-    from scipy.optimize import minimize_scalar
-
     law = mechanism.actuators[actuator].law
     time = np.linspace(0.0, 1.0, SAMPLES)
     values = law(time)
@@ -282,6 +272,8 @@ def law_range(mechanism: Mechanism, actuator: int) -> Range:
         k = int(np.argmin(sign * values))
         best = sign * float(values[k])
         if 0 < k < SAMPLES - 1:
+            from scipy.optimize import minimize_scalar
+
             span = (time[k - 1], time[k + 1])
             found = minimize_scalar(lambda t, s=sign: s * float(law(np.array([t]))[0]), bounds=span, method="bounded")
             best = min(best, float(found.fun))
