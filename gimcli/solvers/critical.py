@@ -16,6 +16,10 @@ from gimcli.mechanism import FloatArray
 from gimcli.structure.quadric import Quadric
 
 
+NOTHING = 1e-9
+"""A multiplier below this is rounding; tangents, and multipliers of folds, have length 1."""
+
+
 @dataclass(frozen=True)
 class Stratum:
     """Positions with some inputs held at an end of their ranges."""
@@ -110,13 +114,14 @@ def critical(stratum: Stratum) -> Critical:
 def sides(curve: Critical, p: FloatArray, tangent: FloatArray) -> FloatArray:
     """Return to which side of its path, + along alpha, the point can go from a critical position.
 
-    One number for each held input let go inwards, and one for each curvature across the path:
+    One number for each held input let go inwards (0 where it moves the point along the path only), and one for each curvature across the path:
     alpha . y'' = -lambda' G_xx (v, v) for the velocities v that leave the point where it is.
     """
     stratum = curve.stratum
     multipliers, x = curve.multipliers(p, tangent), p[: stratum.n]
     weights, base = multipliers[:-2], stratum.form.m - len(stratum.held)
     lets = [weights[base + k] * inward for k, (_, inward) in enumerate(stratum.held)]
+    lets = [0.0 if abs(way) <= NOTHING else way for way in lets]
     count = stratum.freedoms - 1
     if not count:
         return np.array(lets)

@@ -190,7 +190,7 @@ def zeros(curve: Critical, here: Knot, there: Knot, tests: Tests, policy: Policy
     edge = 1.0 - policy.within
     met: list[float] = []
     for column in values.T:
-        if np.any(np.diff(np.sign(column))):
+        if (column[0] or column[-1]) and np.any(np.diff(np.sign(column))):
             roots = poly.chebroots(poly.chebtrim(poly.chebfit(grid, column, degree), 1e-14 * np.abs(column).max()))
             met += [float(r.real) for r in roots if abs(r.imag) < 1e-9 and -edge < r.real < edge]
     for at in sorted(met):

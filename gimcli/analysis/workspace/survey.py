@@ -35,6 +35,12 @@ SINGLE = 1e-3
 ANYWHERE = Starts(strewn=200, enough=1)
 """To find one position."""
 
+LOOKED_AT = 16
+"""Positions by which it is seen what inputs leave free."""
+
+RANK = 1e-9
+"""Part of the point's greatest velocity that is none."""
+
 INPUTS = 5
 """Inputs with ranges, at most: their ends are tried in all combinations."""
 
@@ -173,9 +179,22 @@ def strata(task: Task) -> list[Stratum]:
     return found
 
 
+def _confined(stratum: Stratum, x: FloatArray) -> bool:
+    """Tell whether the inputs held leave the point on a curve, though they leave several freedoms.
+
+    All such positions are critical; the ends of what they reach are on strata with one freedom.
+    """
+    if stratum.freedoms == 1:
+        return False
+    few = x[:: max(1, len(x) // LOOKED_AT)]
+    ways = np.linalg.svd(stratum.form.slope(few))[2][:, -stratum.freedoms :]
+    moved = np.linalg.svd(stratum.table @ np.swapaxes(ways, -1, -2), compute_uv=False)
+    return bool(np.all(moved[:, 1] <= RANK * moved[:, 0]))
+
+
 def _surveyed(task: Task, bank: Bank, progress: Progress | None) -> Workspace:
     arcs: list[Arc] = []
-    every = strata(task)
+    every = [stratum for stratum in strata(task) if not _confined(stratum, bank.x)]
     for k, stratum in enumerate(every):
         curve = critical(stratum)
         for branch in _walked(task, curve, bank):
@@ -216,9 +235,10 @@ def _one_sided(task: Task, stratum: Stratum, curve: Critical, branch: Branch) ->
         if len(piece.knots) == 2:
             middle = Arc(piece, *task.output).knot((0, 0.5))
         told = np.sign(sides(curve, middle.p, middle.tangent))
+        told = told[told != 0.0]
         if _rests(task, stratum, middle):
             found.append(Arc(piece, *task.output, alone=True, held=stratum.held))
-        elif np.all(told == told[0]):
+        elif len(told) and np.all(told == told[0]):
             left = 1.0 if isinstance(curve, Path) else float(np.sign(_speed(curve, middle)))
             found.append(Arc(piece, *task.output, inside=float(told[0]) * left, held=stratum.held))
     return found
