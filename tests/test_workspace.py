@@ -257,6 +257,64 @@ def test_five_bar_with_stops_reaches_what_both_arms_reach(
             assert np.abs(np.abs(points - knee) - arms[k][1]).max() < 1e-10
 
 
+SHAPE = np.array([0.0, 17.04, 13.236373239436618 + 16.096708466836507j])
+PIVOTS = np.array([0.0, 15.91, 10.0j])
+RAMS = ((14.98, 16.0), (13.0, 15.38), (12.0, 20.0))
+"""models/platform_3rpr.yaml: corners of the platform, pivots of its rams, and their laws."""
+
+
+def room(k: int, place: np.ndarray) -> np.ndarray:
+    """How far inside their ranges the other rams can be with corner k at places (rows,), at the best angle."""
+    others = [j for j in range(3) if j != k]
+    angle, step = np.zeros((len(place), 1)), 2.0 * math.pi / 4000
+    look = step * np.arange(4000)
+    for _ in range(9):  # ever nearer to the best
+        way = np.exp(1j * (angle + look))
+        lengths = [(np.abs(place[:, None] + (SHAPE[j] - SHAPE[k]) * way - PIVOTS[j]), *RAMS[j]) for j in others]
+        least = np.min([np.minimum(length - low, high - length) for length, low, high in lengths], axis=0)
+        best = np.argmax(least, axis=1)
+        angle, step = angle + look[best, None], step / 8.0
+        look = step * np.linspace(-10.0, 10.0, 21)
+    return np.asarray(least.max(axis=1))
+
+
+def reached_angles(k: int, radius: float) -> list[float]:
+    """The angles at which corner k begins or ceases to be reached on a circle about its pivot, by bisection."""
+
+    def inside(angle: np.ndarray) -> np.ndarray:
+        return np.asarray(room(k, PIVOTS[k] + radius * np.exp(1j * angle)) >= 0.0)
+
+    grid = np.linspace(0.0, 2.0 * math.pi, 721)
+    (at,) = np.nonzero(np.diff(inside(grid)))
+    low, high, first = grid[at], grid[at + 1], inside(grid[at])
+    for _ in range(36):
+        middle = 0.5 * (low + high)
+        same = inside(middle) == first
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return sorted(low.tolist())
+
+
+@pytest.mark.parametrize("k", range(3))
+def test_a_corner_on_a_ram_is_bounded_by_circles_as_far_as_the_other_rams_let_it(k: int) -> None:
+    """With its ram at an end the corner is on a circle, though two freedoms are left: all of them are critical."""
+    mechanism = load(MODELS / "platform_3rpr.yaml")
+    found = survey(mechanism, f"B{k + 1}")
+    assert found.complete
+    assert all(loop.area**2 > 1e-12 for loop in found.loops)
+    pivot = mechanism.drawn[mechanism.nodes.index(f"A{k + 1}")]
+    for inward, radius in zip((1.0, -1.0), RAMS[k], strict=True):
+        arcs = [e.arc.y - [pivot.real, pivot.imag] for e in found.edges if (k, inward) in e.arc.held]
+        ends = np.array([np.unwrap(np.arctan2(y[:, 1], y[:, 0]))[[0, -1]] for y in arcs])
+        turns = ends[:, None, :] + 2.0 * math.pi * np.arange(-1, 2)[:, None]
+        expected = reached_angles(k, radius)
+        assert expected
+        for angle in expected:  # corners are joined where they are within 1e-5
+            assert np.min(np.abs(turns - angle)) < 3e-5
+        for middle in 0.5 * np.array([*pairwise([*expected, expected[0] + 2.0 * math.pi])]).sum(axis=1):
+            along = np.any((turns.min(axis=2) <= middle) & (middle <= turns.max(axis=2)))
+            assert along == (room(k, PIVOTS[k] + radius * np.exp(1j * np.array([middle])))[0] >= 0.0)
+
+
 def test_stops_whose_circles_are_one_bound_a_region_and_lone_curves(tmp_path: Path) -> None:
     """All lengths 4: at 60 and 120 degrees the proximal links end in one knee, about which P turns on its own.
 

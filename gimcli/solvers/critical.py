@@ -15,7 +15,6 @@ import numpy as np
 from gimcli.mechanism import FloatArray
 from gimcli.structure.quadric import Quadric
 
-
 NOTHING = 1e-9
 """A multiplier below this is rounding; tangents, and multipliers of folds, have length 1."""
 
@@ -114,8 +113,8 @@ def critical(stratum: Stratum) -> Critical:
 def sides(curve: Critical, p: FloatArray, tangent: FloatArray) -> FloatArray:
     """Return to which side of its path, + along alpha, the point can go from a critical position.
 
-    One number for each held input let go inwards (0 where it moves the point along the path only), and one for each curvature across the path:
-    alpha . y'' = -lambda' G_xx (v, v) for the velocities v that leave the point where it is.
+    One number for each held input let go inwards, 0 where that moves the point along the path only, and one for each
+    curvature across the path: alpha . y'' = -lambda' G_xx (v, v) for the velocities v that leave the point where it is.
     """
     stratum = curve.stratum
     multipliers, x = curve.multipliers(p, tangent), p[: stratum.n]

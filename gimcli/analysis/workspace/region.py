@@ -164,7 +164,8 @@ def loops(edges: Sequence[Edge], policy: Policy | None = None) -> list[Loop]:
                 break
             rest.remove(following)
             chain.append(following)
-        found.append(Loop(tuple(chain), closed))
+        if not closed or sum(e.arc.length for e in chain) > policy.joined:  # what is shorter is a corner
+            found.append(Loop(tuple(chain), closed))
     return [_named(loop) for loop in sorted(found, key=lambda loop: -loop.area)]
 
 
