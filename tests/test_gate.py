@@ -27,7 +27,7 @@ LONG = {
 }  # fmt: skip
 """Models of which a command takes more than a second."""
 
-UNBOUNDED = ("excavator", "floating_hexagon", "platform_3rrr")
+UNBOUNDED = ("floating_hexagon", "platform_3rrr")
 """Models whose workspace takes more than half a minute."""
 
 
@@ -99,7 +99,7 @@ def reached(checked, spy):
     found = spy.pop()
     arcs = [arc for run in found.runs for arc in run.pieces] if hasattr(found, "runs") else [e.arc for e in found.edges]
     mechanism = found.task.mechanism
-    z = mechanism.to_file(found.task.system.nodes(np.concatenate([arc.branch.x for arc in arcs]).T))
+    z = mechanism.to_file(found.task.nodes(np.concatenate([arc.branch.x for arc in arcs])))
     own = z[mechanism.nodes.index(point)]
     assert all(min(abs(own - at)) <= 1e-12 * definition.size for at in written)
     for k in range(0, z.shape[1], 1 + z.shape[1] // 100):

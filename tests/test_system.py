@@ -85,3 +85,18 @@ def test_a_crossing_turns_the_orientation() -> None:
     turned = [b.p for a, b in pairwise(places) if a.orientation(a.left) * b.orientation(a.left) < 0.0]
     assert len(turned) >= 2  # out and back
     assert all(np.hypot(*p) < 0.06 for p in turned)
+
+
+@pytest.mark.parametrize("path", MODELS, ids=lambda p: p.stem)
+def test_linear_equations_are_parted_from_the_others(path: Path) -> None:
+    system, rng = System(load(path)), np.random.default_rng(6)
+    whole = system.quadric(np.zeros(len(system.mechanism.actuators)))
+    whole = whole.rows(range(whole.m - len(system.mechanism.actuators)))
+    flat, others = whole.parted(system.coordinates(system.mechanism.drawn))
+    y, v = rng.normal(size=(2, 5, flat.basis.shape[1]))
+    bent = np.any(whole.q, axis=(1, 2)) | (others.m == whole.m)
+    assert np.allclose(whole.value(flat.lift(y))[:, ~bent], 0.0, atol=1e-12)
+    assert np.allclose(whole.value(flat.lift(y))[:, bent], others.value(y), atol=1e-12)
+    assert np.allclose(whole.slope(flat.lift(y))[:, bent] @ flat.basis, others.slope(y), atol=1e-12)
+    assert np.allclose(flat.drop(flat.lift(y)), y, atol=1e-12)
+    assert np.allclose(np.linalg.norm(flat.lift(y) - flat.lift(v), axis=1), np.linalg.norm(y - v, axis=1), rtol=1e-12)

@@ -410,6 +410,15 @@ def test_redundant_platform_reaches_what_some_orientation_allows() -> None:
     assert all(len(edge.arc.held) in (0, 1, 2) for edge in found.edges)
 
 
+@pytest.mark.soak
+def test_regions_of_both_ways_to_assemble_the_boom_are_of_one_size() -> None:
+    """The excavator's boom turns by one angle on either side of its ram: so does all that it carries."""
+    found = survey(load(MODELS / "excavator.yaml"), "tip")
+    assert found.complete
+    assert [loop.area > 0.0 for loop in found.loops] == [True, True]
+    assert found.loops[0].area == pytest.approx(found.loops[1].area, rel=1e-9)
+
+
 def legs_reach(data: dict[str, Any], mechanism: Mechanism, z: np.ndarray, angle: float) -> np.ndarray:
     """Tell whether every leg of the 3-RRR gets to its joint of the platform within its motor's law."""
     member = next(m for m in mechanism.members if m.name in data["elements"])
