@@ -211,3 +211,12 @@ actuators:
     assert "nan" not in run(*asked)
     if told["png"]:
         assert Path(told["png"]).read_bytes().startswith(b"\x89PNG")
+
+
+def test_paths_that_may_not_be_all_say_so(tmp_path: Path) -> None:
+    """The inversor's equations are dependent: which configurations there are is not proved."""
+    asked = ["workspace", str(MODELS / "peaucellier.yaml"), "-p", "Q", "-o", str(tmp_path), "--no-png"]
+    done = CliRunner().invoke(app, asked, catch_exceptions=False)
+    assert done.exit_code == 5
+    assert "there may be more paths" in done.stdout
+    assert "there may be more" not in run("workspace", str(MODELS / "watt_1.yaml"), "-o", str(tmp_path), "--no-png")

@@ -276,3 +276,8 @@ def _tell_paths(mechanism: Mechanism, report: dict[str, Any]) -> None:
         rows.append((str(k), "drawn" if path["drawn"] else "", *spans, number(path["length"], 8), ", ".join(inputs)))
     heads = ("path", "", f"x{unit}", f"y{unit}", f"length{unit}", "inputs")
     print_table(f"{mechanism.name}: what {report['point']} reaches", heads, rows, right=(0, 4))
+    if not report["complete"]:
+        typer.echo(
+            "there may be more paths: at some values of the input not all configurations are proved to be known, or one"
+            " of them lies on no path"
+        )
