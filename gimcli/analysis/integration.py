@@ -10,7 +10,6 @@ import numpy as np
 from gimcli.analysis.energy_projection import Projection
 from gimcli.analysis.equations_of_motion import Equations
 from gimcli.analysis.event_search import EventSearch
-from gimcli.analysis.leap import Leap
 from gimcli.analysis.simulation import DEAD_POINT, LIMIT, SINGULAR, STANDSTILL, Event, Policy, Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.kernels.reduction import KINETIC, POTENTIAL
@@ -34,7 +33,6 @@ class Integration:
         self.equations = Equations(mechanism, run, self.policy)
         self.free, self.reducer = self.equations.free, self.equations.reducer
         self.projection = Projection(self.reducer, settings.method, self.policy)
-        self.leap = Leap()
         self.search = EventSearch(self.equations, self._solver, settings.method != "rk4")
         self.rows: list[State] = []
         self.told: list[tuple[float, float]] = []  # dissipated and supplied at the rows
@@ -87,13 +85,7 @@ class Integration:
                 self.status = self.equations.reason()
                 break
             solver = self._strider(time, y, end) or self._solver(time, y, end)
-            self.leap.begin()
             stop, changed = self._piece(solver, end)
-            if stop is None and self._is_creeping and (far := self.leap.across(self, solver.t)) is not None:
-                if self._pass(far):
-                    return self.events[-1].time
-                time, y, self.steps = far.t, np.array(far.y), self.steps + 1
-                continue
             if stop is not None:
                 return stop
             time, y = solver.t, np.array(solver.y)
@@ -110,7 +102,7 @@ class Integration:
 
     def _piece(self, solver: Any, end: float) -> tuple[float | None, bool]:
         """Step until other variables serve better, or no step leads on; return an asked end, and which it was."""
-        changed = False
+        changed, crept = False, 0
         while solver.status == "running" and not changed:
             if not self._step(solver):
                 break
@@ -120,18 +112,14 @@ class Integration:
             if not self._accept(solver.t, solver.y):
                 break
             self._keep_energy(solver)
-            self.leap.keep(solver.t, solver.y, self.reducer.base, solver.t - solver.t_old, self.policy)
-            if self._is_creeping:
+            crept = crept + 1 if solver.t - solver.t_old < self._creep else 0
+            if crept > self.policy.patience:
                 break
-            changed = self.equations.is_steep or self.equations.is_gentle
+            changed = not self.reducer.is_within and (self.equations.is_steep or self.equations.is_gentle)
             if self.progress is not None:
                 self.progress(int(1000 * solver.t / end), 1000)
         self._count(solver)
         return None, changed
-
-    @property
-    def _is_creeping(self) -> bool:
-        return self.leap.creeping >= self.policy.patience
 
     def _step(self, solver: Any) -> bool:
         """Take a step, or a stride of them; tell whether it led anywhere."""
@@ -168,7 +156,7 @@ class Integration:
         return Strider(
             reducer, self.equations.slopes, time, y, end, settings.rtol, policy.absolute * settings.rtol, policy.steep,
             policy.lively, (self.projection.start, self.projection.liveliest),
-            (self._shortest, policy.beginning * self._shortest), policy.beside,
+            (self._shortest, policy.beginning * self._shortest), policy.beside, self._creep,
         )  # fmt: skip
 
     @property
@@ -183,6 +171,11 @@ class Integration:
     def _shortest(self) -> float:
         """Step below which the motion is stuck [s]."""
         return self.policy.shortest * float(self.times[-1] - self.times[0])
+
+    @property
+    def _creep(self) -> float:
+        """Step of which no long row may follow [s]."""
+        return self.policy.creep * float(self.times[-1] - self.times[0])
 
     def _count(self, solver: Any) -> None:
         self.evaluations += solver.nfev
@@ -207,7 +200,6 @@ class Integration:
         stop = math.inf
         for event in self.search.events(solver, path):
             self.events.append(event)
-            self.leap.anchors.clear()  # no step begins before it
             done = sum(e.kind == STANDSTILL for e in self.events)
             if event.kind == STANDSTILL and done == self.settings.standstills:
                 stop = event.time

@@ -47,10 +47,9 @@ class Policy:
     energies: float = 1e30  # tolerance of the energies: they follow the motion, the steps do not follow them
     shortest: float = 1e-12  # step beside the whole time: shorter ones lead nowhere, as before a singular position
     beginning: float = 1e3  # first step beside that: rounded zeros in the state suggest shorter ones
+    creep: float = 1e-7  # step beside the whole time: shorter ones lead nowhere ...
+    patience: int = 300  # ... if more come one after the other
     beside: float = 2e-2  # determinant of a dyad below which steps are watched one by one
-    near: float = 1e-3  # determinant of a dyad below which its accelerations are noise to more than 1e-10
-    creep: float = 1e-4  # step beside the longest of a piece: shorter ones so near lead nowhere ...
-    patience: int = 10  # ... if so many come one after the other
     landing: float = 1e-2  # of a step: corrections of an event beyond that come from a change point on the way
     bisections: int = 60  # of a bracket: to the last digit
     lively: float = 1e-2  # part of the greatest energies above which the kinetic one tells speeds to enough digits

@@ -20,13 +20,13 @@ STAGES = 12
 SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -0.125
 
 WANTED, FINISHED, FAILED, STOPPED = range(4)
-"""Why a call ends: its last step holds a row or an event, or ends where M is steep or a change point near; the end is
-reached; no step is short enough; a stage lies near a change point that has no window yet."""
+"""Why a call ends: its last step holds a row or an event, is very short, or ends where M is steep or a change point
+near; the end is reached; no step is short enough; a stage lies near a change point that has no window yet."""
 
-NOW, BEFORE, STEP, DUE, END, RTOL, ATOL, STEEP, LIVELY, LIVELIEST, START, CORRECTED, SHORTEST, NEAR = range(14)
+NOW, BEFORE, STEP, DUE, END, RTOL, ATOL, STEEP, LIVELY, LIVELIEST, START, CORRECTED, SHORTEST, NEAR, CREEP = range(15)
 """Entries of `clock`: times of the state and of that before, step, next row, end; tolerances; `Policy`; energies."""
 
-CLOCK = 14
+CLOCK = 15
 
 
 class Tableau(NamedTuple):
@@ -167,7 +167,7 @@ def stride(m: Model, t: Tableau, s: States, conservative: bool) -> int:
         for i in range(n):
             s.before[i] = s.y[i]
             s.y[i] = s.trial[i]
-        if is_wanted(m, s):
+        if h < clock[CREEP] or is_wanted(m, s):
             return FINISHED if clock[NOW] >= clock[END] else WANTED
         copy_place(m.base, m.at)
         for i in range(n):

@@ -76,7 +76,7 @@ class Room(NamedTuple):
     acceleration: FloatArray  # (variables,)
     step: FloatArray  # (k,)
     weakest: IntArray  # (1,) block with the smallest determinant
-    weak: FloatArray  # (3,) that determinant; below which a place is not gone to (0: none); 1 where that happened
+    weak: FloatArray  # (3,) that determinant; below which a place is not gone to (0: none); not 0 where that happened
 
 
 @kernel

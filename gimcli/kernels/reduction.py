@@ -226,11 +226,12 @@ def move(
     given: FloatArray, free: int, factors: FloatArray, room: Room, out: Reduced, gain: FloatArray,
 ) -> bool:  # fmt: skip
     """Go from `base` to a state and find its accelerations: one call."""
-    within = window_of(windows, target[0])
+    within = window_of(windows, target)
     if within >= 0:
-        interpolate(windows, within, c.independent[0], target[0], speeds[0], at, room)
+        if not interpolate(c, windows, within, target, speeds, last, at, room):
+            return False
     else:
-        begin_beyond(windows, base, base.v[c.independent[0]], target[0], last)
+        begin_beyond(c, windows, base, target, last)
         if not follow(c, last, at, target, speeds, room):
             return False
     reduce(p, at, room, factors, out)

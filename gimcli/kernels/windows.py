@@ -1,94 +1,166 @@
-"""Positions near change points, where the equations alone tell them badly, from polynomials of the input.
+"""Positions near change points, where the equations alone tell them badly, from places on both sides.
 
 At a distance d from a change point velocities are known to eps / d^2 and accelerations to eps / d^3 only. The branch
-that is followed is smooth there: in a window about the point all variables are Chebyshev polynomials of the one
-independent variable, fitted to places on both sides. What comes out does not depend on the steps of an integrator.
+that is followed is smooth there: what is asked for is interpolated on the line through the target across the window,
+between places farther away on both sides. What comes out does not depend on the steps of an integrator.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
-from gimcli.kernels.influence import Place, Room, copy_place
-from gimcli.kernels.jit import kernel
+from gimcli.kernels.influence import Chart, Place, Room, copy_place, follow
+from gimcli.kernels.jit import kernel, stage
 from gimcli.mechanism import FloatArray
+
+NODES = 7
+"""Places on either side."""
+
+ASIDE = 0.3
+"""Greatest distance from a window's middle line, of lengths about 1 and rad."""
+
+FLOOR = 0.5
+"""Part of the determinant at a window's edges that places about it must have: change points lie on curved sheets."""
 
 LEFT, RIGHT = range(2)
 
+TOGETHER = 2.0
+"""What the room says where a window does not serve: another change point crosses it."""
+
 
 class Windows(NamedTuple):
-    """Windows of one independent variable, and the places at their edges."""
+    """Slabs |normal . (s - centre)| <= half of the independent variables s about change points, and their edges."""
 
-    bounds: FloatArray  # (windows, 2)
-    scale: FloatArray  # (windows, 2) centre and half width of the polynomials' interval
-    factors: FloatArray  # (windows, degrees, variables)
-    v: FloatArray  # (windows, 2, variables)
-    b: FloatArray  # (windows, 2, variables)
+    centre: FloatArray  # (windows, k)
+    normal: FloatArray  # (windows, k) of length 1
+    half: FloatArray  # (windows,)
+    weakest: FloatArray  # (windows,) least determinant at the edges
+    offsets: FloatArray  # (windows, 2, NODES) of the places from the middle, from the edge outwards
+    weights: FloatArray  # (windows, 2, NODES) of the polynomial through all of them
+    v: FloatArray  # (windows, 2, variables) places at the edges
+    b: FloatArray  # (windows, 2, k, variables)
     sign: FloatArray  # (windows, 2, blocks)
+    total: FloatArray  # (k + 3, variables) scratch
+    target: FloatArray  # (k,) scratch
 
 
 @kernel
-def window_of(windows: Windows, target: float) -> int:
-    """Return the window that a value lies in, or -1."""
-    for k in range(windows.bounds.shape[0]):
-        if windows.bounds[k, LEFT] <= target <= windows.bounds[k, RIGHT]:
-            return k
+def offset_of(w: Windows, n: int, s: FloatArray) -> float:
+    """Return how far a place is from the middle of a window."""
+    offset = 0.0
+    for k in range(w.centre.shape[1]):
+        offset += w.normal[n, k] * (s[k] - w.centre[n, k])
+    return offset
+
+
+@kernel
+def is_beside(w: Windows, n: int, s: FloatArray, offset: float) -> bool:
+    """Tell whether a place is near a window's middle line."""
+    square = 0.0
+    for k in range(w.centre.shape[1]):
+        square += (s[k] - w.centre[n, k]) ** 2
+    return square - offset * offset <= ASIDE * ASIDE
+
+
+@kernel
+def window_of(w: Windows, s: FloatArray) -> int:
+    """Return the window that a place lies in, or -1."""
+    for n in range(w.half.shape[0]):
+        offset = offset_of(w, n, s)
+        if abs(offset) <= w.half[n] and is_beside(w, n, s, offset):
+            return n
     return -1
 
 
 @kernel
-def stand_at_edge(windows: Windows, k: int, side: int, to: Place) -> None:
+def stand_at_edge(w: Windows, n: int, side: int, to: Place) -> None:
     """Set a place to that at the edge of a window."""
     for i in range(to.v.shape[0]):
-        to.v[i] = windows.v[k, side, i]
-        to.b[0, i] = windows.b[k, side, i]
+        to.v[i] = w.v[n, side, i]
+        for k in range(to.b.shape[0]):
+            to.b[k, i] = w.b[n, side, k, i]
     for g in range(to.sign.shape[0]):
-        to.sign[g] = windows.sign[k, side, g]
+        to.sign[g] = w.sign[n, side, g]
 
 
 @kernel
-def begin_beyond(windows: Windows, base: Place, here: float, target: float, last: Place) -> None:
+def begin_beyond(c: Chart, w: Windows, base: Place, target: FloatArray, last: Place) -> None:
     """Set the last place to where a way to a target begins: beyond the windows that lie on it."""
     copy_place(last, base)
-    best, side = -1, RIGHT if target > here else LEFT
-    nearest = abs(target - here)
-    for k in range(windows.bounds.shape[0]):
-        edge = windows.bounds[k, side]
-        if (edge - here) * (target - edge) > 0.0 and abs(target - edge) < nearest:
-            best, nearest = k, abs(target - edge)
-    if best >= 0:
-        stand_at_edge(windows, best, side, last)
+    here, passed = w.target, 0.0
+    for k in range(target.shape[0]):
+        here[k] = base.v[c.independent[k]]
+    within = window_of(w, here)
+    if within >= 0:
+        stand_at_edge(w, within, LEFT if offset_of(w, within, target) < 0.0 else RIGHT, last)
+    for n in range(w.half.shape[0]):
+        begin, end = offset_of(w, n, here), offset_of(w, n, target)
+        side = RIGHT if end > begin else LEFT
+        edge = w.half[n] if side == RIGHT else -w.half[n]
+        if not (edge - begin) * (end - edge) > 0.0:
+            continue
+        part = (edge - begin) / (end - begin)
+        for k in range(target.shape[0]):
+            w.total[0, k] = here[k] + part * (target[k] - here[k])
+        if part > passed and is_beside(w, n, w.total[0], edge):
+            passed = part
+            stand_at_edge(w, n, side, last)
 
 
 @kernel
+def weight_of(w: Windows, n: int, side: int, i: int, offset: float) -> float:
+    """Return the factor of a place in the polynomial through all of a window."""
+    weight = w.weights[n, side, i]
+    for other in range(2):
+        for j in range(NODES):
+            if other != side or j != i:
+                weight *= offset - w.offsets[n, other, j]
+    return weight
+
+
+@stage
 def interpolate(
-    windows: Windows, k: int, own: int, target: float, speed: float, to: Place, room: Room
-) -> None:  # fmt: skip
-    """Find all variables, their velocities, and accelerations without that of the independent one, in a window."""
-    x, scale = (target - windows.scale[k, 0]) / windows.scale[k, 1], windows.scale[k, 1]
-    w, a = room.velocity, room.acceleration
-    side = LEFT if x < 0.0 else RIGHT
-    for g in range(to.sign.shape[0]):
-        to.sign[g] = windows.sign[k, side, g]
-    for i in range(to.v.shape[0]):
-        to.v[i], to.b[0, i], a[i] = 0.0, 0.0, 0.0
-    t0, t1, t2, u0, u1, u2, last0, last1, last2 = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for n in range(windows.factors.shape[1]):
-        for i in range(to.v.shape[0]):
-            c = windows.factors[k, n, i]
-            to.v[i] += c * t0
-            to.b[0, i] += c * t1
-            a[i] += c * t2
-        if n == 0:
-            u0, u1, u2 = x, 1.0, 0.0
-        else:
-            u0 = 2.0 * x * t0 - last0
-            u1 = 2.0 * t0 + 2.0 * x * t1 - last1
-            u2 = 4.0 * t1 + 2.0 * x * t2 - last2
-        last0, last1, last2 = t0, t1, t2
-        t0, t1, t2 = u0, u1, u2
-    for i in range(to.v.shape[0]):
-        to.b[0, i] /= scale
-        w[i] = to.b[0, i] * speed
-        a[i] *= speed * speed / (scale * scale)
-    to.v[own], to.b[0, own], w[own], a[own] = target, 1.0, speed, 0.0
+    c: Chart, w: Windows, n: int, target: FloatArray, speeds: FloatArray, last: Place, to: Place, room: Room
+) -> bool:  # fmt: skip
+    """Find all variables, their velocities, and accelerations without those of s, in a window.
+
+    Where a place beside it is not found, or is near another change point, the room says so and `to` is at the edge.
+    """
+    offset, size, allowed = offset_of(w, n, target), target.shape[0], room.weak[1]
+    least = math.inf
+    for row in range(size + 3):
+        for i in c.unknown:
+            w.total[row, i] = 0.0
+    room.weak[1] = FLOOR * w.weakest[n]
+    for side in range(2):
+        stand_at_edge(w, n, side, last)
+        for j in range(NODES):
+            for k in range(size):
+                w.target[k] = target[k] + (w.offsets[n, side, j] - offset) * w.normal[n, k]
+            if not follow(c, last, to, w.target, speeds, room):
+                for k in range(size):
+                    w.target[k] = target[k] + (w.offsets[n, side, 0] - offset) * w.normal[n, k]
+                stand_at_edge(w, n, side, last)
+                room.weak[1] = 0.0
+                follow(c, last, to, w.target, speeds, room)
+                room.weak[1], room.weak[2] = allowed, TOGETHER
+                return False
+            copy_place(last, to)
+            weight = weight_of(w, n, side, j, offset)
+            least = min(least, room.weak[0])
+            for i in c.unknown:
+                w.total[size, i] += weight * to.v[i]
+                w.total[size + 1, i] += weight * room.velocity[i]
+                w.total[size + 2, i] += weight * room.acceleration[i]
+                for k in range(size):
+                    w.total[k, i] += weight * to.b[k, i]
+    room.weak[0], room.weak[1] = least, allowed
+    stand_at_edge(w, n, LEFT if offset < 0.0 else RIGHT, to)
+    for i in c.unknown:
+        to.v[i], room.velocity[i], room.acceleration[i] = w.total[size, i], w.total[size + 1, i], w.total[size + 2, i]
+        for k in range(size):
+            to.b[k, i] = w.total[k, i]
+    for k in range(size):
+        to.v[c.independent[k]] = target[k]
+    return True

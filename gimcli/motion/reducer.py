@@ -12,6 +12,7 @@ import numpy as np
 from gimcli.dynamics import TIME, Release
 from gimcli.errors import StructureError
 from gimcli.kernels import influence, reduction
+from gimcli.kernels.windows import TOGETHER, window_of
 from gimcli.mechanism import Actuator, ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.motion.effort import plain
 from gimcli.motion.windows import WEAK, no_windows, window_at, with_window
@@ -33,6 +34,9 @@ BESIDE = 0.9
 
 NEAREST = 1e-6
 """Determinant below which none is looked for any more."""
+
+MOST_OPENED = 10
+"""Windows that may be opened on one step: where more change points crowd together there is no way on."""
 
 SOFT = 1e-6
 """Singular values below this part of the greatest move nothing in such corrections."""
@@ -145,7 +149,7 @@ class Reducer:
 
     def _face(self, v: FloatArray) -> bool:
         """Stand at a place with the independent variables as they are."""
-        self.windows = no_windows(len(v), len(self.chart.blocks))
+        self.windows, self.opened = no_windows(len(self.own), len(v), len(self.chart.blocks)), 0
         self.watch()
         self.base.v[:] = v
         self.run(influence.stand)(self.chart, self.base, self.room)
@@ -175,26 +179,36 @@ class Reducer:
 
     def watch(self) -> None:
         """Stop again near change points that have no window yet."""
-        self.room.weak[1:] = WEAK if self.continues and len(self.own) == 1 else 0.0, 0.0
+        self.room.weak[1:] = WEAK if self.continues else 0.0, 0.0
+
+    @property
+    def is_within(self) -> bool:
+        """Tell whether it stands in a window."""
+        return bool(self.run(window_of)(self.windows, self.base.v[self.own]) >= 0)
 
     def open_window(self) -> bool:
         """Open a window where the last call stopped near a change point, or let it come nearer; tell whether it did."""
         room = self.room
         if not room.weak[2]:
             return False
-        nearer = 0.25 * room.weak[1]
+        self.opened += 1
+        nearer, together = 0.25 * room.weak[1], bool(room.weak[2] == TOGETHER)
+        if self.opened > MOST_OPENED:
+            room.weak[2] = 0.0
+            return False
         room.weak[1:] = 0.0
-        found = window_at(self, room.weakest[0])
+        found = window_at(self, together)
         if found is None:
             room.weak[1] = nearer if nearer > NEAREST else 0.0
         else:
-            self.windows = with_window(self.windows, found, self.base.v[self.own[0]])
+            self.windows = with_window(self.windows, found, self.base.v[self.own])
             room.weak[1] = min(WEAK, BESIDE * found.weakest)
         return True
 
     def accept(self) -> None:
         """Stand where the last call led to."""
         self.run(influence.copy_place)(self.base, self.at)
+        self.opened = 0
         if self.room.weak[0] > 2.0 * WEAK:
             self.watch()
 

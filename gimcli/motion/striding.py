@@ -17,7 +17,7 @@ class Strider:
 
     def __init__(
         self, reducer: Reducer, fun: Slopes, start: float, y: FloatArray, end: float, rtol: float, atol: float,
-        steep: float, lively: float, energy: tuple[float, float], least: tuple[float, float], near: float,
+        steep: float, lively: float, energy: tuple[float, float], least: tuple[float, float], near: float, creep: float,
     ) -> None:  # fmt: skip
         from scipy.integrate import DOP853
 
@@ -30,7 +30,8 @@ class Strider:
         )
         clock[[kernels.NOW, kernels.BEFORE, kernels.DUE, kernels.END]] = start, start, end, end
         clock[[kernels.RTOL, kernels.ATOL, kernels.STEEP, kernels.LIVELY]] = rtol, atol, steep, lively
-        clock[[kernels.START, kernels.LIVELIEST, kernels.SHORTEST, kernels.NEAR]] = *energy, least[0], near
+        clock[[kernels.START, kernels.LIVELIEST, kernels.SHORTEST]] = *energy, least[0]
+        clock[[kernels.NEAR, kernels.CREEP]] = near, creep
         self.stride = reducer.run(kernels.stride)
         self.f = fun(start, self.y)
         clock[kernels.STEP] = min(max(self._first_step(start, end, rtol, atol), least[1]), end - start)
@@ -58,9 +59,15 @@ class Strider:
         states = self.states
         states.k[0] = self.f
         while True:
+            begun = self.t
             ended = self.stride(self._model, self.tableau, states, self.reducer.conservative)
-            if ended != kernels.STOPPED or not self.reducer.open_window():
+            if ended != kernels.STOPPED:
                 break
+            if self.t > begun:
+                self.reducer.opened = 0
+            if not self.reducer.open_window():
+                states.clock[kernels.STEP] *= kernels.LEAST
+                self.reducer.opened = 0
         if ended == kernels.FAILED:
             self.status = "failed"
             return "no step is short enough"

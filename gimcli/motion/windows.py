@@ -1,12 +1,12 @@
-"""Windows about change points: polynomials of the input through places on both sides of the branch followed.
+"""Windows about change points: slabs of the independent variables within which the branch followed is interpolated.
 
-Places before the point give a polynomial that predicts the one beyond, on whichever sides the blocks are there: any
-number of them may change at once. From there the branch is followed on, and a polynomial through both halves is
-kept where it satisfies all equations within the window.
+Places before a change point give a polynomial that predicts the one beyond, on whichever sides the blocks are there:
+any number of them may change at once. A window is kept where places on both sides tell those within.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,25 +15,31 @@ from numpy.polynomial import chebyshev
 
 from gimcli.kernels import influence
 from gimcli.kernels.influence import Place
-from gimcli.kernels.windows import Windows
-from gimcli.mechanism import FloatArray
+from gimcli.kernels.windows import FLOOR, NODES, Windows, interpolate
+from gimcli.mechanism import FloatArray, IntArray
 from gimcli.structure.chart import residuals
 
 if TYPE_CHECKING:
     from gimcli.motion.reducer import Reducer
 
-NODES, DEGREE = 7, 21
-"""Places on either side, each with its slopes; degree of the polynomials through both."""
-
 REACHES = (4.0, 3.0, 2.2, 1.6)
-"""Half width of the polynomials' interval beside that of the window, tried in this order."""
+"""Distance of the farthest place from the middle beside half the width of the window, tried in this order."""
 
 WEAK, BEYOND = 0.03, 1.2
 """Determinant (unit gradients) below which a change point is looked for: beyond, accelerations are known to 1e-11; it
 is less than that within a window, and somewhat beyond."""
 
+CLOSE, ALONG = 10.0, 0.3
+"""Determinant beside WEAK below which other blocks are heeded; least part of a direction along their sheets."""
+
+NEAR = 2.0
+"""Distance of another change point in half widths within which the window is made to hold it as well."""
+
 BACK, MOST = 0.01, 0.5
-"""Step by which the distance of the change point is estimated; greatest half width."""
+"""Step from which a change point is looked for; greatest half width."""
+
+SLOPED = 0.1
+"""Part of the way to a change point over which slopes of determinants are taken."""
 
 PREDICTED, BENT = 1e-4, 1e-2
 """Greatest error of a predicted place beyond, and of its slopes, relative to the greatest."""
@@ -52,130 +58,196 @@ KEPT = 8
 class Window:
     """One window."""
 
-    bounds: tuple[float, float]
-    centre: float
-    half: float  # of the polynomials' interval
-    factors: FloatArray  # (degrees, variables)
+    centre: FloatArray  # (k,)
+    normal: FloatArray  # (k,)
+    half: float
+    offsets: FloatArray  # (2, NODES)
     edges: tuple[Place, Place]
-    residual: float  # greatest within
-
-    @property
-    def weakest(self) -> float:
-        """The least determinant at the edges."""
-        return float(min(np.min(np.abs(edge.sign)) for edge in self.edges))
+    weakest: float  # least determinant at the edges
 
 
-def no_windows(variables: int, blocks: int) -> Windows:
-    """Return none."""
+def no_windows(size: int, variables: int, blocks: int) -> Windows:
+    """Return none for so many independent variables."""
     return Windows(
-        np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, DEGREE + 1, variables)), np.zeros((0, 2, variables)),
-        np.zeros((0, 2, variables)), np.zeros((0, 2, blocks)),
+        np.zeros((0, size)), np.zeros((0, size)), np.zeros(0), np.zeros(0), np.zeros((0, 2, NODES)),
+        np.zeros((0, 2, NODES)), np.zeros((0, 2, variables)), np.zeros((0, 2, size, variables)),
+        np.zeros((0, 2, blocks)), np.zeros((size + 3, variables)), np.zeros(size),
     )  # fmt: skip
 
 
-def with_window(windows: Windows, found: Window, here: float) -> Windows:
-    """Return windows with another one; the farthest from where the motion is are dropped."""
+def with_window(windows: Windows, found: Window, here: FloatArray) -> Windows:
+    """Return windows with another one before them; the farthest from where the motion is (k,) are dropped."""
+    apart = found.offsets.ravel()[:, None] - found.offsets.ravel()[None, :] + np.eye(2 * NODES)
     new = (
-        np.array(found.bounds), np.array([found.centre, found.half]), found.factors,
-        np.array([edge.v for edge in found.edges]), np.array([edge.b[0] for edge in found.edges]),
-        np.array([edge.sign for edge in found.edges]),
+        found.centre, found.normal, found.half, found.weakest, found.offsets,
+        (1.0 / np.prod(apart, axis=1)).reshape(2, NODES), np.array([edge.v for edge in found.edges]),
+        np.array([edge.b for edge in found.edges]), np.array([edge.sign for edge in found.edges]),
     )  # fmt: skip
-    kept = np.argsort(np.abs(windows.scale[:, 0] - here))[: KEPT - 1]
-    return Windows(*(np.concatenate([old[kept], one[None]]) for old, one in zip(windows, new, strict=True)))
+    kept = np.argsort(np.linalg.norm(windows.centre - here, axis=1))[: KEPT - 1]
+    both = [np.concatenate([np.asarray(one)[None], old[kept]]) for old, one in zip(windows, new, strict=False)]
+    return Windows(*both, *windows[len(new) :])
 
 
-def window_at(reducer: Reducer, block: int) -> Window | None:
-    """Return the window about the change point near `reducer.at`, where a block is weak; None where there is none."""
-    start, walk = copied(reducer.at), _Walk(reducer)
-    own, determinant = reducer.own[0], abs(start.sign[block])
-    beside = [place for step in (BACK, -BACK) if (place := walk.to(start, start.v[own] + step)) is not None]
-    if not beside:
-        return None
-    away = max(beside, key=lambda place: abs(place.sign[block]))
-    gain = abs(away.sign[block]) - determinant
-    if not gain > 0.0:
-        return None
-    side = float(np.sign(away.v[own] - start.v[own]))  # from the change point to here
-    distance, half = BACK * determinant / gain, BEYOND * BACK * WEAK / gain
-    if not max(distance, half) < MOST:
-        return None
-    centre = start.v[own] - side * distance
-    best: Window | None = None
-    for reach in REACHES:
-        found = walk.window(start, centre, side, half, reach * half)
-        if found is not None and (best is None or found.residual < best.residual):
-            best = found
-        if best is not None and best.residual <= EXACT:
-            break
-    return best
+def window_at(reducer: Reducer, together: bool) -> Window | None:
+    """Return the window about the change point near `reducer.at`, reached from `reducer.last`; None without one.
+
+    together: whether it must hold the change points of all weak blocks, those on sheets that cross too.
+    """
+    walk = _Walk(reducer)
+    start = walk.before(copied(reducer.last), copied(reducer.at))
+    weak, slopes = walk.slopes(start)
+    for normal in _normals(slopes)[together:]:
+        best = walk.best(start, normal, *_sides(np.abs(start.sign[weak]), slopes @ normal))
+        if best is not None:
+            return best
+    return None
+
+
+def _normals(slopes: FloatArray) -> list[FloatArray]:
+    """Return directions (k,) to try: across the first sheet, that along the others, and across all of them."""
+    steep = np.linalg.norm(slopes, axis=1)
+    if not np.all(steep > 0.0):
+        return []
+    units = -slopes / steep[:, None]
+    total = np.zeros(slopes.shape[1])
+    for unit in units:
+        total += unit if unit @ total >= 0.0 else -unit
+    others = units[1:]
+    along = units[0] - np.linalg.lstsq(others.T, units[0], rcond=None)[0] @ others if len(others) else 0.0 * units[0]
+    size = float(np.linalg.norm(along))
+    return [units[0], *([along / size] if size > ALONG else []), total / np.linalg.norm(total)]
+
+
+def _sides(here: FloatArray, gains: FloatArray) -> tuple[float, float]:
+    """Return how far the window lies along its normal, where determinants `here` change by `gains`."""
+    with np.errstate(divide="ignore"):
+        middles, halves = -here / gains, BEYOND * WEAK / np.abs(gains)
+    near = np.abs(middles - middles[0]) <= NEAR * halves[0]
+    middles, halves = middles[near], halves[near]
+    return float(np.min(middles - halves)), float(np.max(middles + halves))
 
 
 class _Walk:
     def __init__(self, reducer: Reducer) -> None:
-        self.reducer, self.own = reducer, reducer.own[0]
+        self.reducer, self.own = reducer, reducer.own
+        self.turning = reducer.chart.blocks[:, 0] != influence.LINEAR
 
-    def to(self, place: Place, target: float) -> Place | None:
+    def to(self, place: Place, target: FloatArray) -> Place | None:
         """Return the place at a target, followed from another."""
         reducer, last, found = self.reducer, copied(place), copied(place)
         follow = reducer.run(influence.follow)
-        there = follow(reducer.chart, last, found, np.array([target]), np.zeros(1), reducer.room)
+        there = follow(reducer.chart, last, found, target, np.zeros(len(target)), reducer.room)
         return found if there else None
 
-    def window(self, start: Place, centre: float, side: float, half: float, reach: float) -> Window | None:
-        """Return the window of a half width, from places as far as a reach."""
+    def weakest(self, place: Place) -> float:
+        return float(np.min(np.abs(place.sign[self.turning])))
+
+    def before(self, last: Place, near: Place) -> Place:
+        """Return a place on the way to a weak one that is just before: by the branch that leads there."""
+        target = near.v[self.own]
+        while self.weakest(last) > WEAK and np.max(np.abs(target - last.v[self.own])) > BACK:
+            middle = self.to(last, 0.5 * (last.v[self.own] + target))
+            if middle is None or self.weakest(middle) < WEAK:
+                target = 0.5 * (last.v[self.own] + target)
+            else:
+                last = middle
+        return last
+
+    def slopes(self, start: Place) -> tuple[IntArray, FloatArray]:
+        """Return the blocks that are weak, the weakest first, and how their determinants change (blocks, k)."""
+        here = np.abs(start.sign)
+        weak = np.flatnonzero(self.turning & (here < CLOSE * max(WEAK, self.weakest(start))))
+        weak = weak[np.argsort(here[weak])]
+        step = min(BACK, SLOPED * self.weakest(start))
+        slopes = np.zeros((len(weak), len(self.own)))
+        for k, way in enumerate(step * np.eye(len(self.own))):
+            there = [self.to(start, start.v[self.own] + side * way) for side in (1.0, -1.0)]
+            one, other = (start if place is None else place for place in there)
+            if one is not other:
+                apart = one.v[self.own[k]] - other.v[self.own[k]]
+                slopes[:, k] = (np.abs(one.sign) - np.abs(other.sign))[weak] / apart
+        return weak, slopes
+
+    def best(self, start: Place, normal: FloatArray, low: float, high: float) -> Window | None:
+        """Return the window between two distances from a place whose places tell those within best."""
+        half, centre = 0.5 * (high - low), start.v[self.own] + 0.5 * (low + high) * normal
+        best: tuple[float, Window] | None = None
+        for reach in REACHES if half < MOST else ():
+            found = self.window(start, centre, normal, half, reach * half)
+            if found is not None and (best is None or found[0] < best[0]):
+                best = found
+            if best is not None and best[0] <= EXACT:
+                break
+        return None if best is None else best[1]
+
+    def window(
+        self, start: Place, centre: FloatArray, normal: FloatArray, half: float, reach: float
+    ) -> tuple[float, Window] | None:
+        """Return the residual within a window and the window, from places as far as a reach."""
         spread = half + (reach - half) * 0.5 * (1.0 - np.cos(np.pi * np.arange(NODES) / (NODES - 1)))
-        near = self._along(start, centre + side * spread)
+        near = self._along(start, centre, normal, -spread)
         if near is None:
             return None
-        predicted = self._fitted(near, centre, reach, 2 * NODES - 1)
-        first = self._predicted(predicted, centre, -side * half, reach, near[0])
-        far = None if first is None else self._along(first, centre - side * spread)
+        first = self._predicted(near, centre, normal, half, reach)
+        far = None if first is None else self._along(first, centre, normal, spread)
         if far is None:
             return None
-        factors = self._fitted([*near, *far], centre, reach, DEGREE)
-        inside = chebyshev.chebval(np.linspace(-half / reach, half / reach, INSIDE), factors)
-        error = max(float(np.max(np.abs(residuals(self.reducer.terms, v)))) for v in inside.T)
-        if not error <= FITS:
-            return None
-        edges = (far[0], near[0]) if side > 0.0 else (near[0], far[0])
-        return Window((centre - half, centre + half), centre, reach, factors, edges, error)
+        edges = (near[0], far[0])
+        found = Window(centre, normal, half, np.array([-spread, spread]), edges, min(map(self.weakest, edges)))
+        error = self._residual(found)
+        return (error, found) if error <= FITS else None
 
-    def _along(self, start: Place, targets: FloatArray) -> list[Place] | None:
+    def _along(self, start: Place, centre: FloatArray, normal: FloatArray, offsets: FloatArray) -> list[Place] | None:
         places: list[Place] = []
-        for target in targets:
-            found = self.to(places[-1] if places else start, float(target))
-            if found is None:
+        for offset in offsets:
+            found = self.to(places[-1] if places else start, centre + offset * normal)
+            if found is None or self.weakest(found) < FLOOR * WEAK:
                 return None
             places.append(found)
         return places
 
-    def _predicted(self, factors: FloatArray, centre: float, way: float, reach: float, near: Place) -> Place | None:
-        """Return the place beyond a change point that continues a polynomial; None where no block changes its side."""
-        reducer, x = self.reducer, way / reach
-        v = np.asarray(chebyshev.chebval(x, factors))
+    def _predicted(
+        self, near: Sequence[Place], centre: FloatArray, normal: FloatArray, half: float, reach: float
+    ) -> Place | None:
+        """Return the place beyond a change point that continues others; None where no block changes its side."""
+        reducer, x = self.reducer, half / reach
+        factors = self._fitted(near, centre, normal, reach)
         slopes = np.asarray(chebyshev.chebval(x, chebyshev.chebder(factors))) / reach
-        v[self.own] = centre + way
-        found = Place(v.copy(), np.zeros((1, len(v))), np.zeros(len(near.sign)))
+        v, unknown = near[0].v.copy(), reducer.chart.unknown  # what stands still keeps all its digits
+        v[unknown] = np.asarray(chebyshev.chebval(x, factors))[unknown]
+        v[self.own] = centre + half * normal
+        found = Place(v.copy(), np.zeros_like(near[0].b), np.zeros(len(near[0].sign)))
         reducer.run(influence.stand)(reducer.chart, found, reducer.room)
-        if np.all(found.sign * near.sign > 0.0):
+        if np.all(found.sign * near[0].sign > 0.0):
             return None
-        if not reducer.run(influence.settle)(reducer.chart, found, np.zeros(1), reducer.room):
+        if not reducer.run(influence.settle)(reducer.chart, found, np.zeros(len(self.own)), reducer.room):
             return None
         size = max(1.0, float(np.max(np.abs(slopes))))
-        straight = np.max(np.abs(found.v - v)) <= PREDICTED and np.max(np.abs(found.b[0] - slopes)) <= BENT * size
+        straight = np.max(np.abs(found.v - v)) <= PREDICTED and np.max(np.abs(normal @ found.b - slopes)) <= BENT * size
         return found if straight else None
 
-    def _fitted(self, places: list[Place], centre: float, reach: float, degree: int) -> FloatArray:
-        """Return Chebyshev factors (degree + 1, variables) that fit places and their slopes best."""
-        x = np.array([(place.v[self.own] - centre) / reach for place in places])
+    def _fitted(self, places: Sequence[Place], centre: FloatArray, normal: FloatArray, reach: float) -> FloatArray:
+        """Return Chebyshev factors (degrees, variables) that fit places along a line and their slopes."""
+        x, degree = np.array([(place.v[self.own] - centre) @ normal / reach for place in places]), 2 * NODES - 1
         slopes = chebyshev.chebder(np.eye(degree + 1))  # of each polynomial
         table = np.vstack([chebyshev.chebvander(x, degree), chebyshev.chebvander(x, degree - 1) @ slopes])
-        right = np.vstack([[place.v for place in places], [reach * place.b[0] for place in places]])
-        moving = [self.own, *self.reducer.chart.unknown]
-        factors = np.zeros((degree + 1, right.shape[1]))
-        factors[0] = places[0].v  # what stands still keeps all its digits
-        factors[:, moving] = np.linalg.lstsq(table, right[:, moving], rcond=None)[0]
-        return factors
+        right = np.vstack([[place.v for place in places], [reach * normal @ place.b for place in places]])
+        return np.asarray(np.linalg.lstsq(table, right, rcond=None)[0])
+
+    def _residual(self, window: Window) -> float:
+        """Return the greatest residual within a window."""
+        reducer, size = self.reducer, len(self.own)
+        one = with_window(no_windows(size, len(reducer.base.v), len(reducer.base.sign)), window, window.centre)
+        last, found, error = copied(reducer.base), copied(reducer.base), 0.0
+        for offset in np.linspace(-window.half, window.half, INSIDE):
+            target = window.centre + offset * window.normal
+            there = reducer.run(interpolate)(
+                reducer.chart, one, 0, target, np.zeros(size), last, found, reducer.room
+            )  # fmt: skip
+            if not there:
+                return np.inf
+            error = max(error, float(np.max(np.abs(residuals(reducer.terms, found.v)))))
+        return error
 
 
 def copied(place: Place) -> Place:
