@@ -200,7 +200,7 @@ def test_a_spring_whose_nodes_meet_grows_again(tmp_path):
 
     quarter = quad(slowness, 0.0, math.pi / 2.0, epsabs=1e-12, epsrel=1e-12)[0]
     times = np.linspace(0.0, 4.0 * quarter, 9)
-    found = simulate(written(tmp_path, ROD), times, Settings(rtol=1e-10))
+    found = simulate(written(tmp_path, ROD), times, Settings(rtol=1e-10), compiled)
     assert found.status is Status.OK
     turns = [e.time for e in found.events if e.kind == "standstill"]
     assert turns[:1] == pytest.approx([2.0 * quarter], abs=1e-6)
