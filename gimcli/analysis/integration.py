@@ -98,6 +98,8 @@ class Integration:
                 self._event(kind, time, self.equations.velocity(time, y))
                 break
             y = np.concatenate([moved, y[-2:]])
+        if self.status is Status.OK and self._due < math.inf:  # that row stands at a singular position
+            time, self.status = self._due, self.equations.reason()
         return time
 
     def _piece(self, solver: Any, end: float) -> tuple[float | None, bool]:
