@@ -196,7 +196,7 @@ class Integration:
             if not paths:
                 paths.append(solver.dense_output())
                 if not np.all(np.isfinite(paths[0](0.5 * (solver.t_old + solver.t)))):
-                    paths[0] = self._quintic(solver)
+                    paths[0] = self._again(solver)
             return paths[0]
 
         stop = math.inf
@@ -212,17 +212,18 @@ class Integration:
                 break
         return stop < math.inf
 
-    def _quintic(self, solver: Any) -> Any:
-        """Return the states of a step from its ends alone, by Hermite: its method's stages between have no position."""
-        from scipy.interpolate import BPoly, CubicHermiteSpline
+    def _again(self, solver: Any) -> Any:
+        """Return the states of a step by shorter ones: its method's stages between have no position."""
+        start, y = solver.t_old, self.search.last_y
 
-        own, times = len(self.free), np.array([solver.t_old, solver.t])
-        states = [self.search.last_y, np.array(solver.y)]
-        slopes = [self.equations.slopes(t, y) for t, y in zip(times, states, strict=True)]
-        moves = [[y[:own], f[:own], f[own : 2 * own]] for y, f in zip(states, slopes, strict=True)]
-        value = BPoly.from_derivatives(times, np.array(moves))
-        speed, all_of_it = value.derivative(), CubicHermiteSpline(times, states, slopes)
-        return lambda t: np.concatenate([value(t), speed(t), all_of_it(t)[2 * own :]])
+        def state(time: float) -> FloatArray:
+            fine = self._solver(start, y, time)
+            while fine.status == "running" and fine.step() is None:
+                pass
+            self.evaluations += fine.nfev
+            return np.asarray(fine.y if fine.status == "finished" else np.full_like(y, np.nan))
+
+        return state
 
     def _tell(self, time: float, y: FloatArray) -> bool:
         """Keep a row."""

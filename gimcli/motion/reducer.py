@@ -33,7 +33,7 @@ BESIDE = 0.9
 """Part of the determinant at the edges of a window that is allowed beside them."""
 
 NEAREST = 1e-6
-"""Determinant below which none is looked for any more."""
+"""Determinant below which none is looked for any more, and where no place is gone to without a window."""
 
 MOST_OPENED = 10
 """Windows that may be opened on one step: where more change points crowd together there is no way on."""
@@ -192,14 +192,14 @@ class Reducer:
         if not room.weak[2]:
             return False
         self.opened += 1
-        nearer, together = 0.25 * room.weak[1], bool(room.weak[2] == TOGETHER)
-        if self.opened > MOST_OPENED:
+        nearer, together = max(0.25 * room.weak[1], NEAREST), bool(room.weak[2] == TOGETHER)
+        if self.opened > MOST_OPENED or not room.weak[1] > NEAREST:
             room.weak[2] = 0.0
             return False
         room.weak[1:] = 0.0
         found = window_at(self, together)
         if found is None:
-            room.weak[1] = nearer if nearer > NEAREST else 0.0
+            room.weak[1] = nearer
         else:
             self.windows = with_window(self.windows, found, self.base.v[self.own])
             room.weak[1] = min(WEAK, BESIDE * found.weakest)

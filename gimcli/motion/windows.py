@@ -32,6 +32,9 @@ is less than that within a window, and somewhat beyond."""
 CLOSE, ALONG = 10.0, 0.3
 """Determinant beside WEAK below which other blocks are heeded; least part of a direction along their sheets."""
 
+FAR = 1.0
+"""Distance beyond which no change point is looked for: a determinant that hardly changes has none."""
+
 NEAR = 2.0
 """Distance of another change point in half widths within which the window is made to hold it as well."""
 
@@ -96,7 +99,8 @@ def window_at(reducer: Reducer, together: bool) -> Window | None:
     walk = _Walk(reducer)
     start = walk.before(copied(reducer.last), copied(reducer.at))
     weak, slopes = walk.slopes(start)
-    for normal in _normals(slopes)[together:]:
+    normals = _normals(slopes)
+    for normal in normals[:0:-1] if together else normals:
         best = walk.best(start, normal, *_sides(np.abs(start.sign[weak]), slopes @ normal))
         if best is not None:
             return best
@@ -105,10 +109,9 @@ def window_at(reducer: Reducer, together: bool) -> Window | None:
 
 def _normals(slopes: FloatArray) -> list[FloatArray]:
     """Return directions (k,) to try: across the first sheet, that along the others, and across all of them."""
-    steep = np.linalg.norm(slopes, axis=1)
-    if not np.all(steep > 0.0):
+    if not len(slopes):
         return []
-    units = -slopes / steep[:, None]
+    units = -slopes / np.linalg.norm(slopes, axis=1)[:, None]
     total = np.zeros(slopes.shape[1])
     for unit in units:
         total += unit if unit @ total >= 0.0 else -unit
@@ -166,7 +169,8 @@ class _Walk:
             if one is not other:
                 apart = one.v[self.own[k]] - other.v[self.own[k]]
                 slopes[:, k] = (np.abs(one.sign) - np.abs(other.sign))[weak] / apart
-        return weak, slopes
+        met = here[weak] < FAR * np.linalg.norm(slopes, axis=1)
+        return weak[met], slopes[met]
 
     def best(self, start: Place, normal: FloatArray, low: float, high: float) -> Window | None:
         """Return the window between two distances from a place whose places tell those within best."""
