@@ -84,6 +84,11 @@ def test_a_chain_passes_every_flat_position(windows, rtol, tmp_path):
     hold(tmp_path, windows, 1.0, np.linspace(0.0, 20.0, 201), rtol, *BOUNDS[rtol])
 
 
+def test_a_step_whose_estimate_cancels_is_not_followed_by_one_four_times_as_long(tmp_path):
+    """The chain of 9 is nearly symmetric about the top of its way in one of its steps."""
+    hold(tmp_path, 9, 1.0, np.linspace(0.0, 20.0, 201), 1e-9, 1e-6, 1e-9)
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("rtol", BOUNDS)
 @pytest.mark.parametrize("windows", [1, 3, 4, 6, 7, 8, 9, 10, 20, 40])

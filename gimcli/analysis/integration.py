@@ -12,6 +12,7 @@ from gimcli.analysis.equations_of_motion import Equations
 from gimcli.analysis.event_search import EventSearch
 from gimcli.analysis.simulation import DEAD_POINT, LIMIT, SINGULAR, STANDSTILL, Event, Policy, Settings, Simulation
 from gimcli.errors import UsageError
+from gimcli.kernels.dormand_prince import DOUBLE, FREELY
 from gimcli.kernels.reduction import KINETIC, POTENTIAL
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.effort import plain
@@ -132,6 +133,8 @@ class Integration:
         if strides:
             self.projection.liveliest = max(self.projection.liveliest, solver.liveliest)
             self.search.stand_on_inputs(solver.before)
+        elif hasattr(solver, "h_abs") and len(self.free) == 1:
+            solver.h_abs = min(solver.h_abs, max(DOUBLE * (solver.t - solver.t_old), FREELY * self._creep))
         if failed or self._is_stuck(solver):
             return False
         self.steps += 0 if strides else 1

@@ -18,6 +18,9 @@ from gimcli.mechanism import FloatArray, IntArray
 
 STAGES = 12
 SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -0.125
+DOUBLE, FREELY = 2.0, 1e4
+"""With one freedom a step is at most doubled, beyond so many of the shortest that count: where the motion is symmetric
+about a step, all errors cancel in the estimate."""
 
 WANTED, FINISHED, FAILED, STOPPED = range(4)
 """Why a call ends: its last step holds a row or an event, is very short, or ends where M is steep or a change point
@@ -162,6 +165,8 @@ def stride(m: Model, t: Tableau, s: States, conservative: bool) -> int:
             rejected = True
         factor = MOST if error == 0.0 else min(MOST, SAFETY * error**EXPONENT)
         clock[STEP] = h * (min(1.0, factor) if rejected else factor)
+        if m.gain.shape[0] == 1:
+            clock[STEP] = min(clock[STEP], max(DOUBLE * h, FREELY * clock[CREEP]))
         clock[BEFORE], clock[NOW] = clock[NOW], clock[NOW] + h
         s.counts[1] += 1
         for i in range(n):
