@@ -197,8 +197,9 @@ def zeros(curve: Critical, here: Knot, there: Knot, tests: Tests, policy: Policy
         p, tangent = np.asarray(poly.chebval(at, table)), np.asarray(poly.chebval(at, rates))
         tangent = tangent / np.linalg.norm(tangent)
         exact = arclength.correct(curve, p, WALK, tangent)
-        beside = exact is not None and np.linalg.norm(exact - p) <= policy.fitted
-        yield Knot(exact if exact is not None and beside else p, tangent)
+        if exact is not None and np.linalg.norm(exact - p) <= policy.fitted:
+            p = exact
+        yield Knot(p, tangent)
 
 
 def _sampled(curve: Critical, here: Knot, there: Knot, policy: Policy) -> tuple[FloatArray, list[Knot]]:
