@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.analysis.configurations import all_configurations, configurations_over
+from gimcli.assemblies import all_configurations, configurations_over
 from gimcli.model import load
 
 MODEL = Path(__file__).parents[1] / "models" / "double_butterfly.yaml"

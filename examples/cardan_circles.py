@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.analysis.input_path import Sight
-from gimcli.analysis.measures import measures_of
+from gimcli.measures import measures_of
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.model import load
 from gimcli.motion.motion import trace
+from gimcli.rates.path_derivatives import PathDerivatives
 
 MODEL = Path(__file__).parents[1] / "models" / "elliptic_trammel.yaml"
 LENGTH, MAJOR, MINOR = 2.5, 3.5, 1.0
@@ -29,7 +29,7 @@ def arc(z: ComplexArray) -> FloatArray:
 def main() -> None:
     """Measure the centrodes, the ellipse's curvature and the region that the bar sweeps."""
     motion = trace(load(MODEL), 360)
-    sight = Sight(motion)
+    sight = PathDerivatives(motion)
     x, y, along, left = measures_of(motion.mechanism, "centre:frame/bar")[0].values(sight)
     assert np.allclose(np.hypot(x, y), LENGTH, rtol=1e-12), "the fixed centrode: radius L about O"
     assert np.allclose(np.hypot(along - LENGTH / 2, left), LENGTH / 2, rtol=1e-12), (

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.analysis.singularities import CHANGE, LIMIT, rates
-from gimcli.analysis.survey import survey
-from gimcli.analysis.tracing import traced_paths
+from gimcli.branching.resampling import circuit_motion
+from gimcli.branching.singular_positions import survey
+from gimcli.branching.singularities import CHANGE, LIMIT, rates
 from gimcli.model import load
-from gimcli.motion.stations import circuit_motion
+from gimcli.rates.motion_table import traced_paths
 
 MODELS = Path(__file__).parents[1] / "models"
 

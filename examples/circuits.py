@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.analysis.circuits import circuits
-from gimcli.analysis.configurations import all_configurations
+from gimcli.assemblies import all_configurations
+from gimcli.branching.enumeration import circuits
 from gimcli.model import load
 
 MODEL = Path(__file__).parents[1] / "models" / "double_butterfly.yaml"

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.analysis.convergence import fit_history
+from gimcli.gim.convergence import fit_history
 from gimcli.model import load
-from gimcli.motion.options import Options
-from gimcli.motion.position import solve
+from gimcli.motion.solve import solve
+from gimcli.positions.options import Options
 
 MODEL = Path(__file__).parents[1] / "models" / "gim_fig11.yaml"
 

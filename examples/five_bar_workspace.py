@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.analysis.workspace.survey import survey
 from gimcli.model import load
+from gimcli.reach.boundary import survey
 
 MODEL = Path(__file__).parents[1] / "models" / "five_bar.yaml"
 

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.analysis.forces import Forces, motion_forces
-from gimcli.dynamics import Dynamics, Inertia
+from gimcli.dynamic_data import Dynamics, Inertia
+from gimcli.dynamics.forces import Forces, motion_forces
 from gimcli.mechanism import Mechanism
 from gimcli.model import load
 from gimcli.motion.motion import trace

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.analysis.tracing import traced_paths
 from gimcli.model import load
 from gimcli.motion.motion import trace
+from gimcli.rates.motion_table import traced_paths
 
 MODEL = Path(__file__).parents[1] / "models" / "peaucellier.yaml"
 

@@ -12,17 +12,17 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.analysis.convergence import radius_at
-from gimcli.analysis.operations import coordinates_cost, paper_iteration, paper_sweep, plan_cost, sweep_cost
+from gimcli.comparison.operations import coordinates_cost, paper_iteration, paper_sweep, plan_cost, sweep_cost
+from gimcli.comparison.textbook_coordinates import COORDINATES, TextbookConstants, follow
+from gimcli.gim.convergence import radius_at
+from gimcli.gim.sweeper import Sweeper, parse_moves
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.model import load
 from gimcli.motion.assemble import Assembler
-from gimcli.motion.effort import plain
-from gimcli.motion.options import Options
-from gimcli.motion.position import solve
-from gimcli.motion.start import drawn_inputs, random_guess
-from gimcli.motion.sweeping import Sweeper, parse_moves
-from gimcli.solvers.coordinates import COORDINATES, Policy, follow
+from gimcli.motion.solve import solve
+from gimcli.motion.start import random_guess
+from gimcli.positions.dispatch import plain
+from gimcli.positions.options import Options
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import residual
 
@@ -60,7 +60,7 @@ CASES = (
 def displaced(case: Case) -> tuple[Mechanism, FloatArray, ComplexArray]:
     """Return the mechanism, its inputs a step from the drawn position, and the nodes before the step."""
     mechanism = load(MODELS / f"{case.model}.yaml")
-    drawn = drawn_inputs(mechanism)
+    drawn = mechanism.drawn_inputs
     start = solve(mechanism, drawn, Options(tolerance=1e-13)).z
     return mechanism, drawn + math.radians(case.step), start
 
@@ -72,7 +72,7 @@ def measure(case: Case) -> dict[str, float]:
     found = {"sweeps": float(swept[0].sweeps), "tight sweeps": float(swept[1].sweeps), "rho": radius_at(swept[1])}
     found["paper"] = paper_sweep(mechanism) * found["sweeps"]
     found["real"] = sweep_cost(mechanism, parse_moves(mechanism, case.sequence)).operations(found["sweeps"])
-    unit = Policy(length=1.0 / mechanism.scale)  # corrections in the file's unit and rad, as the paper's
+    unit = TextbookConstants(length=1.0 / mechanism.scale)  # corrections in the file's unit and rad, as the paper's
     for name, make in COORDINATES.items():
         system = make(mechanism)
         counts = [float(follow(system, inputs[:, None], start, t, plain, unit).iterations[0]) for t in (STOP, TIGHT)]

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.analysis.simulation import Settings, simulate
-from gimcli.analysis.simulation_table import reactions
+from gimcli.dynamics.simulation import Settings, simulate
+from gimcli.dynamics.simulation_table import reactions
 from gimcli.model import load
-from gimcli.motion.effort import plain
 from gimcli.output import draw_history_sheet
 from gimcli.output.history import Panel
+from gimcli.positions.dispatch import plain
 
 MODEL = Path(__file__).parents[1] / "models" / "watt_durango.yaml"
 PERIOD = 3.59374750406788

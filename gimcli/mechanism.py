@@ -17,7 +17,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.dynamics import Dynamics
+from gimcli.dynamic_data import Dynamics
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -27,7 +27,7 @@ FRAME = 0
 """Index of the member that stands still: the ground, or the held member of a floating mechanism."""
 
 
-class Law(Protocol):
+class InputLaw(Protocol):
     """The value of an actuator over the normalised time 0..1 (rad, or length in the normal frame)."""
 
     def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
@@ -89,7 +89,7 @@ class Drive(Enum):
 
 
 @dataclass(frozen=True)
-class Actuator:
+class Input:
     """An input; which fields mean something depends on `drive`.
 
     - ROTARY: the angle, about node `a`, from `reference_direction` in `reference_member`
@@ -102,7 +102,7 @@ class Actuator:
 
     name: str
     drive: Drive
-    law: Law = field(repr=False)
+    law: InputLaw = field(repr=False)
     drawn: float  # value in the drawn position
     a: int
     b: int = -1
@@ -132,7 +132,7 @@ class Mechanism:
     drawn: ComplexArray = field(repr=False)  # (len(nodes),) drawn position, normal frame
     members: tuple[Member, ...]
     slides: tuple[Slide, ...]
-    actuators: tuple[Actuator, ...]
+    actuators: tuple[Input, ...]
     points: tuple[Point, ...]
     traced: tuple[str, ...]  # names of nodes and points, in the order of the columns
     size: float  # largest dimension, normal frame (about 1)
@@ -143,7 +143,7 @@ class Mechanism:
     duration: float = 1.0  # s, for the normalised time 0..1
     floating: bool = False  # no node is grounded: member 0 is a held member of the file
     dynamics: Dynamics = field(default=Dynamics(), repr=False)
-    gauges: tuple[Actuator, ...] = field(default=(), repr=False)  # what springs and dampers read; nothing drives them
+    gauges: tuple[Input, ...] = field(default=(), repr=False)  # what springs and dampers read; nothing drives them
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)  # what it was read from: never written over
 
     @cached_property
@@ -151,6 +151,16 @@ class Mechanism:
         """Smallest distance of a member's first node from its others: what relative errors refer to."""
         spans = [abs(z - m.shape[0]) for m in self.members[1:] for z in m.shape[1:]]
         return float(min(spans, default=self.size))
+
+    @property
+    def drawn_inputs(self) -> FloatArray:
+        """The inputs (actuators,) as drawn."""
+        return np.array([a.drawn for a in self.actuators], dtype=float)
+
+    @property
+    def start_inputs(self) -> FloatArray:
+        """The inputs (actuators,) at the start of all laws."""
+        return np.array([float(a.law(np.zeros(1))[0]) for a in self.actuators])
 
     def to_file(self, z: ComplexArray) -> ComplexArray:
         """Return positions in the file's coordinates and unit."""

@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 import yaml
 
-from gimcli.analysis.tracing import motion_table
 from gimcli.model import load
 from gimcli.model.source import read_source
 from gimcli.motion.motion import trace
-from gimcli.motion.options import Options
+from gimcli.positions.options import Options
+from gimcli.rates.motion_table import motion_table
 
 MODELS = Path(__file__).parents[1] / "models"
 

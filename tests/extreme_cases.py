@@ -18,8 +18,8 @@ from mpmath import mp, mpc, mpf
 from test_laws import four_bar, ray, read, run, size
 
 from gimcli.model import load
-from gimcli.motion.options import Options
-from gimcli.motion.position import law_start, solve
+from gimcli.motion.solve import solve
+from gimcli.positions.options import Options
 
 mp.dps = 40
 U = 2.0**-53
@@ -66,7 +66,7 @@ def tried(spec, tmp_path, **options):
     path = tmp_path / "model.yaml"
     path.write_text(json.dumps(spec))
     mechanism = load(path)
-    position = solve(mechanism, law_start(mechanism), Options(**options))
+    position = solve(mechanism, mechanism.start_inputs, Options(**options))
     return position, dict(zip(mechanism.nodes, mechanism.to_file(position.z), strict=True))
 
 

@@ -258,13 +258,13 @@ def configurations_proved(mechanism, inputs, seconds=20.0, reach=None):
 
     Slides within `reach` times the size; None takes the bound that follows from the lengths.
     """
-    from gimcli.analysis.configurations.intervals import IntervalPolicy, real_roots
+    from gimcli.assemblies.intervals import IntervalConstants, real_roots
 
     vectors = Vectors(mechanism, inputs)
     (C0, C, U, rail), place = vectors.coefficients()
     if not len(C0):
         return np.array([vectors.nodes(place, rail, np.zeros(0))]), True
-    result = real_roots(C0, C, U, rail, reach and reach * mechanism.size, IntervalPolicy(seconds=seconds))
+    result = real_roots(C0, C, U, rail, reach and reach * mechanism.size, IntervalConstants(seconds=seconds))
     return np.array([vectors.nodes(place, rail, x) for x in result.roots]).reshape(
         -1, len(mechanism.nodes)
     ), result.complete

@@ -9,12 +9,12 @@ import mpmath
 import numpy as np
 import pytest
 
+from gimcli.continuation.arc import ArcPassage, make_arc
+from gimcli.continuation.branches import departure
+from gimcli.continuation.curve import PositionCurve
+from gimcli.continuation.folds import fold_beside
 from gimcli.mechanism import Mechanism
 from gimcli.model import load
-from gimcli.motion.arc import Passage, make_arc
-from gimcli.motion.branches import departure
-from gimcli.motion.curve import Curve
-from gimcli.motion.folds import fold_beside
 
 SLIDER = """\
 units: {{length: unit}}
@@ -41,9 +41,9 @@ def crank_pin(r: float, l: float, b: float) -> complex:
         return complex(x, mpmath.sqrt(max(r * r - x * x, mpmath.mpf(0))))
 
 
-def limit_arc(mechanism: Mechanism) -> Passage:
+def limit_arc(mechanism: Mechanism) -> ArcPassage:
     """Return the way in to the limit next to the drawing, with A above the guide."""
-    curve = Curve(mechanism)
+    curve = PositionCurve(mechanism)
     start = departure(curve, mechanism.drawn, float(mechanism.actuators[0].drawn))
     fold = fold_beside(curve, start.place, 0.05)
     assert fold is not None
@@ -51,7 +51,7 @@ def limit_arc(mechanism: Mechanism) -> Passage:
     assert arc is not None
     assert arc.limit
     up = fold.tangent[2 * curve.system.free.index(mechanism.nodes.index("A")) + 1]
-    return Passage(arc, 1.0, lambda p, at: None, math.copysign(1.0, up))
+    return ArcPassage(arc, 1.0, lambda p, at: None, math.copysign(1.0, up))
 
 
 @pytest.mark.parametrize("short", [1e-4, 1e-6, 1e-8, 1e-9])
@@ -97,7 +97,7 @@ def test_both_branches_of_a_parallelogram_have_arcs(branch: int, tmp_path: Path)
         "actuators: {m: {type: rotary, pivot: O2, arm: A}}\n"
     )
     mechanism = load(tmp_path / "m.yaml")
-    curve = Curve(mechanism)
+    curve = PositionCurve(mechanism)
     start = departure(curve, mechanism.drawn, 0.0)
     assert start.met is not None
     assert len(start.ways) == 2

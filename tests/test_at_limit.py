@@ -15,13 +15,13 @@ import yaml
 from four_bars import cosines, four_bar, four_bar_text
 from typer.testing import CliRunner
 
-from gimcli.analysis.sharpen import sharpened
-from gimcli.analysis.tracing import events
+from gimcli.branching.event_refinement import sharpened
 from gimcli.cli import app
 from gimcli.errors import UsageError
 from gimcli.model import load
 from gimcli.model.source import read_source
 from gimcli.motion.motion import Motion, trace
+from gimcli.rates.motion_table import events
 from gimcli.status import Status
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -177,8 +177,8 @@ def test_several_inputs_that_come_back_into_reach_are_solved_again(tmp_path: Pat
 @pytest.mark.parametrize("name", ["stephenson_2", "hart_a_frame", "double_butterfly", "ten_bar", "chebyshev"])
 def test_a_limit_is_told_to_the_last_digits(name: str, tmp_path: Path) -> None:
     """At the limit told, F_x as the constraints are written is singular: the nodes are found by continuation."""
-    from gimcli.analysis.survey import drawn_circuit
-    from gimcli.motion.folds import folds
+    from gimcli.branching.singular_positions import drawn_circuit
+    from gimcli.continuation.folds import folds
 
     text = (MODELS / f"{name}.yaml").read_text()
     (tmp_path / "m.yaml").write_text(text)
@@ -212,8 +212,8 @@ def test_a_change_point_is_told_to_the_last_digits(steps: int, tmp_path: Path) -
     (tmp_path / "m.yaml").write_text(text.replace("{from: -100, to: 20}", "{from: -100, to: 60}"))
     motion = sharpened(trace(load(tmp_path / "m.yaml"), steps))
     (time,) = motion.bridged
-    from gimcli.analysis.singularities import CHANGE
-    from gimcli.analysis.survey import survey
+    from gimcli.branching.singular_positions import survey
+    from gimcli.branching.singularities import CHANGE
 
     wanted = [math.degrees(f.what.p[-1]) for f in survey(load(tmp_path / "m.yaml")).found if f.what.kind == CHANGE]
     assert min(abs(-100.0 + 160.0 * time - w) for w in wanted) < 1e-11

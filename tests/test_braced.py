@@ -7,9 +7,8 @@ import pytest
 from link_graphs import loaded
 
 from gimcli.errors import StructureError
-from gimcli.motion.options import Options
-from gimcli.motion.position import solve
-from gimcli.motion.start import drawn_inputs
+from gimcli.motion.solve import solve
+from gimcli.positions.options import Options
 from gimcli.status import Status
 from gimcli.structure.mobility import mobility, refuse_unfit
 
@@ -55,7 +54,7 @@ def test_an_angle_between_members_that_are_one_is_over_driven(reference):
     spec = braced()
     spec["actuators"] = {"motor": {"type": "rotary", "pivot": "A", "arm": "O", "reference": reference}}
     mechanism = loaded(spec)
-    found = mobility(mechanism, mechanism.drawn, drawn_inputs(mechanism))
+    found = mobility(mechanism, mechanism.drawn, mechanism.drawn_inputs)
     assert (found.mobility, found.overdriven) == (1, ("motor",))
     assert {"A", "B", "P"} <= set(found.undriven)
     with pytest.raises(StructureError, match="over-driven"):

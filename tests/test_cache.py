@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gimcli.kernels import jit, linear, machine_code
-from gimcli.motion import effort
+from gimcli.positions import dispatch
 
 USE = """
 import sys, tempfile
@@ -201,7 +201,7 @@ def test_folders_are_private_whatever_the_mask(tmp_path, monkeypatch):
 def test_without_a_safe_folder_the_note_says_so(monkeypatch):
     heard = []
     monkeypatch.setattr(jit, "cache_folder", lambda: None)
-    assert effort.choose("on", 0.0, heard.append) is jit.compiled
+    assert dispatch.choose("on", 0.0, heard.append) is jit.compiled
     assert len(heard) == 1
     assert "not kept" in heard[0]
 
@@ -221,14 +221,14 @@ def test_compiling_is_told_once(monkeypatch):
     for cached, expected in ((False, 1), (True, 0)):
         monkeypatch.setattr(jit, "is_cached", lambda *kernels, cached=cached: cached)
         heard.clear()
-        assert effort.choose("on", 0.0, heard.append) is jit.compiled
+        assert dispatch.choose("on", 0.0, heard.append) is jit.compiled
         assert len(heard) == expected
-    assert effort.choose("auto", 0.1, heard.append) is effort.plain
-    assert effort.choose("off", 1e9, heard.append) is effort.plain
+    assert dispatch.choose("auto", 0.1, heard.append) is dispatch.plain
+    assert dispatch.choose("off", 1e9, heard.append) is dispatch.plain
     monkeypatch.setattr(jit, "is_cached", lambda *kernels: False)
-    assert effort.choose("auto", effort.COMPILING - 1.0, heard.append) is effort.plain
+    assert dispatch.choose("auto", dispatch.COMPILING - 1.0, heard.append) is dispatch.plain
     assert not heard
-    assert effort.choose("auto", effort.COMPILING + 1.0, heard.append) is jit.compiled
+    assert dispatch.choose("auto", dispatch.COMPILING + 1.0, heard.append) is jit.compiled
     assert "compiling" in heard[0]
 
 

@@ -15,8 +15,8 @@ from scipy.integrate import solve_ivp
 from test_simulate import written
 from typer.testing import CliRunner
 
-from gimcli.analysis.simulation import Settings, simulate
 from gimcli.cli import app
+from gimcli.dynamics.simulation import Settings, simulate
 from gimcli.kernels.jit import compiled
 from gimcli.status import Status
 

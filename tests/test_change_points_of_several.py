@@ -13,7 +13,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from test_simulate import written
 
-from gimcli.analysis.simulation import Settings, simulate
+from gimcli.dynamics.simulation import Settings, simulate
 from gimcli.kernels.jit import compiled
 from gimcli.status import Status
 

@@ -11,7 +11,7 @@ import pytest
 from conftest import MODELS
 from typer.testing import CliRunner
 
-from gimcli.analysis.circuits import Policy, circuits
+from gimcli.branching.enumeration import EnumerationConstants, circuits
 from gimcli.cli import app
 from gimcli.model import load
 
@@ -45,7 +45,7 @@ def random_lengths(count: int) -> list[tuple[float, float, float, float]]:
 @pytest.mark.parametrize("lengths", random_lengths(24), ids=lambda v: "-".join(f"{x:.2f}" for x in v))
 def test_grashof_tells_circuits_and_branches(lengths: tuple[float, float, float, float], tmp_path: Path) -> None:
     """Two circuits where shortest + longest < the others, else one; the input turns fully or rocks on two branches."""
-    found = circuits(load(four_bar(tmp_path / "m.yaml", lengths)), Policy(samples=24))
+    found = circuits(load(four_bar(tmp_path / "m.yaml", lengths)), EnumerationConstants(samples=24))
     a, _, _, d = lengths
     order = np.sort(lengths)
     grashof = order[0] + order[3] < order[1] + order[2]
@@ -65,13 +65,13 @@ def test_grashof_tells_circuits_and_branches(lengths: tuple[float, float, float,
 def test_a_rocker_s_two_branches_are_told_apart(tmp_path: Path) -> None:
     """Both configurations of a rocking input lie on one circuit or two, never on the same branch of one."""
     lengths = (2.0, 1.9, 2.1, 2.05)  # shortest + longest = 4.0 < 3.95 + ... : the coupler is shortest
-    found = circuits(load(four_bar(tmp_path / "m.yaml", lengths)), Policy(samples=24))
+    found = circuits(load(four_bar(tmp_path / "m.yaml", lengths)), EnumerationConstants(samples=24))
     assert len({at[0] for at in found.places}) == len(found.places)
 
 
 def test_curves_that_meet_are_one_circuit() -> None:
     """Parallelogram and antiparallelogram meet in the two flat positions."""
-    found = circuits(load(MODELS / "parallelogram.yaml"), Policy(samples=24))
+    found = circuits(load(MODELS / "parallelogram.yaml"), EnumerationConstants(samples=24))
     assert found.count == 1
     assert len(found.strands) == 2
     assert found.complete
@@ -159,7 +159,7 @@ def test_progress_goes_on_while_circuits_are_followed():
     """What is told grows with every circuit that is followed, not only while configurations are listed."""
     heard = []
     mechanism = load(MODELS / "double_butterfly.yaml")
-    found = circuits(mechanism, Policy(samples=6), lambda done, of: heard.append(done / of))
+    found = circuits(mechanism, EnumerationConstants(samples=6), lambda done, of: heard.append(done / of))
     assert heard == sorted(heard)
     listed = [part for part in heard if part < 0.5]
     followed = {part for part in heard if 0.5 <= part < 1.0}

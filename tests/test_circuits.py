@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from four_bars import cosines, four_bar, four_bar_text
 
-from gimcli.analysis.singularities import CHANGE, LIMIT, singularities
-from gimcli.analysis.survey import drawn_circuit, survey
+from gimcli.branching.resampling import along, circuit_motion
+from gimcli.branching.singular_positions import drawn_circuit, survey
+from gimcli.branching.singularities import CHANGE, LIMIT, singularities
+from gimcli.continuation.circuit import Circuit, Ended
 from gimcli.model import load
-from gimcli.motion.circuit import Circuit, Ended
 from gimcli.motion.motion import trace
-from gimcli.motion.stations import along, circuit_motion
 from gimcli.structure.residual import residual
 
 MODELS = Path(__file__).parents[1] / "models"

@@ -154,10 +154,10 @@ def test_every_model_passes_through_every_command(command, model, tmp_path):
 
 
 def test_every_model_is_drawn(model, tmp_path):
-    from gimcli.analysis.tracing import traced_paths
     from gimcli.model import load
     from gimcli.motion.motion import trace
     from gimcli.output import draw_motion
+    from gimcli.rates.motion_table import traced_paths
 
     motion = trace(load(model), 12)
     path = tmp_path / "motion.png"

@@ -365,8 +365,8 @@ def test_what_cannot_be_written_is_told_before_the_work(command, name, kind, gim
     def late(*_):
         raise AssertionError("the work has begun")
 
-    monkeypatch.setattr("gimcli.analysis.tradeoff.tradeoff", late)
-    monkeypatch.setattr("gimcli.analysis.summary.Summary.add", late)
+    monkeypatch.setattr("gimcli.comparison.tradeoff.tradeoff", late)
+    monkeypatch.setattr("gimcli.motion.summary.Summary.add", late)
     (tmp_path / f"{name}.{kind}").mkdir()
     code, out, err = gim(FOUR + CRANK, command, "m.yaml", "--steps", "4")
     assert (code, out) == (6, ""), err

@@ -13,16 +13,16 @@ import pytest
 from conftest import run_model
 from test_cli import MODELS, gim
 
-from gimcli.analysis.graphs import abscissa
-from gimcli.analysis.instant import instant, law_time
-from gimcli.analysis.measures import KINDS
+from gimcli.measures import KINDS
+from gimcli.measures.graphs import abscissa
 from gimcli.model import load
-from gimcli.motion.options import Options
-from gimcli.motion.position import solve
+from gimcli.motion.solve import solve
 from gimcli.output.curves import drawn_runs
 from gimcli.output.drawing import position_picture
 from gimcli.output.panels import panel
 from gimcli.output.vectors import PENS, Arrows, Field
+from gimcli.positions.options import Options
+from gimcli.rates.instant import instant, law_time
 from gimcli.table import Column, Table
 
 FOUR_BAR = MODELS / "crank_rocker.yaml"

@@ -11,13 +11,12 @@ import yaml
 from link_graphs import baranov_trusses, bars, loaded, truss, watt_baranov
 from random_mechanisms import Growth
 
-from gimcli.analysis.configurations import all_configurations, configurations_over, drawn_configuration
-from gimcli.analysis.configurations.assemblies import Assembler
+from gimcli.assemblies import all_configurations, configurations_over, drawn_configuration
+from gimcli.assemblies.assemblies import ConfigurationFinder
 from gimcli.errors import StructureError
 from gimcli.model import load
-from gimcli.motion.options import Options
-from gimcli.motion.position import law_start, solve
-from gimcli.motion.start import drawn_inputs
+from gimcli.motion.solve import solve
+from gimcli.positions.options import Options
 from gimcli.status import Status
 from gimcli.structure.mobility import assembled, mobility
 from gimcli.structure.residual import residual
@@ -64,7 +63,7 @@ def test_double_butterfly_has_its_published_solutions():
 def test_innocenti_group_has_eighteen_roots_eight_real():
     """A seven-link group with one quaternary link: eighteen, published by C. Innocenti."""
     mechanism = model_of("innocenti_group")
-    found = all_configurations(mechanism, law_start(mechanism))
+    found = all_configurations(mechanism, mechanism.start_inputs)
     assert found.complete
     assert counts(found) == (18, 18, 8)
 
@@ -158,7 +157,7 @@ def plate_angles(found):
 def test_three_rams_have_their_six_published_assemblies():
     """Innocenti & Parenti-Castelli 1998: six real assemblies."""
     mechanism = model_of("platform_3rpr")
-    found = all_configurations(mechanism, law_start(mechanism))
+    found = all_configurations(mechanism, mechanism.start_inputs)
     assert counts(found) == (6, 6, 6)
     assert found.complete
 
@@ -170,7 +169,7 @@ def test_random_platforms_against_the_sextic(seed):
     legs = generator.uniform(0.4, 1.6, 3)
     plate = (plate - plate[0]) * np.exp(-1j * np.angle(plate[1] - plate[0]))
     mechanism = loaded(platform(base.tolist(), plate.tolist(), legs.tolist()))
-    found = all_configurations(mechanism, law_start(mechanism))
+    found = all_configurations(mechanism, mechanism.start_inputs)
     assert found.complete
     np.testing.assert_allclose(plate_angles(found), oracles.platform_angles(base, plate, legs), atol=1e-7)
 
@@ -182,7 +181,7 @@ def test_collinear_base_and_plate_have_four_real_at_most():
         generator = np.random.default_rng(seed)
         base, plate = ([0j, *(complex(x) for x in np.cumsum(generator.uniform(0.5, 2, 2)))] for _ in range(2))
         mechanism = loaded(platform(base, plate, generator.uniform(1, 2.5, 3).tolist()))
-        found = all_configurations(mechanism, law_start(mechanism))
+        found = all_configurations(mechanism, mechanism.start_inputs)
         assert found.complete
         assert counts(found)[:2] == (6, 6)
         real.add(len(found))
@@ -194,7 +193,7 @@ def test_collinear_base_and_plate_have_four_real_at_most():
 
 def test_every_model_lists_what_random_starts_find(model):
     mechanism = load(model)
-    inputs = law_start(mechanism)
+    inputs = mechanism.start_inputs
     found = all_configurations(mechanism, inputs)
     assert np.max(found.residual) < 1e-12
     assert found.complete == (model.stem not in SINGULAR)
@@ -215,7 +214,7 @@ def test_random_mechanisms_list_what_they_were_built_from(seed, drive, tmp_path)
     path = tmp_path / "model.yaml"
     path.write_text(yaml.safe_dump(Growth(seed, 3, drive).model()))
     mechanism = load(path)
-    inputs = drawn_inputs(mechanism)
+    inputs = mechanism.drawn_inputs
     found = all_configurations(mechanism, inputs)
     assert found.complete
     assert np.max(found.residual) < 1e-12
@@ -234,7 +233,7 @@ def test_random_mechanisms_against_gauss_newton(kinds, drive, tmp_path):
     path = tmp_path / "model.yaml"
     path.write_text(yaml.safe_dump(Growth(7, kinds, drive).model()))
     mechanism = load(path)
-    inputs = drawn_inputs(mechanism)
+    inputs = mechanism.drawn_inputs
     found = all_configurations(mechanism, inputs)
     others = oracles.configurations_by_starts(mechanism, inputs, starts=300)
     assert found.complete
@@ -289,7 +288,7 @@ def test_slider_crank_whose_rod_just_reaches(over, level, number):
         "actuators": {"motor": {"type": "rotary", "pivot": "O", "arm": "A"}},
     }
     mechanism = loaded(spec)
-    found = all_configurations(mechanism, drawn_inputs(mechanism))
+    found = all_configurations(mechanism, mechanism.drawn_inputs)
     assert (found.level, len(found)) == (level, number)
     if number == 2:
         x = mechanism.to_file(found.z)[:, mechanism.nodes.index("B")].real
@@ -323,7 +322,7 @@ def test_equilateral_platform_has_roots_at_infinity(leg, level, number):
     """Two finite roots, proved to be all the real ones by intervals; at leg 1.5 they are one."""
     corners = [cmath.exp(1j * (math.pi / 2 + 2 * math.pi * k / 3)) for k in range(3)]
     mechanism = loaded(platform([3 * c for c in corners], [1.5 * c for c in corners], [leg] * 3))
-    found = all_configurations(mechanism, law_start(mechanism))
+    found = all_configurations(mechanism, mechanism.start_inputs)
     assert (found.level, len(found)) == (level, number)
     assert found.groups[0].infinite == 4
 
@@ -359,9 +358,9 @@ def test_slides_on_parallel_rails_that_turn_are_not_called_complete(tmp_path):
     path = tmp_path / "model.yaml"
     path.write_text(yaml.safe_dump(Growth(134, ["prp", "triad", "rrp", "true_pair"], "elsewhere").model()))
     mechanism = load(path)
-    inputs = drawn_inputs(mechanism)
+    inputs = mechanism.drawn_inputs
     found = all_configurations(mechanism, inputs)
-    assert [g.family.rails_shared for g in Assembler(mechanism).groups if g.family.loops] == [True]
+    assert [g.family.rails_shared for g in ConfigurationFinder(mechanism).groups if g.family.loops] == [True]
     assert (found.complete, len(found), sum(g.roots for g in found.groups)) == (False, 2, 4)
     assert found.missing == 0
     others = oracles.configurations_by_starts(mechanism, inputs, starts=300)
@@ -380,7 +379,7 @@ def test_a_long_chain_is_driven():
         drive = {"type": "rotary", "pivot": before, "arm": f"n{k}"}
         spec["actuators"][f"m{k}"] = drive if k == 0 else {**drive, "reference": "O" if k == 1 else f"n{k - 2}"}
     mechanism = loaded(spec)
-    found = all_configurations(mechanism, drawn_inputs(mechanism))
+    found = all_configurations(mechanism, mechanism.drawn_inputs)
     assert (found.complete, len(found)) == (True, 1)
     np.testing.assert_allclose(found.z[0], mechanism.drawn, atol=1e-11)
 
@@ -410,7 +409,7 @@ def test_a_slide_too_many_is_left_out_and_checked():
         "actuators": {"motor": {"type": "rotary", "pivot": "O", "arm": "C"}},
     }
     mechanism = loaded(spec)
-    found = all_configurations(mechanism, drawn_inputs(mechanism))
+    found = all_configurations(mechanism, mechanism.drawn_inputs)
     assert found.surplus == ("sy",)
     assert (found.complete, len(found)) == (True, 1)
     np.testing.assert_allclose(found.z[0], mechanism.drawn, atol=1e-12)
@@ -426,7 +425,7 @@ def test_a_pin_too_many_is_let_slide_and_checked():
         "actuators": {"motor": {"type": "rotary", "pivot": "O", "arm": "A"}},
     }
     mechanism = loaded(spec)
-    found = all_configurations(mechanism, drawn_inputs(mechanism))
+    found = all_configurations(mechanism, mechanism.drawn_inputs)
     assert len(found.surplus) == 1
     assert len(found) == 2  # a four-bar
     assert np.max(found.residual) < 1e-12
@@ -467,9 +466,9 @@ def test_an_angle_between_blocks_on_parallel_rails_drives_nothing(seed, tmp_path
     path = tmp_path / "model.yaml"
     path.write_text(yaml.safe_dump(Growth(seed, 5, "elsewhere").model()))
     mechanism = load(path)
-    assert mobility(mechanism, assembled(mechanism), drawn_inputs(mechanism)).overdriven == ("motor",)
+    assert mobility(mechanism, assembled(mechanism), mechanism.drawn_inputs).overdriven == ("motor",)
     with pytest.raises(StructureError, match="nothing drives"):
-        all_configurations(mechanism, drawn_inputs(mechanism))
+        all_configurations(mechanism, mechanism.drawn_inputs)
 
 
 def test_an_angle_driven_twice_is_refused():
@@ -485,7 +484,7 @@ def test_an_angle_driven_twice_is_refused():
 @pytest.mark.parametrize("name", ["double_butterfly", "stephenson_3_far", "gim_fig11", "jansen"])
 def test_rows_hold_what_each_input_holds_alone(name):
     mechanism = model_of(name)
-    inputs = np.repeat(law_start(mechanism)[:, None], 73, axis=1)
+    inputs = np.repeat(mechanism.start_inputs[:, None], 73, axis=1)
     inputs[0] += np.linspace(0.0, 2.0 * np.pi, 73) if name != "gim_fig11" else np.linspace(0.0, 0.7, 73)
     rows = configurations_over(mechanism, inputs)
     assert len(rows) == 73
@@ -499,9 +498,9 @@ def test_rows_hold_what_each_input_holds_alone(name):
 
 def test_rows_are_followed_past_the_inputs_at_which_roots_meet():
     """Between 4 and 8 are real over a turn; the one search from a generic linkage is the first."""
-    from gimcli.analysis.configurations.sweep import Follower
+    from gimcli.assemblies.configuration_sweep import RootFollower
 
-    follower = Follower(Assembler(model_of("double_butterfly")))
+    follower = RootFollower(ConfigurationFinder(model_of("double_butterfly")))
     numbers = {len(follower.row(np.array([angle]))) for angle in np.linspace(0.0, 2.0 * np.pi, 73)}
     assert numbers == {4, 6, 8}
     assert follower.fresh == 1
@@ -509,18 +508,18 @@ def test_rows_are_followed_past_the_inputs_at_which_roots_meet():
 
 @pytest.mark.parametrize("fault", ["two the same", "not a number", "moved off"])
 def test_a_row_that_loses_a_root_is_solved_afresh(fault, monkeypatch):
-    from gimcli.analysis.configurations import sweep
+    from gimcli.assemblies import configuration_sweep
 
-    follower = sweep.Follower(Assembler(model_of("double_butterfly")))
+    follower = configuration_sweep.RootFollower(ConfigurationFinder(model_of("double_butterfly")))
     follower.row(np.array([2.0]))
-    whole = sweep.track
+    whole = configuration_sweep.track
 
     def spoilt(*arguments):
         done = whole(*arguments)
         done.w[0] = {"two the same": done.w[1], "not a number": np.nan, "moved off": 3.0 + done.w[0]}[fault]
         return done
 
-    monkeypatch.setattr(sweep, "track", spoilt)
+    monkeypatch.setattr(configuration_sweep, "track", spoilt)
     now = follower.row(np.array([2.01]))
     assert follower.fresh == 2
     assert now.complete
@@ -529,7 +528,7 @@ def test_a_row_that_loses_a_root_is_solved_afresh(fault, monkeypatch):
 
 def test_a_root_keeps_its_number_while_no_two_meet():
     mechanism = model_of("double_butterfly")
-    inputs = np.repeat(law_start(mechanism)[:, None], 60, axis=1) - np.linspace(0.0, 0.06, 60)
+    inputs = np.repeat(mechanism.start_inputs[:, None], 60, axis=1) - np.linspace(0.0, 0.06, 60)
     rows = configurations_over(mechanism, inputs)
     assert {len(r) for r in rows} == {6}
     for before, after in pairwise(rows):

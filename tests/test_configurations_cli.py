@@ -97,13 +97,12 @@ def test_picture_has_a_panel_each(name, shape, tmp_path):
 
 
 def test_panels_have_one_window_with_equal_axes(tmp_path):
-    from gimcli.analysis.configurations import all_configurations
+    from gimcli.assemblies import all_configurations
     from gimcli.model import load
-    from gimcli.motion.position import law_start
     from gimcli.output.gallery import gallery_picture
 
     mechanism = load(MODELS / "double_butterfly.yaml")
-    found = all_configurations(mechanism, law_start(mechanism))
+    found = all_configurations(mechanism, mechanism.start_inputs)
     z = mechanism.to_file(found.z)
     gallery = gallery_picture(mechanism, z, [str(k) for k in range(len(found))], "all")
     frames = {(p.frame.low, p.frame.high) for p in gallery.panels}

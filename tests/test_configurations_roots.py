@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from link_graphs import bars, loaded
 
-from gimcli.analysis.configurations import certificate, pencil, policy, roots, store
-from gimcli.analysis.configurations.assemblies import Assembler
-from gimcli.analysis.configurations.count import Matroid, rank_modulo, root_count
-from gimcli.analysis.configurations.dyads import dyad_roots
-from gimcli.analysis.configurations.generic import generic_member, generic_start, random_member
-from gimcli.analysis.configurations.loops import Family, Loops, values, values_and_jacobian
-from gimcli.analysis.configurations.paths import corrected, track
+from gimcli.assemblies import certificate, constants, pencil, roots, start_cache
+from gimcli.assemblies.assemblies import ConfigurationFinder
+from gimcli.assemblies.count import Matroid, rank_modulo, root_count
+from gimcli.assemblies.dyads import dyad_roots
+from gimcli.assemblies.generic import generic_member, generic_start, random_member
+from gimcli.assemblies.loops import Family, Loops, values, values_and_jacobian
+from gimcli.assemblies.root_paths import corrected, track
 
-POLICY = policy.Policy()
+POLICY = constants.ConfigurationConstants()
 
 
 def family_of(rows, rail=()):
@@ -103,8 +103,8 @@ def test_paths_alone_find_every_root_in_the_same_order():
     edges = [(1, 2), (1, 3), (2, 3), (1, 4), (3, 6), (2, 5), (4, 5), (4, 6), (5, 6)]
     lengths = dict(zip(edges, [2, 2, 2, 7 / 4, 27 / 10, 197 / 100, 11 / 5, 29 / 10, 43 / 20], strict=True))
     mechanism = loaded(bars(edges, (1, 2), lengths))
-    found = Assembler(mechanism, policy.Policy(pencil_loops=0)).at(np.zeros(0))
-    usual = Assembler(mechanism).at(np.zeros(0))
+    found = ConfigurationFinder(mechanism, constants.ConfigurationConstants(pencil_loops=0)).at(np.zeros(0))
+    usual = ConfigurationFinder(mechanism).at(np.zeros(0))
     assert (found.level, usual.level, len(usual)) == (1, 1, 24)
     np.testing.assert_allclose(found.z, usual.z, atol=1e-10)
 
@@ -213,16 +213,16 @@ def test_a_root_of_a_family_beside_the_real_is_not_called_real():
 @pytest.fixture
 def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(store, "_STARTS", {})
-    return tmp_path / "gimcli" / store.FOLDER
+    monkeypatch.setattr(start_cache, "_STARTS", {})
+    return tmp_path / "gimcli" / start_cache.FOLDER
 
 
 def test_a_start_is_found_once(own_cache, monkeypatch):
-    first = store.known_start(TRIAD, 0, POLICY)
+    first = start_cache.known_start(TRIAD, 0, POLICY)
     files = sorted(own_cache.iterdir())
-    monkeypatch.setattr(store, "_STARTS", {})
-    monkeypatch.setattr(store, "generic_start", lambda *_: pytest.fail("found again"))
-    again = store.known_start(TRIAD, 0, POLICY)
+    monkeypatch.setattr(start_cache, "_STARTS", {})
+    monkeypatch.setattr(start_cache, "generic_start", lambda *_: pytest.fail("found again"))
+    again = start_cache.known_start(TRIAD, 0, POLICY)
     assert len(files) == 1
     assert np.array_equal(first.w, again.w)
     assert np.array_equal(first.H, again.H)
@@ -230,19 +230,19 @@ def test_a_start_is_found_once(own_cache, monkeypatch):
 
 @pytest.mark.parametrize("damage", [b"", b"not a file of arrays", "roots lost", "other numbers", "no number"])
 def test_a_damaged_start_is_found_again(own_cache, monkeypatch, damage):
-    first = store.known_start(TRIAD, 0, POLICY)
+    first = start_cache.known_start(TRIAD, 0, POLICY)
     path = next(own_cache.iterdir())
     if isinstance(damage, bytes):
         path.write_bytes(damage)
     else:
         spoilt = {"roots lost": first.w[1:], "other numbers": first.w + 0.3, "no number": first.w * np.nan}[damage]
-        store._write(path, H=first.H, w=spoilt)
-    monkeypatch.setattr(store, "_STARTS", {})
-    again = store.known_start(TRIAD, 0, POLICY)
+        start_cache._write(path, H=first.H, w=spoilt)
+    monkeypatch.setattr(start_cache, "_STARTS", {})
+    again = start_cache.known_start(TRIAD, 0, POLICY)
     np.testing.assert_array_equal(first.w, again.w)
 
 
 def test_without_a_folder_starts_are_found_each_time(own_cache, monkeypatch):
-    monkeypatch.setattr(store, "user_folder", lambda name: None)
-    assert len(store.known_start(TRIAD, 0, POLICY).w) == 6
+    monkeypatch.setattr(start_cache, "user_folder", lambda name: None)
+    assert len(start_cache.known_start(TRIAD, 0, POLICY).w) == 6
     assert not own_cache.exists()

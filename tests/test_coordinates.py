@@ -10,16 +10,15 @@ from conftest import MODELS, run_model
 from random_mechanisms import Growth
 from table1_operations import CASES, displaced
 
+from gimcli.comparison.absolute import frame_poses
+from gimcli.comparison.stop import Stop
+from gimcli.comparison.textbook_coordinates import COORDINATES, TextbookConstants, follow
 from gimcli.errors import GimError
 from gimcli.kernels import bodies, jit, points
 from gimcli.model import load
-from gimcli.motion.effort import plain
 from gimcli.motion.motion import trace
-from gimcli.motion.options import Options
-from gimcli.motion.start import drawn_inputs
-from gimcli.solvers.absolute import frame_poses
-from gimcli.solvers.coordinates import COORDINATES, Policy, follow
-from gimcli.solvers.stop import Stop
+from gimcli.positions.dispatch import plain
+from gimcli.positions.options import Options
 
 STEPS = 72
 """Steps of a bundled motion: 5 degrees of a turn, at which no row leads Newton-Raphson to another branch."""
@@ -177,7 +176,7 @@ def test_unknowns_of_table_1(case, links, loops, moving):
 def test_iterations_of_table_1(case):
     """Absolute coordinates, start in the position before, stop at 1e-5 of the unit of length and of a rad."""
     mechanism, inputs, start = displaced(case)
-    stop = Policy(length=1.0 / mechanism.scale)
+    stop = TextbookConstants(length=1.0 / mechanism.scale)
     found = follow(COORDINATES["absolute"](mechanism), inputs[:, None], start, 1e-5, plain, stop)
     assert found.iterations[0] in case.iterations
 
@@ -225,7 +224,7 @@ def tables(system, name, q, values, z):
 @pytest.mark.parametrize("name", COORDINATES)
 def test_jacobian_is_what_differences_show(name, model):
     mechanism = load(model)
-    system, values, h = COORDINATES[name](mechanism), drawn_inputs(mechanism), 1e-6
+    system, values, h = COORDINATES[name](mechanism), mechanism.drawn_inputs, 1e-6
     generator = np.random.default_rng(0)
     q = system.start(mechanism.drawn) + 0.1 * generator.standard_normal(system.unknowns)
     _, j = tables(system, name, q, values, mechanism.drawn)
@@ -251,6 +250,6 @@ def test_a_position_that_does_not_exist_fails_and_the_next_goes_on(tmp_path):
 def test_what_has_not_come_to_rest_is_not_solved():
     mechanism, inputs, start = displaced(CASES[1])
     for make in COORDINATES.values():
-        found = follow(make(mechanism), inputs[:, None], start, 1e-11, plain, Policy(iterations=3))
+        found = follow(make(mechanism), inputs[:, None], start, 1e-11, plain, TextbookConstants(iterations=3))
         assert not found.good.any()
         assert found.iterations[0] == 3

@@ -12,13 +12,13 @@ import pytest
 from conftest import MODELS
 from typer.testing import CliRunner
 
-from gimcli.analysis.curve_sight import CurveSight
-from gimcli.analysis.survey import drawn_circuit
+from gimcli.branching.resampling import circuit_motion
+from gimcli.branching.singular_positions import drawn_circuit
 from gimcli.cli import app
+from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import UsageError
 from gimcli.model import load
-from gimcli.motion.curve import Curve
-from gimcli.motion.stations import circuit_motion
+from gimcli.rates.arclength_derivatives import ArclengthDerivatives
 
 CHEBYSHEV = MODELS / "chebyshev.yaml"
 """Frame 4, crossed rockers 5, coupler 2: O2 = 0, O4 = 4; the input rocks between two limits."""
@@ -117,7 +117,7 @@ def test_rates_of_a_motion_by_its_law_stay_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["chebyshev", "scissor_lift", "gim_fig11", "floating_hexagon", "excavator"])
 def test_third_derivatives_are_those_of_the_second(name: str) -> None:
     """Against differences along the direction, with the order 2 of central ones; rotary, linear and several inputs."""
-    curve = Curve(load(MODELS / f"{name}.yaml"))
+    curve = PositionCurve(load(MODELS / f"{name}.yaml"))
     rng = np.random.default_rng(3)
     p = np.append(rng.normal(size=curve.system.n), 0.4 * curve.span)
     v = np.append(rng.normal(size=curve.system.n), 0.1 * curve.span)
@@ -136,7 +136,7 @@ def test_derivatives_by_the_length(name: str) -> None:
     circuit = drawn_circuit(load(MODELS / f"{name}.yaml"), 1e-10)
     errors = []
     for rows in (401, 801):
-        sight = CurveSight(circuit_motion(circuit, rows, 1e-10))
+        sight = ArclengthDerivatives(circuit_motion(circuit, rows, 1e-10))
         nodes, s = sight.along_to(3).nodes, sight.clock
         told = (nodes[2][:, 2:] - nodes[2][:, :-2]) / (s[2:] - s[:-2])
         errors.append(float(np.quantile(np.abs(told - nodes[3][:, 1:-1]), 0.5)))

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from conftest import MODELS, run_model
 
-from gimcli.analysis.derivatives import rates
-from gimcli.analysis.tracing import motion_table
 from gimcli.model import load
 from gimcli.motion.motion import trace
+from gimcli.rates.derivatives import rates
+from gimcli.rates.motion_table import motion_table
 
 
 def moving(name, steps, order):

@@ -11,10 +11,10 @@ from conftest import MODELS
 from test_forces import moved, on, total_on_frame, weighted, written
 from typer.testing import CliRunner
 
-from gimcli.analysis.force_motion import ForceMotion
-from gimcli.analysis.force_table import reaction_columns
-from gimcli.analysis.forces import motion_forces
 from gimcli.cli import app
+from gimcli.dynamics.force_motion import ForceMotion
+from gimcli.dynamics.force_table import reaction_columns
+from gimcli.dynamics.forces import motion_forces
 from gimcli.motion.motion import stream, trace
 from gimcli.output.forces import forces_sheet
 from gimcli.structure.steps import NONE

@@ -12,20 +12,20 @@ import pytest
 import yaml
 from conftest import MODELS, changed
 
-from gimcli.analysis.course import Course, turning
-from gimcli.analysis.derivatives import rates
-from gimcli.analysis.force_table import reaction_columns
-from gimcli.analysis.forces import directions, equilibrium, inverse_dynamics, motion_forces
-from gimcli.analysis.graphs import input_or_time
-from gimcli.analysis.influence import Influence
+from gimcli.dynamics.force_table import reaction_columns
+from gimcli.dynamics.forces import directions, equilibrium, inverse_dynamics, motion_forces
+from gimcli.dynamics.influence import Influence
+from gimcli.dynamics.kinematic_history import Course, turning
+from gimcli.dynamics.statics import statics
 from gimcli.errors import ModelError
 from gimcli.kernels.equilibrium import COUPLE
 from gimcli.kernels.jit import compiled
+from gimcli.measures.graphs import input_or_time
 from gimcli.model import load
 from gimcli.motion.motion import trace
-from gimcli.motion.options import Options
-from gimcli.motion.position import solve
-from gimcli.structure.statics import statics
+from gimcli.motion.solve import solve
+from gimcli.positions.options import Options
+from gimcli.rates.derivatives import rates
 from gimcli.structure.steps import NONE
 
 TABLES = Path(__file__).parent / "tables"

@@ -11,7 +11,7 @@ from conftest import MODELS
 from in_process import copied, gim, position, read_rows
 
 import gimcli
-from gimcli.analysis.workspace import report as workspace_report
+from gimcli.reach import report as workspace_report
 from gimcli.structure import residual
 
 LONG = {

@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 from table1_operations import CASES
 
-from gimcli.analysis.convergence import fit_history
-from gimcli.analysis.sequence_report import report
 from gimcli.errors import UsageError
+from gimcli.gim.convergence import fit_history
+from gimcli.gim.report import report
+from gimcli.gim.sequence import known_nodes
+from gimcli.gim.sweeper import Sweeper
 from gimcli.model import load
-from gimcli.motion.effort import plain
-from gimcli.motion.options import Options
-from gimcli.motion.position import solve
-from gimcli.motion.start import drawn_inputs
-from gimcli.motion.sweeping import Sweeper
-from gimcli.structure.sequence import known_nodes
+from gimcli.motion.solve import solve
+from gimcli.positions.dispatch import plain
+from gimcli.positions.options import Options
 
 MODELS = Path(__file__).parents[1] / "models"
 
@@ -30,7 +29,7 @@ STEPS = {
 def displaced(name):
     """Return the mechanism and its inputs moved from the drawn position by the paper's step."""
     mechanism = load(MODELS / f"{name}.yaml")
-    inputs = drawn_inputs(mechanism)
+    inputs = mechanism.drawn_inputs
     for k, actuator in enumerate(mechanism.actuators):
         steps = STEPS[name][0]
         inputs[k] += mechanism.value_from_file(k, steps.get(actuator.name, steps.get("*", 0.0)))
@@ -72,7 +71,8 @@ def test_fig11_classic_takes_the_papers_count_and_follows_equation_3():
 
 def test_one_dyad_converges_by_the_squared_cosine_of_its_angle():
     mechanism = load(MODELS / "gim_fig13a.yaml")
-    groups, z = report(mechanism, drawn_inputs(mechanism), "spectral", 1e-10)
+    z = solve(mechanism, mechanism.drawn_inputs, Options()).z
+    groups = report(mechanism, z, mechanism.drawn_inputs, "spectral", 1e-10)
     b, c, d = (z[mechanism.nodes.index(n)] for n in "BCD")
     cosine = ((b - c).conjugate() * (d - c)).real / (abs(b - c) * abs(d - c))
     assert [g.kind for g in groups] == ["dyad"]
@@ -82,13 +82,13 @@ def test_one_dyad_converges_by_the_squared_cosine_of_its_angle():
 
 def test_radius_is_the_factor_that_finite_differences_of_a_sweep_show():
     """The linearisation of a sweep, by differences: nothing of the analytic gradients enters."""
+    from gimcli.gim.sequence import find_sequence
+    from gimcli.gim.sweeps import pack
     from gimcli.kernels import sweep as kernels
-    from gimcli.solvers.gim import pack
-    from gimcli.structure.sequence import find_sequence
 
     for name in ("double_butterfly", "gim_fig11", "whitworth", "platform_3rrr", "scissor_lift"):
         mechanism = load(MODELS / f"{name}.yaml")
-        inputs = drawn_inputs(mechanism)
+        inputs = mechanism.drawn_inputs
         z = solve(mechanism, inputs, Options(tolerance=1e-13)).z
         sequence = find_sequence(mechanism, z, inputs)
         free = [n for g in sequence.groups for n in g.nodes]

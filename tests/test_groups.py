@@ -13,7 +13,7 @@ from gimcli.cli import app
 from gimcli.errors import StructureError
 from gimcli.model import load
 from gimcli.structure.assur import formation
-from gimcli.structure.blocks import components, match, split
+from gimcli.structure.dulmage_mendelsohn import components, match, split
 
 FORMATIONS = {
     # Durango et al. 2014, section 3.3: driving link 2, dyad (3,4) on 2 and the frame, dyad (5,6) on 3 and 4

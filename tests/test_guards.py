@@ -12,15 +12,15 @@ from typer.testing import CliRunner
 
 from gimcli.cli import app
 from gimcli.errors import StructureError
+from gimcli.gim import sweeps
+from gimcli.gim.sequence_switching import SwitchingState, off_branch
+from gimcli.gim.sweeper import Sweeper
 from gimcli.kernels import jit
 from gimcli.kernels import sweep as kernels
 from gimcli.model import load
-from gimcli.motion.effort import plain
-from gimcli.motion.exchange import Passage, off_branch
 from gimcli.motion.motion import trace
-from gimcli.motion.options import Options
-from gimcli.motion.sweeping import Sweeper
-from gimcli.solvers import gim
+from gimcli.positions.dispatch import plain
+from gimcli.positions.options import Options
 from gimcli.status import Status
 from gimcli.structure.residual import errors
 from gimcli.structure.restrictions import Move, angle, distance
@@ -31,7 +31,9 @@ NONE = np.zeros(0)
 
 
 def settle(moves, z, run=plain, **policy):
-    return gim.settle(tuple(moves), np.array(z, dtype=complex), NONE, 1.0, 1e-10, run, gim.Policy(**policy))
+    return sweeps.settle(
+        tuple(moves), np.array(z, dtype=complex), NONE, 1.0, 1e-10, run, sweeps.SweepConstants(**policy)
+    )
 
 
 def dyad(a, b):
@@ -137,7 +139,7 @@ def test_the_mirror_branch_is_told_however_near(delta, tmp_path):
     assert np.all(off_branch(here, one.z, other.z, one.inputs, 1e-10))
     assert not np.any(off_branch(here, one.z, one.z * (1 + 1e-11), one.inputs, 1e-10))
     if delta >= 1e-3:  # the method starts on its own branch: every row is told to be elsewhere
-        swept = Passage(Sweeper(here, Options(method="gim"), jit.compiled), one.inputs, other.z).run()
+        swept = SwitchingState(Sweeper(here, Options(method="gim"), jit.compiled), one.inputs, other.z).run()
         assert set(swept.codes) == {int(Status.JUMPED)}
 
 
@@ -218,7 +220,7 @@ def test_sweeps_reach_the_start_and_all_rows(name, most):
 
 def test_the_kernels_ends_are_statuses():
     ends = (kernels.SETTLED, kernels.EXHAUSTED, kernels.STALLED, kernels.CYCLING, kernels.DIVERGED)
-    assert set(gim.ENDS) == set(ends)
+    assert set(sweeps.ENDS) == set(ends)
 
 
 # --- a motion past infinity ------------------------------------------------------------------------------

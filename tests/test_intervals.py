@@ -15,11 +15,11 @@ from oracles_configurations import (
     unmatched,
 )
 
-from gimcli.analysis.configurations.contraction import contract
-from gimcli.analysis.configurations.cosine_rows import RowConstants, cosine_rows
-from gimcli.analysis.configurations.intervals import CONSTANTS, IntervalPolicy, real_roots
-from gimcli.analysis.configurations.krawczyk import Coefficients, image, local, narrow
-from gimcli.analysis.configurations.reach import proved_reach
+from gimcli.assemblies.contraction import contract
+from gimcli.assemblies.cosine_rows import RowConstants, cosine_rows
+from gimcli.assemblies.intervals import CONSTANTS, IntervalConstants, real_roots
+from gimcli.assemblies.krawczyk import Coefficients, image, local, narrow
+from gimcli.assemblies.slide_bounds import proved_reach
 from gimcli.model import load
 
 TURN = 2 * np.pi
@@ -407,7 +407,7 @@ def peaucellier(difference):
 
 
 def test_peaucellier_has_four_isolated_solutions_and_two_free_branches():
-    result = real_roots(*peaucellier(0.0), 1.0, IntervalPolicy(narrowest=0.01))
+    result = real_roots(*peaucellier(0.0), 1.0, IntervalConstants(narrowest=0.01))
     assert len(result.roots) == 4
     assert not result.complete
     # where A = B, one bar turns freely: its angle takes all values in the undecided boxes
@@ -423,7 +423,7 @@ def test_a_peaucellier_cell_a_little_off_is_decided():
 
 
 def test_a_folded_parallelogram_turns_freely():
-    result = real_roots(*two_bars(0.0, 1.0, 1.0), 1.0, IntervalPolicy(seconds=0.3))
+    result = real_roots(*two_bars(0.0, 1.0, 1.0), 1.0, IntervalConstants(seconds=0.3))
     assert result.limit == "seconds"
     assert len(result.roots) == 0
     for angle in np.linspace(-3, 3, 50):
@@ -434,12 +434,12 @@ def test_a_limit_loses_nothing():
     for seed in range(20):
         *coefficients, x = random_loops(3, 0, np.random.default_rng((8, seed)))
         for boxes in (1, 5, 10, 20):
-            assert keeps(real_roots(*coefficients, 1.0, IntervalPolicy(boxes=boxes, batch=3)), x, 6)
+            assert keeps(real_roots(*coefficients, 1.0, IntervalConstants(boxes=boxes, batch=3)), x, 6)
 
 
 def test_isolated_solutions_are_found_beside_a_continuum_and_batches_do_not_matter():
     all_ = real_roots(*innocenti(), 1.0)
-    few = real_roots(*innocenti(), 1.0, IntervalPolicy(batch=7))
+    few = real_roots(*innocenti(), 1.0, IntervalConstants(batch=7))
     assert few.complete
     assert few.roots == pytest.approx(all_.roots, abs=1e-11)
 
@@ -476,7 +476,7 @@ def test_thousands_of_known_solutions_are_not_lost():
         loops = int(rng.integers(1, 4))
         slides = int(rng.integers(0, loops + 1))
         *coefficients, x = random_loops(loops, slides, rng)
-        assert keeps(real_roots(*coefficients, 3.5, IntervalPolicy(seconds=5)), x, 2 * loops - slides), seed
+        assert keeps(real_roots(*coefficients, 3.5, IntervalConstants(seconds=5)), x, 2 * loops - slides), seed
 
 
 # ------------------------------------------------------------------ whole mechanisms, against an independent method
@@ -569,14 +569,14 @@ def test_undecided_boxes_that_touch_are_put_together():
     assert len(double) == 1
     assert (double[0, 1] - double[0, 0] < 1e-6).all()
     assert (np.abs(wrapped(double.mean(axis=1) - np.pi)) < 1e-6).all()
-    rhombus = real_roots(*peaucellier(0.0), 1.0, IntervalPolicy(narrowest=0.01)).clusters()
+    rhombus = real_roots(*peaucellier(0.0), 1.0, IntervalConstants(narrowest=0.01)).clusters()
     assert len(rhombus) == 2
     assert (np.max(rhombus[:, 1] - rhombus[:, 0], axis=1) > 6.0).all()
 
 
 def test_a_slot_whose_pin_is_at_its_pivot_turns_freely():
     """s θ = 0."""
-    result = real_roots([0.0], [[0.0]], [[1.0]], [0], 1.0, IntervalPolicy(narrowest=0.05))
+    result = real_roots([0.0], [[0.0]], [[1.0]], [0], 1.0, IntervalConstants(narrowest=0.05))
     assert not result.complete
     for angle in np.linspace(-3, 3, 40):
         assert keeps(result, np.array([angle, 0.0]), 1)

@@ -18,11 +18,11 @@ import numpy as np
 import pytest
 import yaml
 
-from gimcli.analysis.tracing import motion_table
 from gimcli.model import load
 from gimcli.motion.motion import trace
-from gimcli.motion.options import Options
 from gimcli.output import write_csv
+from gimcli.positions.options import Options
+from gimcli.rates.motion_table import motion_table
 
 FILES = sorted((Path(__file__).parents[1] / "models").glob("*.yaml"))
 NAMES = [*(path.stem for path in FILES), "parallel_guide"]

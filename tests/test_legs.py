@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from conftest import MODELS
 
-from gimcli.mechanism import Law, Mechanism
+from gimcli.mechanism import InputLaw, Mechanism
 from gimcli.model import load
-from gimcli.model.laws import PROFILES, Polynomial, Run, Table
-from gimcli.motion.inputs import input_line, line_through
+from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, TableLaw
 from gimcli.motion.legs import Leg, dense, legs
+from gimcli.positions.inputs import input_line, line_through
 
 
-def with_law(law: Law, name: str = "crank_rocker") -> Mechanism:
+def with_law(law: InputLaw, name: str = "crank_rocker") -> Mechanism:
     mechanism = load(MODELS / f"{name}.yaml")
     return replace(mechanism, actuators=tuple(replace(a, law=law) for a in mechanism.actuators))
 
@@ -27,35 +27,35 @@ def ends(found: list[Leg]) -> list[tuple[float, float, float, float]]:
 @pytest.mark.parametrize("profile", PROFILES)
 def test_a_profile_between_two_values_is_one_leg(profile: str) -> None:
     for start, end in ((0.2, 3.0), (3.0, 0.2)):
-        (leg,) = legs(with_law(Run(start, end, PROFILES[profile])))
+        (leg,) = legs(with_law(RunLaw(start, end, PROFILES[profile])))
         assert (leg.first, leg.last, leg.begin, leg.end) == (0.0, 1.0, start, end)
         assert leg.sense == np.sign(end - start)
 
 
 def test_a_polynomial_turns_back_at_the_roots_of_its_derivative() -> None:
     """t (1 - 2 t)^2 = t - 4 t^2 + 4 t^3 rises to 2/27 at 1/6, falls to 0 at 1/2 and rises to 1."""
-    found = np.array(ends(legs(with_law(Polynomial((0.0, 1.0, -4.0, 4.0))))))
+    found = np.array(ends(legs(with_law(PolynomialLaw((0.0, 1.0, -4.0, 4.0))))))
     assert found[:, :2] == pytest.approx(np.array([[0.0, 1 / 6], [1 / 6, 0.5], [0.5, 1.0]]), abs=1e-15)
     assert found[:, 2:] == pytest.approx(np.array([[0.0, 2 / 27], [2 / 27, 0.0], [0.0, 1.0]]), abs=1e-15)
 
 
 def test_an_inflection_with_a_horizontal_tangent_is_no_turning() -> None:
-    assert len(legs(with_law(Polynomial((0.125, 0.75, -1.5, 1.0))))) == 1  # (t - 1/2)^3 + 1/4
+    assert len(legs(with_law(PolynomialLaw((0.125, 0.75, -1.5, 1.0))))) == 1  # (t - 1/2)^3 + 1/4
 
 
 def test_a_table_turns_back_at_its_samples_and_dwells_between_them() -> None:
     """What dwells belongs to the leg before it, whether the law then goes on or back."""
-    law = Table((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 2.0, 2.0, 0.5))
+    law = TableLaw((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 2.0, 2.0, 0.5))
     found = np.array(ends(legs(with_law(law))))
     assert found == pytest.approx(np.array([[0.0, 0.8, 0.0, 2.0], [0.8, 1.0, 2.0, 0.5]]), abs=1e-15)
 
 
 def test_a_law_that_stands_still_is_one_leg() -> None:
-    assert ends(legs(with_law(Polynomial((0.7,))))) == [(0.0, 1.0, 0.7, 0.7)]
+    assert ends(legs(with_law(PolynomialLaw((0.7,))))) == [(0.0, 1.0, 0.7, 0.7)]
 
 
 def test_places_of_a_leg_grow_with_the_time_and_have_the_laws_inputs() -> None:
-    mechanism = with_law(Polynomial((0.3, 4.0, -4.0)))
+    mechanism = with_law(PolynomialLaw((0.3, 4.0, -4.0)))
     for leg in legs(mechanism):
         time = np.linspace(leg.first, leg.last, 101)
         s = leg.places(time)
@@ -67,7 +67,7 @@ def test_places_of_a_leg_grow_with_the_time_and_have_the_laws_inputs() -> None:
 
 def test_a_leg_is_mirrored_where_the_input_turns_back() -> None:
     """The law runs from 0 to 2, the input back from 1.25: twice mirrored at one place it is the law again."""
-    (leg,) = legs(with_law(Run(0.0, 2.0, PROFILES["uniform"])))
+    (leg,) = legs(with_law(RunLaw(0.0, 2.0, PROFILES["uniform"])))
     back = leg.reflected(1.25, 0.625)
     assert (back.first, back.begin, back.end, back.sense) == (0.625, 1.25, 0.5, -1.0)
     assert back.values(np.array([0.75]))[0, 0] == 1.0
@@ -80,7 +80,7 @@ def test_inputs_of_one_shape_run_along_a_line() -> None:
     """Its parameter is the value of the input that moves most, in rad or sizes."""
     mechanism = load(MODELS / "five_bar.yaml")
     for profile in PROFILES.values():
-        laws = (Run(0.5, 0.0, profile), Run(-1.0, 2.0, profile))
+        laws = (RunLaw(0.5, 0.0, profile), RunLaw(-1.0, 2.0, profile))
         driven = replace(
             mechanism, actuators=tuple(replace(a, law=w) for a, w in zip(mechanism.actuators, laws, strict=True))
         )
@@ -94,7 +94,7 @@ def test_inputs_of_one_shape_run_along_a_line() -> None:
 
 def test_inputs_of_different_shapes_are_followed_by_the_time() -> None:
     mechanism = load(MODELS / "five_bar.yaml")
-    laws = (Run(0.5, 0.0, PROFILES["cubic"]), Run(-1.0, 2.0, PROFILES["uniform"]))
+    laws = (RunLaw(0.5, 0.0, PROFILES["cubic"]), RunLaw(-1.0, 2.0, PROFILES["uniform"]))
     driven = replace(
         mechanism, actuators=tuple(replace(a, law=w) for a, w in zip(mechanism.actuators, laws, strict=True))
     )

@@ -11,22 +11,22 @@ import numpy as np
 import pytest
 from conftest import MODELS, run_model
 
-from gimcli.analysis.input_path import Sight, way_along
-from gimcli.analysis.measures import KINDS, measures_of, sweeping_area
-from gimcli.analysis.measures.centre import instant_centre
-from gimcli.analysis.measures.record import Record
-from gimcli.analysis.measures.sweeping_area import swept_area, union_area
 from gimcli.errors import UsageError
+from gimcli.measures import KINDS, measures_of, sweeping_area
+from gimcli.measures.centre import instant_centre
+from gimcli.measures.record import Record
+from gimcli.measures.sweeping_area import swept_area, union_area
 from gimcli.mechanism import Member
 from gimcli.model import load
 from gimcli.motion.motion import Motion, stream, trace
+from gimcli.rates.path_derivatives import PathDerivatives, way_along
 
 TRANSLATING = ("parallelogram", "parallelogram_third_crank", "scotch_yoke")
 """Models in which no three members have all their centres in reach."""
 
 
 def sight_of(name, steps=72, **more):
-    return Sight(run_model(name, steps, **more).motion)
+    return PathDerivatives(run_model(name, steps, **more).motion)
 
 
 def told(sight, spec):
@@ -49,7 +49,7 @@ def moving_at(rates, mechanism, member, place):
 
 def test_both_members_have_one_velocity_at_their_centre(model):
     mechanism = load(model)
-    sight = Sight(trace(mechanism, 24))
+    sight = PathDerivatives(trace(mechanism, 24))
     for i, j in combinations(range(len(mechanism.members)), 2):
         place = instant_centre(sight.along, i, j)
         known = np.abs(place) < 30.0 * mechanism.size  # farther off, rounding is multiplied by the distance
@@ -61,7 +61,7 @@ def test_both_members_have_one_velocity_at_their_centre(model):
 def test_the_three_centres_of_any_three_members_are_on_a_line(model):
     """Kennedy's theorem. Source: Norton, Design of Machinery, section 6.3."""
     mechanism = load(model)
-    sight = Sight(trace(mechanism, 16))
+    sight = PathDerivatives(trace(mechanism, 16))
     centre = {p: instant_centre(sight.along, *p) for p in combinations(range(len(mechanism.members)), 2)}
     seen = 0
     for i, j, k in combinations(range(len(mechanism.members)), 3):
@@ -78,7 +78,7 @@ def test_the_three_centres_of_any_three_members_are_on_a_line(model):
 def test_the_centre_of_a_couplers_motion_is_where_crank_and_rocker_meet():
     """Crank-rocker 40, 120, 80, 100: lines O2-A and O4-B, and for crank and rocker lines A-B and O2-O4."""
     run = run_model("crank_rocker", 90)
-    sight = Sight(run.motion)
+    sight = PathDerivatives(run.motion)
     o2, o4, a, b = (run.xy(n) for n in ("O2", "O4", "A", "B"))
 
     def meeting(p, q, r, s):
@@ -203,7 +203,7 @@ def test_the_pivots_are_centres_themselves():
 def test_the_curvature_of_an_ellipse():
     """P is 1 beyond A: semi-axes 3.5 and 1; radius (a^2 sin^2 + b^2 cos^2)^(3/2) / (a b), centre on the evolute."""
     run = run_model("elliptic_trammel", 72)
-    got, p, a, b = told(Sight(run.motion), "curvature:P"), run.xy("P"), 3.5, 1.0
+    got, p, a, b = told(PathDerivatives(run.motion), "curvature:P"), run.xy("P"), 3.5, 1.0
     t = np.arctan2(p.imag / b, p.real / a)
     assert np.abs(got["radius"]) == pytest.approx((a**2 * np.sin(t) ** 2 + b**2 * np.cos(t) ** 2) ** 1.5 / (a * b))
     assert got["centre.x"] == pytest.approx((a**2 - b**2) / a * np.cos(t) ** 3, abs=1e-12)
@@ -218,7 +218,7 @@ def test_a_rocker_turns_back_on_its_own_circle():
     stretched, folded = (math.acos((100**2 + r**2 - 80**2) / (2 * 100 * r)) for r in (160.0, 80.0))
     dead = [math.degrees(stretched), math.degrees(folded) + 180.0]
     run = run_model("crank_rocker", 1, laws={"motor": {"from": dead[0], "to": dead[1]}})
-    sight = Sight(run.motion)
+    sight = PathDerivatives(run.motion)
     speed = np.abs(sight.along.point("B")[1])
     assert np.max(speed) < 1e-12, "both rows are dead centres"
     got = told(sight, "curvature:B")
@@ -230,7 +230,7 @@ def test_a_rocker_turns_back_on_its_own_circle():
 def test_a_slider_turns_back_on_its_line():
     """Crank 1, rod 3 and no offset: B stands still at 0 and 180 deg; its radius is infinite everywhere."""
     run = run_model("slider_crank", 8, laws={"motor": {"from": 0, "to": 360}}, change=_no_offset)
-    got = told(Sight(run.motion), "curvature:B")
+    got = told(PathDerivatives(run.motion), "curvature:B")
     assert np.isinf(got["radius"]).all()
     assert (got["curvature"] == 0.0).all()
     assert np.isnan(got["centre.x"]).all()
@@ -239,8 +239,8 @@ def test_a_slider_turns_back_on_its_line():
 def test_a_slider_turns_back_on_a_slanting_line():
     """Where rounding leaves a bend: still straight."""
     run = run_model("slider_crank", 8, laws={"motor": {"from": 33, "to": 393}}, change=_slanting)
-    got = told(Sight(run.motion), "curvature:B")
-    assert np.abs(Sight(run.motion).along.point("B")[1][[0, 4, 8]]) == pytest.approx(np.zeros(3), abs=1e-12)
+    got = told(PathDerivatives(run.motion), "curvature:B")
+    assert np.abs(PathDerivatives(run.motion).along.point("B")[1][[0, 4, 8]]) == pytest.approx(np.zeros(3), abs=1e-12)
     assert np.isinf(got["radius"]).all()
 
 
@@ -267,7 +267,7 @@ def test_a_rolling_circles_cusp_has_radius_0():
         laws={"motor": {"from": 60, "to": 61}},
         change=lambda d: d["points"].update(C={"on": "coupler", "local": place}),
     )
-    got = told(Sight(run.motion), "curvature:C")
+    got = told(PathDerivatives(run.motion), "curvature:C")
     assert got["radius"][0] == 0.0
     assert got["centre.x"][0] == pytest.approx(float(pole["x"][0]), rel=1e-9)
     assert 0.0 < abs(got["radius"][1]) < math.inf
@@ -285,7 +285,7 @@ def test_euler_savary():
         24,
         change=lambda d: d["points"].update({n: {"on": "coupler", "local": at} for n, at in local.items()}),
     )
-    sight = Sight(run.motion)
+    sight = PathDerivatives(run.motion)
     pole = told(sight, "centre:frame/coupler")
     p = pole["x"] + 1j * pole["y"]
     rows = []
@@ -309,7 +309,7 @@ def test_exact_straight_lines_have_no_curvature():
     for model, point in (("peaucellier", "Q"), ("hart_a_frame", None), ("scott_russell", "P")):
         run = run_model(model, 20)
         names = [point] if point else [p.name for p in run.mechanism.points] or list(run.mechanism.traced)
-        got = told(Sight(run.motion), f"curvature:{names[0]}")
+        got = told(PathDerivatives(run.motion), f"curvature:{names[0]}")
         size = run.mechanism.size * run.mechanism.scale
         assert np.nanmax(np.abs(got["curvature"])) * size < 1e-9
         assert np.isfinite(got["curvature"]).sum() > 10
@@ -319,7 +319,7 @@ def test_curvature_agrees_with_a_circle_through_neighbours(model):
     """Independent of derivatives: the circle through three close positions, error of second order."""
     mechanism = load(model)
     motion = trace(mechanism, 800)
-    sight = Sight(motion)
+    sight = PathDerivatives(motion)
     point = mechanism.traced[0]
     got = told(sight, f"curvature:{point}")["curvature"][1:-1] * mechanism.scale
     p = sight.along.point(point)[0]
@@ -387,8 +387,8 @@ def test_the_transmission_angle_of_a_four_bar():
     mu = np.degrees(np.arccos((b**2 + c**2 - a**2 - d**2 + 2 * a * d * np.cos(theta)) / (2 * b * c)))
     for spec in ("transmission", "transmission:B", "transmission:rocker/coupler", "transmission:A/B/O4"):
         (measure,) = measures_of(run.mechanism, spec)
-        assert measure.values(Sight(run.motion))[0] == pytest.approx(mu, abs=1e-10)
-    assert measure.whole(Sight(run.motion))["worst"] == pytest.approx(min(mu.min(), 180 - mu.max()))
+        assert measure.values(PathDerivatives(run.motion))[0] == pytest.approx(mu, abs=1e-10)
+    assert measure.whole(PathDerivatives(run.motion))["worst"] == pytest.approx(min(mu.min(), 180 - mu.max()))
 
 
 def test_the_transmission_angle_of_a_slider_crank():
@@ -397,8 +397,10 @@ def test_the_transmission_angle_of_a_slider_crank():
     (measure,) = measures_of(run.mechanism, "transmission")
     assert measure.spec == "transmission:rod/slide"
     pressure = np.degrees(np.arcsin((np.sin(np.radians(run.value["motor"])) - 0.5) / 3.0))
-    assert measure.values(Sight(run.motion))[0] == pytest.approx(90.0 - pressure, abs=1e-10)
-    assert measure.whole(Sight(run.motion))["worst"] == pytest.approx(60.0), "crank at 270 deg: arcsin(1.5 / 3)"
+    assert measure.values(PathDerivatives(run.motion))[0] == pytest.approx(90.0 - pressure, abs=1e-10)
+    assert measure.whole(PathDerivatives(run.motion))["worst"] == pytest.approx(60.0), (
+        "crank at 270 deg: arcsin(1.5 / 3)"
+    )
 
 
 def test_the_transmission_angle_of_a_ram():
@@ -413,7 +415,7 @@ def test_the_transmission_angle_of_a_ram():
         p, f, h = (run.xy(name) for name in (pivot, foot, head))
         x, y, w = np.abs(f - h), np.abs(p - h), np.abs(f - p)
         expected = np.degrees(np.arccos((x**2 + y**2 - w**2) / (2 * x * y)))
-        assert measure.values(Sight(run.motion))[0] == pytest.approx(expected, abs=1e-9)
+        assert measure.values(PathDerivatives(run.motion))[0] == pytest.approx(expected, abs=1e-9)
 
 
 def test_two_guides_have_no_transmission_angle():
@@ -443,7 +445,7 @@ def test_the_advantage_of_a_four_bar():
     run = run_model("crank_rocker", 90)
     o2, o4, a, b = (run.xy(n) for n in ("O2", "O4", "A", "B"))
     t2, t3, t4 = np.angle(a - o2), np.angle(b - a), np.angle(b - o4)
-    got = told(Sight(run.motion), "advantage:motor/rocker")
+    got = told(PathDerivatives(run.motion), "advantage:motor/rocker")
     assert got["ratio"] == pytest.approx(40 * np.sin(t2 - t3) / (80 * np.sin(t4 - t3)), abs=1e-11)
     assert got[""] == pytest.approx(80 * np.sin(t4 - t3) / (40 * np.sin(t2 - t3)), rel=1e-9)
 
@@ -455,18 +457,18 @@ def test_the_advantage_of_a_slider_crank_has_the_unit_of_its_output():
     rise = np.sin(theta) - 0.5
     slope = -np.sin(theta) - rise * np.cos(theta) / np.sqrt(9.0 - rise**2)
     (measure,) = measures_of(run.mechanism, "advantage:motor/slide")
-    advantage, ratio = measure.values(Sight(run.motion))
+    advantage, ratio = measure.values(PathDerivatives(run.motion))
     assert ratio == pytest.approx(slope, abs=1e-12)
     assert advantage == pytest.approx(1.0 / slope, rel=1e-9)
     assert [h.unit for h in measure.heads] == ["1/mm", "mm"]
     (path,) = measures_of(run.mechanism, "advantage:motor/B")
-    assert path.values(Sight(run.motion))[1] == pytest.approx(np.abs(slope), abs=1e-12)
+    assert path.values(PathDerivatives(run.motion))[1] == pytest.approx(np.abs(slope), abs=1e-12)
 
 
 def test_power_goes_through_each_input_of_several():
     """Five-bar: the point's velocity is the sum over the inputs of rate times partial velocity."""
     run = run_model("five_bar", 20)
-    sight, point = Sight(run.motion), run.mechanism.traced[0]
+    sight, point = PathDerivatives(run.motion), run.mechanism.traced[0]
     member = next(m.name for m in run.mechanism.members[3:])
     index = [m.name for m in run.mechanism.members].index(member)
     total = sum(
@@ -484,7 +486,7 @@ def test_a_linear_inputs_advantage_over_a_rotation_is_a_length():
     (measure,) = measures_of(run.mechanism, f"advantage:{ram.name}/{member.name}")
     unit = run.mechanism.length_unit if run.mechanism.length_unit != "unit" else ""
     assert [h.unit for h in measure.heads] == [unit, f"1/{unit}" if unit else ""]
-    advantage, ratio = measure.values(Sight(run.motion))
+    advantage, ratio = measure.values(PathDerivatives(run.motion))
     assert advantage * ratio == pytest.approx(np.ones(7))
     sides = [run.motion.z[n] for n in (ram.a, ram.b)]
     pivots = [n for n in member.nodes if n in run.mechanism.members[0].nodes]
@@ -523,7 +525,7 @@ def test_a_block_slides_on_its_moving_guide(model, pair, offset):
     foot = a + turn * (slide.point - carrier.shape[0])
     travel = ((motion.z[slide.node] - foot) * np.conj(turn * slide.direction)).real * mechanism.scale
     speed = (travel[2:] - travel[:-2]) / (motion.inputs[0, 2:] - motion.inputs[0, :-2])
-    got = told(Sight(motion), f"advantage:{mechanism.actuators[0].name}/{pair}")["ratio"][1:-1]
+    got = told(PathDerivatives(motion), f"advantage:{mechanism.actuators[0].name}/{pair}")["ratio"][1:-1]
     assert np.max(np.abs(speed)) > 0.1
     assert np.max(np.abs(speed - got)) < 2e-3 * np.max(np.abs(speed))
 
@@ -571,7 +573,7 @@ def plate(data):
 def test_a_bar_off_its_centre_sweeps_an_annulus():
     """The same bar as a member of its own: pi (9 - 1); Archimedes' annulus for a bar tangent to the inner circle."""
     run = run_model("slider_crank", 90, change=tangent)
-    sight = Sight(run.motion)
+    sight = PathDerivatives(run.motion)
     area, error = swept_area(sight, ["A", "B"])
     scale = run.mechanism.scale**2
     assert abs(area * scale - math.pi * 4.0) <= error * scale
@@ -589,7 +591,7 @@ def tangent(data):
 def test_a_plate_sweeps_the_disk_of_its_farthest_corner():
     run = run_model("slider_crank", 90, change=plate)
     (measure,) = measures_of(run.mechanism, "area:plate")
-    whole = measure.whole(Sight(run.motion))
+    whole = measure.whole(PathDerivatives(run.motion))
     assert abs(whole["area"] - 9.0 * math.pi) <= whole["error"]
     assert whole["unit"] == "m^2"
 
@@ -598,7 +600,7 @@ def test_a_plate_that_stands_still_covers_itself():
     """Corners O, B and C at 0, 3 and 2 + i, A on the side O-B: 3/2."""
     run = run_model("slider_crank", 1, change=lambda d: (plate(d), d["actuators"]["motor"].update(law={"by": 0})))
     (measure,) = measures_of(run.mechanism, "area:plate")
-    assert measure.whole(Sight(run.motion))["area"] == pytest.approx(1.5, rel=1e-5)
+    assert measure.whole(PathDerivatives(run.motion))["area"] == pytest.approx(1.5, rel=1e-5)
 
 
 def test_a_translating_bar_sweeps_a_parallelogram():
@@ -606,7 +608,7 @@ def test_a_translating_bar_sweeps_a_parallelogram():
     run = run_model("parallelogram", 40, laws={"motor": {"from": 20, "to": 80}})
     a, b = (run.xy(n) for n in ("A", "B"))
     (measure,) = measures_of(run.mechanism, f"area:{_named(run.mechanism, 'A', 'B')}")
-    whole = measure.whole(Sight(run.motion))
+    whole = measure.whole(PathDerivatives(run.motion))
     along = (b - a)[0]
     area = abs((np.conj(along) * (a[-1] - a[0])).imag)
     # the coupler's path bulges along the bar: what its ends add beyond the chords cancels in a parallelogram of arcs
@@ -690,13 +692,13 @@ def test_what_is_not_solved_is_swept_by_nothing():
     gap = sight.motion
     z, codes = gap.z.copy(), gap.codes.copy()
     z[:, 4:], codes[4:] = np.nan, 1
-    cut = Sight(Motion(gap.mechanism, gap.time, gap.inputs, z, codes, gap.residual, gap.work, gap.start))
+    cut = PathDerivatives(Motion(gap.mechanism, gap.time, gap.inputs, z, codes, gap.residual, gap.work, gap.start))
     (measure,) = measures_of(cut.mechanism, "area:crank")
     signed = measure.values(cut)[0]
     assert np.isnan(signed[4:]).all()
     assert measure.whole(cut)["signed"] == pytest.approx(3 / 8 * math.pi * 1600)
     assert measure.whole(cut)["area"] == pytest.approx(3 / 8 * math.pi * 1600, rel=1e-4)
-    nothing = Sight(replace(cut.motion, z=np.full_like(z, np.nan), codes=np.ones_like(codes)))
+    nothing = PathDerivatives(replace(cut.motion, z=np.full_like(z, np.nan), codes=np.ones_like(codes)))
     assert measure.whole(nothing)["area"] == 0.0
 
 
@@ -746,7 +748,7 @@ def test_every_kind_measures_every_model(model, monkeypatch):
 
 
 def _joints(mechanism):
-    from gimcli.analysis.measures.transmission import output_joints
+    from gimcli.measures.transmission import output_joints
 
     return output_joints(mechanism)
 
@@ -767,7 +769,7 @@ actuators: {motor: {type: rotary, pivot: O, arm: A, law: {from: 0, to: 180}}}
 """)
     mechanism = load(model)
     (measure,) = measures_of(mechanism, "area:rod")
-    sight = Sight(trace(mechanism, rows))
+    sight = PathDerivatives(trace(mechanism, rows))
     measure.values(sight)
     whole = measure.whole(sight)
     assert whole["area"] == pytest.approx(5.0 * math.pi / 8.0, rel=2e-5)

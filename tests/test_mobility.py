@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from gimcli.model import load
-from gimcli.motion.start import drawn_inputs
 from gimcli.structure.mobility import assembled, full_pivoting, mobility
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -40,7 +39,7 @@ def analysed(path):
     mechanism = load(path)
     z = assembled(mechanism)
     assert z is not None
-    return mobility(mechanism, z, drawn_inputs(mechanism))
+    return mobility(mechanism, z, mechanism.drawn_inputs)
 
 
 @pytest.mark.parametrize("name", PUBLISHED)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimcli.dynamics import TIME
+from gimcli.dynamic_data import TIME
 from gimcli.errors import ModelError
 from gimcli.model import json_schema, load
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from gimcli.model.laws import PROFILES, Polynomial, Run, Scaled, Table
+from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, Scaled, TableLaw
 
-SMOOTH = {**PROFILES, "polynomial": Polynomial((0.3, -1.0, 2.0, 0.5, 4.0, -2.0))}
+SMOOTH = {**PROFILES, "polynomial": PolynomialLaw((0.3, -1.0, 2.0, 0.5, 4.0, -2.0))}
 INSIDE = np.array([0.13, 0.31, 0.5, 0.77])
 
 CLOSED = {  # Norton, Cam Design and Manufacturing Handbook, 2002, chapter 2
@@ -29,7 +29,7 @@ def test_profiles_are_the_handbooks(name):
 @pytest.mark.parametrize("name", PROFILES)
 @pytest.mark.parametrize(("start", "end"), [(0.1, 0.7), (-1 / 3, 2 * math.pi), (5.0, 5.0), (1e9 / 7, -1e-9)])
 def test_a_run_meets_both_ends_exactly(name, start, end):
-    values = Run(start, end, PROFILES[name])(np.array([0.0, 1.0]))
+    values = RunLaw(start, end, PROFILES[name])(np.array([0.0, 1.0]))
     assert values.tolist() == [start, end]
 
 
@@ -44,7 +44,7 @@ def test_profiles_are_symmetric_and_rise(name):
 @pytest.mark.parametrize("name", SMOOTH)
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_derivatives_agree_with_central_differences_to_second_order(name, order):
-    law = Scaled(Run(2.0, -3.0, SMOOTH[name]), 0.5)
+    law = Scaled(RunLaw(2.0, -3.0, SMOOTH[name]), 0.5)
 
     def error(step):
         difference = (law(INSIDE + step, order - 1) - law(INSIDE - step, order - 1)) / (2 * step)
@@ -88,13 +88,13 @@ WHEN = [2.0, 3.0, 3.5, 6.0, 7.0]
 
 
 def test_a_table_runs_through_its_points():
-    table = Table(WHEN, [0.0, 1.0, 1.0, 4.0, 4.5])
+    table = TableLaw(WHEN, [0.0, 1.0, 1.0, 4.0, 4.5])
     t = (np.array(WHEN) - 2.0) / 5.0
     assert table(t) == pytest.approx([0.0, 1.0, 1.0, 4.0, 4.5], abs=1e-14)
 
 
 def test_a_table_does_not_overshoot():
-    table = Table(WHEN, [0.0, 1.0, 1.0, 4.0, 4.5])
+    table = TableLaw(WHEN, [0.0, 1.0, 1.0, 4.0, 4.5])
     t = np.linspace(0.0, 1.0, 5_001)
     assert np.all(np.diff(table(t)) >= -1e-14)
     flat = table((np.linspace(3.0, 3.5, 50) - 2.0) / 5.0)
@@ -104,7 +104,7 @@ def test_a_table_does_not_overshoot():
 
 
 def test_a_table_of_a_straight_line_is_one():
-    table = Table(WHEN, [3.0 * t - 1.0 for t in WHEN])
+    table = TableLaw(WHEN, [3.0 * t - 1.0 for t in WHEN])
     t = np.linspace(0.0, 1.0, 11)
     assert table(t) == pytest.approx(3.0 * (2.0 + 5.0 * t) - 1.0, rel=1e-14)
     assert table(t, 1) == pytest.approx(np.full(11, 15.0), rel=1e-12)
@@ -112,7 +112,7 @@ def test_a_table_of_a_straight_line_is_one():
 
 
 def test_a_tables_speed_agrees_with_differences():
-    table = Table(WHEN, [0.0, 1.0, 1.5, 4.0, 4.5])
+    table = TableLaw(WHEN, [0.0, 1.0, 1.5, 4.0, 4.5])
     t = (np.array([2.3, 3.2, 4.7, 6.6]) - 2.0) / 5.0
     steps = [1e-3, 5e-4]
     errors = [np.max(np.abs((table(t + h) - table(t - h)) / (2 * h) - table(t, 1))) for h in steps]

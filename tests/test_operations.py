@@ -4,28 +4,27 @@ import numpy as np
 import pytest
 from counted import COUNT, counted_array, operations
 
-from gimcli.analysis import operations as told
+from gimcli.comparison import operations as told
+from gimcli.comparison.absolute import AbsoluteCoordinates, frame_poses
+from gimcli.comparison.joint import JointCoordinates
+from gimcli.comparison.natural import NaturalCoordinates
+from gimcli.gim import sweeps
+from gimcli.gim.sweeper import Sweeper
 from gimcli.kernels import bodies, linear, loci, points, sweep
 from gimcli.kernels import newton as kernel
 from gimcli.kernels.linear import lu_solve, qr_solve
 from gimcli.model import load
-from gimcli.motion.effort import plain
-from gimcli.motion.options import Options
-from gimcli.motion.start import drawn_inputs
-from gimcli.motion.sweeping import Sweeper
-from gimcli.solvers import gim
-from gimcli.solvers.absolute import Absolute, frame_poses
-from gimcli.solvers.joint import Joint
-from gimcli.solvers.natural import Natural
-from gimcli.solvers.newton import Packed
+from gimcli.positions.dispatch import plain
+from gimcli.positions.newton import Packed
+from gimcli.positions.options import Options
 from gimcli.structure.plan import make_plan
 
 
 def test_sweeps(model):
     mechanism = load(model)
-    values, z = drawn_inputs(mechanism), mechanism.drawn
+    values, z = mechanism.drawn_inputs, mechanism.drawn
     moves = Sweeper(mechanism, Options(method="gim"), plain).moves
-    given = (z.real.copy(), z.imag.copy(), values, np.cos(values), np.sin(values), *gim.pack(moves))
+    given = (z.real.copy(), z.imag.copy(), values, np.cos(values), np.sin(values), *sweeps.pack(moves))
     cost = told.sweep_cost(mechanism, moves)
     check = operations(sweep.worst_errors, *given, mechanism.size, np.zeros(2))
     assert cost.position == check
@@ -44,19 +43,19 @@ def empty(m, n):
 
 
 def test_absolute_coordinates(model):
-    system = Absolute(load(model))
+    system = AbsoluteCoordinates(load(model))
     mechanism, (f, g, gb, _) = system.mechanism, empty(system.equations, system.unknowns)
     pose, q = frame_poses(1, system.bodies.count)[0], system.start(mechanism.drawn)
     rows = operations(bodies.place_bodies, q, system.layout, pose)
     bodies.place_bodies(q, system.layout, pose)
     pairs = system.bodies.arrays(system.bodies.pairs)
-    rows += operations(bodies.pair_rows, drawn_inputs(mechanism), *pairs, pose, f, g, gb)
+    rows += operations(bodies.pair_rows, mechanism.drawn_inputs, *pairs, pose, f, g, gb)
     iteration(told.coordinates_cost(system), rows, system.equations, system.unknowns)
 
 
 def test_joint_coordinates(model):
-    system = Joint(load(model))
-    values, (f, g, gb, j) = drawn_inputs(system.mechanism), empty(system.equations, system.unknowns)
+    system = JointCoordinates(load(model))
+    values, (f, g, gb, j) = system.mechanism.drawn_inputs, empty(system.equations, system.unknowns)
     pose, q = frame_poses(1, system.bodies.count)[0], system.start(system.mechanism.drawn)
     (ji, jz, above), v = system.arrays(), np.zeros((system.unknowns, 3))
     rows = operations(bodies.place_tree, q, values, ji, jz, pose, v)
@@ -69,8 +68,8 @@ def test_joint_coordinates(model):
 
 
 def test_natural_coordinates(model):
-    system = Natural(load(model))
-    values, z = drawn_inputs(system.mechanism), system.mechanism.drawn
+    system = NaturalCoordinates(load(model))
+    values, z = system.mechanism.drawn_inputs, system.mechanism.drawn
     f, j = np.zeros(system.equations), np.zeros((system.equations, system.unknowns))
     given = (z.real.copy(), z.imag.copy(), values, np.cos(values), np.sin(values))
     rows = operations(points.point_rows, *given, system.heads, system.factors, system.columns, f, j)
@@ -111,7 +110,7 @@ def test_closed_forms():
 def test_iterations_of_groups(model, closed_forms):
     """The library's Newton-Raphson; zeros that elimination leaves out, and small tables, cost a little less or more."""
     mechanism = load(model)
-    plan, values, z = make_plan(mechanism, closed_forms), drawn_inputs(mechanism), mechanism.drawn
+    plan, values, z = make_plan(mechanism, closed_forms), mechanism.drawn_inputs, mechanism.drawn
     for group in plan.coupled:
         g = Packed(group).arrays
         room = kernel.room([g], plan.registers, len(values))

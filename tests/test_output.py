@@ -15,7 +15,7 @@ import pytest
 
 from gimcli import output
 from gimcli.errors import OutputError, UsageError
-from gimcli.mechanism import Actuator, Drive, Mechanism, Member, Point, Slide
+from gimcli.mechanism import Drive, Input, Mechanism, Member, Point, Slide
 from gimcli.output import CsvStream, write_csv, written_bytes, written_text
 from gimcli.output.curves import drawn_runs, thinned
 from gimcli.output.drawing import (
@@ -65,7 +65,7 @@ def dyad(a, b, left, right):
 
 
 CRANK = 30.0 * np.exp(1j * np.radians(np.linspace(60.0, 420.0, 37)))
-MOTOR = Actuator("motor", Drive.ROTARY, ramp(0.0, 6.0), 0.0, a=0, arm_member=1)
+MOTOR = Input("motor", Drive.ROTARY, ramp(0.0, 6.0), 0.0, a=0, arm_member=1)
 
 
 def four_bar(**more):
@@ -106,7 +106,7 @@ def offset_inverted_slider():
 def jack():
     turn = np.exp(1j * np.radians(np.linspace(20.0, 70.0, 9)))
     poses = np.column_stack([0 * turn, 0 * turn + 60 - 20j, 80 * turn, 150 * turn * (1 + 0.1j), 50j * turn])
-    drive = Actuator("jack", Drive.DISTANCE, ramp(1.0, 2.0), 1.0, a=1, b=2)
+    drive = Input("jack", Drive.DISTANCE, ramp(1.0, 2.0), 1.0, a=1, b=2)
     return mechanism("PUQRS", poses[0], [("ground", (0, 1)), ("boom", (0, 2, 3, 4))], (), [drive]), poses, {}
 
 
@@ -115,7 +115,7 @@ def press():
     poses = np.column_stack([0 * p, dyad(0 * p, p, 30.0, 45.0), p, p + 20j])
     links = [("ground", (0,)), ("crank", (0, 1)), ("rod", (1, 2)), ("ram", (2, 3))]
     slides = [("r.P", "r", 2, 0, 30 + 0j, 1j), ("r.Q", "r", 3, 0, 30 + 0j, 1j)]
-    drive = Actuator("lift", Drive.TRAVEL, ramp(0.0, 1.0), 0.0, a=2, direction=1j)
+    drive = Input("lift", Drive.TRAVEL, ramp(0.0, 1.0), 0.0, a=2, direction=1j)
     return mechanism("OAPQ", poses[0], links, slides, [drive], length_unit="unit"), poses, {}
 
 

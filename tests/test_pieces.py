@@ -10,13 +10,13 @@ import yaml
 from conftest import changed
 from random_mechanisms import Growth
 
-from gimcli.analysis.summary import DRAWN, Summary
 from gimcli.errors import GimError
 from gimcli.model import load
-from gimcli.motion.follow import Path as Followed
-from gimcli.motion.inputs import law_inputs
+from gimcli.motion.follow import FollowedPath
 from gimcli.motion.motion import Motion, _judged, stream, trace
-from gimcli.motion.options import Options
+from gimcli.motion.summary import DRAWN, Summary
+from gimcli.positions.inputs import law_inputs
+from gimcli.positions.options import Options
 from gimcli.structure.plan import make_plan
 
 MODELS = sorted((Path(__file__).parents[1] / "models").glob("*.yaml"))
@@ -88,7 +88,7 @@ def test_swept_pieces_make_the_whole(name):
 
 def test_a_row_that_nothing_has_solved_is_never_ok():
     mechanism = load(MODELS[0].with_name("crank_rocker.yaml"))
-    path = Followed.empty(len(mechanism.nodes), np.arange(5) / 4, law_inputs(mechanism)(np.arange(5) / 4))
+    path = FollowedPath.empty(len(mechanism.nodes), np.arange(5) / 4, law_inputs(mechanism)(np.arange(5) / 4))
     path.z[:] = trace(mechanism, 4).z
     path.z[:, 2] = np.nan
     path.z[-1, 3] += 1e-6

@@ -20,8 +20,8 @@ from test_laws import Run, errors, moved, run, shuffled, size
 
 from gimcli.errors import GimError
 from gimcli.model import load
-from gimcli.motion.options import Options
-from gimcli.motion.position import law_start, solve
+from gimcli.motion.solve import solve
+from gimcli.positions.options import Options
 from gimcli.status import Status
 
 TOLERANCE = 1e-10
@@ -86,7 +86,7 @@ def position(spec, **options):
         path = Path(folder) / "model.yaml"
         path.write_text(json.dumps(spec))
         mechanism = load(path)
-        found = solve(mechanism, law_start(mechanism), Options(jit="on", **options))
+        found = solve(mechanism, mechanism.start_inputs, Options(jit="on", **options))
     return found, dict(zip(mechanism.nodes, mechanism.to_file(found.z), strict=True))
 
 

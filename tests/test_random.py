@@ -8,7 +8,7 @@ from random_mechanisms import Growth
 from gimcli.errors import GimError
 from gimcli.model import load
 from gimcli.motion.motion import trace
-from gimcli.motion.options import Options
+from gimcli.positions.options import Options
 from gimcli.status import Status
 
 

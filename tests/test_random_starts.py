@@ -11,10 +11,10 @@ import yaml
 from random_mechanisms import Growth
 
 from gimcli.model import load
-from gimcli.motion.effort import plain
-from gimcli.motion.options import Options
-from gimcli.motion.position import solve
-from gimcli.motion.start import drawn_inputs, random_guess
+from gimcli.motion.solve import solve
+from gimcli.motion.start import random_guess
+from gimcli.positions.dispatch import plain
+from gimcli.positions.options import Options
 from gimcli.status import Status
 
 STARTS = range(60)
@@ -36,7 +36,7 @@ def test_auto_is_at_least_as_good_as_either(name):
 def test_a_side_that_leads_nowhere_is_exchanged(name):
     """Each of these has random starts whose own sides cannot be assembled; `gim solve --start random` finds others."""
     mechanism = load(random_starts.MODELS / f"{name}.yaml")
-    inputs = drawn_inputs(mechanism)
+    inputs = mechanism.drawn_inputs
     for seed in range(20):
         position = solve(mechanism, inputs, Options(seed=seed))
         assert position.status is Status.OK
@@ -46,7 +46,7 @@ def test_a_side_that_leads_nowhere_is_exchanged(name):
 def test_a_start_that_leads_nowhere_is_given_up():
     """Near this one Newton-Raphson settles from none of sixty disturbed guesses; from elsewhere it does."""
     mechanism = load(random_starts.MODELS / "gim_fig11.yaml")
-    position = solve(mechanism, drawn_inputs(mechanism), Options(seed=159))
+    position = solve(mechanism, mechanism.drawn_inputs, Options(seed=159))
     assert position.status is Status.OK
     assert position.residual.total[0] <= 1e-10
 
@@ -71,7 +71,7 @@ def test_sides_as_drawn_are_kept_without_a_random_start():
     """From the drawing, which has sides, none is exchanged: a mechanism that is drawn unassemblable says so."""
     mechanism = load(random_starts.MODELS / "klann.yaml")
     solver = random_starts.solver(mechanism, "newton", plain)
-    inputs = drawn_inputs(mechanism)
+    inputs = mechanism.drawn_inputs
     lost = next(s for s in STARTS if not solver(inputs, random_guess(mechanism, s))[0])
     from gimcli.motion.assemble import Assembler
     from gimcli.structure.plan import make_plan

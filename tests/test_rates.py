@@ -12,19 +12,19 @@ from conftest import MODELS, run_model
 from random_mechanisms import Growth
 from test_derivatives import exact
 
-from gimcli.analysis.derivatives import ORDERS, TracedRates, law_rates, rates
-from gimcli.analysis.influence import Influence
-from gimcli.analysis.tracing import motion_table
+from gimcli.dynamics.influence import Influence
 from gimcli.errors import UsageError
 from gimcli.kernels import jit, reflections
 from gimcli.kernels.lanes import ROWS, WIDTH
 from gimcli.mechanism import Point
 from gimcli.model import load
-from gimcli.motion.effort import plain
 from gimcli.motion.motion import stream, trace
-from gimcli.motion.options import Options
-from gimcli.motion.position import solve
-from gimcli.solvers.differentiator import Differentiator
+from gimcli.motion.solve import solve
+from gimcli.positions.dispatch import plain
+from gimcli.positions.options import Options
+from gimcli.rates.derivatives import ORDERS, TracedRates, law_rates, rates
+from gimcli.rates.differentiator import Differentiator
+from gimcli.rates.motion_table import motion_table
 from gimcli.structure.plan import make_plan
 
 STEPS = 2 * ROWS + 40

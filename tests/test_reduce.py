@@ -12,16 +12,16 @@ import pytest
 from conftest import MODELS
 from test_simulate import let_go, written
 
-from gimcli.analysis.flywheel import flywheel
-from gimcli.analysis.forces import motion_forces
-from gimcli.analysis.modules import STILL, Motion, modular_reduction, prp, rotating_driver, rpp, rpr, rrp, rrr
-from gimcli.analysis.reduction import chosen_input, reduce_to_input
+from gimcli.dynamics.flywheel import flywheel
+from gimcli.dynamics.forces import motion_forces
+from gimcli.dynamics.modules import STILL, LinkVelocity, modular_reduction, prp, rotating_driver, rpp, rpr, rrp, rrr
+from gimcli.dynamics.reduction import chosen_input, reduce_to_input
 from gimcli.errors import ModelError, StructureError, UsageError
 from gimcli.kernels.jit import compiled
 from gimcli.mechanism import Drive
 from gimcli.model import load
 from gimcli.motion.motion import trace
-from gimcli.motion.options import Options
+from gimcli.positions.options import Options
 from gimcli.status import Status
 from gimcli.structure.assur import DYADS, formation
 
@@ -203,7 +203,7 @@ def test_every_dyad_keeps_its_pairs_closed():
 
     def any_motion():
         z = rng.normal(size=6)
-        return Motion(complex(z[0], z[1]), complex(z[2], z[3]), complex(z[4], z[5]), *rng.normal(size=2))
+        return LinkVelocity(complex(z[0], z[1]), complex(z[2], z[3]), complex(z[4], z[5]), *rng.normal(size=2))
 
     def any_place():
         return complex(*rng.normal(size=2))

@@ -9,15 +9,15 @@ import pytest
 from conftest import MODELS
 from test_simulate import let_go
 
-from gimcli.analysis.influence import Influence
-from gimcli.motion.options import Options
-from gimcli.motion.position import law_start, solve
-from gimcli.motion.reducer import Reducer
+from gimcli.dynamics.influence import Influence
+from gimcli.dynamics.reducer import Reducer
+from gimcli.motion.solve import solve
+from gimcli.positions.options import Options
 from gimcli.status import Status
-from gimcli.structure.chart import free_choice, gradients, residuals
+from gimcli.structure.coordinate_partitioning import free_choice, gradients, residuals
 from gimcli.structure.plan import make_plan
+from gimcli.structure.polynomials import make_terms
 from gimcli.structure.system import System
-from gimcli.structure.terms import make_terms
 
 NAMES = sorted(path.stem for path in MODELS.glob("*.yaml"))
 
@@ -25,7 +25,7 @@ NAMES = sorted(path.stem for path in MODELS.glob("*.yaml"))
 def standing(stem, share=0.3):
     """Return a reducer a part of the way along the laws of a model, the position and the inputs there."""
     mechanism = let_go(stem)
-    start = law_start(mechanism)
+    start = mechanism.start_inputs
     inputs = np.array([float(a.law(np.array([share]))[0]) for a in mechanism.actuators])
     for values in (inputs, start):
         position = solve(mechanism, values, Options(tolerance=1e-13))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from gimcli.continuation.gauss_newton import settle
 from gimcli.mechanism import FloatArray, IntArray
-from gimcli.solvers.critical import Fold, Stratum, sides
-from gimcli.solvers.settle import settle
+from gimcli.reach.critical_positions import Fold, Stratum, sides
 from gimcli.structure.quadric import Quadric
 
 UNIT = Quadric(np.array([-1.0]), np.zeros((1, 2)), 2.0 * np.eye(2)[None])

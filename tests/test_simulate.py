@@ -14,15 +14,15 @@ from conftest import MODELS, changed
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
-from gimcli.analysis.forces import inverse_dynamics
-from gimcli.analysis.simulation import Settings, simulate
-from gimcli.analysis.simulation_table import reactions
+from gimcli.dynamics.forces import inverse_dynamics
+from gimcli.dynamics.simulation import Settings, simulate
+from gimcli.dynamics.simulation_table import reactions
+from gimcli.dynamics.statics import statics
 from gimcli.errors import ModelError, StructureError, UsageError
 from gimcli.kernels.jit import compiled
 from gimcli.model import load
-from gimcli.motion.effort import plain
+from gimcli.positions.dispatch import plain
 from gimcli.status import Status
-from gimcli.structure.statics import statics
 
 TABLES = Path(__file__).parent / "tables"
 TIGHT = Settings(rtol=1e-12)

@@ -11,8 +11,8 @@ import pytest
 from closed_linkages import LAW, LINKAGES, Linkage
 from typer.testing import CliRunner
 
-from gimcli.analysis.circuits import circuits
-from gimcli.analysis.survey import inputs_of, survey
+from gimcli.branching.enumeration import circuits
+from gimcli.branching.singular_positions import inputs_of, survey
 from gimcli.cli import app
 from gimcli.model import load
 from gimcli.motion.motion import Motion, trace

@@ -14,17 +14,16 @@ import yaml
 from four_bars import four_bar
 from typer.testing import CliRunner
 
-from gimcli.analysis.singularities import CHANGE, DEAD, LIMIT, STATIONARY, TANGENCY, dead_points, limits, rates
-from gimcli.analysis.survey import Found, Survey, survey
+from gimcli.branching.resampling import circuit_motion
+from gimcli.branching.singular_positions import Found, Survey, survey
+from gimcli.branching.singularities import CHANGE, DEAD, LIMIT, STATIONARY, TANGENCY, dead_points, limits, rates
 from gimcli.cli import app
+from gimcli.continuation.arclength import ArclengthConstants, place, walk
+from gimcli.continuation.bifurcation import BifurcationConstants, crossing
+from gimcli.continuation.circuit import Circuit
 from gimcli.mechanism import FloatArray
 from gimcli.model import load
 from gimcli.model.source import read_source
-from gimcli.motion.circuit import Circuit
-from gimcli.motion.stations import circuit_motion
-from gimcli.solvers.arclength import Policy as StepPolicy
-from gimcli.solvers.arclength import place, walk
-from gimcli.solvers.crossing import Policy, crossing
 
 MODELS = Path(__file__).parents[1] / "models"
 
@@ -204,7 +203,7 @@ def plane(a: float, b: float, c: float, excess: float = 0.0) -> Plane:
 
 
 def test_a_crossing_has_the_roots_of_its_form() -> None:
-    found = crossing(plane(1.0, 0.5, -2.0), np.array([0.03, -0.02, 0.0]), Policy())
+    found = crossing(plane(1.0, 0.5, -2.0), np.array([0.03, -0.02, 0.0]), BifurcationConstants())
     assert found is not None
     assert np.abs(found.p).max() < 1e-14
     slopes = sorted(float(t[1] / t[0]) for t in found.tangents)
@@ -213,13 +212,13 @@ def test_a_crossing_has_the_roots_of_its_form() -> None:
 
 
 def test_a_missed_crossing_tells_by_how_much() -> None:
-    found = crossing(plane(1.0, 0.0, -1.0, excess=1e-7), np.array([0.01, 0.02, 0.0]), Policy())
+    found = crossing(plane(1.0, 0.0, -1.0, excess=1e-7), np.array([0.01, 0.02, 0.0]), BifurcationConstants())
     assert found is not None
     assert found.miss == pytest.approx(1e-7, rel=1e-9)
 
 
 def test_an_isolated_point_has_no_branches() -> None:
-    found = crossing(plane(1.0, 0.2, 2.0), np.array([0.01, 0.02, 0.0]), Policy())
+    found = crossing(plane(1.0, 0.2, 2.0), np.array([0.01, 0.02, 0.0]), BifurcationConstants())
     assert found is not None
     assert found.tangents == ()
     assert not found.touching
@@ -227,7 +226,7 @@ def test_an_isolated_point_has_no_branches() -> None:
 
 def test_a_cusp_has_one_tangent_told_twice() -> None:
     """Semicubical parabola y^2 = -x^3: its singular position is found to half the digits at least."""
-    found = crossing(plane(0.0, 0.0, 1.0), np.array([-0.02, 0.01, 0.0]), Policy())
+    found = crossing(plane(0.0, 0.0, 1.0), np.array([-0.02, 0.01, 0.0]), BifurcationConstants())
     assert found is not None
     assert np.abs(found.p).max() < 1e-6
     assert found.touching
@@ -257,7 +256,7 @@ class Dwelling:
 def test_a_dead_point_is_where_the_input_rests_but_does_not_turn_back(c: float, dead: int, ends: int) -> None:
     curve: Any = Dwelling(c)
     start = place(curve, np.array([-0.8, -0.512 + 0.8 * c]), np.array([1.0, 0.0]))
-    places = (start, *walk(curve, start, StepPolicy(points=40)))
+    places = (start, *walk(curve, start, ArclengthConstants(points=40)))
     circuit = Circuit(curve, places, {}, "end")
     found = dead_points(circuit)
     assert len(found) == dead

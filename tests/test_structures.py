@@ -8,17 +8,16 @@ import yaml
 from random_structures import Structure
 from typer.testing import CliRunner
 
-from gimcli.analysis.configurations import all_configurations
-from gimcli.analysis.survey import survey
+from gimcli.assemblies import all_configurations
+from gimcli.branching.singular_positions import survey
 from gimcli.cli import app
 from gimcli.errors import StructureError
 from gimcli.model import load
 from gimcli.model.compile import compile_model
 from gimcli.model.schema import Model, long_form
 from gimcli.motion.motion import trace
-from gimcli.motion.options import Options
-from gimcli.motion.position import solve
-from gimcli.motion.start import drawn_inputs
+from gimcli.motion.solve import solve
+from gimcli.positions.options import Options
 from gimcli.status import Status
 from gimcli.structure.mobility import judged
 
@@ -38,7 +37,7 @@ def run(*arguments, folder=None):
 
 
 def all_at_start(mechanism, _steps):
-    return all_configurations(mechanism, drawn_inputs(mechanism))
+    return all_configurations(mechanism, mechanism.drawn_inputs)
 
 
 RAMS_IN_A_PIN = """
@@ -159,7 +158,7 @@ def test_mobility_names_what_is_driven_twice_and_what_nothing_drives_at_one_posi
     assert (told["mobility"], told["overdriven"], told["undriven"]) == (3, ["ram2"], ["B", "C", "D", "E"])
 
 
-@pytest.mark.parametrize("verb", [trace, lambda m, n: solve(m, drawn_inputs(m), Options()), all_at_start])
+@pytest.mark.parametrize("verb", [trace, lambda m, n: solve(m, m.drawn_inputs, Options()), all_at_start])
 def test_the_library_refuses_what_the_commands_refuse(tmp_path, verb):
     with pytest.raises(StructureError, match="ram2 drives what is driven already"):
         verb(load(written(tmp_path, TWO_RAMS_ON_ONE_LOOP)), 10)
@@ -215,7 +214,7 @@ def expected(structure):
 
 def asked(mechanism, full):
     """Yield what judges whether the actuators fit; `full`: those too that take long where they do."""
-    start = drawn_inputs(mechanism)
+    start = mechanism.drawn_inputs
     yield lambda: solve(mechanism, start, Options(jit="off"))
     yield lambda: trace(mechanism, 1, Options(jit="off"))
     if full:

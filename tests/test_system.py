@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gimcli.continuation.arclength import ArclengthConstants, pinned, place, walk
 from gimcli.mechanism import FloatArray
 from gimcli.model import load
-from gimcli.solvers.arclength import Policy, pinned, place, walk
 from gimcli.structure.system import System
 
 MODELS = sorted((Path(__file__).parents[1] / "models").glob("*.yaml"))
@@ -59,7 +59,7 @@ class Curve:
 def test_a_circle_is_walked_through_its_folds() -> None:
     """All points on it, its length covered, its greatest x found to the last digits."""
     circle = Curve(lambda x, y: x * x + y * y - 1.0, lambda x, y: [2.0 * x, 2.0 * y])
-    policy = Policy(points=200)
+    policy = ArclengthConstants(points=200)
     start = place(circle, np.array([0.0, -1.0]), np.array([1.0, 0.0]))
     places = [start, *walk(circle, start, policy)]
     p = np.array([q.p for q in places])
@@ -81,7 +81,7 @@ def test_a_crossing_turns_the_orientation() -> None:
         lambda x, y: [4.0 * x * (x * x + y * y) - 2.0 * x, 4.0 * y * (x * x + y * y) + 2.0 * y],
     )
     start = place(curve, np.array([1.0, 0.0]), np.array([0.0, 1.0]))
-    places = [start, *walk(curve, start, Policy(points=300))]
+    places = [start, *walk(curve, start, ArclengthConstants(points=300))]
     turned = [b.p for a, b in pairwise(places) if a.orientation(a.left) * b.orientation(a.left) < 0.0]
     assert len(turned) >= 2  # out and back
     assert all(np.hypot(*p) < 0.06 for p in turned)

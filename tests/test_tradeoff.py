@@ -14,8 +14,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from table1_operations import CASES, from_far, measure
 from test_cli import gim
 
-from gimcli.analysis.methods import METHODS, Clock, Method, Outcome, Timing
-from gimcli.analysis.tradeoff import ALIKE, Entry, Tradeoff, advise, mark_efficient, tradeoff, tradeoff_table
+from gimcli.comparison.methods import METHODS, Clock, MotionMethod, Outcome, Timing
+from gimcli.comparison.tradeoff import ALIKE, Entry, Tradeoff, advise, mark_efficient, tradeoff, tradeoff_table
 from gimcli.errors import StructureError
 from gimcli.model import load
 from gimcli.motion.motion import trace
@@ -88,7 +88,7 @@ def mirrored(mechanism, z, good):
 
 
 def test_a_position_on_another_branch_is_not_solved():
-    spoilt = Method("spoilt", "spoilt", "--spoilt", lambda task: Faulty(task, mirrored))
+    spoilt = MotionMethod("spoilt", "spoilt", "--spoilt", lambda task: Faulty(task, mirrored))
     found = compare("gim_fig13a", (1e-6,), methods=(spoilt, METHODS[3]))
     (entry,) = of(found, "spoilt")
     assert (entry.solved, entry.rows, entry.complete) == (14, 24, False)
@@ -114,7 +114,7 @@ def test_a_method_that_does_not_converge_or_has_no_sequence_keeps_its_row():
     def refuse(task):
         raise StructureError("no sequence moves nodes A, B twice each")
 
-    refused = Method("refused", "refused", "--refused", refuse)
+    refused = MotionMethod("refused", "refused", "--refused", refuse)
     found = compare("gim_fig13a", (1e-4, 1e-6), methods=(refused, METHODS[3]))
     (entry,) = of(found, "refused")
     assert entry.reason == "no sequence moves nodes A, B twice each"
@@ -274,10 +274,10 @@ def test_rounds_share_what_they_may_take_together():
 
 
 def test_the_sequence_of_a_strategy_is_searched_once(monkeypatch):
-    from gimcli.motion import sweeping
+    from gimcli.gim import sweeper
 
-    searched, search = [], sweeping.find_sequence
-    monkeypatch.setattr(sweeping, "find_sequence", lambda *given: searched.append(given[3]) or search(*given))
+    searched, search = [], sweeper.find_sequence
+    monkeypatch.setattr(sweeper, "find_sequence", lambda *given: searched.append(given[3]) or search(*given))
     tradeoff(load(MODELS / "gim_fig13a.yaml"), 4, (1e-2, 1e-4, 1e-6), jit="off", timing=QUICK)
     assert sorted(searched) == ["classic", "spectral"]
 

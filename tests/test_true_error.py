@@ -7,11 +7,11 @@ import yaml
 from conftest import MODELS
 from random_mechanisms import Growth
 
-from gimcli.analysis.true_error import refine
+from gimcli.comparison.true_error import refine
 from gimcli.errors import GimError
 from gimcli.model import load
 from gimcli.motion.motion import trace
-from gimcli.structure.constraints import Constraints
+from gimcli.structure.exact_equations import Constraints
 from gimcli.structure.residual import residual
 
 

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 import yaml
 
-from gimcli.analysis.workspace.reach import reach
-from gimcli.analysis.workspace.survey import Workspace, survey
 from gimcli.errors import StructureError, UsageError
 from gimcli.mechanism import Mechanism
 from gimcli.model import load
 from gimcli.model.source import read_source
+from gimcli.reach.boundary import Workspace, survey
+from gimcli.reach.reach import reach
 
 MODELS = Path(__file__).parents[1] / "models"
 

@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from gimcli.analysis.workspace.grid import carried_by, input_grid
 from gimcli.cli import app
 from gimcli.errors import GimError
 from gimcli.kernels import jit
 from gimcli.model import load
-from gimcli.motion.effort import plain
-from gimcli.motion.options import Options
-from gimcli.motion.position import solve
 from gimcli.motion.scatter import Scatterer, scattered
+from gimcli.motion.solve import solve
+from gimcli.positions.dispatch import plain
+from gimcli.positions.options import Options
+from gimcli.reach.grid import carried_by, input_grid
 
 MODELS = Path(__file__).parents[1] / "models"
 

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 import yaml
 
-from gimcli.analysis.carried import carried_point
-from gimcli.analysis.circuits import circuits
-from gimcli.analysis.configurations import all_configurations
-from gimcli.analysis.workspace.reach import Reach, Run, reach
+from gimcli.assemblies import all_configurations
+from gimcli.branching.enumeration import circuits
+from gimcli.branching.resampling import circuit_motion
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import Drive, FloatArray, Mechanism
 from gimcli.model import load
 from gimcli.model.source import read_source
-from gimcli.motion.stations import circuit_motion
+from gimcli.motion.coupler_points import carried_point
+from gimcli.reach.reach import Reach, ReachedPath, reach
 from gimcli.structure.residual import residual
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -40,13 +40,13 @@ def made(tmp_path: Path, data: dict[str, Any]) -> Mechanism:
     return load(path)
 
 
-def worst(found: Reach, run: Run) -> float:
+def worst(found: Reach, run: ReachedPath) -> float:
     """Return the greatest residual of a path against the constraints as written."""
     task = found.task
     return float(residual(task.mechanism, task.nodes(run.x), task.inputs(run.x).T).total.max())
 
 
-def passes(found: Reach, run: Run, value: float) -> int:
+def passes(found: Reach, run: ReachedPath, value: float) -> int:
     """Return how often the input has a value along a path: the ends of its pieces stand there twice."""
     u = np.concatenate([found.task.inputs(p.branch.x)[:, 0] for p in run.pieces])
     away = u - value

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gimcli.errors import UsageError
-from gimcli.motion.options import Options
+from gimcli.positions.options import Options
 
 if TYPE_CHECKING:
     from gimcli.mechanism import FloatArray, Mechanism
@@ -80,9 +80,7 @@ def inputs_at(mechanism: Mechanism, given: list[str]) -> FloatArray:
     """Return the inputs: the start of every law, replaced by what --at gives."""
     import difflib
 
-    from gimcli.motion.position import law_start
-
-    values = law_start(mechanism)
+    values = mechanism.start_inputs
     names = [a.name for a in mechanism.actuators]
     told: set[str] = set()
     for text in given:

@@ -11,7 +11,7 @@ from gimcli.errors import UsageError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from gimcli.analysis.measures.record import Record
+    from gimcli.measures.record import Record
     from gimcli.mechanism import ComplexArray, Mechanism
     from gimcli.motion.motion import Motion
     from gimcli.table import Column, Table
@@ -42,8 +42,8 @@ PlotOption = Annotated[
 
 def tell_measures() -> None:
     """Print the kinds of measures and end."""
-    from gimcli.analysis.measures import help_lines
     from gimcli.cli.console import print_table
+    from gimcli.measures import help_lines
 
     print_table("Measures", ("write", "to get"), help_lines())
     raise typer.Exit
@@ -57,21 +57,21 @@ class Asked:
         self.plots = list(dict.fromkeys(plot.replace(",", " ").split()))
         self.record: Record | None = None
         if self.plots:
-            from gimcli.analysis.graphs import ORDERS
+            from gimcli.measures.graphs import ORDERS
 
             self.order = max(derivatives, *(ORDERS.get(word, 0) for word in self.plots))
         for word in self.plots:
             self._include(word)
         if self.specs:
-            from gimcli.analysis.measures.record import Record
+            from gimcli.measures.record import Record
 
             self.record = Record(mechanism, self.specs)
 
     def _include(self, word: str) -> None:
         """Measure what a graph is asked of, unless that is done; refuse what does not exist."""
-        from gimcli.analysis.graphs import ORDERS
-        from gimcli.analysis.measures import KINDS
-        from gimcli.analysis.measures.naming import guess
+        from gimcli.measures import KINDS
+        from gimcli.measures.graphs import ORDERS
+        from gimcli.measures.naming import guess
 
         if word in ORDERS or any(word in (spec, spec.partition(":")[0]) for spec in self.specs):
             return
@@ -97,9 +97,9 @@ class Asked:
 
     def panels(self, motion: Motion) -> dict[str, Table]:
         """Return the graphs: their names, and tables whose first column is the abscissa."""
-        from gimcli.analysis.graphs import ORDERS, abscissa, measured, quantity
-        from gimcli.analysis.measures.record import Record
-        from gimcli.analysis.tracing import motion_table
+        from gimcli.measures.graphs import ORDERS, abscissa, measured, quantity
+        from gimcli.measures.record import Record
+        from gimcli.rates.motion_table import motion_table
         from gimcli.table import Table
 
         if not self.plots:

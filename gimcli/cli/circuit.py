@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gimcli.cli.asked import Asked
+    from gimcli.continuation.circuit import Circuit
     from gimcli.mechanism import ComplexArray, Mechanism
-    from gimcli.motion.circuit import Circuit
     from gimcli.motion.motion import Motion
     from gimcli.table import Table
 
@@ -29,11 +29,11 @@ def trace_circuit(
 
     `ask` makes the measures of one circuit.
     """
-    from gimcli.analysis.singularities import singularities
-    from gimcli.analysis.survey import drawn_circuit
+    from gimcli.branching.resampling import circuit_motion
+    from gimcli.branching.singular_positions import drawn_circuit
+    from gimcli.branching.singularities import singularities
     from gimcli.cli.progress import progress_bar
-    from gimcli.motion.branches import all_circuits
-    from gimcli.motion.stations import circuit_motion
+    from gimcli.continuation.branches import all_circuits
 
     progress_bar("following the circuit")
     circuits: tuple[Circuit, ...] = (drawn_circuit(mechanism, tolerance),)
@@ -61,9 +61,9 @@ def _write(motions: list[Motion], asked: list[Asked], numbers: list[int], paths:
     """Write the rows of all circuits one after another, with their `numbers` as a last column, and the picture."""
     import numpy as np
 
-    from gimcli.analysis.tracing import motion_table
     from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.output import CsvStream
+    from gimcli.rates.motion_table import motion_table
     from gimcli.table import Column, Table
 
     csv_path, png_path = paths
@@ -84,8 +84,8 @@ def _draw(motions: list[Motion], asked: list[Asked], numbers: list[int], png: Pa
     """Draw poses of the first circuit, the curves, areas and graphs of all."""
     import numpy as np
 
-    from gimcli.analysis.tracing import traced_paths
     from gimcli.output import draw_motion
+    from gimcli.rates.motion_table import traced_paths
 
     first, mechanism = motions[0], motions[0].mechanism
     chosen = np.flatnonzero(first.good)
@@ -106,7 +106,7 @@ def _draw(motions: list[Motion], asked: list[Asked], numbers: list[int], png: Pa
 
 def _told(mechanism: Mechanism, number: int, circuit: Circuit, found: list[Any]) -> dict[str, Any]:
     """Return what is told of a circuit: how it ends, what its inputs reach, its limits and change points."""
-    from gimcli.analysis.singularities import STATIONARY, interval
+    from gimcli.branching.singularities import STATIONARY, interval
 
     low, high = (circuit.curve.inputs(q) for q in interval(circuit, found))
     reach, events = {}, []

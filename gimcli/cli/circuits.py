@@ -10,7 +10,7 @@ import typer
 from gimcli.cli.arguments import MODEL, Json, ModelPath
 
 if TYPE_CHECKING:
-    from gimcli.analysis.circuits import Circuits, Strand
+    from gimcli.branching.enumeration import Circuits, Strand
 
 NAME = "circuits"
 HELP = (
@@ -42,17 +42,19 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Find the circuits and list them."""
-    from gimcli.analysis.circuits import Policy, circuits
+    from gimcli.branching.enumeration import EnumerationConstants, circuits
     from gimcli.cli.console import print_json
     from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.model import load
-    from gimcli.motion.verdict import explained
     from gimcli.output import refuse_files
+    from gimcli.structure.drive_check import explained
 
     mechanism = load(model)
     refuse_files(mechanism.files, None, png)
     with explained(mechanism):
-        found = circuits(mechanism, Policy(samples=samples), progress_bar("configurations and their circuits"))
+        found = circuits(
+            mechanism, EnumerationConstants(samples=samples), progress_bar("configurations and their circuits")
+        )
     drawn = png is not None and bool(found.strands)
     if drawn:
         assert png is not None
@@ -165,8 +167,8 @@ def _verdict(found: Circuits) -> str:
 def _draw(found: Circuits, png: Path) -> None:
     import numpy as np
 
-    from gimcli.analysis.carried import carried_point
-    from gimcli.motion.stations import along
+    from gimcli.branching.resampling import along
+    from gimcli.motion.coupler_points import carried_point
     from gimcli.output import draw_motion
     from gimcli.table import Column, Table
 

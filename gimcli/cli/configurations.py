@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 if TYPE_CHECKING:
-    from gimcli.analysis.configurations import Configurations
+    from gimcli.assemblies import Configurations
     from gimcli.mechanism import FloatArray, Mechanism
 
 COLUMNS = 3
@@ -29,15 +29,17 @@ def solve_all(
     mechanism: Mechanism, inputs: FloatArray, tolerance: float, csv: Path | None, png: Path | None, as_json: bool
 ) -> None:
     """Find every configuration at inputs (actuators,), print and write it; exit with 5 where there is none."""
-    from gimcli.analysis.configurations import Policy, all_configurations, drawn_configuration
+    from gimcli.assemblies import ConfigurationConstants, all_configurations, drawn_configuration
     from gimcli.cli.console import tell_written
     from gimcli.cli.progress import DRAWING, progress_bar
-    from gimcli.motion.verdict import explained
     from gimcli.output import refuse_files
+    from gimcli.structure.drive_check import explained
 
     refuse_files(mechanism.files, csv, png)
     with explained(mechanism):
-        found = all_configurations(mechanism, inputs, Policy(fits=tolerance), progress_bar("configurations"))
+        found = all_configurations(
+            mechanism, inputs, ConfigurationConstants(fits=tolerance), progress_bar("configurations")
+        )
     drawn = drawn_configuration(found)
     places = _places(found)
     if csv is not None:
@@ -59,7 +61,7 @@ def solve_all(
 
 def _places(found: Configurations) -> dict[str, Any]:
     """Return nodes, then points, as (configurations,) places in the file's units."""
-    from gimcli.analysis.carried import carried_point
+    from gimcli.motion.coupler_points import carried_point
 
     mechanism = found.mechanism
     names = [*mechanism.nodes, *(p.name for p in mechanism.points)]

@@ -10,7 +10,7 @@ import typer
 from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, Method, ModelPath, Strategy, options
 
 if TYPE_CHECKING:
-    from gimcli.analysis.force_motion import ForceMotion
+    from gimcli.dynamics.force_motion import ForceMotion
     from gimcli.motion.motion import Motion
 
 NAME = "forces"
@@ -42,18 +42,18 @@ def command(
     """Find efforts and reactions."""
     import numpy as np
 
-    from gimcli.analysis.force_motion import ForceMotion
-    from gimcli.analysis.force_table import force_table
-    from gimcli.analysis.forces import motion_forces
     from gimcli.cli.console import note, note_point_masses
     from gimcli.cli.progress import DRAWING, progress_bar
+    from gimcli.dynamics.force_motion import ForceMotion
+    from gimcli.dynamics.force_table import force_table
+    from gimcli.dynamics.forces import motion_forces
+    from gimcli.dynamics.load_arrays import point_masses
+    from gimcli.dynamics.physical import require_action
     from gimcli.errors import StructureError
     from gimcli.model import load
     from gimcli.motion.motion import stream
-    from gimcli.motion.verdict import explained, refuse_contradiction
     from gimcli.output import CsvStream, refuse_unwritable
-    from gimcli.structure.acting import point_masses
-    from gimcli.structure.physical import require_action
+    from gimcli.structure.drive_check import explained, refuse_contradiction
 
     chosen = options(Method.AUTO, Strategy.SPECTRAL, tolerance, jit)
     mechanism = load(model)
@@ -87,7 +87,7 @@ def command(
 
 
 def _draw(found: ForceMotion, path: Path) -> None:
-    from gimcli.analysis.graphs import input_or_time
+    from gimcli.measures.graphs import input_or_time
     from gimcli.mechanism import Drive
     from gimcli.output import draw_forces
     from gimcli.table import Column, Table
@@ -104,8 +104,8 @@ def _draw(found: ForceMotion, path: Path) -> None:
 
 
 def _report(found: ForceMotion, paths: dict[str, str | None], steps: int, as_json: bool) -> None:
-    from gimcli.analysis.tracing import events, reachable
     from gimcli.cli.console import print_json
+    from gimcli.rates.motion_table import events, reachable
 
     motion, summary, peaks = found.summary.motion, found.summary, found.peaks
     status = motion.overall.word if summary.solved < steps + 1 or found.told == steps + 1 else "singular"

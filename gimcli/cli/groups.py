@@ -31,12 +31,12 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Show the formation."""
-    from gimcli.analysis import groups_report
     from gimcli.cli.console import print_json
     from gimcli.model import load
-    from gimcli.motion.verdict import explained
     from gimcli.output import refuse_files
+    from gimcli.structure import formation_report
     from gimcli.structure.assur import formation
+    from gimcli.structure.drive_check import explained
     from gimcli.structure.mobility import refuse_unfit
     from gimcli.structure.plan import make_plan
 
@@ -49,7 +49,7 @@ def command(
     if png is not None:
         _draw(mechanism, found, png)
     if as_json:
-        print_json({**groups_report.as_json(mechanism, found), "png": str(png) if png else None})
+        print_json({**formation_report.as_json(mechanism, found), "png": str(png) if png else None})
         return
     _print(mechanism, found)
     if png is not None:
@@ -57,8 +57,8 @@ def command(
 
 
 def _print(mechanism: Mechanism, found: Formation) -> None:
-    from gimcli.analysis.groups_report import class_of, described, drivers, joined
     from gimcli.cli.console import print_table
+    from gimcli.structure.formation_report import class_of, described, drivers, joined
 
     rows = []
     for group, formula in zip(found.groups, found.formula, strict=True):
@@ -74,10 +74,10 @@ def _print(mechanism: Mechanism, found: Formation) -> None:
 
 
 def _draw(mechanism: Mechanism, found: Formation, path: Path) -> None:
-    from gimcli.analysis.groups_report import class_of, described, drivers, joined, layers
     from gimcli.mechanism import FRAME
     from gimcli.output import draw_groups
-    from gimcli.output.groups import Box, Joint
+    from gimcli.output.groups import Box, BoxJoint
+    from gimcli.structure.formation_report import class_of, described, drivers, joined, layers
 
     home = {link: k for k, group in enumerate(found.groups, start=1) for link in group.links} | {FRAME: 0}
     boxes, joints = [Box((f"0: {found.links[FRAME]}",), 0, "frame")], []
@@ -91,7 +91,7 @@ def _draw(mechanism: Mechanism, found: Formation, path: Path) -> None:
             pairs, tags = above.setdefault(home[base], ([], []))
             pairs += names
             tags.append(str(found.numbers[base]))
-        joints += [Joint(upper, k, " ".join(pairs), ", ".join(tags)) for upper, (pairs, tags) in above.items()]
+        joints += [BoxJoint(upper, k, " ".join(pairs), ", ".join(tags)) for upper, (pairs, tags) in above.items()]
     draw_groups(boxes, joints, path, f"{mechanism.name}: formation")
 
 

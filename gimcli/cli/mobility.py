@@ -19,7 +19,6 @@ def command(model: ModelPath = MODEL, as_json: Json = False) -> None:
     from gimcli.cli.console import print_json, print_table
     from gimcli.errors import UnassembledError
     from gimcli.model import load
-    from gimcli.motion.start import drawn_inputs
     from gimcli.structure.mobility import assembled, mobility
 
     mechanism = load(model)
@@ -29,10 +28,10 @@ def command(model: ModelPath = MODEL, as_json: Json = False) -> None:
             f"{mechanism.name} cannot be assembled near its drawn position: draw it closer, or see `gim solve` for the"
             " constraint that is worst off"
         )
-    found = mobility(mechanism, z, drawn_inputs(mechanism))
+    found = mobility(mechanism, z, mechanism.drawn_inputs)
     start = "regular"
     if found.stuck:
-        from gimcli.analysis.singular_start import singular_start
+        from gimcli.branching.singular_start import singular_start
 
         start = singular_start(mechanism, z)
     if as_json:

@@ -11,8 +11,8 @@ from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
-    from gimcli.analysis.flywheel import Flywheel
-    from gimcli.analysis.reduction import Reduction
+    from gimcli.dynamics.flywheel import Flywheel
+    from gimcli.dynamics.reduction import Reduction
 
 NAME = "reduce"
 HELP = (
@@ -43,16 +43,16 @@ def command(
     """Reduce a mechanism to one input."""
     import math
 
-    from gimcli.analysis.flywheel import flywheel
-    from gimcli.analysis.reduction import chosen_input, reduce_to_input, reduction_table
     from gimcli.cli.console import note, note_point_masses
     from gimcli.cli.progress import DRAWING, progress_bar
+    from gimcli.dynamics.flywheel import flywheel
+    from gimcli.dynamics.load_arrays import point_masses
+    from gimcli.dynamics.reduction import chosen_input, reduce_to_input, reduction_table
     from gimcli.errors import StructureError
     from gimcli.model import load
-    from gimcli.motion.effort import choose
-    from gimcli.motion.verdict import explained
     from gimcli.output import refuse_unwritable, write
-    from gimcli.structure.acting import point_masses
+    from gimcli.positions.dispatch import choose
+    from gimcli.structure.drive_check import explained
     from gimcli.structure.mobility import refuse_unfit
 
     if (fluctuation is None) != (rpm is None):
@@ -82,7 +82,7 @@ def command(
 
 
 def _draw(found: Reduction, path: Path) -> None:
-    from gimcli.analysis.reduction import reduction_table
+    from gimcli.dynamics.reduction import reduction_table
     from gimcli.output import draw_history_sheet
     from gimcli.output.history import Panel
 
@@ -96,8 +96,8 @@ def _draw(found: Reduction, path: Path) -> None:
 
 
 def _report(found: Reduction, wheel: Flywheel | None, paths: dict[str, str | None], as_json: bool) -> None:
-    from gimcli.analysis.reduction import reduction_table
     from gimcli.cli.console import print_json
+    from gimcli.dynamics.reduction import reduction_table
     from gimcli.status import Status
 
     table, rows = reduction_table(found), len(found.q)
@@ -122,8 +122,8 @@ def _report(found: Reduction, wheel: Flywheel | None, paths: dict[str, str | Non
 def _print_extremes(found: Reduction) -> None:
     import numpy as np
 
-    from gimcli.analysis.reduction import reduction_table
     from gimcli.cli.console import number, print_table
+    from gimcli.dynamics.reduction import reduction_table
 
     table = reduction_table(found)
     q, rows = table.floats("q"), []

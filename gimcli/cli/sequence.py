@@ -10,7 +10,7 @@ import typer
 from gimcli.cli.arguments import MODEL, At, Json, ModelPath, Strategy, StrategyOption, Tolerance, inputs_at
 
 if TYPE_CHECKING:
-    from gimcli.analysis.sequence_report import GroupReport
+    from gimcli.gim.report import SequenceGroupReport
     from gimcli.mechanism import Mechanism
 
 NAME = "sequence"
@@ -31,17 +31,24 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Search and show the sequence."""
-    from gimcli.analysis.sequence_report import report
     from gimcli.cli.console import print_json, tell_written
     from gimcli.cli.progress import end_bars
+    from gimcli.gim.report import report
     from gimcli.model import load
-    from gimcli.motion.verdict import explained
+    from gimcli.motion.solve import solve
     from gimcli.output import refuse_files
+    from gimcli.positions.options import Options
+    from gimcli.status import Status
+    from gimcli.structure.drive_check import explained, refuse_contradiction
 
     mechanism = load(model)
     refuse_files(mechanism.files, None, png)
     with explained(mechanism):
-        groups, z = report(mechanism, inputs_at(mechanism, at), strategy.value, tolerance)
+        inputs = inputs_at(mechanism, at)
+        position = solve(mechanism, inputs, Options(tolerance=tolerance))
+        refuse_contradiction(mechanism, position.z, inputs, position.status, tolerance)
+        z = position.z if position.status is Status.OK else mechanism.drawn
+        groups = report(mechanism, z, inputs, strategy.value, tolerance)
     if png is not None:
         from gimcli.output import draw_sequence
 
@@ -58,7 +65,7 @@ def command(
     tell_written(png)
 
 
-def _json(group: GroupReport) -> dict[str, object]:
+def _json(group: SequenceGroupReport) -> dict[str, object]:
     return {
         "kind": group.kind,
         "nodes": list(group.nodes),
@@ -77,7 +84,7 @@ def _json(group: GroupReport) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _print(mechanism: Mechanism, number: int, group: GroupReport, explain: bool) -> None:
+def _print(mechanism: Mechanism, number: int, group: SequenceGroupReport, explain: bool) -> None:
     from gimcli.cli.console import print_table
 
     predicted = "never" if group.predicted_sweeps is None else f"{group.predicted_sweeps:.0f}"

@@ -12,7 +12,7 @@ from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
-    from gimcli.analysis.simulation import Simulation
+    from gimcli.dynamics.simulation import Simulation
     from gimcli.mechanism import FloatArray, Mechanism
 
 NAME = "simulate"
@@ -64,17 +64,17 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Simulate."""
-    from gimcli.analysis.force_table import open_reactions
-    from gimcli.analysis.simulation import Settings, simulate
-    from gimcli.analysis.simulation_table import column_names, simulation_table
-    from gimcli.analysis.simulation_table import reactions as find_reactions
     from gimcli.cli.console import note, note_point_masses
     from gimcli.cli.progress import DRAWING, progress_bar
+    from gimcli.dynamics.force_table import open_reactions
+    from gimcli.dynamics.load_arrays import point_masses
+    from gimcli.dynamics.simulation import Settings, simulate
+    from gimcli.dynamics.simulation_table import column_names, simulation_table
+    from gimcli.dynamics.simulation_table import reactions as find_reactions
     from gimcli.model import load
-    from gimcli.motion.effort import choose
-    from gimcli.motion.verdict import explained
     from gimcli.output import refuse_repeated, refuse_unwritable, write
-    from gimcli.structure.acting import point_masses
+    from gimcli.positions.dispatch import choose
+    from gimcli.structure.drive_check import explained
 
     times = _times(time, dt)
     if not 1e-14 <= rtol <= 1e-2:
@@ -121,7 +121,7 @@ def _times(time: float, dt: float | None) -> FloatArray:
 
 
 def _draw(found: Simulation, path: Path) -> None:
-    from gimcli.analysis.simulation_table import ENERGIES
+    from gimcli.dynamics.simulation_table import ENERGIES
     from gimcli.mechanism import Drive
     from gimcli.output import draw_history_sheet
     from gimcli.output.history import Panel
@@ -153,10 +153,10 @@ def _mark(mechanism: Mechanism, event: Any, k: int, order: int) -> complex:
 def _report(
     found: Simulation, times: FloatArray, csv_path: Path, png_path: Path | None, open_ones: list[str], as_json: bool
 ) -> None:
-    from gimcli.analysis.simulation_table import event_report
     from gimcli.cli.console import print_json
     from gimcli.cli.forces import tell_open
     from gimcli.cli.progress import end_bars
+    from gimcli.dynamics.simulation_table import event_report
 
     end_bars()
     events = [event_report(found.mechanism, event) for event in found.events]

@@ -10,8 +10,8 @@ import typer
 from gimcli.cli.arguments import MODEL, Json, ModelPath
 
 if TYPE_CHECKING:
-    from gimcli.analysis.singularities import Rates
-    from gimcli.analysis.survey import Found, Survey
+    from gimcli.branching.singular_positions import Found, Survey
+    from gimcli.branching.singularities import BranchRates
     from gimcli.mechanism import FloatArray
 
 NAME = "singularities"
@@ -40,12 +40,12 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Follow the circuits and list what is singular."""
-    from gimcli.analysis.survey import survey
+    from gimcli.branching.singular_positions import survey
     from gimcli.cli.console import print_json
     from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.model import load
-    from gimcli.motion.verdict import explained
     from gimcli.output import refuse_files
+    from gimcli.structure.drive_check import explained
 
     mechanism = load(model)
     refuse_files(mechanism.files, None, png)
@@ -73,8 +73,8 @@ def _interval(found: Survey, reach: tuple[float, float]) -> dict[str, list[float
     return {name: sorted([low[name], high[name]]) for name in low}
 
 
-def _tangents(found: Survey, one: Found) -> list[Rates]:
-    from gimcli.analysis.singularities import rates
+def _tangents(found: Survey, one: Found) -> list[BranchRates]:
+    from gimcli.branching.singularities import rates
 
     return [rates(found.curve, one.what.p, v) for v in one.what.branches]
 
@@ -107,7 +107,7 @@ def _pairs(z: Any) -> list[list[float]]:
 
 
 def _at(found: Survey, one: Found) -> FloatArray:
-    from gimcli.analysis.survey import inputs_of
+    from gimcli.branching.singular_positions import inputs_of
 
     return inputs_of(found, float(one.what.p[-1]))
 
@@ -172,8 +172,8 @@ def _rates(found: Survey, one: Found) -> str:
 
 
 def _draw(found: Survey, png: Path) -> None:
-    from gimcli.analysis.carried import carried_point
-    from gimcli.motion.stations import along
+    from gimcli.branching.resampling import along
+    from gimcli.motion.coupler_points import carried_point
     from gimcli.output import draw_singularities
     from gimcli.output.singular import Shown
 

@@ -27,8 +27,8 @@ from gimcli.cli.velocities import tell_velocities, velocities_report, velocity_a
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
-    from gimcli.analysis.instant import Instant
-    from gimcli.motion.position import Position
+    from gimcli.positions.position import Position
+    from gimcli.rates.instant import Instant
 
 NAME = "solve"
 SHOWN = 25
@@ -71,12 +71,12 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Solve one position, or all."""
-    from gimcli.analysis.convergence import fit_history
     from gimcli.cli.console import tell_written
+    from gimcli.gim.convergence import fit_history
     from gimcli.model import load
-    from gimcli.motion.position import solve
-    from gimcli.motion.verdict import explained, refuse_contradiction
+    from gimcli.motion.solve import solve
     from gimcli.output import refuse_files
+    from gimcli.structure.drive_check import explained, refuse_contradiction
 
     if start not in ("drawn", "random"):
         raise UsageError(f"--start {start}: choose drawn or random")
@@ -120,7 +120,7 @@ def command(
 
 def _instant(position: Position) -> Instant | None:
     """Return the velocities of a solved position."""
-    from gimcli.analysis.instant import instant
+    from gimcli.rates.instant import instant
 
     if position.status.value:
         return None
@@ -128,7 +128,7 @@ def _instant(position: Position) -> Instant | None:
 
 
 def _places(position: Position) -> tuple[dict[str, complex], dict[str, complex]]:
-    from gimcli.analysis.carried import carried_point
+    from gimcli.motion.coupler_points import carried_point
 
     mechanism = position.mechanism
     z = position.z[:, None]

@@ -27,9 +27,9 @@ from gimcli.cli.asked import MEASURE_HELP, MeasureOption, PlotOption, tell_measu
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
-    from gimcli.analysis.summary import Summary
     from gimcli.cli.asked import Asked
     from gimcli.motion.motion import Motion
+    from gimcli.motion.summary import Summary
 
 
 class AtLimit(StrEnum):
@@ -95,8 +95,6 @@ def command(
 
     if "help" in measure:
         tell_measures()
-    from gimcli.analysis.summary import Summary
-    from gimcli.analysis.tracing import motion_table
     from gimcli.cli.asked import Asked
     from gimcli.cli.console import note
     from gimcli.cli.progress import DRAWING, progress_bar
@@ -104,8 +102,10 @@ def command(
     from gimcli.model import load
     from gimcli.motion.motion import stream
     from gimcli.motion.motion import trace as follow
-    from gimcli.motion.verdict import explained, refuse_contradiction
+    from gimcli.motion.summary import Summary
     from gimcli.output import CsvStream, refuse_unwritable
+    from gimcli.rates.motion_table import motion_table
+    from gimcli.structure.drive_check import explained, refuse_contradiction
 
     chosen = options(method, strategy, tolerance, jit, sequence)
     if plot and not png:
@@ -174,8 +174,8 @@ def _refuse_mixed(
 
 
 def _rates(mechanism: Any, order: int, rows: int, jit: Jit) -> Any:
-    from gimcli.analysis.derivatives import TracedRates
     from gimcli.cli.console import note
+    from gimcli.rates.derivatives import TracedRates
 
     return TracedRates(mechanism, mechanism.traced, order, rows, jit.value, note)
 
@@ -189,8 +189,8 @@ def _refuse_undriven(mechanism: Any) -> None:
 def _draw(motion: Motion, path: Path, asked: Asked) -> None:
     import numpy as np
 
-    from gimcli.analysis.tracing import traced_paths
     from gimcli.output import draw_motion
+    from gimcli.rates.motion_table import traced_paths
 
     good = np.flatnonzero(motion.good)
     chosen = good[np.unique(np.linspace(0, len(good), POSES, endpoint=False).astype(int))]
@@ -202,21 +202,21 @@ def _draw(motion: Motion, path: Path, asked: Asked) -> None:
 
 
 def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int, as_json: bool, asked: Asked) -> None:
-    from gimcli.analysis.tracing import events, reachable
     from gimcli.cli.console import print_json
     from gimcli.cli.progress import end_bars
+    from gimcli.rates.motion_table import events, reachable
     from gimcli.status import Status
 
     end_bars()
     motion, solved, worst = summary.motion, summary.solved, summary.residual
     if motion.bridged:
-        from gimcli.analysis.sharpen import sharpened
+        from gimcli.branching.event_refinement import sharpened
 
         motion = sharpened(motion)
     reached, found, measured = reachable(motion), events(motion), asked.report(motion)
     stops = [event for event in found if event["kind"] == "limit"]
     if stops:
-        from gimcli.analysis.sharpen import reach
+        from gimcli.branching.event_refinement import reach
 
         interval = reach(motion)
         for event in stops:
@@ -260,7 +260,7 @@ def _tell_events(found: list[dict[str, Any]], what: str) -> None:
 
 
 def _tell_reach(motion: Motion, reached: dict[str, list[list[float]]]) -> None:
-    from gimcli.motion.inputs import law_inputs
+    from gimcli.positions.inputs import law_inputs
 
     if motion.limit is None:
         return

@@ -11,7 +11,7 @@ from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
-    from gimcli.analysis.tradeoff import Entry, Tradeoff
+    from gimcli.comparison.tradeoff import Entry, Tradeoff
 
 NAME = "tradeoff"
 HELP = (
@@ -43,13 +43,13 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Compare methods."""
-    from gimcli.analysis.tradeoff import TOLERANCES, tradeoff, tradeoff_table
     from gimcli.cli.console import note
     from gimcli.cli.progress import DRAWING, progress_bar
+    from gimcli.comparison.tradeoff import TOLERANCES, tradeoff, tradeoff_table
     from gimcli.errors import StructureError
     from gimcli.model import load
-    from gimcli.motion.verdict import explained
     from gimcli.output import CsvStream, refuse_unwritable
+    from gimcli.structure.drive_check import explained
 
     asked = _tolerances(tolerances) or TOLERANCES
     mechanism = load(model)
@@ -104,8 +104,8 @@ def _draw(found: Tradeoff, path: Path) -> None:
 
 
 def _print_json(found: Tradeoff, steps: int, paths: dict[str, Any]) -> None:
-    from gimcli.analysis.tradeoff import advise
     from gimcli.cli.console import print_json
+    from gimcli.comparison.tradeoff import advise
 
     advice = [
         {
@@ -132,8 +132,8 @@ def _print_json(found: Tradeoff, steps: int, paths: dict[str, Any]) -> None:
 
 
 def _print(found: Tradeoff, steps: int, paths: dict[str, Any]) -> None:
-    from gimcli.analysis.tradeoff import advise
     from gimcli.cli.console import print_table
+    from gimcli.comparison.tradeoff import advise
 
     head = (
         "method", "unknowns", "tolerance", "iterations", "most", "paper's count", "operations", "time [µs]",

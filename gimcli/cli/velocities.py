@@ -9,8 +9,8 @@ import typer
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from gimcli.analysis.instant import Instant
     from gimcli.output.vectors import Arrows
+    from gimcli.rates.instant import Instant
 
 SINGULAR = "singular: the equations tell no velocity in this position; take one beside it"
 

@@ -11,10 +11,10 @@ from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
-    from gimcli.analysis.workspace.reach import Reach
-    from gimcli.analysis.workspace.survey import Workspace
     from gimcli.mechanism import ComplexArray, Mechanism
     from gimcli.motion.scatter import Scatterer
+    from gimcli.reach.boundary import Workspace
+    from gimcli.reach.reach import Reach
 
 NAME = "workspace"
 HELP = (
@@ -48,8 +48,8 @@ def command(
     """Find a workspace."""
     from gimcli.errors import StructureError
     from gimcli.model import load
-    from gimcli.motion.verdict import explained
     from gimcli.output import refuse_unwritable
+    from gimcli.structure.drive_check import explained
     from gimcli.structure.plan import make_plan
 
     mechanism = load(model)
@@ -79,11 +79,11 @@ def _answer(
     asked: tuple[int, bool, str], png: bool,
 ) -> tuple[dict[str, Any], bool]:  # fmt: skip
     """Do the work, write the files and return the report."""
-    from gimcli.analysis.workspace.reach import reach
-    from gimcli.analysis.workspace.report import reach_report, reach_table, region_report, region_table
-    from gimcli.analysis.workspace.survey import survey, task_of
     from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.output import write
+    from gimcli.reach.boundary import survey, task_of
+    from gimcli.reach.reach import reach
+    from gimcli.reach.report import reach_report, reach_table, region_report, region_table
 
     freedoms = task_of(mechanism, name, held).freedoms
     grid: dict[str, Any] = {}
@@ -142,11 +142,11 @@ def _scatter(
     """Solve a grid of inputs part by part, write it, and return the places in the file's coordinates."""
     import numpy as np
 
-    from gimcli.analysis.workspace.grid import carried_by, input_grid
     from gimcli.cli.console import note
     from gimcli.cli.progress import progress_bar
     from gimcli.motion.scatter import Scatterer, readied, scattered
     from gimcli.output import Parts, write_npz
+    from gimcli.reach.grid import carried_by, input_grid
 
     count, resume, jit = asked
     job = readied(Scatterer(mechanism, carried_by(mechanism, name), input_grid(mechanism, count)), jit, note)
@@ -184,9 +184,9 @@ def _header(job: Scatterer, model: Path, name: str) -> dict[str, Any]:
 
 
 def _draw(found: Workspace | Reach, places: ComplexArray | None, path: Path) -> None:
-    from gimcli.analysis.workspace.reach import Reach
-    from gimcli.analysis.workspace.report import outlines, placed
     from gimcli.output import draw_paths, draw_workspace
+    from gimcli.reach.reach import Reach
+    from gimcli.reach.report import outlines, placed
 
     mechanism, name = found.task.mechanism, found.task.point
     pose, at = _pose(found.task)
@@ -204,7 +204,7 @@ def _draw(found: Workspace | Reach, places: ComplexArray | None, path: Path) -> 
 
 def _pose(task: Any) -> tuple[ComplexArray | None, complex | None]:
     """Return an assembled pose next to the drawn one and where the point is in it; none where directions are held."""
-    from gimcli.analysis.carried import carried_point
+    from gimcli.motion.coupler_points import carried_point
     from gimcli.structure.mobility import assembled
 
     mechanism = task.mechanism

@@ -20,7 +20,7 @@ from gimcli.kernels.points import move_points, point_rows
 from gimcli.mechanism import FloatArray, IntArray
 
 
-class Room(NamedTuple):
+class CoordinateScratch(NamedTuple):
     """Room to work in: kernels allocate nothing."""
 
     j: FloatArray  # (equations, unknowns) gradients, then their factors
@@ -32,9 +32,9 @@ class Room(NamedTuple):
     v: FloatArray  # (unknowns, 3) the tree's variables
 
 
-def room(equations: int, unknowns: int) -> Room:
+def room(equations: int, unknowns: int) -> CoordinateScratch:
     """Return room for a system."""
-    return Room(
+    return CoordinateScratch(
         np.zeros((equations, unknowns)), np.zeros(equations), np.zeros(2 * unknowns), np.zeros(unknowns),
         np.zeros((equations, 6)), np.zeros((equations, 2), dtype=np.int64), np.zeros((unknowns, 3)),
     )  # fmt: skip
@@ -72,7 +72,7 @@ def follow_bodies(
     ji: IntArray,
     jz: FloatArray,
     above: IntArray,
-    room: Room,
+    room: CoordinateScratch,
     weight: FloatArray,
     tolerance: float,
     most: int,
@@ -127,7 +127,7 @@ def follow_points(
     ei: IntArray,
     ez: FloatArray,
     col: IntArray,
-    room: Room,
+    room: CoordinateScratch,
     weight: FloatArray,
     tolerance: float,
     most: int,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from gimcli.kernels.influence import Chart, Place, Room, copy_place
+from gimcli.kernels.influence import Chart, InfluencePosition, InfluenceScratch, copy_place
 from gimcli.kernels.jit import kernel
 from gimcli.kernels.reduction import DISSIPATED, KINETIC, POTENTIAL, SUPPLIED, Acting, Reduced, move
 from gimcli.kernels.windows import Windows
@@ -52,16 +52,16 @@ class States(NamedTuple):
     counts: IntArray  # (2,) evaluations, steps
 
 
-class Model(NamedTuple):
+class MotionModel(NamedTuple):
     """What a mechanism is to `move`."""
 
     chart: Chart
     acting: Acting
-    base: Place
-    last: Place
-    at: Place
+    base: InfluencePosition
+    last: InfluencePosition
+    at: InfluencePosition
     windows: Windows
-    room: Room
+    room: InfluenceScratch
     out: Reduced
     gain: FloatArray
     factors: FloatArray
@@ -69,7 +69,7 @@ class Model(NamedTuple):
 
 
 @kernel
-def slopes(m: Model, y: FloatArray, to: FloatArray) -> bool:
+def slopes(m: MotionModel, y: FloatArray, to: FloatArray) -> bool:
     """Find y'."""
     f = m.gain.shape[0]
     good = move(
@@ -84,7 +84,7 @@ def slopes(m: Model, y: FloatArray, to: FloatArray) -> bool:
 
 
 @kernel
-def try_step(m: Model, t: Tableau, s: States, h: float) -> float:
+def try_step(m: MotionModel, t: Tableau, s: States, h: float) -> float:
     """Take a step to `trial`; return its error beside the tolerance, infinite where there is no position."""
     n = s.y.shape[0]
     for stage_number in range(1, STAGES + 1):
@@ -112,7 +112,7 @@ def try_step(m: Model, t: Tableau, s: States, h: float) -> float:
 
 
 @kernel
-def keep_energy(m: Model, s: States) -> None:
+def keep_energy(m: MotionModel, s: States) -> None:
     """Correct the speeds just reached for the energy of the start."""
     clock, f = s.clock, m.gain.shape[0]
     kinetic, potential = m.out.energy[KINETIC], m.out.energy[POTENTIAL]
@@ -128,7 +128,7 @@ def keep_energy(m: Model, s: States) -> None:
 
 
 @kernel
-def is_wanted(m: Model, s: States) -> bool:
+def is_wanted(m: MotionModel, s: States) -> bool:
     """Tell whether the step just taken holds a row or an event, or ends where M is steep or a change point near."""
     f = m.gain.shape[0]
     if s.clock[NOW] >= s.clock[DUE] or s.clock[NOW] >= s.clock[END]:
@@ -147,7 +147,7 @@ def is_wanted(m: Model, s: States) -> bool:
 
 
 @kernel
-def stride(m: Model, t: Tableau, s: States, conservative: bool) -> int:
+def stride(m: MotionModel, t: Tableau, s: States, conservative: bool) -> int:
     """Take steps until one is wanted; `base` stands where that one began, `y` is where it ends."""
     clock, n = s.clock, s.y.shape[0]
     while True:

@@ -57,7 +57,7 @@ class Chart(NamedTuple):
     first: int  # variable of the first reading
 
 
-class Place(NamedTuple):
+class InfluencePosition(NamedTuple):
     """A position with what is known of it."""
 
     v: FloatArray  # (variables,)
@@ -65,7 +65,7 @@ class Place(NamedTuple):
     sign: FloatArray  # (blocks,) determinant; of two equations by unit gradients, of more its sign by the least pivot
 
 
-class Room(NamedTuple):
+class InfluenceScratch(NamedTuple):
     """Scratch."""
 
     f: FloatArray  # (3, functions) the functions and their derivatives
@@ -93,7 +93,7 @@ def refresh(c: Chart, v: FloatArray, f: FloatArray, reading: int) -> None:
 
 
 @kernel
-def lay_block(c: Chart, v: FloatArray, g: int, room: Room) -> None:
+def lay_block(c: Chart, v: FloatArray, g: int, room: InfluenceScratch) -> None:
     """Lay out the values and the gradients of a block's equations."""
     n = c.blocks[g, 2] - c.blocks[g, 1]
     for i in range(n):
@@ -162,7 +162,7 @@ def solve_block(a: FloatArray, n: int, order: FloatArray, right: FloatArray) -> 
 
 
 @kernel
-def meet(room: Room, e: float, f: float, sign: float) -> bool:
+def meet(room: InfluenceScratch, e: float, f: float, sign: float) -> bool:
     """Move to where e d.d + a_0.d + r_0 = 0 and f d.d + a_1.d + r_1 = 0 meet, on the side of a sign; r becomes d.
 
     The gradients become those there. One less a part of the other is a line; on it, a quadratic equation.
@@ -200,7 +200,7 @@ def meet(room: Room, e: float, f: float, sign: float) -> bool:
 
 
 @kernel
-def settle_block(c: Chart, v: FloatArray, g: int, sign: float, room: Room) -> float:
+def settle_block(c: Chart, v: FloatArray, g: int, sign: float, room: InfluenceScratch) -> float:
     """Find the variables of a block near where they are; factor its gradients there.
 
     Returns what `Place.sign` holds, 0 where nothing was found.
@@ -235,7 +235,7 @@ def settle_block(c: Chart, v: FloatArray, g: int, sign: float, room: Room) -> fl
 
 
 @kernel
-def differentiate_block(c: Chart, to: Place, g: int, room: Room) -> None:
+def differentiate_block(c: Chart, to: InfluencePosition, g: int, room: InfluenceScratch) -> None:
     """Find dv/ds of a block whose gradients are factored."""
     begin, n = c.blocks[g, 1], c.blocks[g, 2] - c.blocks[g, 1]
     v, f, right = to.v, room.f, room.right
@@ -252,7 +252,7 @@ def differentiate_block(c: Chart, to: Place, g: int, room: Room) -> None:
 
 
 @kernel
-def accelerate_block(c: Chart, to: Place, g: int, speeds: FloatArray, room: Room) -> None:
+def accelerate_block(c: Chart, to: InfluencePosition, g: int, speeds: FloatArray, room: InfluenceScratch) -> None:
     """Find the velocities of a block, and its accelerations without those of s."""
     begin, n = c.blocks[g, 1], c.blocks[g, 2] - c.blocks[g, 1]
     v, f, right, w, a = to.v, room.f, room.right, room.velocity, room.acceleration
@@ -274,7 +274,7 @@ def accelerate_block(c: Chart, to: Place, g: int, speeds: FloatArray, room: Room
 
 
 @kernel
-def settle(c: Chart, to: Place, speeds: FloatArray, room: Room) -> bool:
+def settle(c: Chart, to: InfluencePosition, speeds: FloatArray, room: InfluenceScratch) -> bool:
     """Find all variables near where they are, on the sides that the signs name, and their derivatives.
 
     The independent variables of `to.v` are given. Where a block is not found, `weakest` names it; else that with the
@@ -309,7 +309,9 @@ def settle(c: Chart, to: Place, speeds: FloatArray, room: Room) -> bool:
 
 
 @kernel
-def is_straight(last: Place, to: Place, step: FloatArray, begin: int, end: int, slowest: float) -> bool:
+def is_straight(
+    last: InfluencePosition, to: InfluencePosition, step: FloatArray, begin: int, end: int, slowest: float
+) -> bool:
     """Tell whether some variables continue those of another position smoothly: neither a turn nor another branch.
 
     Their rates are held against the greatest among them, and against `slowest`.
@@ -330,7 +332,7 @@ def is_straight(last: Place, to: Place, step: FloatArray, begin: int, end: int, 
 
 
 @kernel
-def copy_place(to: Place, of: Place) -> None:
+def copy_place(to: InfluencePosition, of: InfluencePosition) -> None:
     """Copy a position."""
     for i in range(of.v.shape[0]):
         to.v[i] = of.v[i]
@@ -341,7 +343,9 @@ def copy_place(to: Place, of: Place) -> None:
 
 
 @kernel
-def try_step(c: Chart, last: Place, to: Place, speeds: FloatArray, room: Room) -> bool:
+def try_step(
+    c: Chart, last: InfluencePosition, to: InfluencePosition, speeds: FloatArray, room: InfluenceScratch
+) -> bool:
     """Take a step from the last place, of what `room.step` says, if it leads straight on."""
     for i in range(to.v.shape[0]):
         to.v[i] = last.v[i]
@@ -353,7 +357,14 @@ def try_step(c: Chart, last: Place, to: Place, speeds: FloatArray, room: Room) -
 
 
 @kernel
-def follow(c: Chart, last: Place, to: Place, target: FloatArray, speeds: FloatArray, room: Room) -> bool:
+def follow(
+    c: Chart,
+    last: InfluencePosition,
+    to: InfluencePosition,
+    target: FloatArray,
+    speeds: FloatArray,
+    room: InfluenceScratch,
+) -> bool:
     """Follow the motion from the last place to independent variables `target`; `last` moves along.
 
     Steps are halved until they lead straight on. Where not even the finest does, the other side of the weakest block
@@ -389,7 +400,7 @@ def follow(c: Chart, last: Place, to: Place, target: FloatArray, speeds: FloatAr
 
 
 @kernel
-def stand(c: Chart, to: Place, room: Room) -> None:
+def stand(c: Chart, to: InfluencePosition, room: InfluenceScratch) -> None:
     """Set the signs of all blocks to those of the place where they are."""
     for r in range(c.angles.shape[0]):
         refresh(c, to.v, room.f, r)

@@ -16,7 +16,7 @@ from gimcli.kernels.circular import cos_sin
 from gimcli.kernels.constraints import ANGLE, SPAN, angle_error, height_error, span_error
 from gimcli.kernels.jit import kernel, stage
 from gimcli.kernels.loci import circle_circle, circle_line, doubt, leaps, line_line, tilt
-from gimcli.kernels.newton import LAST_SIGN, Group, Limits, Place, couple
+from gimcli.kernels.newton import LAST_SIGN, GroupArrays, RowPosition, StopLimits, couple
 from gimcli.mechanism import FloatArray, IntArray
 
 HISTORY = 8
@@ -338,10 +338,10 @@ def guard(w: FloatArray, lanes: FloatArray, at: Lanes, branch: int, turning: boo
 
 
 @kernel
-def group_at(q: Program, k: int) -> Group:
+def group_at(q: Program, k: int) -> GroupArrays:
     """Return a coupled group."""
     gi = q.gi
-    return Group(
+    return GroupArrays(
         gi[k, 0], gi[k, 1], gi[k, 2] != 0, q.nodes[gi[k, 3] : gi[k, 4]], q.gvi[gi[k, 5] : gi[k, 6]],
         q.gvz[gi[k, 5] : gi[k, 6]], q.gpi[gi[k, 7] : gi[k, 8]], q.gei[gi[k, 9] : gi[k, 10]],
         q.gev[gi[k, 9] : gi[k, 10]],
@@ -350,7 +350,14 @@ def group_at(q: Program, k: int) -> Group:
 
 @stage
 def settle_group(
-    lanes: FloatArray, q: Program, at: Lanes, k: int, determinant: FloatArray, room: Place, limits: Limits, high: int
+    lanes: FloatArray,
+    q: Program,
+    at: Lanes,
+    k: int,
+    determinant: FloatArray,
+    room: RowPosition,
+    limits: StopLimits,
+    high: int,
 ) -> int:
     """Settle a coupled group in all rows; return the first that did not settle safely."""
     stop = couple(
@@ -499,7 +506,7 @@ def keep(lanes: FloatArray, rows: Rows, solved: int, force: bool) -> None:
 @kernel
 def march(
     w: FloatArray, lanes: FloatArray, q: Program, at: Lanes, rows: Rows, first: int, sign: FloatArray,
-    determinant: FloatArray, room: Place, limits: Limits, tolerance: float,
+    determinant: FloatArray, room: RowPosition, limits: StopLimits, tolerance: float,
 ) -> int:  # fmt: skip
     """Solve rows from `first` on until one is doubtful; return how many were solved.
 

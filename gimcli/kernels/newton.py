@@ -46,7 +46,7 @@ SAME_STEP = 1e-6
 """Relative difference up to which steps of the time count as equal."""
 
 
-class Group(NamedTuple):
+class GroupArrays(NamedTuple):
     """A coupled group; nodes are numbered base, carried, known."""
 
     base: int  # number of base nodes
@@ -60,7 +60,7 @@ class Group(NamedTuple):
     ev: FloatArray  # (equations, 2) constant, gain
 
 
-class Limits(NamedTuple):
+class StopLimits(NamedTuple):
     """When to go on and when to stop; lengths in the normal frame."""
 
     finest: float  # correction that ends a row
@@ -72,7 +72,7 @@ class Limits(NamedTuple):
     reach: float  # way of a node, over the least pivot, on which factors serve
 
 
-class Place(NamedTuple):
+class RowPosition(NamedTuple):
     """One row of a group: what is known there, and room to work in."""
 
     x: FloatArray  # (nodes,) by local numbers
@@ -98,11 +98,11 @@ ITERATIONS, ERROR, SIGN, FIRST, PIVOT, VOLUME, LAST_SIGN, SINGULAR = range(8)
 without its sign, the sign at the last good row, 1 where the row is singular to the tolerance."""
 
 
-def room(groups: Sequence[Group], registers: int, actuators: int) -> Place:
+def room(groups: Sequence[GroupArrays], registers: int, actuators: int) -> RowPosition:
     """Return room for one row of the largest of some groups."""
     nodes = max((len(g.nodes) for g in groups), default=0)
     nb, m = max((g.base for g in groups), default=0), max((g.rows for g in groups), default=0)
-    return Place(
+    return RowPosition(
         np.zeros(nodes), np.zeros(nodes), np.zeros(registers), np.zeros(registers), np.zeros(actuators),
         np.zeros(actuators), np.zeros(actuators), np.zeros((nodes, nb)), np.zeros((nodes, nb)), np.zeros((m, 2 * nb)),
         np.zeros(m), np.zeros(4 * nb), np.zeros(nb), np.zeros(nb), np.zeros(4), np.zeros(8),
@@ -110,7 +110,7 @@ def room(groups: Sequence[Group], registers: int, actuators: int) -> Place:
 
 
 @kernel
-def vector_at(g: Group, p: Place, k: int) -> tuple[float, float]:
+def vector_at(g: GroupArrays, p: RowPosition, k: int) -> tuple[float, float]:
     """Return vector k at a row's positions and directions."""
     zr, zi = turned(g.vz[k, 0], g.vz[k, 1], g.vi[k, 3], g.vi[k, 4], p.cos, p.sin)
     u = g.vi[k, 0]
@@ -125,7 +125,7 @@ def vector_at(g: Group, p: Place, k: int) -> tuple[float, float]:
 
 
 @kernel
-def carry(g: Group, p: Place) -> None:
+def carry(g: GroupArrays, p: RowPosition) -> None:
     """Carry the nodes that are linear in the base nodes."""
     for k in range(g.pi.shape[0]):
         ex, ey = vector_at(g, p, g.pi[k, 2])
@@ -134,7 +134,7 @@ def carry(g: Group, p: Place) -> None:
 
 
 @kernel
-def clear(g: Group, p: Place) -> None:
+def clear(g: GroupArrays, p: RowPosition) -> None:
     """Make the room ready for a group."""
     p.out[SIGN] = 0.0
     for k in range(len(g.nodes)):
@@ -143,7 +143,7 @@ def clear(g: Group, p: Place) -> None:
 
 
 @stage
-def coefficients(g: Group, p: Place) -> None:
+def coefficients(g: GroupArrays, p: RowPosition) -> None:
     """Fill C (nodes, base nodes): base rows are the unit matrix, known nodes have zeros."""
     for k in range(g.pi.shape[0]):
         node, anchor, w = g.pi[k, 0], g.pi[k, 1], g.pi[k, 2]
@@ -159,7 +159,7 @@ def coefficients(g: Group, p: Place) -> None:
 
 
 @kernel
-def equations(g: Group, s: Place) -> None:
+def equations(g: GroupArrays, s: RowPosition) -> None:
     """Fill the residuals f (lengths)."""
     row = 0
     for k in range(g.ei.shape[0]):
@@ -182,7 +182,7 @@ def equations(g: Group, s: Place) -> None:
 
 
 @stage
-def jacobian(g: Group, s: Place) -> None:
+def jacobian(g: GroupArrays, s: RowPosition) -> None:
     """Fill the gradients j (equations, 2 x base nodes) by the coordinates of the base nodes."""
     j, cr, ci = s.j, s.cr, s.ci
     row = 0
@@ -218,7 +218,7 @@ def jacobian(g: Group, s: Place) -> None:
 
 
 @kernel
-def move(g: Group, p: Place) -> float:
+def move(g: GroupArrays, p: RowPosition) -> float:
     """Subtract a correction from the base nodes; return its greatest length."""
     worst = 0.0
     for b in range(g.base):
@@ -232,7 +232,7 @@ def move(g: Group, p: Place) -> float:
 
 
 @stage
-def factor(g: Group, p: Place) -> None:
+def factor(g: GroupArrays, p: RowPosition) -> None:
     """Fill and factor the gradients; tell the determinant's sign and the least pivot: how far from singular it is."""
     jacobian(g, p)
     m, n = g.rows, 2 * g.base
@@ -251,7 +251,7 @@ def factor(g: Group, p: Place) -> None:
 
 
 @kernel
-def serves(g: Group, p: Place, limits: Limits) -> bool:
+def serves(g: GroupArrays, p: RowPosition, limits: StopLimits) -> bool:
     """Tell whether the factors are of a place so near that the gradients cannot have become singular since."""
     if p.out[SIGN] == 0.0:
         return False
@@ -263,7 +263,7 @@ def serves(g: Group, p: Place, limits: Limits) -> bool:
 
 
 @kernel
-def newton(g: Group, p: Place, limits: Limits) -> bool:
+def newton(g: GroupArrays, p: RowPosition, limits: StopLimits) -> bool:
     """Settle one row from the base nodes in x, y; return whether it did."""
     m, n, out = g.rows, 2 * g.base, p.out
     out[ITERATIONS], out[SINGULAR] = 0.0, 0.0
@@ -302,7 +302,7 @@ def newton(g: Group, p: Place, limits: Limits) -> bool:
 
 
 @kernel
-def predict(x: FloatArray, y: FloatArray, time: FloatArray, r: int, g: Group, p: Place) -> float:
+def predict(x: FloatArray, y: FloatArray, time: FloatArray, r: int, g: GroupArrays, p: RowPosition) -> float:
     """Start row r by the polynomial through the rows before it, up to four of like spacing.
 
     Returns the length of the step foreseen, infinite where only one row is behind.
@@ -324,7 +324,7 @@ def predict(x: FloatArray, y: FloatArray, time: FloatArray, r: int, g: Group, p:
 
 
 @kernel
-def stand(x: FloatArray, y: FloatArray, r: int, g: Group, p: Place) -> float:
+def stand(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPosition) -> float:
     """Start row r where its base nodes stand: nothing is foreseen."""
     for b in range(g.base):
         p.x[b], p.y[b] = x[g.nodes[b], r], y[g.nodes[b], r]
@@ -332,7 +332,7 @@ def stand(x: FloatArray, y: FloatArray, r: int, g: Group, p: Place) -> float:
 
 
 @kernel
-def volume_at(x: FloatArray, y: FloatArray, r: int, g: Group, p: Place) -> float:
+def volume_at(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPosition) -> float:
     """Return the determinant, without its sign, in a solved row that has been taken."""
     stand(x, y, r, g, p)
     coefficients(g, p)
@@ -367,7 +367,7 @@ def weigh(time: FloatArray, r: int, weights: FloatArray) -> int:
 @kernel
 def take(
     x: FloatArray, y: FloatArray, rx: FloatArray, ry: FloatArray, values: FloatArray, cos: FloatArray,
-    sin: FloatArray, r: int, g: Group, p: Place,
+    sin: FloatArray, r: int, g: GroupArrays, p: RowPosition,
 ) -> None:  # fmt: skip
     """Take what is known in row r."""
     for k in range(g.base + g.pi.shape[0], len(g.nodes)):
@@ -379,7 +379,7 @@ def take(
 
 
 @kernel
-def give(x: FloatArray, y: FloatArray, r: int, g: Group, p: Place) -> None:
+def give(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPosition) -> None:
     """Give row r the group's nodes."""
     for k in range(g.base + g.pi.shape[0]):
         x[g.nodes[k], r], y[g.nodes[k], r] = p.x[k], p.y[k]
@@ -388,7 +388,8 @@ def give(x: FloatArray, y: FloatArray, r: int, g: Group, p: Place) -> None:
 @stage
 def couple(
     x: FloatArray, y: FloatArray, rx: FloatArray, ry: FloatArray, values: FloatArray, cos: FloatArray,
-    sin: FloatArray, time: FloatArray, start: int, end: int, g: Group, p: Place, sign: float, limits: Limits,
+    sin: FloatArray, time: FloatArray, start: int, end: int, g: GroupArrays, p: RowPosition, sign: float,
+    limits: StopLimits,
     iterations: FloatArray, errors: FloatArray, foreseen: bool,
 ) -> int:  # fmt: skip
     """Follow a motion over rows start..end; return the first row that did not settle safely.

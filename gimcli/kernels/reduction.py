@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from gimcli.kernels.influence import Chart, Place, Room, follow
+from gimcli.kernels.influence import Chart, InfluencePosition, InfluenceScratch, follow
 from gimcli.kernels.jit import kernel, stage
 from gimcli.kernels.linear import lu_factor, lu_solve
 from gimcli.kernels.windows import Windows, begin_beyond, interpolate, window_of
@@ -75,7 +75,7 @@ def turn(x: FloatArray, w: FloatArray, u: int, v: int, square: float) -> float:
 
 
 @stage
-def reduce_masses(p: Acting, at: Place, room: Room, out: Reduced) -> None:
+def reduce_masses(p: Acting, at: InfluencePosition, room: InfluenceScratch, out: Reduced) -> None:
     """Add the masses and their weight."""
     v, b, w, a, metre = at.v, at.b, room.velocity, room.acceleration, p.metre
     gx, gy = p.gravity[0] * metre, p.gravity[1] * metre
@@ -102,7 +102,7 @@ def reduce_masses(p: Acting, at: Place, room: Room, out: Reduced) -> None:
 
 
 @stage
-def reduce_loads(p: Acting, at: Place, room: Room, factors: FloatArray, out: Reduced) -> None:
+def reduce_loads(p: Acting, at: InfluencePosition, room: InfluenceScratch, factors: FloatArray, out: Reduced) -> None:
     """Add forces and torques."""
     v, b, w, a = at.v, at.b, room.velocity, room.acceleration
     for i in range(p.loads.shape[0]):
@@ -125,7 +125,7 @@ def reduce_loads(p: Acting, at: Place, room: Room, factors: FloatArray, out: Red
 
 
 @stage
-def reduce_gauges(p: Acting, at: Place, room: Room, out: Reduced) -> None:
+def reduce_gauges(p: Acting, at: InfluencePosition, room: InfluenceScratch, out: Reduced) -> None:
     """Add springs, dampers and what the inputs that are let go are driven by."""
     v, b, w, a = at.v, at.b, room.velocity, room.acceleration
     for i in range(p.springs.shape[0]):
@@ -154,7 +154,7 @@ def reduce_gauges(p: Acting, at: Place, room: Room, out: Reduced) -> None:
 
 
 @stage
-def reduce_friction(p: Acting, at: Place, room: Room, out: Reduced) -> None:
+def reduce_friction(p: Acting, at: InfluencePosition, room: InfluenceScratch, out: Reduced) -> None:
     """Add viscous friction in revolute pairs."""
     for i in range(p.rubs.shape[0]):
         n, f, m, g, one, other = p.rubs[i, 0], p.rubs[i, 1], p.rubs[i, 2], p.rubs[i, 3], p.rub[i, 1], p.rub[i, 2]
@@ -166,7 +166,7 @@ def reduce_friction(p: Acting, at: Place, room: Room, out: Reduced) -> None:
 
 
 @kernel
-def reduce(p: Acting, at: Place, room: Room, factors: FloatArray, out: Reduced) -> None:
+def reduce(p: Acting, at: InfluencePosition, room: InfluenceScratch, factors: FloatArray, out: Reduced) -> None:
     """Reduce everything; `rate` needs unit speed of the first independent variable alone."""
     size = at.b.shape[0]
     for k in range(size):
@@ -185,7 +185,7 @@ def reduce(p: Acting, at: Place, room: Room, factors: FloatArray, out: Reduced) 
 
 
 @kernel
-def accelerate(out: Reduced, free: int, given: FloatArray, room: Room, gain: FloatArray) -> bool:
+def accelerate(out: Reduced, free: int, given: FloatArray, room: InfluenceScratch, gain: FloatArray) -> bool:
     """Find the accelerations `gain` (k,) of the first `free` independent variables; the others are given.
 
     Where those of the others need efforts, `out.q` of them becomes these efforts.
@@ -222,8 +222,9 @@ def accelerate(out: Reduced, free: int, given: FloatArray, room: Room, gain: Flo
 
 @stage
 def move(
-    c: Chart, p: Acting, base: Place, last: Place, at: Place, windows: Windows, target: FloatArray, speeds: FloatArray,
-    given: FloatArray, free: int, factors: FloatArray, room: Room, out: Reduced, gain: FloatArray,
+    c: Chart, p: Acting, base: InfluencePosition, last: InfluencePosition, at: InfluencePosition, windows: Windows,
+    target: FloatArray, speeds: FloatArray,
+    given: FloatArray, free: int, factors: FloatArray, room: InfluenceScratch, out: Reduced, gain: FloatArray,
 ) -> bool:  # fmt: skip
     """Go from `base` to a state and find its accelerations: one call."""
     within = window_of(windows, target)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from gimcli.kernels.influence import Chart, Place, Room, copy_place, follow
+from gimcli.kernels.influence import Chart, InfluencePosition, InfluenceScratch, copy_place, follow
 from gimcli.kernels.jit import kernel, stage
 from gimcli.mechanism import FloatArray
 
@@ -74,7 +74,7 @@ def window_of(w: Windows, s: FloatArray) -> int:
 
 
 @kernel
-def stand_at_edge(w: Windows, n: int, side: int, to: Place) -> None:
+def stand_at_edge(w: Windows, n: int, side: int, to: InfluencePosition) -> None:
     """Set a place to that at the edge of a window."""
     for i in range(to.v.shape[0]):
         to.v[i] = w.v[n, side, i]
@@ -85,7 +85,7 @@ def stand_at_edge(w: Windows, n: int, side: int, to: Place) -> None:
 
 
 @kernel
-def begin_beyond(c: Chart, w: Windows, base: Place, target: FloatArray, last: Place) -> None:
+def begin_beyond(c: Chart, w: Windows, base: InfluencePosition, target: FloatArray, last: InfluencePosition) -> None:
     """Set the last place to where a way to a target begins: beyond the windows that lie on it."""
     copy_place(last, base)
     here, passed = w.target, 0.0
@@ -121,7 +121,8 @@ def weight_of(w: Windows, n: int, side: int, i: int, offset: float) -> float:
 
 @stage
 def interpolate(
-    c: Chart, w: Windows, n: int, target: FloatArray, speeds: FloatArray, last: Place, to: Place, room: Room
+    c: Chart, w: Windows, n: int, target: FloatArray, speeds: FloatArray, last: InfluencePosition,
+    to: InfluencePosition, room: InfluenceScratch
 ) -> bool:  # fmt: skip
     """Find all variables, their velocities, and accelerations without those of s, in a window.
 

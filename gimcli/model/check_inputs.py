@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gimcli.model.laws import Polynomial
+from gimcli.model.laws import PolynomialLaw
 from gimcli.model.references import References
 from gimcli.model.schema import LONGEST, PROFILES, SHORTEST, Actuator, Law, Profile
 from gimcli.model.source import Where
@@ -179,7 +179,7 @@ def _between(start: float, end: float, profile: Profile) -> list[float]:
 
 def _course(coefficients: Sequence[float]) -> list[float]:
     """Return the values of a polynomial at the ends of 0..1, and where it is highest and lowest between."""
-    law = Polynomial(tuple(coefficients or (0.0,)))
+    law = PolynomialLaw(tuple(coefficients or (0.0,)))
     with np.errstate(over="ignore", invalid="ignore"):
         values = law(np.concatenate([[0.0, 1.0], law.stops(), np.linspace(0.0, 1.0, LOOKS)]))
     values = np.where(np.isnan(values), np.inf, values)

@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.dynamics import Dynamics
-from gimcli.mechanism import FRAME, Actuator, ComplexArray, Drive, Mechanism, Member, Point, Slide
-from gimcli.mechanism import Law as MechanismLaw
+from gimcli.dynamic_data import Dynamics
+from gimcli.mechanism import FRAME, ComplexArray, Drive, Input, InputLaw, Mechanism, Member, Point, Slide
 from gimcli.model import schema
-from gimcli.model.laws import PROFILES, Polynomial, Run, Scaled, Table
+from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, Scaled, TableLaw
 from gimcli.model.references import CLOSEST, used_nodes
 from gimcli.model.tables import read_table
 
@@ -61,9 +60,7 @@ class Compiler:
             duration=self._duration(), floating=model.ground.member is not None,
         )  # fmt: skip
 
-    def _dynamics(
-        self, slides: tuple[Slide, ...], actuators: tuple[Actuator, ...]
-    ) -> tuple[Dynamics, tuple[Actuator, ...]]:
+    def _dynamics(self, slides: tuple[Slide, ...], actuators: tuple[Input, ...]) -> tuple[Dynamics, tuple[Input, ...]]:
         """Return what acts on the mechanism, and what it reads; nothing where the file is silent."""
         model = self.model
         if not any((model.masses, model.loads, model.springs, model.dampers, model.friction)):
@@ -131,7 +128,7 @@ class Compiler:
             return [Slide(name, name, self.index[pair.node], member, point, direction)]
         return [Slide(f"{name} {node}", name, self.index[node], member, point, direction) for node in pair.nodes or []]
 
-    def actuator(self, name: str, actuator: schema.Actuator) -> Actuator:
+    def actuator(self, name: str, actuator: schema.Actuator) -> Input:
         """Return an actuator, or what a gauge reads."""
         if actuator.type == "rotary":
             return self._rotary(name, actuator)
@@ -139,7 +136,7 @@ class Compiler:
             a, b = (self.index[n] for n in actuator.nodes)
             drawn = abs(complex(self.drawn[b] - self.drawn[a]))
             law = self._law(actuator.law, drawn, 1.0 / self.scale, 0.0)
-            return Actuator(name, Drive.DISTANCE, law, drawn, a, b)
+            return Input(name, Drive.DISTANCE, law, drawn, a, b)
         guide = list(actuator.guide or [])
         member, point, direction = self._line(guide)
         a = self.index[str(actuator.node)]
@@ -147,9 +144,9 @@ class Compiler:
         along = (v - u) / abs(v - u)
         drawn = ((complex(self.drawn[a]) - u) * along.conjugate()).real
         law = self._law(actuator.law, drawn, 1.0 / self.scale, 0.0)
-        return Actuator(name, Drive.TRAVEL, law, drawn, a, reference_member=member, point=point, direction=direction)
+        return Input(name, Drive.TRAVEL, law, drawn, a, reference_member=member, point=point, direction=direction)
 
-    def _rotary(self, name: str, actuator: schema.Actuator) -> Actuator:
+    def _rotary(self, name: str, actuator: schema.Actuator) -> Input:
         pivot, arm, reference = str(actuator.pivot), str(actuator.arm), actuator.reference
         arm_member = self._common(pivot, arm, moving=True)
         arm_direction = _unit(self._local(arm_member, arm) - self._local(arm_member, pivot))
@@ -162,27 +159,27 @@ class Compiler:
             ray /= complex(self.drawn[self.index[reference]] - self.drawn[self.index[pivot]])
         drawn = cmath.phase(complex(ray.real, ray.imag + 0.0))  # half a turn is pi: -0.0 would make it -pi
         law = self._law(actuator.law, drawn, self.turn, 2.0 * math.pi)
-        return Actuator(
+        return Input(
             name, Drive.ROTARY, law, drawn, self.index[pivot], arm_member=arm_member,
             reference_member=reference_member, arm_direction=arm_direction, reference_direction=reference_direction,
         )  # fmt: skip
 
-    def _law(self, law: schema.Law | None, drawn: float, unit: float, default: float) -> MechanismLaw:
+    def _law(self, law: schema.Law | None, drawn: float, unit: float, default: float) -> InputLaw:
         if law is None:
-            return Run(drawn, drawn + default, PROFILES["uniform"])
+            return RunLaw(drawn, drawn + default, PROFILES["uniform"])
         profile = law.profile
         if profile.table is not None:
-            return Scaled(Table(*read_table(self.folder / profile.table)), unit)
-        shape: MechanismLaw = PROFILES.get(profile.name, PROFILES["uniform"])
+            return Scaled(TableLaw(*read_table(self.folder / profile.table)), unit)
+        shape: InputLaw = PROFILES.get(profile.name, PROFILES["uniform"])
         if profile.polynomial is not None:
-            shape = Polynomial(tuple(profile.polynomial))
+            shape = PolynomialLaw(tuple(profile.polynomial))
             if law.from_ is None and law.by is None:
                 return Scaled(shape, unit)
         if law.by is not None:
-            return Run(drawn, drawn + law.by * unit, shape)
+            return RunLaw(drawn, drawn + law.by * unit, shape)
         if law.from_ is None or law.to is None:
-            return Run(drawn, drawn + default, shape)
-        return Run(law.from_ * unit, law.to * unit, shape)
+            return RunLaw(drawn, drawn + default, shape)
+        return RunLaw(law.from_ * unit, law.to * unit, shape)
 
     def _duration(self) -> float:
         if self.model.duration is not None:

@@ -4,8 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gimcli.dynamics import TIME, Damper, Dynamics, Effort, Friction, Inertia, Load, Release, Spring
-from gimcli.mechanism import FRAME, Actuator, Drive, Slide
+from gimcli.dynamic_data import (
+    TIME,
+    AppliedLoad,
+    DampingForce,
+    DrivingEffort,
+    Dynamics,
+    Friction,
+    Inertia,
+    Release,
+    SpringForce,
+)
+from gimcli.mechanism import FRAME, Drive, Input, Slide
 from gimcli.model import schema
 from gimcli.model.check_dynamics import as_actuator
 from gimcli.model.laws import Sampled
@@ -21,16 +31,16 @@ KILOGRAMS = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}
 class DynamicsCompiler:
     """Compiles the dynamic sections of a model whose members have been compiled."""
 
-    def __init__(self, own: Compiler, slides: tuple[Slide, ...], actuators: tuple[Actuator, ...]) -> None:
+    def __init__(self, own: Compiler, slides: tuple[Slide, ...], actuators: tuple[Input, ...]) -> None:
         self.model, self.folder, self.members, self.nodes, self.scale = (
             own.model, own.folder, own.members, own.names, own.scale,
         )  # fmt: skip
         self.slides, self.actuators, self.turn = slides, actuators, own.turn
         self.read, self.place = own.actuator, own.point
         self.number = {m.name: k for k, m in enumerate(self.members)} | {"ground": FRAME}
-        self.gauges: list[Actuator] = []
+        self.gauges: list[Input] = []
 
-    def compile(self) -> tuple[Dynamics, tuple[Actuator, ...]]:
+    def compile(self) -> tuple[Dynamics, tuple[Input, ...]]:
         """Return what acts, and the gauges that springs and dampers read."""
         model = self.model
         metre = METRES.get(model.units.length)
@@ -40,7 +50,7 @@ class DynamicsCompiler:
             gravity=complex(*(model.gravity or (0.0, 0.0))),
             loads=tuple(self._load(name, load) for name, load in model.loads.items()),
             springs=tuple(self._spring(name, spring) for name, spring in model.springs.items()),
-            dampers=tuple(Damper(n, self._gauge(n, d), d.damping) for n, d in model.dampers.items()),
+            dampers=tuple(DampingForce(n, self._gauge(n, d), d.damping) for n, d in model.dampers.items()),
             frictions=tuple(self._friction(name, damping) for name, damping in model.friction.items()),
             releases=tuple(self._release(k, name) for k, name in enumerate(model.actuators)),
         )
@@ -55,7 +65,7 @@ class DynamicsCompiler:
         own, known = mass.mass * KILOGRAMS[self.model.units.mass], mass.inertia is not None
         return Inertia(self.number[name], own, mass.inertia or 0.0, centre, known)
 
-    def _load(self, name: str, load: schema.Load) -> Load:
+    def _load(self, name: str, load: schema.Load) -> AppliedLoad:
         member, point, force = self.number[load.on], 0.0j, complex(*(load.force or load.follower or (0.0, 0.0)))
         if load.torque is None:
             point = self.place(name, schema.Tracer(on=load.on, at=load.at, local=load.local)).local
@@ -66,19 +76,19 @@ class DynamicsCompiler:
                 over = list(self.model.actuators).index(load.over)
                 at = [value * self._unit(self.actuators[over]) for value in at]
             curve = Sampled(at, factor)
-        return Load(name, member, point, force, load.torque or 0.0, load.follower is not None, curve, over)
+        return AppliedLoad(name, member, point, force, load.torque or 0.0, load.follower is not None, curve, over)
 
-    def _unit(self, actuator: Actuator) -> float:
+    def _unit(self, actuator: Input) -> float:
         return self.turn if actuator.drive is Drive.ROTARY else 1.0 / self.scale
 
     def _gauge(self, name: str, part: schema.Gauge) -> int:
         self.gauges.append(self.read(name, as_actuator(part)))
         return len(self.gauges) - 1
 
-    def _spring(self, name: str, spring: schema.Spring) -> Spring:
+    def _spring(self, name: str, spring: schema.Spring) -> SpringForce:
         k = self._gauge(name, spring)
         gauge = self.gauges[k]
-        return Spring(
+        return SpringForce(
             name, k, spring.stiffness, gauge.drawn if spring.free is None else spring.free * self._unit(gauge)
         )
 
@@ -92,14 +102,14 @@ class DynamicsCompiler:
         start = None if actuator.start is None else actuator.start * unit
         return Release(k, actuator.free, start, actuator.speed * unit, self._effort(actuator.effort, unit))
 
-    def _effort(self, effort: schema.Effort | None, unit: float) -> Effort:
+    def _effort(self, effort: schema.Effort | None, unit: float) -> DrivingEffort:
         if effort is None:
-            return Effort()
+            return DrivingEffort()
         if effort.table is not None:
             at, value = read_table(self.folder / effort.table)
             if effort.over != "time":
                 at = [place * unit for place in at]
-            return Effort(curve=Sampled(at, value), over=effort.over)
+            return DrivingEffort(curve=Sampled(at, value), over=effort.over)
         if effort.stall is not None:
-            return Effort(constant=effort.stall, idle=(effort.idle or 0.0) * unit)
-        return Effort(effort.constant or 0.0)
+            return DrivingEffort(constant=effort.stall, idle=(effort.idle or 0.0) * unit)
+        return DrivingEffort(effort.constant or 0.0)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.mechanism import FloatArray, Law
+from gimcli.mechanism import FloatArray, InputLaw
 
 CUBIC = (0.0, 0.0, 3.0, -2.0)
 QUINTIC = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)
@@ -27,7 +27,7 @@ NEGLIGIBLE = 1e-60
 
 
 @dataclass(frozen=True)
-class Polynomial:
+class PolynomialLaw:
     """sum of c[k] t^k."""
 
     coefficients: tuple[float, ...]
@@ -72,7 +72,7 @@ class Wave:
         return np.empty(0)
 
 
-class Table:
+class TableLaw:
     """Shape-preserving cubic through (time, value) pairs: it does not overshoot between them.
 
     Source: Fritsch & Butland 1984, as in scipy's PchipInterpolator.
@@ -93,22 +93,22 @@ class Table:
         return np.asarray(self._when[1:-1], dtype=float)
 
 
-PROFILES: dict[str, Law] = {
-    "uniform": Polynomial((0.0, 1.0)),
-    "cubic": Polynomial(CUBIC),
-    "quintic": Polynomial(QUINTIC),
+PROFILES: dict[str, InputLaw] = {
+    "uniform": PolynomialLaw((0.0, 1.0)),
+    "cubic": PolynomialLaw(CUBIC),
+    "quintic": PolynomialLaw(QUINTIC),
     "cycloidal": Wave(True),
     "harmonic": Wave(False),
 }
 
 
 @dataclass(frozen=True)
-class Run:
+class RunLaw:
     """From one value to another along a profile; both ends are met exactly."""
 
     start: float
     end: float
-    profile: Law
+    profile: InputLaw
 
     def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
         """Return the value or a derivative by the normalised time."""
@@ -128,7 +128,7 @@ class Run:
 class Scaled:
     """A law given in the file's unit."""
 
-    law: Law
+    law: InputLaw
     factor: float
 
     def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:

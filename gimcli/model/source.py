@@ -75,7 +75,7 @@ def read_source(path: Path) -> Source:
     source = Source(path)
     loader = _LOADER(text)
     try:
-        source.data = _Builder(source, loader).document()
+        source.data = _DataBuilder(source, loader).document()
     except yaml.MarkedYAMLError as error:
         source.fault_at(*_syntax(text, error))
         raise source.error() from None
@@ -135,7 +135,7 @@ class _Anchor:
     height: int
 
 
-class _Builder:
+class _DataBuilder:
     """Builds plain data from the events of one document."""
 
     def __init__(self, source: Source, loader: Any) -> None:

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gimcli.continuation.gap_interpolation import Gap, Row
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.motion.bridge import Gap, Row
-from gimcli.motion.ways import Strewn, Ways
-from gimcli.solvers import closed, newton
-from gimcli.solvers.block import Block
-from gimcli.solvers.newton import Packed, Run
-from gimcli.solvers.side import sides
+from gimcli.motion.backtracking import Backtracking, Strewn
+from gimcli.positions import closed_forms, newton
+from gimcli.positions.block import RowBlock
+from gimcli.positions.branch_signs import sides
+from gimcli.positions.newton import Packed, Run
 from gimcli.status import Status
 from gimcli.structure.residual import allowed, errors
 from gimcli.structure.restrictions import Move
@@ -72,10 +72,10 @@ class Assembler:
         self, inputs: FloatArray, guess: ComplexArray, time: float = 0.0, signs: FloatArray | None = None
     ) -> Assembly:
         """Assemble at inputs (actuators,) from a guess (nodes,), on the sides of the guess or as `signs` say."""
-        block = Block.empty(self.plan, len(self.mechanism.nodes), np.array([time]), inputs[:, None], 0)
+        block = RowBlock.empty(self.plan, len(self.mechanism.nodes), np.array([time]), inputs[:, None], 0)
         frame = self.mechanism.members[0]
         block.x[list(frame.nodes), 0], block.y[list(frame.nodes), 0] = frame.shape.real, frame.shape.imag
-        drawn = Block.empty(self.plan, len(self.mechanism.nodes), np.array([time]), inputs[:, None], 0)
+        drawn = RowBlock.empty(self.plan, len(self.mechanism.nodes), np.array([time]), inputs[:, None], 0)
         drawn.x[:, 0], drawn.y[:, 0] = guess.real, guess.imag
         signs = sides(self.plan, drawn, self.mechanism.size) if signs is None else signs
         with np.errstate(all="ignore"):
@@ -83,11 +83,11 @@ class Assembler:
         row = Row(time, block.x[:, 0].copy(), block.y[:, 0].copy(), block.g[:, 0].copy())
         return Assembly(status, row, signs, float(block.error[0]), float(block.work[0]), self.plan.surplus > 0)
 
-    def _take(self, block: Block, drawn: Block, signs: FloatArray) -> Status:
+    def _take(self, block: RowBlock, drawn: RowBlock, signs: FloatArray) -> Status:
         """Take all steps in order; `signs` then tells the sides taken."""
         steps, k, failed = self.plan.steps, 0, Status.OK
         before = [0.0] * len(steps)  # error that each step started with
-        ways = Ways(self.plan, signs, drawn, self._strewn(np.random.default_rng(0))) if self.anywhere else None
+        ways = Backtracking(self.plan, signs, drawn, self._strewn(np.random.default_rng(0))) if self.anywhere else None
         while True:
             if k == len(steps):
                 if ways is None or self._holds(self.plan.surplus, block):
@@ -105,7 +105,7 @@ class Assembler:
             self._forget(k, block)
             block.end, block.blocked, block.singular, block.error[0] = 1, False, False, before[k]
 
-    def _forget(self, k: int, block: Block) -> None:
+    def _forget(self, k: int, block: RowBlock) -> None:
         """Take back what the steps from k on have placed."""
         for step in self.plan.steps[k:]:
             if isinstance(step, Orient | Tilt):
@@ -114,20 +114,20 @@ class Assembler:
                 nodes = list(step.nodes) if isinstance(step, Coupled) else [step.node]
                 block.x[nodes, 0] = block.y[nodes, 0] = np.nan
 
-    def _step(self, k: int, step: object, block: Block, drawn: Block, signs: FloatArray) -> bool:
+    def _step(self, k: int, step: object, block: RowBlock, drawn: RowBlock, signs: FloatArray) -> bool:
         if isinstance(step, Place):
-            closed.place(step, block)
+            closed_forms.place(step, block)
         elif isinstance(step, Orient):
-            closed.orient(step, block)
+            closed_forms.orient(step, block)
         elif isinstance(step, Tilt):
-            closed.tilt(step, block, signs, self.tolerance)
+            closed_forms.tilt(step, block, signs, self.tolerance)
         elif isinstance(step, Dyad):
-            closed.dyad(step, block, signs, self.tolerance)
+            closed_forms.dyad(step, block, signs, self.tolerance)
         elif isinstance(step, Coupled):
             return self._couple(self.packed[k], block, drawn)
         return block.end > 0
 
-    def _couple(self, packed: Packed, block: Block, drawn: Block) -> bool:
+    def _couple(self, packed: Packed, block: RowBlock, drawn: RowBlock) -> bool:
         """Settle a group: the assembled position nearest to the guess of those that the first starts find."""
         base, nodes = list(packed.group.base), list(packed.group.nodes)
         drawing = drawn.x[nodes, 0] + 1j * drawn.y[nodes, 0]
@@ -154,7 +154,7 @@ class Assembler:
         loose, far = rank
         return not loose if self.anywhere else far <= NEAR * self.mechanism.size or number >= 1
 
-    def _holds(self, surplus: int, block: Block) -> bool:
+    def _holds(self, surplus: int, block: RowBlock) -> bool:
         """Tell whether surplus constraints, which nothing imposes exactly, hold among what is placed."""
         if surplus <= 0:
             return True
@@ -163,7 +163,7 @@ class Assembler:
         found = (e[0] for _, _, e in errors(self.mechanism, z, block.inputs[:, :1]))
         return all(e <= enough for e in found if np.isfinite(e))
 
-    def _starts(self, packed: Packed, block: Block, drawn: Block) -> Iterator[ComplexArray]:
+    def _starts(self, packed: Packed, block: RowBlock, drawn: RowBlock) -> Iterator[ComplexArray]:
         """Yield starts of the base nodes: the guess, the guess after some sweeps, the guess disturbed, any."""
         base, size = list(packed.group.base), self.mechanism.size
         guess = drawn.x[:, 0] + 1j * drawn.y[:, 0]
@@ -190,9 +190,9 @@ class Assembler:
 
         return strewn
 
-    def _swept(self, packed: Packed, block: Block, guess: ComplexArray) -> ComplexArray | None:
-        from gimcli.solvers import gim
-        from gimcli.structure.sequence import group_sequence
+    def _swept(self, packed: Packed, block: RowBlock, guess: ComplexArray) -> ComplexArray | None:
+        from gimcli.gim import sweeps
+        from gimcli.gim.sequence import group_sequence
 
         own = list(packed.group.nodes)
         z = np.where(np.isfinite(block.x[:, 0]), block.x[:, 0] + 1j * block.y[:, 0], guess)
@@ -206,23 +206,23 @@ class Assembler:
         moves = self._sequences[packed.group.base]
         if not moves:
             return None
-        policy = gim.Policy(sweeps=SWEEPS)
-        done = gim.settle(moves, z, block.inputs[:, 0], self.mechanism.size, 1e-6, self.run, policy)
+        policy = sweeps.SweepConstants(sweeps=SWEEPS)
+        done = sweeps.settle(moves, z, block.inputs[:, 0], self.mechanism.size, 1e-6, self.run, policy)
         block.work[0] += done.sweeps
         return done.z if np.all(np.isfinite(done.z)) else None
 
-    def _faithful(self, block: Block) -> bool:
+    def _faithful(self, block: RowBlock) -> bool:
         """Tell whether no driven angle is a half turn off: a line does not know its two ends apart."""
         z = block.x[:, :1] + 1j * block.y[:, :1]
         angles = [e[0] for _, is_angle, e in errors(self.mechanism, z, block.inputs[:, :1]) if is_angle]
         return not any(np.isfinite(e) and e > 1.0 for e in angles)
 
-    def _fits(self, packed: Packed, block: Block, start: ComplexArray) -> bool:
+    def _fits(self, packed: Packed, block: RowBlock, start: ComplexArray) -> bool:
         """Tell whether the members of a group fit at its start already, which is then left in the block."""
         base, group = list(packed.group.base), packed.group
         block.x[base, 0], block.y[base, 0] = start.real, start.imag
         for place in group.places:
-            closed.place(place, block)
+            closed_forms.place(place, block)
         names = {e.constraint for e in group.equations}
         z = block.x[:, :1] + 1j * block.y[:, :1]
         found = errors(self.mechanism, z, block.inputs[:, :1])

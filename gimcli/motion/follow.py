@@ -17,22 +17,22 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from gimcli.continuation.gap_interpolation import Gap, Row
 from gimcli.kernels import jit
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.motion.bridge import Gap, Row
-from gimcli.motion.inputs import Inputs
-from gimcli.motion.passing import Passing
-from gimcli.solvers import closed, newton
-from gimcli.solvers.block import Block
-from gimcli.solvers.newton import Packed, Run
-from gimcli.solvers.side import sides
+from gimcli.motion.singular_crossing import SingularCrossing
+from gimcli.positions import closed_forms, newton
+from gimcli.positions.block import RowBlock
+from gimcli.positions.branch_signs import sides
+from gimcli.positions.inputs import Inputs
+from gimcli.positions.newton import Packed, Run
 from gimcli.status import Status
 from gimcli.structure.steps import Coupled, Dyad, Orient, Place, Plan, Tilt
 
 if TYPE_CHECKING:
-    from gimcli.motion.arc import Passage
+    from gimcli.continuation.arc import ArcPassage
     from gimcli.motion.guide import Guide
-    from gimcli.solvers.program import Marcher
+    from gimcli.positions.program import Marcher
 
 Stop = tuple[float, tuple[float, ...]]
 """Time and inputs (actuators,) at a limit."""
@@ -43,7 +43,7 @@ Meeting = tuple[ComplexArray, FloatArray]
 
 
 @dataclass(frozen=True)
-class Policy:
+class FollowingConstants:
     """Constants of the path following."""
 
     rows: int = 2048  # in one block: fits the cache
@@ -64,7 +64,7 @@ class Policy:
 
 
 @dataclass
-class Path:
+class FollowedPath:
     """What following gave, in the order of the times asked for; z is undefined where a row is not ok."""
 
     time: FloatArray  # (rows,)
@@ -82,11 +82,11 @@ class Path:
     parameter: FloatArray | None = None  # (rows,) of the curve, if asked for
 
     @staticmethod
-    def empty(nodes: int, time: FloatArray, inputs: FloatArray) -> Path:
+    def empty(nodes: int, time: FloatArray, inputs: FloatArray) -> FollowedPath:
         """Return a path with nothing solved."""
         rows = len(time)
         z, codes = np.empty((nodes, rows), dtype=complex), np.zeros(rows, dtype=np.int64)
-        return Path(time, inputs, z, codes, np.full(rows, np.nan), np.zeros(rows))  # a NaN is never ok
+        return FollowedPath(time, inputs, z, codes, np.full(rows, np.nan), np.zeros(rows))  # a NaN is never ok
 
     def met(self, time: float, gap: Gap, inputs: FloatArray) -> None:
         """Note a singular position that was passed, and its inputs (actuators,)."""
@@ -99,7 +99,7 @@ class Path:
         self.codes[row:] = int(Status.LIMIT)
 
 
-class Follower:
+class BranchFollower:
     """The state of a motion: its plan, the signs of its branch, and the last rows.
 
     `sense` is that of the guide's parameter as the time grows; without a guide what cannot be passed is a limit.
@@ -107,10 +107,10 @@ class Follower:
 
     def __init__(
         self, mechanism: Mechanism, plan: Plan, inputs: Inputs, run: Run, tolerance: float,
-        guide: Callable[[], Guide] | None = None, policy: Policy | None = None,
+        guide: Callable[[], Guide] | None = None, policy: FollowingConstants | None = None,
     ) -> None:  # fmt: skip
         self.mechanism, self.plan, self.inputs, self.run, self._guide = mechanism, plan, inputs, run, guide
-        self.policy = policy or Policy()
+        self.policy = policy or FollowingConstants()
         self.tolerance = tolerance * mechanism.size
         self.accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest)
         self.loose = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest, self.policy.loosest)
@@ -120,7 +120,7 @@ class Follower:
         self.log: list[Row] = []
         self.bridges: list[Gap] = []
         self.passed = 0  # bridges that stand
-        self.wall: Passage | None = None  # the way in to a limit
+        self.wall: ArcPassage | None = None  # the way in to a limit
         self.lenient = False  # on the way past a position that the tolerance cannot tell
         self.progress: Callable[[int, int], None] | None = None  # hears of rows done and rows in all
         self.turn, self.sense = 1.0, 1.0  # time of one turn, or of a travel of 2 pi sizes
@@ -139,7 +139,7 @@ class Follower:
     def enter(self, gap: Gap) -> bool:
         """Start on the way out of a singular position, or in to a limit; tell whether it can be gone."""
         if gap.inwards:
-            self.log, self.wall = [], cast("Passage", gap)
+            self.log, self.wall = [], cast("ArcPassage", gap)
         elif (out := gap.exit) is not None:
             signs = self.sides(out)
             self.begin(Row(out.time, out.x, out.y, signs * np.abs(out.g)), signs)
@@ -161,20 +161,20 @@ class Follower:
     def sides(self, row: Row) -> FloatArray:
         """Return the signs of the branch that a row is on."""
         when = np.array([row.time])
-        guess = Block.empty(self.plan, len(self.mechanism.nodes), when, self.inputs(when), 0)
+        guess = RowBlock.empty(self.plan, len(self.mechanism.nodes), when, self.inputs(when), 0)
         guess.x[:, 0], guess.y[:, 0] = row.x, row.y
         return sides(self.plan, guess, self.mechanism.size)
 
     # -- blocks -------------------------------------------------------------------------
 
-    def evaluate(self, times: FloatArray, history: list[Row], values: FloatArray | None = None) -> Block:
+    def evaluate(self, times: FloatArray, history: list[Row], values: FloatArray | None = None) -> RowBlock:
         """Solve rows at times, and their inputs (actuators, rows) if given, that go on from some history."""
         history = self._useful(times, history)
         when = np.concatenate([[row.time for row in history], times])
         inputs = self.inputs(when)
         if values is not None:
             inputs[:, len(history) :] = values
-        block = Block.empty(self.plan, len(self.mechanism.nodes), when, inputs, len(history))
+        block = RowBlock.empty(self.plan, len(self.mechanism.nodes), when, inputs, len(history))
         for k, row in enumerate(history):
             block.x[:, k], block.y[:, k], block.g[:, k] = row.x, row.y, row.g
         fixed = list(self.mechanism.members[0].nodes)
@@ -185,18 +185,18 @@ class Follower:
             self._solve(block)
         return block
 
-    def _solve(self, block: Block) -> None:
+    def _solve(self, block: RowBlock) -> None:
         for k, step in enumerate(self.plan.steps):
             if block.end <= block.history:
                 return
             if isinstance(step, Place):
-                closed.place(step, block)
+                closed_forms.place(step, block)
             elif isinstance(step, Dyad):
-                closed.dyad(step, block, self.sign, self.tolerance)
+                closed_forms.dyad(step, block, self.sign, self.tolerance)
             elif isinstance(step, Orient):
-                closed.orient(step, block)
+                closed_forms.orient(step, block)
             elif isinstance(step, Tilt):
-                closed.tilt(step, block, self.sign, self.tolerance)
+                closed_forms.tilt(step, block, self.sign, self.tolerance)
             else:
                 packed, sign = self.packed[k], self.determinant[k]
                 accuracy = self.loose if block.lenient else self.accuracy
@@ -215,7 +215,7 @@ class Follower:
             chosen.append(history[0])
         return chosen[::-1]
 
-    def rows(self, block: Block) -> list[Row]:
+    def rows(self, block: RowBlock) -> list[Row]:
         """Return the solved rows of a block."""
         span = range(block.history, block.end)
         return [
@@ -237,11 +237,11 @@ class Follower:
 
     # -- the whole motion ------------------------------------------------------------------
 
-    def run_to(self, times: FloatArray) -> Path:
+    def run_to(self, times: FloatArray) -> FollowedPath:
         """Solve at increasing times."""
-        return self.follow(Path.empty(len(self.mechanism.nodes), times, self.inputs(times)))
+        return self.follow(FollowedPath.empty(len(self.mechanism.nodes), times, self.inputs(times)))
 
-    def follow(self, path: Path) -> Path:
+    def follow(self, path: FollowedPath) -> FollowedPath:
         """Fill a path, whose times increase, from the start or from where the last call ended."""
         times, n = path.time, len(path.time)
         i = self._fill(path, 0)
@@ -258,10 +258,10 @@ class Follower:
             if self.progress is not None:
                 self.progress(i, n)
             if doubtful:
-                i = self._beyond(path, i, Passing(self).cross(float(times[i])))
+                i = self._beyond(path, i, SingularCrossing(self).cross(float(times[i])))
         return path
 
-    def _beyond(self, path: Path, i: int, crossed: bool) -> int:
+    def _beyond(self, path: FollowedPath, i: int, crossed: bool) -> int:
         """Fill what has been passed and return the next row; or end the motion at its limit."""
         if crossed:
             return self._fill(path, i)
@@ -285,7 +285,7 @@ class Follower:
         path.limit = self.log[-1].time
         return i
 
-    def _block(self, path: Path, i: int) -> tuple[int, bool]:
+    def _block(self, path: FollowedPath, i: int) -> tuple[int, bool]:
         """Solve rows from row i on as arrays; return how many, and whether the next is doubtful."""
         rows = slice(i, i + self.policy.rows)
         block = self.evaluate(path.time[rows], self.log, path.inputs[:, rows])
@@ -298,11 +298,11 @@ class Follower:
 
     @cached_property
     def _marcher(self) -> Marcher:
-        from gimcli.solvers.program import Marcher
+        from gimcli.positions.program import Marcher
 
         return Marcher(self.mechanism, self.plan, self.accuracy)
 
-    def _march(self, path: Path, i: int) -> tuple[int, bool]:
+    def _march(self, path: FollowedPath, i: int) -> tuple[int, bool]:
         """Solve all rows from row i on in one call; return how many, and whether the next is doubtful."""
         marcher = self._marcher
         history = self._useful(path.time[i:], self.log)
@@ -314,7 +314,7 @@ class Follower:
         self.remember([Row(*parts) for parts in kept if parts[0] > self.log[-1].time])
         return good, i + good < len(path.time)
 
-    def _fill(self, path: Path, i: int) -> int:
+    def _fill(self, path: FollowedPath, i: int) -> int:
         """Fill the rows up to where crossing has arrived; return the next row to solve."""
         while i < len(path.time) and path.time[i] <= self.reached:
             row = self.at(float(path.time[i]))
@@ -359,10 +359,10 @@ class Follower:
         if block.end == len(block.time):
             return True
         ends = start + (time - start) * np.array(self.policy.first)
-        return all(Passing(self).cross(float(end)) for end in ends if end > self.log[-1].time)
+        return all(SingularCrossing(self).cross(float(end)) for end in ends if end > self.log[-1].time)
 
 
-def _tail(block: Block, first: int) -> Block:
+def _tail(block: RowBlock, first: int) -> RowBlock:
     """Return the block with only its last rows counted as new."""
     tail = copy(block)
     tail.history = max(first, block.history)

@@ -12,18 +12,18 @@ from functools import cached_property
 
 import numpy as np
 
+from gimcli.continuation.arc import NODES, ArcPassage, SingularArc, make_arc
+from gimcli.continuation.arclength import place
+from gimcli.continuation.bifurcation import crossing
+from gimcli.continuation.branches import Departure, departure
+from gimcli.continuation.circuit import RESTS, Circuit, CircuitConstants, CircuitWalker, Ended
+from gimcli.continuation.curve import PositionCurve
+from gimcli.continuation.folds import between, fold_beside
+from gimcli.continuation.gap_interpolation import Gap, Row
 from gimcli.errors import GimError, UsageError
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.motion.arc import NODES, Arc, Passage, make_arc
 from gimcli.motion.assemble import Assembler, Assembly
-from gimcli.motion.branches import Departure, departure
-from gimcli.motion.bridge import Gap, Row
-from gimcli.motion.circuit import RESTS, Circuit, Ended, Policy, Walker
-from gimcli.motion.curve import Curve
-from gimcli.motion.folds import between, fold_beside
-from gimcli.motion.inputs import Line
-from gimcli.solvers.arclength import place
-from gimcli.solvers.crossing import crossing
+from gimcli.positions.inputs import InputLine
 from gimcli.status import Status
 
 LARGEST = 120
@@ -45,17 +45,17 @@ NEAR = 1e-6
 class Guide:
     """The curve of a motion along a line of the inputs, or along the laws' time."""
 
-    def __init__(self, line: Line | None, assembler: Assembler) -> None:
+    def __init__(self, line: InputLine | None, assembler: Assembler) -> None:
         self.mechanism, self.line, self.assembler = assembler.mechanism, line, assembler
 
     @cached_property
-    def curve(self) -> Curve | None:
+    def curve(self) -> PositionCurve | None:
         """The curve, if the mechanism is not too large for it."""
         if 2 * len(self.mechanism.nodes) > LARGEST:
             return None
-        return Curve(self.mechanism, self.line)
+        return PositionCurve(self.mechanism, self.line)
 
-    def ahead(self, rows: Sequence[Row], sense: float, until: float, turn: float) -> Passage | float | None:
+    def ahead(self, rows: Sequence[Row], sense: float, until: float, turn: float) -> ArcPassage | float | None:
         """Return the way through the first singular position after solved rows, up to a place; None where none is met.
 
         A number is the place that the motion approaches as it runs to infinity.
@@ -66,14 +66,14 @@ class Guide:
         start = next((row for row in reversed(rows) if row.time <= last - ASTERN * turn), rows[0])
         way = np.append(np.zeros(curve.system.n), sense)
         p = curve.point(start.x + 1j * start.y, sense * start.time * curve.span)
-        walker = Walker(curve, place(curve, p, way), Policy())
+        walker = CircuitWalker(curve, place(curve, p, way), CircuitConstants())
         for _ in range(MOST):
             known = len(walker.places)
             if not walker.go():
                 return None
             for k in range(known, len(walker.places)):
                 arc = self._arc(walker, k)
-                passage = arc and Passage(arc, sense, self.assembled, -1.0)
+                passage = arc and ArcPassage(arc, sense, self.assembled, -1.0)
                 if passage and passage.ends[1] > last:
                     return passage
             if sense * walker.places[-1].p[-1] > (until + ASTERN * turn) * curve.span:
@@ -85,7 +85,7 @@ class Guide:
 
     def around(
         self, z: ComplexArray, at: float, sense: float, branch: int = 1, along: FloatArray | None = None
-    ) -> Passage | None:
+    ) -> ArcPassage | None:
         """Return the way through a singular position z (nodes,) at a place, on one of its branches; None without one.
 
         `along`: the direction (n + 1,) of a motion that came there. Raises UsageError where there is no such branch.
@@ -112,33 +112,33 @@ class Guide:
             return None
         stands = arc.distance(q, 1.0) == 0.0
         way = start.ways[branch - 1] if stands else start.place.p - fold.p
-        return Passage(arc, sense, self.assembled, float(np.copysign(1.0, way @ fold.tangent)))
+        return ArcPassage(arc, sense, self.assembled, float(np.copysign(1.0, way @ fold.tangent)))
 
-    def other_end(self, passage: Passage) -> Passage | None:
+    def other_end(self, passage: ArcPassage) -> ArcPassage | None:
         """Return the way in at the other limit of the arc that a limit ends; None where it has no other."""
         arc, curve = passage.arc, passage.arc.curve
         outer = arc.p[:, -1 if passage.side > 0.0 else 0]
-        walker = Walker(curve, place(curve, outer, outer - arc.p[:, NODES]), Policy())
+        walker = CircuitWalker(curve, place(curve, outer, outer - arc.p[:, NODES]), CircuitConstants())
         for k in range(1, MOST):
             if len(walker.places) <= k and not walker.go():
                 return None
             found = self._arc(walker, k)
             if found is not None and found.limit:
                 side = -1.0
-                return Passage(found, -found.outwards(side), self.assembled, side)
+                return ArcPassage(found, -found.outwards(side), self.assembled, side)
         return None
 
-    def _beside(self, curve: Curve, start: Departure, sense: float) -> Passage | None:
+    def _beside(self, curve: PositionCurve, start: Departure, sense: float) -> ArcPassage | None:
         """Return the way through a meeting of branches beside a regular place, on the branch that it is on."""
-        policy, here = Policy(), start.place.p
+        policy, here = CircuitConstants(), start.place.p
         met = crossing(curve, here, policy.meeting)
         if met is None or met.miss > policy.exact or not 0.0 < np.linalg.norm(met.p - here) <= ABOUT:
             return None
         way = met.near(here - met.p)
         arc = None if way is None else make_arc(curve, met.p, way, met)
-        return None if arc is None or arc.limit else Passage(arc, sense, self.assembled)
+        return None if arc is None or arc.limit else ArcPassage(arc, sense, self.assembled)
 
-    def _through(self, curve: Curve, start: Departure, sense: float, branch: int) -> Passage | None:
+    def _through(self, curve: PositionCurve, start: Departure, sense: float, branch: int) -> ArcPassage | None:
         """Return the way through a meeting of branches; branch 1 is the first that an input can drive."""
         assert start.met is not None
         assert start.first is not None
@@ -151,12 +151,12 @@ class Guide:
                 )
             arc = make_arc(curve, start.met.p, way, start.met) if abs(way[-1]) > RESTS else None
             if arc is not None:
-                return Passage(arc, sense, self.assembled)
+                return ArcPassage(arc, sense, self.assembled)
         if branch > 1:
             raise UsageError(f"--branch {branch}: the branch cannot be followed from the change point")
         return None
 
-    def _arc(self, walker: Walker, k: int) -> Arc | None:
+    def _arc(self, walker: CircuitWalker, k: int) -> SingularArc | None:
         """Return the arc through the singular position at, or just before, a place; None where there is none."""
         here, curve = walker.places[k], walker.curve
         if k in walker.crossings:
@@ -173,7 +173,9 @@ class Guide:
         curve, row = self.curve, gap.at(gap.centre)
         if curve is None:
             return gap.centre
-        found = crossing(curve, curve.point(row.x + 1j * row.y, sense * gap.centre * curve.span), Policy().meeting)
+        found = crossing(
+            curve, curve.point(row.x + 1j * row.y, sense * gap.centre * curve.span), CircuitConstants().meeting
+        )
         return gap.centre if found is None else sense * float(found.p[-1]) / curve.span
 
     def assembled(self, p: FloatArray, at: float) -> Row | None:
@@ -186,7 +188,7 @@ class Guide:
         return found.row if found.status is Status.OK and np.all(far <= NEAR * self.mechanism.size) else None
 
 
-def direction(curve: Curve, gap: Gap, sense: float = 1.0) -> FloatArray:
+def direction(curve: PositionCurve, gap: Gap, sense: float = 1.0) -> FloatArray:
     """Return the direction (n + 1,) of a curve on the way through a singular position, or to a limit.
 
     sense: of the parameter as the gap's times grow; of several inputs 0, if they came there on another line.
@@ -198,6 +200,6 @@ def direction(curve: Curve, gap: Gap, sense: float = 1.0) -> FloatArray:
     return np.asarray((ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0]))
 
 
-def arrival(curve: Curve, start: Assembly, single: bool) -> FloatArray | None:
+def arrival(curve: PositionCurve, start: Assembly, single: bool) -> FloatArray | None:
     """Return the direction (n + 1,) in which a motion came to a singular start; None where none did."""
     return direction(curve, start.gap, float(single)) if start.gap is not None and start.came else None

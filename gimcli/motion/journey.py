@@ -15,19 +15,19 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from gimcli.continuation.gap_interpolation import BEYOND, Gap
 from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray, Drive, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
-from gimcli.motion.bridge import BEYOND, Gap
-from gimcli.motion.follow import Follower, Path
+from gimcli.motion.follow import BranchFollower, FollowedPath
 from gimcli.motion.legs import Leg, dense, fine, legs
 from gimcli.motion.start import follower_of, on_gap, settled
-from gimcli.solvers.newton import Run
+from gimcli.positions.newton import Run
 from gimcli.status import Status
 from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
-    from gimcli.motion.arc import Passage
+    from gimcli.continuation.arc import ArcPassage
 
 AT_LIMIT = ("stop", "skip", "reverse")
 
@@ -52,14 +52,14 @@ class Journey:
         self.plan, self.run, self.tolerance = plan, run, tolerance
         self.legs = deque(legs(mechanism))
         self.leg = self.legs.popleft()
-        self.follower: Follower = self.follow(self.leg)
+        self.follower: BranchFollower = self.follow(self.leg)
         self.place = self.leg.sense * self.leg.begin  # on the leg, up to which rows are solved
         self.ended: Status | None = None  # how the rows after this place end
         self.waiting: tuple[float, Gap] | None = None  # time at which the input is in reach again, and the way in
         self.noted: list[float] = []  # places on the leg at which branches meet and that have been noted
         self.progress: Progress | None = None
 
-    def follow(self, leg: Leg) -> Follower:
+    def follow(self, leg: Leg) -> BranchFollower:
         """Return what follows a leg."""
         return follower_of(self.mechanism, self.plan, leg, self.run, self.tolerance)
 
@@ -70,7 +70,7 @@ class Journey:
 
     # -- the start ----------------------------------------------------------------------
 
-    def begin(self, start: Assembly, path: Path) -> Assembly:
+    def begin(self, start: Assembly, path: FollowedPath) -> Assembly:
         """Set out from an assembled start and return it as the motion has it; note what is singular there."""
         gap = self._first_gap(start)
         if gap is None and start.status is Status.OK and start.gap is None:
@@ -121,7 +121,7 @@ class Journey:
         if self.branch > 2:
             raise UsageError(f"--branch {self.branch}: 2 arcs meet at the limit that the motion starts at")
         self.branch = 1
-        return cast("Passage", gap).other_side().mirrored()
+        return cast("ArcPassage", gap).other_side().mirrored()
 
     def _stands_at(self, gap: Gap) -> bool:
         """Tell whether the motion is at the singular position of a gap."""
@@ -129,7 +129,7 @@ class Journey:
 
     # -- rows ---------------------------------------------------------------------------
 
-    def go(self, path: Path) -> None:
+    def go(self, path: FollowedPath) -> None:
         """Solve the next rows (`time` and `inputs` of the path are given), and note what happens on the way."""
         i, n = 0, len(path.time)
         while i < n:
@@ -145,7 +145,7 @@ class Journey:
             if i == j < n and self.ended is None and self.waiting is None:
                 self._next_leg(path)
 
-    def _rows(self, path: Path, i: int, j: int) -> int:
+    def _rows(self, path: FollowedPath, i: int, j: int) -> int:
         """Solve rows i..j of the leg; return the first that is still to be solved or decided."""
         if i == j:
             return i
@@ -166,20 +166,20 @@ class Journey:
             self._come_to_end(path)
         return upto
 
-    def _follow(self, path: Path, rows: slice, s: FloatArray) -> tuple[Path, IntArray | None]:
+    def _follow(self, path: FollowedPath, rows: slice, s: FloatArray) -> tuple[FollowedPath, IntArray | None]:
         """Follow the places (rows,) of some rows; return what that gave, and which of it they are if it is more."""
         step = np.diff(s)
         longest = max(float(np.max(step, initial=0.0)), float(s[0]) - self.place)
         if len(s) == len(path.time) and np.min(step, initial=1.0) > 0.0 and fine(longest, self.leg.turn):
-            whole = Path(s, path.inputs, path.z, path.codes, path.residual, path.work)
+            whole = FollowedPath(s, path.inputs, path.z, path.codes, path.residual, path.work)
             return self.follower.follow(whole), None
         new = np.append(True, step > 0.0)
         grid, own = dense(self.place, s[new], self.leg.turn)
         values = self.leg.inputs(grid)
         values[:, own] = path.inputs[:, rows][:, new]
-        return self.follower.follow(Path.empty(len(path.z), grid, values)), own[np.cumsum(new) - 1]
+        return self.follower.follow(FollowedPath.empty(len(path.z), grid, values)), own[np.cumsum(new) - 1]
 
-    def _copy(self, path: Path, i: int, j: int, sub: Path, number: IntArray | None) -> int:
+    def _copy(self, path: FollowedPath, i: int, j: int, sub: FollowedPath, number: IntArray | None) -> int:
         """Take over what following gave in rows i..j; return the first row that it did not reach."""
         if number is not None:
             path.z[:, i:j], path.codes[i:j] = sub.z[:, number], sub.codes[number]
@@ -189,7 +189,7 @@ class Journey:
         bad = np.flatnonzero(path.codes[i:j] == Status.LIMIT) if sub.limit is not None else path.codes[:0]
         return i + int(bad[0]) if len(bad) else j
 
-    def _mirror(self, path: Path, i: int, j: int) -> None:
+    def _mirror(self, path: FollowedPath, i: int, j: int) -> None:
         """Give rows the inputs that they have after the input has turned back."""
         if path.parameter is not None:
             path.inputs[:, i:j] = self.leg.values(path.time[i:j])
@@ -203,7 +203,7 @@ class Journey:
 
     # -- turnings ------------------------------------------------------------------------
 
-    def _next_leg(self, path: Path) -> None:
+    def _next_leg(self, path: FollowedPath) -> None:
         """Go to the end of the leg, and over to the next one."""
         follower, leg = self.follower, self.leg
         if follower.reached < leg.goal:
@@ -236,18 +236,18 @@ class Journey:
         row.time = self.place
         self.follower.begin(row, before.sign)
 
-    def _come_to_end(self, path: Path) -> None:
+    def _come_to_end(self, path: FollowedPath) -> None:
         """Note whether the leg ends at a limit."""
         gap = self.follower.gap_at(self.leg.goal)
         if gap is not None and gap.limit and self._stands_at(gap):
             self._touch(path, gap, self.leg.last)
 
-    def _touch(self, path: Path, gap: Gap, time: float) -> None:
+    def _touch(self, path: FollowedPath, gap: Gap, time: float) -> None:
         """Note that the law comes to a limit at a time, and not beyond."""
         if time not in [known for known, _ in path.touched]:
             path.touched.append((time, tuple(self.leg.inputs(np.array([gap.centre]))[:, 0].tolist())))
 
-    def _note(self, path: Path, *gaps: Gap) -> None:
+    def _note(self, path: FollowedPath, *gaps: Gap) -> None:
         """Note the meetings of branches that the motion has come to, each once."""
         for gap in gaps or self.follower.bridges:
             if self._is_new(gap, self.place):
@@ -269,7 +269,7 @@ class Journey:
 
     # -- branches ------------------------------------------------------------------------
 
-    def _turn_off(self, path: Path) -> float | None:
+    def _turn_off(self, path: FollowedPath) -> float | None:
         """Leave the first change point come to on the branch asked for; return its place, None where there was none."""
         if self.branch == 1:
             return None
@@ -289,7 +289,7 @@ class Journey:
         self._note(path, gap)
         return gap.centre
 
-    def _around(self, z: ComplexArray, place: float, along: FloatArray | None) -> Passage | None:
+    def _around(self, z: ComplexArray, place: float, along: FloatArray | None) -> ArcPassage | None:
         """Return the way on from a singular position, on the branch asked for."""
         guide, branch = self.follower.guide, self.branch
         self.branch = 1
@@ -302,7 +302,7 @@ class Journey:
 
     # -- limits --------------------------------------------------------------------------
 
-    def _blocked(self, path: Path, sub: Path, row: int) -> None:
+    def _blocked(self, path: FollowedPath, sub: FollowedPath, row: int) -> None:
         """Decide how the motion goes on at a limit."""
         assert sub.limit is not None
         wall, leg, time = self.follower.wall, self.leg, self.leg.time_at(sub.limit)
@@ -326,7 +326,7 @@ class Journey:
             self.waiting = self._back(wall, time)
             self.ended = None if self.waiting is not None else Status.LIMIT
 
-    def _back(self, wall: Passage, time: float) -> tuple[float, Gap] | None:
+    def _back(self, wall: ArcPassage, time: float) -> tuple[float, Gap] | None:
         """Return when the law comes back to the arc between limits that it has left, and the way in."""
         ways = [wall.mirrored()]
         turning = len(self.mechanism.actuators) == 1 and self.mechanism.actuators[0].drive is Drive.ROTARY
@@ -350,7 +350,7 @@ class Journey:
                     return leg.time_at(entry), way.shifted(rounds * leg.sense * TURN)
         return None
 
-    def _wait(self, path: Path, i: int) -> int:
+    def _wait(self, path: FollowedPath, i: int) -> int:
         """Leave the rows empty until the input is in reach again; return the first that is."""
         assert self.waiting is not None
         time, way = self.waiting

@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
-from gimcli.motion.inputs import Line, input_line, law_inputs, law_times, line_through, pace, scales
+from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times, line_through, pace, scales
 
 DWELL = 8.0 * float(np.finfo(float).eps)
 """Change of a law, over its values, that is none."""
@@ -39,7 +39,7 @@ class Leg:
     """
 
     mechanism: Mechanism
-    line: Line | None
+    line: InputLine | None
     first: float  # times 0..1
     last: float
     begin: float  # parameter at them

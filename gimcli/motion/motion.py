@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
-from gimcli.motion.effort import choose, gim_work, plain, plan_work
-from gimcli.motion.follow import Meeting, Path, Stop
-from gimcli.motion.inputs import law_inputs
+from gimcli.motion.follow import FollowedPath, Meeting, Stop
 from gimcli.motion.journey import Journey
 from gimcli.motion.legs import STEPS_A_TURN
-from gimcli.motion.options import Options
 from gimcli.motion.start import moved, start_position
-from gimcli.motion.verdict import refuse_doubtful
+from gimcli.positions.dispatch import choose, gim_work, plain, plan_work
+from gimcli.positions.inputs import law_inputs
+from gimcli.positions.options import Options
 from gimcli.status import Status
+from gimcli.structure.drive_check import refuse_doubtful
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed, holds, residual
 from gimcli.structure.steps import Plan
@@ -138,7 +138,7 @@ def stream(
     swept = _Swept(mechanism, options, steps + 1, tell) if options.method == "gim" else None
     for first in range(0, steps + 1, rows):
         time = np.arange(first, min(first + rows, steps + 1)) / steps
-        path = Path.empty(len(mechanism.nodes), time, inputs(time))
+        path = FollowedPath.empty(len(mechanism.nodes), time, inputs(time))
         if at_limit == "reverse":
             path.parameter = np.full(len(time), math.nan)
         if first == 0:
@@ -197,7 +197,7 @@ class _Swept:
     """Solves all rows by sweeps; the continuous motion tells whether they stayed on its branch."""
 
     def __init__(self, mechanism: Mechanism, options: Options, rows: int, tell: Tell | None) -> None:
-        from gimcli.motion.sweeping import Sweeper
+        from gimcli.gim.sweeper import Sweeper
 
         self.mechanism, self.options = mechanism, options
         self.sweeper = Sweeper(mechanism, options, choose("off", 0.0))
@@ -205,9 +205,9 @@ class _Swept:
         self.status = Status.OK  # how the last row ended
         self.last: tuple[FloatArray, ComplexArray] | None = None  # inputs and positions (·, 1) there
 
-    def path(self, path: Path) -> Path:
+    def path(self, path: FollowedPath) -> FollowedPath:
         """Return the path with its positions solved anew."""
-        from gimcli.motion.exchange import Passage
+        from gimcli.gim.sequence_switching import SwitchingState
 
         good = path.codes == Status.OK
         rows = int(np.flatnonzero(good)[-1]) + 1 if good.any() else 0
@@ -218,7 +218,7 @@ class _Swept:
             lead = 0 if self.last is None else 1
             if self.last is not None:
                 inputs, exact = np.hstack([self.last[0], inputs]), np.hstack([self.last[1], exact])
-            swept = Passage(self.sweeper, inputs, exact).run(None if self.last is None else self.last[1][:, 0])
+            swept = SwitchingState(self.sweeper, inputs, exact).run(None if self.last is None else self.last[1][:, 0])
             z[:, :rows], work[:rows] = swept.z[:, lead:], swept.work[lead:]
             codes[:rows] = np.where(good[:rows], self._reasons(swept.codes, exact, inputs)[lead:], codes[:rows])
             exchanged = [float(path.time[max(0, k - lead)]) for k in swept.exchanged]
@@ -235,7 +235,7 @@ class _Swept:
         return np.where(contradicts, int(Status.CONTRADICTORY), codes)
 
 
-def _judged(mechanism: Mechanism, plan: Plan, path: Path, options: Options) -> Motion:
+def _judged(mechanism: Mechanism, plan: Plan, path: FollowedPath, options: Options) -> Motion:
     """Check every row by a residual that nothing of the solution enters; empty those that fail."""
     z, codes, start = path.z, path.codes, path.z[:, 0].copy()
     error, swept = path.residual, options.method == "gim"

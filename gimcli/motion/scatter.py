@@ -13,12 +13,12 @@ import numpy as np
 from gimcli.kernels import scatter as kernels
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembly
-from gimcli.motion.effort import choose, plain
-from gimcli.motion.follow import Follower
-from gimcli.motion.inputs import pace, straight_inputs
+from gimcli.motion.follow import BranchFollower
 from gimcli.motion.legs import STEPS_A_TURN
-from gimcli.motion.start import drawn_inputs, start_position
-from gimcli.solvers.newton import Accuracy, Run
+from gimcli.motion.start import start_position
+from gimcli.positions.dispatch import choose, plain
+from gimcli.positions.inputs import pace, straight_inputs
+from gimcli.positions.newton import Accuracy, Run
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed, residual
@@ -133,7 +133,7 @@ class Scatterer:
         self._in_closed_form(self.grid.values(0, 0))
 
     def _in_closed_form(self, values: FloatArray) -> ComplexArray:
-        from gimcli.solvers.program import Marcher
+        from gimcli.positions.program import Marcher
 
         mechanism = self.mechanism
         program = Marcher(mechanism, self.plan, Accuracy(self.tolerance, mechanism.size, mechanism.shortest)).program
@@ -150,7 +150,7 @@ class Scatterer:
         return np.asarray(found[..., 0] + 1j * found[..., 1])
 
     def _drawn_sides(self) -> FloatArray:
-        start = start_position(self.mechanism, self.plan, drawn_inputs(self.mechanism), plain, self.tolerance)
+        start = start_position(self.mechanism, self.plan, self.mechanism.drawn_inputs, plain, self.tolerance)
         return start.signs
 
 
@@ -208,7 +208,7 @@ def _line(job: Scatterer, values: FloatArray) -> ComplexArray:
 def _entries(job: Scatterer, values: FloatArray) -> list[int]:
     """Return the rows at which a line is entered: next to the drawn input, then elsewhere."""
     rows = values.shape[1]
-    nearest = int(np.argmin(np.abs(values[-1] - drawn_inputs(job.mechanism)[-1])))
+    nearest = int(np.argmin(np.abs(values[-1] - job.mechanism.drawn_inputs[-1])))
     return [nearest, *(min(int(part * rows), rows - 1) for part in STARTS)]
 
 
@@ -218,7 +218,7 @@ def _followed(job: Scatterer, start: Assembly, way: FloatArray) -> ComplexArray:
     z = np.full((len(mechanism.nodes), rows), complex(math.nan, math.nan))
     z[:, 0] = start.row.x + 1j * start.row.y
     if rows > 1:
-        follower = Follower(mechanism, job.plan, straight_inputs(way[:, 0], way[:, -1]), plain, job.tolerance)
+        follower = BranchFollower(mechanism, job.plan, straight_inputs(way[:, 0], way[:, -1]), plain, job.tolerance)
         turns = pace(mechanism, way[:, [0, -1]])
         follower.turn = 1.0 / max(turns, 1e-3)
         follower.begin(replace(start.row, time=0.0), start.signs)  # its own time is the input that it was moved by

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gimcli.continuation.gap_interpolation import Gap
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler, Assembly
-from gimcli.motion.bridge import Gap
-from gimcli.motion.follow import Follower
-from gimcli.motion.inputs import nearest_turns
+from gimcli.motion.follow import BranchFollower
 from gimcli.motion.legs import Leg, dense, straight
-from gimcli.solvers.newton import Run
+from gimcli.positions.inputs import nearest_turns
+from gimcli.positions.newton import Run
 from gimcli.status import Status
 from gimcli.structure.residual import holds
 from gimcli.structure.steps import Plan
@@ -35,7 +35,7 @@ def start_position(mechanism: Mechanism, plan: Plan, inputs: FloatArray, run: Ru
     growing parameters of a line of the inputs, a single input's value.
     """
     assembler = Assembler(mechanism, plan, run, tolerance)
-    begin = nearest_turns(mechanism, drawn_inputs(mechanism), inputs)
+    begin = nearest_turns(mechanism, mechanism.drawn_inputs, inputs)
     if not np.array_equal(begin, inputs):
         leg = straight(mechanism, begin, inputs)
         first = _assembled(assembler, leg)
@@ -79,11 +79,6 @@ def on_gap(gap: Gap, found: Assembly) -> Assembly:
     return Assembly(Status.OK, row, found.signs, row.error, found.work, found.surplus, gap)
 
 
-def drawn_inputs(mechanism: Mechanism) -> FloatArray:
-    """Return the inputs as drawn."""
-    return np.array([a.drawn for a in mechanism.actuators], dtype=float)
-
-
 def random_guess(mechanism: Mechanism, seed: int) -> ComplexArray:
     """Return nodes strewn evenly over a square of twice the size about the frame; the frame stays."""
     generator = np.random.default_rng(seed)
@@ -111,10 +106,10 @@ def _guide(leg: Leg, assembler: Assembler) -> Guide:
     return Guide(leg.line, assembler)
 
 
-def follower_of(mechanism: Mechanism, plan: Plan, leg: Leg, run: Run, tolerance: float) -> Follower:
+def follower_of(mechanism: Mechanism, plan: Plan, leg: Leg, run: Run, tolerance: float) -> BranchFollower:
     """Return what follows a leg from its start on."""
     guide = partial(_guide, leg, Assembler(mechanism, plan, run, tolerance))
-    follower = Follower(mechanism, plan, leg.inputs, run, tolerance, guide)
+    follower = BranchFollower(mechanism, plan, leg.inputs, run, tolerance, guide)
     follower.turn, follower.sense = leg.turn, leg.sense
     return follower
 

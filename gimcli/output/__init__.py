@@ -22,7 +22,7 @@ from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.drawing import Step
-    from gimcli.output.groups import Box, Joint
+    from gimcli.output.groups import Box, BoxJoint
     from gimcli.output.history import Panel
     from gimcli.output.picture import Content
     from gimcli.output.singular import Shown
@@ -191,7 +191,7 @@ def draw_forces(efforts: Mapping[str, Table], shaking: ComplexArray, path: Path 
     write(forces_sheet(efforts, shaking, title), path)
 
 
-def draw_groups(boxes: Sequence[Box], joints: Sequence[Joint], path: Path | str, title: str) -> None:
+def draw_groups(boxes: Sequence[Box], joints: Sequence[BoxJoint], path: Path | str, title: str) -> None:
     """Draw groups as boxes, each below those that it is joined to, and the pairs that join them."""
     from gimcli.output.groups import groups_picture
 

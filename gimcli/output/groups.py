@@ -42,7 +42,7 @@ class Box:
 
 
 @dataclass(frozen=True)
-class Joint:
+class BoxJoint:
     """Pairs that join a box to one above it."""
 
     upper: int
@@ -51,7 +51,7 @@ class Joint:
     tag: str = ""  # what stands for the upper box where that is far away
 
 
-def groups_picture(boxes: Sequence[Box], joints: Sequence[Joint], title: str) -> Picture:
+def groups_picture(boxes: Sequence[Box], joints: Sequence[BoxJoint], title: str) -> Picture:
     """Return the boxes in layers, with an arrow from each to those that are joined to it."""
     centres, size = _places(boxes)
     picture = Picture(title, Frame(0.0j, size, size.real, size.imag), ("", ""), bare=True)
@@ -88,7 +88,7 @@ def _places(boxes: Sequence[Box]) -> tuple[list[complex], complex]:
     return centres, complex(width, height)
 
 
-def _arrow(picture: Picture, boxes: Sequence[Box], centres: list[complex], joint: Joint, share: float) -> None:
+def _arrow(picture: Picture, boxes: Sequence[Box], centres: list[complex], joint: BoxJoint, share: float) -> None:
     """Draw the arrow of a joint to its place along the upper side of the lower box, and name its pairs.
 
     From a box more than one layer above it comes out of a tag, so that it crosses none between.

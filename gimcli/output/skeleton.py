@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, Actuator, ComplexArray, Drive, Mechanism, Slide
+from gimcli.mechanism import FRAME, ComplexArray, Drive, Input, Mechanism, Slide
 from gimcli.output import symbols
 from gimcli.output.picture import Picture
 from gimcli.output.style import (
@@ -261,7 +261,7 @@ def _directions(skeleton: Skeleton, node: int) -> list[complex]:
     return [d / abs(d) for d in found if d]
 
 
-def _draw_actuator(picture: Picture, skeleton: Skeleton, actuator: Actuator) -> None:
+def _draw_actuator(picture: Picture, skeleton: Skeleton, actuator: Input) -> None:
     """Draw a turning arrow, a cylinder or a straight arrow."""
     z = skeleton.poses[0]
     ends = actuator.law(np.array([0.0, 1.0]))

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, Mechanism
-from gimcli.structure.blocks import split
-from gimcli.structure.linkage import REVOLUTE, Linkage, LowerPair, linkage
+from gimcli.structure.dulmage_mendelsohn import split
+from gimcli.structure.joints import REVOLUTE, LowerPair, PairLinkage, linkage
 from gimcli.structure.steps import NONE
 
 DYADS = ("RRR", "RRP", "RPR", "PRP", "RPP")
@@ -107,7 +107,7 @@ def formation(mechanism: Mechanism) -> Formation:
     return Formation(parts.links, tuple(_ordered(_groups(parts, found))))
 
 
-def _rows(parts: Linkage) -> dict[int, list[int]]:
+def _rows(parts: PairLinkage) -> dict[int, list[int]]:
     """Return the freedoms of every moving link: x, y and an angle, without which a pin is."""
     ends: dict[int, list[int]] = {}
     count = 0
@@ -118,7 +118,7 @@ def _rows(parts: Linkage) -> dict[int, list[int]]:
     return ends
 
 
-def _constraints(parts: Linkage, ends: dict[int, list[int]]) -> tuple[list[list[int]], dict[int, int]]:
+def _constraints(parts: PairLinkage, ends: dict[int, list[int]]) -> tuple[list[list[int]], dict[int, int]]:
     """Return the freedoms that each constraint binds, and the actuators that are constraints."""
     columns: list[list[int]] = []
     drivers: dict[int, int] = {}
@@ -140,7 +140,7 @@ def _constraints(parts: Linkage, ends: dict[int, list[int]]) -> tuple[list[list[
     return columns, drivers
 
 
-def _groups(parts: Linkage, found: list[tuple[list[int], list[int], int]]) -> list[AssurGroup]:
+def _groups(parts: PairLinkage, found: list[tuple[list[int], list[int], int]]) -> list[AssurGroup]:
     """Return the groups with their pairs; what meets at a pin is joined to the link that is there first."""
     rank = {link: k for k, (links, _, _) in enumerate(found) for link in links} | {FRAME: -1}
     base: dict[int, int] = {}

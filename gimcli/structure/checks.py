@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.kernels import constraints
-from gimcli.mechanism import FRAME, Actuator, Drive, Mechanism, Member
+from gimcli.mechanism import FRAME, Drive, Input, Mechanism, Member
 from gimcli.structure.rotation import members_of, ties
 from gimcli.structure.steps import NONE, Value, Vector
 
@@ -61,7 +61,7 @@ def _of_member(mechanism: Mechanism, member: Member) -> Iterator[Check]:
             yield Check(label, constraints.ANGLE, first=arm, second=Vector(complex(1.0 / shape[1]), nodes[0], nodes[1]))
 
 
-def _of_actuator(mechanism: Mechanism, number: int, actuator: Actuator) -> Check:
+def _of_actuator(mechanism: Mechanism, number: int, actuator: Input) -> Check:
     name = actuator.name
     if actuator.drive is Drive.DISTANCE:
         return Check(name, constraints.SPAN, actuator.b, actuator.a, value=Value(0.0, number))

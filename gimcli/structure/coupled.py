@@ -15,7 +15,7 @@ from itertools import pairwise
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import Drive, Mechanism
-from gimcli.structure.layout import Layout
+from gimcli.structure.closed_form_order import Layout
 from gimcli.structure.steps import Coupled, Equation, Place, Value, Vector
 
 Unknown = tuple[str, int]
@@ -23,7 +23,7 @@ Unknown = tuple[str, int]
 
 
 @dataclass
-class System:
+class CoupledSystem:
     """Equations of the members that are not located, as sets of unknowns."""
 
     rows: list[tuple[str, list[Unknown]]] = field(default_factory=list)
@@ -46,9 +46,9 @@ def next_group(layout: Layout) -> None:
     layout.carry()
 
 
-def structural_system(layout: Layout) -> System:
+def structural_system(layout: Layout) -> CoupledSystem:
     """Write down which unknowns every pair, slide and actuator binds."""
-    mechanism, system = layout.mechanism, System()
+    mechanism, system = layout.mechanism, CoupledSystem()
     for index in range(1, len(mechanism.members)):
         if layout.source(index) is None or layout.anchor(index) is None:
             turn: list[Unknown] = [("t", layout.rotation.of[index])] if layout.source(index) is None else []
@@ -73,19 +73,19 @@ def structural_system(layout: Layout) -> System:
     return system
 
 
-def _bodies_at(layout: Layout, system: System, node: int) -> list[int]:
+def _bodies_at(layout: Layout, system: CoupledSystem, node: int) -> list[int]:
     at = [m for m in layout.members[node] if m in system.bodies and node in layout.kinematic[m]]
     return at + [b for b in (-1 - node,) if b in system.bodies]
 
 
-def _body_at(layout: Layout, system: System, node: int) -> list[Unknown]:
+def _body_at(layout: Layout, system: CoupledSystem, node: int) -> list[Unknown]:
     if node in layout.placed:
         return []
     at = _bodies_at(layout, system, node)
     return system.bodies[at[0]] if at else []
 
 
-def _join(layout: Layout, system: System, node: int) -> None:
+def _join(layout: Layout, system: CoupledSystem, node: int) -> None:
     at = _bodies_at(layout, system, node)
     parts = [system.bodies[b] for b in at]
     pairs = [(p, []) for p in parts] if node in layout.placed else list(pairwise(parts))
@@ -95,7 +95,7 @@ def _join(layout: Layout, system: System, node: int) -> None:
             system.add(layout.mechanism.nodes[node], [u for u in both if u[0] in (axis, "t")])
 
 
-def _first_group(layout: Layout, system: System) -> list[int]:
+def _first_group(layout: Layout, system: CoupledSystem) -> list[int]:
     """Return the bodies of a group that depends on no other."""
     import numpy as np
     from scipy.sparse import csr_array
@@ -144,7 +144,7 @@ def _over_part(rows: list[list[int]], matched: Sequence[int], start: int) -> lis
 
 
 def _reachable_bodies(
-    system: System, unknowns: list[Unknown], rows: list[list[int]], matched: Sequence[int]
+    system: CoupledSystem, unknowns: list[Unknown], rows: list[list[int]], matched: Sequence[int]
 ) -> list[int]:
     """Return the bodies whose unknowns no equation can hold."""
     taken = {int(c): i for i, c in enumerate(matched)}

@@ -15,7 +15,7 @@ import numpy as np
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.structure.kinematic import carry, kinematic_nodes, loose_nodes
+from gimcli.structure.kinematic_nodes import carry, kinematic_nodes, loose_nodes
 from gimcli.structure.residual import errors
 from gimcli.structure.restrictions import Restriction, gradient, measure, member_models, pair_restrictions
 from gimcli.structure.rotation import members_of
@@ -292,7 +292,7 @@ def refuse_unfit(mechanism: Mechanism) -> None:
 def judged(mechanism: Mechanism) -> Mobility | None:
     """Return the mobility near the drawn position; None where no assembled position is found near it."""
     z = assembled(mechanism)
-    return None if z is None else mobility(mechanism, z, _drawn_inputs(mechanism))
+    return None if z is None else mobility(mechanism, z, mechanism.drawn_inputs)
 
 
 def assembled(mechanism: Mechanism) -> ComplexArray | None:
@@ -300,7 +300,7 @@ def assembled(mechanism: Mechanism) -> ComplexArray | None:
 
     Gauss-Newton from the drawing, and where that does not converge from the drawing disturbed more and more.
     """
-    jacobian, inputs = Jacobian(mechanism), _drawn_inputs(mechanism)
+    jacobian, inputs = Jacobian(mechanism), mechanism.drawn_inputs
     goal = np.array([_target(r) for r in jacobian.constraints])
     generator = np.random.default_rng(0)
     for k in range(STARTS):
@@ -320,10 +320,6 @@ def _fulfilled(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> boo
     drives = {a.name for a in mechanism.actuators}
     found = (float(error[0]) for name, _, error in errors(mechanism, z[:, None], inputs[:, None]) if name not in drives)
     return all(error <= NEAR for error in found)
-
-
-def _drawn_inputs(mechanism: Mechanism) -> FloatArray:
-    return np.array([a.drawn for a in mechanism.actuators], dtype=float)
 
 
 def _target(restriction: Restriction) -> float:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, Mechanism
+from gimcli.structure.closed_form_order import Layout
 from gimcli.structure.coupled import next_group
-from gimcli.structure.layout import Layout
 from gimcli.structure.steps import Plan
 
 

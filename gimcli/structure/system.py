@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
-from gimcli.structure.constraints import Constraints
+from gimcli.structure.exact_equations import Constraints
 from gimcli.structure.quadric import Quadric
 
 DUST = 1e-13

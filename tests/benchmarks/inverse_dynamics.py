@@ -13,15 +13,15 @@ from pathlib import Path
 
 import machine
 
-from gimcli.analysis.course import Courses, Turns
-from gimcli.analysis.forces import inverse_dynamics
-from gimcli.dynamics import Dynamics, Inertia
+from gimcli.dynamic_data import Dynamics, Inertia
+from gimcli.dynamics.forces import inverse_dynamics
+from gimcli.dynamics.kinematic_history import Courses, Turns
+from gimcli.dynamics.statics import statics
 from gimcli.kernels.jit import compiled
 from gimcli.mechanism import Mechanism
 from gimcli.model import load
 from gimcli.motion.motion import trace
-from gimcli.motion.options import Options
-from gimcli.structure.statics import statics
+from gimcli.positions.options import Options
 
 
 def weighted(name: str) -> Mechanism:

@@ -19,11 +19,11 @@ import by_hand
 import numpy as np
 import peers
 
-from gimcli.analysis.tracing import traced_paths
 from gimcli.mechanism import Mechanism
 from gimcli.model import load
 from gimcli.motion.motion import Motion, trace
-from gimcli.motion.options import Options
+from gimcli.positions.options import Options
+from gimcli.rates.motion_table import traced_paths
 
 COUPLED = {"crank_rocker": False, "jansen": False, "stephenson_3_far": True, "platform_3rrr": True}
 HAND = 1.5

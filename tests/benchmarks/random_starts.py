@@ -24,15 +24,15 @@ from pathlib import Path
 from machine import MODELS, RESULTS, Row, keep, show  # isort: skip - first: one thread
 import numpy as np
 
+from gimcli.gim.sweeper import Sweeper
 from gimcli.kernels import jit
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.model import load
 from gimcli.motion.assemble import Assembler
-from gimcli.motion.options import Options
-from gimcli.motion.start import drawn_inputs, random_guess
-from gimcli.motion.sweeping import Sweeper
-from gimcli.solvers.block import Block
-from gimcli.solvers.newton import Packed, Run
+from gimcli.motion.start import random_guess
+from gimcli.positions.block import RowBlock
+from gimcli.positions.newton import Packed, Run
+from gimcli.positions.options import Options
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed, residual
@@ -55,7 +55,7 @@ Solver = Callable[[FloatArray, ComplexArray], tuple[bool, ComplexArray]]
 class Alone(Assembler):
     """Newton-Raphson from the start given and from nowhere else."""
 
-    def _starts(self, packed: Packed, block: Block, drawn: Block) -> Iterator[ComplexArray]:
+    def _starts(self, packed: Packed, block: RowBlock, drawn: RowBlock) -> Iterator[ComplexArray]:
         yield (drawn.x[:, 0] + 1j * drawn.y[:, 0])[list(packed.group.base)]
 
 
@@ -99,7 +99,7 @@ class Found:
 
 def attempt(mechanism: Mechanism, method: str, seeds: range, run: Run) -> Found:
     """Solve from some random starts; what the residual does not confirm has not settled."""
-    inputs, solve = drawn_inputs(mechanism), solver(mechanism, method, run)
+    inputs, solve = mechanism.drawn_inputs, solver(mechanism, method, run)
     solve(inputs, random_guess(mechanism, seeds[0]))  # compiled, and its sequences searched
     begin = time.perf_counter()
     done = [solve(inputs, random_guess(mechanism, seed)) for seed in seeds]

@@ -19,13 +19,13 @@ import by_hand
 import numpy as np
 import peers
 
-from gimcli.analysis.derivatives import TracedRates
-from gimcli.analysis.influence import Influence
+from gimcli.dynamics.influence import Influence
 from gimcli.kernels import jit
 from gimcli.mechanism import Mechanism
 from gimcli.model import load
 from gimcli.motion.motion import Motion, trace
-from gimcli.motion.options import Options
+from gimcli.positions.options import Options
+from gimcli.rates.derivatives import TracedRates
 
 NAMES = ("crank_rocker", "jansen", "stephenson_3_far", "platform_3rrr")
 MOST = 2.5

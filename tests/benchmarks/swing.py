@@ -18,7 +18,7 @@ import numba
 import numpy as np
 from scipy.integrate import DOP853, solve_ivp
 
-from gimcli.analysis.simulation import Settings, Simulation, simulate
+from gimcli.dynamics.simulation import Settings, Simulation, simulate
 from gimcli.kernels.jit import compiled
 from gimcli.mechanism import Mechanism
 from gimcli.model import load

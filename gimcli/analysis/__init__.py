@@ -1,1 +1,0 @@
-"""One file a question that a user asks of a mechanism."""

@@ -1,0 +1,60 @@
+"""Every way to assemble a mechanism at given inputs, with a certificate that none is missing."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gimcli.assemblies.assemblies import ConfigurationFinder, Configurations
+from gimcli.assemblies.configuration_sweep import configurations_over
+from gimcli.assemblies.constants import ConfigurationConstants
+from gimcli.assemblies.generic import Progress
+from gimcli.errors import GimError
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.structure.mobility import refuse_unfit
+
+__all__ = [
+    "ConfigurationConstants",
+    "Configurations",
+    "all_configurations",
+    "configurations_over",
+    "drawn_configuration",
+]
+
+
+def all_configurations(
+    mechanism: Mechanism,
+    inputs: FloatArray,
+    policy: ConfigurationConstants | None = None,
+    progress: Progress | None = None,
+) -> Configurations:
+    """Return every configuration at inputs (actuators,).
+
+    `progress` is told how many roots of how many are known where a structure is met for the first time.
+    Raises StructureError where the mechanism is not driven or over-driven.
+    """
+    refuse_unfit(mechanism)
+    assembler = ConfigurationFinder(mechanism, policy)
+    assembler.progress = progress
+    return assembler.at(inputs)
+
+
+SAME = 1e-6
+"""Two positions are one configuration when no node is farther away, relative to the size."""
+
+
+def drawn_configuration(found: Configurations) -> int | None:
+    """Return which configuration the drawn position moves to, as `gim solve` finds it; None where that fails."""
+    from gimcli.motion.solve import solve
+    from gimcli.positions.options import Options
+    from gimcli.status import Status
+
+    if not len(found):
+        return None
+    try:
+        position = solve(found.mechanism, found.inputs, Options())
+    except GimError:
+        return None
+    far = np.max(np.abs(found.z - position.z), axis=1)
+    nearest = int(np.argmin(far))
+    near = far[nearest] <= SAME * found.mechanism.size
+    return nearest if position.status is Status.OK and near else None

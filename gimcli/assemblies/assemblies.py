@@ -1,0 +1,305 @@
+"""All configurations of a mechanism: the roots of its Assur groups, one group after the other.
+
+Every partial configuration is the ground of the next group; the real ones of the mechanism are the leaves of
+that tree. What was left out of a mechanism that is held more than once is told by the residual of all its
+constraints as written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from math import prod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.assemblies.assur_loops import independent, parts
+from gimcli.assemblies.certificate import Proven, real_form
+from gimcli.assemblies.constants import ConfigurationConstants
+from gimcli.assemblies.dyads import DyadRoots, dyad_roots
+from gimcli.assemblies.generic import Progress
+from gimcli.assemblies.group_loops import LoopGroup, LoopState, group_of
+from gimcli.assemblies.link_joints import NONE, BodyJoint, BodyLinkage, linkage_of
+from gimcli.assemblies.loops import Loops
+from gimcli.assemblies.multiple_roots import doubtful_real, kept_apart
+from gimcli.assemblies.roots import OPEN, REACHED, REALS, Roots, all_roots
+from gimcli.assemblies.start_cache import known_count
+from gimcli.errors import StructureError
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.structure.residual import holds, residual
+
+DIGITS = 7
+"""Digits of the angles by which configurations are ordered: more than enough, fewer than rounding spoils."""
+
+Solver = Callable[[int, tuple[int, ...], LoopGroup, Loops], Roots]
+"""Roots of a group, by its number, the branches that led there, and its loops."""
+
+
+@dataclass(frozen=True)
+class RootReport:
+    """What one Assur group gave over all the partial configurations that it was solved on."""
+
+    nodes: tuple[str, ...]  # placed by it
+    loops: int
+    count: int | None  # complex roots of a generic group; None where it costs too much
+    solved: int = 0  # partial configurations that it hangs on
+    roots: int = 0  # complex roots proved
+    real: int = 0
+    infinite: int = 0
+    doubtful: int = 0  # multiple roots, or points of a curve of roots
+    missing: int = 0
+    level: int = REACHED
+    free: bool = False  # folded so that it turns freely
+
+
+@dataclass(frozen=True)
+class Configurations:
+    """Every way to assemble a mechanism at some inputs that was found, and how far that is all."""
+
+    mechanism: Mechanism = field(repr=False)
+    inputs: FloatArray  # (actuators,)
+    z: ComplexArray = field(repr=False)  # (configurations, nodes) normal frame
+    residual: FloatArray  # (configurations,) recomputed from the members as written
+    radius: FloatArray  # (configurations,) within which the root is proved [rad, normal frame]; infinite: doubtful
+    branches: tuple[tuple[int, ...], ...]  # of every group that has a choice
+    groups: tuple[RootReport, ...]  # that have a choice
+    surplus: tuple[str, ...]  # constraints that were left out and then checked
+    unfit: int = 0  # that do not fulfil all constraints, though none was left out
+
+    def __len__(self) -> int:
+        return len(self.z)
+
+    @property
+    def level(self) -> int:
+        """1 count reached, 2 proved for the reals, 3 two starts agree, 4 singular."""
+        if self.unfit:
+            return OPEN
+        return max((g.level for g in self.groups), default=REACHED)
+
+    @property
+    def complete(self) -> bool:
+        """Tell whether it is proved that no other configuration exists."""
+        return self.level <= REALS
+
+    @property
+    def bound(self) -> int:
+        """Complex configurations of such a mechanism in general; where that is not known, those found."""
+        counts = [g.count if g.count is not None else -(-g.roots // max(g.solved, 1)) for g in self.groups]
+        return prod(counts)
+
+    @property
+    def missing(self) -> int:
+        """Roots of the groups that are not accounted for."""
+        return sum(g.missing for g in self.groups)
+
+    @property
+    def signs(self) -> tuple[str, ...]:
+        """The assembly in short: + or - for a dyad, a number for a coupled group."""
+        return tuple(
+            "".join(("+-"[b] if g.loops == 1 else f"({b + 1})") for b, g in zip(branch, self.groups, strict=True))
+            for branch in self.branches
+        )
+
+
+@dataclass
+class _Leaves:
+    """The partial configurations so far."""
+
+    state: LoopState
+    branches: list[tuple[int, ...]]
+    radius: FloatArray
+
+
+class ConfigurationFinder:
+    """What is the same for all inputs of a mechanism: its groups in the order of solution."""
+
+    def __init__(self, mechanism: Mechanism, policy: ConfigurationConstants | None = None) -> None:
+        self.mechanism, self.policy = mechanism, policy or ConfigurationConstants()
+        self.progress: Progress | None = None
+        whole = linkage_of(mechanism)
+        self.linkage = independent(whole)
+        self.surplus = _left_out(whole, self.linkage)
+        loose = [mechanism.nodes[node] for node in self.linkage.loose]
+        if loose:
+            raise StructureError(f"nothing drives node {', '.join(loose)}: it runs freely along its guide")
+        self.groups = [group_of(self.linkage, part) for part in parts(self.linkage)]
+
+    def at(self, inputs: FloatArray, solver: Solver | None = None) -> Configurations:
+        """Return all configurations at inputs (actuators,)."""
+        leaves = _Leaves(self._ground(inputs), [()], np.zeros(1))
+        reports: list[RootReport] = []
+        chosen = solver or self.afresh
+        for group in self.groups:
+            if not group.family.loops:
+                group.put(leaves.state, np.zeros((len(leaves.branches), 0), dtype=complex))
+                continue
+            report, leaves = self._branched(len(reports), group, leaves, chosen)
+            reports.append(report)
+        return self._finished(inputs, leaves, reports)
+
+    def afresh(
+        self, number: int, branch: tuple[int, ...], group: LoopGroup, loops: Loops, near: Roots | None = None
+    ) -> Roots:
+        """Return the roots of a group, in an order of their own; `near` are those of almost the same loops."""
+        roots = all_roots(loops, self.policy, self.progress, near)
+        return replace(roots, proven=roots.proven.take(_order(group, roots.proven)))
+
+    def _ground(self, inputs: FloatArray) -> LoopState:
+        linkage = self.linkage
+        points, rails, phases = linkage.numbers(inputs[:, None])
+        place = np.full((linkage.vertices, 1), np.nan + 0.0j)
+        place[FRAME] = 0.0
+        still = np.array([c == NONE for c in linkage.classes])
+        turn = np.where(still[:, None], phases, np.nan + 0.0j)
+        return LoopState(place, turn, np.zeros((len(linkage.joints), 1), dtype=complex), points, rails, phases)
+
+    def _branched(self, number: int, group: LoopGroup, leaves: _Leaves, solver: Solver) -> tuple[RootReport, _Leaves]:
+        """Solve a group on every partial configuration."""
+        p = group.values(leaves.state)
+        report = RootReport(self._names(group), group.family.loops, known_count(group.family, self.policy))
+        if group.family.loops == 1:
+            H = group.family.member(p, p)
+            H[:, 1] = H[:, 0].conj()
+            report, found = _dyads(report, group, H, self.policy)
+        else:
+            report, found = self._coupled(report, number, group, p, leaves, solver)
+        parents = np.array([f[0] for f in found], dtype=int)
+        if len(found) > self.policy.positions:
+            raise StructureError(
+                f"{self.mechanism.name} has more than {self.policy.positions} configurations: follow one by `gim trace`"
+            )
+        state = leaves.state.take(parents)
+        w = np.array([f[2] for f in found], dtype=complex).reshape(
+            len(found), group.family.angles + group.family.slides
+        )
+        group.put(state, w)
+        radius = np.maximum(leaves.radius[parents], np.array([f[3] for f in found], dtype=float))
+        return report, _Leaves(state, [(*leaves.branches[f[0]], f[1]) for f in found], radius)
+
+    def _coupled(
+        self, report: RootReport, number: int, group: LoopGroup, p: ComplexArray, leaves: _Leaves, solver: Solver
+    ) -> tuple[RootReport, list[_Root]]:
+        found: list[_Root] = []
+        for parent, own in enumerate(p):
+            loops = Loops.of(group.family, own)
+            roots = solver(number, leaves.branches[parent], group, loops)
+            report = _counted(report, roots)
+            real = np.flatnonzero(roots.proven.real).tolist()
+            placed = real_form(group.family, loops.H, roots.proven.w[real])
+            found += [(parent, k, w, float(roots.proven.small[k])) for k, w in zip(real, placed, strict=True)]
+            maybe = doubtful_real(group.family, loops.H, roots.doubtful, self.policy)
+            found += [(parent, len(roots.proven.w) + k, w, np.inf) for k, w in enumerate(maybe)]
+        return report, found
+
+    def _names(self, group: LoopGroup) -> tuple[str, ...]:
+        nodes = [v - self.linkage.bodies for v in group.part.vertices if v >= self.linkage.bodies]
+        return tuple(self.mechanism.nodes[n] for n in nodes)
+
+    def _finished(self, inputs: FloatArray, leaves: _Leaves, reports: list[RootReport]) -> Configurations:
+        z = self._places(leaves.state, inputs)
+        rows = np.broadcast_to(inputs[:, None], (len(inputs), len(leaves.branches)))
+        check = residual(self.mechanism, z, np.ascontiguousarray(rows)).total if z.shape[1] else np.zeros(0)
+        fits = holds(self.mechanism, z, rows, self.policy.fits, error=check)
+        chosen = np.flatnonzero(fits)
+        return Configurations(
+            self.mechanism, inputs, z.T[chosen], check[chosen], leaves.radius[chosen],
+            tuple(leaves.branches[k] for k in chosen), tuple(reports), self.surplus,
+            0 if self.surplus else int((~fits).sum()),
+        )  # fmt: skip
+
+    def _places(self, state: LoopState, inputs: FloatArray) -> ComplexArray:
+        """Return all nodes (nodes, configurations): those that go along with their bodies too."""
+        linkage = self.linkage
+        z = state.place[linkage.bodies :].copy()
+        place, turn = state.place[: linkage.bodies].copy(), state.turn.copy()
+        self._carry(z, place, turn, inputs, lambda joint: joint.body not in linkage.dropped)
+        for body in linkage.dropped:
+            member = self.mechanism.members[body]
+            a, b = [k for k, n in enumerate(member.nodes) if np.isfinite(z[n]).all()][:2]
+            with np.errstate(all="ignore"):
+                way = (z[member.nodes[b]] - z[member.nodes[a]]) / (member.shape[b] - member.shape[a])
+                turn[body] = way / np.abs(way)
+            place[body] = z[member.nodes[a]] - turn[body] * member.shape[a]
+        self._carry(z, place, turn, inputs, lambda joint: joint.body in linkage.dropped)
+        return z
+
+    def _carry(
+        self,
+        z: ComplexArray,
+        place: ComplexArray,
+        turn: ComplexArray,
+        inputs: FloatArray,
+        which: Callable[[BodyJoint], bool],
+    ) -> None:
+        for joint in self.linkage.carried:
+            if which(joint) and np.isnan(z[joint.node]).any():
+                reach = joint.point + (joint.along * inputs[joint.actuator] if joint.actuator != NONE else 0.0)
+                z[joint.node] = place[joint.body] + turn[joint.body] * reach
+
+
+_Root = tuple[int, int, ComplexArray, float]
+"""Parent, branch, w, radius."""
+
+
+def _left_out(whole: BodyLinkage, kept: BodyLinkage) -> tuple[str, ...]:
+    """Return the names of the constraints that were left out."""
+    names = [whole.mechanism.members[b].name for b in sorted(kept.dropped)]
+    left = {(j.body, j.node, j.name) for j in (*kept.joints, *kept.carried)}
+    names += [j.name for j in whole.joints if j.direction is not None and (j.body, j.node, j.name) not in left]
+    nodes = whole.mechanism.nodes
+    names += [f"{j.name} at {nodes[j.node]}" for j in kept.joints if j.slack]
+    return tuple(dict.fromkeys(names))
+
+
+def _dyads(
+    report: RootReport, group: LoopGroup, H: ComplexArray, policy: ConfigurationConstants
+) -> tuple[RootReport, list[_Root]]:
+    """Solve a dyad on all partial configurations at once."""
+    roots: DyadRoots = dyad_roots(group.family, H)
+    proven, each = roots.proven, roots.each
+    sure = proven.sure.reshape(-1, each)
+    decided = (proven.real | proven.complex).reshape(-1, each)
+    whole = (sure & decided).all(axis=1) & kept_apart(group.family, proven, each)
+    open_ = ~(whole | roots.apart)
+    real = np.flatnonzero(proven.real & np.repeat(whole, each))
+    placed = real_form(group.family, H[real // each], proven.w[real])
+    found: list[_Root] = [
+        (k // each, k % each, w, float(proven.small[k])) for k, w in zip(real.tolist(), placed, strict=True)
+    ]
+    doubtful = 0
+    for dyad in np.flatnonzero(open_):
+        maybe = doubtful_real(group.family, H[dyad], proven.w[dyad * each : (dyad + 1) * each], policy)
+        found += [(int(dyad), k, w, np.inf) for k, w in enumerate(maybe)]
+        doubtful += len(maybe)
+    found.sort(key=lambda f: f[:2])
+    level = OPEN if open_.any() else REALS if (~whole).any() else REACHED
+    missing = int(each * open_.sum()) - doubtful
+    report = replace(
+        report, count=each, solved=len(H), roots=int(sure[whole].sum()), real=len(real), doubtful=doubtful,
+        missing=missing, level=level, free=bool((roots.free & open_).any()),
+    )  # fmt: skip
+    return report, found
+
+
+def _counted(report: RootReport, roots: Roots) -> RootReport:
+    """Return the report with one more partial configuration."""
+    proven = roots.proven
+    return replace(
+        report, count=roots.count, solved=report.solved + 1, roots=report.roots + len(proven.w),
+        real=report.real + int(proven.real.sum()), infinite=report.infinite + roots.infinite,
+        doubtful=report.doubtful + len(roots.doubtful), missing=report.missing + roots.missing,
+        level=max(report.level, roots.level),
+    )  # fmt: skip
+
+
+def _order(group: LoopGroup, proven: Proven) -> NDArray[np.int64]:
+    """Return an order of roots that does not depend on how they were found: the real ones first, by their angles."""
+    n = group.family.angles
+    keys = [~proven.real[:, None], _wrapped(proven.w[:, :n].imag), proven.w[:, n:].real, proven.w[:, :n].real]
+    table = np.round(np.concatenate([*keys, proven.w[:, n:].imag], axis=1), DIGITS)
+    return np.asarray(np.lexsort(table.T[::-1]))
+
+
+def _wrapped(angle: FloatArray) -> FloatArray:
+    return np.asarray(np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi)

@@ -1,0 +1,215 @@
+"""Assur groups of a linkage, and what to leave out of one that is held more than once.
+
+Unknowns are x, y of every moving body and node, one angle a rotation class and one travel a slide; a joint is
+two equations. The rank is that of a linkage with random dimensions, which a joint's own point always closes.
+A matching of equations to unknowns directs the structure; its strongly connected components, in topological
+order, are the Assur groups. Source: Servatius, Shai & Whiteley 2010; Fraczek & Wojtyra on redundant constraints.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.assemblies.count import PRIME
+from gimcli.assemblies.link_joints import NONE, BodyLinkage
+from gimcli.errors import StructureError
+from gimcli.mechanism import FRAME, IntArray
+from gimcli.structure.dulmage_mendelsohn import components, match
+
+RANGE = 1 << 20
+"""Random places are integers up to this."""
+
+SEED = 20040401
+
+
+@dataclass(frozen=True)
+class GroupPart:
+    """What one Assur group finds."""
+
+    vertices: tuple[int, ...]  # bodies and nodes placed
+    classes: tuple[int, ...]  # rotation classes turned
+    slides: tuple[int, ...]  # joints whose travel is found
+    joints: tuple[int, ...]  # joints that are its equations
+
+
+@dataclass
+class Unknowns:
+    """Columns: ("p", vertex) twice, ("t", class), ("s", joint)."""
+
+    linkage: BodyLinkage
+    column: dict[tuple[str, int], int] = field(default_factory=dict)
+    count: int = 0
+
+    def __post_init__(self) -> None:
+        linkage = self.linkage
+        bodies = [b for b in range(linkage.bodies) if b != FRAME and b not in linkage.dropped]
+        nodes = sorted({j.node for j in linkage.joints})
+        for vertex in (*bodies, *(linkage.bodies + n for n in nodes)):
+            self._add(("p", vertex), 2)
+        for turning in sorted({linkage.classes[b] for b in bodies} - {NONE}):
+            self._add(("t", turning), 1)
+        for k, joint in enumerate(linkage.joints):
+            if joint.direction is not None:
+                self._add(("s", k), 1)
+
+    def _add(self, unknown: tuple[str, int], width: int) -> None:
+        self.column[unknown] = self.count
+        self.count += width
+
+    def of(self, index: int) -> list[tuple[str, int]]:
+        """Return the unknowns of a joint."""
+        joint = self.linkage.joints[index]
+        asked = [("p", joint.body), ("p", self.linkage.bodies + joint.node)]
+        asked += [("t", self.linkage.classes[joint.body]), ("s", index)]
+        return [u for u in asked if u in self.column]
+
+
+def independent(linkage: BodyLinkage) -> BodyLinkage:
+    """Return the linkage without surplus constraints, one after the other.
+
+    A bar goes as a whole, a slide as a joint; any other pin is let slide. What is left out is told by the
+    residual afterwards. Raises StructureError where something can still move.
+    """
+    loose = len(linkage.loose)
+    while True:
+        rank, rows, columns = _rank(linkage)
+        if rank < columns:
+            _refuse(linkage)
+        if rows == columns:
+            return linkage
+        linkage = next(found for found in _reduced(linkage) if len(found.loose) == loose and _determined(found))
+
+
+def _determined(linkage: BodyLinkage) -> bool:
+    """Tell whether the joints determine all unknowns."""
+    rank, _, columns = _rank(linkage)
+    return rank == columns
+
+
+def _reduced(linkage: BodyLinkage) -> Iterator[BodyLinkage]:
+    """Yield the linkage with one constraint less: the last bars first."""
+    pins = Counter(j.body for j in linkage.joints)
+    members = len(linkage.mechanism.members)
+    for body in range(members - 1, FRAME, -1):
+        own = [j for j in linkage.joints if j.body == body]
+        shared = sum(c == linkage.classes[body] for c in linkage.classes) > 1
+        if pins[body] == 2 and not shared and all(j.direction is None and j.actuator == NONE for j in own):
+            yield linkage.without_body(body)
+    for k in reversed(range(len(linkage.joints))):
+        if linkage.joints[k].direction is not None and linkage.joints[k].actuator == NONE:
+            yield linkage.without_joint(k)
+    for k in reversed(range(len(linkage.joints))):
+        if linkage.joints[k].direction is None and linkage.joints[k].body != FRAME:
+            yield linkage.slackened(k)
+    raise StructureError(f"{linkage.mechanism.name} is over-driven: its actuators contradict each other; remove one")
+
+
+def _rank(linkage: BodyLinkage) -> tuple[int, int, int]:
+    """Return rank, equations and unknowns at random dimensions."""
+    table = generic_jacobian(linkage)
+    return len(_eliminated(table)[1]), table.shape[0], table.shape[1]
+
+
+def generic_jacobian(linkage: BodyLinkage) -> IntArray:
+    """Return the derivatives of all joints (2 joints, unknowns) at a random position that they close.
+
+    Places are integers: the rank is told modulo a prime, exactly, however long a chain is.
+    """
+    unknowns, generator = Unknowns(linkage), np.random.default_rng(SEED)
+    place = generator.integers(-RANGE, RANGE, (linkage.vertices, 2))
+    place[FRAME] = 0
+    table = np.zeros((2 * len(linkage.joints), unknowns.count), dtype=np.int64)
+    rails: dict[int, IntArray] = {}
+    for k, joint in enumerate(linkage.joints):
+        node, rail = linkage.bodies + joint.node, _rail(linkage, k, place, generator)
+        rails[k] = rail = rails.get(joint.parallel, rail)
+        for unknown in unknowns.of(k):
+            kind, which = unknown
+            at, rows = unknowns.column[unknown], slice(2 * k, 2 * k + 2)
+            x, y = place[node] - place[joint.body]
+            if kind == "p":
+                table[rows, at : at + 2] = np.eye(2) if which == node else -np.eye(2)
+            else:
+                table[rows, at] = (y, -x) if kind == "t" else -rail
+    return table % PRIME
+
+
+def _rail(linkage: BodyLinkage, index: int, place: IntArray, generator: np.random.Generator) -> IntArray:
+    """Return a rail's direction: random, but through the pin that it runs through."""
+    joint = linkage.joints[index]
+    if joint.through == NONE:
+        return np.asarray(generator.integers(-RANGE, RANGE, 2))
+    return np.asarray(place[linkage.bodies + joint.node] - place[linkage.bodies + linkage.joints[joint.through].node])
+
+
+def _eliminated(table: IntArray) -> tuple[IntArray, list[int]]:
+    """Return the reduced rows of a table modulo PRIME (Gauss, Jordan), and their pivots' columns."""
+    rows, pivots = table.copy(), list[int]()
+    for column in range(table.shape[1]):
+        rank = len(pivots)
+        below = np.flatnonzero(rows[rank:, column])
+        if not len(below):
+            continue
+        pivot = rank + int(below[0])
+        rows[[rank, pivot]] = rows[[pivot, rank]]
+        rows[rank] = rows[rank] * pow(int(rows[rank, column]), -1, PRIME) % PRIME
+        others = np.flatnonzero(rows[:, column])
+        others = others[others != rank]
+        rows[others] = (rows[others] - rows[others, column, None] * rows[rank]) % PRIME
+        pivots.append(column)
+    return rows[: len(pivots)], pivots
+
+
+def _refuse(linkage: BodyLinkage) -> None:
+    """Raise StructureError with the nodes that nothing drives."""
+    unknowns = Unknowns(linkage)
+    reduced, pivots = _eliminated(generic_jacobian(linkage))
+    moving = np.ones(unknowns.count, dtype=bool)
+    free = np.setdiff1d(np.arange(unknowns.count), pivots)
+    moving[pivots] = (reduced[:, free] != 0).any(axis=1)
+    names = []
+    for (kind, which), at in unknowns.column.items():
+        if kind == "p" and which >= linkage.bodies and moving[at : at + 2].any():
+            names.append(linkage.mechanism.nodes[which - linkage.bodies])
+    raise StructureError(
+        f"nothing drives {'nodes ' + ', '.join(names) if names else 'all of ' + linkage.mechanism.name}: at these"
+        " inputs there are not some configurations but a motion; add an actuator for each freedom"
+    )
+
+
+def parts(linkage: BodyLinkage) -> list[GroupPart]:
+    """Return the Assur groups of a linkage without surplus constraints, in the order of solution."""
+    unknowns = Unknowns(linkage)
+    rows: list[list[int]] = []  # columns of every equation
+    for k in range(len(linkage.joints)):
+        columns = [(unknowns.column[u], u[0]) for u in unknowns.of(k)]
+        for part in (0, 1):
+            rows.append([c + (part if kind == "p" else 0) for c, kind in columns])
+    entered: list[list[int]] = [[] for _ in range(unknowns.count)]
+    for row, columns_of in enumerate(rows):
+        for column in columns_of:
+            entered[column].append(row)
+    whole = list(range(unknowns.count))  # x and y of a vertex are one
+    for (kind, _), at in unknowns.column.items():
+        if kind == "p":
+            whole[at + 1] = at
+    equation = match(len(rows), entered)
+    needs: list[list[int]] = [[] for _ in whole]
+    joints: dict[int, list[int]] = {at: [] for at in whole}
+    for own, row in enumerate(equation):
+        needs[whole[own]] += [whole[c] for c in rows[row]]
+        joints[whole[own]].append(row // 2)
+    unknown = {at: u for u, at in unknowns.column.items()}
+    found = ([at for at in part if at in unknown] for part in components(needs))
+    return [_part([unknown[at] for at in part], {j for at in part for j in joints[at]}) for part in found if part]
+
+
+def _part(content: list[tuple[str, int]], joints: set[int]) -> GroupPart:
+    def only(kind: str) -> tuple[int, ...]:
+        return tuple(sorted(which for k, which in content if k == kind))
+
+    return GroupPart(only("p"), only("t"), only("s"), tuple(sorted(joints)))

@@ -1,0 +1,172 @@
+"""Proof that a root exists, is the only one near, and is real or not.
+
+With Y the inverse of the Jacobian at w, beta = |Y F| + |Y| err F bounds the correction and kappa the change of
+I - Y J in the ball of radius rho about w; where max beta + kappa rho < rho the ball holds exactly one root
+(Kantorovich; Krawczyk). The smallest such rho encloses the root, the largest tells how far no other is.
+Rounding is bounded by terms of eps, not by directed rounding; the proof is for the coefficients as rounded.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.assemblies.loops import Family, factors, values_and_jacobian
+from gimcli.mechanism import ComplexArray, FloatArray
+
+EPS = float(np.finfo(float).eps)
+LADDER: FloatArray = 10.0 ** np.linspace(-14.5, 0.25, 60)
+"""Radii that are tried [rad, lengths of the normal frame]: from rounding to where no bound holds."""
+
+REAL_CORRECTIONS = 2
+"""Newton-Raphson steps that a proved root is given when it is laid on the real ones: it is there but for rounding."""
+
+
+@dataclass(frozen=True)
+class Proven:
+    """Candidates and what is proved of them; one row a candidate."""
+
+    w: ComplexArray  # (roots, n + q)
+    small: FloatArray  # (roots,) radius that encloses the root; infinite where nothing is proved
+    large: FloatArray  # (roots,) radius within which it is the only one
+    off: FloatArray  # (roots,) distance from its own mirror image
+    residual: FloatArray  # (roots,) |f|, |g| over the largest coefficient
+
+    @property
+    def sure(self) -> NDArray[np.bool_]:
+        """Tell which are proved."""
+        return np.isfinite(self.small)
+
+    @property
+    def real(self) -> NDArray[np.bool_]:
+        """Tell which are proved real: the mirror image lies where no other root is."""
+        return np.asarray(self.sure & (self.off + self.small < self.large))
+
+    @property
+    def complex(self) -> NDArray[np.bool_]:
+        """Tell which are proved not real."""
+        return np.asarray(self.sure & ~self.real & (self.off > 2.0 * self.small))
+
+    def take(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> Proven:
+        """Return some of the candidates."""
+        return Proven(*(getattr(self, f.name)[chosen] for f in fields(self)))
+
+    def joined(self, other: Proven) -> Proven:
+        """Return these and others."""
+        return Proven(*(np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(self)))
+
+
+def prove(family: Family, H: ComplexArray, w: ComplexArray) -> Proven:
+    """Return what is proved of candidates w (roots, n + q); H as of the family, one or one a candidate."""
+    with np.errstate(all="ignore"):
+        value, jacobian = values_and_jacobian(family, H, w)
+        usable = np.asarray(np.isfinite(jacobian).all(axis=(1, 2)) & np.isfinite(value).all(axis=1))
+        eye = np.eye(w.shape[1])
+        J = np.where(usable[:, None, None], jacobian, eye)
+        Y = _inverse(J)
+        fixed, growing, riding = _bounds(family, H, w, value, J, Y)
+        small, large = _radii(fixed, growing, riding, np.abs(w[:, family.angles :]))
+        usable &= np.isfinite(Y).all(axis=(1, 2))
+        scale = np.max(np.abs(H), axis=(-3, -2, -1))
+        residual = np.max(np.abs(value), axis=1, initial=0.0) / scale
+    small = np.where(usable, small, np.inf)
+    return Proven(w, small, np.where(usable, large, 0.0), mirror_distance(family, w), residual)
+
+
+def mirror_distance(family: Family, w: ComplexArray) -> FloatArray:
+    """Return how far points are from their images under theta -> 1/conj(theta), s -> conj(s)."""
+    n = family.angles
+    parts = np.concatenate([np.abs(w[:, :n].real), np.abs(w[:, n:].imag)], axis=1)
+    return np.asarray(2.0 * np.max(parts, axis=1, initial=0.0))
+
+
+def real_form(family: Family, H: ComplexArray, w: ComplexArray) -> ComplexArray:
+    """Return real roots with unit theta and real s, corrected as such: the loops then close as well as they can.
+
+    w (roots, n + q); H one, or one a root.
+    """
+    n, L = family.angles, family.loops
+    unit = np.concatenate([np.full(n, 1j), np.ones(family.slides)])
+    w = np.concatenate([1j * w[:, :n].imag, w[:, n:].real.astype(complex)], axis=1)
+    with np.errstate(all="ignore"):
+        for _ in range(REAL_CORRECTIONS):
+            value, J = values_and_jacobian(family, H, w)
+            rows, half = J[:, :L] * unit, value[:, :L]
+            table = np.concatenate([rows.real, rows.imag], axis=1)
+            error = np.concatenate([half.real, half.imag], axis=1)
+            step = (_inverse(table) @ error[:, :, None])[:, :, 0]
+            w = w - np.where(np.isfinite(step), step, 0.0) * unit
+    return w
+
+
+def _inverse(J: NDArray[Any]) -> NDArray[Any]:
+    try:
+        return np.asarray(np.linalg.inv(J))
+    except np.linalg.LinAlgError:  # one exactly singular: each by itself
+        result = np.full_like(J, np.nan)
+        for k, one in enumerate(J):
+            try:
+                result[k] = np.linalg.inv(one)
+            except np.linalg.LinAlgError:
+                continue
+        return result
+
+
+def _bounds(
+    family: Family, H: ComplexArray, w: ComplexArray, value: ComplexArray, J: ComplexArray, Y: ComplexArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return beta and the row sums of |I - Y J| as (roots, m, 2), and what grows with the radius.
+
+    The row sums of |Y| E are (roots, m) times e^rho - 1, and (roots, m, q) times (|s| + rho) e^rho - |s|.
+    """
+    n, size = family.angles, w.shape[1]
+    ab, ride = factors(family, w)
+    term = np.abs(H * ab[..., None, :]).reshape(len(w), 2 * family.loops, 1 + n + family.slides)
+    inverse = np.abs(Y)
+    rounding = (1 + n + family.slides + 12) * EPS
+    beta = np.abs(Y @ value[:, :, None])[:, :, 0] + (inverse @ (rounding * term.sum(axis=2))[:, :, None])[:, :, 0]
+    moving = family.carried.any(axis=1)
+    rides = np.abs(H[..., 1 + n :] * ride[..., None, :]).reshape(len(w), 2 * family.loops, family.slides) * moving
+    spread = term[:, :, 1 : 1 + n].sum(axis=2) + rides.sum(axis=2)
+    own = np.abs(np.eye(size) - Y @ J).sum(axis=2)
+    own += (inverse @ (2 * size * EPS * np.abs(J)).sum(axis=2)[:, :, None])[:, :, 0]
+    growing = (inverse @ spread[:, :, None])[:, :, 0]
+    return np.stack([beta, own], axis=2), growing, inverse @ rides
+
+
+def _radii(fixed: FloatArray, growing: FloatArray, riding: FloatArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the smallest and the largest radius of the ladder that are proved; infinite and 0 where none is."""
+    kappa = fixed[:, :, 1, None] + growing[:, :, None] * np.expm1(LADDER)
+    if s.shape[1]:
+        reach = (s[:, :, None] + LADDER) * np.exp(LADDER) - s[:, :, None]
+        kappa = kappa + riding @ reach
+    beta = np.max(fixed[:, :, 0], axis=1)
+    good = beta[:, None] + np.max(kappa, axis=1) * LADDER < LADDER
+    small = np.where(good.any(axis=1), LADDER[np.argmax(good, axis=1)], np.inf)
+    last = good.shape[1] - 1 - np.argmax(good[:, ::-1], axis=1)
+    return small, np.where(good.any(axis=1), LADDER[last], 0.0)
+
+
+def distances(family: Family, a: ComplexArray, b: ComplexArray) -> FloatArray:
+    """Return the distances of points (roots, n + q) from others, angles modulo a turn."""
+    n = family.angles
+    gap = a[:, None, :] - b[None, :, :]
+    turn = 2.0 * np.pi
+    gap[..., :n] -= 1j * turn * np.round(gap[..., :n].imag / turn)
+    return np.asarray(np.max(np.abs(gap), axis=2, initial=0.0))
+
+
+def distinct(family: Family, proven: Proven) -> Proven:
+    """Return the proved candidates, each root once."""
+    proven = proven.take(proven.sure)
+    if len(proven.w) < 2:
+        return proven
+    order = np.argsort(proven.small, kind="stable")
+    proven = proven.take(order)
+    gap = distances(family, proven.w, proven.w)
+    same = gap <= proven.small[:, None] + proven.small[None, :]
+    first = ~np.any(np.tril(same, -1), axis=1)
+    return proven.take(first)

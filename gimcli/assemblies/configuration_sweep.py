@@ -1,0 +1,96 @@
+"""All configurations over many inputs: every complex root of a coupled group is followed from row to row.
+
+A row's roots start the paths to the next through a complex linkage half-way, off the real inputs at which roots
+meet; so none is lost, and the same number keeps meaning the same root between two such meetings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gimcli.assemblies.assemblies import ConfigurationFinder, Configurations
+from gimcli.assemblies.certificate import distances, prove
+from gimcli.assemblies.constants import ConfigurationConstants
+from gimcli.assemblies.generic import Progress, random_member
+from gimcli.assemblies.group_loops import LoopGroup
+from gimcli.assemblies.loops import Loops
+from gimcli.assemblies.root_paths import corrected, track
+from gimcli.assemblies.roots import AGREED, REACHED, Roots
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+
+SEED = 360
+
+Place = tuple[int, tuple[int, ...]]
+"""A group on a partial configuration."""
+
+
+@dataclass
+class RootFollower:
+    """Roots of every coupled group in the row before, by the branches that led there."""
+
+    assembler: ConfigurationFinder
+    before: dict[Place, tuple[ComplexArray, Roots]] = field(default_factory=dict)
+    now: dict[Place, tuple[ComplexArray, Roots]] = field(default_factory=dict)
+    fresh: int = 0  # groups that were solved from a generic linkage
+
+    def __post_init__(self) -> None:
+        self.generator = np.random.default_rng(SEED)
+
+    def row(self, inputs: FloatArray) -> Configurations:
+        """Return the configurations at the next inputs (actuators,)."""
+        self.before, self.now = self.now, {}
+        return self.assembler.at(inputs, self._roots)
+
+    def _roots(self, number: int, branch: tuple[int, ...], group: LoopGroup, loops: Loops) -> Roots:
+        roots = None
+        known = self.before.get((number, branch))
+        if known is not None and known[1].level in (REACHED, AGREED) and not known[1].infinite:
+            roots = self._followed(group, known[0], known[1], loops.H)
+        if roots is None:
+            self.fresh += 1
+            roots = self.assembler.afresh(number, branch, group, loops, known[1] if known else None)
+        self.now[number, branch] = loops.H, roots
+        return roots
+
+    def _followed(self, group: LoopGroup, before: ComplexArray, roots: Roots, H: ComplexArray) -> Roots | None:
+        """Follow all roots to new coefficients; None where one is lost."""
+        family, policy = group.family, self.assembler.policy
+        change = float(np.max(np.abs(H - before)))
+        if change == 0.0:
+            return roots
+        aside = random_member(family, self.generator)
+        between = 0.5 * (before + H) + policy.aside * change * aside
+        tracking = replace(policy.tracking, first=policy.along)
+        done = track(family, before, between, roots.proven.w, tracking)
+        done = track(family, between, H, done.w, tracking)
+        w = done.w
+        if not np.isfinite(w).all():
+            return None
+        proven = prove(family, H, corrected(family, H, w, 1))
+        gap = distances(family, proven.w, proven.w)
+        np.fill_diagonal(gap, np.inf)
+        apart = bool((gap > proven.small[:, None] + proven.small[None, :]).all())
+        if not (apart and proven.sure.all() and (proven.real | proven.complex).all()):
+            return None
+        return replace(roots, proven=proven)
+
+
+def configurations_over(
+    mechanism: Mechanism,
+    inputs: FloatArray,
+    policy: ConfigurationConstants | None = None,
+    progress: Progress | None = None,
+) -> list[Configurations]:
+    """Return all configurations at every column of inputs (actuators, rows).
+
+    Raises StructureError where the mechanism is not driven or over-driven.
+    """
+    follower = RootFollower(ConfigurationFinder(mechanism, policy))
+    found = []
+    for row, now in enumerate(inputs.T):
+        found.append(follower.row(np.ascontiguousarray(now)))
+        if progress is not None:
+            progress(row + 1, inputs.shape[1])
+    return found

@@ -1,0 +1,171 @@
+"""Krawczyk's test on boxes, with the remainder of a planar loop written out.
+
+About the middle of a box with Y = J^-1 there, δ the angles' and σ the slides' deviations, the loops are exactly
+
+    Y f = Y f_m + Σ_c [(YJ)_c sin δ_c + H_c (cos δ_c - 1)] + Σ_q σ_q [(YJ)_q cos δ_r + B_q sin δ_r]
+
+(r the slide's rail, H = Y of the columns' own terms, B_q = Y of i times the slide's column), so no series is cut
+off and H keeps what cancels between the loops; a bound |C| r of the Jacobian's change would lose that. Rounding:
+each product is widened by a few eps times the same product of moduli. Y may be any matrix.
+Source: Krawczyk 1969; Moore 1977 for existence and uniqueness in one test: |Yf| + |I - YJ(box)| r < r.
+Boxes are on the first axis: middles (B, d), half-widths (B, d).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimcli.assemblies.cosine_rows import EPS, GROUND
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class KrawczykConstants:
+    """Rounding and conditioning."""
+
+    rounding: float = 3 * EPS  # times the operations that a sum of products consists of, and a few
+    few: int = 8  # cosines, complex products
+    nudge: float = 1e-12  # of the Jacobian's norm: keeps an exactly singular one invertible; Y need not be exact
+    widen: float = 1 + 16 * EPS  # a half-width, so that middle and half-width cover the box
+    narrowed: float = 8 * EPS  # of a bound just computed
+
+
+CONSTANTS = KrawczykConstants()
+
+
+@dataclass(frozen=True, eq=False)
+class Coefficients:
+    """Coefficients f_k = C0_k + Σ_c C_kc θ_c + Σ_q U_kq s_q θ_rail(q)."""
+
+    C0: ComplexArray  # (L,)
+    C: ComplexArray  # (L, n)
+    U: ComplexArray  # (L, q)
+    rail: IntArray  # (q,), GROUND for a rail on the frame
+
+
+@dataclass(frozen=True, eq=False)
+class Local:
+    """The preconditioned loops about the middles of B boxes."""
+
+    value: FloatArray  # (B, d) Y f
+    error: FloatArray  # (B, d) its rounding
+    J: FloatArray  # (B, d, d) Y J
+    H: FloatArray  # (B, d, n)
+    B: FloatArray  # (B, d, q), zero for rails on the frame
+    fuzz: FloatArray  # (B, d, d) rounding of J, H and B
+    carrier: IntArray  # (q,) angle of each slide's rail, n for the frame
+
+
+def local(loops: Coefficients, x: FloatArray) -> Local:
+    """Precondition the loops at points (B, d)."""
+    n, carrier = loops.C.shape[1], np.where(loops.rail == GROUND, loops.C.shape[1], loops.rail)
+    theta = np.concatenate([np.exp(1j * x[:, :n]), np.ones((len(x), 1))], axis=1)
+    own = loops.C * theta[:, None, :n]
+    along = loops.U * theta[:, None, carrier]
+    parts = along * x[:, None, n:]
+    turned = _carried(own, parts, carrier)
+    jacobian = np.concatenate([1j * turned, along], axis=2)
+    Y = _inverse(jacobian)
+    f = loops.C0 + own.sum(axis=2) + parts.sum(axis=2)
+    moduli = np.abs(loops.C0) + np.abs(own).sum(axis=2) + np.abs(parts).sum(axis=2)
+    rounding = CONSTANTS.rounding * (3 * len(loops.C0) + CONSTANTS.few)
+    columns = np.concatenate([_carried(np.abs(own), np.abs(parts), carrier), np.abs(along)], axis=2)
+    return Local(
+        _real(Y, f[:, :, None])[:, :, 0],
+        rounding * (np.abs(Y) @ moduli[:, :, None])[:, :, 0],
+        _real(Y, jacobian),
+        _real(Y, turned),
+        _real(Y, 1j * along) * (loops.rail != GROUND),
+        rounding * (np.abs(Y) @ columns),
+        carrier,
+    )
+
+
+def _carried(own: ComplexArray, parts: ComplexArray, carrier: IntArray) -> ComplexArray:
+    """Return the terms of every angle (B, L, n), slides that it carries included."""
+    total = own.copy()
+    for slide, angle in enumerate(carrier):
+        if angle < own.shape[2]:
+            total[:, :, angle] += parts[:, :, slide]
+    return total
+
+
+def _inverse(jacobian: ComplexArray) -> ComplexArray:
+    """Return Y (B, d, L) with Re(Y z) the inverse of the real Jacobian applied to complex loops z."""
+    loops = jacobian.shape[1]
+    real = np.concatenate([jacobian.real, jacobian.imag], axis=1)
+    d = real.shape[1]
+    norm = np.abs(real).max(axis=(1, 2), initial=0.0)[:, None, None]
+    fixed = np.cos(np.arange(d * d, dtype=float) ** 2).reshape(d, d)  # any matrix that shares no structure
+    nudged = real + CONSTANTS.nudge * (norm + (norm == 0.0)) * fixed
+    try:
+        inverse = np.linalg.inv(nudged)
+    except np.linalg.LinAlgError:  # one of the batch is singular all the same
+        inverse = np.linalg.pinv(nudged)
+    return np.asarray(inverse[:, :, :loops] - 1j * inverse[:, :, loops:])
+
+
+def _real(Y: ComplexArray, z: ComplexArray) -> FloatArray:
+    return np.asarray((Y @ z).real)
+
+
+def narrow(at: Local, middle: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return bounds (B, d) of all solutions in boxes no wider than half a turn; low > high where there are none."""
+    n = at.H.shape[2]
+    r = half * CONSTANTS.widen
+    sine, versine = _sines(r, n)
+    swing = at.H * versine[:, None, :n]
+    centre = 0.5 * swing.sum(axis=2) - at.value
+    spread = at.error + 0.5 * np.abs(swing).sum(axis=2) + _product(at.fuzz, 3.0 * r)
+    off = np.abs(at.J - np.eye(len(middle[0])))
+    spread += _product(off[:, :, :n], sine[:, :n]) + _product(off[:, :, n:], r[:, n:])
+    turned = np.abs(at.J[:, :, n:]) * versine[:, None, at.carrier] + np.abs(at.B) * sine[:, None, at.carrier]
+    spread += _product(turned, r[:, n:])
+    spread += CONSTANTS.narrowed * (spread + np.abs(centre))
+    low, high = centre - spread, centre + spread
+    low[:, :n], high[:, :n] = _arcsine(low[:, :n]), _arcsine(high[:, :n])
+    margin = CONSTANTS.narrowed * (np.abs(middle) + r)
+    return (
+        np.fmax(middle - half, middle + low - margin),
+        np.fmin(middle + half, middle + high + margin),
+    )
+
+
+def _arcsine(value: FloatArray) -> FloatArray:
+    """Return the angles in [-pi/2, pi/2] of sines, without end beyond their range."""
+    angle = np.arcsin(np.clip(value, -1.0, 1.0))
+    return np.where(value < -1.0, -np.inf, np.where(value > 1.0, np.inf, angle))
+
+
+def _sines(r: FloatArray, n: int) -> tuple[FloatArray, FloatArray]:
+    """Return bounds of |sin δ| and 1 - cos δ of the angles, and zeros for the frame; (B, n + 1)."""
+    still = np.zeros((len(r), 1))
+    sine = np.concatenate([np.sin(np.minimum(r[:, :n], 0.5 * np.pi)), still], axis=1)
+    versine = np.concatenate([2.0 * np.sin(0.5 * np.minimum(r[:, :n], np.pi)) ** 2, still], axis=1)
+    return sine * CONSTANTS.widen, versine * CONSTANTS.widen
+
+
+def _product(matrix: FloatArray, vector: FloatArray) -> FloatArray:
+    return np.asarray((matrix @ vector[:, :, None])[:, :, 0])
+
+
+def image(at: Local, half: FloatArray) -> FloatArray:
+    """Return the half-widths (B, d) of Krawczyk's image about the middles of boxes.
+
+    Where they all are less than the box's, it holds exactly one solution, and this in the image.
+    """
+    n = at.H.shape[2]
+    r = half * CONSTANTS.widen
+    sine, versine = _sines(r, n)
+    slope = np.abs(at.J - np.eye(r.shape[1])) + 3.0 * at.fuzz
+    slope[:, :, :n] += np.abs(at.J[:, :, :n]) * versine[:, None, :n] + np.abs(at.H) * sine[:, None, :n]
+    B, A = np.abs(at.B), np.abs(at.J[:, :, n:])
+    slope[:, :, n:] += A * versine[:, None, at.carrier] + B * sine[:, None, at.carrier]
+    for slide, angle in enumerate(at.carrier):
+        if angle < n:
+            carried = A[:, :, slide] * sine[:, angle, None] + B[:, :, slide]
+            slope[:, :, angle] += carried * r[:, n + slide, None]
+    total = np.abs(at.value) + at.error + _product(slope, r)
+    return np.asarray(total * CONSTANTS.widen)

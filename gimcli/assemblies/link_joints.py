@@ -1,0 +1,248 @@
+"""A mechanism as bodies and nodes with joints between them: what its loops are read from.
+
+A joint says where a node is in a body: z_node = z_body + e^(i phi) (point + s direction), with s = 0 for a pin.
+Members are bodies; a driven distance is a body too, a bar of that length. A node in k members is k joints, so
+that a multiple pair needs no care. Members that turn together (true prismatic pairs, driven angles) share a
+rotation class; e^(i phi) of a body is a known phase times that of its class.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gimcli.errors import StructureError
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Input, Mechanism
+from gimcli.structure.rotation import members_of, rotation_classes
+
+NONE = -1
+PARALLEL = 1e-12
+"""Sine, and distance over the size, below which rails share a direction or run through a pin: what rounding leaves."""
+
+
+@dataclass(frozen=True)
+class BodyJoint:
+    """Where a node is in a body; lengths that an actuator drives are added to the constants."""
+
+    name: str
+    body: int
+    node: int
+    point: complex  # in the body's frame
+    direction: complex | None = None  # unit, of a slide's rail; None: a pin
+    actuator: int = NONE  # adds its value times `along` to the point
+    along: complex = 0.0j
+    through: int = NONE  # joint whose point the rail runs through
+    parallel: int = NONE  # first joint whose rail turns with this one and is parallel to it
+    slack: bool = False  # a surplus pin that is let slide; the residual tells where it fits
+
+
+@dataclass(frozen=True)
+class Phase:
+    """constant times e^(i turns . inputs)."""
+
+    constant: complex
+    turns: tuple[int, ...]  # of every actuator
+
+    def __mul__(self, other: Phase) -> Phase:
+        turns = tuple(a + b for a, b in zip(self.turns, other.turns, strict=True))
+        return Phase(self.constant * other.constant, turns)
+
+    @property
+    def inverse(self) -> Phase:
+        """The phase that undoes this one."""
+        return Phase(1.0 / self.constant, tuple(-a for a in self.turns))
+
+    def at(self, inputs: FloatArray) -> ComplexArray:
+        """Return the factor for inputs (actuators, rows)."""
+        angle = np.array(self.turns, dtype=float) @ inputs if self.turns else np.zeros(inputs.shape[1])
+        return np.asarray(self.constant * np.exp(1j * angle))
+
+
+@dataclass(frozen=True)
+class BodyLinkage:
+    """Bodies, nodes and joints; body 0 is the frame. Vertices are the bodies, then the nodes."""
+
+    mechanism: Mechanism
+    joints: tuple[BodyJoint, ...]  # those that matter: at nodes with at least two
+    carried: tuple[BodyJoint, ...]  # pins of nodes that only go along
+    classes: tuple[int, ...]  # (bodies,) rotation class, NONE for the frame's
+    phases: tuple[Phase, ...]  # (bodies,)
+    dropped: frozenset[int] = frozenset()  # bodies told by their nodes afterwards
+
+    @property
+    def bodies(self) -> int:
+        """Number of bodies, the frame among them."""
+        return len(self.classes)
+
+    @property
+    def loose(self) -> tuple[int, ...]:
+        """Nodes that a slide alone is left of: they run freely along it."""
+        return tuple(j.node for j in self.carried if j.direction is not None)
+
+    @property
+    def vertices(self) -> int:
+        """Number of bodies and nodes."""
+        return self.bodies + len(self.mechanism.nodes)
+
+    def numbers(self, inputs: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """Return points and rails (joints, rows), turned by their bodies' phases, and the phases (bodies, rows)."""
+        phases = np.array([p.at(inputs) for p in self.phases])
+        points = np.empty((len(self.joints), inputs.shape[1]), dtype=complex)
+        rails = np.ones_like(points)
+        for k, joint in enumerate(self.joints):
+            points[k] = joint.point
+            if joint.actuator != NONE:
+                points[k] += joint.along * inputs[joint.actuator]
+            points[k] *= phases[joint.body]
+            if joint.direction is not None:
+                rails[k] = joint.direction * phases[joint.body]
+        return points, rails, phases
+
+    def sense(self, a: BodyJoint, b: BodyJoint) -> int:
+        """Return +1 or -1 where two rails turn together and are parallel, else 0."""
+        if a.direction is None or b.direction is None or a.slack or b.slack:
+            return 0
+        own, its = self.phases[a.body], self.phases[b.body]
+        if self.classes[a.body] != self.classes[b.body] or own.turns != its.turns:
+            return 0
+        along = a.direction * own.constant * (b.direction * its.constant).conjugate()
+        return 0 if abs(along.imag) > PARALLEL else 1 if along.real > 0.0 else -1
+
+    def same_rail(self, a: int, b: int) -> bool:
+        """Tell whether two joints share the direction of their rails."""
+        first = [self.joints[k].parallel if self.joints[k].parallel != NONE else k for k in (a, b)]
+        return first[0] == first[1]
+
+    def without_body(self, body: int) -> BodyLinkage:
+        """Return the linkage without a bar; it is told by its nodes afterwards."""
+        kept = [j for j in self.joints if j.body != body]
+        return _pruned(replace(self, dropped=self.dropped | {body}), kept)
+
+    def without_joint(self, index: int) -> BodyLinkage:
+        """Return the linkage without one joint."""
+        return _pruned(self, [j for k, j in enumerate(self.joints) if k != index])
+
+    def slackened(self, index: int) -> BodyLinkage:
+        """Return the linkage with a pin that may slide: one constraint less."""
+        joints = list(self.joints)
+        joints[index] = replace(joints[index], direction=1.0 + 0.0j, slack=True)
+        return _pruned(self, joints)
+
+
+def linkage_of(mechanism: Mechanism) -> BodyLinkage:
+    """Return the bodies, nodes and joints of a mechanism; raise StructureError where an angle is driven twice."""
+    members = members_of(mechanism)
+    bars = [k for k, a in enumerate(mechanism.actuators) if a.drive is Drive.DISTANCE]
+    classes, phases = _classes(mechanism, members, len(bars))
+    joints = [
+        BodyJoint(m.name, b, node, complex(m.shape[k]))
+        for b, m in enumerate(mechanism.members)
+        for k, node in enumerate(m.nodes)
+    ]
+    joints += _sliding(mechanism, rotation_classes(mechanism, members).implied)
+    for body, k in enumerate(bars, start=len(mechanism.members)):
+        a = mechanism.actuators[k]
+        joints += [BodyJoint(a.name, body, a.a, 0.0j), BodyJoint(a.name, body, a.b, 0.0j, actuator=k, along=1.0 + 0.0j)]
+    return _pruned(BodyLinkage(mechanism, (), (), classes, phases), joints)
+
+
+def _sliding(mechanism: Mechanism, implied: frozenset[int]) -> list[BodyJoint]:
+    """Return the joints of slides and travels; both at once on one rail hold the node as a pin does."""
+    joints = []
+    travels = {k: a for k, a in enumerate(mechanism.actuators) if a.drive is Drive.TRAVEL}
+    for number, slide in enumerate(mechanism.slides):
+        if number in implied:
+            continue
+        for k, a in travels.items():
+            if a.a == slide.node and a.reference_member == slide.member and _parallel(a.direction, slide.direction):
+                height = (1j * a.direction).conjugate() * (slide.point - a.point)
+                held = a.point + 1j * a.direction * height.real
+                joints.append(BodyJoint(slide.name, slide.member, slide.node, held, actuator=k, along=a.direction))
+                del travels[k]
+                break
+        else:
+            joints.append(BodyJoint(slide.name, slide.member, slide.node, slide.point, slide.direction))
+    joints += [_travel(k, a) for k, a in travels.items()]
+    return joints
+
+
+def _travel(number: int, a: Input) -> BodyJoint:
+    """Return a travel alone: the node stays on the line across the guide."""
+    return BodyJoint(a.name, a.reference_member, a.a, a.point, 1j * a.direction, actuator=number, along=a.direction)
+
+
+def _parallel(a: complex, b: complex) -> bool:
+    return abs((a.conjugate() * b).imag) <= PARALLEL
+
+
+def _classes(mechanism: Mechanism, members: list[list[int]], bars: int) -> tuple[tuple[int, ...], tuple[Phase, ...]]:
+    """Return class and phase of every body: ties of prismatic pairs, then driven angles."""
+    still = (0,) * len(mechanism.actuators)
+    rotation = rotation_classes(mechanism, members)
+    count = len(mechanism.members) + bars
+    parent = [*rotation.of, *range(len(mechanism.members), count)]
+    phase = [Phase(c, still) for c in (*rotation.phase, *([1.0 + 0.0j] * bars))]
+
+    def find(body: int) -> tuple[int, Phase]:
+        factor = Phase(1.0 + 0.0j, still)
+        while True:
+            factor = factor * phase[body]
+            if parent[body] == body:
+                return body, factor
+            body = parent[body]
+
+    for k, a in enumerate(mechanism.actuators):
+        if a.drive is not Drive.ROTARY:
+            continue
+        turns = tuple(int(j == k) for j in range(len(still)))
+        ratio = Phase(a.reference_direction / a.arm_direction, turns)
+        (arm, own), (reference, its) = find(a.arm_member), find(a.reference_member)
+        if arm == reference:
+            raise StructureError(
+                f"over-driven: actuator '{a.name}' drives an angle that is held or driven already; remove it"
+            )
+        link = ratio * its * own.inverse  # e_arm own = ratio its e_reference
+        if arm == find(FRAME)[0]:
+            arm, reference, link = reference, arm, link.inverse
+        parent[arm], phase[arm] = reference, link
+    found = [find(b) for b in range(count)]
+    frame = found[FRAME]
+    names = {root: k for k, root in enumerate(dict.fromkeys(r for r, _ in found if r != frame[0]))}
+    over = [f * frame[1].inverse if r == frame[0] else f for r, f in found]
+    return tuple(names.get(r, NONE) for r, _ in found), tuple(over)
+
+
+def _pruned(linkage: BodyLinkage, joints: list[BodyJoint]) -> BodyLinkage:
+    """Keep the joints that bind; a node with a single one only goes along with its body."""
+    carried = list(linkage.carried)
+    while True:
+        degree = Counter(j.node for j in joints)
+        loose = [j for j in joints if degree[j.node] == 1]
+        if not loose:
+            break
+        carried += loose
+        joints = [j for j in joints if degree[j.node] > 1]
+    return replace(linkage, joints=tuple(_related(linkage, joints)), carried=tuple(carried))
+
+
+def _related(linkage: BodyLinkage, joints: list[BodyJoint]) -> list[BodyJoint]:
+    """Mark rails that run through a pin of their own body, or parallel to an earlier rail that turns with them."""
+    result: list[BodyJoint] = []
+    for k, joint in enumerate(joints):
+        if joint.direction is None or joint.slack:
+            result.append(joint)
+            continue
+        own = [i for i, other in enumerate(joints) if other.body == joint.body and i != k]
+        through = next((i for i in own if _runs_through(linkage.mechanism, joint, joints[i])), NONE)
+        parallel = next((i for i in range(k) if linkage.sense(joint, joints[i])), NONE)
+        point = joints[through].point if through != NONE else joint.point
+        result.append(replace(joint, through=through, parallel=parallel, point=point))
+    return result
+
+
+def _runs_through(mechanism: Mechanism, rail: BodyJoint, pin: BodyJoint) -> bool:
+    if pin.direction is not None or pin.actuator != NONE or rail.actuator != NONE or rail.direction is None:
+        return False
+    return abs(((pin.point - rail.point) * rail.direction.conjugate()).imag) <= PARALLEL * mechanism.size

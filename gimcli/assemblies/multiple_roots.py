@@ -1,0 +1,60 @@
+"""Multiple roots, which no certificate proves: settled as well as they can be told, and never called complete."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.assemblies.certificate import Proven, distances, mirror_distance
+from gimcli.assemblies.constants import ConfigurationConstants
+from gimcli.assemblies.loops import Family, values_and_jacobian
+from gimcli.mechanism import ComplexArray
+
+CUT = 1e-9
+"""Singular value over the largest below which a direction is not moved: the curve or fold of the root."""
+
+TIMES = 60
+"""Corrections: a double root halves its error in each."""
+
+
+def doubtful_real(
+    family: Family, H: ComplexArray, w: ComplexArray, policy: ConfigurationConstants
+) -> list[ComplexArray]:
+    """Return the real points among candidates for multiple roots (candidates, n + q), each once."""
+    w = w[np.isfinite(w).all(axis=1)]
+    w = w[mirror_distance(family, w) < policy.real] if len(w) else w
+    found: list[ComplexArray] = []
+    for point in w:
+        settled = _settled(family, H, point)
+        value, _ = values_and_jacobian(family, H, settled[None])
+        if not np.max(np.abs(value), initial=0.0) <= policy.residual * np.max(np.abs(H)):
+            continue
+        if all(float(distances(family, settled[None], other[None])[0, 0]) > policy.near for other in found):
+            found.append(settled)
+    return found
+
+
+def _settled(family: Family, H: ComplexArray, w: ComplexArray) -> ComplexArray:
+    """Return the real point next to a candidate, by least-squares corrections."""
+    n = family.angles
+    w = np.concatenate([1j * w[:n].imag, w[n:].real.astype(complex)])
+    unit = np.concatenate([np.full(n, 1j), np.ones(family.slides)])
+    for _ in range(TIMES):
+        value, J = values_and_jacobian(family, H, w[None])
+        rows, half = J[0, : family.loops] * unit, value[0, : family.loops]
+        table, error = np.concatenate([rows.real, rows.imag]), np.concatenate([half.real, half.imag])
+        if not np.max(np.abs(error), initial=0.0) > np.finfo(float).eps * np.max(np.abs(H)):
+            break
+        w = w - unit * np.linalg.lstsq(table, error, rcond=CUT)[0]
+    return w
+
+
+def kept_apart(family: Family, proven: Proven, each: int) -> NDArray[np.bool_]:
+    """Tell of every set of `each` roots side by side whether they are proved different."""
+    if each == 1:
+        return np.ones(len(proven.w), dtype=bool)
+    gap = proven.w[0::each] - proven.w[1::each]
+    n = family.angles
+    gap[:, :n] -= 2j * np.pi * np.round(gap[:, :n].imag / (2.0 * np.pi))
+    far = np.max(np.abs(gap), axis=1, initial=0.0)
+    return np.asarray(far > proven.small[0::each] + proven.small[1::each])

@@ -1,0 +1,116 @@
+"""Paths of roots from one linkage of a family to another, all at once.
+
+The coefficients go on a straight line; a predictor of 4th order (Runge-Kutta) and two Newton-Raphson
+corrections follow dw/dt = -J^-1 dH/dt, each path with its own step. Source: A. Sommese and C. Wampler,
+The numerical solution of systems of polynomials, 2005.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.assemblies.constants import TrackingConstants
+from gimcli.assemblies.loops import Family, values, values_and_jacobian
+from gimcli.mechanism import ComplexArray, FloatArray
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """Where paths ended."""
+
+    w: ComplexArray  # (roots, n + q) at the end, or where the path stopped
+    arrived: NDArray[np.bool_]  # (roots,)
+    time: FloatArray  # (roots,) 0..1 that was reached
+    rate: ComplexArray  # (roots, n + q) dw/dt there
+
+
+def solve_each(J: ComplexArray, right: ComplexArray) -> ComplexArray:
+    """Return J^-1 right for stacks (roots, m, m) and (roots, m); NaN where J is exactly singular."""
+    try:
+        return np.asarray(np.linalg.solve(J, right[..., None])[..., 0])
+    except np.linalg.LinAlgError:
+        result = np.full_like(right, np.nan)
+        for k, (a, b) in enumerate(zip(J, right, strict=True)):
+            try:
+                result[k] = np.linalg.solve(a, b)
+            except np.linalg.LinAlgError:
+                continue
+        return result
+
+
+def corrected(family: Family, H: ComplexArray, w: ComplexArray, times: int) -> ComplexArray:
+    """Return points after some Newton-Raphson corrections; H one, or one a point."""
+    with np.errstate(all="ignore"):
+        for _ in range(times):
+            value, J = values_and_jacobian(family, H, w)
+            w = w - solve_each(J, value)
+    return w
+
+
+def track(
+    family: Family, start: ComplexArray, end: ComplexArray, w: ComplexArray, policy: TrackingConstants
+) -> Tracked:
+    """Follow roots w (roots, n + q) of coefficients `start` to those of `end`."""
+    count = len(w)
+    w, change = w.copy(), end - start
+    t, h = np.zeros(count), np.full(count, policy.first)
+    rate = np.zeros_like(w)
+    steps = np.zeros(count, dtype=int)
+    active = np.arange(count)
+    with np.errstate(all="ignore"):
+        while len(active):
+            now, step = w[active], np.minimum(h[active], 1.0 - t[active])
+            guess, rate[active] = _predicted(family, start, change, now, t[active], step)
+            there = t[active] + step
+            accepted, moved, next_w = _corrected(family, start, change, guess, there, policy)
+            factor = policy.safety * (policy.aim * policy.correction / np.maximum(moved, 1e-300)) ** 0.2
+            factor = np.clip(np.where(np.isfinite(factor), factor, 0.0), policy.slowest, policy.fastest)
+            h[active] = step * np.where(accepted, factor, np.minimum(factor, policy.slowest))
+            steps[active] += 1
+            good = active[accepted]
+            w[good], t[good] = next_w[accepted], there[accepted]
+            far = np.max(np.abs(w[active, : family.angles].real), axis=1, initial=0.0) > policy.far
+            stuck = (h[active] < policy.shortest) | (steps[active] > policy.most) | far
+            active = active[~((t[active] >= 1.0) | stuck)]
+    return Tracked(w, t >= 1.0, t, rate)
+
+
+def _at(start: ComplexArray, change: ComplexArray, t: FloatArray) -> ComplexArray:
+    return np.asarray(start + t[:, None, None, None] * change)
+
+
+def _slope(family: Family, start: ComplexArray, change: ComplexArray, w: ComplexArray, t: FloatArray) -> ComplexArray:
+    _, J = values_and_jacobian(family, _at(start, change, t), w)
+    return -solve_each(J, values(family, change, w))
+
+
+def _predicted(
+    family: Family, start: ComplexArray, change: ComplexArray, w: ComplexArray, t: FloatArray, h: FloatArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return where the paths will be, and their slopes now."""
+    step = h[:, None]
+    a = _slope(family, start, change, w, t)
+    b = _slope(family, start, change, w + 0.5 * step * a, t + 0.5 * h)
+    c = _slope(family, start, change, w + 0.5 * step * b, t + 0.5 * h)
+    d = _slope(family, start, change, w + step * c, t + h)
+    return w + step / 6.0 * (a + 2.0 * b + 2.0 * c + d), a
+
+
+def _corrected(
+    family: Family, start: ComplexArray, change: ComplexArray, w: ComplexArray, t: FloatArray, policy: TrackingConstants
+) -> tuple[NDArray[np.bool_], FloatArray, ComplexArray]:
+    """Return whether two corrections settle, the first one's size, and the points."""
+    H = _at(start, change, t)
+    value, J = values_and_jacobian(family, H, w)
+    first = solve_each(J, value)
+    w = w - first
+    value, J = values_and_jacobian(family, H, w)
+    second = solve_each(J, value)
+    reach = np.ones(w.shape)
+    reach[:, family.angles :] = np.maximum(np.abs(w[:, family.angles :]), 1.0)  # a slide may pass near infinity
+    moved, left = (np.max(np.abs(d) / reach, axis=1, initial=0.0) for d in (first, second))
+    accepted = (moved < policy.correction) & (left < np.maximum(policy.contraction * moved, policy.settled))
+    return accepted, moved, w - second

@@ -1,0 +1,240 @@
+"""All roots of one coupled group, and how far the list is proved complete.
+
+First the pencil, where the topology has one, then paths from generic linkages, until as many different roots
+are proved as the topology has. Where that number is not told, intervals prove the real roots first. Where the
+dimensions are special and fewer exist, the paths tell what became of the others: gone to infinity, or met in a
+multiple root. Nothing of this needs to be trusted but the count and the certificate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.assemblies.certificate import Proven, distances, distinct, mirror_distance, prove
+from gimcli.assemblies.constants import ConfigurationConstants
+from gimcli.assemblies.generic import Progress
+from gimcli.assemblies.loops import Family, Loops
+from gimcli.assemblies.pencil import candidates, pencil_of
+from gimcli.assemblies.root_paths import Tracked, corrected, track
+from gimcli.assemblies.start_cache import known_count, known_start
+from gimcli.mechanism import ComplexArray
+
+REACHED, REALS, AGREED, OPEN = 1, 2, 3, 4
+"""Levels: count reached; proved for the reals; two starts agree, nothing left over; something is singular."""
+
+
+@dataclass(frozen=True)
+class Roots:
+    """The different roots that are proved, and what is known of the rest."""
+
+    proven: Proven
+    count: int | None  # of a generic member; None where it costs too much
+    level: int
+    doubtful: ComplexArray  # (candidates, n + q) multiple roots, or points of a curve of roots
+    infinite: int = 0  # roots that went to infinity
+
+    @property
+    def missing(self) -> int:
+        """Roots of the generic count that are neither proved nor at infinity."""
+        return max(0, (self.count or len(self.proven.w)) - len(self.proven.w) - self.infinite)
+
+
+def all_roots(
+    loops: Loops, policy: ConfigurationConstants, progress: Progress | None = None, near: Roots | None = None
+) -> Roots:
+    """Return the roots of a group's loops.
+
+    `progress` is told how many roots of how many a generic linkage has so far, where one has to be found. `near` are
+    the roots of almost the same loops: where intervals alone proved those, they are tried before the paths.
+    """
+    family, H = loops.family, loops.H
+    count = known_count(family, policy)
+    proven = _by_pencil(family, H, policy)
+    if count is not None and _whole(proven, count):
+        return _reached(family, proven, count)
+    if count is None or (near is not None and near.level == REALS):  # paths cost most, and cannot prove the list
+        real = _by_intervals(loops, Roots(proven, count, OPEN, _none(family)), policy)
+        if real.level == REALS:
+            return real
+    found = _by_paths(family, H, count, proven, policy, progress)
+    return found if found.level == REACHED else _by_intervals(loops, found, policy)
+
+
+def _reached(family: Family, proven: Proven, count: int) -> Roots:
+    return Roots(proven, count, REACHED, _none(family))
+
+
+def _none(family: Family) -> ComplexArray:
+    """Return no roots."""
+    return np.zeros((0, family.angles + family.slides), dtype=complex)
+
+
+def _whole(proven: Proven, count: int) -> bool:
+    """Tell whether every root is there and known to be real or not."""
+    return len(proven.w) == count and bool((proven.real | proven.complex).all())
+
+
+def _by_pencil(family: Family, H: ComplexArray, policy: ConfigurationConstants) -> Proven:
+    pencil = pencil_of(family, policy)
+    w = np.zeros((0, family.angles + family.slides), dtype=complex)
+    if pencil is not None:
+        found = candidates(pencil, H)
+        w = corrected(family, H, found, policy.polish)
+        w = w[np.isfinite(w).all(axis=1) & (np.max(np.abs(w - found), axis=1, initial=0.0) < policy.moved)]
+    return _sound(family, H, w, policy)
+
+
+def _sound(family: Family, H: ComplexArray, w: ComplexArray, policy: ConfigurationConstants) -> Proven:
+    """Return the different roots that are proved among some points."""
+    w = w[np.isfinite(w).all(axis=1) & (np.abs(w[:, : family.angles].real) < policy.tracking.far).all(axis=1)]
+    proven = prove(family, H, w)
+    return distinct(family, proven.take(proven.residual < policy.residual))
+
+
+def _by_paths(
+    family: Family,
+    H: ComplexArray,
+    count: int | None,
+    proven: Proven,
+    policy: ConfigurationConstants,
+    progress: Progress | None,
+) -> Roots:
+    """Return the union of what the paths from independent generic linkages prove."""
+    ends: list[_Ends] = []
+    for seed in range(policy.starts):
+        start = known_start(family, seed, policy, progress)
+        found = _tracked(family, start.H, H, start.w, policy)
+        ends.append(found)
+        proven = distinct(family, proven.joined(found.proven))
+        if count is not None and _whole(proven, count):
+            return _reached(family, proven, count)
+        if len(ends) > 1 and _same(ends[-1], ends[-2]):
+            break
+    last = min(ends, key=lambda e: (len(e.doubtful), e.lost, -len(e.proven.w)))
+    agreed = any(_same(a, b) for a, b in pairwise(ends))
+    decided = bool((proven.real | proven.complex).all())
+    settled = agreed and decided and len(last.doubtful) == 0 and last.lost == 0 and len(last.proven.w) == len(proven.w)
+    if family.rails_shared and settled:
+        count = None
+    settled &= count is None or len(proven.w) + last.infinite == count
+    return Roots(proven, count, AGREED if settled else OPEN, last.doubtful, last.infinite)
+
+
+def _by_intervals(loops: Loops, found: Roots, policy: ConfigurationConstants) -> Roots:
+    """Return the roots with the real ones proved complete, where intervals can; a multiple root they cannot decide."""
+    from gimcli.assemblies.intervals import IntervalConstants, real_roots
+
+    family, n = loops.family, loops.family.angles
+    if (mirror_distance(family, found.doubtful) < policy.real).any():
+        return found
+    limits = IntervalConstants(seconds=policy.seconds)
+    boxes = real_roots(loops.C0, loops.C, loops.U, loops.rail, None, limits)
+    told = boxes.complete and boxes.everywhere
+    if len(boxes.roots) == 0:
+        return replace(found, level=REALS) if told and not found.proven.real.any() else found
+    w = np.concatenate([1j * boxes.roots[:, :n], boxes.roots[:, n:].astype(complex)], axis=1)
+    proven = distinct(family, found.proven.joined(_sound(family, loops.H, w, policy)))
+    whole = told and int(proven.real.sum()) == len(boxes.roots)
+    return replace(found, proven=proven, level=REALS if whole else found.level)
+
+
+@dataclass(frozen=True)
+class _Ends:
+    """What became of the paths of one start."""
+
+    proven: Proven
+    doubtful: ComplexArray
+    infinite: int
+    lost: int  # stopped for no reason that is understood
+
+
+def _same(a: _Ends, b: _Ends) -> bool:
+    return len(a.proven.w) == len(b.proven.w) and a.infinite == b.infinite and a.lost == b.lost
+
+
+def _tracked(
+    family: Family, start: ComplexArray, H: ComplexArray, w: ComplexArray, policy: ConfigurationConstants
+) -> _Ends:
+    """Follow all roots of a start; those that met or were lost again, with smaller steps."""
+    tracking = policy.tracking
+    done = track(family, start, H, w, tracking)
+    point = corrected(family, H, done.w, policy.polish // 2)
+    for tighter in policy.tighter:
+        again = ~_alone(family, H, done, point, policy)
+        if not again.any():
+            break
+        finer = track(family, start, H, w[again], replace(tracking, correction=tracking.correction * tighter))
+        done = _replaced(done, again, finer)
+        point[again] = corrected(family, H, finer.w, policy.polish // 2)
+    alone = _alone(family, H, done, point, policy)
+    return _judged(family, H, done, point, alone, policy)
+
+
+def _replaced(done: Tracked, chosen: NDArray[np.bool_], new: Tracked) -> Tracked:
+    w, arrived, time, rate = done.w.copy(), done.arrived.copy(), done.time.copy(), done.rate.copy()
+    w[chosen], arrived[chosen], time[chosen], rate[chosen] = new.w, new.arrived, new.time, new.rate
+    return Tracked(w, arrived, time, rate)
+
+
+def _alone(
+    family: Family, H: ComplexArray, done: Tracked, point: ComplexArray, policy: ConfigurationConstants
+) -> NDArray[np.bool_]:
+    """Tell which paths arrived at a proved root that no other path arrived at."""
+    safe = np.where(np.isfinite(point).all(axis=1, keepdims=True), point, 0.0)
+    proven = prove(family, H, safe)
+    good = np.asarray(done.arrived & np.isfinite(point).all(axis=1), dtype=bool)
+    good = np.asarray(good & proven.sure & (proven.residual < policy.residual), dtype=bool)
+    gap = distances(family, safe, safe)
+    np.fill_diagonal(gap, np.inf)
+    met = (gap <= policy.near) & good[:, None] & good[None, :]
+    met &= gap <= proven.small[:, None] + proven.small[None, :]
+    return np.asarray(good & ~met.any(axis=1))
+
+
+def _judged(
+    family: Family,
+    H: ComplexArray,
+    done: Tracked,
+    point: ComplexArray,
+    alone: NDArray[np.bool_],
+    policy: ConfigurationConstants,
+) -> _Ends:
+    """Tell roots at infinity from multiple ones, and those from paths that were lost."""
+    proven = _sound(family, H, point[np.isfinite(point).all(axis=1) & (done.arrived | alone)], policy)
+    left = np.flatnonzero(~alone)
+    infinite = _diverging(family, done, policy)[left]
+    rest = left[~infinite]
+    near = point[rest]
+    with np.errstate(all="ignore"):
+        near = near[np.isfinite(near).all(axis=1)]
+        near = near[prove(family, H, near).residual < policy.residual] if len(near) else near
+    if len(near) and len(proven.w):  # a path that met a proved root
+        near = near[np.min(distances(family, near, proven.w), axis=1) > policy.near]
+    doubtful = _clusters(family, near, policy.near)
+    return _Ends(proven, doubtful, int(infinite.sum()), len(rest) - len(near))
+
+
+def _diverging(family: Family, done: Tracked, policy: ConfigurationConstants) -> NDArray[np.bool_]:
+    """Tell which paths go to infinity: with t = 1 - e^-tau they end on a straight line in log theta, log s."""
+    n = family.angles
+    with np.errstate(all="ignore"):
+        slope = np.abs(done.rate * (1.0 - done.time)[:, None])
+        slope[:, n:] /= np.maximum(np.abs(done.w[:, n:]), 1.0)
+        far = np.max(np.abs(done.w[:, :n].real), axis=1, initial=0.0) > policy.tracking.far
+        straight = np.max(np.where(np.isfinite(slope), slope, 0.0), axis=1, initial=0.0) > policy.slope
+    late = done.time > policy.late
+    return np.asarray(~done.arrived & np.asarray(far | (straight & late)))
+
+
+def _clusters(family: Family, w: ComplexArray, near: float) -> ComplexArray:
+    """Return one point of each cluster."""
+    kept: list[int] = []
+    gap = distances(family, w, w) if len(w) else np.zeros((0, 0))
+    for k in range(len(w)):
+        if not any(gap[k, j] < near for j in kept):
+            kept.append(k)
+    return w[kept]

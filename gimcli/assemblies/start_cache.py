@@ -1,0 +1,131 @@
+"""Generic starts, once found, kept in the user's cache folder: one file a topology, written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.assemblies.certificate import distinct, prove
+from gimcli.assemblies.constants import ConfigurationConstants
+from gimcli.assemblies.count import root_count
+from gimcli.assemblies.generic import Generic, Progress, generic_start
+from gimcli.assemblies.loops import Family
+from gimcli.kernels.jit import user_folder
+
+FOLDER = "starts-1"
+"""Changes with the form of the files."""
+
+UNKNOWN = -1
+KEPT = 64
+
+
+def known_count(family: Family, policy: ConfigurationConstants) -> int | None:
+    """Return the exact number of complex roots, from the cache where it has been told before; None if not known.
+
+    A structure that counts none has no generic configuration, though its dimensions may allow some.
+    """
+    return _count(_Topology(family), policy) or None
+
+
+def known_start(family: Family, seed: int, policy: ConfigurationConstants, progress: Progress | None = None) -> Generic:
+    """Return a generic linkage with its roots, from the cache where it has been found before."""
+    key = (family.key, seed, policy)
+    if key not in _STARTS:
+        if len(_STARTS) >= KEPT:
+            _STARTS.clear()
+        _STARTS[key] = _start(family, seed, policy, progress)
+    return _STARTS[key]
+
+
+class _Topology:
+    """A family that equals every other with the same tensors."""
+
+    def __init__(self, family: Family) -> None:
+        self.family = family
+
+    def __hash__(self) -> int:
+        return hash(self.family.key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Topology) and self.family.key == other.family.key
+
+
+@lru_cache(KEPT)
+def _count(topology: _Topology, policy: ConfigurationConstants) -> int | None:
+    family = topology.family
+    cheap = not family.slides or family.loops < policy.count_slides
+    path = None if cheap else _path(f"{family.key}-count")
+    stored = _read(path)
+    if stored is not None and "count" in stored and stored["count"].shape == ():
+        value = int(stored["count"])
+        return None if value == UNKNOWN else value
+    count = root_count(family, policy)
+    _write(path, count=np.array(UNKNOWN if count is None else count))
+    return count
+
+
+_STARTS: dict[tuple[str, int, ConfigurationConstants], Generic] = {}
+
+
+def _start(family: Family, seed: int, policy: ConfigurationConstants, progress: Progress | None) -> Generic:
+    path, count = _path(f"{family.key}-{seed}"), known_count(family, policy)
+    stored = _read(path)
+    if stored is not None:
+        generic = _checked(family, stored, count)
+        if generic is not None:
+            return generic
+    generic = generic_start(family, seed, count, policy, progress)
+    _write(path, H=generic.H, w=generic.w)
+    return generic
+
+
+def _checked(family: Family, stored: dict[str, NDArray[Any]], count: int | None) -> Generic | None:
+    """Return a stored start, or None where it is not what it should be."""
+    shape = (2, family.loops, 1 + family.angles + family.slides)
+    H, w = stored.get("H"), stored.get("w")
+    if H is None or w is None or H.shape != shape or w.ndim != 2 or w.shape[1] != shape[2] - 1:
+        return None
+    if not (np.isfinite(H).all() and np.isfinite(w).all()):
+        return None
+    if count is not None and len(w) != count and not (family.rails_shared and 0 < len(w) < count):
+        return None
+    proven = distinct(family, prove(family, H.astype(complex), w.astype(complex)))
+    return Generic(H.astype(complex), w.astype(complex)) if len(proven.w) == len(w) else None
+
+
+def _path(name: str) -> Path | None:
+    folder = user_folder(FOLDER)
+    return folder / f"{name}.npz" if folder is not None else None
+
+
+def _read(path: Path | None) -> dict[str, NDArray[Any]] | None:
+    """Return the arrays of a file; None where there is none or it is no such file."""
+    if path is None:
+        return None
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return {name: file[name] for name in file.files}
+    except Exception:  # whatever a damaged file raises: it is found again
+        return None
+
+
+def _write(path: Path | None, **arrays: NDArray[Any]) -> None:
+    """Write a file beside its place and rename it; where that fails, do without."""
+    if path is None:
+        return
+    part = path.with_name(f".{os.urandom(6).hex()}.part")
+    try:
+        with part.open("xb") as handle:
+            np.savez(handle, allow_pickle=False, **arrays)
+        os.replace(part, path)
+    except OSError:
+        pass
+    finally:
+        with suppress(OSError):
+            part.unlink()

@@ -1,0 +1,1 @@
+"""Circuits and their branches, limits, change points and other singular positions."""

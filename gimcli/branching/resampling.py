@@ -1,0 +1,95 @@
+"""Rows along a circuit: places at even distances of the way, as a motion of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from gimcli.continuation.arclength import CurvePoint, correct
+from gimcli.continuation.circuit import Circuit, CircuitConstants, nearby
+from gimcli.mechanism import FloatArray
+from gimcli.motion.motion import Motion
+from gimcli.status import Status
+from gimcli.structure.residual import holds, residual
+
+
+def way(circuit: Circuit) -> FloatArray:
+    """Return the length of the way (places,) up to every place."""
+    steps = np.linalg.norm(np.diff(circuit.p, axis=1), axis=0)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def along(circuit: Circuit, rows: int, policy: CircuitConstants | None = None) -> FloatArray:
+    """Return positions and parameter (n + 1, rows) at even distances, both ends among them."""
+    policy = policy or CircuitConstants()
+    return np.array([settled(circuit, k, part, policy) for k, part in stations(circuit, rows)]).T
+
+
+def stations(circuit: Circuit, rows: int) -> Iterator[tuple[int, float]]:
+    """Yield at even distances, both ends among them, the place before and the part (0..1) of the way to the next.
+
+    Of a curve that runs to infinity the part nearby is taken.
+    """
+    marks = way(circuit)
+    first, last = nearby(circuit)
+    wanted = np.linspace(marks[first], marks[last], rows)
+    index = np.clip(np.searchsorted(marks, wanted, side="right") - 1, 0, len(marks) - 2)
+    for row, k in enumerate(index.tolist()):
+        yield k, float((wanted[row] - marks[k]) / (marks[k + 1] - marks[k]))
+
+
+def heading(circuit: Circuit, k: int, part: float) -> FloatArray:
+    """Return the direction (n + 1,) of a circuit at a part (0..1) of the way from place k to the next."""
+    here, there = circuit.places[k], circuit.places[k + 1]
+    if part in (0.0, 1.0):
+        return here.tangent if part == 0.0 else there.tangent
+    return between(here, there, part)[1]
+
+
+def settled(circuit: Circuit, k: int, part: float, policy: CircuitConstants) -> FloatArray:
+    """Return the position at a part (0..1) of the way from place k to the next."""
+    here, there = circuit.places[k], circuit.places[k + 1]
+    if part in (0.0, 1.0):
+        return here.p if part == 0.0 else there.p
+    guess, slope = between(here, there, part)
+    if beside(circuit, k, guess, policy):
+        return guess
+    exact = correct(circuit.curve, guess, policy.steps, slope / np.linalg.norm(slope))
+    return guess if exact is None else exact
+
+
+def beside(circuit: Circuit, k: int, p: FloatArray, policy: CircuitConstants) -> bool:
+    """Tell whether p is so near to a crossing that the curve through the places about it tells more than equations."""
+    ends = [circuit.places[j].p for j in (k, k + 1) if j in circuit.crossings]
+    return any(float(np.linalg.norm(p - end)) <= policy.beside for end in ends)
+
+
+def between(here: CurvePoint, there: CurvePoint, part: float) -> tuple[FloatArray, FloatArray]:
+    """Return the cubic through two places and its derivative."""
+    h, t = float(np.linalg.norm(there.p - here.p)), part
+    low, high = h * here.tangent, h * there.tangent
+    p = (1.0 + 2.0 * t) * (1.0 - t) ** 2 * here.p + t**2 * (3.0 - 2.0 * t) * there.p
+    p = p + t * (1.0 - t) ** 2 * low - t**2 * (1.0 - t) * high
+    slope = 6.0 * t * (1.0 - t) * (there.p - here.p) + (1.0 - t) * (1.0 - 3.0 * t) * low + t * (3.0 * t - 2.0) * high
+    return p, slope
+
+
+def circuit_motion(circuit: Circuit, rows: int, tolerance: float) -> Motion:
+    """Return rows at even distances along a circuit as a motion; its time is the part of the way, 0..1."""
+    motion = as_motion(circuit, np.linspace(0.0, 1.0, rows), along(circuit, rows), tolerance)
+    return replace(motion, headings=np.array([heading(circuit, k, part) for k, part in stations(circuit, rows)]).T)
+
+
+def as_motion(circuit: Circuit, time: FloatArray, p: FloatArray, tolerance: float) -> Motion:
+    """Return positions p (n + 1, rows) as a motion; every row is held against the members as written."""
+    mechanism, curve = circuit.mechanism, circuit.curve
+    inputs = np.array([curve.inputs(q) for q in p[-1].tolist()]).T
+    z = curve.nodes(p)
+    error = residual(mechanism, z, inputs).total
+    good = holds(mechanism, z, inputs, tolerance, error=error)
+    codes = np.where(good, int(Status.OK), int(Status.SINGULAR))
+    z[:, ~good] = complex(np.nan, np.nan)
+    error = np.where(good, error, np.nan)
+    return Motion(mechanism, time, inputs, z, codes, error, np.zeros(len(time)), z[:, 0].copy(), parameter=p[-1].copy())

@@ -1,0 +1,137 @@
+"""All singular positions of all circuits that meet, each told once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.branching.singularities import CHANGE, Singularity, interval, singularities
+from gimcli.continuation.branches import SAME, Branches, all_circuits, first_circuit
+from gimcli.continuation.circuit import Circuit
+from gimcli.continuation.curve import PositionCurve
+from gimcli.errors import StructureError, UnassembledError
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.guide import arrival
+from gimcli.motion.start import settled, start_position
+from gimcli.positions.dispatch import plain
+from gimcli.status import Status
+from gimcli.structure.drive_check import refuse_contradiction, refuse_doubtful
+from gimcli.structure.plan import make_plan
+from gimcli.structure.residual import holds
+
+Progress = Callable[[int, int], None]
+
+MOST_NODES = 100
+"""Nodes of the largest mechanism whose circuits are followed."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A singular position and the circuits (from 0) that run through it."""
+
+    what: Singularity
+    circuits: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Circuits, what is singular on them, and the least and greatest parameter of each."""
+
+    branches: Branches = field(repr=False)
+    found: tuple[Found, ...]
+    reach: tuple[tuple[float, float], ...]
+    complete: bool  # nothing was left out
+
+    @property
+    def curve(self) -> PositionCurve:
+        """The curve that all circuits are part of."""
+        return self.branches.circuits[0].curve
+
+
+def drawn_circuit(mechanism: Mechanism, tolerance: float) -> Circuit:
+    """Return the circuit that the laws start on; if they start out of reach, the one that is drawn.
+
+    Raises StructureError without an actuator, of too many nodes, or where neither can be assembled.
+    """
+    if not mechanism.actuators:
+        raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve`")
+    if len(mechanism.nodes) > MOST_NODES:
+        raise StructureError(
+            f"{mechanism.name} has {len(mechanism.nodes)} nodes: circuits of at most {MOST_NODES} are followed, as"
+            " their equations are kept as full tables"
+        )
+    plan, curve = make_plan(mechanism), PositionCurve(mechanism)
+    starts = [curve.begin(), float(mechanism.drawn_inputs[0])] if curve.single else [curve.begin()]
+    for q in starts:
+        start = start_position(mechanism, plan, curve.inputs(q), plain, tolerance)
+        refuse_doubtful(mechanism, plan, start.regular)
+        if start.status is Status.OK:
+            z = start.row.x + 1j * start.row.y
+            _refuse_contradiction(mechanism, z, curve.inputs(q), tolerance)
+            return first_circuit(curve, z, q, arrival(curve, start, curve.single))
+        if start.status is Status.SINGULAR:
+            z = settled(mechanism, start)
+            return first_circuit(curve, z, q)
+    raise UnassembledError(
+        f"{mechanism.name} cannot be assembled at the start of its laws, nor as drawn: {start.status.text}"
+    )
+
+
+def _refuse_contradiction(mechanism: Mechanism, z: ComplexArray, u: FloatArray, tolerance: float) -> None:
+    """Raise StructureError where surplus constraints contradict the others at the start found."""
+    good = holds(mechanism, z[:, None], u[:, None], tolerance)[0]
+    refuse_contradiction(mechanism, z, u, Status.OK if good else Status.CONTRADICTORY, tolerance)
+
+
+def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress | None = None) -> Survey:
+    """Follow all circuits that meet the drawn one and list what is singular on them."""
+    branches = all_circuits(drawn_circuit(mechanism, tolerance), progress=progress)
+    found: list[Found] = []
+    reach: list[tuple[float, float]] = []
+    complete = branches.complete
+    for number, circuit in enumerate(branches.circuits):
+        own = singularities(circuit, number)
+        ends = interval(circuit, own)
+        reach.append(_first_round(ends, reach[0][0] if reach else ends[0]) if branches.circuits[0].turns else ends)
+        for what in own:
+            z, u = circuit.curve.nodes(what.p), circuit.curve.inputs(float(what.p[-1]))
+            if holds(mechanism, z[:, None], u[:, None], tolerance)[0]:
+                _add(found, what, number, circuit)
+            else:
+                complete = False
+    return Survey(branches, tuple(found), tuple(reach), complete)
+
+
+def _add(found: list[Found], what: Singularity, number: int, circuit: Circuit) -> None:
+    """Note a position; a change point that is known already gets one more circuit."""
+    for k, known in enumerate(found):
+        same = known.what.kind == what.kind == CHANGE
+        if same and np.linalg.norm(circuit.curve.apart(what.p, known.what.p)) <= SAME:
+            if number not in known.circuits:
+                found[k] = Found(known.what, (*known.circuits, number))
+            return
+    found.append(Found(what, (number,)))
+
+
+def _first_round(ends: tuple[float, float], begin: float) -> tuple[float, float]:
+    """Return an interval moved by whole turns into the turn from where the first circuit's begins."""
+    shift = 2.0 * math.pi * math.floor((ends[0] - begin + SAME) / (2.0 * math.pi))
+    return ends[0] - shift, ends[1] - shift
+
+
+def first_turn(survey: Survey, q: float) -> float:
+    """Return a parameter within the turn that begins where the first circuit does, if a rotary input turns fully."""
+    curve, first = survey.curve, survey.branches.circuits[0]
+    if not curve.single or not first.turns:
+        return q
+    begin, turn = min(float(first.p[-1, 0]), float(first.p[-1, -1])), 2.0 * math.pi
+    over = (q - begin) % turn
+    return begin + (0.0 if turn - over < SAME else over)
+
+
+def inputs_of(survey: Survey, q: float) -> FloatArray:
+    """Return the inputs (actuators,) at a parameter, told within the first turn."""
+    return survey.curve.inputs(first_turn(survey, q))

@@ -1,0 +1,214 @@
+"""Limits, dead points, change points and stationary positions along a circuit.
+
+Along a circuit with unit tangent t the input rests where t_q = 0: there F_x is singular and the input cannot drive.
+It turns back (limit) or not (dead point). Where [F_x F_q] loses rank too, branches meet (change point), or one that
+is told twice goes on alone (tangency). A member hinged to the frame, or a slider on it, is stationary where its rate
+is 0: what a teacher calls a dead centre.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.continuation.arclength import CurvePoint
+from gimcli.continuation.bifurcation import Crossing
+from gimcli.continuation.circuit import Circuit, ordered
+from gimcli.continuation.curve import PositionCurve
+from gimcli.continuation.folds import REST, Rate, between, folds, roots
+from gimcli.mechanism import FRAME, Drive, FloatArray
+
+LIMIT, DEAD, CHANGE, TANGENCY, STATIONARY = "limit", "dead point", "change point", "tangency", "stationary"
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Constants of the search."""
+
+    still: float = 1e-7  # part of a unit tangent that is none where a smallest value is looked at
+    slow: float = 0.2  # part of a unit tangent below which a smallest value may be none
+    share: float = 0.05  # of the greatest entry of a null vector: what it is about
+
+
+@dataclass(frozen=True)
+class Singularity:
+    """A position of a circuit that is singular, or in which something rests."""
+
+    kind: str
+    way: float  # along the circuit, 0..1
+    p: FloatArray = field(repr=False)  # (n + 1,)
+    tangent: FloatArray = field(repr=False)  # (n + 1,) of the circuit there
+    about: tuple[str, ...]  # constraints whose forces hold each other, or the members that rest
+    branches: tuple[FloatArray, ...] = field(repr=False, default=())  # tangents of all branches (n + 1,)
+    end: str = ""  # of a limit: "upper" or "lower"
+    circuit: int = 0  # which of several
+    loose: bool = False  # positions of more than one freedom meet the circuit there
+
+
+def singularities(circuit: Circuit, number: int = 0, bounds: Bounds | None = None) -> list[Singularity]:
+    """Return what is singular along a circuit, in its order."""
+    search = _SingularitySearch(circuit, number, bounds or Bounds())
+    found = [*search.crossings(), *search.limits(), *search.dead_points(), *search.stationary()]
+    return sorted(found, key=lambda s: s.way)
+
+
+def limits(circuit: Circuit, bounds: Bounds | None = None) -> list[Singularity]:
+    """Return the limits of the input alone."""
+    return sorted(_SingularitySearch(circuit, 0, bounds or Bounds()).limits(), key=lambda s: s.way)
+
+
+def dead_points(circuit: Circuit, bounds: Bounds | None = None) -> list[Singularity]:
+    """Return where the input rests without turning back."""
+    return sorted(_SingularitySearch(circuit, 0, bounds or Bounds()).dead_points(), key=lambda s: s.way)
+
+
+def interval(circuit: Circuit, found: list[Singularity]) -> tuple[float, float]:
+    """Return the least and greatest parameter of a circuit with its limits `found`; at infinity it is not reached."""
+    ends = [q for q in circuit.infinite if q is not None]
+    q = np.concatenate([circuit.p[-1], [s.p[-1] for s in found if s.kind == LIMIT], ends])
+    return float(q.min()), float(q.max())
+
+
+@dataclass(frozen=True)
+class BranchRates:
+    """How inputs and members move on a branch, in the file's units, over the rate of the input that moves most.
+
+    Where all inputs rest, over the rate of the member that turns fastest.
+    """
+
+    inputs: dict[str, float]
+    members: dict[str, float]  # rotation
+
+    @property
+    def rests(self) -> bool:
+        """Tell whether the inputs rest."""
+        return not any(self.inputs.values())
+
+
+def rates(curve: PositionCurve, p: FloatArray, v: FloatArray) -> BranchRates:
+    """Return the rates along the tangent v (n + 1,) of a branch."""
+    mechanism, turns = curve.mechanism, curve.turning(p, v)
+    driven = curve.travel(v, float(p[-1]))[curve.system.n :] * (abs(v[-1]) > Bounds().still)
+    degree = float(np.degrees(1.0)) if mechanism.angle_unit == "deg" else 1.0
+    inputs = {
+        a.name: rate * (degree if a.drive is Drive.ROTARY else mechanism.scale)
+        for a, rate in zip(mechanism.actuators, driven.tolist(), strict=True)
+    }
+    dust = REST * max(map(abs, turns.values()), default=0.0)  # what rounding left of no rotation
+    members = {name: degree * rate if abs(rate) > dust else 0.0 for name, rate in turns.items()}
+    unit = max(inputs.values(), key=abs) or max(members.values(), key=abs, default=0.0) or 1.0
+    return BranchRates({k: r / unit + 0.0 for k, r in inputs.items()}, {k: r / unit + 0.0 for k, r in members.items()})
+
+
+class _SingularitySearch:
+    """What is found along one circuit."""
+
+    def __init__(self, circuit: Circuit, number: int, bounds: Bounds) -> None:
+        self.circuit, self.curve, self.number, self.bounds = circuit, circuit.curve, number, bounds
+        self.places = circuit.places
+        steps = np.linalg.norm(np.diff(circuit.p, axis=1), axis=0)
+        self.way = np.concatenate([[0.0], np.cumsum(steps)]) / max(float(steps.sum()), 1e-300)
+
+    def crossings(self) -> Iterator[Singularity]:
+        """Yield the positions where the Jacobian with the input loses rank."""
+        for index, met in self.circuit.crossings.items():
+            if self.circuit.closed and index == len(self.places) - 1:
+                continue
+            single = not met.loose and (len(met.tangents) == 1 or (met.touching and not met.tangents))
+            here = self.places[index]
+            yield self._told(
+                TANGENCY if single else CHANGE, index, here, _involved(self.curve, met.left, self.bounds), met
+            )
+
+    def limits(self) -> Iterator[Singularity]:
+        """Yield where the parameter turns back."""
+        for root in folds(self.circuit):
+            end = "upper" if root.side < 0.0 else "lower"
+            yield self._told(LIMIT, root.index, root.place, self._held(root.place), end=end)
+
+    def dead_points(self) -> Iterator[Singularity]:
+        """Yield where the parameter rests without turning back, and once where it rests for good."""
+        speed = np.abs([here.tangent[-1] for here in self.places])
+        if np.all(speed <= self.bounds.still):
+            yield self._told(DEAD, 0, self.places[0], self._held(self.places[0]))
+            return
+        inner = np.arange(1, len(speed) - 1)
+        low = inner[(speed[inner] <= speed[inner - 1]) & (speed[inner] < speed[inner + 1])]
+        for k in low[speed[low] < self.bounds.slow].tolist():
+            signs = np.sign([self.places[j].tangent[-1] for j in (k - 1, k + 1)])
+            if signs[0] != signs[1] or k in self.circuit.crossings:
+                continue
+            found = between(self.circuit, k - 1, k + 1, lambda at: float(bend(self.curve, at)[-1]))
+            if found is not None and abs(found.tangent[-1]) <= self.bounds.still:
+                yield self._told(DEAD, k - 1, found, self._held(found))
+
+    def stationary(self) -> Iterator[Singularity]:
+        """Yield where members hinged to the frame, and sliders on it, turn back."""
+        for name, rate in outputs(self.curve):
+            for root in roots(self.circuit, rate):
+                yield self._told(STATIONARY, root.index, root.place, (name,))
+
+    def _told(
+        self, kind: str, index: int, here: CurvePoint, about: tuple[str, ...], met: Crossing | None = None,
+        end: str = ""
+    ) -> Singularity:  # fmt: skip
+        ahead = min(index + 1, len(self.places) - 1)
+        part = np.linalg.norm(here.p - self.places[index].p)
+        whole = max(float(np.linalg.norm(self.places[ahead].p - self.places[index].p)), 1e-300)
+        way = float(self.way[index] + (self.way[ahead] - self.way[index]) * min(part / whole, 1.0))
+        branches = () if met is None else ordered(self.curve, met)
+        loose = met is not None and met.loose
+        return Singularity(kind, way, here.p, here.tangent, about, branches, end, self.number, loose)
+
+    def _held(self, here: CurvePoint) -> tuple[str, ...]:
+        """Return the constraints whose forces hold each other while the input is held: they stop it."""
+        return _involved(self.curve, _null_left(here.jacobian[:, :-1], here.left.shape[1]), self.bounds)
+
+
+def bend(curve: PositionCurve, here: CurvePoint) -> FloatArray:
+    """Return the derivative of the tangent (n + 1,) by the way."""
+    table = np.vstack([here.jacobian, here.tangent])
+    wanted = np.append(-curve.jacobian_along(here.p, here.tangent) @ here.tangent, 0.0)
+    return np.asarray(np.linalg.lstsq(table, wanted, rcond=None)[0])
+
+
+def outputs(curve: PositionCurve) -> Iterator[tuple[str, Rate]]:
+    """Yield members hinged to the frame and sliders on it, but those that an input drives, and their rates."""
+    mechanism, column = curve.mechanism, {n: 2 * k for k, n in enumerate(curve.system.free)}
+    frame = set(mechanism.members[FRAME].nodes)
+    driven = {a.arm_member for a in mechanism.actuators if a.drive is Drive.ROTARY and a.reference_member == FRAME}
+    moved = {a.a for a in mechanism.actuators if a.drive is Drive.TRAVEL and a.reference_member == FRAME}
+    for index, member in enumerate(mechanism.members[FRAME + 1 :], start=FRAME + 1):
+        hinges, free = [n for n in member.nodes if n in frame], [n for n in member.nodes if n in column]
+        if hinges and free and index not in driven:
+            yield member.name, _turning(curve, hinges[0], free[-1], column[free[-1]])
+    for slide in mechanism.slides:
+        if slide.member == FRAME and slide.node in column and slide.node not in moved:
+            yield slide.pair, _sliding(column[slide.node], slide.direction)
+
+
+def _turning(curve: PositionCurve, hinge: int, node: int, at: int) -> Rate:
+    def rate(here: CurvePoint) -> float:
+        z = curve.nodes(here.p)
+        return float(((z[node] - z[hinge]).conjugate() * complex(*here.tangent[at : at + 2])).imag)
+
+    return rate
+
+
+def _sliding(at: int, direction: complex) -> Rate:
+    return lambda here: float((direction.conjugate() * complex(*here.tangent[at : at + 2])).real)
+
+
+def _null_left(table: FloatArray, rank: int) -> FloatArray:
+    """Return the left vector (m, 1) of the least singular value that the table has at a place of full rank."""
+    left, _, _ = np.linalg.svd(table)
+    return np.asarray(left[:, rank - 1 : rank])
+
+
+def _involved(curve: PositionCurve, left: FloatArray, bounds: Bounds) -> tuple[str, ...]:
+    """Return the constraints that left null vectors (m, r) are about."""
+    weight = np.linalg.norm(left, axis=1)
+    chosen = weight > bounds.share * float(weight.max(initial=1e-300))
+    return tuple(dict.fromkeys(name for name, own in zip(curve.names, chosen, strict=True) if own))

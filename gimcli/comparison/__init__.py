@@ -1,0 +1,1 @@
+"""Speed against accuracy: the methods of the field on one motion, and their true errors."""

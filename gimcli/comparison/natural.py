@@ -1,0 +1,124 @@
+"""Natural coordinates: x and y of the points at which members are joined, and no angles.
+
+A member is the distance of its two points farthest apart, and two linear equations for each further
+point. Source: Garcia de Jalon & Bayo, Kinematic and Dynamic Simulation of Multibody Systems, 1994,
+chapter 2.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+from gimcli.comparison.stop import Stop
+from gimcli.kernels import coordinates as kernels
+from gimcli.kernels.points import DISTANCE, LINE, RIGID
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.positions.newton import Run
+from gimcli.structure.kinematic_nodes import kinematic_nodes, loose_nodes
+from gimcli.structure.steps import NONE
+
+Row = tuple[tuple[int, ...], tuple[float, ...]]
+"""An equation in the kernel's integers and floats."""
+
+
+class NaturalCoordinates:
+    """A mechanism in natural coordinates: two unknowns a point that moves."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.points = kinematic_nodes(mechanism)
+        active = {n for nodes in self.points for n in nodes} | set(loose_nodes(mechanism))
+        self.free = sorted(active - set(mechanism.members[FRAME].nodes))
+        self.base = [self._base(k) for k in range(len(mechanism.members))]
+        rows = [*self._members(), *self._slides(), *self._drivers()]
+        self.heads = np.array([head for head, _ in rows], dtype=np.int64).reshape(-1, 8)
+        self.factors = np.array([factor for _, factor in rows], dtype=float).reshape(-1, 3)
+        self.columns = np.full(len(mechanism.nodes), NONE, dtype=np.int64)
+        self.columns[self.free] = 2 * np.arange(len(self.free))
+        self.unknowns = 2 * len(self.free)
+        self.equations = int(sum(2 if head[0] == RIGID else 1 for head in self.heads))
+
+    def start(self, z: ComplexArray) -> FloatArray:
+        """Return the unknowns at a position z (nodes,)."""
+        return np.stack([z[self.free].real, z[self.free].imag], axis=1).ravel()
+
+    def follow(
+        self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
+    ) -> tuple[ComplexArray, FloatArray, FloatArray]:
+        """Follow inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 where it settled."""
+        rows = inputs.shape[1]
+        x, y = (np.tile(part, (rows, 1)) for part in (start.real, start.imag))
+        iterations, good = np.zeros(rows), np.zeros(rows)
+        weights = np.full(self.unknowns, 1.0 / stop.length)
+        values = np.ascontiguousarray(inputs.T)
+        run(kernels.follow_points)(
+            self.start(start), values, np.cos(values), np.sin(values), self.heads, self.factors, self.columns,
+            kernels.room(self.equations, self.unknowns), weights, stop.tolerance, stop.iterations, x, y, iterations,
+            good,
+        )  # fmt: skip
+        return self._carried((x + 1j * y).T), iterations, good
+
+    def _carried(self, z: ComplexArray) -> ComplexArray:
+        """Place the nodes that no equation holds: they are linear in their member's points."""
+        for member, nodes, (u, v) in zip(self.mechanism.members[1:], self.points[1:], self.base[1:], strict=True):
+            for node in set(member.nodes) - set(nodes):
+                ratio = (member.local(node) - member.local(u)) / (member.local(v) - member.local(u))
+                z[node] = z[u] + ratio * (z[v] - z[u])
+        return z
+
+    def _base(self, index: int) -> tuple[int, int]:
+        """Return the two points of a member that are farthest apart."""
+        member = self.mechanism.members[index]
+        pairs = combinations(self.points[index], 2)
+        far = max(pairs, key=lambda p: abs(member.local(p[1]) - member.local(p[0])), default=(NONE, NONE))
+        return far
+
+    def _members(self) -> list[Row]:
+        rows: list[Row] = []
+        for index, member in enumerate(self.mechanism.members[1:], start=1):
+            u, v = self.base[index]
+            reach = member.local(v) - member.local(u)
+            rows.append(((DISTANCE, v, u, NONE, NONE, NONE, NONE, 1), (0.0, 0.0, abs(reach))))
+            for node in set(self.points[index]) - {u, v}:
+                w = (member.local(node) - member.local(u)) / reach
+                rows.append(((RIGID, node, u, u, v, NONE, NONE, 1), (w.real, w.imag, 0.0)))
+        return rows
+
+    def _line(self, node: int, index: int, point: complex, normal: complex, actuator: int = NONE) -> Row:
+        """Return normal . (node - point) = value, with the line in the frame of a member."""
+        member = self.mechanism.members[index]
+        if index == FRAME:
+            u, v, anchor, w = NONE, NONE, member.nodes[0], normal
+        else:
+            u, v = self.base[index]
+            anchor, w = u, normal / (member.local(v) - member.local(u))
+        height = (normal.conjugate() * (point - member.local(anchor))).real
+        return (LINE, node, anchor, u, v, actuator, NONE, 1), (w.real, w.imag, height)
+
+    def _slides(self) -> list[Row]:
+        return [self._line(s.node, s.member, s.point, 1j * s.direction) for s in self.mechanism.slides]
+
+    def _drivers(self) -> list[Row]:
+        rows: list[Row] = []
+        for number, a in enumerate(self.mechanism.actuators):
+            if a.drive is Drive.DISTANCE:
+                rows.append(((DISTANCE, a.b, a.a, NONE, NONE, number, NONE, 1), (0.0, 0.0, 0.0)))
+            elif a.drive is Drive.TRAVEL:
+                rows.append(self._line(a.a, a.reference_member, a.point, a.direction, number))
+            else:
+                rows.append(self._angle(number))
+        return rows
+
+    def _angle(self, number: int) -> Row:
+        """Return that the arm has no part across the ray of its input."""
+        a = self.mechanism.actuators[number]
+        arm, reference = self.mechanism.members[a.arm_member], self.mechanism.members[a.reference_member]
+        p, q = self.base[a.arm_member]
+        across = 1j * a.reference_direction / a.arm_direction * (arm.local(q) - arm.local(p))
+        across /= abs(across)
+        u, v = (NONE, NONE) if a.reference_member == FRAME else self.base[a.reference_member]
+        if u != NONE:
+            across /= reference.local(v) - reference.local(u)
+        return (LINE, q, p, u, v, NONE, number, 1), (across.real, across.imag, 0.0)

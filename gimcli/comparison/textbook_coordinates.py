@@ -1,0 +1,87 @@
+"""Textbook Newton-Raphson in the coordinates of multibody programs, behind one registry.
+
+Reference implementations for comparisons: the whole mechanism is one system of equations, drivers
+among them; every row starts from the row before it, and ends when no unknown is corrected by more
+than the tolerance (lengths relative to the mechanism's size, angles in rad), as the Newton-Raphson
+that Petuya et al. 2004 compare their method with.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.comparison.absolute import AbsoluteCoordinates
+from gimcli.comparison.joint import JointCoordinates
+from gimcli.comparison.natural import NaturalCoordinates
+from gimcli.comparison.stop import Stop
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.positions.newton import Run
+
+
+@dataclass(frozen=True)
+class TextbookConstants:
+    """Constants of the iteration."""
+
+    iterations: int = 50  # at the most, for one position
+    length: float = math.nan  # what corrections of lengths refer to; NaN: the mechanism's size
+
+
+@dataclass(frozen=True)
+class Followed:
+    """What following a motion gave."""
+
+    z: ComplexArray  # (nodes, rows), NaN where not solved
+    iterations: FloatArray  # (rows,)
+    good: NDArray[np.bool_]  # (rows,) whether the corrections came to rest
+
+
+class Coordinates(Protocol):
+    """A mechanism in some coordinates."""
+
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns."""
+        ...
+
+    @property
+    def equations(self) -> int:
+        """Number of equations."""
+        ...
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism that is described."""
+        ...
+
+    def follow(
+        self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
+    ) -> tuple[ComplexArray, FloatArray, FloatArray]:
+        """Follow inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 where it settled."""
+        ...
+
+
+COORDINATES: dict[str, Callable[[Mechanism], Coordinates]] = {
+    "joint": JointCoordinates,
+    "absolute": AbsoluteCoordinates,
+    "natural": NaturalCoordinates,
+}
+
+
+def follow(
+    system: Coordinates, inputs: FloatArray, start: ComplexArray, tolerance: float, run: Run,
+    policy: TextbookConstants | None = None,
+) -> Followed:  # fmt: skip
+    """Follow inputs (actuators, rows) from an assembled position (nodes,), each row from the one before."""
+    policy = policy or TextbookConstants()
+    length = system.mechanism.size if math.isnan(policy.length) else policy.length
+    with np.errstate(all="ignore"):
+        z, iterations, settled = system.follow(inputs, start, Stop(tolerance, length, policy.iterations), run)
+    good = (settled == 1.0) & np.all(np.isfinite(z), axis=0)
+    z[:, ~good] = complex(np.nan, np.nan)
+    return Followed(z, iterations, good)

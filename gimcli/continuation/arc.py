@@ -1,0 +1,204 @@
+"""A short arc of a curve through a singular position: a limit of the input, or a position where branches meet.
+
+Along the curve itself a limit is a regular position, and so is, on one branch, every position beside a meeting of
+branches. The arc is the polynomial through positions at even distances along the tangent; the position at a parameter
+follows from it to the last digits, also where the parameter alone tells a node to half the digits only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gimcli.continuation.arclength import ArclengthConstants, correct, place
+from gimcli.continuation.bifurcation import Crossing
+from gimcli.continuation.curve import PositionCurve
+from gimcli.continuation.gap_interpolation import AT_LIMIT, BEYOND, Row, lagrange
+from gimcli.mechanism import FloatArray
+
+EPS = float(np.finfo(float).eps)
+
+NODES = 4
+"""Positions on either side of the singular one."""
+
+STEPS = (1e-2, 3e-3, 1e-3, 3e-4)
+"""Distances of the positions that are tried, for mechanisms about 1 in size."""
+
+FIT, LOOSEST = 1e-13, 1e-11
+"""By how much the polynomial may miss the curve halfway between the outermost positions: then no other step is tried;
+at most, where many branches meet at once and rounding tells more beside them."""
+
+CORRECTIONS = ArclengthConstants(corrections=12, rounding=1e-11)
+
+
+@dataclass(frozen=True)
+class SingularArc:
+    """Positions p (n + 1, 2 NODES + 1) at distances (2 NODES + 1,) from the singular one along its unit tangent."""
+
+    curve: PositionCurve = field(repr=False)
+    distances: FloatArray = field(repr=False)
+    p: FloatArray = field(repr=False)
+    tangent: FloatArray = field(repr=False)  # (n + 1,)
+    limit: bool  # the parameter turns back
+
+    @property
+    def q(self) -> float:
+        """Return the parameter of the singular position."""
+        return float(self.p[-1, NODES])
+
+    @property
+    def reach(self) -> float:
+        """Return the distance of the outermost positions."""
+        return float(self.distances[-1])
+
+    def at(self, distance: float) -> FloatArray:
+        """Return the position and parameter (n + 1,) at a distance."""
+        return np.asarray(self.p @ lagrange(self.distances.tolist(), distance))
+
+    def outwards(self, side: float) -> float:
+        """Return the sense of the parameter, 1 or -1, in which a side of the arc leads to its limit."""
+        return math.copysign(1.0, self.q - float(self.p[-1, 2 * NODES if side > 0.0 else 0]))
+
+    def distance(self, q: float, side: float) -> float:
+        """Return the distance at which the parameter has a value, on one side of a limit (+ along the tangent)."""
+        away = self.distances[self.distances != 0.0]
+        rise = np.delete(self.p[-1], NODES) - self.q
+        if self.limit and self.outwards(side) * (q - self.q) >= -AT_LIMIT * max(1.0, abs(q)):
+            return 0.0
+        power = 2 if self.limit else 1
+        slopes = (rise / away**power).tolist()  # q - q0 = d^power slope(d)
+        d = last = 0.0
+        for _ in range(CORRECTIONS.corrections):
+            weights = lagrange(away.tolist(), d)
+            part = (q - self.q) / sum(w * v for w, v in zip(weights, slopes, strict=True))
+            d = side * math.sqrt(max(0.0, part)) if self.limit else part
+            if abs(d - last) <= EPS * abs(d):
+                break
+            last = d
+        return float(d)
+
+    def error(self, distance: float) -> float:
+        """Return what rounding of the parameter makes of the positions at a distance."""
+        if not self.limit or not distance:
+            return 0.0
+        slope = abs(float(self.at(distance)[-1]) - self.q) * 2.0 / abs(distance)
+        return 2.0 * EPS * max(1.0, abs(self.q)) / max(slope, EPS)
+
+
+def make_arc(
+    curve: PositionCurve, p: FloatArray, tangent: FloatArray, met: Crossing | None = None
+) -> SingularArc | None:
+    """Return the arc through a singular position (n + 1,) along a unit tangent (n + 1,); None where none fits."""
+    best, least = None, LOOSEST
+    for step in STEPS:
+        arc = _tried(curve, p, tangent, met, step)
+        if arc is None:
+            continue
+        halfway = step * (NODES - 0.5)
+        checks = [(d, _beside(curve, p, tangent, d)) for d in (-halfway, halfway)]
+        miss = max(float(np.linalg.norm(one - arc.at(d))) if one is not None else math.inf for d, one in checks)
+        if miss < least:
+            best, least = arc, miss
+        if miss <= FIT:
+            break
+    return best
+
+
+def _tried(
+    curve: PositionCurve, p: FloatArray, tangent: FloatArray, met: Crossing | None, step: float
+) -> SingularArc | None:
+    """Return the arc of a step; None where it leaves the curve."""
+    distances = step * np.arange(-NODES, NODES + 1.0)
+    table = [p if d == 0.0 else _beside(curve, p, tangent, d) for d in distances.tolist()]
+    found = [one for one in table if one is not None]
+    return SingularArc(curve, distances, np.array(found).T, tangent, met is None) if len(found) == len(table) else None
+
+
+def _beside(curve: PositionCurve, p: FloatArray, tangent: FloatArray, distance: float) -> FloatArray | None:
+    """Return the position of the curve at a distance along the tangent of a singular one; None where it is another."""
+    target = p + distance * tangent
+    found = correct(curve, target, CORRECTIONS, tangent)
+    if found is None or not np.linalg.norm(found - target) <= 0.2 * abs(distance):
+        return None
+    return found if abs(float(place(curve, found, tangent).tangent @ tangent)) >= 0.9 else None
+
+
+@dataclass(frozen=True)
+class ArcPassage:
+    """The way of a motion on an arc, by places s = sense * parameter that grow; at a limit it is on one side.
+
+    `assembled` makes a regular row of a position, or None where that cannot be assembled by the plan.
+    """
+
+    arc: SingularArc
+    sense: float
+    assembled: Callable[[FloatArray, float], Row | None] = field(repr=False)
+    side: float = 1.0  # of a limit: + along the tangent
+
+    @property
+    def limit(self) -> bool:
+        """Tell whether the input turns back there."""
+        return self.arc.limit
+
+    @property
+    def inwards(self) -> bool:
+        """Tell whether the motion comes to a limit."""
+        return self.arc.limit and self.arc.outwards(self.side) == self.sense
+
+    @property
+    def centre(self) -> float:
+        """Return the place of the singular position."""
+        return self._place(self.arc.q)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Return the first and the last place that it spans."""
+        low, high = sorted((self._outer(-1.0), self._outer(1.0)))
+        if not self.arc.limit:
+            return low, high
+        outer, room = self._outer(self.side), BEYOND * max(1.0, abs(self.centre))
+        return (outer, self.centre + room) if self.inwards else (self.centre - room, outer)
+
+    @property
+    def exit(self) -> Row | None:
+        """Return the regular row at its last place; None on the way to a limit."""
+        if self.inwards:
+            return None
+        ahead = self.side if self.arc.limit else math.copysign(1.0, self._outer(1.0) - self._outer(-1.0))
+        return self.assembled(self.arc.p[:, 2 * NODES if ahead > 0.0 else 0], self._outer(ahead))
+
+    def position(self, place: float) -> FloatArray:
+        """Return position and parameter (n + 1,) at a place."""
+        return self.arc.at(self._distance(place))
+
+    def at(self, time: float) -> Row:
+        """Return the row at a place."""
+        distance = self._distance(time)
+        z = self.arc.curve.nodes(self.arc.at(distance))
+        return Row(time, z.real.copy(), z.imag.copy(), np.empty(0), self.arc.error(distance))
+
+    def mirrored(self) -> ArcPassage:
+        """Return the way back, in places of the other sign."""
+        return replace(self, sense=-self.sense)
+
+    def other_side(self) -> ArcPassage:
+        """Return the way out on the other side of a limit, the input turning back."""
+        return replace(self, sense=-self.sense, side=-self.side)
+
+    def shifted(self, change: float) -> ArcPassage:
+        """Return the same way where the parameter is greater by whole turns."""
+        p = self.arc.p.copy()
+        p[-1] += change
+        return replace(self, arc=replace(self.arc, p=p))
+
+    def _distance(self, place: float) -> float:
+        return self.arc.distance(self.sense * place * self.arc.curve.span, self.side)
+
+    def _outer(self, side: float) -> float:
+        return self._place(float(self.arc.p[-1, 2 * NODES if side > 0.0 else 0]))
+
+    def _place(self, q: float) -> float:
+        return self.sense * q / self.arc.curve.span

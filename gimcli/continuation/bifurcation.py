@@ -1,0 +1,251 @@
+"""Where branches of a curve meet: the singular position to the last digits, and the tangents of its branches.
+
+At p the Jacobian G_p (m, n + 1) has lost k of its rank n: its right null space has k + 1 dimensions, its left one
+r = m - n + k. Bordered by bases B, C of both, [G_p B; C' 0] [V; H] = [0; I] defines H (r, k + 1), which is 0 where
+the rank is lost; G + B e = 0 and H = 0 are regular equations for p and e (minimal augmentation). e tells by how much
+the equations miss such a position: 0 where branches meet. Their tangents are V a with w' G_pp (V a)(V a) = 0 for all
+left null vectors w. Source: Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, 2000, chapters 4
+and 8; Allgower & Georg 2003, section 8.3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from gimcli.continuation.arclength import Implicit
+from gimcli.mechanism import FloatArray
+
+
+class Bent(Implicit, Protocol):
+    """A curve of solutions with second derivatives."""
+
+    def jacobian_along(self, p: FloatArray, v: FloatArray) -> FloatArray:
+        """Return the derivative of the Jacobian (m, n + 1) along v (n + 1,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class BifurcationConstants:
+    """Constants of the search."""
+
+    corrections: int = 40  # a touching of branches is approached by halves
+    closeness: float = 1e-14  # size of the last correction
+    rounding: float = 1e-10  # below it corrections that end to shrink have arrived
+    rank: float = 1e-11  # of the corrections' equations
+    lost: float = 1e-6  # singular value over the greatest below which it is 0
+    most: int = 6  # of rank lost at once of which the branches, up to 2 to its power, are told
+    double: float = 1e-6  # discriminant, over the form's square, of one tangent told twice
+    none: float = 1e-9  # of a form over its greatest derivative: nothing of second order is said
+    starts: int = 60  # directions from which tangents are looked for where more than two branches may meet
+    single: float = 1e-4  # singular value of the forms' derivatives below which a tangent is one of many
+    apart: float = 1e-5  # rad: tangents that differ by less are one
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A position at which the Jacobian of a curve loses rank."""
+
+    p: FloatArray  # (n + 1,)
+    miss: float  # by how much the equations fail to have it
+    right: FloatArray  # (n + 1, k + 1) null space
+    left: FloatArray  # (m, r)
+    forms: FloatArray  # (., k + 1, k + 1) independent quadratic forms that are 0 along a branch
+    policy: BifurcationConstants = field(repr=False)
+
+    @property
+    def lost(self) -> int:
+        """Loss of rank k."""
+        return int(self.right.shape[1]) - 1
+
+    @property
+    def tangents(self) -> tuple[FloatArray, ...]:
+        """The unit tangents (n + 1,) of all branches, one of either sense; branches that touch have one."""
+        return self._branches[0]
+
+    @property
+    def touching(self) -> bool:
+        """Tell whether a tangent is told twice, or not by the second order."""
+        return self._branches[1]
+
+    @property
+    def loose(self) -> bool:
+        """Tell whether a surface of more than one freedom meets the curve there: it has no single tangents."""
+        return self._branches[2]
+
+    @cached_property
+    def _branches(self) -> tuple[tuple[FloatArray, ...], bool, bool]:
+        if self.lost > self.policy.most:
+            return (), False, False
+        found, touching, loose = _tangents(self.forms, self.policy)
+        return tuple(self.right @ a for a in found), touching, loose
+
+    def near(self, v: FloatArray) -> FloatArray | None:
+        """Return the tangent of the branch next to a direction v (n + 1,), in its sense; None where none is single.
+
+        However many branches meet, only this one is looked for.
+        """
+        a = self.right.T @ v
+        if not np.linalg.norm(a) > 0.0 or not len(self.forms):
+            return None
+        if self.lost == 1:
+            found = max(self.tangents, key=lambda t: abs(float(t @ v)), default=None)
+        else:
+            settled = _settled(self.forms, a / np.linalg.norm(a), self.policy)
+            found = self.right @ settled if settled is not None and _single(self.forms, settled, self.policy) else None
+        return found if found is None or found @ v >= 0.0 else -found
+
+
+def crossing(curve: Bent, guess: FloatArray, policy: BifurcationConstants) -> Crossing | None:
+    """Return the singular position next to a guess (n + 1,), or None."""
+    n = len(guess) - 1
+    for lost in _losses(curve, guess, policy):
+        p = _refined(curve, guess, lost, policy)
+        if p is None:
+            continue
+        left, values, right = np.linalg.svd(curve.jacobian(p))
+        if int(np.sum(values[:n] <= policy.lost * values[0])) == lost:
+            null, normal = right[n - lost :].T, left[:, n - lost :]
+            miss = float(np.linalg.norm(normal.T @ curve.residual(p)))
+            return Crossing(p, miss, null, normal, _independent(_forms(curve, p, null, normal), policy), policy)
+    return None
+
+
+def _losses(curve: Bent, guess: FloatArray, policy: BifurcationConstants) -> list[int]:
+    """Return the losses of rank that are tried: first that by the widest gap between singular values."""
+    values = np.linalg.svd(curve.jacobian(guess), compute_uv=False)[: len(guess) - 1]
+    gaps = values[:-1] / np.maximum(values[1:], np.finfo(float).eps * values[0])  # what rounding left of 0 is no gap
+    likely = len(values) - 1 - int(np.argmax(gaps)) if len(gaps) else 1
+    return list(dict.fromkeys([likely, *range(1, min(policy.most, len(values)) + 1)]))
+
+
+def _refined(curve: Bent, p: FloatArray, lost: int, policy: BifurcationConstants) -> FloatArray | None:
+    """Return the position that loses so much rank, by Newton's method."""
+    n = len(p) - 1
+    left, _, right = np.linalg.svd(curve.jacobian(p))
+    b, c = left[:, n - lost :], right[n - lost :].T
+    r, count, last = b.shape[1], 0, np.inf
+    e = np.zeros(r)
+    for count in range(policy.corrections):
+        g, table = _augmented(curve, p, e, b, c)
+        if not (np.all(np.isfinite(g)) and np.all(np.isfinite(table))):
+            return None
+        step = np.linalg.lstsq(table, -g, rcond=policy.rank)[0]
+        p, e = p + step[: n + 1], e + step[n + 1 :]
+        size = float(np.linalg.norm(step))
+        if size <= policy.closeness or (size >= last and last <= policy.rounding):
+            return p
+        if size > 1.0 or (count > 8 and size > 0.9 * last):
+            return None
+        last = size
+    return p if last <= policy.lost else None
+
+
+def _augmented(
+    curve: Bent, p: FloatArray, e: FloatArray, b: FloatArray, c: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the equations for p and e and their derivatives (m + r (k + 1), n + 1 + r)."""
+    m, r = b.shape
+    n1, k1 = c.shape
+    jacobian = curve.jacobian(p)
+    bordered = np.block([[jacobian, b], [c.T, np.zeros((k1, r))]])
+    identity = np.eye(m + k1)
+    try:
+        solved = np.linalg.solve(bordered, identity[:, m:])
+        turned = np.linalg.solve(bordered.T, identity[:, n1:])
+    except np.linalg.LinAlgError:
+        return np.full(1, np.nan), np.full((1, 1), np.nan)
+    v, h, w = solved[:n1], solved[n1:], turned[:m]
+    slopes = np.array([-w.T @ curve.jacobian_along(p, v[:, j]) for j in range(k1)])  # (k + 1, r, n + 1)
+    table = np.block([[jacobian, b], [slopes.reshape(k1 * r, n1), np.zeros((k1 * r, r))]])
+    return np.concatenate([curve.residual(p) + b @ e, h.T.ravel()]), table
+
+
+def _forms(curve: Bent, p: FloatArray, right: FloatArray, left: FloatArray) -> FloatArray:
+    """Return the quadratic forms (r, k + 1, k + 1) of the second order, over the greatest second derivative."""
+    along = [curve.jacobian_along(p, v) for v in right.T]
+    forms = np.array([left.T @ table @ right for table in along])  # (a, r, b)
+    scale = max(float(np.linalg.norm(table)) for table in along)
+    return np.asarray(np.moveaxis(forms, 1, 0) / (scale or 1.0))
+
+
+def _independent(forms: FloatArray, policy: BifurcationConstants) -> FloatArray:
+    """Return as many forms, of norm 1, as say something."""
+    size = forms.shape[1]
+    _, values, rows = np.linalg.svd(forms.reshape(len(forms), -1), full_matrices=False)
+    return np.asarray(rows[values > policy.none].reshape(-1, size, size))
+
+
+def _tangents(forms: FloatArray, policy: BifurcationConstants) -> tuple[list[FloatArray], bool, bool]:
+    """Return the single directions (k + 1,) in which all forms are 0, whether one is told twice, and if there are more.
+
+    None is told where no form says anything.
+    """
+    if not len(forms):
+        return [], True, False
+    if forms.shape[1] == 2:
+        return (*_of_two(forms, policy), False)
+    found, loose = _of_many(forms, policy)
+    return found, False, loose
+
+
+def _of_two(forms: FloatArray, policy: BifurcationConstants) -> tuple[list[FloatArray], bool]:
+    """Return the common directions of binary forms, and whether they are one told twice."""
+    (a, b), (_, c) = forms[0]
+    disc = float(b * b - a * c)
+    if disc < -policy.double:
+        return [], False
+    touching = disc <= policy.double
+    root = 0.0 if touching else float(np.sqrt(disc))
+    q = -(b + (root if b >= 0.0 else -root))  # of a x^2 + 2 b x y + c y^2, without cancelling
+    pairs = [(q, a), (c, q)] if not touching else [(q, a) if abs(a) > abs(c) else (c, q)]
+    found = [np.array(pair) / np.hypot(*pair) for pair in pairs if np.hypot(*pair) > 0.0]
+    bound = float(np.sqrt(policy.double)) if touching else policy.double
+    return [v for v in found if np.all(np.abs(_at(forms, v)) <= bound)], touching
+
+
+def _of_many(forms: FloatArray, policy: BifurcationConstants) -> tuple[list[FloatArray], bool]:
+    """Return the single common directions of forms in three or more variables, and whether there are others.
+
+    Newton's method finds them from many starts; one at which the forms leave a direction free is not single.
+    """
+    size = forms.shape[1]
+    rng = np.random.default_rng(0)
+    found: list[FloatArray] = []
+    loose = False
+    for start in rng.normal(size=(policy.starts * 2 ** (size - 2), size)):
+        v = _settled(forms, start / np.linalg.norm(start), policy)
+        if v is None:
+            continue
+        if not _single(forms, v, policy):
+            loose = True
+        elif all(np.arccos(min(1.0, abs(float(v @ other)))) > policy.apart for other in found):
+            found.append(v)
+    return sorted(found, key=lambda v: [round(part, 6) for part in v.tolist()]), loose
+
+
+def _single(forms: FloatArray, v: FloatArray, policy: BifurcationConstants) -> bool:
+    """Tell whether a common direction is not one of many."""
+    size = forms.shape[1]
+    return bool(np.linalg.svd(forms @ v, compute_uv=False)[size - 2 : size - 1].sum() > policy.single)
+
+
+def _settled(forms: FloatArray, v: FloatArray, policy: BifurcationConstants) -> FloatArray | None:
+    """Return the common direction that Newton's method leads to."""
+    for _ in range(policy.corrections):
+        value = np.append(_at(forms, v), v @ v - 1.0)
+        step = np.linalg.lstsq(np.vstack([2.0 * forms @ v, 2.0 * v]), -value, rcond=None)[0]
+        v = v + step
+        if np.linalg.norm(step) <= policy.closeness:
+            break
+    norm = float(np.linalg.norm(v))
+    good = norm > 0.0 and np.linalg.norm(_at(forms, v)) <= policy.rounding * norm**2
+    return v / norm if good else None
+
+
+def _at(forms: FloatArray, v: FloatArray) -> FloatArray:
+    """Return the forms' values (r,) along v."""
+    return np.asarray(np.einsum("i,rij,j->r", v, forms, v))

@@ -1,0 +1,219 @@
+"""All circuits that meet: from every position at which branches cross, each branch is followed as a circuit of its own.
+
+A circuit goes straight through the crossings on its way, so that a branch belongs to one circuit only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from gimcli.continuation.arclength import CurvePoint, place
+from gimcli.continuation.bifurcation import Crossing
+from gimcli.continuation.circuit import (
+    RESTS,
+    Circuit,
+    CircuitConstants,
+    follow_circuit,
+    landed,
+    near,
+    ordered,
+    rolled,
+    sensible,
+    start_place,
+)
+from gimcli.continuation.curve import PositionCurve
+from gimcli.continuation.gap_interpolation import BEYOND
+from gimcli.errors import UnassembledError
+from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.status import Status
+from gimcli.structure.residual import holds
+
+MOST = 24
+"""Circuits that are followed."""
+
+SAME = 1e-6
+"""Distance below which two crossings are one: they are known to the last digits, those that touch to half of them."""
+
+TOLERANCE = 1e-10
+"""Up to which the places of a circuit fulfil the mechanism, relative to the size."""
+
+ALIGNED = 0.9999
+"""Cosine above which a circuit goes along a branch's tangent."""
+
+
+@dataclass
+class BranchPoint:
+    """A singular position at which branches meet, and which circuit (from 0) goes along each of its tangents."""
+
+    met: Crossing
+    tangents: tuple[FloatArray, ...]
+    taken: list[int | None]
+
+    def take(self, tangent: FloatArray, circuit: int) -> None:
+        """Note that a circuit goes along a tangent."""
+        for k, own in enumerate(self.tangents):
+            if abs(float(own @ tangent)) > ALIGNED:
+                self.taken[k] = circuit
+
+
+@dataclass(frozen=True)
+class Branches:
+    """Circuits that meet, the drawn one first, and where they meet."""
+
+    circuits: tuple[Circuit, ...]
+    knots: tuple[BranchPoint, ...]
+    complete: bool  # no branch was left out
+
+
+@dataclass(frozen=True)
+class Departure:
+    """A position and the directions (n + 1,) in which its curve, or the curves that meet there, can be left."""
+
+    curve: PositionCurve = field(repr=False)
+    place: CurvePoint
+    first: FloatArray | None  # that of a motion without a choice; None where the position determines none
+    met: Crossing | None = None
+    limit: bool = False  # the input turns back there
+
+    @cached_property
+    def ways(self) -> tuple[FloatArray, ...]:
+        """All directions, the first one first."""
+        if self.first is None or not (self.limit or self.met):
+            return () if self.first is None else (self.first,)
+        others = [-self.first] if self.met is None else ordered(self.curve, self.met)
+        return (self.first, *(way for way in others if self.limit or abs(float(way @ self.first)) < ALIGNED))
+
+
+def departure(curve: PositionCurve, z: ComplexArray, q: float, along: FloatArray | None = None) -> Departure:
+    """Return how the positions z (nodes,) at a parameter can be left, in the sense of the laws where there is one.
+
+    The first way is that of a motion without a choice: the branch that came here along a direction (n + 1,), if one
+    did, else that on which an input moves the members least; at a limit that on which the first member to turn does so
+    counter-clockwise.
+    """
+    policy = CircuitConstants()
+    here, met = start_place(curve, z, q, policy)
+    if met is not None:
+        aside = here.p - met.p
+        if along is None and abs(aside[-1]) > BEYOND * max(1.0, abs(q)):
+            along = aside  # it stands beside the meeting, on one of the branches
+        return Departure(curve, here, _first(curve, met, along), met)
+    if here.regular <= policy.singular:
+        return Departure(curve, here, None)
+    first = sensible(curve, here.p, here.tangent)
+    if abs(first[-1]) > RESTS:
+        return Departure(curve, here, first)
+    if along is not None and first @ along > 0.0:
+        first = -first  # a motion that came to a limit goes back
+    return Departure(curve, here, first, limit=True)
+
+
+def _first(curve: PositionCurve, met: Crossing, along: FloatArray | None) -> FloatArray | None:
+    """Return the tangent of the branch along a direction, or of that on which an input moves the members least."""
+    if along is None and met.lost == 1:
+        return next(iter(ordered(curve, met)), None)
+    alone = np.append(np.zeros(curve.system.n), curve.forward())
+    found = met.near(alone if along is None else along)
+    if found is None:
+        return next(iter(ordered(curve, met)), None)
+    return sensible(curve, met.p, found)
+
+
+def first_circuit(curve: PositionCurve, z: ComplexArray, q: float, along: FloatArray | None = None) -> Circuit:
+    """Return the circuit through positions z (nodes,) at a parameter; a singular start is left on its first branch.
+
+    `along`: the direction (n + 1,) of a motion that came there. Raises UnassembledError where the start cannot be left.
+    """
+    policy, start = CircuitConstants(), departure(curve, z, q, along)
+    for k in range(MOST):
+        way = start.first if k == 0 else dict(enumerate(start.ways)).get(k)
+        if way is None:
+            break
+        if start.met is None:
+            found: Circuit | None = follow_circuit(curve, place(curve, start.place.p, way), policy)
+        else:
+            found = _from(curve, start.met, way, policy)
+        if found is not None and fulfilled(found):
+            return found
+    raise UnassembledError(f"{curve.mechanism.name}: {Status.SINGULAR.text}")
+
+
+def fulfilled(circuit: Circuit) -> bool:
+    """Tell whether every place of a circuit fulfils the mechanism as written; far outside sizes are not resolved."""
+    p = circuit.p[:, near(circuit)]
+    inputs = np.array([circuit.curve.inputs(q) for q in p[-1].tolist()]).T
+    return bool(holds(circuit.mechanism, circuit.curve.nodes(p), inputs, TOLERANCE).all())
+
+
+def all_circuits(
+    first: Circuit,
+    policy: CircuitConstants | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    most: int = MOST,
+) -> Branches:
+    """Follow all circuits that meet the first one, or each other.
+
+    `progress` hears of circuits followed, and of these and the branches left.
+    """
+    policy = policy or CircuitConstants()
+    circuits, knots = [first], list[BranchPoint]()
+    _note(first, 0, knots)
+    complete = True
+    k = 0
+    while k < len(knots):
+        knot = knots[k]
+        k += 1
+        for index, tangent in enumerate(knot.tangents):
+            if knot.taken[index] is not None:
+                continue
+            if len(circuits) == most:
+                complete = False
+                break
+            found = _from(first.curve, knot.met, tangent, policy)
+            if found is None:
+                continue
+            if not fulfilled(found):
+                complete = False
+                continue
+            knot.taken[index] = len(circuits)
+            circuits.append(found)
+            _note(found, len(circuits) - 1, knots)
+            if progress is not None:
+                progress(len(circuits), len(circuits) + sum(own.taken.count(None) for own in knots))
+    return Branches(tuple(circuits), tuple(knots), complete)
+
+
+def _note(circuit: Circuit, number: int, knots: list[BranchPoint]) -> None:
+    """Note the crossings that a circuit goes through."""
+    for index, met in circuit.crossings.items():
+        if len(met.tangents) < 2:
+            continue
+        apart = [float(np.linalg.norm(circuit.curve.apart(met.p, knot.met.p))) for knot in knots]
+        if min(apart, default=1.0) > SAME:
+            knots.append(BranchPoint(met, ordered(circuit.curve, met), [None] * len(met.tangents)))
+            apart.append(0.0)
+        knots[int(np.argmin(apart))].take(circuit.places[index].tangent, number)
+
+
+def leaving(curve: PositionCurve, met: Crossing, ahead: FloatArray, policy: CircuitConstants) -> Circuit | None:
+    """Return the circuit that leaves a crossing along a tangent and is followed from there; None where none does."""
+    start = landed(curve, met, ahead, policy)
+    if start is None:
+        return None
+    circuit = follow_circuit(curve, start, policy)
+    same = [k for k, own in circuit.crossings.items() if np.linalg.norm(own.p[:-1] - met.p[:-1]) <= SAME]
+    before = [k for k in same if k < circuit.start]
+    if circuit.closed and same:
+        return rolled(circuit, max(same), 0)
+    return replace(circuit, start=max(before)) if before else circuit
+
+
+def _from(curve: PositionCurve, met: Crossing, tangent: FloatArray, policy: CircuitConstants) -> Circuit | None:
+    """Return the circuit that leaves a crossing along a tangent, in the sense of the laws where it has one."""
+    sense = -1.0 if tangent[-1] * curve.forward() < -policy.singular else 1.0
+    ahead = leaving(curve, met, sense * tangent, policy)
+    return ahead if ahead is not None else leaving(curve, met, -sense * tangent, policy)

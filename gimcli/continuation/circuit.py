@@ -1,0 +1,403 @@
+"""A circuit: all positions that a mechanism reaches from one without being taken apart, as a curve.
+
+The curve is followed by steps along its tangent, through limits of the input. Where its Jacobian is about to lose
+rank, the singular position is looked for first: if branches meet there the curve goes straight through, from the
+tangent told by the second order; if it is missed, by however little, no step is longer than a part of the distance
+to it, so that the curve is not left for the other branch. The circuit is closed when the whole drawing is home. A curve
+that runs to infinity, as that of a pin in two slots which become parallel, is followed by ever longer steps until the
+parameter that it approaches is known.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.continuation import arclength
+from gimcli.continuation.arclength import CurvePoint, advance, correct, pinned, place
+from gimcli.continuation.bifurcation import BifurcationConstants, Crossing, crossing
+from gimcli.continuation.curve import PositionCurve
+from gimcli.continuation.gap_interpolation import lagrange
+from gimcli.errors import StructureError
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+
+RESTS = 1e-6
+"""Part of a unit tangent below which the input, or a member, rests."""
+
+
+@dataclass(frozen=True)
+class CircuitConstants:
+    """Constants of following a circuit; lengths are those of positions and inputs together."""
+
+    steps: arclength.ArclengthConstants = field(
+        default_factory=lambda: arclength.ArclengthConstants(longest=0.1, shortest=1e-10, rounding=1e-8, noise=1e-8)
+    )
+    meeting: BifurcationConstants = field(default_factory=BifurcationConstants)
+    exact: float = 2e-14  # miss below which branches meet: some roundings of the equations
+    ahead: float = 2.0  # steps within which a rank that falls is looked for
+    near: float = 0.25  # of the distance to a missed meeting: longest step
+    landing: float = 1e-3  # step over a singular position
+    told: float = 4.0  # landings before a singular position from which the way through it is taken
+    shortest_landing: float = 1e-6
+    beside: float = 2e-5  # distance from a singular position within which rows are interpolated, not corrected
+    singular: float = 1e-7  # least over greatest singular value of a start that is singular itself
+    home: float = 1e-8  # distance from the start within which a circuit is closed
+    longest: float = 400.0  # length of a circuit that is given up
+    outside: float = 10.0  # coordinate, in sizes, from which on steps grow with it
+    stride: float = 0.25  # such steps over the coordinate
+    infinity: float = 1e6  # coordinate at which a curve that runs away has shown where to
+    towards: int = 6  # places from which the parameter at infinity is extrapolated
+    settled: float = 1e-10  # change of it with one place less, over its size
+
+
+class Ended:
+    """Why a circuit ends."""
+
+    CLOSED = "closed"
+    LAW = "end of a law"
+    LOST = "singular position that cannot be passed"
+    LONG = "no end in reach"
+    INFINITE = "runs to infinity"
+
+
+@dataclass(frozen=True)
+class Circuit:
+    """Places along a circuit, the last one home again where it is closed."""
+
+    curve: PositionCurve = field(repr=False)
+    places: tuple[CurvePoint, ...] = field(repr=False)
+    crossings: dict[int, Crossing] = field(repr=False)  # by the index of their place
+    ended: str
+    turns: float = 0.0  # of a single rotary input from the start to the end
+    start: int = 0  # index of the place from which it was followed
+    infinite: tuple[float | None, float | None] = (None, None)  # parameter at infinity before and behind, if it has one
+
+    @property
+    def closed(self) -> bool:
+        """Tell whether the whole drawing comes home."""
+        return self.ended == Ended.CLOSED
+
+    @property
+    def p(self) -> FloatArray:
+        """Positions and parameter (n + 1, places)."""
+        return np.array([here.p for here in self.places]).T
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """What moves."""
+        return self.curve.mechanism
+
+
+def rolled(circuit: Circuit, index: int, start: int) -> Circuit:
+    """Return a closed circuit that begins at one of its places a round earlier, followed from another (`start`)."""
+    last, shift = len(circuit.places) - 1, 2.0 * math.pi * circuit.turns
+
+    def back(at: CurvePoint) -> CurvePoint:
+        return CurvePoint(np.append(at.p[:-1], at.p[-1] - shift), at.tangent, at.jacobian, at.values, at.left)
+
+    places = (*(back(at) for at in circuit.places[index:last]), *circuit.places[: index + 1])
+    crossings = {k - index: met for k, met in circuit.crossings.items() if index <= k < last}
+    crossings |= {k + last - index: met for k, met in circuit.crossings.items() if k <= index}
+    return Circuit(circuit.curve, places, crossings, circuit.ended, circuit.turns, start)
+
+
+def nearby(circuit: Circuit) -> tuple[int, int]:
+    """Return the first and the last place that are not on the way to infinity."""
+    inside = np.flatnonzero(near(circuit))
+    behind, ahead = circuit.infinite
+    last = len(circuit.places) - 1
+    if not len(inside):
+        return 0, last
+    return int(inside[0]) if behind is not None else 0, int(inside[-1]) if ahead is not None else last
+
+
+def near(circuit: Circuit) -> NDArray[np.bool_]:
+    """Tell which places (places,) are not far outside the mechanism's size."""
+    return np.asarray(np.max(np.abs(circuit.p[:-1]), axis=0, initial=0.0) <= CircuitConstants().outside)
+
+
+def start_place(
+    curve: PositionCurve, z: ComplexArray, q: float, policy: CircuitConstants
+) -> tuple[CurvePoint, Crossing | None]:
+    """Return the place of positions z (nodes,) at a parameter, and the singular position if it is one.
+
+    Raises StructureError where more than one freedom is left.
+    """
+    along = np.append(np.zeros(curve.system.n), curve.forward())
+    if curve.system.m < curve.system.n:
+        raise StructureError(f"{curve.mechanism.name} is not driven by its actuators alone: see `gim mobility`")
+    here = place(curve, curve.point(z, q), along)
+    if here.regular > policy.singular:
+        settled = correct(curve, here.p, policy.steps, along)  # at the very input, where that can be
+        return (here if settled is None else place(curve, settled, along)), None
+    return here, crossing(curve, here.p, policy.meeting)
+
+
+def ordered(curve: PositionCurve, met: Crossing) -> tuple[FloatArray, ...]:
+    """Return the tangents of the branches that meet, in the sense of the laws: those that an input moves least first.
+
+    Of two that it moves alike that one comes first whose members turn faster counter-clockwise.
+    """
+    sensed = [sensible(curve, met.p, t) for t in met.tangents]
+    turns = [[*curve.turning(met.p, t).values()] for t in sensed]
+    keys = [(-round(abs(float(t[-1])), 6), [-round(w, 6) for w in own]) for t, own in zip(sensed, turns, strict=True)]
+    return tuple(sensed[k] for k in sorted(range(len(sensed)), key=lambda k: keys[k]))
+
+
+def sensible(curve: PositionCurve, p: FloatArray, tangent: FloatArray) -> FloatArray:
+    """Return a tangent (n + 1,) in the sense of the laws; where the input rests, the first member that turns does so
+    counter-clockwise.
+    """
+    if abs(tangent[-1]) > RESTS:
+        return tangent if tangent[-1] * curve.forward() > 0.0 else -tangent
+    turns = [*curve.turning(p, tangent).values(), *tangent[np.abs(tangent) > 0.0].tolist()]
+    most = max(map(abs, turns))
+    first = next(rate for rate in turns if abs(rate) > RESTS * most)
+    return tangent if first > 0.0 else -tangent
+
+
+class CircuitWalker:
+    """Follows a curve place by place."""
+
+    def __init__(self, curve: PositionCurve, start: CurvePoint, policy: CircuitConstants) -> None:
+        self.curve, self.policy = curve, policy
+        self.places, self.crossings = [start], dict[int, Crossing]()
+        self.missed: list[FloatArray] = []
+        self.waiting: Crossing | None = None  # to be passed when the way through it is told from nearer by
+        self.step, self.length = policy.steps.first, 0.0
+        self.infinite: float | None = None  # parameter at infinity
+
+    def run(self, closes: bool = True) -> str:
+        """Walk until the circuit ends; return why."""
+        while True:
+            before = len(self.places)
+            if not self.go():
+                return Ended.LONG if _reach(self.places[-1]) > self.policy.outside else Ended.LOST
+            for index in range(before, len(self.places)):
+                if closes and index > 1 and self._comes_home(index):
+                    return Ended.CLOSED
+                if self._leaves(index):
+                    return Ended.LAW if self.curve.domain.ends else Ended.LONG
+            if _reach(self.places[-1]) > self.policy.outside:
+                if self.escaped:
+                    self.infinite = self.at_infinity()
+                    return Ended.LONG if self.infinite is None else Ended.INFINITE
+                continue
+            self.length += sum(
+                float(np.linalg.norm(self.places[k].p - self.places[k - 1].p)) for k in range(before, len(self.places))
+            )
+            if self.length > self.policy.longest:
+                return Ended.LONG
+
+    @property
+    def escaped(self) -> bool:
+        """Tell whether the curve has run so far that it runs to infinity."""
+        return _reach(self.places[-1]) > self.policy.infinity
+
+    def at_infinity(self) -> float | None:
+        """Return the parameter that a curve approaches as it runs to infinity; infinite if it runs there too."""
+        last = self.places[-self.policy.towards :]
+        q, w = [float(at.p[-1]) for at in last], [1.0 / _reach(at) for at in last]
+        if abs(q[-1]) * w[-1] > 1.0 / self.policy.outside:
+            return math.copysign(math.inf, q[-1])
+        one, other = (sum(a * b for a, b in zip(lagrange(w[k:], 0.0), q[k:], strict=True)) for k in (0, 1))
+        return one if abs(one - other) <= self.policy.settled * max(1.0, abs(one)) else None
+
+    def go(self) -> bool:
+        """Add the next place, or a singular position with the places before and after it."""
+        here, steps = self.places[-1], self.policy.steps
+        met = self.waiting
+        if met is not None and np.linalg.norm(met.p - here.p) <= self.policy.told * self.policy.landing:
+            self.waiting = None
+            if self._pass(here, met):
+                return True
+        while self.step >= steps.shortest:
+            self.step = min(self.step, self._room(here))
+            there = advance(self.curve, here, self.step, steps)
+            if there is None:
+                self.step *= 0.5
+                continue
+            verdict = self._meets(here, there)
+            if verdict == "passed":
+                return True
+            if verdict == "jumps":
+                self.step *= 0.5
+                continue
+            bent = 1.0 - float(there.tangent @ here.tangent)
+            if bent < 0.25 * (1.0 - math.cos(steps.bend)):
+                self.step = min(self.step * steps.growth, self._longest(there))
+            self.places.append(there)
+            return True
+        return False
+
+    def _longest(self, here: CurvePoint) -> float:
+        """Return the longest step: far outside, where a curve runs to infinity, it grows with the distance."""
+        far = _reach(here)
+        return self.policy.stride * far if far > self.policy.outside else self.policy.steps.longest
+
+    def _room(self, here: CurvePoint) -> float:
+        """Return the longest step that cannot jump over a missed meeting."""
+        gaps = [float(np.linalg.norm(self.curve.apart(here.p, p))) for p in self.missed]
+        return max(self.policy.near * min(gaps, default=math.inf), 2.0 * self.policy.steps.shortest)
+
+    def _meets(self, here: CurvePoint, there: CurvePoint) -> str:
+        """Tell whether a step goes well, jumps over a missed meeting, or has passed a meeting (places are added)."""
+        a, b = here.orientation(here.left), there.orientation(here.left)
+        way = there.p - here.p
+        if a * b < 0.0:
+            guess, found = here.p + way * (a / (a - b)), "jumps"
+        else:
+            fall = (here.values[-1] - there.values[-1]) / max(float(np.linalg.norm(way)), 1e-300)
+            if not fall * self.policy.ahead * self.step > there.values[-1]:
+                return "well"
+            guess, found = there.p + there.tangent * (there.values[-1] / fall), "well"
+        met = crossing(self.curve, guess, self.policy.meeting)
+        if met is None or np.linalg.norm(met.p - here.p) > 4.0 * self.policy.ahead * self.step:
+            return found
+        gap = float(np.linalg.norm(met.p - here.p))
+        if met.miss <= self.policy.exact:
+            if self._pass(here, met):
+                return "passed"
+            self.waiting = met
+        if not any(np.linalg.norm(self.curve.apart(met.p, p)) <= 0.1 * gap for p in self.missed):
+            self.missed.append(met.p)
+        return "well" if found == "well" and self.step <= self.policy.near * gap else "jumps"
+
+    def _pass(self, here: CurvePoint, met: Crossing) -> bool:
+        """Go straight through a singular position; tell whether it is on the way."""
+        way = met.p - here.p
+        gap = float(np.linalg.norm(way))
+        along = way / gap if gap > self.policy.shortest_landing else here.tangent
+        if here.tangent @ along < 0.5:
+            return False
+        ahead = _straight_on(met, along, self.policy)
+        if ahead is None:  # not told by the second order: the way from the last place is, nearer by
+            if gap > self.policy.told * self.policy.landing:
+                return False
+            ahead = _through(self.curve, met, along, self.policy)
+        middle = at_crossing(self.curve, met, ahead)
+        after = landed(self.curve, met, ahead, self.policy)
+        if after is None:
+            return False
+        size = float(np.linalg.norm(after.p - met.p))
+        if gap > 2.0 * size:
+            before = landed(self.curve, met, -ahead, self.policy)
+            if before is None:
+                return False
+            self.places.append(place(self.curve, before.p, ahead))
+        self.crossings[len(self.places)] = met
+        self.places += [middle, after]
+        self.missed = [p for p in self.missed if np.linalg.norm(self.curve.apart(met.p, p)) > self.policy.landing]
+        self.waiting, self.step = None, size
+        return True
+
+    def _comes_home(self, index: int) -> bool:
+        """Tell whether the way to a place leads home; then end there."""
+        curve, home = self.curve, self.places[0]
+        here, there = self.places[index - 1], self.places[index]
+        normal = curve.travel(home.tangent, float(home.p[-1]))
+        normal = normal / max(float(np.linalg.norm(normal)), math.ulp(1.0))
+
+        def over(at: CurvePoint) -> float:
+            return float(curve.apart(at.p, home.p) @ normal)
+
+        step = float(np.linalg.norm(there.p - here.p))
+        at_home = -self.policy.home
+        if not (over(here) < at_home <= over(there) and np.linalg.norm(curve.apart(there.p, home.p)) < 3.0 * step):
+            return False
+        if there.tangent @ home.tangent < 0.5:
+            return False
+        found = pinned(curve, here, 1.5 * step, over, self.policy.steps)
+        if found is None or not np.linalg.norm(curve.apart(found[1].p, home.p)) <= self.policy.home:
+            return False
+        del self.places[index:]
+        for k in [k for k in self.crossings if k >= index]:
+            del self.crossings[k]
+        self.places.append(place(curve, found[1].p, here.tangent))
+        return True
+
+    def _leaves(self, index: int) -> bool:
+        """Tell whether a place is out of the parameter's domain; then end at its end."""
+        domain, q = self.curve.domain, float(self.places[index].p[-1])
+        if domain.low <= q <= domain.high:
+            return False
+        end, here = min(max(q, domain.low), domain.high), self.places[index - 1]
+        step = float(np.linalg.norm(self.places[index].p - here.p))
+        found = pinned(self.curve, here, 1.5 * step, lambda at: float(at.p[-1]) - end, self.policy.steps)
+        del self.places[index:]
+        if found is not None:
+            self.places.append(found[1])
+        return True
+
+
+def _reach(here: CurvePoint) -> float:
+    """Return the greatest coordinate of a place."""
+    return float(np.max(np.abs(here.p[:-1]), initial=0.0))
+
+
+def _straight_on(met: Crossing, along: FloatArray, policy: CircuitConstants) -> FloatArray | None:
+    """Return the branch tangent next to a direction, in its sense; None where none is near."""
+    ahead = met.near(along)
+    return ahead if ahead is not None and ahead @ along >= math.cos(2.0 * policy.steps.bend) else None
+
+
+def _through(curve: PositionCurve, met: Crossing, along: FloatArray, policy: CircuitConstants) -> FloatArray:
+    """Return the tangent at a singular position of the branch next to a direction, from its places on both sides."""
+    ahead = _flattened(met, along)
+    one, other = landed(curve, met, ahead, policy), landed(curve, met, -ahead, policy)
+    if one is None or other is None:
+        return ahead
+    span = float((one.p - other.p) @ ahead)  # the slope of the cubic through both in its middle
+    return _flattened(met, 1.5 * (one.p - other.p) / span - 0.25 * (one.tangent - other.tangent))
+
+
+def _flattened(met: Crossing, along: FloatArray) -> FloatArray:
+    """Return the unit vector of the null space next to a direction."""
+    ahead = met.right @ (met.right.T @ along)
+    return np.asarray(ahead / np.linalg.norm(ahead))
+
+
+def at_crossing(curve: PositionCurve, met: Crossing, ahead: FloatArray) -> CurvePoint:
+    """Return the place of a singular position on one of its branches."""
+    found = place(curve, met.p, ahead)
+    return CurvePoint(met.p, ahead, found.jacobian, found.values, found.left)
+
+
+def landed(curve: PositionCurve, met: Crossing, ahead: FloatArray, policy: CircuitConstants) -> CurvePoint | None:
+    """Return a place next to a singular position on the branch along a tangent; None where none is."""
+    size = policy.landing
+    while size >= policy.shortest_landing:
+        target = met.p + size * ahead
+        found = correct(curve, target, policy.steps, ahead)
+        if found is not None and np.linalg.norm(found - target) <= policy.steps.pull * size:
+            there = place(curve, found, ahead)
+            if there.tangent @ ahead >= math.cos(policy.steps.bend):
+                return there
+        size *= 0.25
+    return None
+
+
+def follow_circuit(curve: PositionCurve, start: CurvePoint, policy: CircuitConstants) -> Circuit:
+    """Follow the circuit through a place, in the sense of its tangent; where it is not closed, to both ends."""
+    walker = CircuitWalker(curve, start, policy)
+    ended = walker.run()
+    places, crossings = walker.places, walker.crossings
+    if ended == Ended.CLOSED:
+        return Circuit(curve, tuple(places), crossings, ended, _turns(curve, places))
+    back = CircuitWalker(curve, place(curve, start.p, -start.tangent), policy)
+    other = back.run(closes=False)
+    if ended != Ended.INFINITE == other:
+        ended = other
+    behind = [CurvePoint(p.p, -p.tangent, p.jacobian, p.values, p.left) for p in reversed(back.places[1:])]
+    known = {len(behind) - k: met for k, met in back.crossings.items()}
+    known |= {len(behind) + k: met for k, met in crossings.items()}
+    return Circuit(curve, (*behind, *places), known, ended, 0.0, len(behind), (back.infinite, walker.infinite))
+
+
+def _turns(curve: PositionCurve, places: list[CurvePoint]) -> float:
+    if curve.single and curve.rotary[0]:
+        return float(round((places[-1].p[-1] - places[0].p[-1]) / (2.0 * math.pi)))
+    return 0.0

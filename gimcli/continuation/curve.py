@@ -1,0 +1,185 @@
+"""The curve of a motion: positions x and one parameter, F(x, u(q)) = 0.
+
+Inputs that run along a line (a single one always does): the parameter q is that of the line, the value of the input
+that moves most. It has no end, but where several inputs move and one turns it is followed for some turns only: such a
+curve need not ever close. Other inputs follow their laws together: q is the laws' time, stretched so that a step
+of it is about as long as the way of the inputs. Laws that run evenly go on beyond their ends; at the ends of others the
+curve ends.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times
+from gimcli.structure.checks import farthest
+from gimcli.structure.system import System
+
+EVEN = 1e-9
+"""Second derivative of a law, over its way, below which it runs evenly."""
+
+TURNS = 4
+"""Turns beyond its law on either side for which one of several inputs is followed."""
+
+
+@dataclass(frozen=True)
+class Domain:
+    """Where the parameter may be, or how far it is followed."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    ends: bool = True  # the curve itself ends there
+
+
+class PositionCurve:
+    """Positions and parameter p = (x, q) (n + 1,) of a mechanism as the solutions of m >= n equations.
+
+    `line` is what the inputs run along, if not what their laws do.
+    """
+
+    def __init__(self, mechanism: Mechanism, line: InputLine | None = None) -> None:
+        self.mechanism, self.system = mechanism, System(mechanism)
+        self.rotary = np.array([a.drive is Drive.ROTARY for a in mechanism.actuators])
+        self.single = len(mechanism.actuators) == 1
+        self.line = line or input_line(mechanism)
+        self.span, self.domain = 1.0, Domain()
+        if self.line is None:
+            self._stretch()
+        elif not self.single and self.rotary.any():
+            self._bound(self.line)
+
+    def _bound(self, line: InputLine) -> None:
+        fastest = float(np.max(np.abs(line.along[self.rotary])))
+        if fastest > 0.0:
+            (low, high), beyond = self.laws, TURNS * 2.0 * math.pi / fastest
+            self.domain = Domain(low - beyond, high + beyond, ends=False)
+
+    def _stretch(self) -> None:
+        values = law_inputs(self.mechanism)(law_times(self.mechanism))
+        way = float(np.linalg.norm(np.abs(np.diff(values, axis=1)).sum(axis=1)))
+        self.span = way if way > 0.0 else 1.0
+        time = np.linspace(0.0, 1.0, 65)
+        bent = max(float(np.max(np.abs(a.law(time, 2)))) for a in self.mechanism.actuators)
+        if bent > EVEN * self.span:
+            self.domain = Domain(0.0, self.span)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The constraint that each equation is of."""
+        return self.system.names
+
+    def point(self, z: ComplexArray, q: float) -> FloatArray:
+        """Return p of positions z (nodes,)."""
+        return np.append(self.system.coordinates(z), q)
+
+    def nodes(self, p: FloatArray) -> ComplexArray:
+        """Return positions (nodes,) of p (n + 1,), or (nodes, rows) of p (n + 1, rows)."""
+        return self.system.nodes(p[:-1])
+
+    def at_time(self, time: float) -> float:
+        """Return the parameter at a time 0..1 of the laws."""
+        if self.line is None:
+            return time * self.span
+        return float(self.mechanism.actuators[self.line.main].law(np.array([time]))[0])
+
+    def rate_at(self, time: float) -> float:
+        """Return the derivative of the parameter by the time 0..1."""
+        if self.line is None:
+            return self.span
+        return float(self.mechanism.actuators[self.line.main].law(np.array([time]), 1)[0])
+
+    def begin(self) -> float:
+        """Return the parameter at the start of the laws."""
+        return self.at_time(0.0)
+
+    @property
+    def laws(self) -> tuple[float, float]:
+        """The least and greatest parameter of the laws."""
+        if self.line is None:
+            return 0.0, self.span
+        values = self.mechanism.actuators[self.line.main].law(law_times(self.mechanism))
+        return float(values.min()), float(values.max())
+
+    def forward(self) -> float:
+        """Return the sense of the parameter, 1 or -1, in which the laws set out."""
+        if self.line is None:
+            return 1.0
+        values = self.mechanism.actuators[self.line.main].law(law_times(self.mechanism))
+        moved = values[np.abs(values - values[0]) > 0.0]
+        return -1.0 if len(moved) and moved[0] < values[0] else 1.0
+
+    def inputs(self, q: float) -> FloatArray:
+        """Return the inputs (actuators,) at a parameter."""
+        return self._inputs(q, 0)
+
+    def travel(self, v: FloatArray, q: float) -> FloatArray:
+        """Return a direction v (n + 1,) in coordinates and inputs (n + actuators,)."""
+        return np.concatenate([v[:-1], v[-1] * self._inputs(q, 1)])
+
+    def apart(self, p: FloatArray, home: FloatArray) -> FloatArray:
+        """Return how far p is from another place in coordinates and inputs (n + actuators,), turns not counted."""
+        way = self.inputs(float(p[-1])) - self.inputs(float(home[-1]))
+        turn = 2.0 * math.pi
+        way = np.where(self.rotary, (way + math.pi) % turn - math.pi, way)
+        return np.concatenate([p[:-1] - home[:-1], way])
+
+    def turning(self, p: FloatArray, v: FloatArray) -> dict[str, float]:
+        """Return the rotation of every moving member along a direction v (n + 1,) [rad per unit of it]."""
+        z, rate = self.nodes(p), np.zeros(len(self.mechanism.nodes), dtype=complex)
+        rate[self.system.free] = np.ascontiguousarray(v[:-1]).view(complex)
+        turns = {}
+        for member in self.mechanism.members[FRAME + 1 :]:
+            a, b = member.nodes[0], member.nodes[farthest(member)]
+            arm = z[b] - z[a]
+            turns[member.name] = float((arm.conjugate() * (rate[b] - rate[a])).imag / abs(arm) ** 2)
+        return turns
+
+    def residual(self, p: FloatArray) -> FloatArray:
+        """Return the equations (m,) at p (n + 1,)."""
+        return self.system.residual(p[:-1], self.inputs(float(p[-1])))
+
+    def jacobian(self, p: FloatArray) -> FloatArray:
+        """Return their derivatives (m, n + 1)."""
+        x, u = p[:-1], self.inputs(float(p[-1]))
+        column = self.system.along_inputs(x, u, self._inputs(float(p[-1]), 1))
+        return np.hstack([self.system.jacobian(x, u), column[:, None]])
+
+    def jacobian_along(self, p: FloatArray, v: FloatArray) -> FloatArray:
+        """Return the derivative of the Jacobian (m, n + 1) along v (n + 1,)."""
+        x, q, n = p[:-1], float(p[-1]), len(p) - 1
+        u, rate = self.inputs(q), self._inputs(q, 1)
+        table = self.system.jacobian_along(x, u, np.concatenate([v[:-1], v[-1] * rate]))
+        column = table[:, n:] @ rate
+        if self.line is None:
+            column = column + v[-1] * self.system.along_inputs(x, u, self._inputs(q, 2))
+        return np.hstack([table[:, :n], column[:, None]])
+
+    def third(self, p: FloatArray, v: FloatArray) -> FloatArray:
+        """Return the third derivative of the equations (m,) along v (n + 1,), taken three times."""
+        x, q, n = p[:-1], float(p[-1]), self.system.n
+        u, rest = self.inputs(q), np.zeros(n)
+        way, bend, twist = (v[-1] ** k * self._inputs(q, k) for k in (1, 2, 3))
+        along = np.concatenate([v[:-1], way])
+        found = self.system.third(x, u, along)
+        if self.line is not None:
+            return found
+        mixed = self.system.second(x, u, along, np.concatenate([rest, bend]))
+        return np.asarray(found + 3.0 * mixed + self.system.along_inputs(x, u, twist))
+
+    def _inputs(self, q: float, order: int) -> FloatArray:
+        """Return the inputs, or their derivatives by the parameter."""
+        if self.line is not None:
+            return self.line.base + self.line.along * q if order == 0 else self.line.along * (order == 1)
+        time = np.array([q / self.span])
+        inside = np.clip(time, 0.0, 1.0)
+        values = []
+        for actuator in self.mechanism.actuators:
+            slope = actuator.law(inside, 1)
+            value = actuator.law(inside) + (time - inside) * slope
+            straight = (value, slope, actuator.law(inside, 2), actuator.law(inside, 3))[order]
+            values.append(float(straight[0]) / self.span**order)
+        return np.array(values)

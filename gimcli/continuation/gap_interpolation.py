@@ -1,0 +1,134 @@
+"""Singular positions that a motion goes straight through: interpolated from both sides.
+
+At the position itself the equations tell a node to half the digits only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from gimcli.mechanism import FloatArray
+
+AT_LIMIT = 8.0 * float(np.finfo(float).eps)
+"""Distance from a limit, over the parameter, at which an input stands at it."""
+
+BEYOND = 1e-12
+"""Distance beyond a limit, over the parameter, at which an input still stands at it: limits are known to so much."""
+
+
+@dataclass
+class Row:
+    """One solved position and the measures that tell its branch."""
+
+    time: float
+    x: FloatArray
+    y: FloatArray
+    g: FloatArray
+    error: float = 0.0
+
+
+class Gap(Protocol):
+    """A stretch about a singular position on which rows are interpolated."""
+
+    @property
+    def centre(self) -> float:
+        """Return the time of the singular position."""
+        ...
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Return the first and the last time that it spans."""
+        ...
+
+    @property
+    def limit(self) -> bool:
+        """Tell whether the input turns back there."""
+        ...
+
+    @property
+    def inwards(self) -> bool:
+        """Tell whether it leads to a limit, and not out again."""
+        ...
+
+    @property
+    def exit(self) -> Row | None:
+        """Return the regular row at its last time; None where there is none."""
+        ...
+
+    def at(self, time: float) -> Row:
+        """Return the row at a time that it spans."""
+        ...
+
+    def mirrored(self) -> Gap:
+        """Return the way back, in times of the other sign."""
+        ...
+
+
+@dataclass(frozen=True)
+class GapInterpolation:
+    """Positions on both sides of a singular one, and the polynomial through them."""
+
+    centre: float
+    rows: list[Row]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Return the first and the last time that it spans."""
+        return self.rows[0].time, self.rows[-1].time
+
+    @property
+    def limit(self) -> bool:
+        """Tell that the input goes on."""
+        return False
+
+    @property
+    def inwards(self) -> bool:
+        """Tell that it leads out again."""
+        return False
+
+    @property
+    def exit(self) -> Row:
+        """Return the last row."""
+        return self.rows[-1]
+
+    def at(self, time: float) -> Row:
+        """Return the interpolated position."""
+        weights = lagrange([row.time for row in self.rows], time)
+        x, y, g = (
+            np.asarray(sum(w * getattr(row, part) for w, row in zip(weights, self.rows, strict=True))) for part in "xyg"
+        )
+        return Row(time, x, y, g)
+
+    def mirrored(self) -> GapInterpolation:
+        """Return the way back, in times of the other sign."""
+        return GapInterpolation(
+            -self.centre, [Row(-row.time, row.x, row.y, row.g, row.error) for row in reversed(self.rows)]
+        )
+
+    def turning(self) -> float:
+        """Return the time at which a measure changes its sign; the centre where none does."""
+        low, high = self.rows[3], self.rows[4]
+        flips = np.flatnonzero(low.g * high.g < 0.0)
+        if not len(flips):
+            return self.centre
+        branch, a, b = flips[0], low.time, high.time
+        for _ in range(60):
+            middle = 0.5 * (a + b)
+            same = self.at(middle).g[branch] * low.g[branch] > 0.0
+            a, b = (middle, b) if same else (a, middle)
+        return 0.5 * (a + b)
+
+
+def lagrange(nodes: list[float], time: float) -> list[float]:
+    """Return the weights of the polynomial through values at some nodes."""
+    weights = []
+    for i, a in enumerate(nodes):
+        w = 1.0
+        for k, b in enumerate(nodes):
+            if k != i:
+                w *= (time - b) / (a - b)
+        weights.append(w)
+    return weights

@@ -1,0 +1,94 @@
+"""Which of some positions a circuit runs through: all of a parameter are asked for in one pass over its places."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.continuation import gauss_newton
+from gimcli.continuation.circuit import Circuit
+from gimcli.mechanism import FloatArray, IntArray
+
+SETTLING = gauss_newton.GaussNewtonConstants(iterations=8)
+"""A cubic between two places is at most some 1e-5 beside the circuit."""
+
+
+@dataclass(frozen=True)
+class VisitConstants:
+    """Constants of the comparison."""
+
+    same: float = 1e-7  # distance within which a position lies on a circuit
+    near: float = 0.5  # part of a step of the circuit within which that is worth asking
+
+
+class Visits:
+    """The places of a circuit as arrays. `turning`: its parameter is an angle that may turn fully."""
+
+    def __init__(self, circuit: Circuit, turning: bool, policy: VisitConstants | None = None) -> None:
+        self.curve, self.policy = circuit.curve, policy or VisitConstants()
+        self.p = circuit.p.T
+        self.tangent = np.array([here.tangent for here in circuit.places])
+        self.step = np.linalg.norm(np.diff(self.p, axis=0), axis=1)
+        self.marks = np.concatenate([[0.0], np.cumsum(self.step)])
+        around = abs(float(self.p[-1, -1] - self.p[0, -1]))
+        closes = circuit.closed and around > self.policy.same
+        self.period = 2.0 * math.pi if turning else around if closes else math.inf
+
+    def ways(self, x: FloatArray, q: float) -> FloatArray:
+        """Return where (0..1) the circuit runs through positions x (rows, n) at a parameter; NaN where it does not."""
+        found = np.full(len(x), np.nan)
+        k = self._passing(q)
+        part = self._parts(k, q)
+        apart, near = self._near(self._between(k, part)[:, :-1], x, self.step[k])
+        asked = near.any(axis=1)
+        if not asked.any():
+            return found
+        k, part, apart, near = k[asked], part[asked], apart[asked], near[asked]
+        hit = near & self._meets(k, part, x, q)
+        best = np.argmin(np.where(hit, apart, np.inf), axis=0)
+        on = hit.any(axis=0)
+        found[on] = ((self.marks[k] + part * self.step[k]) / self.marks[-1])[best[on]]
+        return found
+
+    def _near(self, guess: FloatArray, x: FloatArray, step: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Return how far guesses (steps, n) are from positions (rows, n), and whether that may be one place."""
+        apart = np.linalg.norm(guess[:, None] - x, axis=2)
+        return apart, apart <= (self.policy.near * step + self.policy.same)[:, None]
+
+    def _meets(self, k: IntArray, part: FloatArray, x: FloatArray, q: float) -> NDArray[np.bool_]:
+        """Tell whether the circuit, settled at the parameter on some steps, is at positions (rows, n)."""
+        guess = self._between(k, part)[:, :-1]
+        form = self.curve.system.quadric(self.curve.inputs(q))
+        exact, good = gauss_newton.settle(lambda at, _: (form.value(at), form.slope(at)), guess, SETTLING)
+        told = np.where(good[:, None], exact, guess)
+        room = np.where(good, self.policy.same, self.policy.near * self.step[k])
+        return np.asarray(np.linalg.norm(told[:, None] - x, axis=2) <= room[:, None])
+
+    def _passing(self, q: float) -> IntArray:
+        """Return the steps on which the parameter passes a value, or comes close to it as at a fold."""
+        change = np.diff(self.p[:, -1])
+        near = self._away(self.p[:-1, -1], q)
+        ahead = near + change
+        passed = (near > 0.0) != (ahead > 0.0)
+        close = np.minimum(np.abs(near), np.abs(ahead)) <= np.abs(change)
+        return np.flatnonzero(passed | close)
+
+    def _parts(self, k: IntArray, q: float) -> FloatArray:
+        """Return the parts of some steps at which the parameter has a value."""
+        near, change = self._away(self.p[k, -1], q), self.p[k + 1, -1] - self.p[k, -1]
+        return np.asarray(np.clip(np.where(change == 0.0, 0.0, -near / np.where(change == 0.0, 1.0, change)), 0.0, 1.0))
+
+    def _away(self, q: FloatArray, wanted: float) -> FloatArray:
+        """Return how far parameters are from one, whole periods after the first left out."""
+        away = q - wanted
+        return away - self.period * np.round(away / self.period) if math.isfinite(self.period) else away
+
+    def _between(self, k: IntArray, part: FloatArray) -> FloatArray:
+        """Return the cubics (steps, n + 1) through the places before and after some steps."""
+        h, t = self.step[k, None], part[:, None]
+        low, high = h * self.tangent[k], h * self.tangent[k + 1]
+        p = (1.0 + 2.0 * t) * (1.0 - t) ** 2 * self.p[k] + t**2 * (3.0 - 2.0 * t) * self.p[k + 1]
+        return np.asarray(p + t * (1.0 - t) ** 2 * low - t**2 * (1.0 - t) * high)

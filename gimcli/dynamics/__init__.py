@@ -1,0 +1,1 @@
+"""Forces, forward dynamics and reduction to the inputs."""

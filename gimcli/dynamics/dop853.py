@@ -1,0 +1,142 @@
+"""Dormand & Prince's method in compiled strides, behind the interface of scipy's solvers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gimcli.dynamics.ode import Slopes
+from gimcli.dynamics.reducer import Reducer
+from gimcli.kernels import dormand_prince as kernels
+from gimcli.mechanism import FloatArray
+
+
+class Strider:
+    """Steps until one holds a row, an event, or leads to a dead point; the others are accepted on the way."""
+
+    def __init__(
+        self, reducer: Reducer, fun: Slopes, start: float, y: FloatArray, end: float, rtol: float, atol: float,
+        steep: float, lively: float, energy: tuple[float, float], least: tuple[float, float], near: float, creep: float,
+    ) -> None:  # fmt: skip
+        from scipy.integrate import DOP853
+
+        self.reducer, self.fun, self.status = reducer, fun, "running"
+        n = len(y)
+        self.tableau = kernels.Tableau(*(np.ascontiguousarray(t) for t in (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)))
+        clock = np.zeros(kernels.CLOCK)
+        self.states = kernels.States(
+            np.array(y), np.array(y), np.zeros(n), np.zeros((kernels.STAGES + 1, n)), clock, np.zeros(2, dtype=np.int64)
+        )
+        clock[[kernels.NOW, kernels.BEFORE, kernels.DUE, kernels.END]] = start, start, end, end
+        clock[[kernels.RTOL, kernels.ATOL, kernels.STEEP, kernels.LIVELY]] = rtol, atol, steep, lively
+        clock[[kernels.START, kernels.LIVELIEST, kernels.SHORTEST]] = *energy, least[0]
+        clock[[kernels.NEAR, kernels.CREEP]] = near, creep
+        self.stride = reducer.run(kernels.stride)
+        self.f = fun(start, self.y)
+        clock[kernels.STEP] = min(max(self._first_step(start, end, rtol, atol), least[1]), end - start)
+
+    def _first_step(self, start: float, end: float, rtol: float, atol: float) -> float:
+        """Return a step at which an explicit step is about as good as the tolerance: Hairer et al. 1993, II.4."""
+        own, y, slope = slice(0, len(self.y) - 2), self.y, self.f
+        scale = atol + np.abs(y[own]) * rtol
+
+        def norm(values: FloatArray) -> float:
+            return float(np.sqrt(np.mean((values[own] / scale) ** 2)))
+
+        d0, d1 = norm(y), norm(slope)
+        first = min(1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1, end - start)
+        other = self.fun(start + first, y + first * slope)
+        bend = norm(other - slope) / first
+        if not np.isfinite(bend):
+            return first
+        most = max(d1, bend)
+        second = max(1e-6, first * 1e-3) if most <= 1e-15 else (0.01 / most) ** 0.125
+        return float(min(100.0 * first, second, end - start))
+
+    def step(self) -> str | None:
+        """Go on; return why that failed."""
+        states = self.states
+        states.k[0] = self.f
+        while True:
+            begun = self.t
+            ended = self.stride(self._model, self.tableau, states, self.reducer.conservative)
+            if ended != kernels.STOPPED:
+                break
+            if self.t > begun:
+                self.reducer.opened = 0
+            if not self.reducer.open_window():
+                states.clock[kernels.STEP] *= kernels.LEAST
+                self.reducer.opened = 0
+        if ended == kernels.FAILED:
+            self.status = "failed"
+            return "no step is short enough"
+        self.f = states.k[kernels.STAGES].copy()
+        if ended == kernels.FINISHED:
+            self.status = "finished"
+        return None
+
+    @property
+    def _model(self) -> kernels.MotionModel:
+        reducer = self.reducer
+        return kernels.MotionModel(
+            reducer.chart, reducer.acting, reducer.base, reducer.last, reducer.at, reducer.windows, reducer.room,
+            reducer.out, reducer.gain, reducer.factors, np.zeros(0),
+        )  # fmt: skip
+
+    def due(self, time: float) -> None:
+        """Set the time of the next row."""
+        self.states.clock[kernels.DUE] = time
+
+    def dense_output(self) -> Any:
+        """Return the states over the last step: it is taken once more."""
+        from scipy.integrate import DOP853
+
+        h = self.t - self.t_old
+        again = DOP853(self.fun, self.t_old, self.states.before.copy(), self.t, first_step=h, rtol=1.0, atol=1e30)
+        again.step()
+        return again.dense_output()
+
+    @property
+    def t(self) -> float:
+        """Time of the state [s]."""
+        return float(self.states.clock[kernels.NOW])
+
+    @property
+    def t_old(self) -> float:
+        """Time at which the last step began [s]."""
+        return float(self.states.clock[kernels.BEFORE])
+
+    @property
+    def y(self) -> FloatArray:
+        """The state."""
+        return self.states.y
+
+    @y.setter
+    def y(self, value: FloatArray) -> None:
+        self.states.y[:] = value
+
+    @property
+    def before(self) -> FloatArray:
+        """The state at which the last step began."""
+        return self.states.before
+
+    @property
+    def nfev(self) -> int:
+        """Number of evaluations."""
+        return int(self.states.counts[0])
+
+    @property
+    def steps(self) -> int:
+        """Number of steps."""
+        return int(self.states.counts[1])
+
+    @property
+    def liveliest(self) -> float:
+        """Greatest kinetic energy met [J]."""
+        return float(self.states.clock[kernels.LIVELIEST])
+
+    @property
+    def corrected(self) -> float:
+        """Energy corrected [J], added up without signs."""
+        return float(self.states.clock[kernels.CORRECTED])

@@ -1,0 +1,48 @@
+"""The energy of the start, kept: speeds are corrected to it where nothing dissipates or supplies energy.
+
+Source: Hairer, Lubich & Wanner, Geometric Numerical Integration, 2006, algorithm IV.4.2, along the speeds.
+"""
+
+from __future__ import annotations
+
+from gimcli.dynamics.reducer import Reducer
+from gimcli.dynamics.simulation import SimulationConstants
+from gimcli.kernels.reduction import KINETIC, POTENTIAL
+from gimcli.mechanism import FloatArray
+
+PROJECTED = ("dop853", "rk45")
+"""Methods whose state may be corrected between steps."""
+
+
+class Projection:
+    """Brings states back to the energy of the start."""
+
+    def __init__(self, reducer: Reducer, method: str, policy: SimulationConstants) -> None:
+        self.reducer, self.policy = reducer, policy
+        self.serves = method in PROJECTED and reducer.conservative
+        self.start: float | None = None  # J
+        self.liveliest = 0.0  # greatest kinetic energy met, J
+        self.total = 0.0  # corrected so far, J, added up without signs
+
+    def begin(self) -> None:
+        """Keep the energy of the state just met."""
+        if self.start is None:
+            self.start = self._energies[0] + self._energies[1]
+
+    @property
+    def _energies(self) -> tuple[float, float]:
+        energy = self.reducer.out.energy
+        return float(energy[KINETIC]), float(energy[POTENTIAL])
+
+    def __call__(self, y: FloatArray) -> tuple[FloatArray, float]:
+        """Return the state just met with speeds for the energy of the start, and the excess of energy before [J]."""
+        if not self.serves or self.start is None:
+            return y, 0.0
+        kinetic, potential = self._energies
+        self.liveliest = max(self.liveliest, kinetic)
+        if not kinetic > self.policy.lively * max(self.liveliest, abs(potential)):
+            return y, 0.0
+        excess, own = kinetic + potential - self.start, len(self.reducer.free)
+        y = y.copy()
+        y[own : 2 * own] *= 1.0 - 0.5 * excess / kinetic
+        return y, excess

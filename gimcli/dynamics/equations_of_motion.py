@@ -1,0 +1,121 @@
+"""The equations of motion M s'' = Q - h of the free inputs as a first-order system, beside inputs that follow laws.
+
+The state is the independent variables s, their speeds, and the energies dissipated and supplied since the start. What
+they are changes near a dead point of the inputs, where M grows beyond all numbers. Source: Durango, Giraldo, Calle &
+Mesa 2014, eq. 1, for any freedom; Wehage & Haug 1982 for the change of independent variables.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gimcli.dynamics.physical import require_masses
+from gimcli.dynamics.reducer import Reducer, free_inputs
+from gimcli.dynamics.simulation import SimulationConstants
+from gimcli.kernels.reduction import DISSIPATED, SUPPLIED
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.positions.newton import Run
+from gimcli.status import Status
+from gimcli.structure.coordinate_partitioning import free_choice, input_choice
+
+NOTHING: FloatArray = np.zeros(0)
+"""No accelerations given."""
+
+
+class Equations:
+    """A mechanism's equations of motion, and which variables are independent in them."""
+
+    def __init__(self, mechanism: Mechanism, run: Run, policy: SimulationConstants) -> None:
+        require_masses(mechanism)
+        self.mechanism, self.policy = mechanism, policy
+        self.free = free_inputs(mechanism)
+        self.reducer = Reducer(mechanism, self.free, run)
+        self.reducer.continues = True
+
+    # -- what moves ---------------------------------------------------------------------------------
+
+    def slopes(self, time: float, y: FloatArray) -> FloatArray:
+        """Return y' (2 f + 2,); NaN where there is no position."""
+        own = len(self.free)
+        if not self.move(time, y):
+            return np.full(len(y), np.nan)
+        energy = self.reducer.out.energy
+        return np.concatenate([y[own : 2 * own], self.reducer.gain[:own], energy[[DISSIPATED, SUPPLIED]]])
+
+    def move(self, time: float, y: FloatArray) -> bool:
+        """Let the reducer find a state; tell whether that was reached."""
+        own, reducer = len(self.free), self.reducer
+        if not reducer.given:
+            return reducer.move(y[:own], y[own : 2 * own], NOTHING, time)
+        laws = [self.given(time, order) for order in range(3)]
+        target = np.concatenate([y[:own], laws[0]])
+        speeds = np.concatenate([y[own : 2 * own], laws[1]])
+        return reducer.move(target, speeds, np.concatenate([np.zeros(own), laws[2]]), time)
+
+    def given(self, time: float, order: int) -> FloatArray:
+        """Return the inputs that follow laws, or a derivative; beyond the ends these go on straight."""
+        duration = self.mechanism.duration
+        at = np.array([time / duration])
+        inside, result = np.clip(at, 0.0, 1.0), []
+        for k in self.reducer.given:
+            law = self.mechanism.actuators[k].law
+            beyond = float((at - inside)[0])
+            value = float(law(inside, order)[0])
+            if beyond and order == 0:
+                value += beyond * float(law(inside, 1)[0])
+            elif beyond and order == 2:
+                value = 0.0
+            result.append(value / duration**order)
+        return np.array(result)
+
+    def velocity(self, time: float, y: FloatArray) -> FloatArray:
+        """Return the velocities of all variables at a state, zeros where there is no position."""
+        moved = self.move(time, y)
+        return self.reducer.room.velocity.copy() if moved else np.zeros(self.reducer.terms.variables)
+
+    # -- what is independent ------------------------------------------------------------------------
+
+    @property
+    def is_steep(self) -> bool:
+        """Tell whether other variables should be independent."""
+        return bool(np.max(np.abs(self.reducer.base.b[: len(self.free)])) > self.policy.steep)
+
+    @property
+    def is_gentle(self) -> bool:
+        """Tell whether the inputs would serve again as independent variables."""
+        reducer, own = self.reducer, len(self.free)
+        if reducer.on_inputs:
+            return False
+        b = reducer.base.b[:own]
+        inner = b[:, [reducer.terms.first_reading + k for k in self.free]]
+        if not abs(np.linalg.det(inner)) > 1.0 / self.policy.steep**own:
+            return False
+        return bool(np.max(np.abs(np.linalg.solve(inner, b))) < self.policy.gentle)
+
+    def change(self, y: FloatArray, asked: bool) -> FloatArray | None:
+        """Stand on other independent variables; return them and their speeds, None where there are none."""
+        reducer, own = self.reducer, len(self.free)
+        v = reducer.base.v.copy()
+        speeds = y[own : 2 * own] @ reducer.base.b[:own]
+        if reducer.given:
+            speeds = speeds + self._given_speeds @ reducer.base.b[own:]
+        if asked and not reducer.on_inputs and self.is_gentle:
+            choice = input_choice(reducer.terms, v, self.free, reducer.given)
+        else:
+            choice = free_choice(reducer.terms, v, reducer.given, own)
+        if choice is None or (not asked and reducer.choice is not None and choice == reducer.choice):
+            return None
+        if not reducer.stand(v, choice):
+            return None
+        return np.concatenate([v[reducer.own[:own]], speeds[reducer.own[:own]]])
+
+    @property
+    def _given_speeds(self) -> FloatArray:
+        first = self.reducer.terms.first_reading
+        return np.array([self.reducer.room.velocity[first + k] for k in self.reducer.given])
+
+    def reason(self) -> Status:
+        """Return why there is no way on: the law of an input asks too much, or the position is singular."""
+        reducer = self.reducer
+        regular = free_choice(reducer.terms, reducer.base.v, (), len(self.free) + len(reducer.given))
+        return Status.LIMIT if reducer.given and regular is not None else Status.SINGULAR

@@ -1,0 +1,55 @@
+"""Inverse dynamics of a motion that comes in pieces: forces of each piece, and what is kept of them all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from gimcli.dynamics.force_table import Peaks, open_reactions, told
+from gimcli.dynamics.forces import Forces, inverse_dynamics
+from gimcli.dynamics.kinematic_history import Courses, Turns
+from gimcli.dynamics.statics import Statics, statics
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.motion import Motion
+from gimcli.motion.summary import DRAWN, Summary
+from gimcli.positions.dispatch import choose, plain
+
+EACH = 2.5e-6
+"""Seconds that a term of the equations takes without compiling, about."""
+
+
+class ForceMotion:
+    """The forces of one piece of a motion after the other."""
+
+    def __init__(self, mechanism: Mechanism, rows: int, jit: str = "auto", tell: Callable[[str], None] | None = None):
+        self.statics: Statics = statics(mechanism)
+        work = EACH * rows * sum(map(len, self.statics.columns))
+        self.run = plain if self.statics.surplus else choose(jit, work, tell, ("balance_rows",))
+        self.courses, self.turns = Courses(mechanism, rows, jit, tell), Turns()
+        self.summary, self.peaks = Summary(rows), Peaks(mechanism)
+        self.told = 0
+        self.open: list[str] = []  # reactions that redundant constraints leave open
+        self._every = -(-rows // DRAWN)
+        self._kept: list[tuple[FloatArray, FloatArray, FloatArray, ComplexArray]] = []
+
+    def take(self, piece: Motion) -> Forces:
+        """Return the forces of the next piece."""
+        forces = inverse_dynamics(self.statics, self.courses(piece), self.run, self.turns)
+        keep = (self.summary.seen + np.arange(len(piece.time))) % self._every == 0
+        keep[-1] = True
+        efforts = np.array([forces.effort(k) for k in range(len(self.statics.efforts))])
+        drawn = forces.bounded[keep]  # no axis reaches to infinity
+        shaking = np.where(drawn, forces.shaking_force[keep], np.nan)
+        self._kept.append((piece.time[keep], piece.inputs[:, keep], np.where(drawn, efforts[:, keep], np.nan), shaking))
+        self.summary.add(piece)
+        self.peaks.add(piece, forces)
+        self.told += int(told(piece, forces).sum())
+        self.open = self.open or open_reactions(forces)
+        return forces
+
+    @property
+    def kept(self) -> tuple[FloatArray, FloatArray, FloatArray, ComplexArray]:
+        """Time (rows,) 0..1, inputs and efforts (actuators, rows) and shaking force (rows,) of some rows."""
+        time, inputs, efforts, shaking = (np.concatenate(part, axis=-1) for part in zip(*self._kept, strict=True))
+        return time, inputs, efforts, shaking

@@ -1,0 +1,146 @@
+"""What an inverse dynamics tells: its table, its greatest values, and what redundant constraints leave open."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.dynamics.forces import Forces
+from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.motion.motion import Motion
+from gimcli.status import Status
+from gimcli.table import Column, Table
+
+SHARED = "unique"
+"""Word in columns of the component of a reaction that is unique where the reaction is not."""
+
+
+def force_table(motion: Motion, forces: Forces, first: int = 0) -> Table:
+    """Return one row a step: time, inputs, efforts, reactions, shaking force, power, energy, status."""
+    mechanism = motion.mechanism
+    rows = len(motion.time)
+    columns = [Column("step", np.arange(first, first + rows)), Column("time", motion.time * mechanism.duration, "s")]
+    for k, actuator in enumerate(mechanism.actuators):
+        unit = mechanism.angle_unit if actuator.drive is Drive.ROTARY else mechanism.length_unit
+        columns.append(Column(actuator.name, mechanism.value_to_file(k, motion.inputs[k]), unit))
+    columns += [*reaction_columns(forces), *_frame_columns(forces), *_power_columns(forces)]
+    words = np.array([s.word for s in Status])[_codes(motion, forces)]
+    return Table((*columns, Column("residual", motion.residual), Column("status", words)))
+
+
+def told(motion: Motion, forces: Forces) -> NDArray[np.bool_]:
+    """Tell of every row whether its forces are told."""
+    return np.asarray(motion.good & forces.good)
+
+
+def _codes(motion: Motion, forces: Forces) -> NDArray[np.int64]:
+    """Return each row's status; a position without velocities or reactions of its own is singular."""
+    return np.where(motion.good & ~forces.good, int(Status.SINGULAR), motion.codes)
+
+
+def reaction_columns(forces: Forces) -> list[Column]:
+    """Return efforts and reactions [N, N m]; a reaction that is not unique is NaN."""
+    mechanism = forces.mechanism
+    columns = []
+    for k, actuator in enumerate(mechanism.actuators):
+        unit = "N m" if actuator.drive is Drive.ROTARY else "N"
+        columns.append(Column(f"{actuator.name}.effort", forces.effort(k), unit))
+    for pin in forces.statics.pins:
+        node, alone = mechanism.nodes[pin.node], len(pin.members) == 2 and not pin.busy
+        for member in pin.members[1:] if alone else pin.members:
+            name = node if alone else f"{node}.{mechanism.members[member].name}"
+            columns += _components(name, forces.pin(pin, member))
+            if pin.node in forces.statics.open_pins:
+                columns += _components(f"{name}.{SHARED}", forces.pin_shared(pin, member))
+    for pair in dict.fromkeys(slide.pair for slide in mechanism.slides):
+        columns.append(Column(f"{pair}.normal", forces.normal(pair), "N"))
+        if sum(slide.pair == pair for slide in mechanism.slides) > 1:
+            columns.append(Column(f"{pair}.moment", forces.moment(pair), "N m"))
+    return columns
+
+
+def _components(name: str, force: ComplexArray) -> list[Column]:
+    return [Column(f"{name}.fx", force.real, "N"), Column(f"{name}.fy", force.imag, "N")]
+
+
+def _frame_columns(forces: Forces) -> list[Column]:
+    return [*_components("shaking", forces.shaking_force), Column("shaking.moment", forces.shaking_moment, "N m")]
+
+
+def _power_columns(forces: Forces) -> list[Column]:
+    power = {"drive": forces.drive_power, **forces.loads.power}
+    columns = [Column(f"power.{kind}", _only(forces, values), "W") for kind, values in power.items()]
+    columns.append(Column("power.error", _only(forces, forces.power_error), "W"))
+    columns.append(Column("energy.kinetic", _only(forces, forces.loads.kinetic), "J"))
+    columns.append(Column("energy.potential", _only(forces, forces.loads.potential), "J"))
+    return columns
+
+
+def _only(forces: Forces, values: FloatArray) -> FloatArray:
+    return np.asarray(np.where(forces.good, values, np.nan))
+
+
+def open_reactions(forces: Forces) -> list[str]:
+    """Return the names of the reactions that redundant constraints leave open in every row."""
+    good = forces.good
+    if not forces.statics.surplus or not good.any():
+        return []
+    names = [c.name.rsplit(".", 1)[0] for c in reaction_columns(forces) if np.all(np.isnan(c.values[good]))]
+    return [name for name in dict.fromkeys(names) if not name.endswith(f".{SHARED}")]
+
+
+class Peaks:
+    """The greatest of every effort and reaction over a motion in pieces, and where it is.
+
+    Rows beside singular positions, where reactions grow without bound, are left out and counted.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.greatest: dict[str, tuple[float, str, list[float]]] = {}  # value, unit, inputs in the file's unit
+        self.power = 0.0  # greatest power of any kind, W
+        self.power_error = 0.0
+        self.left_out = 0
+
+    def add(self, motion: Motion, forces: Forces) -> None:
+        """Take the next piece."""
+        inputs = np.array([self.mechanism.value_to_file(k, row) for k, row in enumerate(motion.inputs)])
+        self.left_out += int(np.sum(forces.good & ~forces.bounded))
+        for name, unit, amounts in _amounts([*reaction_columns(forces), *_frame_columns(forces)]):
+            values = np.where(forces.bounded, amounts, np.nan)
+            if np.all(np.isnan(values)):
+                continue
+            k = int(np.nanargmax(np.abs(values)))
+            if name not in self.greatest or abs(values[k]) > abs(self.greatest[name][0]):
+                self.greatest[name] = float(values[k]), unit, inputs[:, k].tolist()
+        kinds = [forces.drive_power, forces.loads.kinetic_rate, *forces.loads.power.values()]
+        self.power = max([self.power, *(float(np.nanmax(np.abs(p[forces.good]), initial=0.0)) for p in kinds)])
+        error = float(np.nanmax(np.abs(forces.power_error[forces.good]), initial=0.0))
+        self.power_error = max(self.power_error, error)
+
+    @property
+    def drift(self) -> float:
+        """Return the worst error of the power balance beside the greatest power."""
+        return self.power_error / self.power if self.power else 0.0
+
+    def report(self) -> dict[str, Any]:
+        """Return the greatest values with the inputs there."""
+        names = [a.name for a in self.mechanism.actuators]
+        return {
+            name: {"value": value, "unit": unit, "at": dict(zip(names, at, strict=True))}
+            for name, (value, unit, at) in self.greatest.items()
+        }
+
+
+def _amounts(columns: list[Column]) -> list[tuple[str, str, FloatArray]]:
+    """Return columns with the components of a force joined to its amount."""
+    result, by_name = [], {c.name: c.values for c in columns}
+    for column in columns:
+        if column.name.endswith(".fx"):
+            name = column.name[:-3]
+            result.append((name, "N", np.asarray(np.abs(column.values + 1j * by_name[f"{name}.fy"]))))
+        elif not column.name.endswith(".fy"):
+            result.append((column.name, column.unit, np.asarray(column.values)))
+    return result

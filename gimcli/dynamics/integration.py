@@ -1,0 +1,292 @@
+"""Integration of the equations of motion, piece by piece, with its rows and events."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from gimcli.dynamics.dop853 import Strider
+from gimcli.dynamics.energy_projection import Projection
+from gimcli.dynamics.equations_of_motion import Equations
+from gimcli.dynamics.event_search import EventSearch
+from gimcli.dynamics.ode import make_solver
+from gimcli.dynamics.reducer import ReducedState, release_of
+from gimcli.dynamics.simulation import (
+    DEAD_POINT,
+    LIMIT,
+    SINGULAR,
+    STANDSTILL,
+    Event,
+    Settings,
+    Simulation,
+    SimulationConstants,
+)
+from gimcli.errors import UsageError
+from gimcli.kernels.dormand_prince import DOUBLE, FREELY
+from gimcli.kernels.reduction import KINETIC, POTENTIAL
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.motion.solve import solve
+from gimcli.positions.dispatch import plain
+from gimcli.positions.newton import Run
+from gimcli.positions.options import Options
+from gimcli.status import Status
+
+
+class Integration:
+    """One simulation; each piece has its own independent variables."""
+
+    def __init__(self, mechanism: Mechanism, times: FloatArray, settings: Settings, run: Run, progress: Any) -> None:
+        self.mechanism, self.times, self.settings, self.progress = mechanism, times, settings, progress
+        self.policy = SimulationConstants()
+        self.equations = Equations(mechanism, run, self.policy)
+        self.free, self.reducer = self.equations.free, self.equations.reducer
+        self.projection = Projection(self.reducer, settings.method, self.policy)
+        self.search = EventSearch(self.equations, self._solver, settings.method != "rk4")
+        self.rows: list[ReducedState] = []
+        self.told: list[tuple[float, float]] = []  # dissipated and supplied at the rows
+        self.events: list[Event] = []
+        self.evaluations = self.steps = 0
+        self.status, self.contradiction = Status.OK, 0.0
+
+    def simulation(self) -> Simulation:
+        """Run; everything up to the end is kept, whatever ends it."""
+        time = float(self.times[0])
+        y = self._start(time)
+        if y is not None:
+            time = self._integrate(time, y)
+        return self._result(time)
+
+    def _start(self, time: float) -> FloatArray | None:
+        """Return the state to begin with; None where it cannot be assembled."""
+        mechanism, reducer = self.mechanism, self.reducer
+        inputs = mechanism.start_inputs
+        speeds = []
+        for k in self.free:
+            release = release_of(mechanism, k)
+            inputs[k] = inputs[k] if release.start is None else release.start
+            speeds.append(release.speed)
+        for row, k in enumerate(reducer.given):
+            inputs[k] = self.equations.given(time, 0)[row]
+        position = solve(mechanism, inputs, Options())
+        assembled = position.status is Status.OK
+        if not (reducer.start(position.z, inputs) if assembled else reducer.start_singular(inputs)):
+            self.status = Status.SINGULAR if assembled else position.status
+            return None
+        if not reducer.on_inputs:
+            if any(speeds):
+                raise UsageError(
+                    f"{mechanism.name} starts at a dead point of its free inputs, where they cannot have a speed: give"
+                    " another `start:`"
+                )
+            self._event(DEAD_POINT, time, np.zeros(reducer.terms.variables))
+        own = len(self.free)
+        return np.concatenate([reducer.base.v[reducer.own[:own]], speeds, [0.0, 0.0]])
+
+    # -- piece by piece -----------------------------------------------------------------------------
+
+    def _integrate(self, time: float, y: FloatArray) -> float:
+        """Integrate to the end; return where that is."""
+        self._tell(time, y)
+        end = float(self.times[-1])
+        while time < end:
+            if not self._accept(time, y):  # the signs of a new piece
+                self.status = self.equations.reason()
+                break
+            solver = self._strider(time, y, end) or self._solver(time, y, end)
+            stop, changed = self._piece(solver, end)
+            if stop is not None:
+                return stop
+            time, y = solver.t, np.array(solver.y)
+            if solver.status == "finished":
+                break
+            moved = self.equations.change(self.search.last_y, changed)
+            if moved is None:
+                self.status = self.equations.reason()
+                kind = LIMIT if self.status is Status.LIMIT else SINGULAR
+                self._event(kind, time, self.equations.velocity(time, y))
+                break
+            y = np.concatenate([moved, y[-2:]])
+        if self.status is Status.OK and self._due < math.inf:  # that row stands at a singular position
+            time, self.status = self._due, self.equations.reason()
+        return time
+
+    def _piece(self, solver: Any, end: float) -> tuple[float | None, bool]:
+        """Step until other variables serve better, or no step leads on; return an asked end, and which it was."""
+        changed, crept = False, 0
+        while solver.status == "running" and not changed:
+            if not self._step(solver):
+                break
+            if self._pass(solver):
+                self._count(solver)
+                return self.events[-1].time, False
+            if not self._accept(solver.t, solver.y):
+                break
+            self._keep_energy(solver)
+            crept = crept + 1 if solver.t - solver.t_old < self._creep else 0
+            if crept > self.policy.patience:
+                break
+            changed = not self.reducer.is_within and (self.equations.is_steep or self.equations.is_gentle)
+            if self.progress is not None:
+                self.progress(int(1000 * solver.t / end), 1000)
+        self._count(solver)
+        return None, changed
+
+    def _step(self, solver: Any) -> bool:
+        """Take a step, or a stride of them; tell whether it led anywhere."""
+        strides = isinstance(solver, Strider)
+        if strides:
+            solver.due(self._due)
+        failed = solver.step() is not None or not np.all(np.isfinite(solver.y))
+        if strides:
+            self.projection.liveliest = max(self.projection.liveliest, solver.liveliest)
+            self.search.stand_on_inputs(solver.before)
+        elif hasattr(solver, "h_abs") and len(self.free) == 1:
+            solver.h_abs = min(solver.h_abs, max(DOUBLE * (solver.t - solver.t_old), FREELY * self._creep))
+        if failed or self._is_stuck(solver):
+            return False
+        self.steps += 0 if strides else 1
+        return True
+
+    def _solver(self, time: float, y: FloatArray, end: float) -> Any:
+        settings, slopes, least = self.settings, self.equations.slopes, self.policy.beginning * self._shortest
+        return make_solver(settings.method, slopes, time, y, end, settings.rtol, self.tolerances, settings.step, least)
+
+    @property
+    def tolerances(self) -> FloatArray:
+        """Absolute tolerances of a state."""
+        policy = self.policy
+        return np.array([policy.absolute * self.settings.rtol] * 2 * len(self.free) + [policy.energies] * 2)
+
+    def _strider(self, time: float, y: FloatArray, end: float) -> Strider | None:
+        """Return the solver that takes many steps in one compiled call, where nothing has to be asked between."""
+        reducer, settings, policy = self.reducer, self.settings, self.policy
+        compiled = reducer.run is not plain and settings.method == "dop853"
+        if not compiled or reducer.given or not reducer.constant or not reducer.on_inputs:
+            return None
+        if self.projection.start is None:
+            return None
+        return Strider(
+            reducer, self.equations.slopes, time, y, end, settings.rtol, policy.absolute * settings.rtol, policy.steep,
+            policy.lively, (self.projection.start, self.projection.liveliest),
+            (self._shortest, policy.beginning * self._shortest), policy.beside, self._creep,
+        )  # fmt: skip
+
+    @property
+    def _due(self) -> float:
+        """Time of the next row."""
+        return float(self.times[len(self.rows)]) if len(self.rows) < len(self.times) else math.inf
+
+    def _is_stuck(self, solver: Any) -> bool:
+        return bool(0.0 < solver.t - solver.t_old < self._shortest and solver.status == "running")
+
+    @property
+    def _shortest(self) -> float:
+        """Step below which the motion is stuck [s]."""
+        return self.policy.shortest * float(self.times[-1] - self.times[0])
+
+    @property
+    def _creep(self) -> float:
+        """Step of which no long row may follow [s]."""
+        return self.policy.creep * float(self.times[-1] - self.times[0])
+
+    def _count(self, solver: Any) -> None:
+        self.evaluations += solver.nfev
+        if isinstance(solver, Strider):
+            self.steps += solver.steps
+            self.projection.total += solver.corrected
+
+    # -- rows and events ----------------------------------------------------------------------------
+
+    def _pass(self, solver: Any) -> bool:
+        """Tell rows and events of the last step; return whether the motion is to end there."""
+        paths: list[Any] = []
+
+        def path() -> Any:
+            """Return the states of the step: made once, where they are asked for."""
+            if not paths:
+                paths.append(solver.dense_output())
+                if not np.all(np.isfinite(paths[0](0.5 * (solver.t_old + solver.t)))):
+                    paths[0] = self._again(solver)
+            return paths[0]
+
+        stop = math.inf
+        for event in self.search.events(solver, path):
+            self.events.append(event)
+            done = sum(e.kind == STANDSTILL for e in self.events)
+            if event.kind == STANDSTILL and done == self.settings.standstills:
+                stop = event.time
+                break
+        while self._due <= min(solver.t, stop):
+            at = self._due
+            if not self._tell(at, solver.y if at == solver.t else path()(at)):
+                break
+        return stop < math.inf
+
+    def _again(self, solver: Any) -> Any:
+        """Return the states of a step by shorter ones: its method's stages between have no position."""
+        start, y = solver.t_old, self.search.last_y
+
+        def state(time: float) -> FloatArray:
+            fine = self._solver(start, y, time)
+            while fine.status == "running" and fine.step() is None:
+                pass
+            self.evaluations += fine.nfev
+            return np.asarray(fine.y if fine.status == "finished" else np.full_like(y, np.nan))
+
+        return state
+
+    def _tell(self, time: float, y: FloatArray) -> bool:
+        """Keep a row."""
+        if not self.equations.move(time, y):
+            return False
+        y, excess = self.projection(y)
+        if excess and not self.equations.move(time, y):
+            return False
+        state = self.reducer.state()
+        self.projection.begin()
+        self.rows.append(state)
+        self.told.append((float(y[-2]), float(y[-1])))
+        self.contradiction = max(self.contradiction, self.reducer.error(state.v))
+        return True
+
+    def _accept(self, time: float, y: FloatArray) -> bool:
+        """Stand at a state; everything is followed from there."""
+        if not self.equations.move(time, y):
+            return False
+        self.reducer.accept()
+        self.search.stand(y)
+        return True
+
+    def _keep_energy(self, solver: Any) -> None:
+        """Correct the state of a solver where nothing is dissipated or supplied."""
+        y, excess = self.projection(solver.y)
+        if excess and self.equations.move(solver.t, y):
+            self.projection.total += abs(excess)
+            self.reducer.accept()
+            solver.y, solver.f = y, self.equations.slopes(solver.t, y)
+            self.search.stand(y)
+
+    def _event(self, kind: str, time: float, velocity: FloatArray) -> None:
+        inputs, speeds = self.reducer.inputs(self.reducer.base.v).copy(), self.reducer.inputs(velocity).copy()
+        self.events.append(Event(kind, time, inputs, speeds, self.free[0] if len(self.free) == 1 else -1))
+
+    # -- what comes out -----------------------------------------------------------------------------
+
+    def _result(self, end: float) -> Simulation:
+        mechanism, reducer, rows = self.mechanism, self.reducer, self.rows
+        count, actuators = len(rows), len(mechanism.actuators)
+        jets = np.zeros((3, count, reducer.terms.variables))
+        efforts, energy = np.full((actuators, count), np.nan), np.zeros((4, count))
+        for k, state in enumerate(rows):
+            jets[:, k] = state.v, state.velocity, state.acceleration
+            energy[:2, k] = state.energy[[KINETIC, POTENTIAL]]
+            energy[2:, k] = self.told[k]
+            efforts[list(reducer.given), k] = state.q[len(self.free) :]
+        nodes = np.ascontiguousarray(np.swapaxes(reducer.nodes(jets), 1, 2))
+        inputs = np.ascontiguousarray(np.swapaxes(reducer.inputs(jets), 1, 2))
+        return Simulation(
+            mechanism, self.times[:count], inputs, nodes, efforts, energy, tuple(self.events), self.status, end,
+            self.evaluations + self.search.evaluations, self.steps, self.projection.total, self.contradiction,
+        )  # fmt: skip

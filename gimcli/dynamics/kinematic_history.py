@@ -1,0 +1,117 @@
+"""A motion as arrays of positions, velocities and accelerations, and what is read from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Input, Mechanism
+from gimcli.motion.motion import Motion
+from gimcli.positions.dispatch import choose
+from gimcli.rates.derivatives import ORDERS, law_rates
+from gimcli.rates.differentiator import Differentiator
+from gimcli.structure.checks import farthest
+from gimcli.structure.plan import make_plan
+
+
+@dataclass(frozen=True)
+class Course:
+    """A motion as arrays; rows are the last axis."""
+
+    time: FloatArray  # (rows,) s
+    inputs: FloatArray  # (actuators, rows) rad, or length in the normal frame
+    nodes: ComplexArray = field(repr=False)  # (3, nodes, rows): position, velocity, acceleration by s, normal frame
+    angles: FloatArray | None = field(default=None, repr=False)  # (2, members, rows) omega, alpha; all but the frame
+
+
+class Courses:
+    """Velocities and accelerations of a motion that comes in pieces."""
+
+    def __init__(
+        self, mechanism: Mechanism, rows: int = 0, jit: str = "off", tell: Callable[[str], None] | None = None
+    ) -> None:
+        self.mechanism = mechanism
+        self._made = Differentiator(mechanism, make_plan(mechanism), ORDERS[:2], mechanism.nodes)
+        self._run = choose(jit, self._made.plain_seconds(rows), tell, ("play",))
+
+    def __call__(self, motion: Motion) -> Course:
+        """Return the course of a piece along its laws."""
+        given = law_rates(self.mechanism, motion.time, 2)
+        nodes, angles = self._made(motion.z, given, self._run)
+        return Course(motion.time * self.mechanism.duration, motion.inputs, nodes, angles)
+
+
+class Turns:
+    """Angles followed from piece to piece, so that a torsion spring knows its whole turns."""
+
+    def __init__(self) -> None:
+        self.last: dict[int, float] = {}
+
+    def followed(self, key: int, angle: FloatArray, drawn: float) -> FloatArray:
+        """Return an angle without jumps, next to the last one, or to the drawn one."""
+        good = np.flatnonzero(np.isfinite(angle))
+        if not len(good):
+            return angle
+        path = np.unwrap(np.concatenate(([self.last.get(key, drawn)], angle[good])))[1:]
+        self.last[key] = float(path[-1])
+        result = np.full_like(angle, np.nan)
+        result[good] = path
+        return result
+
+
+def carried(mechanism: Mechanism, nodes: ComplexArray, index: int, local: complex) -> ComplexArray:
+    """Return position, velocity ... of a place of a member from those of the nodes (., nodes, rows)."""
+    if index == FRAME:
+        jet = np.zeros((len(nodes), nodes.shape[2]), dtype=complex)
+        jet[0] = local
+        return jet
+    member = mechanism.members[index]
+    far, first = farthest(member), complex(member.shape[0])
+    share = (local - first) / complex(member.shape[far] - member.shape[0])
+    z, other = nodes[:, member.nodes[0]], nodes[:, member.nodes[far]]
+    return np.asarray(z + share * (other - z)) if share else np.asarray(z)
+
+
+def unit_of(mechanism: Mechanism, z: ComplexArray, index: int) -> ComplexArray:
+    """Return e^(i phi) of a member (rows,) at positions z (nodes, rows)."""
+    if index == FRAME:
+        return np.ones(z.shape[1], dtype=complex)
+    member = mechanism.members[index]
+    far = farthest(member)
+    arm = z[member.nodes[far]] - z[member.nodes[0]]
+    return np.asarray(arm / complex(member.shape[far] - member.shape[0]))
+
+
+def turning(mechanism: Mechanism, course: Course, index: int) -> FloatArray:
+    """Return omega and alpha of a member (2, rows) [rad/s, rad/s2]."""
+    if index == FRAME:
+        return np.zeros((2, len(course.time)))
+    if course.angles is not None:
+        return np.asarray(course.angles[:, index - 1])
+    member, nodes = mechanism.members[index], course.nodes
+    far = farthest(member)
+    arm = nodes[:, member.nodes[far]] - nodes[:, member.nodes[0]]
+    square = abs(complex(member.shape[far] - member.shape[0])) ** 2
+    return np.asarray((arm[0].conj() * arm[1:]).imag / square)  # a = (i alpha - omega^2) arm
+
+
+def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatArray, FloatArray, ComplexArray]:
+    """Return value, rate and unit direction of what a gauge or an actuator reads (rows,)."""
+    nodes, member = course.nodes, gauge.reference_member
+    if gauge.drive is Drive.ROTARY:
+        arm = unit_of(mechanism, nodes[0], gauge.arm_member) * gauge.arm_direction
+        reference = unit_of(mechanism, nodes[0], member) * gauge.reference_direction
+        speed = turning(mechanism, course, gauge.arm_member)[0] - turning(mechanism, course, member)[0]
+        return np.angle(arm * reference.conj()), speed, arm
+    if gauge.drive is Drive.DISTANCE:
+        arm, rate = nodes[0, gauge.b] - nodes[0, gauge.a], nodes[1, gauge.b] - nodes[1, gauge.a]
+        length = np.abs(arm)
+        unit = np.divide(arm, length, out=np.full_like(arm, np.nan), where=length > 0.0)  # NaN: a row not solved
+        return length, (unit.conj() * rate).real, unit
+    unit = unit_of(mechanism, nodes[0], member) * gauge.direction
+    origin = carried(mechanism, nodes[:2], member, gauge.point)
+    omega = turning(mechanism, course, member)[0]
+    away, rate = nodes[0, gauge.a] - origin[0], nodes[1, gauge.a] - origin[1]
+    return (unit.conj() * away).real, (unit.conj() * (rate - 1j * omega * away)).real, unit

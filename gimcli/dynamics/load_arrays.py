@@ -1,0 +1,139 @@
+"""What has mass and what acts on a mechanism, in the flat arrays of the kernels that reduce it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gimcli.dynamic_data import AppliedLoad
+from gimcli.kernels.reduction import ANGLE, LENGTH, TRAVEL, Acting
+from gimcli.mechanism import FRAME, Drive, FloatArray, Input, IntArray, Mechanism, Undriven
+from gimcli.structure.checks import farthest
+from gimcli.structure.rotation import members_of, rotation_classes
+from gimcli.structure.steps import NONE
+
+RUBBED = "friction in "
+"""Begins the name of a gauge that reads a sliding pair with friction."""
+
+
+def with_rubbing(mechanism: Mechanism) -> Mechanism:
+    """Return the mechanism with a gauge for every sliding pair that has friction."""
+    extra = []
+    for friction in mechanism.dynamics.frictions:
+        if friction.slide >= 0:
+            slide = mechanism.slides[friction.slide]
+            away = complex(mechanism.drawn[slide.node])
+            gauge = Input(
+                RUBBED + friction.name, Drive.TRAVEL, Undriven(), abs(away), slide.node,
+                reference_member=slide.member, point=slide.point, direction=slide.direction,
+            )  # fmt: skip
+            extra.append(gauge)
+    return replace(mechanism, gauges=(*mechanism.gauges, *extra))
+
+
+READS = {Drive.ROTARY: ANGLE, Drive.DISTANCE: LENGTH, Drive.TRAVEL: TRAVEL}
+
+
+def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Acting:
+    """Return what acts on a mechanism from `with_rubbing`; released: inputs that move as they will."""
+    dynamics = mechanism.dynamics
+    first = 2 * len(mechanism.nodes)
+    gauges = first + len(mechanism.actuators)
+    inertias = [i for i in dynamics.inertias if i.member != FRAME]
+    loads = moving_loads(mechanism)
+    springs = [(gauges + s.gauge, READS[mechanism.gauges[s.gauge].drive]) for s in dynamics.springs]
+    dampers = [(gauges + d.gauge, _angle(mechanism.gauges[d.gauge]), d.damping) for d in dynamics.dampers]
+    slid = [f for f in dynamics.frictions if f.slide >= 0]
+    own = len(mechanism.gauges) - len(slid)
+    dampers += [(gauges + own + k, 0, f.damping) for k, f in enumerate(slid)]
+    rubs, rub = _pivots(mechanism)
+    efforts = {r.actuator: r.effort for r in dynamics.releases}
+    motors = [(first + k, _angle(mechanism.actuators[k])) for k in released]
+    masses = [
+        (*_local(mechanism, i.member, i.centre), i.mass, i.moment, _square(mechanism, i.member)) for i in inertias
+    ]
+    return Acting(
+        metre,
+        _ints([_arm(mechanism, i.member)[:2] for i in inertias], 2),
+        _floats(masses, 5),
+        np.array([dynamics.gravity.real, dynamics.gravity.imag]),
+        _ints([(*_arm(mechanism, load.member)[:2], int(load.follows)) for load in loads], 3),
+        _floats([_load(mechanism, load) for load in loads], 6),
+        _ints(springs, 2),
+        _floats([(s.stiffness, s.free) for s in dynamics.springs], 2),
+        _ints([d[:2] for d in dampers], 2),
+        np.array([d[2] for d in dampers], dtype=float),
+        _ints(rubs, 4),
+        _floats(rub, 3),
+        _ints(motors, 2),
+        _floats([(efforts[k].constant, efforts[k].idle) for k in released], 2),
+    )
+
+
+def point_masses(mechanism: Mechanism) -> list[str]:
+    """Return the members that can turn and have a mass, but no moment of inertia in the file."""
+    turning = rotation_classes(mechanism, members_of(mechanism)).of
+    own = [i for i in mechanism.dynamics.inertias if i.mass > 0.0 and not i.stated]
+    return [mechanism.members[i.member].name for i in own if turning[i.member] != turning[FRAME]]
+
+
+def moving_loads(mechanism: Mechanism) -> list[AppliedLoad]:
+    """Return the loads on members that move."""
+    return [load for load in mechanism.dynamics.loads if load.member != FRAME]
+
+
+def _pivots(mechanism: Mechanism) -> tuple[list[tuple[int, ...]], list[tuple[float, ...]]]:
+    """Return the pairs of members that rub at revolute pairs, each against the first at the node."""
+    rubs: list[tuple[int, ...]] = []
+    rub: list[tuple[float, ...]] = []
+    holders = members_of(mechanism)
+    for friction in mechanism.dynamics.frictions:
+        if friction.slide < 0:
+            own, *others = holders[friction.node]
+            for member in others:
+                rubs.append((*_arm(mechanism, member), *_arm(mechanism, own)))
+                rub.append((friction.damping, _square(mechanism, member), _square(mechanism, own)))
+    return rubs, rub
+
+
+def _load(mechanism: Mechanism, load: AppliedLoad) -> tuple[float, ...]:
+    member = mechanism.members[load.member]
+    force = load.force
+    if load.follows:  # turned by the arm as it is, not made a unit vector there
+        force /= complex(member.shape[farthest(member)] - member.shape[0])
+    z = _local(mechanism, load.member, load.point) if not load.torque else (0.0, 0.0)
+    return (*z, force.real, force.imag, load.torque, _square(mechanism, load.member))
+
+
+def _angle(gauge: Input) -> int:
+    return int(gauge.drive is Drive.ROTARY)
+
+
+def _arm(mechanism: Mechanism, index: int) -> tuple[int, int]:
+    if index == FRAME:
+        return NONE, NONE
+    member = mechanism.members[index]
+    return member.nodes[0], member.nodes[farthest(member)]
+
+
+def _square(mechanism: Mechanism, index: int) -> float:
+    if index == FRAME:
+        return 1.0
+    member = mechanism.members[index]
+    return float(abs(complex(member.shape[farthest(member)] - member.shape[0])) ** 2)
+
+
+def _local(mechanism: Mechanism, index: int, local: complex) -> tuple[float, float]:
+    member = mechanism.members[index]
+    z = (local - complex(member.shape[0])) / complex(member.shape[farthest(member)] - member.shape[0])
+    return z.real, z.imag
+
+
+def _ints(table: Sequence[Sequence[int]], width: int) -> IntArray:
+    return np.array(table, dtype=np.int64).reshape(-1, width)
+
+
+def _floats(table: Sequence[Sequence[float]], width: int) -> FloatArray:
+    return np.array(table, dtype=float).reshape(-1, width)

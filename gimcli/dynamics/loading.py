@@ -1,0 +1,199 @@
+"""What acts on each body along a motion: inertia, gravity, loads, springs, dampers, friction; and its power.
+
+Forces in N at places of the normal frame: moments are in N times its length unit until they are told.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gimcli.dynamic_data import TIME, AppliedLoad, Inertia
+from gimcli.dynamics.kinematic_history import Course, Turns, carried, reading, turning, unit_of
+from gimcli.dynamics.physical import require_action
+from gimcli.dynamics.statics import Statics
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Input, Undriven
+from gimcli.structure.steps import NONE
+
+POWERS = ("load", "gravity", "spring", "damping")
+"""Kinds of applied forces, each with its own power."""
+
+
+@dataclass
+class Loading:
+    """Forces and moments on the bodies, and what they do."""
+
+    force: ComplexArray  # (bodies, rows) N, applied
+    moment: FloatArray  # (bodies, rows) N x length, about each body's node
+    inertia_force: ComplexArray  # (bodies, rows) m a
+    inertia_moment: FloatArray  # (bodies, rows)
+    pins: dict[int, ComplexArray]  # (rows,) N applied to a node's pin, by node
+    support: ComplexArray  # (rows,) N: what the frame has to bear, from outside and from inertia
+    support_moment: FloatArray  # (rows,) N x length, about the normal frame's origin
+    power: dict[str, FloatArray]  # (rows,) W, of every kind in POWERS
+    kinetic: FloatArray  # (rows,) J
+    kinetic_rate: FloatArray  # (rows,) W, from the accelerations
+    potential: FloatArray  # (rows,) J, of gravity and springs
+
+
+def loading(statics: Statics, course: Course, turns: Turns | None = None) -> Loading:
+    """Return what acts along a motion; `turns` remembers angles of springs from one piece to the next."""
+    return _Loader(statics, course, turns if turns is not None else Turns()).run()
+
+
+class _Loader:
+    def __init__(self, statics: Statics, course: Course, turns: Turns) -> None:
+        self.statics, self.course, self.turns = statics, course, turns
+        self.mechanism = statics.mechanism
+        self.dynamics = self.mechanism.dynamics
+        self.metre = require_action(self.mechanism)
+        rows, bodies = len(course.time), len(statics.bodies)
+        zero = np.zeros(rows)
+        self.found = Loading(
+            np.zeros((bodies, rows), dtype=complex), np.zeros((bodies, rows)), np.zeros((bodies, rows), dtype=complex),
+            np.zeros((bodies, rows)), {}, zero.astype(complex), zero.copy(), {kind: zero.copy() for kind in POWERS},
+            zero.copy(), zero.copy(), zero.copy(),
+        )  # fmt: skip
+
+    def run(self) -> Loading:
+        with np.errstate(all="ignore"):
+            for inertia in self.dynamics.inertias:
+                if inertia.member != FRAME:  # what stands still has no part in the motion
+                    self._inertia(inertia)
+            for load in self.dynamics.loads:
+                if load.member != FRAME:
+                    self._load(load)
+            for number in range(len(self.mechanism.gauges)):
+                self._gauge(number)
+            self._friction()
+        return self.found
+
+    # -- what acts on a body --------------------------------------------------------------------
+
+    def _arm(self, body: int, place: ComplexArray) -> ComplexArray:
+        return np.asarray(place - self.course.nodes[0, self.statics.bodies[body].node])
+
+    def _push(self, body: int, place: ComplexArray, force: ComplexArray) -> None:
+        """Apply a force to a body, or to the frame."""
+        if body != NONE:
+            self.found.force[body] += force
+            self.found.moment[body] += (self._arm(body, place).conj() * force).imag
+
+    def _twist(self, member: int, torque: FloatArray) -> None:
+        if member != FRAME:
+            self.found.moment[self.statics.body_of_member[member]] += torque / self.metre
+
+    def _outside(self, place: ComplexArray, force: ComplexArray) -> None:
+        """Let the frame bear a force that comes from outside."""
+        self.found.support += force
+        self.found.support_moment += (place.conj() * force).imag
+
+    # -- kinds ------------------------------------------------------------------------------------
+
+    def _inertia(self, inertia: Inertia) -> None:
+        found, metre, mass = self.found, self.metre, inertia.mass
+        body = self.statics.body_of_member[inertia.member]
+        place, speed, gain = carried(self.mechanism, self.course.nodes, inertia.member, inertia.centre)
+        omega, alpha = turning(self.mechanism, self.course, inertia.member)
+        inertial = mass * metre * gain
+        found.inertia_force[body] += inertial
+        spin = inertia.moment / metre * alpha
+        found.inertia_moment[body] += (self._arm(body, place).conj() * inertial).imag + spin
+        self._outside(place, -inertial)
+        found.support_moment -= spin
+        found.kinetic += 0.5 * mass * metre**2 * np.abs(speed) ** 2 + 0.5 * inertia.moment * omega**2
+        found.kinetic_rate += metre * (speed.conj() * inertial).real + inertia.moment * omega * alpha
+        if self.dynamics.gravity:
+            weight = np.full(len(place), mass * self.dynamics.gravity)
+            self._push(body, place, weight)
+            self._outside(place, weight)
+            found.power["gravity"] += metre * (speed.conj() * weight).real
+            found.potential -= metre * (place.conj() * weight).real
+
+    def _load(self, load: AppliedLoad) -> None:
+        mechanism, nodes = self.mechanism, self.course.nodes
+        factor: Any = 1.0
+        if load.curve is not None:
+            factor = load.curve(self.course.time if load.over == TIME else self.course.inputs[load.over])
+        if load.torque:
+            torque = np.broadcast_to(factor * load.torque, self.course.time.shape)
+            self._twist(load.member, torque)
+            self.found.support_moment += torque / self.metre
+            self.found.power["load"] += torque * turning(mechanism, self.course, load.member)[0]
+            return
+        place, speed = carried(mechanism, nodes[:2], load.member, load.point)
+        force = (
+            load.force * (unit_of(mechanism, nodes[0], load.member) if load.follows else np.ones(len(place))) * factor
+        )
+        self._push(self.statics.body_of_member[load.member], place, force)
+        self._outside(place, force)
+        self.found.power["load"] += self.metre * (speed.conj() * force).real
+
+    def _gauge(self, number: int) -> None:
+        """Apply what the springs and dampers on one gauge do: an effort along what it reads."""
+        gauge = self.mechanism.gauges[number]
+        value, rate, unit = reading(self.mechanism, gauge, self.course)
+        metre = 1.0 if gauge.drive is Drive.ROTARY else self.metre
+        if gauge.drive is Drive.ROTARY:
+            value = self.turns.followed(number, value, gauge.drawn)
+        for spring in (s for s in self.dynamics.springs if s.gauge == number):
+            stretch = metre * (value - spring.free)
+            self.found.potential += 0.5 * spring.stiffness * stretch**2
+            self.found.power["spring"] -= spring.stiffness * stretch * metre * rate
+            self._effort(number, -spring.stiffness * stretch, unit)
+        for damper in (d for d in self.dynamics.dampers if d.gauge == number):
+            self.found.power["damping"] -= damper.damping * (metre * rate) ** 2
+            self._effort(number, -damper.damping * metre * rate, unit)
+
+    def _effort(self, number: int, effort: FloatArray, unit: ComplexArray) -> None:
+        """Apply a torque [N m] or a force [N] that would drive what a gauge reads up."""
+        gauge = self.mechanism.gauges[number]
+        if gauge.drive is Drive.ROTARY:
+            self._twist(gauge.arm_member, effort)
+            self._twist(gauge.reference_member, -effort)
+            return
+        nodes, force = self.course.nodes[0], effort * unit
+        if gauge.drive is Drive.DISTANCE:
+            self._pin(gauge.b, force)
+            self._pin(gauge.a, -force)
+            return
+        pushed = self.statics.pushed[number]
+        if pushed == NONE:
+            self._pin(gauge.a, force)
+        else:
+            self._push(pushed, nodes[gauge.a], force)
+        self._push(self.statics.body_of_member[gauge.reference_member], nodes[gauge.a], -force)
+
+    def _pin(self, node: int, force: ComplexArray) -> None:
+        self.found.pins[node] = self.found.pins.get(node, 0.0) + force
+        self._push(self.statics.body_of_pin[node], self.course.nodes[0, node], force)
+
+    def _friction(self) -> None:
+        mechanism = self.mechanism
+        for friction in self.dynamics.frictions:
+            if friction.slide >= 0:
+                self._rub(friction.slide, friction.damping)
+                continue
+            members = next(pin.members for pin in self.statics.pins if pin.node == friction.node)
+            own = turning(mechanism, self.course, members[0])[0]
+            for member in members[1:]:
+                speed = turning(mechanism, self.course, member)[0] - own
+                self._twist(member, -friction.damping * speed)
+                self._twist(members[0], friction.damping * speed)
+                self.found.power["damping"] -= friction.damping * speed**2
+
+    def _rub(self, number: int, damping: float) -> None:
+        """Apply the friction of a sliding pair at its first node."""
+        mechanism, slide = self.mechanism, self.mechanism.slides[number]
+        gauge = Input(
+            slide.name, Drive.TRAVEL, Undriven(), 0.0, slide.node, reference_member=slide.member,
+            point=slide.point, direction=slide.direction,
+        )  # fmt: skip
+        _, rate, unit = reading(mechanism, gauge, self.course)
+        force = -damping * self.metre * rate * unit
+        reaction = self.statics.reactions[self.statics.normals[number]]
+        self._push(reaction.plus, self.course.nodes[0, slide.node], force)
+        self._push(reaction.minus, self.course.nodes[0, slide.node], -force)
+        self.found.power["damping"] -= damping * (self.metre * rate) ** 2

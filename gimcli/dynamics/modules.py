@@ -1,0 +1,242 @@
+"""The modular reduction of the source: driving links and dyads, one after the other in the order of formation.
+
+A module takes the motion of the links that it is joined to, per unit speed of the driver, and gives that of its own
+two links and what they add to the reduced inertia and torque. With z' and z'' of a place, w and w' of a link, all
+derivatives by the driver's q, and s a slider's travel along the unit vector u of its guide,
+
+    RRR  a' + i w1 (b - a) = d' + i w2 (b - d)          RRP  a' + i w1 (b - a) = g' + u s'
+    RPR  a' = d' + i w (a - d) + u s'                   PRP  g1' + u1 s1' = g2' + u2 s2'
+    RPP  a' = g' + u1 s1' + u2 s2'
+
+(g' of the guide's place where the slider is). Each is one complex equation in two real unknowns; so is its derivative.
+
+    J = sum of m |z'|^2 + I w^2,   dJ/dq = 2 sum of m z'.z'' + I w w',   tau = sum of F.z' + T w
+
+Source: Durango, Giraldo, Calle & Mesa 2014, eqs 3-6 and Table 2. Eq. (5) divides by the speed of a group's own link,
+which a parallelogram's coupler does not have: here every module reduces straight to the driver.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gimcli.dynamics.physical import require_action
+from gimcli.errors import StructureError
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.structure.assur import DYADS, AssurGroup, formation
+from gimcli.structure.checks import farthest
+from gimcli.structure.joints import PRISMATIC, LowerPair
+
+Places = Any
+"""Places or directions: a complex number, or an array of them (rows,)."""
+
+
+@dataclass(frozen=True)
+class LinkVelocity:
+    """How a link moves per unit speed of the driver: its place at z, and its turning."""
+
+    z: Places = 0.0j
+    first: Places = 0.0j  # z'
+    second: Places = 0.0j  # z''
+    turn: Any = 0.0  # w
+    gain: Any = 0.0  # w'
+
+    def at(self, z: Places) -> tuple[Places, Places]:
+        """Return z' and z'' of the link's place that is at z."""
+        arm = z - self.z
+        return self.first + 1j * self.turn * arm, self.second + (1j * self.gain - self.turn**2) * arm
+
+    def along(self, z: Places, u: Places, travel: Any, gain: Any) -> tuple[Places, Places]:
+        """Return z' and z'' of what slides along u on the link and is at z."""
+        first, second = self.at(z)
+        return first + u * travel, second + 2j * self.turn * u * travel + u * gain
+
+
+STILL = LinkVelocity()
+"""The frame."""
+
+
+def shares(u: Places, v: Places, r: Places) -> tuple[Any, Any]:
+    """Return the real x and y with x u + y v = r."""
+    cross = (np.conj(u) * v).imag
+    return (np.conj(r) * v).imag / cross, (np.conj(u) * r).imag / cross
+
+
+def rotating_driver(base: LinkVelocity, pivot: Places, rate: float = 1.0) -> LinkVelocity:
+    """Return the motion of a link that turns about a place of another with the driver's speed."""
+    return LinkVelocity(pivot, *base.at(pivot), base.turn + rate, base.gain)
+
+
+def sliding_driver(base: LinkVelocity, z: Places, u: Places, rate: float = 1.0) -> LinkVelocity:
+    """Return the motion of a link that slides along u on another with the driver's speed."""
+    return LinkVelocity(z, *base.along(z, u, rate, 0.0), base.turn, base.gain)
+
+
+def rrr(one: LinkVelocity, a: Places, two: LinkVelocity, d: Places, b: Places) -> tuple[LinkVelocity, LinkVelocity]:
+    """Return the motions of links a-b and d-b."""
+    (va, aa), (vd, ad) = one.at(a), two.at(d)
+    p, q = b - a, b - d
+    w1, w2 = shares(1j * p, -1j * q, vd - va)
+    e1, e2 = shares(1j * p, -1j * q, ad - aa + w1**2 * p - w2**2 * q)
+    return LinkVelocity(a, va, aa, w1, e1), LinkVelocity(d, vd, ad, w2, e2)
+
+
+def rrp(one: LinkVelocity, a: Places, two: LinkVelocity, u: Places, b: Places) -> tuple[LinkVelocity, LinkVelocity]:
+    """Return the motions of link a-b and of the slider at b on a guide u of `two`."""
+    (va, aa), (vg, ag) = one.at(a), two.at(b)
+    p = b - a
+    w, travel = shares(1j * p, -u, vg - va)
+    e, gain = shares(1j * p, -u, ag + 2j * two.turn * u * travel - aa + w**2 * p)
+    return LinkVelocity(a, va, aa, w, e), LinkVelocity(b, *two.along(b, u, travel, gain), two.turn, two.gain)
+
+
+def rpr(one: LinkVelocity, a: Places, two: LinkVelocity, d: Places, u: Places) -> tuple[LinkVelocity, LinkVelocity]:
+    """Return the motions of the links at a and at d, which slide along u on each other."""
+    (va, aa), (vd, ad) = one.at(a), two.at(d)
+    p = a - d
+    w, travel = shares(1j * p, u, va - vd)
+    e, _ = shares(1j * p, u, aa - ad + w**2 * p - 2j * w * u * travel)
+    return LinkVelocity(a, va, aa, w, e), LinkVelocity(d, vd, ad, w, e)
+
+
+def prp(one: LinkVelocity, u1: Places, two: LinkVelocity, u2: Places, b: Places) -> tuple[LinkVelocity, LinkVelocity]:
+    """Return the motions of two sliders that are pinned to each other at b."""
+    (v1, a1), (v2, a2) = one.at(b), two.at(b)
+    s1, s2 = shares(u1, -u2, v2 - v1)
+    g1, g2 = shares(u1, -u2, a2 + 2j * two.turn * u2 * s2 - a1 - 2j * one.turn * u1 * s1)
+    return (
+        LinkVelocity(b, *one.along(b, u1, s1, g1), one.turn, one.gain),
+        LinkVelocity(b, *two.along(b, u2, s2, g2), two.turn, two.gain),
+    )
+
+
+def rpp(one: LinkVelocity, a: Places, u1: Places, two: LinkVelocity, u2: Places) -> tuple[LinkVelocity, LinkVelocity]:
+    """Return the motions of the link at a, which slides along u1 on a slider, and of this, along u2 on `two`."""
+    (va, aa), (vg, ag) = one.at(a), two.at(a)
+    s1, s2 = shares(u1, u2, va - vg)
+    _, g2 = shares(u1, u2, aa - ag - 2j * two.turn * (u1 * s1 + u2 * s2))
+    return LinkVelocity(a, va, aa, two.turn, two.gain), LinkVelocity(a, *two.along(a, u2, s2, g2), two.turn, two.gain)
+
+
+@dataclass(frozen=True)
+class Module:
+    """What a driving link or a dyad adds."""
+
+    kind: str  # driver, RRR ...
+    links: tuple[str, ...]
+    inertia: FloatArray  # (rows,) J per (unit speed)^2: kg m2, or kg times the square of a length unit
+    inertia_slope: FloatArray  # (rows,)
+    torque: FloatArray  # (rows,) J per unit of the driver
+
+
+def modular_reduction(mechanism: Mechanism, z: ComplexArray, actuator: int = 0) -> tuple[Module, ...]:
+    """Reduce weight, constant loads and masses to one input at positions z (nodes, rows), module by module.
+
+    Raises StructureError where a group is no driving link and no dyad.
+    """
+    return _Modules(mechanism, z, actuator).modules()
+
+
+class _Modules:
+    def __init__(self, mechanism: Mechanism, z: ComplexArray, actuator: int) -> None:
+        self.mechanism, self.z, self.actuator, self.metre = mechanism, z, actuator, require_action(mechanism)
+        self.moved: dict[int, LinkVelocity] = {FRAME: STILL}
+        self.links: tuple[str, ...] = ()
+
+    def modules(self) -> tuple[Module, ...]:
+        """Return what the groups add, in the order of formation."""
+        formed = formation(self.mechanism)
+        self.links = formed.links
+        result = []
+        for group in formed.groups:
+            kind = "driver" if group.driving else group.dyad
+            self._move(group, kind)
+            names = tuple(formed.links[link] for link in group.links)
+            result.append(Module(kind, names, *self._added(group.links)))
+        return tuple(result)
+
+    def _move(self, group: AssurGroup, kind: str) -> None:
+        if group.driving and len(group.outer) == 1:
+            self.moved[group.links[0]] = self._driver(group)
+            return
+        if kind not in DYADS or group.drivers or group.surplus:
+            names = ", ".join(self.links[link] for link in group.links)
+            raise StructureError(f"the modular reduction knows driving links and dyads; {names} are another group")
+        (inner,), (p, q) = group.inner, group.outer
+        if p.kind + inner.kind + q.kind != kind:
+            p, q = q, p
+        i, base_p = self._sides(p, group)
+        j, base_q = self._sides(q, group)
+        one, two = self.moved[base_p], self.moved[base_q]
+        x, y, mid = self._where(p), self._where(q), self._where(inner)
+        if kind == "RRR":
+            self.moved[i], self.moved[j] = rrr(one, x, two, y, mid)
+        elif kind == "RRP":
+            self.moved[i], self.moved[j] = rrp(one, x, two, y, mid)
+        elif kind == "RPR":
+            self.moved[i], self.moved[j] = rpr(one, x, two, y, mid)
+        elif kind == "PRP":
+            self.moved[i], self.moved[j] = prp(one, x, two, y, mid)
+        else:
+            self.moved[i], self.moved[j] = rpp(one, x, mid, two, y)
+
+    def _driver(self, group: AssurGroup) -> LinkVelocity:
+        (pair,), (number,) = group.outer, group.drivers
+        link, base = self._sides(pair, group)
+        actuator, rate = self.mechanism.actuators[number], float(number == self.actuator)
+        if actuator.drive is Drive.ROTARY:
+            other = actuator.reference_member if actuator.arm_member == link else actuator.arm_member
+            sense = 1.0 if actuator.arm_member == link else -1.0
+            base_motion, reference = self.moved[base], self.moved[other]
+            pivot = self._where(pair)
+            return LinkVelocity(pivot, *base_motion.at(pivot), reference.turn + sense * rate, reference.gain)
+        u = self._turn(actuator.reference_member) * actuator.direction
+        sense = 1.0 if actuator.reference_member != link else -1.0
+        return sliding_driver(self.moved[base], self.z[actuator.a], u, sense * rate)
+
+    def _sides(self, pair: LowerPair, group: AssurGroup) -> tuple[int, int]:
+        """Return the link of the group and the other one."""
+        return (pair.a, pair.b) if pair.a in group.links else (pair.b, pair.a)
+
+    def _where(self, pair: LowerPair) -> Places:
+        """Return the place of a revolute pair, or the direction of a prismatic one."""
+        if pair.kind != PRISMATIC:
+            return self.z[self.mechanism.nodes.index(pair.name)]
+        slide = next(s for s in self.mechanism.slides if s.pair == pair.name)
+        return self._turn(slide.member) * slide.direction
+
+    def _turn(self, index: int) -> Places:
+        """Return e^(i phi) of a member."""
+        if index == FRAME:
+            return 1.0 + 0.0j
+        member = self.mechanism.members[index]
+        far = farthest(member)
+        return (self.z[member.nodes[far]] - self.z[member.nodes[0]]) / complex(member.shape[far] - member.shape[0])
+
+    def _added(self, links: Sequence[int]) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return what the masses and loads on some links add."""
+        rows, dynamics, square = self.z.shape[1], self.mechanism.dynamics, self.metre**2
+        inertia, slope, torque = np.zeros(rows), np.zeros(rows), np.zeros(rows)
+        for body in dynamics.inertias:
+            if body.member in links:
+                moved = self.moved[body.member]
+                first, second = moved.at(self._place(body.member, body.centre))
+                inertia += body.mass * square * np.abs(first) ** 2 + body.moment * moved.turn**2
+                slope += 2.0 * body.mass * square * (np.conj(first) * second).real
+                slope += 2.0 * body.moment * moved.turn * moved.gain
+                torque += body.mass * self.metre * (np.conj(dynamics.gravity) * first).real
+        for load in dynamics.loads:
+            if load.member in links:
+                moved = self.moved[load.member]
+                force = load.force * (self._turn(load.member) if load.follows else 1.0)
+                first, _ = moved.at(self._place(load.member, load.point))
+                torque += self.metre * (np.conj(force) * first).real + load.torque * moved.turn
+        return inertia, slope, torque
+
+    def _place(self, index: int, local: complex) -> Places:
+        member = self.mechanism.members[index]
+        return self.z[member.nodes[0]] + self._turn(index) * (local - complex(member.shape[0]))

@@ -1,0 +1,335 @@
+"""A mechanism reduced to its independent variables: positions on one branch, inertia, bias and forces, in one call."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from gimcli.dynamic_data import TIME, Release
+from gimcli.dynamics.load_arrays import acting, moving_loads, with_rubbing
+from gimcli.dynamics.physical import require_masses
+from gimcli.dynamics.windows import WEAK, no_windows, window_at, with_window
+from gimcli.errors import StructureError
+from gimcli.kernels import influence, reduction
+from gimcli.kernels.windows import TOGETHER, window_of
+from gimcli.mechanism import ComplexArray, Drive, FloatArray, Input, Mechanism
+from gimcli.positions.dispatch import plain
+from gimcli.positions.newton import Run
+from gimcli.structure.checks import direction
+from gimcli.structure.coordinate_partitioning import Choice, free_choice, gradients, input_choice, make_chart, residuals
+from gimcli.structure.polynomials import is_rotary, make_terms
+
+CORRECTIONS = 20
+"""At the most, of a drawn position that is singular."""
+
+ASSEMBLED = 1e-13
+"""Residual of equations about 1 in size, below which a position is assembled."""
+
+BESIDE = 0.9
+"""Part of the determinant at the edges of a window that is allowed beside them."""
+
+NEAREST = 1e-6
+"""Determinant below which none is looked for any more, and where no place is gone to without a window."""
+
+MOST_OPENED = 10
+"""Windows that may be opened on one step: where more change points crowd together there is no way on."""
+
+SOFT = 1e-6
+"""Singular values below this part of the greatest move nothing in such corrections."""
+
+
+@dataclass(frozen=True)
+class ReducedState:
+    """A mechanism at one position and speed, copied out of the scratch."""
+
+    v: FloatArray  # (variables,) x and y of nodes, readings, 1; normal frame and rad
+    velocity: FloatArray  # (variables,) by s
+    bias: FloatArray  # (variables,) accelerations without those of the independent variables
+    b: FloatArray  # (k, variables) influence coefficients
+    m: FloatArray  # (k, k)
+    h: FloatArray  # (k,)
+    q: FloatArray  # (k,) forces on those that are free, efforts on the others
+    rate: float  # of the forces, by the first independent variable at unit speed
+    energy: FloatArray  # (4,) kinetic, potential; powers dissipated, supplied
+    gain: FloatArray  # (k,) accelerations
+
+    @property
+    def acceleration(self) -> FloatArray:
+        """Accelerations of all variables."""
+        return np.asarray(self.bias + self.gain @ self.b)
+
+
+class Reducer:
+    """Follows a mechanism on the branch of a position; `chart` holds what is independent there."""
+
+    def __init__(self, mechanism: Mechanism, free: Sequence[int], run: Run = plain) -> None:
+        self.mechanism, self.free, self.run = mechanism, tuple(free), run
+        self.given = tuple(k for k in range(len(mechanism.actuators)) if k not in self.free)
+        read = with_rubbing(mechanism)
+        self.terms = make_terms(read)
+        self.acting = acting(read, self.free, require_masses(mechanism))
+        self.loads = moving_loads(read)
+        self.courses = [_course(load) for load in self.loads]
+        self.releases = {r.actuator: r for r in mechanism.dynamics.releases}
+        self.choice: Choice | None = None
+        self.continues = False  # whether change points are passed in windows
+
+    # -- where it is --------------------------------------------------------------------------------
+
+    def start(self, z: ComplexArray, inputs: FloatArray) -> bool:
+        """Stand at an assembled position; tell whether a motion from there is unique."""
+        return self.stand(self._variables(z, inputs))
+
+    def come(self, z: ComplexArray, inputs: FloatArray) -> bool:
+        """Stand at an assembled position of a motion; tell whether the inputs tell it.
+
+        Of redundant equations those are used that are most independent there; angles go on from the last position.
+        """
+        v = self._variables(z, inputs)
+        if self.choice is not None:
+            gauges = slice(self.terms.first_reading + len(inputs), -1)
+            rotary = np.array([is_rotary(self.terms, r) for r in range(len(inputs), self.terms.readings)], dtype=bool)
+            turns = np.round((self.base.v[gauges] - v[gauges]) / (2.0 * math.pi))
+            v[gauges] += np.where(rotary, 2.0 * math.pi * turns, 0.0)
+        choice = input_choice(self.terms, v, self.free, self.given)
+        return choice is not None and self.stand(v, choice)
+
+    def _variables(self, z: ComplexArray, inputs: FloatArray) -> FloatArray:
+        v = np.zeros(self.terms.variables)
+        first = self.terms.first_reading
+        v[0:first:2], v[1:first:2], v[-1] = z.real, z.imag, 1.0
+        v[first : first + len(inputs)] = inputs
+        gauges = self.terms.mechanism.actuators[len(inputs) :]
+        v[first + len(inputs) : -1] = [reading(self.terms.mechanism, gauge, z) for gauge in gauges]
+        return v
+
+    def start_singular(self, inputs: FloatArray) -> bool:
+        """Stand at the drawn position, corrected, where the inputs do not tell it; return whether it is assembled."""
+        terms, first = self.terms, self.terms.first_reading
+        mechanism = terms.mechanism
+        v = self._variables(mechanism.drawn, inputs)
+        open_ones = [*terms.moving, *range(first + len(inputs), terms.variables - 1)]
+        for _ in range(CORRECTIONS):
+            error = residuals(terms, v)
+            if np.max(np.abs(error)) <= ASSEMBLED:
+                break
+            v[open_ones] -= np.linalg.lstsq(gradients(terms, v)[:, open_ones], error, rcond=SOFT)[0]
+        return bool(np.max(np.abs(residuals(terms, v))) <= ASSEMBLED and self.stand(v))
+
+    def stand(self, v: FloatArray, choice: Choice | None = None) -> bool:
+        """Choose independent variables at a place and stand there; tell whether that can be done."""
+        choice = choice or input_choice(self.terms, v, self.free, self.given)
+        if choice is None:
+            choice = free_choice(self.terms, v, self.given, len(self.free))
+        if choice is None:
+            return False
+        if choice == self.choice:
+            return self._face(v)
+        self.choice, self.chart = choice, make_chart(self.terms, choice)
+        size, variables = len(choice.independent), self.terms.variables
+        blocks, widest = len(self.chart.blocks), max([1, size, *(b[2] - b[1] for b in self.chart.blocks)])
+        self.base, self.last, self.at = (
+            influence.InfluencePosition(v.copy(), np.zeros((size, variables)), np.zeros(blocks)) for _ in range(3)
+        )
+        self.room = influence.InfluenceScratch(
+            np.zeros((3, self.terms.functions)), np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest),
+            np.zeros(variables), np.zeros(variables), np.zeros(size), np.zeros(1, dtype=np.int64), np.zeros(3),
+        )  # fmt: skip
+        self.room.f[0, 0] = 1.0
+        self.out = reduction.Reduced(
+            np.zeros((size, size)), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(reduction.ENERGIES)
+        )
+        self.gain, self.factors = np.zeros(size), np.ones(len(self.loads))
+        self.own = list(choice.independent)
+        return self._face(v)
+
+    def _face(self, v: FloatArray) -> bool:
+        """Stand at a place with the independent variables as they are."""
+        self.windows, self.opened = no_windows(len(self.own), len(v), len(self.chart.blocks)), 0
+        self.watch()
+        self.base.v[:] = v
+        self.run(influence.stand)(self.chart, self.base, self.room)
+        return bool(self.run(influence.settle)(self.chart, self.base, np.zeros(len(self.own)), self.room))
+
+    @property
+    def on_inputs(self) -> bool:
+        """Tell whether the inputs are the independent variables."""
+        first = self.terms.first_reading
+        return self.own[: len(self.free)] == [first + k for k in self.free]
+
+    # -- one call -----------------------------------------------------------------------------------
+
+    def move(self, target: FloatArray, speeds: FloatArray, given: FloatArray, time: float = 0.0) -> bool:
+        """Go from where it stands to a state of the independent variables (k,); tell whether that was reached.
+
+        given: accelerations of the inputs that follow laws, at the end of (k,).
+        """
+        self._force(target, speeds, time)
+        while True:
+            moved = self.run(reduction.move)(
+                self.chart, self.acting, self.base, self.last, self.at, self.windows, target, speeds, given,
+                len(self.free), self.factors, self.room, self.out, self.gain,
+            )  # fmt: skip
+            if moved or not self.open_window():
+                return bool(moved)
+
+    def watch(self) -> None:
+        """Stop again near change points that have no window yet."""
+        self.room.weak[1:] = WEAK if self.continues else 0.0, 0.0
+
+    @property
+    def is_within(self) -> bool:
+        """Tell whether it stands in a window."""
+        return bool(self.run(window_of)(self.windows, self.base.v[self.own]) >= 0)
+
+    def open_window(self) -> bool:
+        """Open a window where the last call stopped near a change point, or let it come nearer; tell whether it did."""
+        room = self.room
+        if not room.weak[2]:
+            return False
+        self.opened += 1
+        nearer, together = max(0.25 * room.weak[1], NEAREST), bool(room.weak[2] == TOGETHER)
+        if self.opened > MOST_OPENED or not room.weak[1] > NEAREST:
+            room.weak[2] = 0.0
+            return False
+        room.weak[1:] = 0.0
+        found = window_at(self, together)
+        if found is None:
+            room.weak[1] = nearer
+        else:
+            self.windows = with_window(self.windows, found, self.base.v[self.own])
+            room.weak[1] = min(WEAK, BESIDE * found.weakest)
+        return True
+
+    def accept(self) -> None:
+        """Stand where the last call led to."""
+        self.run(influence.copy_place)(self.base, self.at)
+        self.opened = 0
+        if self.room.weak[0] > 2.0 * WEAK:
+            self.watch()
+
+    def state(self) -> ReducedState:
+        """Return what the last call found."""
+        room, out = self.room, self.out
+        return ReducedState(
+            self.at.v.copy(), room.velocity.copy(), room.acceleration.copy(), self.at.b.copy(), out.m.copy(),
+            out.h.copy(), out.q.copy(), float(out.rate[0]), out.energy.copy(), self.gain.copy(),
+        )  # fmt: skip
+
+    @cached_property
+    def constant(self) -> bool:
+        """Tell whether nothing that acts follows a table."""
+        efforts = [self.releases[k].effort for k in self.free if k in self.releases]
+        return not any(self.courses) and all(e.curve is None for e in efforts)
+
+    @cached_property
+    def steady(self) -> bool:
+        """Tell whether forces depend on the position alone, and the work of loads needs no integral."""
+        p = self.acting
+        return self.constant and not (len(p.loads) or len(p.dampers) or len(p.rubs) or np.any(p.motor[:, 1]))
+
+    @cached_property
+    def conservative(self) -> bool:
+        """Tell whether nothing dissipates or supplies energy."""
+        p = self.acting
+        driven = bool(np.any(p.motor[:, 0])) or any(r.effort.curve is not None for r in self.releases.values())
+        return not (len(p.loads) or len(p.dampers) or len(p.rubs) or self.given or driven)
+
+    def _force(self, target: FloatArray, speeds: FloatArray, time: float) -> None:
+        """Set the forces that tables tell."""
+        if self.constant:
+            return
+        first = self.terms.first_reading
+        for k, course in enumerate(self.courses):
+            if course is not None:
+                self.factors[k] = course(time, self._reading(self.loads[k].over, target))
+        for k, actuator in enumerate(self.free):
+            effort = self.releases[actuator].effort
+            if effort.curve is not None:
+                value, speed = self._moving(first + actuator, target, speeds)
+                at = {"time": time, "value": value, "speed": speed}[effort.over]
+                self.acting.motor[k, 0] = float(effort.curve(np.array([at]))[0])
+
+    def _reading(self, actuator: int, target: FloatArray) -> float:
+        if actuator == TIME:
+            return 0.0
+        return self._moving(self.terms.first_reading + actuator, target, np.zeros(len(target)))[0]
+
+    def _moving(self, variable: int, target: FloatArray, speeds: FloatArray) -> tuple[float, float]:
+        """Return value and speed of a variable at a state."""
+        if variable in self.own:
+            k = self.own.index(variable)
+            return float(target[k]), float(speeds[k])
+        self.run(influence.copy_place)(self.last, self.base)
+        if not self.run(influence.follow)(self.chart, self.last, self.at, target, speeds, self.room):
+            return math.nan, math.nan
+        return float(self.at.v[variable]), float(self.room.velocity[variable])
+
+    # -- what a place tells -------------------------------------------------------------------------
+
+    def nodes(self, v: FloatArray) -> ComplexArray:
+        """Return x + iy of the nodes of variables (..., variables)."""
+        first = self.terms.first_reading
+        return np.asarray(v[..., 0:first:2] + 1j * v[..., 1:first:2])
+
+    def inputs(self, v: FloatArray) -> FloatArray:
+        """Return the actuators' readings of variables (..., variables)."""
+        first = self.terms.first_reading
+        return np.asarray(v[..., first : first + len(self.mechanism.actuators)])
+
+    def error(self, v: FloatArray) -> float:
+        """Return the greatest residual of all equations: those that were not used tell of contradictions."""
+        return float(np.max(np.abs(residuals(self.terms, v)), initial=0.0))
+
+
+def free_inputs(mechanism: Mechanism) -> tuple[int, ...]:
+    """Return the inputs that are let go; raise StructureError where there is none."""
+    free = tuple(r.actuator for r in mechanism.dynamics.releases if r.free)
+    if not free:
+        names = ", ".join(a.name for a in mechanism.actuators)
+        cure = f"write `free: true` at one of {names}" if names else "add an actuator with `free: true`"
+        raise StructureError(f"no input of {mechanism.name} is let go, so that nothing moves as it will: {cure}")
+    return free
+
+
+def release_of(mechanism: Mechanism, actuator: int) -> Release:
+    """Return how an input takes part."""
+    return next((r for r in mechanism.dynamics.releases if r.actuator == actuator), Release(actuator))
+
+
+def reading(mechanism: Mechanism, gauge: Input, z: ComplexArray) -> float:
+    """Return what a gauge reads at a position (nodes,), an angle next to the drawn one."""
+    if gauge.drive is Drive.DISTANCE:
+        return float(abs(z[gauge.b] - z[gauge.a]))
+
+    def turn(index: int) -> complex:
+        vector = direction(mechanism, index)
+        return complex(vector.z * (z[vector.v] - z[vector.u])) if vector.u >= 0 else 1.0 + 0.0j
+
+    reference = turn(gauge.reference_member)
+    if gauge.drive is Drive.ROTARY:
+        arm = turn(gauge.arm_member) * gauge.arm_direction / (reference * gauge.reference_direction)
+        angle = math.atan2(arm.imag, arm.real)
+        return angle + 2.0 * math.pi * round((gauge.drawn - angle) / (2.0 * math.pi))
+    member = mechanism.members[gauge.reference_member]
+    origin = gauge.point
+    if gauge.reference_member:
+        origin = complex(z[member.nodes[0]]) + reference * (gauge.point - complex(member.shape[0]))
+    return float(((complex(z[gauge.a]) - origin) * (reference * gauge.direction).conjugate()).real)
+
+
+def _course(load: object) -> Callable[[float, float], float] | None:
+    curve, over = getattr(load, "curve", None), getattr(load, "over", TIME)
+    if curve is None:
+        return None
+    return lambda time, value: float(curve(np.array([time if over == TIME else value]))[0])
+
+
+def holding(mechanism: Mechanism, actuator: int) -> Mechanism:
+    """Return the mechanism with one input let go and no effort on it; the others stand still."""
+    releases = [replace(release_of(mechanism, k), free=k == actuator) for k in range(len(mechanism.actuators))]
+    return replace(mechanism, dynamics=replace(mechanism.dynamics, releases=tuple(releases)))

@@ -1,0 +1,92 @@
+"""What a simulation tells: its table, and its events in the file's units."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gimcli.dynamics.forces import Forces
+from gimcli.dynamics.simulation import Event, Simulation
+from gimcli.mechanism import Drive, FloatArray, Mechanism
+from gimcli.motion.coupler_points import carried_point
+from gimcli.status import Status
+from gimcli.table import Column, Table
+
+ENERGIES = ("kinetic", "potential", "dissipated", "supplied")
+
+
+def column_names(mechanism: Mechanism) -> list[str]:
+    """Return the names of the columns, reactions apart: they are known before the work."""
+    names = ["step", "time", "status", *(f"energy.{kind}" for kind in (*ENERGIES, "drift"))]
+    names += [a.name + part for a in mechanism.actuators for part in ("", ".speed", ".acceleration", ".effort")]
+    return [*names, *(f"{name}.{axis}" for name in mechanism.traced for axis in "xy")]
+
+
+def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None = None) -> Table:
+    """Return one row a time: inputs and their rates, points, energies, efforts or all reactions, status.
+
+    Rows that the simulation did not reach keep their time and the reason.
+    """
+    mechanism, rows = found.mechanism, len(found.time)
+    columns = [Column("step", np.arange(len(times))), Column("time", times, "s")]
+    for k, actuator in enumerate(mechanism.actuators):
+        unit = mechanism.angle_unit if actuator.drive is Drive.ROTARY else mechanism.length_unit
+        for order, (suffix, per) in enumerate((("", ""), (".speed", "/s"), (".acceleration", "/s^2"))):
+            values = mechanism.value_to_file(k, found.inputs[order, k])
+            columns.append(Column(actuator.name + suffix, _filled(values, len(times)), unit + per))
+    for name in mechanism.traced:
+        path = np.asarray(mechanism.to_file(carried_point(mechanism, name, found.nodes[0])))
+        columns += [
+            Column(f"{name}.x", _filled(path.real, len(times)), mechanism.length_unit),
+            Column(f"{name}.y", _filled(path.imag, len(times)), mechanism.length_unit),
+        ]
+    for name, values in zip((*ENERGIES, "drift"), (*found.energy, found.drift), strict=True):
+        columns.append(Column(f"energy.{name}", _filled(values, len(times)), "J"))
+    columns += _efforts(found, len(times)) if forces is None else _reactions(forces, len(times))
+    reason = found.status if found.status is not Status.OK else Status.NOT_CONVERGED
+    words = np.array([Status.OK.word] * rows + [reason.word] * (len(times) - rows))
+    return Table((*columns, Column("status", words)))
+
+
+def _efforts(found: Simulation, rows: int) -> list[Column]:
+    """Return what the inputs that follow laws ask for."""
+    columns = []
+    for k, actuator in enumerate(found.mechanism.actuators):
+        if not np.all(np.isnan(found.efforts[k])):
+            rotary = actuator.drive is Drive.ROTARY
+            metre = 1.0 if rotary else found.mechanism.dynamics.metre or 1.0
+            unit = "N m" if rotary else "N"
+            columns.append(Column(f"{actuator.name}.effort", _filled(found.efforts[k] / metre, rows), unit))
+    return columns
+
+
+def _reactions(forces: Forces, rows: int) -> list[Column]:
+    from gimcli.dynamics.force_table import reaction_columns
+
+    return [Column(c.name, _filled(np.asarray(c.values), rows), c.unit) for c in reaction_columns(forces)]
+
+
+def _filled(values: FloatArray, rows: int) -> FloatArray:
+    """Return values with NaN for the rows that were not reached."""
+    return np.concatenate([values, np.full(rows - len(values), np.nan)])
+
+
+def event_report(mechanism: Mechanism, event: Event) -> dict[str, Any]:
+    """Return an event in the file's units."""
+    report: dict[str, Any] = {"kind": event.kind, "time": event.time}
+    if event.actuator >= 0 and len(mechanism.actuators) > 1:
+        report["actuator"] = mechanism.actuators[event.actuator].name
+    for key, values in (("at", event.inputs), ("speed", event.speeds)):
+        report[key] = {
+            a.name: float(mechanism.value_to_file(k, values[k : k + 1])[0]) for k, a in enumerate(mechanism.actuators)
+        }
+    return report
+
+
+def reactions(found: Simulation) -> Forces:
+    """Return the reactions along a simulation; the free inputs ask for their own efforts."""
+    from gimcli.dynamics.forces import inverse_dynamics
+    from gimcli.dynamics.statics import statics
+
+    return inverse_dynamics(statics(found.mechanism), found.course())

@@ -1,0 +1,237 @@
+"""Which reactions and efforts hold a mechanism in equilibrium, on which bodies they act, and in which order they come.
+
+Unknowns: two force components for every member at a node but the first, one normal force for every node on a line,
+the effort of every actuator. Equations: three for every moving member, two for a node of no member. The pin of a node
+belongs to the first of its members (the frame first, then as in the file): what is attached to the pin loads
+that one. A true prismatic pair holds the member whose two nodes slide. The blocks come out in the reverse order of
+formation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from gimcli.kernels.equilibrium import ALONG, COUPLE, MOMENT, PUSH, X, Y
+from gimcli.mechanism import FRAME, Drive, Input, Mechanism
+from gimcli.structure.checks import farthest
+from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
+from gimcli.structure.rotation import members_of
+from gimcli.structure.steps import NONE, Vector
+
+
+@dataclass(frozen=True)
+class Body:
+    """A moving member, or a node of no member."""
+
+    member: int  # NONE for a node
+    node: int  # moments are about this one
+
+
+@dataclass(frozen=True)
+class Reaction:
+    """One unknown: `vector` at `node` on body `plus`, the opposite at `other` on body `minus`; NONE is the frame."""
+
+    kind: int  # of kernels.equilibrium
+    plus: int
+    minus: int
+    node: int = NONE
+    other: int = NONE
+    vector: Vector = field(default=Vector(1.0 + 0.0j))
+
+
+@dataclass(frozen=True)
+class Pin:
+    """The revolute pairs at a node; the force on the k-th member but the first is unknowns `first` + 2 (k - 1), + 1."""
+
+    node: int
+    members: tuple[int, ...]
+    first: int
+    busy: bool  # sliding pairs, actuators, springs or dampers are attached to the pin itself
+
+
+@dataclass(frozen=True)
+class Statics:
+    """Bodies, unknowns, and what they mean."""
+
+    mechanism: Mechanism
+    bodies: tuple[Body, ...]
+    reactions: tuple[Reaction, ...]
+    pins: tuple[Pin, ...]
+    normals: dict[int, int]  # unknown of each slide
+    efforts: tuple[int, ...]  # unknown of each actuator
+    body_of_member: dict[int, int]
+    body_of_pin: dict[int, int]  # body that a node's pin belongs to; NONE for the frame
+    pushed: tuple[int, ...]  # body of the slider that each gauge along a guide pushes; NONE: it pushes pins
+    on_pins: frozenset[int]  # unknowns that act on pins, and not on a member beside them
+
+    @property
+    def equations(self) -> int:
+        """Number of equations."""
+        return sum(3 if body.member != NONE else 2 for body in self.bodies)
+
+    @property
+    def surplus(self) -> int:
+        """Number of unknowns beyond the equations: redundant constraints."""
+        return len(self.reactions) - self.equations
+
+    @cached_property
+    def first_row(self) -> tuple[int, ...]:
+        """First equation of each body."""
+        starts, count = [], 0
+        for body in self.bodies:
+            starts.append(count)
+            count += 3 if body.member != NONE else 2
+        return tuple(starts)
+
+    def senses(self, reaction: Reaction) -> list[tuple[int, int, int]]:
+        """Return body, sense and node of the sides of a reaction that are not the frame."""
+        sides = [(reaction.plus, 1, reaction.node), (reaction.minus, -1, reaction.other)]
+        return [side for side in sides if side[0] != NONE]
+
+    def axes(self, reaction: Reaction, body: int, node: int) -> list[int]:
+        """Return the axes of a body's equations that a reaction enters."""
+        turns = [MOMENT] if self.bodies[body].member != NONE else []
+        if reaction.kind == COUPLE:
+            return turns
+        fixed = reaction.vector.u == NONE
+        axes = [X] * (not fixed or reaction.vector.z.real != 0.0) + [Y] * (not fixed or reaction.vector.z.imag != 0.0)
+        return axes + (turns if node != self.bodies[body].node else [])
+
+    @cached_property
+    def columns(self) -> tuple[tuple[int, ...], ...]:
+        """The equations that each unknown enters."""
+        return tuple(
+            tuple(self.first_row[body] + axis for body, _, at in self.senses(r) for axis in self.axes(r, body, at))
+            for r in self.reactions
+        )
+
+    @cached_property
+    def blocks(self) -> tuple[EquationBlock, ...]:
+        """Equations and unknowns in the order of solution."""
+        return split(self.equations, self.columns)
+
+    @cached_property
+    def open_pins(self) -> frozenset[int]:
+        """Nodes whose reactions redundant constraints can leave open: a stress without loads may reach them."""
+        loose: set[int] = set()
+        for block in self.blocks:
+            rows = set(block.rows)
+            if len(block.columns) > len(block.rows) or any(rows & set(self.columns[c]) for c in loose):
+                loose.update(block.columns)
+        attached = {n for k in loose & self.on_pins for n in (self.reactions[k].node, self.reactions[k].other)}
+        held = {pin.node: range(pin.first, pin.first + 2 * (len(pin.members) - 1)) for pin in self.pins}
+        return frozenset(node for node, own in held.items() if node in attached or loose & set(own))
+
+
+def statics(mechanism: Mechanism) -> Statics:
+    """Return the unknown reactions of a mechanism and the bodies that they act on."""
+    return _StaticsBuilder(mechanism).build()
+
+
+class _StaticsBuilder:
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.holders = members_of(mechanism)
+        attached = [n for a in (*mechanism.actuators, *mechanism.gauges) for n in self._ends(a)]
+        attached += [s.node for k, s in enumerate(mechanism.slides) if self._sliding(k) == NONE]
+        self.attached = set(attached)
+        self.reactions: list[Reaction] = []
+        self.on_pins: set[int] = set()
+        self.body_of_member = {k: k - 1 for k in range(1, len(mechanism.members))} | {FRAME: NONE}
+        loose = [n for n in sorted(self.attached) if not self.holders[n]]
+        self.body_of_pin = {n: self.body_of_member[h[0]] for n, h in enumerate(self.holders) if h}
+        self.body_of_pin |= {n: len(mechanism.members) - 1 + k for k, n in enumerate(loose)}
+        self.loose = loose
+
+    def build(self) -> Statics:
+        mechanism = self.mechanism
+        pins = tuple(self._pin(n) for n, members in enumerate(self.holders) if len(members) > 1)
+        normals = {k: self._normal(k) for k in range(len(mechanism.slides))}
+        efforts = tuple(self._effort(a) for a in mechanism.actuators)
+        bodies = [Body(k, self._busiest(k)) for k in range(1, len(mechanism.members))]
+        bodies += [Body(NONE, n) for n in self.loose]
+        pushed = tuple(self.body_of_member.get(self._slider(gauge), NONE) for gauge in mechanism.gauges)
+        return Statics(
+            mechanism, tuple(bodies), tuple(self.reactions), pins, normals, efforts, self.body_of_member,
+            self.body_of_pin, pushed, frozenset(self.on_pins),
+        )  # fmt: skip
+
+    def _add(self, reaction: Reaction, on_pin: bool = False) -> int:
+        self.reactions.append(reaction)
+        if on_pin:
+            self.on_pins.add(len(self.reactions) - 1)
+        return len(self.reactions) - 1
+
+    def _pin(self, node: int) -> Pin:
+        members = self.holders[node]
+        first, body = len(self.reactions), self.body_of_member
+        for member in members[1:]:
+            for z in (1.0 + 0.0j, 1.0j):
+                self._add(Reaction(PUSH, body[member], body[members[0]], node, node, Vector(z)))
+        return Pin(node, tuple(members), first, node in self.attached)
+
+    def _normal(self, number: int) -> int:
+        slide = self.mechanism.slides[number]
+        sliding = self._sliding(number)
+        plus = self.body_of_pin[slide.node] if sliding == NONE else self.body_of_member[sliding]
+        vector = carried_direction(self.mechanism, slide.member, 1j * slide.direction)
+        reaction = Reaction(PUSH, plus, self.body_of_member[slide.member], slide.node, slide.node, vector)
+        return self._add(reaction, on_pin=sliding == NONE)
+
+    def _sliding(self, number: int) -> int:
+        """Return the member that a true prismatic pair holds, or NONE for a pin in a slot."""
+        slides = self.mechanism.slides
+        pair = [s for s in slides if s.pair == slides[number].pair]
+        if len(pair) < 2:
+            return NONE
+        common = [m for m in self.holders[pair[0].node] if m in self.holders[pair[1].node] and m != pair[0].member]
+        return common[0] if common else NONE
+
+    def _effort(self, actuator: Input) -> int:
+        body = self.body_of_member
+        if actuator.drive is Drive.ROTARY:
+            return self._add(Reaction(COUPLE, body[actuator.arm_member], body[actuator.reference_member]))
+        if actuator.drive is Drive.TRAVEL:
+            vector = carried_direction(self.mechanism, actuator.reference_member, actuator.direction)
+            slider, minus = self._slider(actuator), body[actuator.reference_member]
+            plus = self.body_of_pin[actuator.a] if slider == NONE else body[slider]
+            return self._add(Reaction(PUSH, plus, minus, actuator.a, actuator.a, vector), on_pin=slider == NONE)
+        plus, minus = self.body_of_pin[actuator.b], self.body_of_pin[actuator.a]
+        vector = Vector(1.0 + 0.0j, actuator.a, actuator.b)
+        return self._add(Reaction(ALONG, plus, minus, actuator.b, actuator.a, vector), on_pin=True)
+
+    def _slider(self, actuator: Input) -> int:
+        """Return the member of a true prismatic pair that an actuator or gauge moves along its guide, or NONE."""
+        if actuator.drive is not Drive.TRAVEL:
+            return NONE
+        for number, slide in enumerate(self.mechanism.slides):
+            if slide.node == actuator.a and slide.member == actuator.reference_member:
+                return self._sliding(number)
+        return NONE
+
+    def _ends(self, actuator: Input) -> Sequence[int]:
+        """Return the nodes whose pins an actuator or a gauge pushes."""
+        if actuator.drive is Drive.DISTANCE:
+            return actuator.a, actuator.b
+        return (actuator.a,) if actuator.drive is Drive.TRAVEL and self._slider(actuator) == NONE else ()
+
+    def _busiest(self, member: int) -> int:
+        """Return the node of a member at which most unknowns act: they leave the equation of moments."""
+        body = self.body_of_member[member]
+        count = dict.fromkeys(self.mechanism.members[member].nodes, 0)
+        for reaction in self.reactions:
+            for side, node in ((reaction.plus, reaction.node), (reaction.minus, reaction.other)):
+                if side == body and node in count:
+                    count[node] += 1
+        return max(count, key=lambda node: count[node])
+
+
+def carried_direction(mechanism: Mechanism, index: int, direction: complex) -> Vector:
+    """Return a direction of a member's own frame as a vector that is carried along."""
+    if index == FRAME:
+        return Vector(direction)
+    member = mechanism.members[index]
+    far = farthest(member)
+    return Vector(direction / complex(member.shape[far] - member.shape[0]), member.nodes[0], member.nodes[far])

@@ -1,0 +1,263 @@
+"""Windows about change points: slabs of the independent variables within which the branch followed is interpolated.
+
+Places before a change point give a polynomial that predicts the one beyond, on whichever sides the blocks are there:
+any number of them may change at once. A window is kept where places on both sides tell those within.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from gimcli.kernels import influence
+from gimcli.kernels.influence import InfluencePosition
+from gimcli.kernels.windows import FLOOR, NODES, Windows, interpolate
+from gimcli.mechanism import FloatArray, IntArray
+from gimcli.structure.coordinate_partitioning import residuals
+
+if TYPE_CHECKING:
+    from gimcli.dynamics.reducer import Reducer
+
+REACHES = (4.0, 3.0, 2.2, 1.6)
+"""Distance of the farthest place from the middle beside half the width of the window, tried in this order."""
+
+WEAK, BEYOND = 0.03, 1.2
+"""Determinant (unit gradients) below which a change point is looked for: beyond, accelerations are known to 1e-11; it
+is less than that within a window, and somewhat beyond."""
+
+CLOSE, ALONG = 10.0, 0.3
+"""Determinant beside WEAK below which other blocks are heeded; least part of a direction along their sheets."""
+
+FAR = 1.0
+"""Distance beyond which no change point is looked for: a determinant that hardly changes has none."""
+
+NEAR = 2.0
+"""Distance of another change point in half widths within which the window is made to hold it as well."""
+
+BACK, MOST = 0.01, 0.5
+"""Step from which a change point is looked for; greatest half width."""
+
+SLOPED = 0.1
+"""Part of the way to a change point over which slopes of determinants are taken."""
+
+PREDICTED, BENT = 1e-4, 1e-2
+"""Greatest error of a predicted place beyond, and of its slopes, relative to the greatest."""
+
+FITS, EXACT = 1e-12, 3e-14
+"""Greatest residual within a window, of equations about 1 in size; below the latter no better one is looked for."""
+
+INSIDE = 9
+"""Places of a window at which the equations are asked."""
+
+KEPT = 8
+"""Windows that are kept, those nearest to the motion."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """One window."""
+
+    centre: FloatArray  # (k,)
+    normal: FloatArray  # (k,)
+    half: float
+    offsets: FloatArray  # (2, NODES)
+    edges: tuple[InfluencePosition, InfluencePosition]
+    weakest: float  # least determinant at the edges
+
+
+def no_windows(size: int, variables: int, blocks: int) -> Windows:
+    """Return none for so many independent variables."""
+    return Windows(
+        np.zeros((0, size)), np.zeros((0, size)), np.zeros(0), np.zeros(0), np.zeros((0, 2, NODES)),
+        np.zeros((0, 2, NODES)), np.zeros((0, 2, variables)), np.zeros((0, 2, size, variables)),
+        np.zeros((0, 2, blocks)), np.zeros((size + 3, variables)), np.zeros(size),
+    )  # fmt: skip
+
+
+def with_window(windows: Windows, found: Window, here: FloatArray) -> Windows:
+    """Return windows with another one before them; the farthest from where the motion is (k,) are dropped."""
+    apart = found.offsets.ravel()[:, None] - found.offsets.ravel()[None, :] + np.eye(2 * NODES)
+    new = (
+        found.centre, found.normal, found.half, found.weakest, found.offsets,
+        (1.0 / np.prod(apart, axis=1)).reshape(2, NODES), np.array([edge.v for edge in found.edges]),
+        np.array([edge.b for edge in found.edges]), np.array([edge.sign for edge in found.edges]),
+    )  # fmt: skip
+    kept = np.argsort(np.linalg.norm(windows.centre - here, axis=1))[: KEPT - 1]
+    both = [np.concatenate([np.asarray(one)[None], old[kept]]) for old, one in zip(windows, new, strict=False)]
+    return Windows(*both, *windows[len(new) :])
+
+
+def window_at(reducer: Reducer, together: bool) -> Window | None:
+    """Return the window about the change point near `reducer.at`, reached from `reducer.last`; None without one.
+
+    together: whether it must hold the change points of all weak blocks, those on sheets that cross too.
+    """
+    walk = _Walk(reducer)
+    start = walk.before(copied(reducer.last), copied(reducer.at))
+    weak, slopes = walk.slopes(start)
+    normals = _normals(slopes)
+    for normal in normals[:0:-1] if together else normals:
+        best = walk.best(start, normal, *_sides(np.abs(start.sign[weak]), slopes @ normal))
+        if best is not None:
+            return best
+    return None
+
+
+def _normals(slopes: FloatArray) -> list[FloatArray]:
+    """Return directions (k,) to try: across the first sheet, that along the others, and across all of them."""
+    if not len(slopes):
+        return []
+    units = -slopes / np.linalg.norm(slopes, axis=1)[:, None]
+    total = np.zeros(slopes.shape[1])
+    for unit in units:
+        total += unit if unit @ total >= 0.0 else -unit
+    others = units[1:]
+    along = units[0] - np.linalg.lstsq(others.T, units[0], rcond=None)[0] @ others if len(others) else 0.0 * units[0]
+    size = float(np.linalg.norm(along))
+    return [units[0], *([along / size] if size > ALONG else []), total / np.linalg.norm(total)]
+
+
+def _sides(here: FloatArray, gains: FloatArray) -> tuple[float, float]:
+    """Return how far the window lies along its normal, where determinants `here` change by `gains`."""
+    with np.errstate(divide="ignore"):
+        middles, halves = -here / gains, BEYOND * WEAK / np.abs(gains)
+    near = np.abs(middles - middles[0]) <= NEAR * halves[0]
+    middles, halves = middles[near], halves[near]
+    return float(np.min(middles - halves)), float(np.max(middles + halves))
+
+
+class _Walk:
+    def __init__(self, reducer: Reducer) -> None:
+        self.reducer, self.own = reducer, reducer.own
+        self.turning = reducer.chart.blocks[:, 0] != influence.LINEAR
+
+    def to(self, place: InfluencePosition, target: FloatArray) -> InfluencePosition | None:
+        """Return the place at a target, followed from another."""
+        reducer, last, found = self.reducer, copied(place), copied(place)
+        follow = reducer.run(influence.follow)
+        there = follow(reducer.chart, last, found, target, np.zeros(len(target)), reducer.room)
+        return found if there else None
+
+    def weakest(self, place: InfluencePosition) -> float:
+        return float(np.min(np.abs(place.sign[self.turning])))
+
+    def before(self, last: InfluencePosition, near: InfluencePosition) -> InfluencePosition:
+        """Return a place on the way to a weak one that is just before: by the branch that leads there."""
+        target = near.v[self.own]
+        while self.weakest(last) > WEAK and np.max(np.abs(target - last.v[self.own])) > BACK:
+            middle = self.to(last, 0.5 * (last.v[self.own] + target))
+            if middle is None or self.weakest(middle) < WEAK:
+                target = 0.5 * (last.v[self.own] + target)
+            else:
+                last = middle
+        return last
+
+    def slopes(self, start: InfluencePosition) -> tuple[IntArray, FloatArray]:
+        """Return the blocks that are weak, the weakest first, and how their determinants change (blocks, k)."""
+        here = np.abs(start.sign)
+        weak = np.flatnonzero(self.turning & (here < CLOSE * max(WEAK, self.weakest(start))))
+        weak = weak[np.argsort(here[weak])]
+        step = min(BACK, SLOPED * self.weakest(start))
+        slopes = np.zeros((len(weak), len(self.own)))
+        for k, way in enumerate(step * np.eye(len(self.own))):
+            there = [self.to(start, start.v[self.own] + side * way) for side in (1.0, -1.0)]
+            one, other = (start if place is None else place for place in there)
+            if one is not other:
+                apart = one.v[self.own[k]] - other.v[self.own[k]]
+                slopes[:, k] = (np.abs(one.sign) - np.abs(other.sign))[weak] / apart
+        met = here[weak] < FAR * np.linalg.norm(slopes, axis=1)
+        return weak[met], slopes[met]
+
+    def best(self, start: InfluencePosition, normal: FloatArray, low: float, high: float) -> Window | None:
+        """Return the window between two distances from a place whose places tell those within best."""
+        half, centre = 0.5 * (high - low), start.v[self.own] + 0.5 * (low + high) * normal
+        best: tuple[float, Window] | None = None
+        for reach in REACHES if half < MOST else ():
+            found = self.window(start, centre, normal, half, reach * half)
+            if found is not None and (best is None or found[0] < best[0]):
+                best = found
+            if best is not None and best[0] <= EXACT:
+                break
+        return None if best is None else best[1]
+
+    def window(
+        self, start: InfluencePosition, centre: FloatArray, normal: FloatArray, half: float, reach: float
+    ) -> tuple[float, Window] | None:
+        """Return the residual within a window and the window, from places as far as a reach."""
+        spread = half + (reach - half) * 0.5 * (1.0 - np.cos(np.pi * np.arange(NODES) / (NODES - 1)))
+        near = self._along(start, centre, normal, -spread)
+        if near is None:
+            return None
+        first = self._predicted(near, centre, normal, half, reach)
+        far = None if first is None else self._along(first, centre, normal, spread)
+        if far is None:
+            return None
+        edges = (near[0], far[0])
+        found = Window(centre, normal, half, np.array([-spread, spread]), edges, min(map(self.weakest, edges)))
+        error = self._residual(found)
+        return (error, found) if error <= FITS else None
+
+    def _along(
+        self, start: InfluencePosition, centre: FloatArray, normal: FloatArray, offsets: FloatArray
+    ) -> list[InfluencePosition] | None:
+        places: list[InfluencePosition] = []
+        for offset in offsets:
+            found = self.to(places[-1] if places else start, centre + offset * normal)
+            if found is None or self.weakest(found) < FLOOR * WEAK:
+                return None
+            places.append(found)
+        return places
+
+    def _predicted(
+        self, near: Sequence[InfluencePosition], centre: FloatArray, normal: FloatArray, half: float, reach: float
+    ) -> InfluencePosition | None:
+        """Return the place beyond a change point that continues others; None where no block changes its side."""
+        reducer, x = self.reducer, half / reach
+        factors = self._fitted(near, centre, normal, reach)
+        slopes = np.asarray(chebyshev.chebval(x, chebyshev.chebder(factors))) / reach
+        v, unknown = near[0].v.copy(), reducer.chart.unknown  # what stands still keeps all its digits
+        v[unknown] = np.asarray(chebyshev.chebval(x, factors))[unknown]
+        v[self.own] = centre + half * normal
+        found = InfluencePosition(v.copy(), np.zeros_like(near[0].b), np.zeros(len(near[0].sign)))
+        reducer.run(influence.stand)(reducer.chart, found, reducer.room)
+        if np.all(found.sign * near[0].sign > 0.0):
+            return None
+        if not reducer.run(influence.settle)(reducer.chart, found, np.zeros(len(self.own)), reducer.room):
+            return None
+        size = max(1.0, float(np.max(np.abs(slopes))))
+        straight = np.max(np.abs(found.v - v)) <= PREDICTED and np.max(np.abs(normal @ found.b - slopes)) <= BENT * size
+        return found if straight else None
+
+    def _fitted(
+        self, places: Sequence[InfluencePosition], centre: FloatArray, normal: FloatArray, reach: float
+    ) -> FloatArray:
+        """Return Chebyshev factors (degrees, variables) that fit places along a line and their slopes."""
+        x, degree = np.array([(place.v[self.own] - centre) @ normal / reach for place in places]), 2 * NODES - 1
+        slopes = chebyshev.chebder(np.eye(degree + 1))  # of each polynomial
+        table = np.vstack([chebyshev.chebvander(x, degree), chebyshev.chebvander(x, degree - 1) @ slopes])
+        right = np.vstack([[place.v for place in places], [reach * normal @ place.b for place in places]])
+        return np.asarray(np.linalg.lstsq(table, right, rcond=None)[0])
+
+    def _residual(self, window: Window) -> float:
+        """Return the greatest residual within a window."""
+        reducer, size = self.reducer, len(self.own)
+        one = with_window(no_windows(size, len(reducer.base.v), len(reducer.base.sign)), window, window.centre)
+        last, found, error = copied(reducer.base), copied(reducer.base), 0.0
+        for offset in np.linspace(-window.half, window.half, INSIDE):
+            target = window.centre + offset * window.normal
+            there = reducer.run(interpolate)(
+                reducer.chart, one, 0, target, np.zeros(size), last, found, reducer.room
+            )  # fmt: skip
+            if not there:
+                return np.inf
+            error = max(error, float(np.max(np.abs(residuals(reducer.terms, found.v)))))
+        return error
+
+
+def copied(place: InfluencePosition) -> InfluencePosition:
+    """Return a copy of a place."""
+    return InfluencePosition(place.v.copy(), place.b.copy(), place.sign.copy())

@@ -1,0 +1,1 @@
+"""The Geometrical-Iterative Method: rules, sequences, sweeps and what they cost."""

@@ -1,0 +1,353 @@
+"""The search for the sequence in which restrictions are imposed: candidates and their spectral radius.
+
+Both fundamental conditions of Petuya et al. 2004 hold by construction: every free node is moved twice
+and every restriction is imposed once. The rules leave choices, and a member can be modelled in several
+ways. One sweep is a smooth map, so that its linearisation at a position is a product of small
+matrices; the spectral radius of the product is the factor by which the error falls with each sweep,
+exp(-C2) of eq. (3). Candidates are ranked by it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from heapq import heappop, heappush
+from itertools import islice
+
+import numpy as np
+
+from gimcli.gim.rules import Walk
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.structure.closed_form_order import Layout
+from gimcli.structure.kinematic_nodes import kinematic_nodes, loose_nodes
+from gimcli.structure.plan import make_plan
+from gimcli.structure.restrictions import Move, Restriction, gradient, member_models, pair_restrictions
+from gimcli.structure.steps import Coupled, Dyad, Place, Plan, Tilt
+
+CANDIDATES = 400
+"""Sequences tried for one choice of models; the double butterfly has 12, the ten-bar 32."""
+
+CONVERGES = 0.99
+"""Spectral radius below which the classic search is content with a sequence."""
+
+
+RESTARTS = 60
+"""Random choices of models from which the spectral search starts again where nothing has converged."""
+
+FEW = CANDIDATES // 20
+"""Sequences tried for a choice of models that is one of many."""
+
+
+@dataclass(frozen=True)
+class SequenceGroup:
+    """One group of the sequence: its moves, and what was found on the way."""
+
+    moves: tuple[Move, ...]
+    nodes: tuple[int, ...]
+    radius: float
+    classic_radius: float
+    candidates: int
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """Moves of one sweep in order, group after group."""
+
+    groups: tuple[SequenceGroup, ...]
+    known: frozenset[int]  # nodes P
+    carried_by_input: frozenset[int]
+
+    @property
+    def moves(self) -> tuple[Move, ...]:
+        """All moves of one sweep."""
+        return tuple(m for g in self.groups for m in g.moves)
+
+    @property
+    def radius(self) -> float:
+        """Spectral radius of the whole sweep: the groups are a triangle of blocks."""
+        return max((g.radius for g in self.groups), default=0.0)
+
+    def radius_at(self, z: ComplexArray, inputs: FloatArray) -> float:
+        """Return the spectral radius at another position z (nodes,)."""
+        radii = [
+            spectral_radius([(m.node, gradient(m.restriction, z, inputs)) for m in g.moves], g.nodes)
+            for g in self.groups
+        ]
+        return max(radii, default=0.0)
+
+
+def known_nodes(mechanism: Mechanism) -> tuple[set[int], set[int]]:
+    """Return the nodes P, and those of them that inputs carry."""
+    layout = Layout(mechanism)
+    layout.carry()
+    fixed = set(mechanism.members[FRAME].nodes)
+    return set(layout.placed), set(layout.placed) - fixed
+
+
+def find_sequence(
+    mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, strategy: str = "spectral", plan: Plan | None = None
+) -> Sequence:
+    """Search the sequence of a mechanism; z (nodes,) is an assembled position to rank it at."""
+    known, carried = known_nodes(mechanism)
+    search = SequenceSearch(mechanism, z, inputs, strategy, known, carried, plan or make_plan(mechanism))
+    return Sequence(tuple(search.groups()), frozenset(known), frozenset(carried))
+
+
+def group_sequence(
+    mechanism: Mechanism, nodes: list[int], z: ComplexArray, inputs: FloatArray, plan: Plan
+) -> tuple[Move, ...]:
+    """Return a sequence that moves the nodes of one group only, ranked at a position z (nodes,)."""
+    known = set(range(len(mechanism.nodes))) - set(nodes)
+    search = SequenceSearch(mechanism, z, inputs, "classic", known, set(), plan)
+    return tuple(m for g in search.groups() for m in g.moves)
+
+
+class SequenceSearch:
+    """The search for one mechanism."""
+
+    def __init__(
+        self, mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, strategy: str, known: set[int],
+        carried: set[int], plan: Plan,
+    ) -> None:  # fmt: skip
+        self.mechanism, self.z, self.inputs, self.strategy = mechanism, z, inputs, strategy
+        self.known, self.carried = known, carried
+        kinematic = kinematic_nodes(mechanism)
+        order = {n: k for k, n in enumerate(placement_order(plan))}
+        active = {n for nodes in kinematic for n in nodes} | set(loose_nodes(mechanism))
+        self.free = [n for n in sorted(order, key=order.__getitem__) if n in active and n not in known]
+        self.models: list[list[list[Restriction]]] = []
+        for index, nodes in enumerate(kinematic):
+            if index != FRAME and not set(nodes) <= known:
+                ranked = sorted(nodes, key=lambda n: (n not in known, order.get(n, -1)))
+                self.models.append(member_models(mechanism, index, ranked, known))
+        self.pairs = pair_restrictions(mechanism, known, kinematic)
+        self.gradients: dict[int, dict[int, complex]] = {}
+        self.kept: list[Restriction] = []  # keeps the ids of `gradients` in use
+
+    def groups(self) -> Iterator[SequenceGroup]:
+        """Yield the groups in order of solution."""
+        chosen = [0] * len(self.models)
+        settled = set(self.known)
+        components = self._components(chosen)
+        if self.strategy == "spectral":
+            components = self._turned(components, chosen)
+        for nodes in components:
+            yield self._best(nodes, settled, chosen)
+            settled |= set(nodes)
+
+    def _turned(self, components: list[tuple[int, ...]], chosen: list[int]) -> list[tuple[int, ...]]:
+        """Place a node about two settled ones of its member by a distance and an angle: radius 0, in one sweep.
+
+        Two distances converge by the squared cosine between them, and the groups of a member that spans
+        several cannot choose its model.
+        """
+        label = {n: k for k, nodes in enumerate(components) for n in nodes}
+        turned = list(chosen)
+        for k, models in enumerate(self.models):
+            free = {n for r in models[0] for n in r.nodes} - self.known
+            if len({label[n] for n in free}) > 1:
+                turned[k] = next((i for i, model in enumerate(models) if _about_one(model)), chosen[k])
+        changed = self._components(turned)
+        if len(changed) < len(components):
+            return components
+        chosen[:] = turned
+        return changed
+
+    def _restrictions(self, chosen: list[int]) -> list[Restriction]:
+        return [r for models, k in zip(self.models, chosen, strict=True) for r in models[k]] + self.pairs
+
+    def _components(self, chosen: list[int]) -> list[tuple[int, ...]]:
+        """Match two restrictions to every node; return strongly connected nodes in order."""
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
+
+        if not self.free:
+            return []
+        restrictions = self._restrictions(chosen)
+        column = {n: k for k, n in enumerate(self.free)}
+        entries = [
+            (i, 2 * column[n] + s) for i, r in enumerate(restrictions) for n in r.movable if n in column for s in (0, 1)
+        ]
+        at = np.array(entries).reshape(-1, 2).T
+        shape = (len(restrictions), 2 * len(self.free))
+        table = csr_array((np.ones(len(entries)), (at[0], at[1])), shape=shape)
+        matched = maximum_bipartite_matching(table, perm_type="column")
+        edges = [(k, k) for k in range(len(self.free))]
+        for r, c in zip(restrictions, matched, strict=True):
+            ties = [column[n] for n in r.nodes if n in column]
+            heads = [int(c) // 2] if c >= 0 else ties  # surplus: settled together
+            edges += [(h, t) for h in heads for t in ties]
+        ends = np.array(edges).T
+        graph = csr_array((np.ones(len(edges)), (ends[0], ends[1])), shape=(len(self.free),) * 2)
+        _, label = connected_components(graph, directed=True, connection="strong")
+        return self._ordered(label, ends)
+
+    def _ordered(self, label: FloatArray, ends: FloatArray) -> list[tuple[int, ...]]:
+        """Return the nodes of each component after those that it needs; an edge runs to what is needed."""
+        heads: dict[int, set[int]] = {}  # component -> those that need it
+        for a, b in {(int(label[a]), int(label[b])) for a, b in ends.T}:
+            if a != b:
+                heads.setdefault(b, set()).add(a)
+        needs = Counter(a for after in heads.values() for a in after)
+        nodes: dict[int, list[int]] = {}
+        for n, c in zip(self.free, label, strict=True):
+            nodes.setdefault(int(c), []).append(n)
+        rank = {c: i for i, c in enumerate(nodes)}  # as the plan places them, where nothing else decides
+        ready = [(i, c) for c, i in rank.items() if not needs[c]]
+        done: list[tuple[int, ...]] = []
+        while ready:
+            _, c = heappop(ready)
+            done.append(tuple(nodes[c]))
+            for a in heads.get(c, ()):
+                needs[a] -= 1
+                if not needs[a]:
+                    heappush(ready, (rank[a], a))
+        return done
+
+    def _best(self, nodes: tuple[int, ...], settled: set[int], chosen: list[int]) -> SequenceGroup:
+        """Try candidates for one group: all models of its members one by one, the rules' choices in each."""
+        inside = set(nodes)
+        mine = [
+            k
+            for k, models in enumerate(self.models)
+            if len(models) > 1
+            and any(set(r.nodes) & inside for r in models[0])
+            and all(set(r.nodes) <= inside | self.known for r in models[0])
+        ]
+        tried = 0
+        classic: tuple[float, tuple[Move, ...]] | None = None
+        for variant in self._classic_models(chosen, mine):
+            for moves in self._candidates(variant, inside, settled):
+                tried += 1
+                radius = self.radius(moves, nodes)
+                if classic is None or radius < classic[0]:
+                    classic = radius, moves
+                if radius < CONVERGES:
+                    break
+        best = classic
+        if self.strategy == "spectral":
+            best, more = self._descend(nodes, settled, chosen, mine)
+            tried += more
+            if best is not None and best[0] >= CONVERGES and mine:
+                best, more = self._restart(best, nodes, settled, chosen, mine)
+                tried += more
+        if best is None or classic is None:
+            from gimcli.errors import StructureError
+
+            names = ", ".join(self.mechanism.nodes[n] for n in nodes)
+            raise StructureError(f"no sequence moves nodes {names} twice each; use --method auto or newton")
+        radius, moves = best
+        return SequenceGroup(moves, nodes, radius, classic[0], tried)
+
+    def _descend(
+        self, nodes: tuple[int, ...], settled: set[int], chosen: list[int], mine: list[int]
+    ) -> tuple[tuple[float, tuple[Move, ...]] | None, int]:
+        """Take the best sequence of the models chosen, then change one member's model at a time."""
+        best: tuple[float, tuple[Move, ...]] | None = None
+        tried, variants, most = 0, [list(chosen)], CANDIDATES
+        while variants:
+            winner = None
+            for variant in variants:
+                for moves in islice(self._candidates(variant, set(nodes), settled), most):
+                    tried += 1
+                    radius = self.radius(moves, nodes)
+                    if best is None or radius < best[0] - 1e-9:
+                        best, winner = (radius, moves), variant
+            if winner is None and (best is not None or most == FEW):
+                break
+            if winner is not None:
+                chosen[:] = winner
+            variants = [
+                [*chosen[:k], other, *chosen[k + 1 :]]
+                for k in mine
+                for other in range(len(self.models[k]))
+                if other != chosen[k]
+            ]
+            most = FEW
+        return best, tried
+
+    def _restart(
+        self, best: tuple[float, tuple[Move, ...]], nodes: tuple[int, ...], settled: set[int], chosen: list[int],
+        mine: list[int],
+    ) -> tuple[tuple[float, tuple[Move, ...]], int]:  # fmt: skip
+        """Try random models of the members, the same each time: a plateau of radius 1 shows no way down."""
+        generator, tried = np.random.default_rng(0), 0
+        for _ in range(RESTARTS):
+            variant = list(chosen)
+            for k in mine:
+                variant[k] = int(generator.integers(len(self.models[k])))
+            for moves in islice(self._candidates(variant, set(nodes), settled), FEW):
+                tried += 1
+                radius = self.radius(moves, nodes)
+                if radius < best[0] - 1e-9:
+                    best, chosen[:] = (radius, moves), variant
+            if best[0] < CONVERGES:
+                break
+        return best, tried
+
+    def _classic_models(self, chosen: list[int], mine: list[int]) -> list[list[int]]:
+        """Return the paper's two models of a group's members: chains, and distances only."""
+        chains = list(chosen)
+        for k in mine:
+            chains[k] = min(len(self.models[k]) - 1, 1)
+        return [chains, list(chosen)] if chains != chosen else [chains]
+
+    def _candidates(self, chosen: list[int], inside: set[int], settled: set[int]) -> Iterator[tuple[Move, ...]]:
+        mine = [r for r in self._restrictions(chosen) if set(r.nodes) & inside and set(r.nodes) <= inside | settled]
+        if len(mine) < 2 * len(inside):
+            return
+        yield from islice(Walk(mine, inside, self.carried).sequences(), CANDIDATES)
+
+    def radius(self, moves: tuple[Move, ...], nodes: tuple[int, ...]) -> float:
+        """Return the spectral radius of one sweep over the moves."""
+        for move in moves:
+            if id(move.restriction) not in self.gradients:
+                self.kept.append(move.restriction)
+                self.gradients[id(move.restriction)] = gradient(move.restriction, self.z, self.inputs)
+        return spectral_radius([(m.node, self.gradients[id(m.restriction)]) for m in moves], nodes)
+
+
+def _about_one(model: list[Restriction]) -> bool:
+    """Tell whether all angles of a member's model are about one vertex, from which its distances are."""
+    angles = [r for r in model if r.kind == "RA"]
+    return bool(angles) and all(angles[0].a in (r.a, r.b) and (r.kind == "RD" or r.a == angles[0].a) for r in model)
+
+
+def placement_order(plan: Plan) -> list[int]:
+    """Return the free nodes in the order in which a plan places them."""
+    order: list[int] = []
+    for step in plan.steps:
+        if isinstance(step, Place | Dyad):
+            order.append(step.node)
+        elif isinstance(step, Coupled):
+            order += step.nodes
+        elif isinstance(step, Tilt):
+            continue
+    return order
+
+
+def spectral_radius(moves: list[tuple[int, dict[int, complex]]], nodes: tuple[int, ...]) -> float:
+    """Return the spectral radius of a linearised sweep: moved nodes with their restriction's gradients.
+
+    A move changes dB to (1 - n n') dB - n (sum of the other gradients) / |gradient at B|.
+    """
+    if not nodes:
+        return 0.0
+    column = {n: 2 * k for k, n in enumerate(nodes)}
+    sweep = np.eye(2 * len(nodes))
+    for moved, g in moves:
+        own = g[moved]
+        norm = abs(own)
+        if not norm > 1e-12:
+            return float("inf")
+        pull = np.zeros(2 * len(nodes))
+        for node, value in g.items():
+            if node in column:
+                at = column[node]
+                pull[at : at + 2] = value.real / norm, value.imag / norm
+        change = pull @ sweep
+        at = column[moved]
+        sweep[at] -= own.real / norm * change
+        sweep[at + 1] -= own.imag / norm * change
+    return float(np.max(np.abs(np.linalg.eigvals(sweep)))) if np.all(np.isfinite(sweep)) else float("inf")

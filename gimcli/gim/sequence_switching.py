@@ -1,0 +1,216 @@
+"""A motion by sweeps, row after row, with the guards that a method without a memory of its branch needs.
+
+- The sequence is exchanged where its spectral radius has passed 1 or it has become much slower: it is searched
+  again for the position ahead, straight on from the last solved ones, and the motion goes on by it.
+- A row on which the sweeps end without a solution is approached in smaller steps.
+- A row that is settled is compared with the continuous motion: halfway between two positions of one
+  branch the constraints hold nearly as well as at both, halfway between two branches they do not.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.status import Status
+from gimcli.structure.residual import allowed, residual
+
+if TYPE_CHECKING:
+    from gimcli.gim.sweeper import Sweeper
+
+
+@dataclass(frozen=True)
+class SwitchingConstants:
+    """Constants of a motion by sweeps."""
+
+    slower: float = 4.0  # a row that takes so many times the sweeps asks for another sequence
+    least: int = 60  # sweeps that never ask for one
+    gain: float = 1.2  # another sequence is taken if it needs so many times fewer sweeps
+    parts: tuple[int, ...] = (4, 16, 64)  # into which a step that fails is cut
+    steps_a_turn: int = 90  # on the way from the drawn inputs to the first row's
+    apart: float = 0.05  # of the size: nodes of one branch are never so far apart
+    halfway: float = 8.0  # error halfway, in units of the one at the ends, that tells two branches
+
+
+@dataclass
+class Swept:
+    """A motion by sweeps; rows after the first that is not solved are left as that one."""
+
+    z: ComplexArray  # (nodes, rows), NaN where not solved
+    work: FloatArray  # (rows,) sweeps
+    codes: IntArray  # (rows,) of Status
+    exchanged: list[int] = field(default_factory=list)  # rows after which the sequence was exchanged
+
+
+def off_branch(
+    mechanism: Mechanism, z: ComplexArray, other: ComplexArray, inputs: FloatArray, tolerance: float,
+    policy: SwitchingConstants | None = None,
+) -> NDArray[np.bool_]:  # fmt: skip
+    """Tell of positions z (nodes, rows) whether they lie on another branch than exact ones.
+
+    Two roots that are nearer than the root of the tolerance cannot be told apart by a residual.
+    """
+    policy = policy or SwitchingConstants()
+    far = np.max(np.abs(z - other), axis=0) > policy.apart * mechanism.size
+    ends = np.maximum(residual(mechanism, z, inputs).total, allowed(mechanism, tolerance))
+    halfway = residual(mechanism, 0.5 * (z + other), inputs).total
+    known = np.all(np.isfinite(z) & np.isfinite(other), axis=0)
+    return np.asarray(known & (far | (halfway > policy.halfway * ends)))
+
+
+class SwitchingState:
+    """The state of a motion: how far it has come, and when it is slow."""
+
+    def __init__(
+        self, sweeper: Sweeper, inputs: FloatArray, exact: ComplexArray, policy: SwitchingConstants | None = None
+    ) -> None:
+        self.sweeper, self.inputs, self.exact = sweeper, inputs, exact
+        self.policy = policy or SwitchingConstants()
+        rows = inputs.shape[1]
+        empty = np.full(exact.shape, complex(math.nan, math.nan))
+        self.swept = Swept(empty, np.zeros(rows), np.full(rows, int(Status.NOT_CONVERGED)))
+        self.done = 0
+        self.slow = 0.0  # sweeps of a row that ask for another sequence; 0 asks after the first row
+
+    def run(self, first: ComplexArray | None = None) -> Swept:
+        """Follow all rows, or up to the first that no guard could mend; from the first row's position, if known."""
+        rows = self.inputs.shape[1]
+        status = self._begin() if first is None else self._take(first)
+        while status is Status.OK and self.done < rows:
+            status = self._stretch()
+            if self.done < rows and status is not Status.OK:
+                status = self._mend(status)
+        self.swept.codes[: self.done] = int(Status.OK)
+        self.swept.codes[self.done :] = int(status)
+        return self.swept
+
+    # -- the first row ---------------------------------------------------------------------
+
+    def _begin(self) -> Status:
+        """Settle the first row from the drawn position; in steps, where that leads elsewhere."""
+        sweeper, inputs = self.sweeper, self.inputs[:, 0]
+        first = sweeper.settle(inputs, sweeper.mechanism.drawn)
+        status = self._checked(first.status, first.z, 0)
+        self.swept.work[0] = first.sweeps
+        if status is not Status.OK:
+            z = self._from_drawn(inputs)
+            if z is not None and self._checked(Status.OK, z, 0) is Status.OK:
+                return self._take(z)
+        return self._take(first.z) if status is Status.OK else status
+
+    def _from_drawn(self, inputs: FloatArray) -> ComplexArray | None:
+        from gimcli.positions.inputs import nearest_turns, pace
+
+        sweeper = self.sweeper
+        begin = nearest_turns(sweeper.mechanism, sweeper.mechanism.drawn_inputs, inputs)
+        way = pace(sweeper.mechanism, np.stack([begin, inputs], axis=1))
+        if not way > 0.0:
+            return None
+        parts = max(8, math.ceil(way * self.policy.steps_a_turn))
+        between = _straight(begin, inputs, parts)
+        unknown = np.full((len(sweeper.mechanism.nodes), parts + 1), complex(math.nan, math.nan))
+        path = SwitchingState(sweeper, between, unknown, self.policy).run()
+        self.swept.work[0] += path.work.sum()
+        return path.z[:, -1] if path.codes[-1] == Status.OK else None
+
+    def _take(self, z: ComplexArray) -> Status:
+        self.swept.z[:, self.done] = z
+        self.done += 1
+        return Status.OK
+
+    # -- rows ------------------------------------------------------------------------------
+
+    def _stretch(self) -> Status:
+        """Go on until a row fails or is slow; return how the next row fails, OK if it need not."""
+        first = self.done
+        z, work, stop, status = self.sweeper.follow(self.inputs[:, first - 1 :], self.swept.z[:, first - 1], self.slow)
+        rows = slice(first, first + stop - 1)
+        astray = np.flatnonzero(
+            off_branch(
+                self.sweeper.mechanism, z[:, 1:stop], self.exact[:, rows], self.inputs[:, rows],
+                self.sweeper.options.tolerance, self.policy,
+            )
+        )  # fmt: skip
+        if len(astray):
+            stop, status = int(astray[0]) + 1, Status.JUMPED
+        rows = slice(first, first + stop - 1)
+        self.swept.z[:, rows], self.swept.work[rows] = z[:, 1:stop], work[1:stop]
+        self.done += stop - 1
+        if status is not Status.OK:
+            self.swept.work[self.done] = work[stop]
+        elif stop > 1:
+            self._hasten(float(work[stop - 1]))
+        return status
+
+    def _hasten(self, sweeps: float) -> None:
+        """Look for a faster sequence after a slow row, and tell how slow the next may be."""
+        if self.slow > 0.0 and sweeps > self.slow and self.done < self.inputs.shape[1]:
+            if self._exchange():
+                self.slow = 0.0
+                return
+        elif self.slow > 0.0:
+            return
+        self.slow = max(float(self.policy.least), self.policy.slower * sweeps)
+
+    def _exchange(self) -> bool:
+        """Exchange the sequence for one that is better in the row ahead; tell whether there was one."""
+        taken = self.sweeper.exchange(self._ahead(), self.inputs[:, self.done], self.policy.gain)
+        if taken:
+            self.swept.exchanged.append(self.done - 1)
+        return taken
+
+    def _ahead(self) -> ComplexArray:
+        """Return where the row ahead is expected, straight on from the last two."""
+        last = self.swept.z[:, self.done - 1]
+        if self.done == 1:
+            return last
+        return np.asarray(2.0 * last - self.swept.z[:, self.done - 2])
+
+    def _mend(self, status: Status) -> Status:
+        """Solve a row that failed by another sequence, else in smaller steps; return how it ended."""
+        row, spent = self.done, self.swept.work[self.done]
+        if self._exchange():
+            self.slow = 0.0
+            again = self._stretch()
+            if self.done > row:
+                self.swept.work[row] += spent
+                return Status.OK  # a later row that failed is tried again, and mended in its turn
+            status = again
+        for parts in self.policy.parts:
+            z = self._steps(self.inputs[:, row - 1], self.inputs[:, row], self.swept.z[:, row - 1], parts, row)
+            if z is None:
+                continue
+            found = self._checked(Status.OK, z, row)
+            if found is Status.OK:
+                return self._take(z)
+            status = found
+        return status
+
+    def _steps(
+        self, begin: FloatArray, end: FloatArray, start: ComplexArray, parts: int, row: int
+    ) -> ComplexArray | None:
+        """Follow inputs from a solved position in some parts; what it costs is told of a row."""
+        z, work, stop, status = self.sweeper.follow(_straight(begin, end, parts), start, math.inf)
+        self.swept.work[row] += work.sum()
+        return z[:, -1] if status is Status.OK and stop == parts + 1 else None
+
+    def _checked(self, status: Status, z: ComplexArray, row: int) -> Status:
+        if status is not Status.OK:
+            return status
+        astray = off_branch(
+            self.sweeper.mechanism, z[:, None], self.exact[:, [row]], self.inputs[:, [row]],
+            self.sweeper.options.tolerance, self.policy,
+        )  # fmt: skip
+        return Status.JUMPED if astray[0] else Status.OK
+
+
+def _straight(begin: FloatArray, end: FloatArray, parts: int) -> FloatArray:
+    """Return inputs (actuators, parts + 1) that run evenly from one row's to another's."""
+    inputs = begin[:, None] + (end - begin)[:, None] * (np.arange(parts + 1) / parts)
+    inputs[:, -1] = end
+    return np.asarray(inputs)

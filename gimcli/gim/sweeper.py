@@ -1,0 +1,187 @@
+"""Positions and motions by the Geometrical-Iterative Method alone, as in the paper.
+
+All free nodes are moved by one sequence; nodes that the frame or an input holds are placed first,
+nodes that are only carried last. A row starts from the row before it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+
+from gimcli.errors import UsageError
+from gimcli.gim import sweeps
+from gimcli.gim.sequence import Sequence, find_sequence, known_nodes
+from gimcli.gim.sweeps import SweptPosition
+from gimcli.kernels import sweep as kernels
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.positions import closed_forms
+from gimcli.positions.block import RowBlock
+from gimcli.positions.newton import Run
+from gimcli.positions.options import Options
+from gimcli.status import Status
+from gimcli.structure.kinematic_nodes import carry, kinematic_nodes, loose_nodes
+from gimcli.structure.plan import make_plan
+from gimcli.structure.restrictions import Move, Restriction, angle, distance
+from gimcli.structure.steps import Orient, Place, Plan, Value
+
+DISTURBANCE = 1e-2
+"""Disturbance of a start from which sweeps do not settle, relative to the size."""
+
+
+class _Drawn:
+    """A mechanism as drawn; equal to itself alone."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+
+    def __hash__(self) -> int:
+        return id(self.mechanism)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Drawn) and self.mechanism is other.mechanism
+
+
+@lru_cache(4)
+def _first_sequence(drawn: _Drawn, strategy: str) -> Sequence:
+    """Return the sequence in the drawn position: a comparison of methods asks for it time and again."""
+    mechanism = drawn.mechanism
+    inputs = np.array([a.drawn for a in mechanism.actuators], dtype=float)
+    return find_sequence(mechanism, mechanism.drawn, inputs, strategy)
+
+
+@dataclass
+class Sweeper:
+    """A mechanism with the sequence that moves it."""
+
+    mechanism: Mechanism
+    options: Options
+    run: Run
+    plan: Plan = field(init=False)
+    known: set[int] = field(init=False)
+    free: list[int] = field(init=False)
+    moves: tuple[Move, ...] = field(init=False)
+    sequence: Sequence | None = field(init=False, default=None)  # None: the user's
+
+    def __post_init__(self) -> None:
+        mechanism = self.mechanism
+        self.plan = make_plan(mechanism)
+        self.known, _ = known_nodes(mechanism)
+        active = {n for nodes in kinematic_nodes(mechanism) for n in nodes} | set(loose_nodes(mechanism))
+        self.free = sorted(active - self.known)
+        if self.options.moves:
+            self.moves = parse_moves(mechanism, self.options.moves)
+        else:
+            self.sequence = _first_sequence(_Drawn(mechanism), self.options.strategy)
+            self.moves = self.sequence.moves
+
+    def held(self, inputs: FloatArray) -> RowBlock:
+        """Return a block over inputs (actuators, rows) in which the nodes P stand."""
+        rows = inputs.shape[1]
+        block = RowBlock.empty(self.plan, len(self.mechanism.nodes), np.arange(rows, dtype=float), inputs, 0)
+        frame = self.mechanism.members[FRAME]
+        fixed = list(frame.nodes)
+        block.x[fixed, :], block.y[fixed, :] = frame.shape.real[:, None], frame.shape.imag[:, None]
+        for step in self.plan.steps:
+            if isinstance(step, Place) and step.node in self.known:
+                closed_forms.place(step, block)
+            elif isinstance(step, Orient):
+                closed_forms.orient(step, block)
+        return block
+
+    def settle(self, inputs: FloatArray, guess: ComplexArray, record: int = 0) -> SweptPosition:
+        """Sweep one position at inputs (actuators,) from a guess (nodes,)."""
+        block = self.held(inputs[:, None])
+        z = guess.copy()
+        known = sorted(self.known)
+        z[known] = block.x[known, 0] + 1j * block.y[known, 0]
+        policy = sweeps.SweepConstants(sweeps=self.options.sweeps)
+        size, tolerance = self.mechanism.size, self.options.tolerance
+        done = sweeps.settle(self.moves, z, inputs, size, tolerance, self.run, policy, record)
+        if not done.good:  # nodes in line never leave it: disturb them, the same way each time
+            noise = np.random.default_rng(0).standard_normal((2, len(self.free))) * DISTURBANCE * size
+            z[self.free] += noise[0] + 1j * noise[1]
+            again = sweeps.settle(self.moves, z, inputs, size, tolerance, self.run, policy, record)
+            done = again if again.good else done
+        return SweptPosition(
+            done.status, carry(self.mechanism, done.z), done.sweeps, done.length_error, done.angle_error,
+            done.history,
+        )  # fmt: skip
+
+    def follow(
+        self, inputs: FloatArray, start: ComplexArray, slow: float
+    ) -> tuple[ComplexArray, FloatArray, int, Status]:
+        """Follow inputs (actuators, rows) from a settled first row, up to one that takes more sweeps than `slow`.
+
+        Returns z (nodes, rows), the sweeps of every row, the rows solved, and how the last one tried ended.
+        """
+        block = self.held(inputs)
+        standing = sorted(self.known)
+        x, y = np.zeros((2, *block.x.shape[::-1]))
+        x[:, standing], y[:, standing] = block.x[standing].T, block.y[standing].T
+        x[0], y[0] = start.real, start.imag
+        mi, mz = sweeps.pack(self.moves)
+        spent, mark, out = np.zeros(inputs.shape[1]), np.zeros((2, x.shape[1])), np.zeros(4)
+        limits = sweeps.limits(self.options.tolerance, sweeps.SweepConstants(sweeps=self.options.sweeps))
+        values, cos, sin = (np.ascontiguousarray(a.T) for a in (inputs, block.cos, block.sin))
+        with np.errstate(all="ignore"):
+            stop = self.run(kernels.settle_rows)(
+                x, y, values, cos, sin, np.array(self.free, dtype=np.int64), mi, mz, self.mechanism.size, 1,
+                float(slow), limits, mark, np.zeros((0, 2)), spent, out,
+            )  # fmt: skip
+        z = np.full(block.x.shape, complex(np.nan, np.nan))
+        z[:, :stop] = carry(self.mechanism, (x[:stop] + 1j * y[:stop]).T)
+        return z, spent, stop, sweeps.ENDS[int(out[3])]
+
+    def exchange(self, z: ComplexArray, inputs: FloatArray, gain: float) -> bool:
+        """Take the sequence that is best at a position, if that needs `gain` times fewer sweeps; tell whether it does.
+
+        A sequence given by the user is kept.
+        """
+        if self.sequence is None or not np.all(np.isfinite(z)):
+            return False
+        found = find_sequence(self.mechanism, z, inputs, self.options.strategy, self.plan)
+        old = self.sequence.radius_at(z, inputs)
+        better = found.radius < 1.0 and (old >= 1.0 or found.radius < old**gain)
+        if found.moves == self.moves or not better:
+            return False
+        self.sequence, self.moves = found, found.moves
+        return True
+
+
+def parse_moves(mechanism: Mechanism, text: str) -> tuple[Move, ...]:
+    """Read a sequence such as "T>X S>V C^B>A": X at its distance from T; A at its angle from C about B."""
+    moves = []
+    for word in text.replace(",", " ").split():
+        source, _, target = word.partition(">")
+        names = [*source.split("^"), target]
+        if len(names) not in (2, 3) or any(n not in mechanism.nodes for n in names):
+            raise UsageError(f"--sequence: '{word}' is neither FROM>TO nor ARM^VERTEX>TO with nodes of the file")
+        numbers = [mechanism.nodes.index(n) for n in names]
+        if len(numbers) == 2:
+            restriction = _distance_between(mechanism, numbers[0], numbers[1], word)
+        else:
+            restriction = _angle_between(mechanism, numbers[0], numbers[1], numbers[2], word)
+        moves.append(Move(restriction, numbers[-1], "given"))
+    return tuple(moves)
+
+
+def _angle_between(mechanism: Mechanism, arm: int, vertex: int, b: int, word: str) -> Restriction:
+    for member in mechanism.members[1:]:
+        if {arm, vertex, b} <= set(member.nodes):
+            turn = (member.local(b) - member.local(vertex)) / (member.local(arm) - member.local(vertex))
+            return angle(f"{member.name} {word}", vertex, arm, b, turn / abs(turn))
+    raise UsageError(f"--sequence: no member holds the angle of '{word}'")
+
+
+def _distance_between(mechanism: Mechanism, a: int, b: int, word: str) -> Restriction:
+    for member in mechanism.members[1:]:
+        if a in member.nodes and b in member.nodes:
+            name = f"{member.name} {mechanism.nodes[a]}-{mechanism.nodes[b]}"
+            return distance(name, a, b, Value(abs(member.local(b) - member.local(a))))
+    for number, actuator in enumerate(mechanism.actuators):
+        if {actuator.a, actuator.b} == {a, b}:
+            return distance(actuator.name, a, b, Value(0.0, number))
+    raise UsageError(f"--sequence: no member or linear actuator holds the distance of '{word}'")

@@ -1,0 +1,34 @@
+"""Measures: what a motion tells beyond coordinates. One file a kind, one line here for each."""
+
+from __future__ import annotations
+
+from gimcli.measures import advantage, area, centre, curvature, naming, transmission
+from gimcli.measures.measure import Kind, Measure
+from gimcli.mechanism import Mechanism
+
+KINDS: dict[str, Kind] = {
+    kind.name: kind
+    for kind in (
+        centre.KIND,
+        curvature.KIND,
+        transmission.KIND,
+        advantage.KIND,
+        area.KIND,
+    )
+}
+
+
+def measures_of(mechanism: Mechanism, spec: str) -> list[Measure]:
+    """Return the measures that a text such as "centre:rod/rocker" asks for.
+
+    Raises UsageError for a kind or name that does not exist.
+    """
+    kind, colon, names = spec.partition(":")
+    if kind not in KINDS:
+        raise naming.unknown(spec, "kind", kind, KINDS)
+    return KINDS[kind].make(mechanism, names.split("/") if colon else [])
+
+
+def help_lines() -> list[tuple[str, str]]:
+    """Return how each kind is written, and what it tells."""
+    return [(f"{kind.name}:{kind.arguments}", kind.text) for kind in KINDS.values()]

@@ -1,0 +1,100 @@
+"""Mechanical advantage: output force or torque over that of an input, without losses, the other inputs held.
+
+The power that goes in comes out, F_out v_out = F_in v_in, so that it is the ratio of the rates d(in) / d(out), angles
+in rad. Source: Norton, Design of Machinery, section 6.6; Uicker, Pennock & Shigley, Theory of Machines and Mechanisms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimcli.measures import naming
+from gimcli.measures.measure import Head, Kind, Measure, unit_of
+from gimcli.mechanism import FRAME, Drive, FloatArray, Mechanism, Slide
+from gimcli.rates.derivatives import MotionRates
+from gimcli.rates.path_derivatives import PathDerivatives
+from gimcli.structure.residual import pose
+
+
+@dataclass(frozen=True)
+class Dead:
+    """Where an output stands still."""
+
+    still: float = 1e-12  # rate of the output for a unit rate of the input, normal frame: rounding of a dead centre
+
+
+DEAD = Dead()
+
+
+class Advantage(Measure):
+    """Advantage and its inverse, the ratio of the rates."""
+
+    def __init__(self, mechanism: Mechanism, spec: str, actuator: int, output: str) -> None:
+        self.mechanism, self.spec, self.actuator = mechanism, spec, actuator
+        self.member, self.slide, self.point = _output(mechanism, spec, output)
+        turning = mechanism.actuators[actuator].drive is Drive.ROTARY
+        linear = self.member is None
+        units = ("", "") if turning != linear else ("1/{}", "{}") if turning else ("{}", "1/{}")
+        own, ratio = (unit_of(mechanism, unit) if unit else "" for unit in units)
+        self.heads = (Head(spec, own, "mechanical advantage"), Head(f"{spec}.ratio", ratio))
+        scale = (mechanism.scale if linear else 1.0) / (1.0 if turning else mechanism.scale)
+        self.scale = scale  # from the normal frame to the file's units
+
+    def values(self, sight: PathDerivatives) -> list[FloatArray]:
+        """Return d(in) / d(out) (inf where the output stands still) and d(out) / d(in)."""
+        ratio = self._rate(sight.of_input(self.actuator))
+        ratio = np.where(np.abs(ratio) <= DEAD.still, 0.0, ratio)
+        with np.errstate(all="ignore"):
+            return [np.where(ratio == 0.0, np.inf, 1.0 / (ratio * self.scale)), ratio * self.scale]
+
+    def _rate(self, rates: MotionRates) -> FloatArray:
+        """Return the output's rate (rows,): of a member's angle, along a guide, or along a point's path."""
+        if self.member is not None:
+            return np.asarray(rates.angular(self.member)[0])
+        if self.slide is not None:
+            return sliding_rate(rates, self.slide)
+        assert self.point is not None
+        return np.asarray(np.abs(rates.point(self.point)[1]))
+
+
+def sliding_rate(rates: MotionRates, slide: Slide) -> FloatArray:
+    """Return how fast a node slides along its guide (rows,), positive along the guide's direction."""
+    z, v = rates.nodes[0], rates.nodes[1]
+    _, turn = pose(rates.mechanism, slide.member, z)
+    speed = v[slide.node]
+    if slide.member != FRAME:
+        carrier = rates.mechanism.members[slide.member].nodes[0]
+        speed = speed - v[carrier] - 1j * rates.angular(slide.member)[0] * (z[slide.node] - z[carrier])
+    return np.asarray((np.conj(slide.direction * turn) * speed).real)
+
+
+def _output(mechanism: Mechanism, spec: str, name: str) -> tuple[int | None, Slide | None, str | None]:
+    """Return what an output's name means: a moving member, a sliding pair, or a point or node."""
+    members = [m.name for m in mechanism.members]
+    if name in members[FRAME + 1 :]:
+        return members.index(name, FRAME + 1), None, None
+    for slide in mechanism.slides:
+        if name == slide.pair:
+            return None, slide, None
+    points = [*(p.name for p in mechanism.points), *mechanism.nodes]
+    if name in points:
+        return None, None, name
+    pairs = [s.pair for s in mechanism.slides]
+    raise naming.unknown(spec, "member, sliding pair, point or node", name, [*members[FRAME + 1 :], *pairs, *points])
+
+
+def _make(mechanism: Mechanism, names: Sequence[str]) -> list[Measure]:
+    spec = f"{KIND.name}:{'/'.join(names)}"
+    naming.refuse_count(spec, names, (2,), f"{KIND.name}:{KIND.arguments}")
+    return [Advantage(mechanism, spec, naming.actuator(mechanism, spec, names[0]), names[1])]
+
+
+KIND = Kind(
+    "advantage",
+    "ACTUATOR/OUTPUT",
+    "force or torque of an output (member, sliding pair, point) over an input's; angles in rad, inf at rest",
+    _make,
+)

@@ -1,0 +1,106 @@
+"""Curvature of a point's path: a property of the path alone, not of the speed.
+
+kappa = Im(v* a) / |v|^3, positive where the path bends to the left of the motion's direction. Where the point comes to
+rest, v = a s + j s^2 / 2 + ... about that row: it has a cusp (radius 0), unless a and j are parallel; then it turns
+back on its own path, and the curvature is the mean of those a step to either side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimcli.measures import naming
+from gimcli.measures.measure import Head, Kind, Measure, unit_of
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.rates.path_derivatives import PathDerivatives
+
+
+@dataclass(frozen=True)
+class CurvatureConstants:
+    """Where a path counts as straight, and a point as resting."""
+
+    flat: float = 1e-12  # sine between v and a, or size over radius: nothing but rounding is left
+    rest: float = 2e-5  # |v| / |a| in the parameter below which a point rests: above it 7 digits are right
+    cusp: float = 1e-4  # sine between a and j above which a point at rest has a cusp: more than `rest` can make
+    step: float = 1e-4  # of the parameter: where its square and rounding over it err alike
+    straight: float = 1e-7  # size over radius that counts as none at that step: rounding is some 1e-8
+
+
+LIMITS = CurvatureConstants()
+
+
+class Curvature(Measure):
+    """Curvature, signed radius and centre of curvature of a path."""
+
+    def __init__(self, mechanism: Mechanism, spec: str, point: str) -> None:
+        self.mechanism, self.spec, self.point = mechanism, spec, point
+        unit = mechanism.length_unit
+        self.heads = (
+            Head(f"{spec}.radius", unit, "radius of curvature"),
+            Head(f"{spec}.curvature", unit_of(mechanism, "1/{}"), "curvature"),
+            Head(f"{spec}.centre.x", unit),
+            Head(f"{spec}.centre.y", unit),
+        )
+
+    def values(self, sight: PathDerivatives) -> list[FloatArray]:
+        """Return radius (inf where straight, 0 at a cusp), curvature, and the centre (empty where straight)."""
+        kappa, place, normal = path_curvature(sight, self.point)
+        with np.errstate(all="ignore"):
+            radius = np.where(kappa == 0.0, np.inf, 1.0 / kappa)
+            centre = self.mechanism.to_file(place + np.where(np.isfinite(radius), radius, np.nan) * normal)
+        scale = self.mechanism.scale
+        return [radius * scale, kappa / scale, centre.real, centre.imag]
+
+
+def path_curvature(sight: PathDerivatives, point: str) -> tuple[FloatArray, ComplexArray, ComplexArray]:
+    """Return signed curvature, place and left normal (unit) of a point's path, each (rows,), normal frame."""
+    size = sight.mechanism.size
+    p, v, a = sight.along.point(point)
+    kappa = _curvature(v, a, size)
+    with np.errstate(all="ignore"):
+        normal = 1j * v / np.abs(v)
+        rests = np.flatnonzero(np.abs(v) <= LIMITS.rest * np.maximum(np.abs(a), size))
+    if len(rests):
+        _at_rest(sight, point, rests, kappa, normal)
+    kappa[~(sight.smooth & np.isfinite(p))] = np.nan
+    return kappa, p, normal
+
+
+def _curvature(v: ComplexArray, a: ComplexArray, size: float) -> FloatArray:
+    """Return the signed curvature from two derivatives; 0 where nothing but rounding is left of it."""
+    with np.errstate(all="ignore"):
+        speed, bend = np.abs(v), (np.conj(v) * a).imag
+        kappa = bend / speed**3
+        flat = (np.abs(bend) <= LIMITS.flat * speed * np.abs(a)) | (np.abs(kappa) * size <= LIMITS.flat)
+    return np.asarray(np.where(flat, 0.0, kappa))
+
+
+def _at_rest(sight: PathDerivatives, point: str, rows: IntArray, kappa: FloatArray, normal: ComplexArray) -> None:
+    """Set curvature and normal of rows in which the point rests."""
+    size = sight.mechanism.size
+    _, _, a, j = sight.along_to(3, rows).point(point)
+    sides = (sight.beside(rows, step).point(point) for step in (LIMITS.step, -LIMITS.step))
+    ahead, behind = (_curvature(side[1], side[2], size) for side in sides)
+    turned = (ahead - behind) / 2.0  # behind it runs the other way
+    turned[np.abs(turned) * size <= LIMITS.straight] = 0.0
+    with np.errstate(all="ignore"):
+        cusp = np.abs((np.conj(a) * j).imag) > LIMITS.cusp * np.abs(a) * np.maximum(np.abs(j), np.abs(a))
+        kappa[rows] = np.where(cusp, np.inf, turned)
+        normal[rows] = 1j * a / np.abs(a)
+    kappa[rows[~(np.abs(a) > LIMITS.rest * size)]] = np.nan  # a point that does not move has no path
+
+
+def _make(mechanism: Mechanism, names: Sequence[str]) -> list[Measure]:
+    spec = f"{KIND.name}:{'/'.join(names)}"
+    naming.refuse_count(spec, names, (1,), f"{KIND.name}:{KIND.arguments}")
+    naming.refuse_no_point(mechanism, spec, names[0])
+    return [Curvature(mechanism, spec, names[0])]
+
+
+KIND = Kind(
+    "curvature", "POINT", "radius (+ to the left of the motion, inf where straight), curvature and centre of a path",
+    _make,
+)  # fmt: skip

@@ -1,0 +1,69 @@
+"""What a measure is: columns over a motion, curves for its picture, and a sentence about the whole."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.rates.path_derivatives import PathDerivatives
+
+
+@dataclass(frozen=True)
+class Head:
+    """Name and unit of a column, and the graph that it belongs to."""
+
+    name: str
+    unit: str = ""
+    graph: str = ""  # "" for none
+
+
+class Measure(ABC):
+    """One thing told of every row of a motion; `heads` name its columns."""
+
+    spec: str
+    """What was asked for, such as "centre:rod/rocker"."""
+    heads: tuple[Head, ...]
+
+    @abstractmethod
+    def values(self, sight: PathDerivatives) -> list[FloatArray]:
+        """Return one array (rows,) a column in the file's units; NaN where nothing can be told.
+
+        The pieces of a motion are told in their order.
+        """
+
+    def curves(self, sight: PathDerivatives) -> dict[str, ComplexArray]:
+        """Return curves for the picture, in the file's coordinates."""
+        return {}
+
+    def outlines(self, sight: PathDerivatives) -> list[ComplexArray]:
+        """Return areas (vertices,) for the picture, in the file's coordinates."""
+        return []
+
+    def whole(self, sight: PathDerivatives) -> dict[str, Any]:
+        """Return what is told of the motion as a whole, by name."""
+        return {}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of measure: how it is asked for, and what makes it."""
+
+    name: str
+    arguments: str  # as the user writes them
+    text: str  # one line of help
+    make: Callable[[Mechanism, Sequence[str]], list[Measure]]
+
+
+def unit_of(mechanism: Mechanism, text: str = "{}") -> str:
+    """Return a unit made from the file's length unit; "" where that has no physical unit."""
+    return "" if mechanism.length_unit == "unit" else text.format(mechanism.length_unit)
+
+
+def angle_to_file(mechanism: Mechanism, angle: FloatArray) -> FloatArray:
+    """Return angles [rad] in the file's unit."""
+    return np.degrees(angle) if mechanism.angle_unit == "deg" else angle

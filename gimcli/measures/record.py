@@ -1,0 +1,96 @@
+"""What is kept of the measures of a motion that comes in pieces: their columns, ranges, and the whole."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gimcli.measures import measures_of
+from gimcli.measures.measure import Head, Measure
+from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.motion.motion import Motion
+from gimcli.rates.path_derivatives import PathDerivatives
+from gimcli.table import Column
+
+
+@dataclass
+class ColumnRange:
+    """Least and greatest finite value of a column; whether it was infinite, and in how many rows it was empty."""
+
+    least: float = math.nan
+    greatest: float = math.nan
+    infinite: bool = False
+    empty: int = 0  # of the solved rows
+
+    def add(self, values: np.ndarray, solved: np.ndarray) -> None:
+        """Take more values (rows,)."""
+        finite = values[np.isfinite(values)]
+        if len(finite):
+            self.least = float(np.fmin(self.least, finite.min()))
+            self.greatest = float(np.fmax(self.greatest, finite.max()))
+        self.infinite |= bool(np.isinf(values).any())
+        self.empty += int(np.count_nonzero(np.isnan(values) & solved))
+
+
+class Record:
+    """The measures asked for, and their ranges over the pieces seen so far."""
+
+    def __init__(self, mechanism: Mechanism, specs: Sequence[str]) -> None:
+        found = {m.spec: m for spec in specs for m in measures_of(mechanism, spec)}
+        self.measures: tuple[Measure, ...] = tuple(found.values())
+        self.ranges = {head.name: ColumnRange() for head in self.heads}
+
+    @property
+    def heads(self) -> list[Head]:
+        """Names and units of the columns."""
+        return [head for measure in self.measures for head in measure.heads]
+
+    def head_columns(self, rows: int) -> list[Column]:
+        """Return columns that are empty, for a table's head."""
+        return [Column(head.name, np.full(rows, np.nan), head.unit) for head in self.heads]
+
+    def columns(self, piece: Motion) -> list[Column]:
+        """Return the columns of the next piece of a motion."""
+        sight, columns = sight_of(piece), []
+        for measure in self.measures:
+            for head, values in zip(measure.heads, measure.values(sight), strict=True):
+                self.ranges[head.name].add(values, piece.good)
+                columns.append(Column(head.name, values, head.unit))
+        return columns
+
+    def curves(self, motion: Motion) -> dict[str, ComplexArray]:
+        """Return the curves that the measures add to a drawing of a motion."""
+        sight = sight_of(motion)
+        return {name: curve for measure in self.measures for name, curve in measure.curves(sight).items()}
+
+    def outlines(self, motion: Motion) -> list[ComplexArray]:
+        """Return the areas that the measures add to a drawing of a motion."""
+        sight = sight_of(motion)
+        return [outline for measure in self.measures for outline in measure.outlines(sight)]
+
+    def told(self, motion: Motion) -> dict[str, dict[str, Any]]:
+        """Return what the measures tell of the whole motion, of which some rows have been kept."""
+        sight, report = sight_of(motion), {}
+        for measure in self.measures:
+            columns = {}
+            for head in measure.heads:
+                found = self.ranges[head.name]
+                columns[head.name] = {
+                    "unit": head.unit, "least": found.least, "greatest": found.greatest, "infinite": found.infinite,
+                    "empty": found.empty,
+                }  # fmt: skip
+            report[measure.spec] = {"columns": columns, **measure.whole(sight)}
+        return report
+
+
+def sight_of(motion: Motion) -> PathDerivatives:
+    """Return the derivatives of a motion: by its inputs' path, or by the length of the curve that it was told by."""
+    if motion.parameter is None:
+        return PathDerivatives(motion)
+    from gimcli.rates.arclength_derivatives import ArclengthDerivatives
+
+    return ArclengthDerivatives(motion)

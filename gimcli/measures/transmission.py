@@ -1,0 +1,221 @@
+"""Transmission angle of a joint: how well the force of one part moves the other, best at 90 degrees.
+
+At a pin it is the angle between the two members' lines, each from the pin to the member's other node or, of an n-ary
+member, to the node that its dyad is placed from, else to its pivot on the frame; at a sliding pair the angle between
+the member's line and the normal of the guide, that is 90 degrees less the pressure angle; at a ram the angle between
+ram and member. It runs from 0 to 180 degrees; what counts is how far it is from both.
+Source: Norton, Design of Machinery, section 3.3; Balli & Chand, Transmission angle in mechanisms, Mech. Mach. Theory
+37 (2002) 175-195.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from gimcli.errors import UsageError
+from gimcli.measures import naming
+from gimcli.measures.measure import Head, Kind, Measure, angle_to_file
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism, Slide
+from gimcli.rates.path_derivatives import PathDerivatives
+from gimcli.structure.plan import make_plan
+from gimcli.structure.residual import pose
+from gimcli.structure.rotation import members_of
+from gimcli.structure.steps import Circle, Coupled, Dyad, Locus
+
+
+@dataclass(frozen=True)
+class ForceLine:
+    """A direction at a joint: to another node, or the left normal of a guide."""
+
+    name: str
+    node: int = -1
+    slide: Slide | None = None
+
+    def direction(self, mechanism: Mechanism, joint: int, z: ComplexArray) -> ComplexArray:
+        """Return the direction (rows,) in the frame."""
+        if self.slide is None:
+            return np.asarray(z[self.node] - z[joint])
+        return np.asarray(1j * self.slide.direction * pose(mechanism, self.slide.member, z)[1])
+
+
+@dataclass(frozen=True)
+class TransmissionJoint:
+    """Two lines that meet at a node."""
+
+    node: int
+    first: ForceLine
+    second: ForceLine
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of the two parts."""
+        return frozenset((self.first.name, self.second.name))
+
+
+class Transmission(Measure):
+    """The angle between two lines at a joint."""
+
+    def __init__(self, mechanism: Mechanism, spec: str, joint: TransmissionJoint) -> None:
+        self.mechanism, self.spec, self.joint, self._worst = mechanism, spec, joint, math.inf
+        self.heads = (Head(spec, mechanism.angle_unit, "transmission angle"),)
+
+    def values(self, sight: PathDerivatives) -> list[FloatArray]:
+        """Return the angle, 0 to 180 degrees."""
+        z = sight.motion.z
+        with np.errstate(all="ignore"):
+            first, second = (
+                line.direction(self.mechanism, self.joint.node, z) for line in (self.joint.first, self.joint.second)
+            )
+            product = np.conj(first) * second
+            angle = np.where(product == 0.0, np.nan, np.arctan2(np.abs(product.imag), product.real))
+        self._worst = float(np.fmin.reduce(np.minimum(angle, math.pi - angle), initial=self._worst))
+        return [angle_to_file(self.mechanism, angle)]
+
+    def whole(self, sight: PathDerivatives) -> dict[str, Any]:
+        """Return how near to 0 or 180 degrees the angle has come in all rows so far."""
+        worst = angle_to_file(self.mechanism, np.array([self._worst]))
+        return {"worst": float(worst[0])} if np.isfinite(self._worst) else {}
+
+
+# -- joints ---------------------------------------------------------------------------------------------
+
+
+def member_line(mechanism: Mechanism, index: int, joint: int) -> ForceLine | None:
+    """Return a member's line at one of its nodes; None where it has no single one."""
+    member = mechanism.members[index]
+    others = [n for n in member.nodes if n != joint]
+    if len(others) > 1:
+        others = [n for n in others if n in mechanism.members[FRAME].nodes]
+    return ForceLine(member.name, others[0]) if index != FRAME and len(others) == 1 else None
+
+
+def _joined(mechanism: Mechanism, joint: int) -> Iterator[tuple[ForceLine, ForceLine]]:
+    """Yield what meets at a node: member and member, member and guide, ram and member."""
+    at = [m for m in members_of(mechanism)[joint] if m != FRAME]
+    lines = {m: line for m in at if (line := member_line(mechanism, m, joint)) is not None}
+    yield from combinations(lines.values(), 2)
+    for slide in mechanism.slides:
+        if slide.node == joint:
+            body = {s.node for s in mechanism.slides if s.pair == slide.pair}
+            for m, line in lines.items():
+                if m != slide.member and not (len(body) > 1 and body <= set(mechanism.members[m].nodes)):
+                    yield line, ForceLine(slide.pair, slide=slide)
+    for ram in _rams(mechanism):
+        if joint in (ram.node, ram.other):
+            yield from (
+                (ForceLine(ram.name, ram.other if joint == ram.node else ram.node), line) for line in lines.values()
+            )
+
+
+@dataclass(frozen=True)
+class _Ram:
+    name: str
+    node: int
+    other: int
+
+
+def _rams(mechanism: Mechanism) -> list[_Ram]:
+    return [_Ram(a.name, a.a, a.b) for a in mechanism.actuators if a.drive is Drive.DISTANCE]
+
+
+def output_joints(mechanism: Mechanism) -> list[TransmissionJoint]:
+    """Return the joints through which the inputs move the rest: the dyads, and the pins of strongly coupled groups.
+
+    A dyad's lines are those along which it is placed, so that an n-ary member has one too.
+    """
+    found = []
+    for step in make_plan(mechanism).steps:
+        if isinstance(step, Dyad):
+            lines = [_locus_line(mechanism, locus) for locus in (step.first, step.second)]
+            if lines[0] is not None and lines[1] is not None and any(line.slide is None for line in lines if line):
+                one, two = sorted((lines[0], lines[1]), key=lambda line: line.slide is not None)
+                found.append(TransmissionJoint(step.node, one, two))
+        elif isinstance(step, Coupled):
+            found += [TransmissionJoint(n, *pair) for n in step.nodes for pair in _joined(mechanism, n)]
+    return found
+
+
+def _locus_line(mechanism: Mechanism, locus: Locus) -> ForceLine | None:
+    """Return the line of a member or ram, or the normal of a guide, that a dyad's locus stands for."""
+    if locus.offset is not None:
+        return None
+    if isinstance(locus, Circle):
+        return ForceLine(locus.constraint, locus.centre)
+    slides = [s for s in mechanism.slides if s.name == locus.constraint]
+    return ForceLine(slides[0].pair, slide=slides[0]) if slides else None
+
+
+def joints_at(mechanism: Mechanism, node: int) -> list[TransmissionJoint]:
+    """Return all joints at a node, each pair of parts once."""
+    own = [joint for joint in output_joints(mechanism) if joint.node == node]
+    told = {joint.names for joint in own}
+    return own + [j for pair in _joined(mechanism, node) if (j := TransmissionJoint(node, *pair)).names not in told]
+
+
+# -- what the user asks for -----------------------------------------------------------------------------
+
+
+def _make(mechanism: Mechanism, names: Sequence[str]) -> list[Measure]:
+    spec = f"{KIND.name}:{'/'.join(names)}"
+    if not names:
+        found = output_joints(mechanism)
+        if not found:
+            raise UsageError(f"measure '{KIND.name}': no output joint was found; write {KIND.name}:NODE/JOINT/NODE")
+        return [_measure(mechanism, joint) for joint in found]
+    naming.refuse_count(spec, names, (1, 2, 3), f"{KIND.name}:{KIND.arguments}")
+    if len(names) == 1:
+        return _at_node(mechanism, spec, naming.node(mechanism, spec, names[0]))
+    if len(names) == 3:
+        first, joint, second = (naming.node(mechanism, spec, name) for name in names)
+        if joint in (first, second) or first == second:
+            raise UsageError(f"measure '{spec}': three different nodes make an angle")
+        return [
+            Transmission(
+                mechanism, spec, TransmissionJoint(joint, ForceLine(names[0], first), ForceLine(names[2], second))
+            )
+        ]
+    return [_between(mechanism, spec, *names)]
+
+
+def _measure(mechanism: Mechanism, joint: TransmissionJoint) -> Transmission:
+    return Transmission(mechanism, f"{KIND.name}:{joint.first.name}/{joint.second.name}", joint)
+
+
+def _at_node(mechanism: Mechanism, spec: str, node: int) -> list[Measure]:
+    found = joints_at(mechanism, node)
+    if not found:
+        raise UsageError(
+            f"measure '{spec}': no two parts that have a line of their own meet there; write"
+            f" {KIND.name}:NODE/{mechanism.nodes[node]}/NODE"
+        )
+    return [_measure(mechanism, joint) for joint in found]
+
+
+def _between(mechanism: Mechanism, spec: str, first: str, second: str) -> Measure:
+    known = [m.name for m in mechanism.members[FRAME + 1 :]]
+    known += [*(s.pair for s in mechanism.slides), *(r.name for r in _rams(mechanism))]
+    for name in (first, second):
+        if name not in known:
+            raise naming.unknown(spec, "member, sliding pair or ram", name, known)
+    for node in range(len(mechanism.nodes)):
+        for joint in joints_at(mechanism, node):
+            if joint.names == {first, second}:
+                return Transmission(mechanism, spec, joint)
+    raise UsageError(
+        f"measure '{spec}': they have no joint at which both have a line (an n-ary member has one where it is pivoted"
+        f" on the frame); write {KIND.name}:NODE/JOINT/NODE"
+    )
+
+
+KIND = Kind(
+    "transmission",
+    "JOINT, PART/PART or NODE/JOINT/NODE, or nothing for all output joints",
+    "transmission angle (0 to 180 deg, best 90) of two members, a member and a sliding pair, or a ram and a member",
+    _make,
+)

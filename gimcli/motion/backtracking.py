@@ -1,0 +1,53 @@
+"""What is left to try where the steps of a plan have led nowhere, from a random start.
+
+The choices are the sides of dyads and turned lines, and the start of a coupled group, which settles in one
+of several configurations. The last choice is changed first: a search in depth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.positions.block import RowBlock
+from gimcli.structure.steps import NONE, Coupled, Dyad, Plan, Tilt
+
+TURNS = 1024
+"""Sides that are exchanged before dyads count as impossible to assemble."""
+
+CHANCES = 40
+"""Times that a group is started elsewhere because what hangs on it cannot be assembled."""
+
+Strewn = Callable[[int], ComplexArray]
+"""Gives so many places anywhere."""
+
+
+class Backtracking:
+    """What is left to try where steps have led nowhere: other sides, and other starts of groups."""
+
+    def __init__(self, plan: Plan, signs: FloatArray, drawn: RowBlock, strewn: Strewn) -> None:
+        self.steps, self.signs, self.drawn, self.strewn = plan.steps, signs, drawn, strewn
+        self.begun, self.turns = signs.copy(), TURNS
+        self.chances = {k: CHANCES for k, step in enumerate(plan.steps) if isinstance(step, Coupled)}
+
+    def other(self, k: int) -> int:
+        """Change the last choice before step k that can be, reset those after it; return its step or NONE."""
+        self.turns -= 1
+        for earlier in range(k - 1, NONE, -1) if self.turns > 0 else ():
+            if self._changed(earlier):
+                return earlier
+        return NONE
+
+    def _changed(self, k: int) -> bool:
+        step = self.steps[k]
+        if isinstance(step, Coupled) and self.chances[k]:
+            base = list(step.base)
+            places = self.strewn(len(base))
+            self.drawn.x[base, 0], self.drawn.y[base, 0] = places.real, places.imag
+            self.chances[k] -= 1
+            return True
+        if isinstance(step, Dyad | Tilt) and step.branch != NONE:
+            first = self.signs[step.branch] == self.begun[step.branch]
+            self.signs[step.branch] *= -1.0  # back to the side begun with, if both have been tried
+            return bool(first)
+        return False

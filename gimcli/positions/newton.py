@@ -1,0 +1,143 @@
+"""Newton-Raphson on the base nodes of a coupled group: packing, and one call for many rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from gimcli.kernels import newton as kernels
+from gimcli.mechanism import FloatArray
+from gimcli.positions.block import RowBlock
+from gimcli.structure.steps import NONE, Coupled, Vector
+
+Run = Callable[[Callable[..., Any]], Callable[..., Any]]
+"""Turns a kernel into what is called: itself, or its compiled form."""
+
+KINDS = {"distance": kernels.DISTANCE, "line": kernels.LINE, "closure": kernels.CLOSURE}
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """The tolerance asked for, relative, and the lengths that it refers to."""
+
+    tolerance: float
+    size: float
+    shortest: float
+    singular: float = 0.0  # error of the nodes at which a position counts as singular, if not the tolerance
+
+
+@dataclass(frozen=True)
+class NewtonConstants:
+    """Constants of the method. Contraction 1/4: Deuflhard, Newton Methods, 2011, section 2.1."""
+
+    iterations: int = 24  # corrections of a row, from the one before
+    far: int = 100  # from anywhere
+    contraction: float = 0.25
+    first_step: float = 0.2  # of the size: a longer first correction is not continuation
+    rounding: float = 4.0 * float(np.finfo(float).eps)  # error of an equation, relative to the size
+
+    relative: float = 0.1  # of the shortest length: so that relative errors are below the tolerance too
+
+    serving: float = 0.05  # of the shortest length and the least pivot: way on which factors serve
+
+    def limits(self, accuracy: Accuracy, iterations: int, near: bool) -> kernels.StopLimits:
+        """Return the kernel's limits; `near`: the start must lie on the same branch."""
+        size, tolerance = accuracy.size, accuracy.tolerance
+        first, contraction = (self.first_step * size, self.contraction) if near else (1e6, 1e6)
+        finest = max(self.relative * tolerance * accuracy.shortest, self.rounding * size)
+        pivot = self.rounding / max(tolerance, accuracy.singular)
+        reach = self.serving * accuracy.shortest
+        return kernels.StopLimits(finest, iterations, first, contraction, pivot, self.rounding * size, reach)
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A coupled group in the kernel's arrays; nodes are numbered base, carried, known."""
+
+    group: Coupled
+
+    @cached_property
+    def nodes(self) -> tuple[int, ...]:
+        """Mechanism's number of each local node."""
+        own = list(self.group.nodes)
+        for place in self.group.places:
+            own += [place.anchor, *place.vector.nodes]
+        for equation in self.group.equations:
+            own += [equation.p, equation.q, *(equation.vector.nodes if equation.vector else ())]
+        return tuple(dict.fromkeys(own))
+
+    @cached_property
+    def arrays(self) -> kernels.GroupArrays:
+        """The group as the kernel takes it."""
+        local = {n: k for k, n in enumerate(self.nodes)}
+        vectors: list[Vector] = []
+
+        def index(vector: Vector | None) -> int:
+            if vector is None:
+                return NONE
+            vectors.append(vector)
+            return len(vectors) - 1
+
+        places = [(local[p.node], local[p.anchor], index(p.vector)) for p in self.group.places]
+        equations = [
+            (KINDS[e.kind], local[e.p], local[e.q], index(e.vector), e.value.actuator) for e in self.group.equations
+        ]
+        values = [(e.value.constant, e.value.gain) for e in self.group.equations]
+        heads = [(local.get(v.u, NONE), local.get(v.v, NONE), v.register, v.actuator, v.turn) for v in vectors]
+        factors = [(v.z.real, v.z.imag) for v in vectors]
+        return kernels.GroupArrays(
+            len(self.group.base),
+            sum(e.rows for e in self.group.equations),
+            any(p.vector.actuator != NONE for p in self.group.places),
+            np.array(self.nodes, dtype=np.int64),
+            np.array(heads, dtype=np.int64).reshape(-1, 5),
+            np.array(factors, dtype=float).reshape(-1, 2),
+            np.array(places, dtype=np.int64).reshape(-1, 3),
+            np.array(equations, dtype=np.int64).reshape(-1, 5),
+            np.array(values, dtype=float).reshape(-1, 2),
+        )
+
+
+def follow(packed: Packed, block: RowBlock, run: Run, sign: float, accuracy: Accuracy) -> float:
+    """Solve the group in all rows of a block; return the determinant's sign at the last good row."""
+    policy = NewtonConstants()
+    limits = policy.limits(accuracy, policy.iterations, near=True)
+    room = kernels.room([packed.arrays], len(block.rx), len(block.inputs))
+    stop = run(kernels.couple)(
+        *_known(block),
+        block.time,
+        block.history,
+        block.end,
+        packed.arrays,
+        room,
+        sign,
+        limits,
+        block.work,
+        block.error,
+        True,
+    )
+    out = room.out
+    block.stop(stop, singular=bool(out[kernels.SINGULAR]))
+    return float(out[kernels.LAST_SIGN])
+
+
+def settle(packed: Packed, block: RowBlock, row: int, run: Run, accuracy: Accuracy) -> bool:
+    """Solve the group in one row from the base nodes in the block; tell whether it settled."""
+    policy = NewtonConstants()
+    limits = policy.limits(accuracy, policy.far, near=False)
+    room = kernels.room([packed.arrays], len(block.rx), len(block.inputs))
+    with np.errstate(all="ignore"):
+        stop = run(kernels.couple)(
+            *_known(block), block.time, row, row + 1, packed.arrays, room, 0.0, limits, block.work, block.error, False
+        )
+    good = bool(stop > row)
+    block.singular = bool(room.out[kernels.SINGULAR]) and not good
+    return good
+
+
+def _known(block: RowBlock) -> tuple[FloatArray, ...]:
+    return block.x, block.y, block.rx, block.ry, block.inputs, block.cos, block.sin

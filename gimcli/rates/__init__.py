@@ -1,0 +1,1 @@
+"""Velocities, accelerations and jerks: by the time, by an input, along a circuit."""

@@ -1,0 +1,151 @@
+"""Derivatives along a circuit by its own length: through limits of the input, where those by the input have no bound.
+
+Along the curve G(p) = 0 of positions and parameter, with its unit tangent t:
+
+    G' t = 0,    G' t' = -G''[t, t],    G' t'' = -3 G''[t, t'] - G'''[t, t, t]
+
+with t.t' = 0 and t.t'' = -t'.t'. Source: Allgower & Georg, Introduction to Numerical Continuation Methods, 2003,
+chapter 2, differentiated twice more.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.continuation.arclength import correct, place
+from gimcli.continuation.circuit import CircuitConstants
+from gimcli.continuation.curve import PositionCurve
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray
+from gimcli.motion.motion import Motion
+from gimcli.rates.derivatives import MotionRates
+from gimcli.rates.path_derivatives import PathDerivatives
+from gimcli.structure.checks import farthest
+
+ROUNDS = 3
+"""Of the length between two rows, each of which adds two orders."""
+
+
+@dataclass(frozen=True, eq=False)
+class ArclengthDerivatives(PathDerivatives):
+    """A motion told by the parameter of its curve, and its derivatives by the curve's length (positions and inputs).
+
+    Nothing is told beyond the first one where branches meet, nor of a row at which the motion turns back.
+    """
+
+    @cached_property
+    def curve(self) -> PositionCurve:
+        """The curve of positions and parameter."""
+        return PositionCurve(self.mechanism)
+
+    @property
+    def smooth(self) -> NDArray[np.bool_]:
+        """Tell of every row whether its second derivatives are those of a regular parameter."""
+        return np.ones(len(self.motion.time), dtype=bool)
+
+    @cached_property
+    def along(self) -> MotionRates:
+        """First and second derivatives by the length."""
+        return self.along_to(2)
+
+    @property
+    def timed(self) -> MotionRates:
+        """First and second derivatives by the `clock`."""
+        return self.along
+
+    @cached_property
+    def clock(self) -> FloatArray:
+        """Length up to every row (rows,): told by the rows' tangents and their bend, right to the fourth order."""
+        t, bend = self._series[1], self._series[2]
+        chord = np.diff(self._series[0])
+        middle, change = 0.5 * (t[:, 1:] + t[:, :-1]), bend[:, 1:] - bend[:, :-1]
+        h = np.linalg.norm(chord, axis=0)
+        for _ in range(ROUNDS):
+            h = np.sum((chord + h**2 / 12.0 * change) * middle, axis=0) / np.sum(middle**2, axis=0)
+        plain = np.linalg.norm(chord, axis=0)
+        h = np.where(np.isfinite(h), h, np.where(np.isfinite(plain), plain, 1.0))
+        return np.concatenate([[0.0], np.cumsum(h)])
+
+    def along_to(self, order: int, rows: IntArray | slice = slice(None)) -> MotionRates:
+        """Return derivatives of some rows by the length, up to an order (3 at the most)."""
+        return self._rates(self._series[: order + 1, :, rows], self.motion.z[:, rows])
+
+    def beside(self, rows: IntArray, step: float) -> MotionRates:
+        """Return first and second derivatives a short step of the length from some rows."""
+        series = self._series[:, :, rows]
+        found = np.full((3, *series.shape[1:]), np.nan)
+        for k, near in enumerate(np.moveaxis(series, 2, 0)):
+            guess = np.asarray(sum(near[i] * step**i / math.factorial(i) for i in range(4)))
+            exact = (
+                correct(self.curve, guess, CircuitConstants().steps, near[1]) if np.all(np.isfinite(guess)) else None
+            )
+            if exact is not None:
+                found[:, :, k] = _derivatives(self.curve, exact, near[1])[:3]
+        return self._rates(found, self.curve.nodes(found[0]))
+
+    @cached_property
+    def _series(self) -> FloatArray:
+        """Position and parameter with three derivatives (4, n + 1, rows)."""
+        assert self.motion.parameter is not None
+        places = [self.curve.point(z, q) for z, q in zip(self.motion.z.T, self.motion.parameter.tolist(), strict=True)]
+        p = np.array(places).T
+        along = headings(self.motion, p)
+        told = [_derivatives(self.curve, p[:, k], along[:, k]) for k in range(p.shape[1])]
+        return np.moveaxis(np.array(told), 0, 2)
+
+    def _rates(self, series: FloatArray, z: ComplexArray) -> MotionRates:
+        """Return derivatives (order + 1, n + 1, rows) as those of nodes and members."""
+        nodes = np.zeros((len(series), *z.shape), dtype=complex)
+        nodes[0] = z
+        nodes[1:, self.curve.system.free] = series[1:, :-1:2] + 1j * series[1:, 1:-1:2]
+        nodes[1:] = np.where(np.isfinite(series[1:, :1]), nodes[1:], complex(np.nan, np.nan))
+        members = self.mechanism.members[FRAME + 1 :]
+        turns = [_turning(nodes[:, m.nodes[farthest(m)]] - nodes[:, m.nodes[0]]) for m in members]
+        return MotionRates(self.mechanism, len(series) - 1, nodes, np.moveaxis(np.array(turns), 0, 1))
+
+
+def headings(motion: Motion, p: FloatArray) -> FloatArray:
+    """Return the sense (n + 1, rows) in which a motion runs through its positions p; NaN where it turns back.
+
+    Where the motion does not know it, it is that of its rows' differences.
+    """
+    if motion.headings is not None:
+        return motion.headings
+    steps = np.diff(p, axis=1)
+    none = np.full((len(p), 1), np.nan)
+    ahead, behind = np.hstack([steps, none]), np.hstack([none, steps])
+    back = np.sum(ahead * behind, axis=0) < 0.0
+    heading = np.where(np.isfinite(ahead), ahead, 0.0) + np.where(np.isfinite(behind), behind, 0.0)
+    return np.where(back | ~np.any(heading, axis=0), np.nan, heading)
+
+
+def _derivatives(curve: PositionCurve, p: FloatArray, heading: FloatArray) -> FloatArray:
+    """Return a position with three derivatives by the length (4, n + 1), in the sense of a direction."""
+    found = np.full((4, len(p)), np.nan)
+    found[0] = p
+    if not (np.all(np.isfinite(p)) and np.all(np.isfinite(heading))):
+        return found
+    here = place(curve, p, heading)
+    if here.regular <= CircuitConstants().singular:
+        found[1] = heading / np.linalg.norm(heading)
+        return found
+    t = here.tangent
+    table = np.vstack([here.jacobian, t])
+    second = curve.jacobian_along(p, t)
+    bend = np.linalg.lstsq(table, np.append(-second @ t, 0.0), rcond=None)[0]
+    third = -3.0 * second @ bend - curve.third(p, t)
+    found[1:] = t, bend, np.linalg.lstsq(table, np.append(third, -bend @ bend), rcond=None)[0]
+    return found
+
+
+def _turning(arm: ComplexArray) -> FloatArray:
+    """Return the derivatives (order, rows) of the angle of a vector of constant length (order + 1, rows)."""
+    with np.errstate(all="ignore"):
+        turn = (arm[1:] / arm[:1]).imag
+    if len(turn) > 2:  # (e^if)''' = (if''' - 3 f'f'' - if'^3) e^if
+        turn[2] += turn[0] ** 3
+    return np.asarray(turn)

@@ -1,0 +1,96 @@
+"""What holds the unknowns of a step: distances, lines and closures, differentiated and by their gradients.
+
+distance   (|p - q|^2 - v^2) / 2 = 0
+line       n.(p - q) - v = 0
+closure    p - q - w (V - U) = 0
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+from gimcli.rates.tape import Number, Term
+from gimcli.structure.steps import Circle, Equation, Locus, Value
+
+if TYPE_CHECKING:
+    from gimcli.rates.plan_rates import Differentiated
+
+DISTANCE, LINE, CLOSURE = "distance", "line", "closure"
+
+
+@dataclass(frozen=True)
+class Imposed:
+    """A distance, a line or a closure that holds some unknowns, by slots: what is away, and the vector."""
+
+    of: Differentiated
+    kind: str
+    away: Callable[[int], Number]
+    vector: Callable[[int], Number] | None
+    value: Value
+
+    @staticmethod
+    def locus(of: Differentiated, node: int, locus: Locus) -> Imposed:
+        """Return a locus of a node."""
+        hung = locus.centre if isinstance(locus, Circle) else locus.anchor
+
+        def away(k: int) -> Number:
+            way = of.tape.plus(of.nodes[node][k], of.nodes[hung][k], -1.0)
+            return way if locus.offset is None else of.tape.plus(way, of.vector(locus.offset, k), -1.0)
+
+        if isinstance(locus, Circle):
+            return Imposed(of, DISTANCE, away, None, locus.radius)
+        return Imposed(of, LINE, away, partial(of.vector, locus.normal), locus.distance)
+
+    @staticmethod
+    def equation(of: Differentiated, equation: Equation) -> Imposed:
+        """Return an equation of a coupled group."""
+
+        def away(k: int) -> Number:
+            return of.tape.plus(of.nodes[equation.p][k], of.nodes[equation.q][k], -1.0)
+
+        vector = None if equation.vector is None else partial(of.vector, equation.vector)
+        return Imposed(of, equation.kind, away, vector, equation.value)
+
+    def normal(self, k: int) -> Number:
+        """Return slot k of the vector."""
+        assert self.vector is not None
+        return self.vector(k)
+
+    def gradient(self) -> Number:
+        """Return the gradient by what is away."""
+        return self.away(0) if self.kind == DISTANCE else self.normal(0)
+
+    def gradients(self, way: Number, turning: Number) -> list[Number]:
+        """Return the gradients by a complex unknown that moves what is away by `way`, the vector by `turning`.
+
+        Re(conj(a) c s) is, by the two parts of s, the complex number conj(c) a.
+        """
+        tape = self.of.tape
+        if self.kind == CLOSURE:
+            both = tape.plus(way, turning, -1.0)
+            return [tape.products([(1.0, both, unit)], conjugate=True) for unit in (1.0 + 0j, 1j)]
+        if self.kind == DISTANCE:
+            return [tape.products([(1.0, way, self.away(0))], conjugate=True)]
+        terms: list[Term] = [(1.0, way, self.normal(0))]
+        if turning != 0.0:
+            terms.append((1.0, turning, self.away(0)))
+        return [tape.products(terms, conjugate=True)]
+
+    def fill(self, to: int, k: int) -> bool:
+        """Fill a lane, two for a closure, with slot k > 0 as everything stands; tell whether it is not 0 anyway."""
+        of, tape = self.of, self.of.tape
+        if self.kind == CLOSURE:
+            apart = tape.plus(self.away(k), self.normal(k), -1.0)
+            tape.put(to, apart)
+            return apart != 0.0
+        away = {n: self.away(n) for n in of.needed(k)}
+        value = {n: of.value(self.value, n) for n in of.needed(k)}
+        i, j, c = of.slots[k].cross or (0, 0, 0)
+        if self.kind == DISTANCE:
+            terms: list[Term] = [(1.0, away[0], away[k]), (1.0 * c, away[i], away[j])]
+            return tape.dots(to, terms, [(-1.0, value[0], value[k]), (-1.0 * c, value[i], value[j])])
+        normal = {n: self.normal(n) for n in of.needed(k)}
+        return tape.dots(to, of.leibniz(normal, away, k), [(-1.0, 1.0, value[k])])

@@ -1,0 +1,93 @@
+"""Velocities and accelerations at one position, by the actuators' laws or by unit rates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Input, Mechanism
+from gimcli.rates.derivatives import MotionRates
+from gimcli.rates.path_derivatives import rates_along
+
+SAMPLES = 4097
+"""Times at which a law is asked whether it has passed a value."""
+
+HALVINGS = 60
+"""Halvings of the stretch in which it has: beyond the digits of a double."""
+
+MET = 1e-12
+"""A law has a value when it differs from it by less, relative to the law's greatest value."""
+
+
+@dataclass(frozen=True)
+class Instant:
+    """Derivatives by the real time at one position, and the rates of the inputs that they belong to."""
+
+    mechanism: Mechanism
+    rates: MotionRates
+    time: FloatArray  # (actuators,) normalised time at which the law has the value; NaN: a unit rate was taken
+    input_rate: FloatArray  # (actuators,) rad/s or normal lengths/s
+    input_acceleration: FloatArray  # (actuators,)
+
+    @property
+    def singular(self) -> bool:
+        """Tell whether the equations tell no velocity here."""
+        return not bool(np.all(np.isfinite(self.rates.nodes)))
+
+    def of_points(self, order: int) -> Mapping[str, complex]:
+        """Return velocity (order 1) or acceleration (2) of all nodes and points, in the file's length unit."""
+        names = [*self.mechanism.nodes, *(p.name for p in self.mechanism.points)]
+        return {name: complex(self.rates.point(name)[order, 0]) * self.mechanism.scale for name in names}
+
+    def of_members(self, order: int) -> Mapping[str, float]:
+        """Return omega (order 1) or alpha (2) of all moving members, in the file's angle unit."""
+        unit = 180.0 / np.pi if self.mechanism.angle_unit == "deg" else 1.0
+        members = enumerate(self.mechanism.members[FRAME + 1 :], start=FRAME + 1)
+        return {m.name: float(self.rates.angular(k)[order - 1, 0] * unit) for k, m in members}
+
+
+def instant(mechanism: Mechanism, inputs: FloatArray, z: ComplexArray) -> Instant:
+    """Return the velocities at a position z (nodes,) with inputs (actuators,).
+
+    An input moves as its law does at the first time at which the law has the input's value; where it never has,
+    by one unit of the file (deg, rad or length) a second, without acceleration.
+    """
+    count = len(mechanism.actuators)
+    time = np.array([law_time(a, float(inputs[k])) for k, a in enumerate(mechanism.actuators)]).reshape(count)
+    first, second = np.zeros(count), np.zeros(count)
+    for k, actuator in enumerate(mechanism.actuators):
+        if np.isnan(time[k]):
+            first[k] = unit_rate(mechanism, actuator)
+        else:
+            first[k] = float(actuator.law(time[k : k + 1], 1)[0]) / mechanism.duration
+            second[k] = float(actuator.law(time[k : k + 1], 2)[0]) / mechanism.duration**2
+    rates = rates_along(mechanism, inputs[:, None], z[:, None], first[:, None], second[:, None], 2)
+    return Instant(mechanism, rates, time, first, second)
+
+
+def unit_rate(mechanism: Mechanism, actuator: Input) -> float:
+    """Return one unit of the file a second, in rad/s or normal lengths/s."""
+    if actuator.drive is not Drive.ROTARY:
+        return 1.0 / mechanism.scale
+    return np.pi / 180.0 if mechanism.angle_unit == "deg" else 1.0
+
+
+def law_time(actuator: Input, value: float) -> float:
+    """Return the first normalised time at which a law has a value; NaN where it never has."""
+    t = np.linspace(0.0, 1.0, SAMPLES)
+    off = actuator.law(t) - value
+    near = MET * max(1.0, float(np.max(np.abs(off + value))))
+    hit = np.flatnonzero((np.abs(off) <= near) | np.append(off[1:] * off[:-1] < 0.0, False))
+    if not len(hit):
+        return float("nan")
+    k = int(hit[0])
+    if abs(off[k]) <= near:
+        return float(t[k])
+    low, high = float(t[k]), float(t[k + 1])
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2.0
+        same = (float(actuator.law(np.array([middle]))[0]) - value > 0.0) == (off[k] > 0.0)
+        low, high = (middle, high) if same else (low, middle)
+    return (low + high) / 2.0

@@ -1,0 +1,120 @@
+"""What a motion tells: its table, the inputs that can be reached, and the events on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray
+from gimcli.motion.coupler_points import carried_point
+from gimcli.motion.motion import Motion
+from gimcli.positions.inputs import law_inputs
+from gimcli.status import Status
+from gimcli.table import Column, Table
+
+if TYPE_CHECKING:
+    from gimcli.rates.derivatives import TracedRates
+
+
+def motion_table(
+    motion: Motion, names: tuple[str, ...] | None = None, first: int = 0, order: int = 0,
+    rates: TracedRates | None = None, more: Sequence[Column] = (),
+) -> Table:  # fmt: skip
+    """Return one row a step, the steps counted from `first`: time, inputs, traced points, residual, sweeps, status.
+
+    `order` asks for the points' derivatives by the real time, up to jerk (3), and the members' angular ones;
+    `rates` too, ready for the pieces of a motion; `more` are columns of measures, which stand after them.
+    """
+    mechanism = motion.mechanism
+    rows = len(motion.time)
+    columns = [Column("step", np.arange(first, first + rows)), Column("time", motion.time * mechanism.duration, "s")]
+    for k, actuator in enumerate(mechanism.actuators):
+        unit = mechanism.angle_unit if actuator.drive is Drive.ROTARY else mechanism.length_unit
+        columns.append(Column(actuator.name, mechanism.value_to_file(k, motion.inputs[k]), unit))
+    for name, path in traced_paths(motion, names).items():
+        columns += [
+            Column(f"{name}.x", path.real, mechanism.length_unit),
+            Column(f"{name}.y", path.imag, mechanism.length_unit),
+        ]
+    if order and rates is None:
+        from gimcli.rates.derivatives import TracedRates
+
+        rates = TracedRates(mechanism, names or mechanism.traced, order)
+    if rates is not None:
+        columns += _rate_columns(motion, rates)
+    columns += more
+    words = np.array([s.word for s in Status])[motion.codes]
+    columns += [
+        Column("residual", motion.residual), Column("sweeps", motion.work.astype(np.int64)), Column("status", words),
+    ]  # fmt: skip
+    return Table(tuple(columns))
+
+
+def _rate_columns(motion: Motion, rates: TracedRates) -> list[Column]:
+    """Return velocity, acceleration, jerk of points, then omega, alpha, angular jerk of members."""
+    mechanism, columns = motion.mechanism, []
+    points, angles = rates(motion)
+    points *= mechanism.scale
+    if mechanism.angle_unit == "deg":
+        np.degrees(angles, out=angles)
+    for number, name in enumerate(rates.names):
+        for k in range(rates.order):
+            unit, path = f"{mechanism.length_unit}/s{('', '^2', '^3')[k]}", points[k, number]
+            label = f"{name}.{'vaj'[k]}"
+            columns += [Column(f"{label}x", path.real, unit), Column(f"{label}y", path.imag, unit)]
+    for number, member in enumerate(mechanism.members[FRAME + 1 :]):
+        for k in range(rates.order):
+            unit = f"{mechanism.angle_unit}/s{('', '^2', '^3')[k]}"
+            columns.append(Column(f"{member.name}.{('omega', 'alpha', 'jerk')[k]}", angles[k, number], unit))
+    return columns
+
+
+def traced_paths(motion: Motion, names: tuple[str, ...] | None = None) -> dict[str, ComplexArray]:
+    """Return the paths of the traced points in the file's coordinates; NaN where not solved."""
+    mechanism = motion.mechanism
+    paths = {}
+    for name in names or mechanism.traced:
+        paths[name] = np.asarray(mechanism.to_file(carried_point(mechanism, name, motion.z)))
+    return paths
+
+
+def reachable(motion: Motion) -> dict[str, list[list[float]]]:
+    """Return for every actuator the interval of its law that the motion reached, in the file's unit."""
+    mechanism = motion.mechanism
+    if motion.first_status is not Status.OK:
+        return {a.name: [] for a in mechanism.actuators}
+    end = motion.limit
+    if end is None:
+        end = float(motion.time[motion.good][-1])
+    ends = law_inputs(mechanism)(np.array([motion.time[0], end]))
+    rows = law_inputs(mechanism)(motion.time[motion.time <= end])
+    spans = [_span(*pair) for pair in zip(ends, rows, strict=True)]
+    return {
+        a.name: [[float(v) for v in mechanism.value_to_file(k, spans[k])]] for k, a in enumerate(mechanism.actuators)
+    }
+
+
+def _span(ends: FloatArray, rows: FloatArray) -> FloatArray:
+    """Return the ends of a law, or its least and greatest value where it turns back beyond them."""
+    least, greatest = np.min(rows, initial=ends.min()), np.max(rows, initial=ends.max())
+    return ends if (least, greatest) == (ends.min(), ends.max()) else np.array([least, greatest])
+
+
+def events(motion: Motion) -> list[dict[str, Any]]:
+    """Return the singular positions passed, the sequences exchanged and the limits met, with the inputs there."""
+    times = [("sequence exchanged", t) for t in motion.exchanged]
+    if motion.limit is not None and not motion.turned_back and motion.first_status is Status.OK:
+        times.append(("limit", motion.limit))
+    told = [("change point", at) for _, at in motion.meetings]
+    told += [(kind, law_inputs(motion.mechanism)(np.array([time]))[:, 0]) for kind, time in times]
+    told += [("limit", np.array(at)) for _, at in sorted((*motion.turned_back, *motion.touched))]
+    result = []
+    for kind, at in told:
+        values = {
+            a.name: float(motion.mechanism.value_to_file(k, at[k : k + 1])[0])
+            for k, a in enumerate(motion.mechanism.actuators)
+        }
+        result.append({"kind": kind, "at": values})
+    return result

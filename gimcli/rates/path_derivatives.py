@@ -1,0 +1,165 @@
+"""Derivatives along the path of a motion that do not depend on how fast it is run through.
+
+A path is a curve in the space of the inputs; its parameter is the input itself where there is one, else the
+normalised time stretched so that the inputs move at speed 1. Where the laws stand still, the direction is that of
+their first derivative that does not vanish: instant centres and curvatures are told there too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.motion.motion import Motion
+from gimcli.rates.derivatives import MotionRates, rates
+
+
+@dataclass(frozen=True)
+class Stillness:
+    """When laws count as standing still."""
+
+    still: float = 1e-6  # a derivative below this part of the next ones: rounding of a profile's polynomial is less
+    aligned: float = 1e-9  # sine between two derivatives that count as parallel
+    orders: int = 3  # derivatives that laws have
+
+
+STILLNESS = Stillness()
+
+
+@dataclass(frozen=True)
+class Given:
+    """A law that has given derivatives at rows 0, 1 ...: its time counts the rows."""
+
+    series: tuple[FloatArray, ...]  # value, first, second derivative, each (rows,)
+
+    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
+        """Return the value or a derivative; those that are not given are 0."""
+        row = np.rint(np.asarray(time)).astype(np.int64)
+        return np.asarray(self.series[order][row] if order < len(self.series) else np.zeros(row.shape))
+
+    def stops(self) -> FloatArray:
+        """Return no time: only the rows are known."""
+        return np.empty(0)
+
+
+@dataclass(frozen=True)
+class Way:
+    """First and second derivative of the inputs by a parameter of their path."""
+
+    first: FloatArray  # (actuators, rows)
+    second: FloatArray  # (actuators, rows)
+    smooth: NDArray[np.bool_]  # (rows,) whether the second derivative is one of a regular parameter
+
+
+def way_along(mechanism: Mechanism, time: FloatArray) -> Way:
+    """Return the path of the inputs at normalised times, in the direction of the motion."""
+    laws = [np.array([a.law(time, k) for a in mechanism.actuators]) for k in range(1, STILLNESS.orders + 1)]
+    length = [np.linalg.norm(law, axis=0) for law in laws]
+    order = _first_order(length)
+    first, second, smooth = np.zeros_like(laws[0]), np.zeros_like(laws[0]), np.ones(len(time), dtype=bool)
+    for k, law in enumerate(laws):
+        rows = order == k
+        sense = np.where((time[rows] == 1.0) & (k % 2 == 1), -1.0, 1.0)  # the end is arrived at, not left
+        first[:, rows] = sense * law[:, rows] / length[k][rows]
+        if k == 0:
+            second[:, rows] = laws[1][:, rows] / length[0][rows] ** 2
+        elif k + 1 < len(laws):
+            smooth[rows] = _aligned(law[:, rows], laws[k + 1][:, rows])
+    if len(mechanism.actuators) == 1:
+        first[first == 0.0] = 1.0
+        return Way(first, np.zeros_like(second), np.ones_like(smooth))
+    return Way(first, second, smooth)
+
+
+def _first_order(length: Sequence[FloatArray]) -> IntArray:
+    """Return for every row the first derivative that does not vanish; -1 where all do."""
+    order = np.full(length[0].shape, -1)
+    for k in range(len(length) - 1, -1, -1):
+        rest = np.max(np.array(length[k:]), axis=0)
+        order[(length[k] > STILLNESS.still * rest) & (length[k] > 0.0)] = k
+    return order
+
+
+def _aligned(a: FloatArray, b: FloatArray) -> NDArray[np.bool_]:
+    """Tell of every row whether two vectors are parallel."""
+    product = np.sum(a * b, axis=0) ** 2
+    squares = np.sum(a * a, axis=0) * np.sum(b * b, axis=0)
+    return np.asarray(squares - product <= STILLNESS.aligned**2 * squares)
+
+
+def rates_along(
+    mechanism: Mechanism, inputs: FloatArray, z: ComplexArray, first: FloatArray, second: FloatArray, order: int
+) -> MotionRates:
+    """Differentiate positions z (nodes, rows) whose inputs have given derivatives (actuators, rows)."""
+    laws = [Given((inputs[k], first[k], second[k])) for k in range(len(mechanism.actuators))]
+    actuators = tuple(replace(a, law=law) for a, law in zip(mechanism.actuators, laws, strict=True))
+    driven = replace(mechanism, actuators=actuators, duration=1.0)
+    return rates(driven, np.arange(z.shape[1], dtype=float), z, order)
+
+
+@dataclass(frozen=True, eq=False)
+class PathDerivatives:
+    """A motion, or a piece of one, and its derivatives as far as somebody asks for them."""
+
+    motion: Motion
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism that moves."""
+        return self.motion.mechanism
+
+    @cached_property
+    def way(self) -> Way:
+        """The path of the inputs."""
+        return way_along(self.mechanism, self.motion.time)
+
+    @property
+    def smooth(self) -> NDArray[np.bool_]:
+        """Tell of every row whether its second derivatives are those of a regular parameter."""
+        return self.way.smooth
+
+    @property
+    def clock(self) -> FloatArray:
+        """The time of every row (rows,) [s] that `timed` belongs to."""
+        return self.motion.time * self.mechanism.duration
+
+    @cached_property
+    def along(self) -> MotionRates:
+        """First and second derivatives by the path's parameter."""
+        return self.along_to(2)
+
+    @cached_property
+    def timed(self) -> MotionRates:
+        """Velocities and accelerations by the real time."""
+        return rates(self.mechanism, self.motion.time, self.motion.z, 2)
+
+    def along_to(self, order: int, rows: IntArray | slice = slice(None)) -> MotionRates:
+        """Return derivatives of some rows by the path's parameter, up to an order (3 at the most)."""
+        motion, way = self.motion, self.way
+        return rates_along(
+            self.mechanism, motion.inputs[:, rows], motion.z[:, rows], way.first[:, rows], way.second[:, rows], order
+        )
+
+    def beside(self, rows: IntArray, step: float) -> MotionRates:
+        """Return first and second derivatives a short step of the parameter from some rows.
+
+        The positions there are told by three derivatives: right to the step's fourth power.
+        """
+        motion, way = self.motion, self.way
+        series = self.along_to(3, rows).nodes
+        z = np.asarray(sum(series[k] * step**k / math.factorial(k) for k in range(4)))
+        first = way.first[:, rows] + step * way.second[:, rows]
+        inputs = motion.inputs[:, rows] + step * way.first[:, rows] + step**2 / 2.0 * way.second[:, rows]
+        return rates_along(self.mechanism, inputs, z, first, way.second[:, rows], 2)
+
+    def of_input(self, actuator: int) -> MotionRates:
+        """Return first derivatives by one input alone, the others held."""
+        first = np.zeros_like(self.motion.inputs)
+        first[actuator] = 1.0
+        return rates_along(self.mechanism, self.motion.inputs, self.motion.z, first, np.zeros_like(first), 1)

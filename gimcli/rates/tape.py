@@ -1,0 +1,195 @@
+"""Complex and real numbers over rows, written down as a tape of operations: what is constant is not computed.
+
+A `Pair` is a complex number that differs from row to row, a plain complex number one that does not; so for `Lane`
+and float. Lanes of a step are used again by the next one: `step` says where one ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimcli.kernels import tape as kernels
+from gimcli.kernels.lanes import WIDTH
+from gimcli.mechanism import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class ComplexLanes:
+    """A complex number in two lanes."""
+
+    lane: int
+
+
+@dataclass(frozen=True)
+class Lane:
+    """A real number in a lane."""
+
+    lane: int
+
+
+Number = ComplexLanes | complex
+Real = Lane | float
+Term = tuple[float, Number, Number]
+RealTerm = tuple[float, Real, Real]
+
+STEP = 1 << 40
+CONSTANT = 1 << 41
+"""Where lanes of a step, and of constants, are numbered from until their places are known."""
+
+MAKING = (kernels.SCALE, kernels.LINEAR, kernels.CARRY, kernels.TIMES, kernels.CONJUGATE, kernels.UNIT)
+"""Operations that fill two lanes at once."""
+
+LINE = 64
+"""Bytes of a line of the cache."""
+
+
+class Tape:
+    """Operations and the lanes that they need."""
+
+    def __init__(self) -> None:
+        self.heads: list[list[int]] = []
+        self.factors: list[tuple[float, float]] = []
+        self.constants: dict[complex, int] = {}
+        self.kept, self.used, self.most = kernels.LANES, 0, 0
+
+    # -- lanes ---------------------------------------------------------------------------------
+
+    @contextmanager
+    def step(self) -> Iterator[None]:
+        """Use the lanes that are taken from here on again afterwards."""
+        used = self.used
+        yield
+        self.used = used
+
+    def take(self, lanes: int) -> int:
+        """Return the first of some lanes that serve this step."""
+        self.used += lanes
+        self.most = max(self.most, self.used)
+        return STEP + self.used - lanes
+
+    def keep(self, lanes: int) -> int:
+        """Return the first of some lanes that are not used again."""
+        self.kept += lanes
+        return self.kept - lanes
+
+    def constant(self, value: complex) -> int:
+        """Return the lanes of a constant."""
+        return self.constants.setdefault(complex(value), CONSTANT + 2 * len(self.constants))
+
+    def lane(self, value: Number | Real) -> int:
+        """Return where a number stands."""
+        return value.lane if isinstance(value, (ComplexLanes, Lane)) else self.constant(value)
+
+    def arrays(self) -> tuple[FloatArray, IntArray, FloatArray]:
+        """Return the lanes with their constants, the operations, and their factors, as the kernel takes them."""
+        heads = np.array(self.heads, dtype=np.int64).reshape(-1, 6)
+        constants = self.kept + self.most
+        operands = heads[:, 1:]
+        for base, place in ((CONSTANT, constants), (STEP, self.kept)):
+            np.add(operands, place - base, out=operands, where=operands >= base)
+        w = aligned((constants + 2 * len(self.constants)) * WIDTH)
+        for k, value in enumerate(self.constants):
+            first = (constants + 2 * k) * WIDTH
+            w[first : first + WIDTH], w[first + WIDTH : first + 2 * WIDTH] = value.real, value.imag
+        return w, heads, np.array(self.factors, dtype=float).reshape(-1, 2)
+
+    # -- operations ----------------------------------------------------------------------------
+
+    def emit(self, op: int, to: int, *operands: int, f: float = 1.0, g: float = 0.0) -> None:
+        """Write an operation down."""
+        self.heads.append([op, to, *operands, *[0] * (4 - len(operands))])
+        self.factors.append((f, g))
+
+    def pair(self, op: int, *operands: int, z: complex = 1.0) -> ComplexLanes:
+        """Write down an operation that gives a complex number."""
+        to = self.take(2)
+        self.emit(op, to, *operands, f=z.real, g=z.imag)
+        return ComplexLanes(to)
+
+    def real(self, op: int, *operands: int, f: float = 1.0, g: float = 0.0) -> Lane:
+        """Write down an operation that gives a real number."""
+        to = self.take(1)
+        self.emit(op, to, *operands, f=f, g=g)
+        return Lane(to)
+
+    def scaled(self, a: Number, z: complex) -> Number:
+        """Return z a."""
+        if not isinstance(a, ComplexLanes):
+            return a * z
+        return a if z == 1.0 else self.pair(kernels.SCALE, a.lane, z=complex(z)) if z != 0.0 else 0j
+
+    def plus(self, a: Number, b: Number, z: complex = 1.0) -> Number:
+        """Return a + z b."""
+        if not isinstance(b, ComplexLanes):
+            if not isinstance(a, ComplexLanes):
+                return a + z * b
+            return a if z * b == 0.0 else self.pair(kernels.LINEAR, a.lane, self.constant(z * b))
+        if z == 0.0:
+            return a
+        if a == 0.0:
+            return self.scaled(b, z)
+        return self.pair(kernels.LINEAR, self.lane(a), b.lane, z=complex(z))
+
+    def carried(self, a: Number, b: Number, c: Number, z: complex) -> Number:
+        """Return a + z (b - c)."""
+        if isinstance(b, ComplexLanes) and isinstance(c, ComplexLanes) and z != 0.0:
+            return self.pair(kernels.CARRY, self.lane(a), b.lane, c.lane, z=complex(z))
+        return self.plus(a, self.plus(b, c, -1.0), z)
+
+    def products(self, terms: Sequence[Term], conjugate: bool = False) -> Number:
+        """Return the sum of f a b, or of f conj(a) b."""
+        first, more = (kernels.CONJUGATE, kernels.ADD_CONJUGATE) if conjugate else (kernels.TIMES, kernels.ADD_TIMES)
+        result: Number = 0j
+        found: ComplexLanes | None = None
+        for f, a, b in terms:
+            if isinstance(a, ComplexLanes) and (isinstance(b, ComplexLanes) or (conjugate and b != 0.0)):
+                if found is None:
+                    found = self.pair(first, a.lane, self.lane(b), z=complex(f))
+                else:
+                    self.emit(more, found.lane, a.lane, self.lane(b), f=f)
+            elif isinstance(a, ComplexLanes):
+                assert not isinstance(b, ComplexLanes)
+                result = self.plus(result, a, f * b)
+            else:
+                result = self.plus(result, b, f * (a.conjugate() if conjugate else a))
+        return result if found is None else self.plus(found, result)
+
+    def dots(self, to: int, terms: Sequence[Term], reals: Sequence[RealTerm] = ()) -> bool:
+        """Fill a lane with the sum of f a.b and of f p q; tell whether it is not 0 anyway."""
+        first = True
+        for (one, more), some in (
+            ((kernels.DOT, kernels.ADD_DOT), terms), ((kernels.PRODUCT, kernels.ADD_PRODUCT), reals)
+        ):  # fmt: skip
+            for f, a, b in some:
+                if f != 0.0 and a != 0.0 and b != 0.0:
+                    self.emit(one if first else more, to, self.lane(a), self.lane(b), f=f)
+                    first = False
+        if first:
+            self.emit(kernels.AFFINE, to, self.constant(0.0), f=0.0, g=0.0)
+        return not first
+
+    def put(self, to: int, value: Number) -> None:
+        """Let a complex number stand in two lanes."""
+        self.emit(kernels.SCALE, to, self.lane(value), g=0.0)
+
+    def kept_number(self, value: Number) -> Number:
+        """Return a number in lanes that are not used again: the operation that gave it, if the last, writes there."""
+        if not isinstance(value, ComplexLanes) or value.lane < STEP:
+            return value
+        to, last = self.keep(2), self.heads[-1]
+        if last[1] == value.lane and last[0] in MAKING:
+            last[1] = to
+        else:
+            self.put(to, value)
+        return ComplexLanes(to)
+
+
+def aligned(count: int) -> FloatArray:
+    """Return zeros that begin where a line of the cache does."""
+    room = np.zeros(count + LINE // 8)
+    skip = (-room.ctypes.data % LINE) // 8
+    return room[skip : skip + count]

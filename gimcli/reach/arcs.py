@@ -1,0 +1,283 @@
+"""The paths of a point along curves of critical positions: cubics between exact points, cut where they meet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from gimcli.continuation.arclength import correct, place
+from gimcli.mechanism import FloatArray, IntArray
+from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, hermite, spacing
+
+GAUSS = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)]), np.array([5.0, 8.0, 5.0]) / 18.0
+"""Nodes and weights on 0..1, exact for the area under a cubic."""
+
+Cut = tuple[int, float]
+"""A piece between two knots, and the part of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathArc:
+    """The image of a branch: y as cubics over the branch's own length."""
+
+    branch: CriticalCurve
+    table: FloatArray  # Y (2, n)
+    shift: FloatArray  # y0 (2,)
+    inside: float = 0.0  # +1: positions next to the curve's lie to the left of the path, -1: to the right; 0: unknown
+    held: tuple[tuple[int, float], ...] = ()  # actuator and end, as in the stratum
+    alone: bool = False  # one more input stands at an end all along
+
+    @property
+    def closed(self) -> bool:
+        """Tell whether the branch has no ends."""
+        return self.branch.closed
+
+    @cached_property
+    def y(self) -> FloatArray:
+        """Points (knots, 2)."""
+        return np.asarray(self.branch.x @ self.table.T + self.shift)
+
+    @cached_property
+    def rate(self) -> FloatArray:
+        """Their velocities (knots, 2) along the branch."""
+        n = self.table.shape[1]
+        return np.array([self.table @ k.tangent[:n] for k in self.branch.knots])
+
+    @cached_property
+    def span(self) -> FloatArray:
+        """Lengths (pieces,) of the branch between its knots."""
+        knots = self.branch.knots
+        return np.array([spacing(a, b) for a, b in pairwise(knots)])
+
+    @cached_property
+    def hull(self) -> FloatArray:
+        """Control points (pieces, 4, 2) of the cubics."""
+        reach = self.span[:, None] / 3.0
+        inner = self.y[:-1] + reach * self.rate[:-1], self.y[1:] - reach * self.rate[1:]
+        return np.stack([self.y[:-1], *inner, self.y[1:]], axis=1)
+
+    @cached_property
+    def boxes(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper corners (pieces, 2) about the cubics."""
+        return self.hull.min(axis=1), self.hull.max(axis=1)
+
+    def at(self, piece: np.ndarray | int, t: FloatArray | float) -> FloatArray:
+        """Return points (..., 2) of some cubics."""
+        return _cubic(self.hull[piece], t)
+
+    def slope(self, piece: np.ndarray | int, t: FloatArray | float) -> FloatArray:
+        """Return their derivatives (..., 2) by t."""
+        return _cubic_slope(self.hull[piece], t)
+
+    def dense(self, parts: int = 4) -> FloatArray:
+        """Return points (rows, 2) with some parts a piece."""
+        grid = np.arange(parts) / parts
+        piece = np.repeat(np.arange(len(self.span)), parts)
+        return np.concatenate([self.at(piece, np.tile(grid, len(self.span))), self.y[-1:]])
+
+    @cached_property
+    def lengths(self) -> FloatArray:
+        """Lengths (pieces,) of the path."""
+        every = np.arange(len(self.span))
+        return np.asarray(sum(w * np.linalg.norm(self.slope(every, t), axis=1) for t, w in zip(*GAUSS, strict=True)))
+
+    @cached_property
+    def length(self) -> float:
+        """Length of the path."""
+        return float(self.lengths.sum())
+
+    @property
+    def moment(self) -> float:
+        """The integral of (x dy - y dx) / 2 along the path."""
+        every, total = np.arange(len(self.span)), 0.0
+        for t, w in zip(*GAUSS, strict=True):
+            y, slope = self.at(every, t), self.slope(every, t)
+            total += 0.5 * w * float(np.sum(y[:, 0] * slope[:, 1] - y[:, 1] * slope[:, 0]))
+        return total
+
+    @property
+    def extremes(self) -> FloatArray:
+        """Return points (rows, 2) among which are those farthest in x and y."""
+        first, second, third = np.moveaxis(np.diff(self.hull, axis=1), 1, 0)  # of the derivative, a quadratic
+        a, b, c = first - 2.0 * second + third, 2.0 * (second - first), first
+        root = np.sqrt(np.maximum(b * b - 4.0 * a * c, 0.0))
+        lean = -0.5 * (b + np.where(b >= 0.0, root, -root))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            parts = [np.where(np.isfinite(t), np.clip(t, 0.0, 1.0), 0.0) for t in (lean / a, c / lean)]
+        every = np.arange(len(self.span))
+        return np.concatenate([self.y, *(self.at(every, t[:, k]) for t in parts for k in (0, 1))])
+
+    @property
+    def coarse(self) -> PathArc:
+        """The path with every other knot."""
+        knots = self.branch.knots
+        return self._part([*knots[:-1:2], knots[-1]], self.closed)
+
+    def halfway(self, part: float = 0.5) -> Cut:
+        """Return the piece and its part at a part of the length."""
+        ends = np.cumsum(self.lengths)
+        goal = part * ends[-1]
+        k = min(int(np.searchsorted(ends, goal)), len(ends) - 1)
+        return k, float(np.clip(1.0 - (ends[k] - goal) / max(self.lengths[k], 1e-300), 0.0, 1.0))
+
+    def knot(self, cut: Cut) -> CriticalPoint:
+        """Return the exact place at a cut."""
+        k, t = cut
+        here, there = self.branch.knots[k], self.branch.knots[k + 1]
+        guess = hermite(here, there, t)
+        towards = there.p - here.p
+        towards = towards / max(float(np.linalg.norm(towards)), 1e-300)
+        p = correct(self.branch.curve, guess, WALK, towards)
+        if p is None:
+            return CriticalPoint(guess, towards)
+        found = place(self.branch.curve, p, towards)
+        return CriticalPoint(p, found.tangent if found.regular > WALK.rank else towards)
+
+    def cut(self, cuts: Sequence[Cut]) -> list[PathArc]:
+        """Return the pieces between some cuts."""
+        knots, runs = self.branch.knots, []
+        run: list[CriticalPoint] = [knots[0]]
+        ordered = sorted(cuts)
+        for k, there in enumerate(knots[1:]):
+            while ordered and ordered[0][0] == k:
+                at = ordered.pop(0)
+                middle = self._end(at) or self.knot(at)
+                runs.append([*run, middle])
+                run = [middle]
+            run.append(there)
+        runs.append(run)
+        if self.closed and len(runs) > 1:
+            last = runs.pop()
+            runs[0] = [*last[:-1], *self._seamless(last[-1], runs[0])]
+        closed = self.closed and not cuts
+        return [self._part(run, closed) for run in runs if len(run) > 1]
+
+    def _end(self, cut: Cut) -> CriticalPoint | None:
+        """Return the knot that a cut falls upon."""
+        k, t = cut
+        knots = self.branch.knots
+        return knots[k] if t <= 0.0 else knots[k + 1] if t >= 1.0 else None
+
+    def _seamless(self, seam: CriticalPoint, run: list[CriticalPoint]) -> list[CriticalPoint]:
+        """Return knots with the multipliers' sign that the seam has on its other side."""
+        n, first = self.table.shape[1], run[0].p
+        if len(first) == n or float(first[n:] @ seam.p[n:]) > 0.0:
+            return run
+        turn = np.concatenate([np.ones(n), -np.ones(len(first) - n)])
+        return [CriticalPoint(k.p * turn, k.tangent * turn) for k in run]
+
+    def _part(self, knots: Sequence[CriticalPoint], closed: bool) -> PathArc:
+        return replace(self, branch=CriticalCurve(self.branch.curve, tuple(knots), closed))
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Constants of how paths meet, relative to the mechanism's size (about 1)."""
+
+    same: float = 1e-6  # places nearer than this are one
+    parallel: float = 1e-5  # sine of the angle below which paths touch rather than cross
+    rounds: int = 10
+    exact: float = 1e-12
+    least: float = 1e-7  # path that is a point
+
+
+def footpoints(arc: PathArc, z: FloatArray, meeting: Meeting) -> list[Cut | None]:
+    """Return where a path passes places (rows, 2), nearer than `same`."""
+    low, high = arc.boxes
+    near = np.all((low <= z[:, None] + meeting.same) & (high >= z[:, None] - meeting.same), axis=2)
+    found: list[Cut | None] = [None] * len(z)
+    row, piece = np.nonzero(near)
+    if len(row):
+        gap, t = _feet(arc.hull[piece], z[row], meeting)
+        for k in np.argsort(gap, kind="stable")[::-1]:  # the nearest comes last
+            if gap[k] < meeting.same:
+                found[row[k]] = int(piece[k]), float(t[k])
+    return found
+
+
+class Crowd:
+    """The cubics of many paths, to ask for the room about places and for crossings."""
+
+    def __init__(self, arcs: Sequence[PathArc]) -> None:
+        counts = [len(arc.span) for arc in arcs]
+        self.hull = np.concatenate([arc.hull for arc in arcs])
+        self.owner = np.repeat(np.arange(len(arcs)), counts)
+        self.first = np.cumsum([0, *counts])
+        self.closed = np.array([arc.closed for arc in arcs])
+        self.low, self.high = self.hull.min(axis=1), self.hull.max(axis=1)
+
+    def room(self, z: FloatArray, but: IntArray, most: float, meeting: Meeting) -> FloatArray:
+        """Return the distances of places (rows, 2) from the nearest path but one, `most` where none is nearer."""
+        pairs = [self._near(place, own, most) for place, own in zip(z, but.tolist(), strict=True)]
+        row, near = np.repeat(np.arange(len(z)), [len(found) for found in pairs]), np.concatenate(pairs)
+        room = np.full(len(z), most)
+        np.minimum.at(room, row, _feet(self.hull[near], z[row], meeting)[0])
+        return room
+
+    def _near(self, z: FloatArray, but: int, most: float) -> IntArray:
+        """Return the cubics, but those of one path, whose boxes are within a distance of a place (2,)."""
+        close = np.flatnonzero(np.all((self.low < z + most) & (self.high > z - most), axis=1))
+        return np.asarray(close[self.owner[close] != but])
+
+    def crossings(self, meeting: Meeting) -> Iterator[tuple[int, Cut]]:
+        """Yield the path and the cut of every place at which paths cross others or themselves."""
+        found = [self._overlapping(k) for k in range(len(self.closed))]
+        i, j = np.concatenate(found, axis=1)
+        a, b, t, u = self.hull[i], self.hull[j], np.full(len(i), 0.5), np.full(len(i), 0.5)
+        for _ in range(meeting.rounds):
+            gap = _cubic(a, t) - _cubic(b, u)
+            p, q = _cubic_slope(a, t), -_cubic_slope(b, u)
+            det = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+            safe = np.where(np.abs(det) > np.finfo(float).tiny, det, np.inf)
+            t = np.clip(t - (gap[:, 0] * q[:, 1] - gap[:, 1] * q[:, 0]) / safe, -0.5, 1.5)
+            u = np.clip(u - (p[:, 0] * gap[:, 1] - p[:, 1] * gap[:, 0]) / safe, -0.5, 1.5)
+        gap = np.linalg.norm(_cubic(a, t) - _cubic(b, u), axis=1)
+        p, q = _cubic_slope(a, t), _cubic_slope(b, u)
+        sine = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+        sine /= np.maximum(np.linalg.norm(p, axis=1) * np.linalg.norm(q, axis=1), np.finfo(float).tiny)
+        good = (gap < meeting.exact) & (sine > meeting.parallel)
+        good &= (t >= 0.0) & (t < 1.0) & (u >= 0.0) & (u < 1.0)
+        for k in np.flatnonzero(good):
+            for piece, part in ((i[k], t[k]), (j[k], u[k])):
+                owner = int(self.owner[piece])
+                yield owner, (int(piece - self.first[owner]), float(part))
+
+    def _overlapping(self, k: int) -> IntArray:
+        """Return the pairs (2, pairs) of a path's cubics and its own later ones or later paths' with common boxes."""
+        first, end = self.first[k], self.first[k + 1]
+        low, high = self.low[first:end], self.high[first:end]
+        later = np.all((self.low[first:] <= high.max(axis=0)) & (self.high[first:] >= low.min(axis=0)), axis=1)
+        others = first + np.flatnonzero(later)
+        i, j = np.nonzero(np.all((low[:, None] <= self.high[others]) & (high[:, None] >= self.low[others]), axis=2))
+        i, j = first + i, others[j]
+        neighbours = self.closed[k] & (i == first) & (j == end - 1)
+        keep = (j >= end) | ((j > i + 1) & ~neighbours)
+        return np.array([i[keep], j[keep]])
+
+
+def _feet(hull: FloatArray, z: FloatArray, meeting: Meeting) -> tuple[FloatArray, FloatArray]:
+    """Return the distances (rows,) of places (rows, 2) from cubics (rows, 4, 2), and the parts where the feet are."""
+    t = np.full(len(hull), 0.5)
+    for _ in range(meeting.rounds):
+        slope = _cubic_slope(hull, t)
+        square = np.maximum(np.sum(slope**2, axis=1), np.finfo(float).tiny)
+        t = np.clip(t - np.sum((_cubic(hull, t) - z) * slope, axis=1) / square, 0.0, 1.0)
+    return np.asarray(np.linalg.norm(_cubic(hull, t) - z, axis=1)), t
+
+
+def _cubic(hull: FloatArray, t: FloatArray | float) -> FloatArray:
+    """Return points (..., 2) of cubics given by control points (..., 4, 2)."""
+    a, b, c, d = (hull[..., k, :] for k in range(4))
+    t, s = np.asarray(t)[..., None], 1.0 - np.asarray(t)[..., None]
+    return np.asarray(s**3 * a + 3.0 * s * s * t * b + 3.0 * s * t * t * c + t**3 * d)
+
+
+def _cubic_slope(hull: FloatArray, t: FloatArray | float) -> FloatArray:
+    """Return their derivatives (..., 2) by t."""
+    a, b, c, d = (hull[..., k, :] for k in range(4))
+    t, s = np.asarray(t)[..., None], 1.0 - np.asarray(t)[..., None]
+    return np.asarray(3.0 * (s * s * (b - a) + 2.0 * s * t * (c - b) + t * t * (d - c)))

@@ -1,0 +1,111 @@
+"""The curves along which one input moves a mechanism: its circuits, as far as the input's range goes.
+
+They run through every configuration that `gim solve --all` lists at many values of the input, and through no other.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from gimcli.branching.enumeration import CircuitSearch, EnumerationConstants
+from gimcli.branching.resampling import beside, between, settled
+from gimcli.continuation.arclength import CurvePoint, place
+from gimcli.continuation.circuit import Circuit, CircuitConstants, nearby
+from gimcli.continuation.curve import PositionCurve
+from gimcli.mechanism import Drive, FloatArray
+from gimcli.positions.inputs import InputLine
+from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, hermite, split
+from gimcli.reach.critical_positions import CriticalPath, Stratum
+from gimcli.reach.task import InputRange, WorkspaceTask, law_range
+
+ROUNDING = 1e-13
+"""Of what is 0 where a range ends."""
+
+Progress = Callable[[int, int], None]
+
+
+def along_circuits(task: WorkspaceTask, progress: Progress | None = None) -> tuple[list[CriticalCurve], bool]:
+    """Return the curves of positions within the input's range, and whether they are proved to be all."""
+    (actuator,) = task.moving
+    turning = not task.limited
+    span = law_range(task.mechanism, actuator)
+    rotary = task.mechanism.actuators[actuator].drive is Drive.ROTARY
+    search = CircuitSearch(
+        PositionCurve(task.mechanism, _line(task, actuator)), rotary, EnumerationConstants(), progress
+    )
+    if search.curve.single:
+        search.begin()
+    search.sample(span.low, span.low + 2.0 * math.pi if turning else span.high)
+    curve = CriticalPath(Stratum(task.whole, task.output[0]))
+    whole = [CriticalCurve(curve, tuple(_knots(task, s.circuit)), s.circuit.closed) for s in search.strands]
+    found = whole if turning else [part for branch in whole for part in _within(task, branch)]
+    return found, search.complete and not search.lost
+
+
+def _line(task: WorkspaceTask, actuator: int) -> InputLine:
+    """Return the line along which one input moves and the others stand still."""
+    base = np.array([r.low for r in _spans(task)])
+    along = np.zeros(len(base))
+    base[actuator], along[actuator] = 0.0, 1.0
+    return InputLine(base, along, actuator)
+
+
+def _spans(task: WorkspaceTask) -> list[InputRange]:
+    return [law_range(task.mechanism, k) for k in range(len(task.mechanism.actuators))]
+
+
+def _knots(task: WorkspaceTask, circuit: Circuit) -> Iterator[CriticalPoint]:
+    """Yield places along a circuit so near to each other that cubics between them are true; none far outside."""
+    first, last = nearby(circuit)
+    for k in range(first, last):
+        here, there = circuit.places[k], circuit.places[k + 1]
+        yield _knot(task, here.p, here.tangent)
+        count = _parts(here, there)
+        for part in np.arange(1, count) / count:
+            p, slope = settled(circuit, k, part, CircuitConstants()), between(here, there, part)[1]
+            near = beside(circuit, k, p, CircuitConstants())
+            yield _knot(task, p, slope if near else place(circuit.curve, p, slope).tangent)
+    yield _knot(task, circuit.places[last].p, circuit.places[last].tangent)
+
+
+def _parts(here: CurvePoint, there: CurvePoint) -> int:
+    """Return into how many parts a step of a circuit is cut."""
+    bend = math.acos(min(1.0, max(-1.0, float(here.tangent @ there.tangent))))
+    return max(1, math.ceil(max(float(np.linalg.norm(there.p - here.p)) / WALK.longest, bend / WALK.bend)))
+
+
+def _knot(task: WorkspaceTask, p: FloatArray, tangent: FloatArray) -> CriticalPoint:
+    """Return a place without its parameter."""
+    along = task.velocity(tangent[:-1])
+    return CriticalPoint(task.coordinates(p[:-1]), along / max(float(np.linalg.norm(along)), 1e-300))
+
+
+def _within(task: WorkspaceTask, branch: CriticalCurve) -> list[CriticalCurve]:
+    """Return the stretches of a curve on which the input is within its range."""
+
+    def room(knot: CriticalPoint) -> FloatArray:
+        told = task.room(knot.p)
+        return np.where(np.abs(told) < ROUNDING, 0.0, told)
+
+    parts = split(_rolled(branch, np.array([room(knot)[0] for knot in branch.knots])), room)
+    return [part for part in parts if room(_middle(part))[0] > 0.0]
+
+
+def _middle(part: CriticalCurve) -> CriticalPoint:
+    """Return a place between the ends of a curve."""
+    knots = part.knots
+    return (
+        knots[len(knots) // 2] if len(knots) > 2 else CriticalPoint(hermite(knots[0], knots[1], 0.5), knots[0].tangent)
+    )
+
+
+def _rolled(branch: CriticalCurve, room: FloatArray) -> CriticalCurve:
+    """Return a closed curve that begins where the input is farthest outside its range, and so not at an end of it."""
+    if not branch.closed:
+        return branch
+    k = int(np.argmin(room[:-1]))
+    return replace(branch, knots=(*branch.knots[k:-1], *branch.knots[: k + 1]))

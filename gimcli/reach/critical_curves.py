@@ -1,0 +1,279 @@
+"""Curves of critical positions walked from end to end: closed, or up to where an input meets its range."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gimcli.continuation import arclength
+from gimcli.continuation.arclength import CurvePoint
+from gimcli.mechanism import FloatArray
+from gimcli.reach.critical_positions import Critical
+from gimcli.reach.task import SLACK, WorkspaceTask
+
+WALK = arclength.ArclengthConstants(first=5e-3, longest=3e-2, bend=0.05, points=20_000)
+"""Steps so short that a cubic between two points is true to about 1e-8."""
+
+FAR = 30.0
+"""Sizes beyond which a curve has run away."""
+
+
+@dataclass(frozen=True)
+class CriticalCurveConstants:
+    """Constants of what is told about a curve."""
+
+    degree: int = 6  # of the polynomial through a step on which something is located
+    least: int = 5  # points of it that must be found
+    same: float = 0.1  # a place this much aside of a curve, over its distance from a point, lies on the curve
+    near: float = 2.0  # longest steps within which it is looked for
+    still: float = 1e-6  # a curve whose positions move less than this, beside its multipliers, is none
+    within: float = 1e-9  # part of a step within which a zero is its end
+    fitted: float = 1e-6  # what the polynomial may be off the curve
+
+
+@dataclass(frozen=True, eq=False)
+class CriticalPoint:
+    """A point of a walked curve with its unit tangent."""
+
+    p: FloatArray
+    tangent: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class CriticalCurve:
+    """A curve between two ends, or closed: its last knot is then its first."""
+
+    curve: Critical
+    knots: tuple[CriticalPoint, ...]
+    closed: bool = False
+
+    @property
+    def x(self) -> FloatArray:
+        """Positions (knots, n)."""
+        return np.array([k.p[: self.curve.stratum.n] for k in self.knots])
+
+
+Tests = Callable[[CriticalPoint], FloatArray]
+"""Numbers (tests,) that change their sign where something happens."""
+
+
+class CriticalWalker:
+    """Finds the curves of critical positions from seeds."""
+
+    def __init__(self, task: WorkspaceTask, curve: Critical, policy: CriticalCurveConstants | None = None) -> None:
+        self.task, self.curve, self.policy = task, curve, policy or CriticalCurveConstants()
+        self.n = curve.stratum.n
+        self.found: list[CriticalCurve] = []
+        held = {actuator for actuator, _ in curve.stratum.held}
+        names = [(r.actuator, end) for end in (1.0, -1.0) for r in task.limited]
+        self._ends = [names.index(pair) for pair in curve.stratum.held]  # a line does not know a half turn
+        self._loose = np.tile([r.actuator not in held for r in task.limited], 2).astype(bool)
+        self._points, self._tangents = np.zeros((0, self.n)), np.zeros((0, self.n))
+
+    def take(self, seeds: FloatArray) -> list[CriticalCurve]:
+        """Walk the curves that seeds p (rows, ·) lie on and that are not walked yet; return the new ones."""
+        new: list[CriticalCurve] = []
+        x = seeds[:, : self.n]
+        for p in seeds[self.task.allowed(x) & np.all(np.abs(self.task.margins(x)[:, self._ends]) < SLACK, axis=1)]:
+            start = None if self._known(p[: self.n]) else self._start(p)
+            branch = None if start is None else self._walked(start)
+            if branch is not None:
+                new.append(branch)
+                self._remember(branch)
+        self.found += new
+        return new
+
+    def _start(self, p: FloatArray) -> CurvePoint | None:
+        found = arclength.correct(self.curve, p, WALK)
+        if found is None:
+            return None
+        start = arclength.place(self.curve, found, np.ones(len(found)))
+        moving = np.linalg.norm(start.tangent[: self.n]) > self.policy.still
+        return start if moving and start.regular > WALK.rank else None
+
+    def _walked(self, start: CurvePoint) -> CriticalCurve | None:
+        ahead, closed = self._half(start)
+        if closed:
+            return CriticalCurve(self.curve, tuple(ahead), True)
+        behind, _ = self._half(replace(start, tangent=-start.tangent))
+        back = [CriticalPoint(k.p, -k.tangent) for k in behind[:0:-1]]
+        knots = tuple(back + ahead)
+        return CriticalCurve(self.curve, knots) if len(knots) > 1 else None
+
+    def _half(self, start: CurvePoint) -> tuple[list[CriticalPoint], bool]:
+        """Return the knots from a start on, and whether they lead back to it."""
+        knots = [CriticalPoint(start.p, start.tangent)]
+        for there in arclength.walk(self.curve, start, WALK):
+            here, next_knot = knots[-1], CriticalPoint(there.p, there.tangent)
+            beyond = self._margins(next_knot) < -SLACK  # an input may stand at an end all along
+            if np.any(beyond):
+                if np.any(self._margins(here)[beyond] <= SLACK):
+                    return knots, False
+                end = first_zero(self.curve, here, next_knot, self._margins, self.policy)
+                return (knots if end is None else [*knots, end]), False
+            if len(knots) > 2 and self._closes(start, here, next_knot):
+                return [*knots, self._matched(start, here)], True
+            knots.append(next_knot)
+            if np.abs(there.p[: self.n]).max() > FAR:
+                break
+        return knots, False
+
+    def _margins(self, knot: CriticalPoint) -> FloatArray:
+        """Return how far the inputs that are not held are within their ranges."""
+        return np.asarray(self.task.margins(knot.p[: self.n])[self._loose])
+
+    def _closes(self, start: CurvePoint, here: CriticalPoint, there: CriticalPoint) -> bool:
+        """Tell whether the start lies between two knots; multipliers may come back with the other sign."""
+        n, first = self.n, start.p[: self.n]
+        step = there.p[:n] - here.p[:n]
+        length = float(np.linalg.norm(step))
+        gone = float((first - here.p[:n]) @ step) / max(length, 1e-300)
+        aside = np.linalg.norm(first - here.p[:n] - gone * step / max(length, 1e-300))
+        if not (-0.5 * length < gone <= 1.5 * length and aside <= 0.1 * length):
+            return False
+        for sign in (1.0, -1.0):
+            back = self._turned(start, sign)
+            if np.linalg.norm(back.p - here.p) <= 2.0 * np.linalg.norm(there.p - here.p):
+                return float(back.tangent @ here.tangent) > 0.5
+        return False
+
+    def _turned(self, start: CurvePoint, sign: float) -> CriticalPoint:
+        """Return a place with its multipliers times a sign."""
+        turn = np.concatenate([np.ones(self.n), np.full(len(start.p) - self.n, sign)])
+        return CriticalPoint(start.p * turn, start.tangent * turn)
+
+    def _matched(self, start: CurvePoint, last: CriticalPoint) -> CriticalPoint:
+        both = [self._turned(start, sign) for sign in (1.0, -1.0)]
+        return min(both, key=lambda k: float(np.linalg.norm(k.p - last.p)))
+
+    def _known(self, x: FloatArray) -> bool:
+        """Tell whether a position lies on a curve that is walked already."""
+        apart = x - self._points
+        far = np.linalg.norm(apart, axis=1)
+        near = far < self.policy.near * WALK.longest
+        if not near.any():
+            return False
+        apart, tangents, far = apart[near], self._tangents[near], far[near]
+        aside = np.linalg.norm(apart - np.sum(apart * tangents, axis=1)[:, None] * tangents, axis=1)
+        return bool(np.any(aside <= self.policy.same * far + WALK.rounding))
+
+    def _remember(self, branch: CriticalCurve) -> None:
+        tangents = np.array([k.tangent[: self.n] for k in branch.knots])
+        length = np.linalg.norm(tangents, axis=1, keepdims=True)
+        self._points = np.concatenate([self._points, branch.x])
+        self._tangents = np.concatenate([self._tangents, tangents / np.maximum(length, 1e-300)])
+
+
+def first_zero(
+    curve: Critical, here: CriticalPoint, there: CriticalPoint, tests: Tests, policy: CriticalCurveConstants
+) -> CriticalPoint | None:
+    """Return the first place between two knots at which a test passes 0."""
+    return next(zeros(curve, here, there, tests, policy), None)
+
+
+def zeros(
+    curve: Critical, here: CriticalPoint, there: CriticalPoint, tests: Tests, policy: CriticalCurveConstants
+) -> Iterator[CriticalPoint]:
+    """Yield the places between two knots at which a test changes its sign, in order.
+
+    They are read off a polynomial through corrected places, so that branches may meet right there.
+    """
+    from numpy.polynomial import chebyshev as poly
+
+    grid, knots = _sampled(curve, here, there, policy)
+    if len(grid) < policy.least:
+        return
+    values = np.array([tests(k) for k in knots])
+    if not np.any(np.diff(np.sign(values), axis=0)):
+        return
+    degree = len(grid) - 1
+    table = poly.chebfit(grid, np.array([k.p for k in knots]), degree)
+    rates = poly.chebder(table)
+    edge = 1.0 - policy.within
+    met: list[float] = []
+    for column in values.T:
+        if (column[0] or column[-1]) and np.any(np.diff(np.sign(column))):
+            roots = poly.chebroots(poly.chebtrim(poly.chebfit(grid, column, degree), 1e-14 * np.abs(column).max()))
+            met += [float(r.real) for r in roots if abs(r.imag) < 1e-9 and -edge < r.real < edge]
+    for at in sorted(met):
+        p, tangent = np.asarray(poly.chebval(at, table)), np.asarray(poly.chebval(at, rates))
+        tangent = tangent / np.linalg.norm(tangent)
+        exact = arclength.correct(curve, p, WALK, tangent)
+        if exact is not None and np.linalg.norm(exact - p) <= policy.fitted:
+            p = exact
+        yield CriticalPoint(p, tangent)
+
+
+def _sampled(
+    curve: Critical, here: CriticalPoint, there: CriticalPoint, policy: CriticalCurveConstants
+) -> tuple[FloatArray, list[CriticalPoint]]:
+    """Return places between two knots, in planes across the first one's tangent, and where they are in -1..1."""
+    span = float((there.p - here.p) @ here.tangent)
+    grid = -np.cos(np.pi * np.arange(policy.degree + 1) / policy.degree)
+    found, at = [here], [-1.0]
+    for t in grid[1:-1]:
+        guess = hermite(here, there, 0.5 * (1.0 + t))
+        p = arclength.correct(curve, guess + ((here.p - guess) @ here.tangent + 0.5 * (1.0 + t) * span) * here.tangent,
+                              WALK, here.tangent)  # fmt: skip
+        if p is not None:
+            tangent = _slope(here, there, 0.5 * (1.0 + t))
+            found.append(CriticalPoint(p, tangent / np.linalg.norm(tangent)))
+            at.append(float(t))
+    return np.array([*at, 1.0]), [*found, there]
+
+
+def spacing(here: CriticalPoint, there: CriticalPoint) -> float:
+    """Return the length of the curve between two knots, to fourth order."""
+    chord = float(np.linalg.norm(there.p - here.p))
+    bend = float(np.linalg.norm(there.tangent - here.tangent))
+    return chord * (1.0 + bend**2 / 24.0)
+
+
+def hermite(here: CriticalPoint, there: CriticalPoint, t: float) -> FloatArray:
+    """Return the point at the part t of the cubic between two knots."""
+    h, s = spacing(here, there), 1.0 - t
+    a, b = (1.0 + 2.0 * t) * s * s, t * t * (3.0 - 2.0 * t)
+    return np.asarray(a * here.p + b * there.p + h * (t * s * s * here.tangent - t * t * s * there.tangent))
+
+
+def _slope(here: CriticalPoint, there: CriticalPoint, t: float) -> FloatArray:
+    h = spacing(here, there)
+    rise = 6.0 * t * (1.0 - t) * (there.p - here.p)
+    return np.asarray(rise + h * ((1.0 - t) * (1.0 - 3.0 * t) * here.tangent + t * (3.0 * t - 2.0) * there.tangent))
+
+
+def split(branch: CriticalCurve, tests: Tests, policy: CriticalCurveConstants | None = None) -> list[CriticalCurve]:
+    """Return the pieces of a branch between the places at which a test changes its sign."""
+    policy = policy or CriticalCurveConstants()
+    values = np.array([tests(k) for k in branch.knots])
+    pieces: list[CriticalCurve] = []
+    run: list[CriticalPoint] = [branch.knots[0]]
+    for k, there in enumerate(branch.knots[1:]):
+        here = branch.knots[k]
+        changes = np.sign(values[k]) != np.sign(values[k + 1])
+        cuts: Sequence[CriticalPoint] = list(zeros(branch.curve, here, there, tests, policy)) if changes.any() else ()
+        for cut in cuts:
+            pieces.append(CriticalCurve(branch.curve, (*run, cut)))
+            run = [cut]
+        run.append(there)
+        if np.any((values[k + 1] == 0.0) & (values[k] != 0.0)):
+            pieces.append(CriticalCurve(branch.curve, tuple(run)))
+            run = [there]
+    if len(run) > 1:
+        pieces.append(CriticalCurve(branch.curve, tuple(run)))
+    if branch.closed and len(pieces) > 1:  # the seam is no end
+        last = pieces.pop()
+        pieces[0] = CriticalCurve(branch.curve, (*last.knots[:-1], *_carried(last.knots[-1], pieces[0])))
+        return pieces
+    return [replace(pieces[0], closed=branch.closed)] if len(pieces) == 1 else pieces
+
+
+def _carried(seam: CriticalPoint, piece: CriticalCurve) -> tuple[CriticalPoint, ...]:
+    """Return the knots of a piece with the multipliers' sign that its seam has on the other side."""
+    n, first = piece.curve.stratum.n, piece.knots[0]
+    if len(first.p) == n or float(first.p[n:] @ seam.p[n:]) > 0.0:
+        return piece.knots
+    turn = np.concatenate([np.ones(n), -np.ones(len(first.p) - n)])
+    return tuple(CriticalPoint(k.p * turn, k.tangent * turn) for k in piece.knots)

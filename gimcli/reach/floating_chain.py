@@ -1,0 +1,87 @@
+"""The part of a mechanism that a point depends on: what hangs together without the frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from gimcli.dynamic_data import Dynamics
+from gimcli.mechanism import FRAME, Drive, Input, Mechanism, Slide
+
+
+def chains(mechanism: Mechanism, point: str, members: Iterable[str] = ()) -> tuple[Mechanism, list[Mechanism]]:
+    """Return the chain that a node or point and some members belong to, and the other ones, each with the frame."""
+    groups = _groups(mechanism)
+    named = [m.nodes for m in mechanism.members[FRAME + 1 :] if m.name in set(members)]
+    wanted = {n for nodes in (_carriers(mechanism, point), *named) for n in nodes}
+    own = set().union(*(group for group in groups if group & wanted))
+    if not own or len(groups) < 2:
+        return mechanism, []
+    return _cut_out(mechanism, own), [_cut_out(mechanism, group) for group in groups if not group & own]
+
+
+def _carriers(mechanism: Mechanism, point: str) -> tuple[int, ...]:
+    """Return the nodes that a point goes along with."""
+    if point in mechanism.nodes:
+        return (mechanism.nodes.index(point),)
+    return next(mechanism.members[p.member].nodes for p in mechanism.points if p.name == point)
+
+
+def _groups(mechanism: Mechanism) -> list[set[int]]:
+    """Return the moving nodes that hang together."""
+    fixed = set(mechanism.members[FRAME].nodes)
+    groups: list[set[int]] = []
+    for nodes in _ties(mechanism):
+        tied = set(nodes) - fixed
+        joined = [group for group in groups if group & tied]
+        groups = [group for group in groups if not group & tied] + ([tied.union(*joined)] if tied else [])
+    return groups
+
+
+def _ties(mechanism: Mechanism) -> Iterator[tuple[int, ...]]:
+    """Yield the nodes that every member, sliding pair and input holds together."""
+    yield from (m.nodes for m in mechanism.members[FRAME + 1 :])
+    yield from ((s.node, *_moving(mechanism, s.member)) for s in mechanism.slides)
+    yield from (_held(mechanism, a) for a in mechanism.actuators)
+
+
+def _held(mechanism: Mechanism, actuator: Input) -> tuple[int, ...]:
+    if actuator.drive is Drive.DISTANCE:
+        return actuator.a, actuator.b
+    arms = (actuator.arm_member,) if actuator.drive is Drive.ROTARY else ()
+    own = (actuator.a,) if actuator.drive is Drive.TRAVEL else ()
+    return (*own, *(n for k in (*arms, actuator.reference_member) for n in _moving(mechanism, k)))
+
+
+def _moving(mechanism: Mechanism, member: int) -> tuple[int, ...]:
+    return () if member == FRAME else mechanism.members[member].nodes
+
+
+def _cut_out(mechanism: Mechanism, own: set[int]) -> Mechanism:
+    """Return the frame and the chain of some moving nodes, in the same normal frame."""
+    kept = [n for n in range(len(mechanism.nodes)) if n in own or n in mechanism.members[FRAME].nodes]
+    node = {old: new for new, old in enumerate(kept)} | {-1: -1}
+    chosen = [k for k, m in enumerate(mechanism.members) if k == FRAME or set(m.nodes) & own]
+    member = {old: new for new, old in enumerate(chosen)} | {-1: -1}
+
+    def moved(actuator: Input) -> Input:
+        arm, reference = member[actuator.arm_member], member[actuator.reference_member]
+        return replace(actuator, a=node[actuator.a], b=node[actuator.b], arm_member=arm, reference_member=reference)
+
+    def slid(slide: Slide) -> Slide:
+        return replace(slide, node=node[slide.node], member=member[slide.member])
+
+    members = [mechanism.members[k] for k in chosen]
+    return replace(
+        mechanism,
+        nodes=tuple(mechanism.nodes[n] for n in kept),
+        drawn=np.ascontiguousarray(mechanism.drawn[kept]),
+        members=tuple(replace(m, nodes=tuple(node[n] for n in m.nodes)) for m in members),
+        slides=tuple(slid(s) for s in mechanism.slides if own & {s.node, *_moving(mechanism, s.member)}),
+        actuators=tuple(moved(a) for a in mechanism.actuators if own & set(_held(mechanism, a))),
+        points=tuple(replace(p, member=member[p.member]) for p in mechanism.points if p.member in chosen),
+        dynamics=Dynamics(),
+        gauges=(),
+    )

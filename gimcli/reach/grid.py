@@ -1,0 +1,42 @@
+"""The grid of inputs whose positions are scattered, from the ranges of the laws."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gimcli.errors import UsageError
+from gimcli.mechanism import FRAME, Drive, Mechanism
+from gimcli.motion.scatter import Carried, Grid
+from gimcli.reach.task import FULL, law_range
+from gimcli.structure.checks import farthest
+
+MOST = 50_000_000
+"""Positions of a grid, at most."""
+
+
+def input_grid(mechanism: Mechanism, count: int) -> Grid:
+    """Return `count` values of every input that moves, over its law's range; a full turn's end is left out."""
+    spans = [law_range(mechanism, k) for k in range(len(mechanism.actuators))]
+    rotary = [a.drive is Drive.ROTARY for a in mechanism.actuators]
+    turning = tuple(r and 2.0 * s.half >= FULL for s, r in zip(spans, rotary, strict=True))
+    high = [s.low + 2.0 * math.pi if t else s.high for s, t in zip(spans, turning, strict=True)]
+    grid = Grid(np.array([s.low for s in spans]), np.array(high), turning, count)
+    if grid.rows > MOST:
+        raise UsageError(f"--grid {count}: {grid.rows} positions of {len(spans)} inputs, {MOST} at most; take fewer")
+    return grid
+
+
+def carried_by(mechanism: Mechanism, name: str) -> Carried:
+    """Return a node or point as a combination of two nodes; refuse one of the ground."""
+    if name in mechanism.nodes:
+        node = mechanism.nodes.index(name)
+        return Carried(node, node, 0.0j)
+    point = next(p for p in mechanism.points if p.name == name)
+    member = mechanism.members[point.member]
+    if point.member == FRAME or len(member.nodes) < 2:
+        raise UsageError(f"'{name}' stands still: choose a moving node or point")
+    far, first = farthest(member), complex(member.shape[0])
+    factor = (point.local - first) / (complex(member.shape[far]) - first)
+    return Carried(member.nodes[0], member.nodes[far], factor)

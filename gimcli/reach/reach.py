@@ -1,0 +1,152 @@
+"""How far a point reaches that one freedom moves: its paths, their extent, and the interval of the inputs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.errors import UnassembledError, UsageError
+from gimcli.mechanism import Drive, FloatArray, Mechanism
+from gimcli.positions.inputs import law_inputs
+from gimcli.reach.arcs import PathArc
+from gimcli.reach.boundary import task_of, unreached
+from gimcli.reach.circuit_paths import Progress, along_circuits
+from gimcli.reach.critical_curves import CriticalCurve, CriticalPoint, CriticalWalker, split
+from gimcli.reach.critical_positions import CriticalPath, Stratum
+from gimcli.reach.sampling import Bank
+from gimcli.reach.task import FULL, WorkspaceTask
+
+NOTHING = 1e-13
+"""A velocity below this is rounding."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Values of an input along a path, rad or lengths in the normal frame."""
+
+    actuator: int
+    low: float
+    high: float
+    full: bool = False  # a whole turn
+    folds: tuple[float, ...] = ()  # values at which it turns back
+
+
+@dataclass(frozen=True, eq=False)
+class ReachedPath:
+    """One connected path of the point."""
+
+    pieces: tuple[PathArc, ...] = field(repr=False)  # between the extremes of x, y and the inputs
+    closed: bool
+    intervals: tuple[Interval, ...]
+    drawn: bool  # it runs through the drawn position
+
+    @property
+    def x(self) -> FloatArray:
+        """Positions (rows, n) along the path."""
+        return np.concatenate([piece.branch.x for piece in self.pieces])
+
+    @property
+    def length(self) -> float:
+        """Length of the path, there and back where it is run over twice."""
+        return sum(piece.length for piece in self.pieces)
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper corner (2,) about the path."""
+        ends = np.concatenate([piece.y for piece in self.pieces])
+        return ends.min(axis=0), ends.max(axis=0)
+
+    def points(self, parts: int = 4) -> FloatArray:
+        """Return points (rows, 2) along the path."""
+        return np.concatenate([piece.dense(parts) for piece in self.pieces])
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """All paths of a point over all configurations, the drawn one's first."""
+
+    task: WorkspaceTask = field(repr=False)
+    runs: tuple[ReachedPath, ...]
+    complete: bool  # every configuration within the range is proved to be known and lies on a path
+
+
+def reach(
+    mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None, progress: Progress | None = None
+) -> Reach:
+    """Return the paths of a node or point that one freedom moves.
+
+    Raises UsageError where more freedoms remain, StructureError where no position exists.
+    """
+    task = task_of(mechanism, point, orientation or {})
+    if task.freedoms > 1:
+        raise UsageError(f"'{point}' reaches a region: {task.freedoms} freedoms are left; see `survey`")
+    driven = len(task.moving) == 1 and not task.orientation
+    branches, complete = along_circuits(task, progress) if driven else _from_everywhere(task)
+    if not branches:
+        raise UnassembledError(unreached(task))
+    home = _home(task, branches)
+    runs = [_run(task, branch, k == home) for k, branch in enumerate(branches)]
+    good = [run for run in runs if bool(task.fulfilled(run.x).all())]
+    if not good:
+        raise UnassembledError(f"{mechanism.name}: no path of '{point}' holds every constraint within the bounds")
+    told = tuple(sorted(good, key=lambda run: (not run.drawn, -run.length)))
+    return Reach(task, told, complete and len(good) == len(runs))
+
+
+def _from_everywhere(task: WorkspaceTask) -> tuple[list[CriticalCurve], bool]:
+    """Return the curves that positions from random starts lie on: members' directions are held, not one input's."""
+    curve = CriticalPath(Stratum(task.free, task.output[0]))
+    return CriticalWalker(task, curve).take(Bank(task).x), True
+
+
+def _home(task: WorkspaceTask, branches: list[CriticalCurve]) -> int:
+    """Return which path passes the drawn position most closely."""
+    drawn = task.coordinates(task.system.coordinates(task.mechanism.drawn))
+    return int(np.argmin([np.min(np.linalg.norm(branch.x - drawn, axis=1)) for branch in branches]))
+
+
+def _run(task: WorkspaceTask, branch: CriticalCurve, drawn: bool) -> ReachedPath:
+    n, table = task.n, task.output[0]
+
+    def tests(knot: CriticalPoint) -> FloatArray:
+        told = np.concatenate([table, task.rates(knot.p[:n])]) @ knot.tangent[:n]
+        return np.where(np.abs(told) < NOTHING, 0.0, told)
+
+    pieces = split(branch, tests)
+    values = [task.inputs(piece.x) for piece in pieces]
+    intervals = tuple(_interval(task, k, [v[:, k] for v in values], branch.closed) for k in range(values[0].shape[1]))
+    return ReachedPath(tuple(PathArc(piece, *task.output) for piece in pieces), branch.closed, intervals, drawn)
+
+
+def _interval(task: WorkspaceTask, k: int, values: list[FloatArray], closed: bool) -> Interval:
+    """Return the interval of an input from its values along the pieces of a path."""
+    rotary = task.mechanism.actuators[k].drive is Drive.ROTARY
+    u = np.concatenate(values)
+    u = np.unwrap(u) if rotary else u
+    ends = np.cumsum([len(v) for v in values])
+    low, high = float(u.min()), float(u.max())
+    shift = _shift(task, k, low, high) if rotary else 0.0
+    if rotary and high - low >= FULL:
+        begin = float(law_inputs(task.mechanism)(np.zeros(1))[k, 0])
+        return Interval(k, begin, begin + 2.0 * math.pi, True)
+    folds = [_fold(u, int(end)) for end in ends[: None if closed else -1]]
+    return Interval(k, low + shift, high + shift, False, tuple(sorted({f + shift for f in folds if f is not None})))
+
+
+def _fold(u: FloatArray, end: int) -> float | None:
+    """Return an input's value where a piece ends, if it turns back there; the last knot stands there twice."""
+    here = float(u[end - 1])
+    before, after = here - float(u[end - 2]), float(u[(end + 1) % len(u)]) - here
+    return here if before * after < 0.0 else None
+
+
+def _shift(task: WorkspaceTask, k: int, low: float, high: float) -> float:
+    """Return the whole turns that bring an interval about the start of its input's law, or else next to the law."""
+    law = law_inputs(task.mechanism)(np.linspace(0.0, 1.0, 33))[k]
+    turns = math.ceil((float(law[0]) - high) / (2.0 * math.pi) - 1e-9)
+    if low + 2.0 * math.pi * turns > float(law[0]) + 1e-9:
+        turns = round((0.5 * float(law.min() + law.max()) - 0.5 * (low + high)) / (2.0 * math.pi))
+    return 2.0 * math.pi * turns

@@ -1,0 +1,141 @@
+"""What a workspace and a reach tell, in the user's names and the file's units."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.reach.boundary import Workspace
+from gimcli.reach.reach import Interval, Reach, ReachedPath
+from gimcli.reach.region import HOLE, INNER, OUTER, Edge
+from gimcli.reach.task import WorkspaceTask
+from gimcli.table import Column, Table
+
+REGION_COLUMNS = ("curve", "loop", "kind", "held", "x", "y")
+"""Columns of the curves of a region."""
+
+
+def placed(mechanism: Mechanism, y: FloatArray) -> ComplexArray:
+    """Return places (rows, 2) of the normal frame in the file's coordinates."""
+    return mechanism.to_file(y @ np.array([1.0, 1.0j]))
+
+
+def held_text(task: WorkspaceTask, edge: Edge) -> str:
+    """Return which inputs stand at which end along a curve: empty where the mechanism itself is singular."""
+    parts = []
+    for actuator, inward in edge.arc.held:
+        span = next(r for r in task.limited if r.actuator == actuator)
+        value = _value(task.mechanism, actuator, span.low if inward > 0.0 else span.high)
+        parts.append(f"{task.mechanism.actuators[actuator].name}={value:.12g}")
+    return " ".join(parts)
+
+
+def _value(mechanism: Mechanism, actuator: int, value: float) -> float:
+    return float(mechanism.value_to_file(actuator, np.array([value]))[0])
+
+
+def region_table(found: Workspace) -> Table:
+    """Return one row a point of a curve; boundaries keep the region to their left."""
+    task, unit = found.task, found.task.mechanism.length_unit
+    number = {id(edge): k for k, loop in enumerate(found.loops) for edge in loop.edges}
+    columns: list[list[Any]] = [[] for _ in REGION_COLUMNS]
+    for k, edge in enumerate(found.edges):
+        z = placed(task.mechanism, edge.points(1))
+        same = (k, number.get(id(edge), -1), edge.kind, held_text(task, edge))
+        for column, value in zip(columns, same, strict=False):
+            column.extend([value] * len(z))
+        columns[-2].extend(z.real)
+        columns[-1].extend(z.imag)
+    units = ("", "", "", "", unit, unit)
+    return Table(tuple(Column(n, np.array(c), u) for n, c, u in zip(REGION_COLUMNS, columns, units, strict=True)))
+
+
+def region_report(found: Workspace) -> dict[str, Any]:
+    """Return what scripts count on."""
+    mechanism, scale = found.task.mechanism, found.task.mechanism.scale
+    low, high = (placed(mechanism, corner[None, :])[0] for corner in found.bounds)
+    return {
+        "point": found.task.point, "freedoms": found.task.freedoms, "complete": found.complete,
+        "area": found.area * scale**2, "area_error": found.area_error * scale**2,
+        "perimeter": found.perimeter * scale,
+        "bounds": {"x": [low.real, high.real], "y": [low.imag, high.imag]},
+        "regions": sum(loop.area > 0.0 for loop in found.loops), "holes": sum(loop.area < 0.0 for loop in found.loops),
+        "barriers": len(found.inner),
+        "curves": [
+            {
+                "kind": edge.kind, "held": _held(found.task, edge), "length": edge.arc.length * scale,
+                "points": len(edge.arc.y),
+            }
+            for edge in found.edges
+        ],
+    }  # fmt: skip
+
+
+def _held(task: WorkspaceTask, edge: Edge) -> dict[str, float]:
+    pairs = (part.rsplit("=", 1) for part in held_text(task, edge).split())
+    return {name: float(value) for name, value in pairs}
+
+
+def outlines(found: Workspace) -> dict[str, list[ComplexArray]]:
+    """Return the curves of every kind, dense enough to draw, in the file's coordinates."""
+    curves: dict[str, list[ComplexArray]] = {OUTER: [], HOLE: [], INNER: []}
+    for loop in found.loops:
+        curves[OUTER if loop.area > 0.0 else HOLE].append(placed(found.task.mechanism, loop.points()))
+    curves[INNER] = [placed(found.task.mechanism, edge.points()) for edge in (*found.inner, *found.open)]
+    return curves
+
+
+def reach_table(found: Reach) -> Table:
+    """Return one row a point of a path, with the inputs there."""
+    mechanism, columns = found.task.mechanism, []
+    knots = [(k, run.x) for k, run in enumerate(found.runs)]
+    x = np.concatenate([path for _, path in knots])
+    z = placed(mechanism, found.task.place(x))
+    columns.append(Column("path", np.concatenate([np.full(len(path), k) for k, path in knots])))
+    for k, actuator in enumerate(mechanism.actuators):
+        values = [_along(found, k, number, path) for number, path in knots]
+        columns.append(Column(actuator.name, np.concatenate(values), _unit(mechanism, k)))
+    columns += [Column("x", z.real, mechanism.length_unit), Column("y", z.imag, mechanism.length_unit)]
+    return Table(tuple(columns))
+
+
+def _along(found: Reach, k: int, number: int, path: FloatArray) -> FloatArray:
+    """Return an input along a path, angles without leaps, within its interval."""
+    mechanism, interval = found.task.mechanism, found.runs[number].intervals[k]
+    u = found.task.inputs(path)[:, k]
+    if mechanism.actuators[k].drive is Drive.ROTARY:
+        u = np.unwrap(u)
+        u += 2.0 * np.pi * np.round((0.5 * (interval.low + interval.high) - 0.5 * (u.min() + u.max())) / (2.0 * np.pi))
+    return np.asarray(mechanism.value_to_file(k, u))
+
+
+def _unit(mechanism: Mechanism, k: int) -> str:
+    return mechanism.angle_unit if mechanism.actuators[k].drive is Drive.ROTARY else mechanism.length_unit
+
+
+def reach_report(found: Reach) -> dict[str, Any]:
+    """Return what scripts count on."""
+    mechanism = found.task.mechanism
+    return {
+        "point": found.task.point, "freedoms": 1, "complete": found.complete,
+        "paths": [_run_report(mechanism, run) for run in found.runs],
+    }  # fmt: skip
+
+
+def _run_report(mechanism: Mechanism, run: ReachedPath) -> dict[str, Any]:
+    low, high = (placed(mechanism, corner[None, :])[0] for corner in run.bounds)
+    return {
+        "drawn": run.drawn, "closed": run.closed, "length": run.length * mechanism.scale,
+        "bounds": {"x": [low.real, high.real], "y": [low.imag, high.imag]},
+        "inputs": {mechanism.actuators[i.actuator].name: _interval(mechanism, i) for i in run.intervals},
+    }  # fmt: skip
+
+
+def _interval(mechanism: Mechanism, interval: Interval) -> dict[str, Any]:
+    k = interval.actuator
+    return {
+        "from": _value(mechanism, k, interval.low), "to": _value(mechanism, k, interval.high),
+        "full_turn": interval.full, "turns_back_at": [_value(mechanism, k, v) for v in interval.folds],
+    }  # fmt: skip

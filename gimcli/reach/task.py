@@ -1,0 +1,304 @@
+"""What a workspace is asked of: a mechanism, the ranges of its inputs, a point and held orientations.
+
+The coordinates x are those of the moving nodes as far as linear equations leave them free: nodes that others carry have
+none. They fulfil G(x) = 0, the members and pairs without the actuators; the point is y = Y x + y0. An input's value is
+a function of x, and its range an inequality.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.errors import UsageError
+from gimcli.measures.naming import guess
+from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, IntArray, Mechanism
+from gimcli.motion.coupler_points import carried_point
+from gimcli.structure.quadric import Flat, Quadric
+from gimcli.structure.residual import holds
+from gimcli.structure.system import System
+
+SAMPLES = 4097
+"""Times at which a law is looked at for its extremes."""
+
+FULL = 2.0 * math.pi * (1.0 - 1e-12)
+"""A rotary input whose law covers this is free."""
+
+SLACK = 1e-9
+"""An input this far beyond its range [rad, or of the size] still counts as at its end."""
+
+TOLERANCE = 1e-10
+"""Up to which what is written out fulfils the mechanism, relative to the size."""
+
+SETTLED = 1e-6
+"""Up to which positions that were solved from random starts do: beside singular positions they are known to less."""
+
+TINY = float(np.finfo(float).tiny)
+"""What is divided by where nothing is."""
+
+RANK = 1e-8
+"""A pivot below this part of the greatest is none."""
+
+
+@dataclass(frozen=True)
+class InputRange:
+    """Values that an actuator may take: rad, or lengths in the normal frame."""
+
+    actuator: int
+    low: float
+    high: float
+
+    @property
+    def middle(self) -> float:
+        """Mean of the ends."""
+        return 0.5 * (self.low + self.high)
+
+    @property
+    def half(self) -> float:
+        """Half the width; 0: the input stands still."""
+        return 0.5 * (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class WorkspaceTask:
+    """A point's workspace as equations and inequalities in x (n,)."""
+
+    mechanism: Mechanism
+    point: str
+    orientation: Mapping[str, float] = field(default_factory=dict)  # rad, of a member's first -> second node
+
+    @cached_property
+    def system(self) -> System:
+        """The equations with the actuators' own."""
+        return System(self.mechanism)
+
+    @cached_property
+    def ranges(self) -> tuple[InputRange, ...]:
+        """Ranges of the inputs that have one: the others turn fully."""
+        found = (law_range(self.mechanism, k) for k in range(len(self.mechanism.actuators)))
+        return tuple(r for r in found if not (self._rotary(r.actuator) and 2.0 * r.half >= FULL))
+
+    @cached_property
+    def limited(self) -> tuple[InputRange, ...]:
+        """Ranges of the inputs that move."""
+        return tuple(r for r in self.ranges if r.half > 0.0)
+
+    @cached_property
+    def output(self) -> tuple[FloatArray, FloatArray]:
+        """Y (2, n) and y0 (2,)."""
+        n = self.system.n
+        z = self.system.nodes(np.hstack([np.zeros((n, 1)), np.eye(n)]))
+        path = np.asarray(carried_point(self.mechanism, self.point, z))
+        y = np.array([path.real, path.imag])
+        table = y[:, 1:] - y[:, :1]
+        if not np.any(table):
+            raise UsageError(f"'{self.point}' stands still: choose a moving node or point")
+        flat = self._parted[0]
+        return table @ flat.basis, y[:, 0] + table @ flat.origin
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return int(self._parted[0].basis.shape[1])
+
+    def nodes(self, x: FloatArray) -> ComplexArray:
+        """Return the nodes' positions (nodes, rows) at x (rows, n)."""
+        return self.system.nodes(self._parted[0].lift(x).T)
+
+    def coordinates(self, every: FloatArray) -> FloatArray:
+        """Return x (..., n) of the moving nodes' coordinates (..., system.n)."""
+        return self._parted[0].drop(every)
+
+    def velocity(self, every: FloatArray) -> FloatArray:
+        """Return the rate of x (n,) of the moving nodes' (system.n,)."""
+        return np.asarray(every @ self._parted[0].basis)
+
+    def place(self, x: FloatArray) -> FloatArray:
+        """Return y (..., 2) at x (..., n)."""
+        table, shift = self.output
+        return np.asarray(x @ table.T + shift)
+
+    @property
+    def whole(self) -> Quadric:
+        """The equations that hold whatever the inputs do: members, pairs, orientations, held inputs."""
+        return self._parted[1]
+
+    @cached_property
+    def _parted(self) -> tuple[Flat, Quadric]:
+        """The places at which the linear ones of them hold, and the others."""
+        count = len(self.mechanism.actuators)
+        members = self.system.quadric(np.zeros(count)).rows(range(self.system.m - count))
+        still = [self._drive(r.actuator, r.low) for r in self.ranges if r.half == 0.0]
+        every = members.joined(*still, *map(self._held, self.orientation))
+        return every.parted(self.system.coordinates(self.mechanism.drawn))
+
+    @cached_property
+    def free(self) -> Quadric:
+        """The independent ones of them; `fulfilled` holds positions against those that are left out."""
+        return _independent(self.whole, self)
+
+    @cached_property
+    def moving(self) -> tuple[int, ...]:
+        """The actuators whose inputs do not stand still."""
+        still = {r.actuator for r in self.ranges if r.half == 0.0}
+        return tuple(k for k in range(len(self.mechanism.actuators)) if k not in still)
+
+    @cached_property
+    def freedoms(self) -> int:
+        """Dimension of the set of positions."""
+        return self.n - self.free.m
+
+    def drive(self, actuator: int, value: float) -> Quadric:
+        """Return the equation of an actuator that stands still."""
+        return self._drive(actuator, value).within(self._parted[0])
+
+    def _drive(self, actuator: int, value: float) -> Quadric:
+        """Return it in the coordinates of all moving nodes."""
+        count = len(self.mechanism.actuators)
+        u = np.zeros(count)
+        u[actuator] = value
+        return self.system.quadric(u).rows([self.system.m - count + actuator])
+
+    def inputs(self, x: FloatArray) -> FloatArray:
+        """Return the inputs' values (..., actuators), angles within half a turn of 0."""
+        told, (rotary, spans) = self._drives.value(x), self._kinds
+        count = len(rotary)
+        values = told[..., :count]
+        values[..., rotary] = np.arctan2(told[..., :count][..., rotary], -told[..., count:])
+        values[..., spans] = np.sqrt(np.maximum(values[..., spans], TINY))
+        return values
+
+    def rates(self, x: FloatArray) -> FloatArray:
+        """Return the inputs' derivatives (..., actuators, n)."""
+        told, table, (rotary, spans) = self._drives.value(x), self._drives.slope(x), self._kinds
+        count = len(rotary)
+        rates, sine, cosine = table[..., :count, :], told[..., :count][..., rotary], -told[..., count:]
+        square = np.maximum(sine**2 + cosine**2, TINY)[..., None]
+        down = sine[..., None] * table[..., count:, :]
+        rates[..., rotary, :] = (cosine[..., None] * rates[..., rotary, :] + down) / square
+        rates[..., spans, :] /= 2.0 * np.sqrt(np.maximum(told[..., :count][..., spans], TINY))[..., None]
+        return rates
+
+    def excess(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return by how much (..., limited) inputs leave their ranges, below 0 within, and derivatives (..., n)."""
+        apart, (which, _, half) = self._apart(x), self._spans
+        return np.abs(apart) - half, np.where(apart >= 0.0, 1.0, -1.0)[..., None] * self.rates(x)[..., which, :]
+
+    def margins(self, x: FloatArray) -> FloatArray:
+        """Return how far (..., 2 limited) inputs are above their low ends and below their high ends."""
+        apart, half = self._apart(x), self._spans[2]
+        return np.concatenate([half + apart, half - apart], axis=-1)
+
+    def room(self, x: FloatArray) -> FloatArray:
+        """Return numbers (..., limited) that are above 0 within the inputs' ranges and smooth everywhere."""
+        apart, (which, _, half) = self._apart(x), self._spans
+        return np.where(self._kinds[0][which], np.cos(apart) - np.cos(half), half**2 - apart**2)
+
+    def _apart(self, x: FloatArray) -> FloatArray:
+        """Return how far (..., limited) inputs are from the middles of their ranges."""
+        which, middle, _ = self._spans
+        apart = self.inputs(x)[..., which] - middle
+        return np.asarray(apart - self._kinds[0][which] * 2.0 * math.pi * np.round(apart / (2.0 * math.pi)))
+
+    @cached_property
+    def _spans(self) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Actuators, middles and half widths (limited,) of the ranges."""
+        which = np.array([r.actuator for r in self.limited], dtype=int)
+        return which, np.array([r.middle for r in self.limited]), np.array([r.half for r in self.limited])
+
+    def fulfilled(self, x: FloatArray, tolerance: float = TOLERANCE) -> NDArray[np.bool_]:
+        """Tell of x (rows, n) whether every constraint of the mechanism as written holds, whatever the inputs are."""
+        return holds(self.mechanism, self.nodes(x), self.inputs(x).T, tolerance)
+
+    def allowed(self, x: FloatArray) -> np.ndarray:
+        """Tell of x (rows, n) whether they are configurations of the mechanism, with all inputs within their ranges.
+
+        The equations solved leave out surplus constraints, and let blocks and held members be turned end for end.
+        """
+        fits = np.all(self.excess(x)[0] <= SLACK, axis=-1) & self.fulfilled(x, SETTLED)
+        for name, angle in self.orientation.items():
+            z = self._arm(name, self._parted[0].lift(x))
+            fits &= (z * cmath.exp(-1j * angle)).real > 0.0
+        return np.asarray(fits)
+
+    def _rotary(self, actuator: int) -> bool:
+        return self.mechanism.actuators[actuator].drive is Drive.ROTARY
+
+    @cached_property
+    def _kinds(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Tell of every actuator whether it is rotary, and whether it is a distance."""
+        drives = [a.drive for a in self.mechanism.actuators]
+        return np.array([d is Drive.ROTARY for d in drives]), np.array([d is Drive.DISTANCE for d in drives])
+
+    @cached_property
+    def _drives(self) -> Quadric:
+        """The actuators' equations at 0, then those of rotary ones at a quarter turn: sines and minus cosines."""
+        first, *others = [self.drive(k, 0.0) for k in range(len(self.mechanism.actuators))]
+        return first.joined(*others, *(self.drive(int(k), math.pi / 2) for k in np.flatnonzero(self._kinds[0])))
+
+    def _ends(self, name: str) -> tuple[int, int]:
+        found = next((m for m in self.mechanism.members[FRAME + 1 :] if m.name == name), None)
+        if found is None:
+            names = [m.name for m in self.mechanism.members[FRAME + 1 :]]
+            raise UsageError(f"--orientation {name}: no such moving member; {guess(name, names)}")
+        return found.nodes[0], found.nodes[1]
+
+    def _arm(self, name: str, x: FloatArray) -> ComplexArray:
+        """Return the vector (...) from a member's first node to its second at the moving nodes' x (..., system.n)."""
+        first, second = self._ends(name)
+        z = self.system.nodes(x.reshape(-1, self.system.n).T)
+        return np.asarray((z[second] - z[first]).reshape(x.shape[:-1]))
+
+    def _held(self, name: str) -> Quadric:
+        """Return the equation that keeps a member's direction, in the coordinates of all moving nodes."""
+        n, turn = self.system.n, cmath.exp(-1j * self.orientation[name])
+        height = (self._arm(name, np.vstack([np.zeros(n), np.eye(n)])) * turn).imag
+        return Quadric(height[:1], (height[1:] - height[0])[None, :], np.zeros((1, n, n)))
+
+
+def law_range(mechanism: Mechanism, actuator: int) -> InputRange:
+    """Return the least and greatest value of an actuator's law."""
+    law = mechanism.actuators[actuator].law
+    time = np.linspace(0.0, 1.0, SAMPLES)
+    values = law(time)
+    ends = []
+    for sign in (1.0, -1.0):
+        k = int(np.argmin(sign * values))
+        best = sign * float(values[k])
+        if 0 < k < SAMPLES - 1:
+            from scipy.optimize import minimize_scalar
+
+            span = (time[k - 1], time[k + 1])
+            found = minimize_scalar(lambda t, s=sign: s * float(law(np.array([t]))[0]), bounds=span, method="bounded")
+            best = min(best, float(found.fun))
+        ends.append(sign * best)
+    return InputRange(actuator, ends[0], ends[1])
+
+
+def _independent(whole: Quadric, task: WorkspaceTask) -> Quadric:
+    """Return the equations without those that follow from the others about the drawn position in general."""
+    from scipy.linalg import qr
+
+    from gimcli.continuation.gauss_newton import settle
+
+    rng = np.random.default_rng(1)
+    drawn = task.coordinates(task.system.coordinates(task.mechanism.drawn))
+    start = drawn + rng.normal(0.0, 0.05, (40, task.n))
+    x, good = settle(lambda at, _: (whole.value(at), whole.slope(at)), start)
+    if not good.any() or not whole.m:
+        return whole
+    near = x[good][np.argsort(np.linalg.norm(x[good] - drawn, axis=1))[:9]]
+    found: list[list[int]] = []
+    for place in near:  # some may be singular, or assembled another way
+        r, order = qr(whole.slope(place).T, mode="r", pivoting=True)
+        size = np.abs(np.diag(r))
+        found.append(sorted(order[: int(np.sum(size > RANK * size[0]))].tolist()))
+    ranks = [len(rows) for rows in found]
+    best = max(found, key=lambda rows: (ranks.count(len(rows)), len(rows)))
+    return whole.rows(best)

@@ -1,1 +1,0 @@
-"""One file a method, under its name in the literature."""

@@ -1,0 +1,372 @@
+"""What stands so far of a mechanism, and what can be placed on it in closed form.
+
+A member with two placed nodes (or with a known direction and one placed node) carries its other
+nodes; a line of a member is turned through a placed node; a node with two loci is a dyad.
+"""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Iterator
+from heapq import heapify, heappop, heappush
+
+from gimcli.mechanism import FRAME, Drive, Input, Mechanism, Slide
+from gimcli.structure.kinematic_nodes import kinematic_nodes, loose_nodes
+from gimcli.structure.rotation import members_of, rotation_classes
+from gimcli.structure.steps import NONE, Circle, Dyad, Line, Locus, Orient, Place, Step, Tilt, Value, Vector
+
+GOOD_CROSSING = 0.2
+"""Sine of the angle between two loci above which a dyad is taken without looking further."""
+
+
+class Layout:
+    """What stands so far: placed nodes, known directions, and the steps that led there."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.members = members_of(mechanism)
+        self.kinematic = kinematic_nodes(mechanism)
+        self.rotation = rotation_classes(mechanism, self.members)
+        self.free_points = loose_nodes(mechanism)
+        self.placed: set[int] = set()
+        self.direction: dict[int, Vector] = {self.rotation.of[FRAME]: Vector(1.0 / self.rotation.phase[FRAME])}
+        self.steps: list[Step] = []
+        self.registers = 0
+        self.branches = 0
+        self.slides_at: dict[int, list[Slide]] = {}
+        self.slides_on: dict[int, list[Slide]] = {}
+        for number, slide in enumerate(mechanism.slides):
+            if number in self.rotation.implied:
+                continue
+            self.slides_at.setdefault(slide.node, []).append(slide)
+            self.slides_on.setdefault(slide.member, []).append(slide)
+        self.actuators_at: dict[int, list[Input]] = {}
+        self.travels_on: dict[int, list[Input]] = {}
+        for actuator in mechanism.actuators:
+            if actuator.drive is not Drive.ROTARY:
+                for node in {actuator.a, actuator.b} - {NONE}:
+                    self.actuators_at.setdefault(node, []).append(actuator)
+            if actuator.drive is Drive.TRAVEL:
+                self.travels_on.setdefault(actuator.reference_member, []).append(actuator)
+        self._prepare()
+
+    # -- what is worth looking at: only what stands next to something new --------------------
+
+    def _prepare(self) -> None:
+        free = dict.fromkeys(n for nodes in (*self.kinematic, self.free_points) for n in nodes)
+        self.rank = {node: k for k, node in enumerate(free)}
+        self.missing = set(free)
+        self.near: set[int] = set()  # free nodes that may have loci
+        self.turnable: set[int] = set()  # members of which a node or the direction is new
+        self.carriable: set[int] = set()
+        self.tiltable: set[int] = set()  # slides of which something is new
+        self.drives = [k for k, a in enumerate(self.mechanism.actuators) if a.drive is Drive.ROTARY]
+        self.tied: dict[int, list[int]] = {}
+        for index, group in enumerate(self.rotation.of):
+            self.tied.setdefault(group, []).append(index)
+        self.all_slides_at: dict[int, list[int]] = {}
+        self.all_slides_on: dict[int, list[int]] = {}
+        for number, slide in enumerate(self.mechanism.slides):
+            self.all_slides_at.setdefault(slide.node, []).append(number)
+            self.all_slides_on.setdefault(slide.member, []).append(number)
+        for node in self.mechanism.members[FRAME].nodes:
+            self.stand(node)
+        for member in self.tied[self.rotation.of[FRAME]]:
+            self._touch(member)
+
+    def stand(self, node: int) -> None:
+        """Note that a node is placed."""
+        self.placed.add(node)
+        self.missing.discard(node)
+        self.near.discard(node)
+        for member in self.members[node]:
+            if member != FRAME:
+                self._touch(member)
+        for number in self.all_slides_at.get(node, ()):
+            self.tiltable.add(number)
+            for other in self.kinematic[self.mechanism.slides[number].member]:
+                self._reach(other)
+        for actuator in self.actuators_at.get(node, ()):
+            for other in (actuator.a, actuator.b, *self._guide_nodes(actuator)):
+                self._reach(other)
+
+    def _guide_nodes(self, actuator: Input) -> tuple[int, ...]:
+        return self.kinematic[actuator.reference_member] if actuator.drive is Drive.TRAVEL else ()
+
+    def _touch(self, member: int) -> None:
+        """Note that a node or the direction of a member is new."""
+        self.turnable.add(member)
+        self.carriable.add(member)
+        for number in self.all_slides_on.get(member, ()):
+            self.tiltable.add(number)
+            self._reach(self.mechanism.slides[number].node)
+        for actuator in self.travels_on.get(member, ()):
+            self._reach(actuator.a)
+        for node in self.kinematic[member]:
+            if node not in self.placed:
+                self._reach(node)
+                self.tiltable.update(self.all_slides_at.get(node, ()))
+
+    def _reach(self, node: int) -> None:
+        """Note that a node may have a new locus, and what a translating member hands it on to."""
+        if node in self.missing:
+            self.near.add(node)
+            for member in self.members[node]:
+                if self.source(member) is not None:
+                    self.near.update(n for n in self.kinematic[member] if n in self.missing)
+
+    # -- what is known of a member -------------------------------------------------
+
+    def source(self, member: int) -> Vector | None:
+        """Return e^(i phi) of a member as a vector, or None while it can still turn."""
+        known = self.direction.get(self.rotation.of[member])
+        return known.times(self.rotation.phase[member]) if known is not None else None
+
+    def anchor(self, member: int) -> int | None:
+        """Return a placed node of a member."""
+        return next((n for n in self.mechanism.members[member].nodes if n in self.placed), None)
+
+    def wanted(self, member: int) -> list[int]:
+        """Return the kinematic nodes of a member that are not placed."""
+        return [n for n in self.kinematic[member] if n not in self.placed]
+
+    def local(self, member: int, node: int) -> complex:
+        """Return the place of a node in a member's own frame."""
+        return self.mechanism.members[member].local(node)
+
+    # -- steps ----------------------------------------------------------------------
+
+    def place(self, node: int, anchor: int, vector: Vector, constraint: str) -> None:
+        """Add a step that carries a node."""
+        self.steps.append(Place(node, anchor, vector, constraint))
+        self.stand(node)
+
+    def orient(self, member: int, vector: Vector) -> None:
+        """Record e^(i phi) of a member."""
+        group = self.rotation.of[member]
+        self.direction[group] = vector.times(1.0 / self.rotation.phase[member])
+        for tied in self.tied[group]:
+            self._touch(tied)
+
+    def register(self) -> int:
+        """Return a new register for a direction."""
+        self.registers += 1
+        return self.registers - 1
+
+    def branch(self) -> int:
+        """Return the number of a new step with two solutions."""
+        self.branches += 1
+        return self.branches - 1
+
+    # -- closed forms -----------------------------------------------------------------
+
+    def carry(self) -> bool:
+        """Carry directions and nodes along members; tell whether anything was new."""
+        news = False
+        while self._turn_members() | self._carry_nodes():
+            news = True
+        return news
+
+    def _turn_members(self) -> bool:
+        news = False
+        members, self.turnable = sorted(self.turnable), set()
+        for index in members:
+            if index != FRAME and self.source(index) is None:
+                pair = [n for n in self.mechanism.members[index].nodes if n in self.placed][:2]
+                if len(pair) == 2:
+                    u, v = pair
+                    self.orient(index, Vector(1.0 / (self.local(index, v) - self.local(index, u)), u, v))
+                    news = True
+        for number in self.drives.copy():
+            news |= self._drive(number, self.mechanism.actuators[number])
+        return news
+
+    def _drive(self, number: int, actuator: Input) -> bool:
+        arm, reference = actuator.arm_member, actuator.reference_member
+        ratio = actuator.reference_direction / actuator.arm_direction
+        known, free, factor, turn = self.source(reference), arm, ratio, 1
+        if known is None:
+            known, free, factor, turn = self.source(arm), reference, 1.0 / ratio, -1
+        if known is None:
+            return False
+        self.drives.remove(number)
+        if self.source(free) is not None:
+            return False
+        vector = known.driven(factor, number, turn)
+        if vector is None:  # one actuator a vector: keep the direction turned so far
+            register = self.register()
+            self.steps.append(Orient(register, known, actuator.name))
+            vector = Vector(factor, register=register, actuator=number, turn=turn)
+        self.orient(free, vector)
+        return True
+
+    def _carry_nodes(self) -> bool:
+        news = False
+        todo, self.carriable = list(self.carriable), set()
+        heapify(todo)
+        while todo:
+            index = heappop(todo)
+            source, anchor = self.source(index), self.anchor(index)
+            if index == FRAME or source is None or anchor is None:
+                continue
+            for node in self.wanted(index):
+                reach = self.local(index, node) - self.local(index, anchor)
+                self.place(node, anchor, source.times(reach), self.mechanism.members[index].name)
+                news = True
+            later = {k for k in self.carriable if k > index}
+            self.carriable -= later
+            for k in later:
+                heappush(todo, k)
+        return news
+
+    def tilt(self) -> bool:
+        """Turn one line through a placed node, if there is one to turn."""
+        for number in sorted(self.tiltable):
+            slide = self.mechanism.slides[number]
+            found = self._tiltable(slide)
+            if found is None:
+                self.tiltable.discard(number)
+                continue
+            a, b, e = found
+            register = self.register()
+            guide = self.mechanism.members[slide.member]
+            along = Vector(slide.direction / complex(guide.shape[1] - guide.shape[0]), *guide.nodes[:2])
+            self.steps.append(Tilt(register, a, b, e, along, self.branch(), slide.name))
+            self.orient(slide.member, Vector(1.0 / slide.direction, register=register))
+            return True
+        return False
+
+    def _tiltable(self, slide: Slide) -> tuple[int, int, float] | None:
+        if self.source(slide.member) is not None:
+            return None
+        a = self.anchor(slide.member)
+        if a is None:
+            return None
+        across = 1j * slide.direction
+        e = (across.conjugate() * (slide.point - self.local(slide.member, a))).real
+        if slide.node in self.placed:
+            return a, slide.node, e
+        group = self.rotation.of[slide.member]
+        for body in self.members[slide.node]:
+            b = self.anchor(body)
+            if self.rotation.of[body] == group and b is not None:
+                turn = self.rotation.phase[body] / self.rotation.phase[slide.member]
+                reach = (self.local(body, slide.node) - self.local(body, b)) * turn
+                return a, b, e - (across.conjugate() * reach).real
+        return None
+
+    def dyad(self, good: float = GOOD_CROSSING) -> bool:
+        """Place one node on two loci: the first that crosses well, else the best there is."""
+        best: tuple[float, int, Locus, Locus] | None = None
+        for node in sorted(self.near, key=self.rank.__getitem__):
+            loci = list(self.loci(node))
+            for i in range(len(loci)):
+                for j in range(i):
+                    score = self._crossing(node, loci[j], loci[i])
+                    if score >= 0.0 and (best is None or score > best[0]):
+                        best = (score, node, loci[j], loci[i])
+            if best is not None and best[0] > good:
+                break
+        if best is None:
+            return False
+        _, node, first, second = best
+        both_lines = isinstance(first, Line) and isinstance(second, Line)
+        self.steps.append(Dyad(node, first, second, NONE if both_lines else self.branch()))
+        self.stand(node)
+        return True
+
+    def loci(self, node: int) -> Iterator[Locus]:
+        """Yield the loci of a free node on what stands, one a constraint."""
+        yield from self.own_loci(node, None)
+        for body in self.members[node]:
+            source = self.source(body)
+            if source is None:
+                continue
+            for other in self.kinematic[body]:  # a translating member hands its nodes' loci on
+                if other != node:
+                    offset = source.times(self.local(body, node) - self.local(body, other))
+                    yield from self.own_loci(other, offset)
+            yield from self._carried_lines(node, body, source)
+
+    def own_loci(self, node: int, offset: Vector | None) -> Iterator[Locus]:
+        """Yield the loci of a node by its members that can turn, its slides and its actuators."""
+        mechanism = self.mechanism
+        for body in self.members[node]:
+            centre = self.anchor(body)
+            if centre is not None and self.source(body) is None:
+                radius = abs(self.local(body, node) - self.local(body, centre))
+                yield Circle(mechanism.members[body].name, centre, Value(radius), offset)
+        for slide in self.slides_at.get(node, []):
+            line = self._line(slide.name, slide.member, slide.point, 1j * slide.direction, Value(0.0))
+            if line is not None:
+                yield Line(line.constraint, line.anchor, line.normal, line.distance, offset)
+        for actuator in self.actuators_at.get(node, []):
+            locus = self._driven_locus(node, actuator, offset)
+            if locus is not None:
+                yield locus
+
+    def _driven_locus(self, node: int, actuator: Input, offset: Vector | None) -> Locus | None:
+        value = Value(0.0, self.mechanism.actuators.index(actuator))
+        if actuator.drive is Drive.DISTANCE:
+            other = actuator.b if node == actuator.a else actuator.a
+            return Circle(actuator.name, other, value, offset) if other in self.placed else None
+        if node != actuator.a:
+            return None
+        line = self._line(actuator.name, actuator.reference_member, actuator.point, actuator.direction, value)
+        return Line(line.constraint, line.anchor, line.normal, line.distance, offset) if line else None
+
+    def _line(self, name: str, member: int, point: complex, normal: complex, value: Value) -> Line | None:
+        source, anchor = self.source(member), self.anchor(member)
+        if source is None or anchor is None:
+            return None
+        height = (normal.conjugate() * (point - self.local(member, anchor))).real
+        distance = Value(value.constant + height, value.actuator, value.gain)
+        return Line(name, anchor, source.times(normal), distance)
+
+    def _carried_lines(self, node: int, body: int, source: Vector) -> Iterator[Line]:
+        """Yield what placed nodes on the lines of a translating member tell of its node."""
+        for slide in self.slides_on.get(body, []):
+            if slide.node in self.placed:
+                normal = 1j * slide.direction
+                height = (normal.conjugate() * (slide.point - self.local(body, node))).real
+                yield Line(slide.name, slide.node, source.times(normal), Value(-height))
+        for number, actuator in enumerate(self.mechanism.actuators):
+            travels = actuator.drive is Drive.TRAVEL and actuator.reference_member == body
+            if travels and actuator.a in self.placed:
+                normal = actuator.direction
+                height = (normal.conjugate() * (actuator.point - self.local(body, node))).real
+                yield Line(actuator.name, actuator.a, source.times(normal), Value(-height, number, -1.0))
+
+    def _crossing(self, node: int, first: Locus, second: Locus) -> float:
+        """Return the sine of the angle between two loci as drawn; -1 for one constraint or one centre twice."""
+        if first.constraint == second.constraint or _concentric(first, second):
+            return -1.0
+        n, m = (self._normal(node, locus) for locus in (first, second))
+        return abs((n.conjugate() * m).imag) / max(abs(n) * abs(m), 1e-300)
+
+    def _normal(self, node: int, locus: Locus) -> complex:
+        drawn = self.mechanism.drawn
+        if isinstance(locus, Line):
+            return self.drawn_vector(locus.normal)
+        away = complex(drawn[node] - drawn[locus.centre])
+        return away - self.drawn_vector(locus.offset) if locus.offset else away
+
+    def drawn_vector(self, vector: Vector) -> complex:
+        """Return a vector in the drawn position; what is in a register counts as undrawn."""
+        drawn = self.mechanism.drawn
+        base = complex(drawn[vector.v] - drawn[vector.u]) if vector.u != NONE else 1.0 + 0.0j
+        if vector.actuator != NONE:
+            angle = self.mechanism.actuators[vector.actuator].drawn
+            base *= _unit(angle) if vector.turn > 0 else _unit(angle).conjugate()
+        return vector.z * base
+
+
+def _unit(angle: float) -> complex:
+    return cmath.exp(1j * angle)
+
+
+def _concentric(first: Locus, second: Locus) -> bool:
+    """Tell whether two loci are circles about one centre: one of them is a constraint too many."""
+    if not (isinstance(first, Circle) and isinstance(second, Circle)):
+        return False
+    return (first.centre, first.offset) == (second.centre, second.offset)

@@ -1,0 +1,171 @@
+"""A choice of independent variables, and the order in which the equations tell the others.
+
+Usually the inputs are independent. Near a dead point of an input another variable is, that in which the mechanism
+moves most; of redundant equations those are used that are most independent of each other. The rest are blocks:
+the Assur groups where the inputs are independent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimcli.kernels import influence
+from gimcli.mechanism import FloatArray
+from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
+from gimcli.structure.polynomials import ONE, Term, Terms, is_rotary
+
+SINGULAR = 1e-9
+"""Least over greatest singular value below which equations depend on each other."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Rows used, independent variables (those that are free to move first), and unknowns."""
+
+    rows: tuple[int, ...]
+    independent: tuple[int, ...]
+    unknown: tuple[int, ...]
+
+
+def gradients(terms: Terms, v: FloatArray) -> FloatArray:
+    """Return the derivatives of the equations by all variables (equations, variables)."""
+    values, slopes = functions(terms, v)
+    table = np.zeros((len(terms.equations), terms.variables))
+    for row, equation in enumerate(terms.equations):
+        for t in equation:
+            table[row, t.first] += t.factor * values[t.function] * v[t.second]
+            table[row, t.second] += t.factor * values[t.function] * v[t.first]
+            table[row, terms.owner(t.function)] += t.factor * slopes[t.function] * v[t.first] * v[t.second]
+    table[:, -1] = 0.0
+    return table
+
+
+def residuals(terms: Terms, v: FloatArray) -> FloatArray:
+    """Return the values of the equations (equations,)."""
+    values, _ = functions(terms, v)
+    return np.array([sum(t.factor * values[t.function] * v[t.first] * v[t.second] for t in e) for e in terms.equations])
+
+
+def functions(terms: Terms, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the functions of the readings, and their derivatives."""
+    values, slopes = [1.0], [0.0]
+    for u in v[terms.first_reading : -1]:
+        values += [u, u * u, np.cos(u), np.sin(u)]
+        slopes += [1.0, 2.0 * u, -np.sin(u), np.cos(u)]
+    return np.array(values), np.array(slopes)
+
+
+def free_choice(terms: Terms, v: FloatArray, given: Sequence[int], count: int) -> Choice | None:
+    """Return the choice in which the mechanism moves most evenly; None at a singular position.
+
+    given: readings that follow laws. count: how many freedoms are left.
+    """
+    from scipy.linalg import qr, svd
+
+    active = [*terms.moving, *range(terms.first_reading, terms.variables - 1)]
+    known = [terms.first_reading + r for r in given]
+    open_ones = [k for k in active if k not in known]
+    _, values, across = svd(gradients(terms, v)[:, open_ones])
+    rank = len(open_ones) - count
+    if rank > len(values) or (rank and not values[rank - 1] > SINGULAR * values[0]):
+        return None
+    motion = across[rank:]
+    chosen = qr(motion, mode="r", pivoting=True)[1][:count]
+    own = sorted(open_ones[k] for k in chosen)
+    return _choice(terms, v, (*own, *known), active)
+
+
+def input_choice(terms: Terms, v: FloatArray, free: Sequence[int], given: Sequence[int]) -> Choice | None:
+    """Return the choice of the inputs as independent variables; None where they do not tell the position."""
+    active = [*terms.moving, *range(terms.first_reading, terms.variables - 1)]
+    return _choice(terms, v, tuple(terms.first_reading + r for r in (*free, *given)), active)
+
+
+def _choice(terms: Terms, v: FloatArray, independent: tuple[int, ...], active: Sequence[int]) -> Choice | None:
+    from scipy.linalg import qr
+
+    unknown = tuple(k for k in active if k not in independent)
+    table = gradients(terms, v)[:, unknown]
+    rows: Sequence[int] = range(len(table))
+    if len(table) < len(unknown):
+        return None
+    scale = np.linalg.norm(table, axis=1)
+    table = table / np.where(scale > 0.0, scale, 1.0)[:, None]
+    if len(table) > len(unknown):
+        rows = sorted(int(k) for k in qr(table.T, mode="r", pivoting=True)[1][: len(unknown)])
+    values = np.linalg.svd(table[list(rows)], compute_uv=False)
+    if len(values) and not values[-1] > SINGULAR * values[0]:
+        return None
+    return Choice(tuple(rows), independent, unknown)
+
+
+def make_chart(terms: Terms, choice: Choice) -> influence.Chart:
+    """Return a choice as the kernels take it."""
+    column = {variable: k for k, variable in enumerate(choice.unknown)}
+    entered: list[list[int]] = [[] for _ in choice.unknown]
+    for k, row in enumerate(choice.rows):
+        for variable in sorted(_met(terms, terms.equations[row])):
+            if variable in column:
+                entered[column[variable]].append(k)
+    heads, unknown, rounds = [], list[int](), list[float]()
+    ints, floats = list[tuple[int, ...]](), list[float]()
+    for block in split(len(choice.rows), entered):
+        own = [choice.unknown[k] for k in block.columns]
+        equations = [terms.equations[choice.rows[k]] for k in block.rows]
+        kind, ring = _kind(terms, equations, own)
+        first = len(ints)
+        for row, equation in enumerate(equations):
+            for t in equation:
+                ints.append(_numbers(terms, t, row, own))
+                floats.append(t.factor)
+        heads.append((kind, len(unknown), len(unknown) + len(own), first, len(ints)))
+        unknown += own
+        rounds += ring
+    return influence.Chart(
+        np.array(heads, dtype=np.int64).reshape(-1, 5), np.array(unknown, dtype=np.int64), np.array(rounds),
+        np.array(ints, dtype=np.int64).reshape(-1, 8), np.array(floats), np.array(choice.independent, dtype=np.int64),
+        np.array([int(is_rotary(terms, r)) for r in range(terms.readings)], dtype=np.int64), terms.first_reading,
+    )  # fmt: skip
+
+
+def groups(terms: Terms, choice: Choice) -> tuple[EquationBlock, ...]:
+    """Return the blocks by equations and variables of the mechanism."""
+    chart = make_chart(terms, choice)
+    return tuple(EquationBlock((), tuple(int(v) for v in chart.unknown[head[1] : head[2]])) for head in chart.blocks)
+
+
+def _numbers(terms: Terms, t: Term, row: int, own: Sequence[int]) -> tuple[int, ...]:
+    def at(variable: int) -> int:
+        return own.index(variable) if variable in own else -1
+
+    owner = terms.owner(t.function)
+    return row, t.function, owner, t.first, t.second, at(owner) if t.function != ONE else -1, at(t.first), at(t.second)
+
+
+def _met(terms: Terms, equation: Sequence[Term]) -> Iterator[int]:
+    """Return the variables that an equation holds."""
+    met = {k for t in equation for k in (t.first, t.second)}
+    met |= {terms.owner(t.function) for t in equation if t.function != ONE}
+    return iter(met)
+
+
+def _kind(terms: Terms, equations: Sequence[Sequence[Term]], own: Sequence[int]) -> tuple[int, list[float]]:
+    """Return how a block is solved, and the factors of its circles."""
+    flat = [0.0] * len(own)
+    turned = any(t.function != ONE and terms.owner(t.function) in own for e in equations for t in e)
+    curved = [[t for t in e if t.first in own and t.second in own] for e in equations]
+    if turned or (len(own) != 2 and any(curved)):
+        return influence.NEWTON, flat
+    if not any(curved):
+        return (influence.PAIR if len(own) == 2 else influence.LINEAR), flat
+    rings = []
+    for terms_of_row in curved:
+        factors = {(t.first, t.second): t.factor for t in terms_of_row if t.function == ONE}
+        x, y = (factors.get((k, k), 0.0) for k in own)
+        if len(factors) != len(terms_of_row) or len(factors) not in (0, 2) or x != y:
+            return influence.NEWTON, flat
+        rings.append(x)
+    return influence.PAIR, rings

@@ -1,0 +1,99 @@
+"""Equations split into blocks that are solved one after the other.
+
+Every unknown is matched to an equation that holds it; the strongly connected components of what then depends on
+what are the blocks (Dulmage & Mendelsohn 1958). Unknowns beyond the equations join what they reach: such a block has
+more unknowns than equations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+
+@dataclass(frozen=True)
+class EquationBlock:
+    """Equations and unknowns that are solved together."""
+
+    rows: tuple[int, ...]
+    columns: tuple[int, ...]
+
+
+def split(
+    count: int, columns: Sequence[Sequence[int]], rings: Iterable[Sequence[int]] = ()
+) -> tuple[EquationBlock, ...]:
+    """Return the blocks of `count` equations, each after those that it depends on.
+
+    columns: which equations each unknown enters. rings: equations that are to stay together.
+    """
+    row_of = match(count, columns)
+    column_of = {row: column for column, row in enumerate(row_of) if row >= 0}
+    needs: list[list[int]] = [[] for _ in range(count)]
+    for column, entered in enumerate(columns):
+        for row in entered:
+            if row_of[column] not in (row, -1):
+                needs[row].append(row_of[column])
+    spare = [column for column, row in enumerate(row_of) if row < 0]
+    reached = [_reached(columns, column_of, column) for column in spare]
+    for ring in [*rings, *reached]:
+        for a, b in pairwise([*ring, *ring[:1]]):
+            needs[a].append(b)
+    own: dict[int, list[int]] = {}
+    for column, rows in zip(spare, reached, strict=True):
+        own.setdefault(min(rows), []).append(column)
+    result = []
+    for part in components(needs):
+        extra = [column for row in part for column in own.get(row, [])]
+        result.append(EquationBlock(tuple(part), tuple(sorted([column_of[r] for r in part if r in column_of] + extra))))
+    return tuple(result)
+
+
+def match(count: int, columns: Sequence[Sequence[int]]) -> list[int]:
+    """Return for every unknown an equation of its own that it enters, or -1: as many as can be."""
+    import numpy as np
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import maximum_bipartite_matching
+
+    if not columns or not count:
+        return [-1] * len(columns)
+    counts = [len(rows) for rows in columns]
+    ends = np.concatenate(([0], np.cumsum(counts)))
+    entered = np.array([row for rows in columns for row in rows], dtype=np.int32)
+    table = csr_array((np.ones(len(entered)), entered, ends), shape=(len(columns), count))
+    return [int(row) for row in maximum_bipartite_matching(table, perm_type="column")]
+
+
+def _reached(columns: Sequence[Sequence[int]], column_of: dict[int, int], start: int) -> list[int]:
+    """Return the equations that a surplus unknown reaches by alternating paths."""
+    seen: dict[int, None] = {}
+    todo = [start]
+    while todo:
+        for row in columns[todo.pop()]:
+            if row not in seen:
+                seen[row] = None
+                if row in column_of:
+                    todo.append(column_of[row])
+    return list(seen)
+
+
+def components(needs: Sequence[Sequence[int]]) -> list[list[int]]:
+    """Return the strongly connected components of a graph, each after those that it needs."""
+    from graphlib import TopologicalSorter
+
+    import numpy as np
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    edges = [sorted(set(others)) for others in needs]  # told twice, an edge misleads scipy 1.x
+    counts = [len(others) for others in edges]
+    ends = np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
+    heads = np.array([other for others in edges for other in others], dtype=np.int32)
+    graph = csr_array((np.ones(len(heads)), heads, ends), shape=(len(needs), len(needs)))
+    label = connected_components(graph, directed=True, connection="strong")[1].tolist()
+    parts: dict[int, list[int]] = {}
+    before: dict[int, dict[int, None]] = {}
+    for node, own in enumerate(label):
+        parts.setdefault(own, []).append(node)
+        before.setdefault(own, {}).update((label[other], None) for other in edges[node] if label[other] != own)
+    return [parts[own] for own in TopologicalSorter(before).static_order()]
