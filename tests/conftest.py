@@ -1,4 +1,4 @@
-"""What the tests share: tracing a bundled model with all its nodes recorded."""
+"""Fixtures: the bundled models, one after the other, and a motion of one."""
 
 from __future__ import annotations
 
@@ -6,66 +6,8 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does; read when numpy is imported
 
-import tempfile
-from dataclasses import dataclass
-from pathlib import Path
-
 import pytest
-import yaml
-
-from gimcli.model import load
-from gimcli.model.source import read_source
-from gimcli.motion.motion import trace
-from gimcli.positions.options import Options
-from gimcli.rates.motion_table import motion_table
-
-MODELS = Path(__file__).parents[1] / "models"
-
-
-@dataclass
-class Traced:
-    """A motion in the file's units, all nodes and points recorded."""
-
-    table: object
-    mechanism: object
-    motion: object
-
-    @property
-    def value(self):
-        return {a.name: self.table.floats(a.name) for a in self.mechanism.actuators}
-
-    @property
-    def status(self):
-        return list(self.table["status"])
-
-    @property
-    def residual(self):
-        return self.table.floats("residual")
-
-    def xy(self, name):
-        return self.table.floats(f"{name}.x") + 1j * self.table.floats(f"{name}.y")
-
-
-def run_model(path, steps=360, laws=None, change=None, **options):
-    """Trace a model file (or a bundled one by its stem), laws replaced and all nodes recorded."""
-    path = Path(path) if str(path).endswith(".yaml") else MODELS / f"{path}.yaml"
-    mechanism = changed(path, laws, change) if laws or change else load(path)
-    motion = trace(mechanism, steps, Options(**options))
-    names = (*mechanism.nodes, *(p.name for p in mechanism.points))
-    return Traced(motion_table(motion, names), mechanism, motion)
-
-
-def changed(path, laws, change):
-    """Load a model with other laws, or changed by a function of its data."""
-    data = read_source(path).data
-    for name, law in (laws or {}).items():
-        data["actuators"][name]["law"] = law
-    if change:
-        change(data)
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / path.name
-        copy.write_text(yaml.safe_dump(data, sort_keys=False))
-        return load(copy)
+from bundled import FILES, run_model
 
 
 @pytest.fixture
@@ -73,6 +15,6 @@ def trace_model():
     return run_model
 
 
-@pytest.fixture(params=sorted(p.stem for p in MODELS.glob("*.yaml")))
+@pytest.fixture(params=FILES, ids=lambda path: path.stem)
 def model(request):
-    return MODELS / f"{request.param}.yaml"
+    return request.param

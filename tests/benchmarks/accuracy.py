@@ -9,7 +9,7 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / "oracles"))
 
 from extreme_cases import (
     METHODS,
@@ -30,7 +30,7 @@ from extreme_cases import (
     sliver,
     steep_rod,
 )
-from test_laws import size
+from specifications import size
 
 CASES: dict[str, Case] = {
     "change point missed by 1e-3": change_point(1e-3, 1),

@@ -1,0 +1,27 @@
+"""README's table of extremes is what is measured."""
+
+import pytest
+from accuracy import CASES, METHODS, attained
+from bundled import README
+
+ROWS = {
+    cells[0]: cells[2:]
+    for line in README.read_text().splitlines()
+    if (cells := [c.strip() for c in line.split("|")[1:-1]])
+}
+
+
+def test_every_case_is_in_the_readme():
+    assert set(CASES) <= set(ROWS)
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if "100" not in name])
+def test_the_readme_tells_what_is_attained(name):
+    for method, told in zip(METHODS, ROWS[name], strict=True):
+        worst, good, rows, why = attained(CASES[name], method)
+        number, _, rest = told.partition(", ")
+        if good:
+            assert worst <= 3.0 * float(number) + 1e-15, method
+        if good < rows:
+            assert set(why.split(", ")) <= set((rest.partition(": ")[2] or told).split(", ")), method
+            assert not good or f"{good} of {rows}" in rest, method

@@ -1,0 +1,169 @@
+"""The command line: what scripts count on, what is imported, what help says."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from bundled import MODELS, README
+from processes import gim
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys; sys.argv = ['gim', '--help']\n"
+        "from gimcli.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "heavy = {'numba', 'matplotlib', 'scipy', 'numpy', 'pydantic', 'yaml'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def test_a_dyadic_trace_pays_for_nothing_that_it_does_not_use(tmp_path):
+    code = (
+        f"import sys; sys.argv = ['gim', 'trace', {str(MODELS / 'crank_rocker.yaml')!r}]\n"
+        f"sys.argv += ['--no-png', '-o', {str(tmp_path)!r}]\n"
+        "from gimcli.cli import main\n"
+        "main_exit = None\n"
+        "try: main()\n"
+        "except SystemExit as e: main_exit = e.code\n"
+        "assert not main_exit, main_exit\n"
+        "heavy = {'numba', 'matplotlib', 'scipy', 'rich'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+@pytest.mark.parametrize(
+    "command", ["solve", "trace", "sequence", "mobility", "singularities", "groups", "forces", "tradeoff", "schema"]
+)
+def test_every_command_has_help_with_an_example(command):
+    assert "Example" in gim(command, "--help")
+
+
+def test_trace_json(tmp_path):
+    report = json.loads(gim("trace", MODELS / "crank_rocker.yaml", "--steps", 8, "--json", cwd=tmp_path))
+    assert report["steps"] == 8
+    assert report["solved"] == 9
+    assert report["residual"] < 1e-10
+    assert report["reachable"] == {"motor": [[0.0, 360.0]]}
+    assert report["events"] == []
+    assert (tmp_path / report["csv"]).is_file()
+    assert (tmp_path / report["png"]).is_file()
+    head, first = (tmp_path / report["csv"]).read_text().splitlines()[:2]
+    assert head == "step,time,motor,P.x,P.y,B.x,B.y,residual,sweeps,status"
+    assert first.startswith("0,0.0,0.0,")
+    assert first.endswith(",0,ok")
+
+
+def test_trace_beyond_a_limit_keeps_its_rows_and_names_the_interval(tmp_path):
+    """Triple rocker 4-3-2-4: the crank stops where rod and follower are in line (law of cosines)."""
+    import math
+
+    (tmp_path / "model.yaml").write_text(
+        "nodes: {A: [0,0], B: [4,0.5], C: [5.2,2.4], D: [4,0]}\nground: [A,D]\n"
+        "links: {a: {nodes: [A,B], length: 4}, b: {nodes: [B,C], length: 1.5}, c: {nodes: [D,C], length: 2}}\n"
+        "actuators: {m: {type: rotary, pivot: A, arm: B, law: {from: 20, to: 200}}}\ntrace: [C]\n"
+    )
+    report = json.loads(gim("trace", "--steps", 90, "--no-png", "--json", cwd=tmp_path, code=5))
+    limit = math.degrees(math.acos((4**2 + 4**2 - 3.5**2) / (2 * 4 * 4)))
+    (start, end) = report["reachable"]["m"][0]
+    assert start == 20.0
+    assert end == pytest.approx(limit, abs=1e-8)
+    assert report["events"][-1]["kind"] == "limit"
+    rows = (tmp_path / "model.csv").read_text().splitlines()[1:]
+    assert len(rows) == 91
+    for k, row in enumerate(rows):
+        cells = row.split(",")
+        if 20 + 2 * k <= limit:
+            assert cells[-1] == "ok"
+        else:
+            assert cells[3:6] == ["", "", ""]
+            assert cells[-1] == "unreachable"
+
+
+def test_solve_json_at_an_input(tmp_path):
+    import math
+
+    report = json.loads(gim("solve", MODELS / "crank_rocker.yaml", "--at", "motor=40", "--json"))
+    assert report["status"] == "ok"
+    a = complex(*report["nodes"]["A"])
+    assert abs(a - 40 * complex(math.cos(math.radians(40)), math.sin(math.radians(40)))) < 1e-10
+    b = complex(*report["nodes"]["B"])
+    assert abs(b - a) == pytest.approx(120, abs=1e-9)
+    assert abs(b - 100) == pytest.approx(80, abs=1e-9)
+    assert set(report["points"]) == {"P"}
+
+
+def test_sequence_json():
+    report = json.loads(gim("sequence", MODELS / "stephenson_3_far.yaml", "--json"))
+    (group,) = report["groups"]
+    assert group["kind"] == "coupled"
+    assert set(group["nodes"]) == {"B", "C", "E"}
+    assert {"node", "about", "constraint", "rule"} <= set(group["steps"][0])
+    assert 0.0 < group["radius"] <= group["classic_radius"]
+    kinds = [g["kind"] for g in json.loads(gim("sequence", MODELS / "jansen.yaml", "--json"))["groups"]]
+    assert set(kinds) == {"dyad"}
+
+
+def test_mobility_json():
+    report = json.loads(gim("mobility", MODELS / "parallelogram_third_crank.yaml", "--json"))
+    assert (report["gruebler"], report["mobility"], report["actuators"]) == (0, 1, 1)
+    assert len(report["redundant"]) == 1
+    assert report["undriven"] == []
+
+
+def test_a_random_start_is_repeatable_and_assembles():
+    reports = [
+        json.loads(gim("solve", MODELS / "platform_3rrr.yaml", "--start", "random", "--seed", 3, "--json"))
+        for _ in range(2)
+    ]
+    assert reports[0] == reports[1]
+    assert reports[0]["status"] == "ok"
+
+
+def test_history_ends_below_the_tolerance(tmp_path):
+    report = json.loads(
+        gim("solve", MODELS / "gim_fig11.yaml", "--at", "FD=120", "--at", "OA=118.99494936611666", "--method", "gim",
+            "--tolerance", "1e-5", "--history", "--strategy", "classic", "--json", "--png", tmp_path / "h.png")
+    )  # fmt: skip
+    assert report["sweeps"] == 13
+    assert len(report["history"]) == 14
+    assert max(report["history"][-1]) < 1e-5 <= max(report["history"][-2])
+    assert report["rate"] == pytest.approx(report["radius"], rel=0.1)
+    assert (tmp_path / "h.png").stat().st_size > 1000
+
+
+@pytest.mark.parametrize("command", ["trace", "solve", "sequence", "mobility"])
+def test_every_model_passes_through_every_command(command, model, tmp_path):
+    extra = ["--steps", 12, "--out", tmp_path, "--no-png"] if command == "trace" else []
+    if os.environ.get("CI") is None and command == "sequence":
+        extra.append("--explain")
+    gim(command, model, *extra)
+
+
+def test_every_model_is_drawn(model, tmp_path):
+    from gimcli.model import load
+    from gimcli.motion.motion import trace
+    from gimcli.output import draw_motion
+    from gimcli.rates.motion_table import traced_paths
+
+    motion = trace(load(model), 12)
+    path = tmp_path / "motion.png"
+    draw_motion(motion.mechanism, motion.mechanism.to_file(motion.z[:, ::4].T), traced_paths(motion), path, "motion")
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_readme_example_runs_and_its_error_is_the_one_told(tmp_path):
+    text = README.read_text()
+    example = text.split("```yaml\n")[1].split("```")[0]
+    (tmp_path / "model.yaml").write_text(example)
+    assert json.loads(gim("trace", "--no-png", "--json", cwd=tmp_path))["solved"] == 361
+    (tmp_path / "model.yaml").write_text(example.replace("[A, B], length", "[A, Bb], length"))
+    told = text.split("```text\n")[1].split("\n```")[0]
+    command = [sys.executable, "-c", "from gimcli.cli import main; main()", "trace"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert told in done.stderr

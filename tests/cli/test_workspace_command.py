@@ -1,0 +1,221 @@
+"""`gim workspace`: files, JSON, grids, and going on after an interruption."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bundled import MODELS
+from typer.testing import CliRunner
+
+from gimcli.cli import app
+from gimcli.errors import GimError
+from gimcli.kernels import jit
+from gimcli.model import load
+from gimcli.motion.scatter import Scatterer, scattered
+from gimcli.motion.solve import solve
+from gimcli.positions.dispatch import plain
+from gimcli.positions.options import Options
+from gimcli.reach.grid import carried_by, input_grid
+
+
+def run(*arguments: str) -> str:
+    result = CliRunner().invoke(app, list(arguments), catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.stdout
+
+
+def test_region_is_told_as_json_and_written(tmp_path: Path) -> None:
+    told = json.loads(run("workspace", str(MODELS / "five_bar.yaml"), "-p", "P", "-o", str(tmp_path), "--json"))
+    assert told["complete"]
+    assert told["area"] == pytest.approx(286.3368073193336, rel=1e-7)  # two lenses of circles, see test_workspace
+    assert told["bounds"]["x"] == pytest.approx([-9.0, 9.0], abs=1e-7)  # arms of 11 about -2 and 2
+    assert told["bounds"]["y"] == pytest.approx([-np.sqrt(117.0), np.sqrt(117.0)], abs=1e-7)
+    assert (told["regions"], told["holes"], told["barriers"]) == (1, 2, 0)
+    with Path(told["csv"]).open(newline="") as handle:
+        rows = list(csv.DictReader(handle))
+    z = np.array([complex(float(r["x"]), float(r["y"])) for r in rows])
+    kinds = np.array([r["kind"] for r in rows])
+    for kind, radius in (("outer", 11.0), ("hole", 1.0)):
+        off = np.abs(np.abs(z[kinds == kind, None] - np.array([-2.0, 2.0])) - radius).min(axis=1)
+        assert off.max() < 1e-12
+    assert Path(told["png"]).read_bytes().startswith(b"\x89PNG")
+    assert len(rows) == sum(curve["points"] for curve in told["curves"])
+
+
+def test_paths_are_told_as_json_and_written(tmp_path: Path) -> None:
+    told = json.loads(
+        run("workspace", str(MODELS / "elliptic_trammel.yaml"), "-o", str(tmp_path), "--json", "--no-png")
+    )
+    (path,) = told["paths"]
+    assert told["point"] == "P"
+    assert told["png"] is None
+    assert path["bounds"]["x"] == pytest.approx([-3.5, 3.5], abs=1e-8)
+    assert path["inputs"]["motor"]["full_turn"]
+    rows = np.genfromtxt(told["csv"], delimiter=",", names=True)
+    assert np.abs((rows["x"] / 3.5) ** 2 + rows["y"] ** 2 - 1.0).max() < 1e-12
+    assert np.ptp(rows["motor"]) == pytest.approx(360.0, abs=1e-6)
+
+
+def test_held_orientation_is_an_option(tmp_path: Path) -> None:
+    model = str(MODELS / "platform_3rpr.yaml")
+    text = run("workspace", model, "-p", "M", "--orientation", "platform=17", "-o", str(tmp_path), "--no-png")
+    assert "ram_1 = 16" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["-p", "Q"], "--point Q: no such node or point"),
+        (["--orientation", "proximal_1"], "write MEMBER=ANGLE"),
+        (["--orientation", "proximal=3"], "no such moving member"),
+        (["--orientation", "distal_1=3", "--orientation", "distal_1=4"], "give it once"),
+        (["--orientation", "distal_1=3", "--grid", "5"], "choose one of them"),
+        (["--resume"], "add --grid"),
+        (["--grid", "100000"], "at most"),
+    ],
+)
+def test_what_does_not_fit_is_refused_with_a_cure(tmp_path: Path, arguments: list[str], said: str) -> None:
+    with pytest.raises(GimError, match=said):
+        CliRunner().invoke(
+            app, ["workspace", str(MODELS / "five_bar.yaml"), *arguments, "-o", str(tmp_path)], catch_exceptions=False
+        )
+    assert not list(tmp_path.glob("*.csv"))
+
+
+def grid_of(stem: str, point: str, count: int) -> Scatterer:
+    mechanism = load(MODELS / f"{stem}.yaml")
+    return Scatterer(mechanism, carried_by(mechanism, point), input_grid(mechanism, count))
+
+
+def whole(job: Scatterer, workers: int | None = None) -> np.ndarray:
+    parts = dict(scattered(job, range(job.parts), workers))
+    return np.concatenate([parts[k] for k in range(job.parts)], axis=1)
+
+
+def test_grid_of_a_five_bar_is_its_two_circles_met() -> None:
+    """Both ends of the distal links' circles, solved by a formula of its own; nothing where they do not meet."""
+    job = grid_of("five_bar", "P", 24)
+    z = whole(job) * job.mechanism.scale + job.mechanism.origin
+    u = job.grid.values(0, job.grid.rows)
+    a, b = -2.0 + 5.0 * np.exp(1j * u[0]), 2.0 + 5.0 * np.exp(1j * u[1])
+    d = np.abs(b - a)
+    height = np.sqrt(np.maximum(36.0 - 0.25 * d**2, 0.0))
+    meets = d <= 12.0
+    for side in (1.0, -1.0):
+        exact = 0.5 * (a + b) + 1j * side * height * (b - a) / d
+        gap = np.abs(z - exact).min(axis=0)
+        assert np.all(gap[meets] < 1e-12)
+    assert np.array_equal(np.isfinite(z).all(axis=0), meets)
+    assert 0.5 < meets.mean() < 1.0
+
+
+def test_grid_is_the_same_compiled_and_plain_and_on_several_threads() -> None:
+    job = grid_of("five_bar", "P", 190)  # two parts
+    job.run = jit.compiled
+    first = whole(job, 1)
+    assert job.parts == 2
+    assert np.array_equal(first, whole(job, 3), equal_nan=True)
+    small = grid_of("five_bar", "P", 12)
+    small.run = jit.compiled
+    again = whole(small)
+    small.run = plain
+    assert np.array_equal(again, whole(small), equal_nan=True)
+
+
+@pytest.mark.parametrize(("stem", "point"), [("gim_fig11", "A"), ("scotch_yoke", ""), ("hart_a_frame", "")])
+def test_grid_holds_the_position_that_solve_finds(stem: str, point: str) -> None:
+    """Lines of a coupled mechanism, and other closed forms, against single positions from the drawn branch."""
+    job = grid_of(stem, point or load(MODELS / f"{stem}.yaml").traced[0], 7)
+    z = whole(job, 2)
+    values = job.grid.values(0, job.grid.rows)
+    assert job.closed == (stem != "gim_fig11")
+    compared = 0
+    for k in range(0, job.grid.rows, 3):
+        single = solve(job.mechanism, values[:, k], Options())
+        if single.status.value == 0:
+            place = job.on.place(single.z[:, None])[0]
+            assert np.nanmin(np.abs(z[:, k] - place)) < 1e-9
+            compared += 1
+    assert compared >= 2
+
+
+def test_interrupted_grid_goes_on_where_it_was(tmp_path: Path) -> None:
+    """A run is stopped after a part; the next one solves what is missing and gives the same places."""
+    model = MODELS / "five_bar.yaml"
+    command = ["workspace", str(model), "--grid", "260", "--no-png", "--json"]
+    told = json.loads(run(*command, "-o", str(tmp_path / "whole")))
+    assert told["grid"]["parts"] == 3
+    script = (
+        "import sys, gimcli.output.parts as parts\n"
+        "put = parts.Parts.put\n"
+        "def stop(self, number, values):\n"
+        "    put(self, number, values)\n"
+        "    raise KeyboardInterrupt\n"
+        "parts.Parts.put = stop\n"
+        f"sys.argv = ['gim', *{[*command, '-o', str(tmp_path / 'part')]!r}]\n"
+        "from gimcli.cli import main; main()\n"
+    )
+    assert subprocess.run([sys.executable, "-c", script], capture_output=True, check=False).returncode != 0
+    folder = tmp_path / "part" / "five_bar.workspace.parts"
+    assert len(list(folder.glob("part-*.npy"))) == 1
+    assert not (tmp_path / "part" / "five_bar.workspace.npz").exists()
+    with pytest.raises(GimError, match=r"belongs to another run \(differs in grid\)"):
+        run("workspace", str(model), "--grid", "261", "--resume", "-o", str(tmp_path / "part"))
+    other = tmp_path / "five_bar.yaml"
+    other.write_text(model.read_text().replace("length: 6", "length: 6.5"))
+    with pytest.raises(GimError, match="differs in model"):
+        run("workspace", str(other), "--grid", "260", "--resume", "-o", str(tmp_path / "part"))
+    again = json.loads(run(*command, "--resume", "-o", str(tmp_path / "part")))
+    assert again["grid"]["resumed_parts"] == 1
+    assert not folder.exists()
+    with np.load(told["npz"]) as first, np.load(again["npz"]) as second:
+        assert set(first.files) == {"x", "y", "input_motor_1", "input_motor_2"}
+        assert first["x"].shape == (2, 260, 260)
+        assert all(np.array_equal(first[name], second[name], equal_nan=True) for name in first.files)
+
+
+def test_a_folder_that_is_not_ours_is_left_alone(tmp_path: Path) -> None:
+    folder = tmp_path / "five_bar.workspace.parts"
+    folder.mkdir()
+    (folder / "thesis.txt").write_text("mine")
+    with pytest.raises(GimError, match="not of this run"):
+        run("workspace", str(MODELS / "five_bar.yaml"), "--grid", "5", "--no-png", "-o", str(tmp_path))
+    assert (folder / "thesis.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize("picture", ["--png", "--no-png"])
+def test_ranges_that_only_just_meet_leave_a_single_place(tmp_path: Path, picture: str) -> None:
+    """A plate held level by rams of at most 4 about two pivots whose circles for A, 8 apart, touch in (4, 0)."""
+    model = tmp_path / "touching.yaml"
+    model.write_text("""
+nodes: {O: [0, 0], Q: [10, 0], A: [3, 0], B: [5, 0]}
+ground: [O, Q]
+links: {plate: [A, B]}
+actuators:
+  ram_1: {type: linear, nodes: [O, A], law: {from: 2, to: 4}}
+  ram_2: {type: linear, nodes: [Q, B], law: {from: 2, to: 4}}
+  ram_3: {type: linear, nodes: [O, B], law: {from: 2, to: 9}}
+""")
+    asked = ("workspace", str(model), "-p", "A", "--orientation", "plate=0", "-o", str(tmp_path), picture)
+    told = json.loads(run(*asked, "--json"))
+    assert told["complete"]
+    assert (told["area"], told["regions"], told["curves"]) == (0.0, 0, [])
+    assert np.allclose([told["bounds"]["x"], told["bounds"]["y"]], [[4.0, 4.0], [0.0, 0.0]], atol=1e-5)
+    assert "nan" not in run(*asked)
+    if told["png"]:
+        assert Path(told["png"]).read_bytes().startswith(b"\x89PNG")
+
+
+def test_paths_that_may_not_be_all_say_so(tmp_path: Path) -> None:
+    """The inversor's equations are dependent: which configurations there are is not proved."""
+    asked = ["workspace", str(MODELS / "peaucellier.yaml"), "-p", "Q", "-o", str(tmp_path), "--no-png"]
+    done = CliRunner().invoke(app, asked, catch_exceptions=False)
+    assert done.exit_code == 5
+    assert "there may be more paths" in done.stdout
+    assert "there may be more" not in run("workspace", str(MODELS / "watt_1.yaml"), "-o", str(tmp_path), "--no-png")

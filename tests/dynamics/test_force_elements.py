@@ -1,0 +1,536 @@
+"""Springs, dampers, friction and loads of every kind, each against its closed form."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from bundled import MODELS, written
+from heavy_models import moved, on, total_on_frame, weighted
+from typer.testing import CliRunner
+
+from gimcli.cli import app
+from gimcli.dynamics.force_motion import ForceMotion
+from gimcli.dynamics.force_table import reaction_columns
+from gimcli.dynamics.forces import motion_forces
+from gimcli.motion.motion import stream, trace
+from gimcli.output.forces import forces_sheet
+from gimcli.structure.steps import NONE
+from gimcli.table import Column, Table
+
+CRANK = """\
+units: {length: mm}
+nodes: {O: [0, 0], A: [300, 0], G: [500, 400]}
+ground: [O, G]
+links: {crank: [O, A]}
+actuators: {motor: {type: rotary, pivot: O, arm: A, law: {from: 10, to: 370}}}
+duration: 2
+"""
+TURN = math.pi  # rad/s: a turn in 2 s
+
+
+def crank(folder, text, steps=16):
+    """Return angles, the motor's torque and the forces of a crank of 0.3 m on which something acts."""
+    motion = trace(written(folder, CRANK + text), steps)
+    forces = motion_forces(motion)
+    assert np.all(forces.good)
+    assert np.max(np.abs(forces.power_error)) < 1e-12 * max(1.0, np.max(np.abs(forces.drive_power)))
+    return motion.inputs[0], forces.effort(0), forces
+
+
+def test_a_weight_and_its_moment_of_inertia(tmp_path):
+    text = "masses: {crank: {mass: 2, inertia: 0.05, centre: [200, 0]}}\ngravity: [0, -9.81]\n"
+    angle, torque, found = crank(tmp_path, text)
+    assert torque == pytest.approx(2 * 9.81 * 0.2 * np.cos(angle), abs=1e-13)
+    push = on(found, "O", "crank")  # bears the weight and pulls the mass inwards
+    assert np.max(np.abs(push - 2 * 9.81j + 2 * 0.2 * TURN**2 * np.exp(1j * angle))) < 1e-13
+    assert found.loads.kinetic == pytest.approx(0.5 * (0.05 + 2 * 0.04) * TURN**2)
+
+
+def test_an_accelerated_mass_takes_torque(tmp_path):
+    """Quintic law: theta'' = 360 deg (60 t - 180 t^2 + 120 t^3) / T^2."""
+    text = CRANK.replace("to: 370}", "to: 370, profile: quintic}") + "masses: {crank: {mass: 2, inertia: 0.05}}\n"
+    forces = motion_forces(trace(written(tmp_path, text), 16))
+    t = np.linspace(0, 1, 17)
+    gain = 2 * math.pi * (60 * t - 180 * t**2 + 120 * t**3) / 4
+    assert forces.effort(0) == pytest.approx((0.05 + 2 * 0.15**2) * gain, abs=1e-13)
+
+
+def test_a_spring_between_two_nodes(tmp_path):
+    angle, torque, found = crank(tmp_path, "springs: {s: {nodes: [G, A], stiffness: 200, free: 100}}\n")
+    arm = 0.3 * np.exp(1j * angle)
+    away = 0.5 + 0.4j - arm
+    pull = 200 * (np.abs(away) - 0.1) * away / np.abs(away)
+    assert torque == pytest.approx(-(arm.conj() * pull).imag, abs=1e-12)
+    assert np.max(np.abs(on(found, "O", "crank") + pull)) < 1e-12
+    assert found.loads.potential == pytest.approx(100 * (np.abs(away) - 0.1) ** 2)
+
+
+def test_a_spring_has_no_force_as_drawn_unless_told(tmp_path):
+    text = CRANK.replace("from: 10, to: 370", "from: 0, to: 90") + "springs: {s: {nodes: [G, A], stiffness: 200}}\n"
+    forces = motion_forces(trace(written(tmp_path, text), 4))
+    assert forces.effort(0)[0] == pytest.approx(0.0, abs=1e-12)
+    assert abs(forces.effort(0)[1]) > 1.0
+
+
+def test_a_torsion_spring_keeps_count_of_its_turns(tmp_path):
+    """3 N m/rad, free at 30 deg: over three turns the torque grows with the angle, also from piece to piece."""
+    text = CRANK.replace("to: 370", "to: 1090") + "springs: {s: {pivot: O, arm: A, stiffness: 3, free: 30}}\n"
+    mechanism = written(tmp_path, text)
+    motion = trace(mechanism, 90)
+    assert motion_forces(motion).effort(0) == pytest.approx(3 * (motion.inputs[0] - math.radians(30)), abs=1e-12)
+    whole = ForceMotion(mechanism, 91)
+    told = [whole.take(piece).effort(0) for piece in stream(mechanism, 90, rows=20)]
+    assert np.concatenate(told) == pytest.approx(3 * (motion.inputs[0] - math.radians(30)), abs=1e-12)
+
+
+def test_a_damper_between_two_nodes_and_one_about_a_pivot(tmp_path):
+    text = "dampers: {d: {nodes: [A, G], damping: 7}, e: {pivot: O, arm: A, damping: 0.4}}\n"
+    angle, torque, found = crank(tmp_path, text)
+    arm = 0.3 * np.exp(1j * angle)
+    away = 0.5 + 0.4j - arm
+    speed = -1j * TURN * arm
+    rate = (away.conj() * speed).real / np.abs(away)
+    assert torque == pytest.approx(7 * rate**2 / TURN + 0.4 * TURN, abs=1e-12)
+    assert found.loads.power["damping"] == pytest.approx(-7 * rate**2 - 0.4 * TURN**2)
+
+
+def test_friction_in_a_pivot(tmp_path):
+    _, torque, _ = crank(tmp_path, "friction: {O: 0.25}\n")
+    assert torque == pytest.approx(0.25 * TURN)
+
+
+LOADS = {
+    "force in the frame": ("force: [30, -50]", lambda a, t: 30 - 50j),
+    "force that follows": ("follower: [30, -50]", lambda a, t: (30 - 50j) * np.exp(1j * a)),
+    "force over time": ("force: [30, -50], table: time.csv", lambda a, t: (30 - 50j) * t),
+    "force over the input": ("follower: [30, -50], table: input.csv, over: motor", lambda a, t: (
+        (30 - 50j) * np.exp(1j * a) * np.clip(a - math.pi, 0.0, math.pi) / math.pi)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", LOADS)
+def test_forces_on_a_member(case, tmp_path):
+    (tmp_path / "time.csv").write_text("t,f\n0,0\n1,1\n2,2\n")
+    (tmp_path / "input.csv").write_text("angle,f\n180,0\n270,0.5\n360,1\n")
+    text, force = LOADS[case]
+    angle, torque, found = crank(tmp_path, f"loads: {{f: {{on: crank, local: [150, 60], {text}}}}}\n")
+    place = (0.15 + 0.06j) * np.exp(1j * angle)
+    expected = force(angle, np.linspace(0, 2, len(angle)))
+    assert torque == pytest.approx(-(place.conj() * expected).imag, abs=1e-11)
+    assert np.max(np.abs(on(found, "O", "crank") + expected)) < 1e-12
+    assert np.max(np.abs(found.shaking_force - expected)) < 1e-12
+
+
+def test_a_place_as_drawn_is_the_same_place(tmp_path):
+    one = crank(tmp_path, "loads: {f: {on: crank, local: [150, 60], force: [30, -50]}}\n")[1]
+    two = crank(tmp_path, "loads: {f: {on: crank, at: [150, 60], force: [30, -50]}}\n")[1]
+    assert one == pytest.approx(two, abs=1e-13)
+
+
+def test_a_torque_over_the_input(tmp_path):
+    (tmp_path / "input.csv").write_text("0,2\n400,2\n")
+    _, torque, _ = crank(tmp_path, "loads: {f: {on: crank, torque: 5, table: input.csv, over: motor}}\n")
+    assert torque == pytest.approx(-10.0)
+
+
+def test_a_load_on_the_frame_moves_nothing(tmp_path):
+    text = "loads: {f: {on: ground, at: [1, 1], force: [30, -50]}}\nfriction: {O: 1}\n"
+    _, torque, found = crank(tmp_path, text)
+    assert torque == pytest.approx(TURN)
+    assert np.max(np.abs(on(found, "O", "crank"))) < 1e-12
+
+
+SLIDER = """\
+nodes: {O: [0, 0], A: [1, 0], B: [3, 0], C: [3.5, 0], G: [9, 0]}
+ground: [O, G]
+links: {crank: [O, A], rod: [A, B]%s}
+prismatic: {slide: {%s, guide: [O, G]}}
+actuators: {motor: {type: rotary, pivot: O, arm: A, law: {from: 20, to: 380}}}
+"""
+FORMS = {"pin in a slot": ("", "node: B"), "prismatic pair": (", slider: [B, C]", "nodes: [B, C]")}
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("element", [
+    "friction: {slide: 12}", "dampers: {d: {node: B, guide: [O, G], damping: 12}}",
+])  # fmt: skip
+def test_friction_and_damping_along_a_guide(form, element, tmp_path):
+    """The motor's power is 12 v^2, v the slider's speed in closed form; the force on the guide has no part along it."""
+    motion = trace(written(tmp_path, SLIDER % FORMS[form] + element + "\n"), 24)
+    found = motion_forces(motion)
+    a, w = motion.inputs[0], 2 * math.pi
+    root = np.sqrt(4 - np.sin(a) ** 2)
+    v = -w * np.sin(a) - w * np.sin(a) * np.cos(a) / root
+    assert found.effort(0) == pytest.approx(12 * v**2 / w, abs=1e-10)
+    rod = (root + 1j * (-np.sin(a))) / 2  # unit vector from A to B: the massless rod pushes along itself
+    push = 12 * v / rod.real
+    assert found.normal("slide") == pytest.approx(-push * rod.imag, abs=1e-9)
+
+
+def test_a_spring_along_a_guide_with_its_free_travel(tmp_path):
+    text = SLIDER % FORMS["pin in a slot"] + "springs: {s: {node: B, guide: [G, O], stiffness: 40, free: 5}}\n"
+    motion = trace(written(tmp_path, text), 24)
+    found = motion_forces(motion)
+    a = motion.inputs[0]
+    root = np.sqrt(4 - np.sin(a) ** 2)
+    x = np.cos(a) + root
+    slope = -np.sin(a) - np.sin(a) * np.cos(a) / root  # dx/da
+    assert found.effort(0) == pytest.approx(-40 * (9 - x - 5) * slope, abs=1e-10)
+    assert found.loads.potential == pytest.approx(20 * (4 - x) ** 2)
+
+
+LEVER = """\
+nodes: {G: [0, 0], H: [5, 0], O: [3, 0], A: [4, 0]}
+ground: [G, O]
+links: {crank: [O, A], lever: [G, H]}
+prismatic: {slot: {node: A, guide: [G, H], offset: 0.3}}
+actuators: {motor: {type: rotary, pivot: O, arm: A, law: {from: 20, to: 380}}}
+"""
+
+
+@pytest.mark.parametrize("element", ["friction: {slot: 12}", "dampers: {d: {node: A, guide: [G, H], damping: 12}}"])
+def test_friction_in_a_slot_beside_the_levers_pivot(element, tmp_path):
+    """s^2 = |GA|^2 - 0.3^2; a massless lever: s N = 0.3 f, the friction f being 12 s' against the pin."""
+    motion = trace(written(tmp_path, LEVER + element + "\n"), 24)
+    found = motion_forces(motion)
+    a, w = motion.inputs[0], 2 * math.pi
+    s = np.sqrt(10 + 6 * np.cos(a) - 0.09)
+    rate = -3 * np.sin(a) * w / s
+    assert found.effort(0) == pytest.approx(12 * rate**2 / w, abs=1e-10)
+    assert found.normal("slot") == pytest.approx(-0.3 * 12 * rate / s, abs=1e-9)
+    assert np.max(np.abs(found.shaking_force)) < 1e-9  # nothing from outside
+
+
+@pytest.mark.parametrize("nodes", ["[G, A]", "[A, G]"])
+def test_a_ram_on_a_pin_of_two_links(nodes, tmp_path):
+    """The links are massless and loaded at their ends only: each receives a force along itself."""
+    text = f"""\
+nodes: {{O: [0, 0], A: [1, 2], B: [4, 0], G: [3, -1], H: [9, 0]}}
+ground: [O, G, H]
+links: {{left: [O, A], right: [A, B]}}
+prismatic: {{slide: {{node: B, guide: [O, H]}}}}
+actuators: {{ram: {{type: linear, nodes: {nodes}, law: {{by: 0.3}}}}}}
+loads: {{push: {{on: right, local: [{math.hypot(3, 2)}, 0], force: [-60, 0]}}}}
+"""
+    mechanism = written(tmp_path, text)
+    motion = trace(mechanism, 4)
+    found = motion_forces(motion)
+    z = {name: motion.z[k] for k, name in enumerate(mechanism.nodes)}
+    left, right = on(found, "A", "left"), on(found, "A", "right")
+    for force, bar in ((left, z["A"] - z["O"]), (right, z["B"] - z["A"])):
+        assert np.max(np.abs((bar.conj() * force).imag)) < 1e-10
+        assert np.min(np.abs(force)) > 1.0
+    ram = z["A"] - z["G"]
+    assert np.max(np.abs(left + right - found.effort(0) * ram / np.abs(ram))) < 1e-10
+    assert right.real == pytest.approx(60.0)
+
+
+def test_a_moment_in_a_prismatic_pair(tmp_path):
+    """A torque on the slider alone is borne by its guide, and so is a force beside the pin."""
+    text = (
+        SLIDER % FORMS["prismatic pair"]
+        + "loads: {t: {on: slider, torque: 6}, f: {on: slider, local: [0.5, 2], force: [0, -8]}}\n"
+    )
+    found = motion_forces(trace(written(tmp_path, text), 8))
+    assert found.effort(0) == pytest.approx(0.0, abs=1e-12)
+    assert found.normal("slide") == pytest.approx(8.0)
+    assert found.moment("slide") == pytest.approx(0.5 * 8 - 6)  # about B
+
+
+BLOCK = """\
+nodes: {O: [0, 0], A: [0, 1], B: [2, 0], C: [2.5, 0], D: [3, 2], E: [3, 0], G: [9, 0]}
+ground: [O, E, G]
+links: {%s, crank: [O, A], arm: [B, D]}
+prismatic: {slide: {nodes: [B, C], guide: [O, G]}, hook: {node: D, guide: [E, G], offset: 2}}
+actuators: {ram: {type: linear, node: B, guide: [O, G], law: {from: 2, to: 2.2}}}
+"""
+
+
+@pytest.mark.parametrize("links", ["slider: [B, C], rod: [A, B]", "rod: [A, B], slider: [B, C]"])
+@pytest.mark.parametrize("element", ["", "springs: {s: {node: B, guide: [O, G], stiffness: 50, free: 1}}\n"])
+def test_what_holds_or_drives_a_slider_acts_on_the_slider(element, links, tmp_path):
+    """Three links at B, the slider named first or second: crank and rod are unloaded, the arm hangs on B and its hook.
+
+    What the three receive from the pin adds up to nothing, whatever the guide, the ram and the spring do to the slider.
+    """
+    loads = "loads: {w: {on: arm, at: [2.5, 1], force: [7, -12]}}\n"
+    found = motion_forces(trace(written(tmp_path, BLOCK % links + loads + element), 2))
+    slider, rod, arm = (on(found, "B", name) for name in ("slider", "rod", "arm"))
+    assert np.max(np.abs(slider + rod + arm)) < 1e-12
+    assert np.max(np.abs(rod)) < 1e-12
+    assert np.max(np.abs(arm - (found.normal("hook") * -1j + complex(-7, 12)))) < 1e-12
+    assert found.effort(0) == pytest.approx(
+        (50.0 * (found.course.inputs[0] * found.mechanism.scale - 1) if element else 0) - 7
+    )
+    assert found.normal("slide") == pytest.approx(-slider.imag)
+    names = {column.name for column in reaction_columns(found)}
+    assert {"B.slider.fx", "B.rod.fx", "B.arm.fx"} <= names
+
+
+def test_the_potential_is_what_gravity_and_springs_have_done():
+    """Differences of the potential against the power: errors fall by 4 when the step is halved."""
+
+    def sprung(data):
+        data["loads"] = {}
+        data["springs"] = {
+            "s": {"nodes": ["E", "O4"], "stiffness": 300.0, "free": 0.4},
+            "t": {"pivot": "E", "arm": "C", "reference": "D", "stiffness": 5.0, "free": 40.0},
+        }
+
+    error = {}
+    for steps in (200, 400):
+        _, forces, _ = moved(weighted(MODELS / "watt_1.yaml", sprung), steps)
+        power = forces.loads.power["gravity"] + forces.loads.power["spring"]
+        step = forces.course.time[1] - forces.course.time[0]
+        slope = (forces.loads.potential[2:] - forces.loads.potential[:-2]) / (2 * step)
+        error[steps] = np.max(np.abs(slope + power[1:-1]))
+    assert 3.5 < error[200] / error[400] < 4.5
+
+
+def test_power_closes_with_every_element_on_every_model(model):
+    """Springs, dampers and friction wherever they fit: power of all forces = dT/dt, and the frame bears the rest."""
+
+    def sprung(data):
+        nodes = list(data["nodes"])
+        held = [
+            set(v["nodes"] if isinstance(v, dict) else v)
+            for s in ("links", "elements")
+            for v in data.get(s, {}).values()
+        ]
+        if isinstance(data["ground"], list):
+            held.append(set(data["ground"]))
+        used = [n for n in nodes if any(n in h for h in held)]
+        free = [(a, b) for k, a in enumerate(used) for b in used[:k] if not any({a, b} <= h for h in held)]
+        a, b = free[len(free) // 2]
+        data["springs"] = {"s": {"nodes": [a, b], "stiffness": 150.0}}
+        data["dampers"] = {"d": {"nodes": list(free[0]), "damping": 20.0}}
+        data["friction"] = {n: 0.3 for n in used if sum(n in h for h in held) > 1}
+        data["friction"] |= dict.fromkeys(data.get("prismatic", {}), 4.0)
+
+    _, forces, good = moved(weighted(model, sprung), 24)
+    powers = [forces.drive_power, forces.loads.kinetic_rate, *forces.loads.power.values()]
+    assert np.max(np.abs(forces.loads.power["spring"])[good]) > 0.0
+    assert np.min(forces.loads.power["damping"][good]) < 0.0
+    assert np.max(forces.loads.power["damping"][good]) <= 0.0
+    assert np.max(np.abs(forces.power_error[good])) < 1e-9 * max(np.max(np.abs(p[good])) for p in powers)
+    if not forces.mechanism.slides:  # what a slider rubs off on the frame's guide is no pin's
+        force, _ = total_on_frame(forces)
+        for node, push in forces.loads.pins.items():
+            if forces.statics.body_of_pin[node] == NONE:
+                force = force + push
+        assert np.max(np.abs(force - forces.shaking_force)[good]) < 1e-10 * np.nanmax(np.abs(forces.unknowns[:, good]))
+
+
+def test_what_meets_at_a_pin_is_in_balance(tmp_path):
+    """Three members and a spring at one pin: what the members receive adds up to the spring's pull."""
+
+    def sprung(data):
+        data["springs"] = {"s": {"nodes": ["J1", "G"], "stiffness": 9000.0, "free": 1.0}}
+
+    mechanism = weighted(MODELS / "jansen.yaml", sprung)
+    _, forces, good = moved(mechanism, 12)
+    pin = next(p for p in forces.statics.pins if mechanism.nodes[p.node] == "J1")
+    assert len(pin.members) == 3
+    assert pin.busy
+    total = np.sum([forces.pin(pin, member) for member in pin.members], axis=0)
+    assert np.max(np.abs(total - forces.loads.pins[pin.node])[good]) < 1e-10 * np.max(np.abs(total[good]))
+
+
+def test_pieces_tell_what_the_whole_motion_tells():
+    mechanism = weighted(MODELS / "watt_1.yaml")
+    whole, pieces = ForceMotion(mechanism, 61), ForceMotion(mechanism, 61)
+    whole.take(trace(mechanism, 60))
+    for piece in stream(mechanism, 60, rows=13):
+        pieces.take(piece)
+    assert pieces.told == whole.told == 61
+    for name, (value, unit, at) in whole.peaks.greatest.items():
+        told = pieces.peaks.greatest[name]
+        assert (told[0], told[1], told[2]) == (pytest.approx(value, rel=1e-9), unit, pytest.approx(at))
+    assert pieces.peaks.power == pytest.approx(whole.peaks.power)
+    for one, two in zip(whole.kept, pieces.kept, strict=True):
+        assert two == pytest.approx(one, rel=1e-9, abs=1e-9)
+
+
+def test_the_command_writes_columns_picture_and_report(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, ["forces", str(MODELS / "watt_1.yaml"), "--steps", "36", "--json"])
+    assert result.exit_code == 0
+    report = json.loads(result.stdout)
+    assert (report["csv"], report["png"]) == ("watt_1.forces.csv", "watt_1.forces.png")
+    assert (report["steps"], report["solved"], report["status"], report["open"]) == (36, 37, "ok", [])
+    assert report["energy_drift"] < 1e-12
+    lines = (tmp_path / "watt_1.forces.csv").read_text().splitlines()
+    assert len(lines) == 38
+    head = lines[0].split(",")
+    assert head[:8] == ["step", "time", "motor", "motor.effort", "O2.fx", "O2.fy", "O4.fx", "O4.fy"]
+    assert head[-1] == "status"
+    assert (tmp_path / "watt_1.forces.png").read_bytes().startswith(b"\x89PNG")
+    efforts = [float(line.split(",")[3]) for line in lines[1:]]
+    assert max(efforts, key=abs) == report["peaks"]["motor.effort"]["value"]
+
+
+def test_the_command_names_what_redundant_constraints_leave_open(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = (MODELS / "parallelogram_third_crank.yaml").read_text() + "\nmasses: {bar: {mass: 1}}\n"
+    if "unit" in text.split("nodes:")[0]:
+        text = text.replace("length: unit", "length: m")
+    (tmp_path / "model.yaml").write_text(text)
+    result = CliRunner().invoke(app, ["forces", "--steps", "7", "--json"])
+    report = json.loads(result.stdout)
+    assert set(report["open"]) == set("ABCDEF")
+    assert report["peaks"]["C.unique"]["value"] < 1e-12  # a crank without mass, not driven: no force across it
+    assert "motor.effort" in report["peaks"]
+    assert not set(report["open"]) & set(report["peaks"])
+
+
+@pytest.mark.parametrize(("change", "words"), [
+    (lambda text: text, "has no masses, loads or springs"),
+    (lambda text: text.replace("length: mm", "length: unit") + "friction: {O: 1}\n", "units: {length: m}"),
+])  # fmt: skip
+def test_the_command_refuses_what_it_cannot_tell(change, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "model.yaml").write_text(change(CRANK))
+    result = CliRunner().invoke(app, ["forces"])
+    assert result.exit_code != 0
+    assert words in str(result.exception)
+    assert list(tmp_path.iterdir()) == [tmp_path / "model.yaml"]
+
+
+def test_a_dead_point_is_told_and_the_rest_is_written(tmp_path, monkeypatch):
+    """A slider driven through its dead centre: without bound there, and 5 is the status."""
+    monkeypatch.chdir(tmp_path)
+    text = """\
+nodes: {O: [0, 0], A: [0.6, 0.8], B: [2.4, 0], G: [9, 0]}
+ground: [O, G]
+links: {crank: {nodes: [O, A], length: 1}, rod: {nodes: [A, B], length: 2}}
+prismatic: {slide: {node: B, guide: [O, G]}}
+actuators: {ram: {type: linear, node: B, guide: [O, G], law: {from: 2.2, to: 3}}}
+masses: {crank: {mass: 1}, rod: {mass: 2}}
+"""
+    (tmp_path / "model.yaml").write_text(text)
+    result = CliRunner().invoke(app, ["forces", "--steps", "8", "--no-png"])
+    assert result.exit_code == 5
+    rows = (tmp_path / "model.forces.csv").read_text().splitlines()
+    assert [row.split(",")[-1] for row in rows[1:-1]] == ["ok"] * 8
+    assert rows[-1].split(",")[-1] in ("singular", "unreachable")
+    assert rows[-1].split(",")[3] == ""
+
+
+def test_a_change_point_is_passed_and_its_forces_are_told_singular(tmp_path, monkeypatch):
+    """The flat parallelogram has two velocities: positions go on, forces are empty there."""
+    monkeypatch.chdir(tmp_path)
+    text = (MODELS / "parallelogram.yaml").read_text().replace("{from: 5, to: 170}", "{from: -90, to: 270}")
+    text = text.replace("length: unit", "length: m") + "\nmasses: {coupler: {mass: 1}}\n"
+    (tmp_path / "model.yaml").write_text(text)
+    result = CliRunner().invoke(app, ["forces", "--steps", "8", "--json"])
+    assert result.exit_code == 5
+    report = json.loads(result.stdout)
+    assert (report["solved"], report["status"]) == (7, "singular")
+    rows = [row.split(",") for row in (tmp_path / "model.forces.csv").read_text().splitlines()[1:]]
+    assert [row[-1] for row in rows] == ["ok", "ok", "singular", "ok", "ok", "ok", "singular", "ok", "ok"]
+    assert [row[3] == "" for row in rows] == [row[-1] == "singular" for row in rows]
+
+
+def test_the_picture_shows_the_greatest_effort():
+    """A short peak is what a drive is chosen by: it is inside the window."""
+    over = np.linspace(0.0, 1.0, 1001)
+    effort = np.where(np.abs(over - 0.5) < 0.01, 900.0, np.sin(6.0 * over))
+    table = Table((Column("time", over, "s"), Column("motor", effort, "N m")))
+    sheet = forces_sheet({"driving torque": table}, np.exp(6j * over), "forces")
+    frame = sheet.pictures[0].frame
+    assert frame.low.imag < -1.0
+    assert frame.high.imag > 900.0
+
+
+def test_the_benchmark_runs(tmp_path):
+    """Tiny; what it times is not looked at."""
+    import inverse_dynamics
+    import machine
+
+    inverse_dynamics.main(["--steps", "40", "--repeats", "1", "--out", str(tmp_path)])
+    lines = machine.result_path("inverse_dynamics", tmp_path).read_text().splitlines()
+    assert lines[0] == "mechanism,steps,positions,accelerations,forces"
+    assert len(lines) == 3
+
+
+def test_forces_cost_little_beside_positions():
+    """One process, both compiled; measured 5 times the positions' cost, which a share of numpy's overhead blurs."""
+    import time
+
+    import inverse_dynamics as bench
+
+    mechanism = bench.weighted("crank_rocker")
+    options = bench.Options(jit="on")
+    motion, courses = trace(mechanism, 20_000, options), bench.Courses(mechanism, 0, "on")
+    bodies, course = bench.statics(mechanism), courses(motion)
+    bench.inverse_dynamics(bodies, course, bench.compiled)
+    sides = (
+        lambda: trace(mechanism, 20_000, options),
+        lambda: bench.inverse_dynamics(bodies, courses(motion), bench.compiled),
+    )
+    best = [math.inf, math.inf]
+    for _ in range(5):
+        for k, side in enumerate(sides):
+            begin = time.thread_time()
+            side()
+            best[k] = min(best[k], time.thread_time() - begin)
+    assert best[1] < 25.0 * best[0]
+
+
+def test_a_trace_imports_nothing_of_this():
+    """Not even of a model with masses, loads and a table."""
+    import subprocess
+    import sys
+
+    code = f"""
+import sys
+from gimcli.model import load
+from gimcli.motion.motion import trace
+trace(load({str(MODELS / "watt_1.yaml")!r}), 3)
+heavy = ("forces", "force_", "loading", "course", "statics", "equilibrium", "scipy.interpolate")
+print([name for name in sys.modules if any(part in name.removeprefix("gimcli.") for part in heavy)])
+"""
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "[]"
+
+
+# -- beside singular positions --------------------------------------------------------------------------------
+
+BESIDE = """
+units: {length: m}
+nodes: {O: [0, 0], P: [2, 0], A: [0, 1], B: [2, 1]}
+ground: [O, P]
+links: {crank: [O, A], coupler: [A, B], rocker: [P, B]}
+actuators: {q: {type: rotary, pivot: O, arm: A, law: {from: 90, to: 179.999}}}
+masses: {crank: {mass: 1, inertia: 0.1}, coupler: {mass: 1, inertia: 0.1}}
+gravity: [0, -9.81]
+"""
+
+
+def test_forces_without_bound_are_no_peak_and_take_no_axis(tmp_path):
+    """The cranks of a parallelogram flatten: the pull along them grows as 1 / sin q, the shaking force does not."""
+    mechanism = written(tmp_path, BESIDE)
+    motion = trace(mechanism, 100)
+    found = ForceMotion(mechanism, 101)
+    forces = found.take(motion)
+    assert forces.good.all()
+    pull = np.abs(forces.pin(forces.statics.pins[0], 1))
+    assert pull[-1] > 1e4
+    flat, steep = np.abs(np.sin(motion.inputs[0])), ~forces.bounded
+    assert steep[flat < 0.02].all()
+    assert not steep[flat > 0.2].any()
+    assert found.peaks.left_out == np.count_nonzero(steep) > 0
+    assert found.peaks.greatest["O"][0] == pytest.approx(np.max(pull[~steep]))
+    assert np.array_equal(np.isnan(found.kept[2][0]), steep)
+
+
+@pytest.mark.filterwarnings("error")
+def test_singular_rows_are_empty_without_a_warning(tmp_path):
+    """Three parallel cranks, flat at 180 deg: the matrix of their redundant equations has no rank there."""
+    text = (MODELS / "parallelogram_third_crank.yaml").read_text().replace("from: 10, to: 170", "from: 0, to: 360")
+    text += "masses: {left: {mass: 1, inertia: 0.1}, bar: {mass: 2, inertia: 0.1}}\n"
+    forces = motion_forces(trace(written(tmp_path, text), 36))
+    assert np.flatnonzero(~forces.good).tolist() == [0, 18, 36]

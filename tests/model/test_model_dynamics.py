@@ -1,0 +1,231 @@
+"""The dynamic part of the model file: what is refused, and what is compiled into SI units."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from bundled import README
+
+from gimcli.dynamic_data import TIME
+from gimcli.errors import ModelError
+from gimcli.model import json_schema, load
+
+TOP = """\
+nodes: {O: [0, 0], G: [3, 0], A: [0, 1], B: [3, 2], K: [9, 9]}
+ground: [O, G]
+links: {crank: [O, A], rod: [A, B], rocker: [G, B]}
+actuators:
+  motor: {type: rotary, pivot: O, arm: A%s}
+"""
+FILE = TOP % ""
+
+
+def motor(text):
+    return TOP % f", {text}"
+
+
+def freed(text):
+    return motor(f"free: true, {text}")
+
+
+# name: (text, line:column, fragments of the message)
+REFUSED = {
+    "load of two kinds": (FILE + "loads: {f: {on: rod, torque: 3, force: [1, 2], at: [1, 1]}}\n", "6:12", ["either"]),
+    "follower nowhere": (FILE + "loads: {f: {on: rod, follower: [1, 2]}}\n", "6:12", ["either `at`"]),
+    "load over nothing": (
+        FILE + "loads: {f: {on: rod, torque: 3, table: t.csv, over: moter}}\n", "6:53",
+        ["'moter' is neither time nor an actuator", "did you mean 'motor'"],
+    ),
+    "load over an input without a table": (
+        FILE + "loads: {f: {on: rod, torque: 3, over: motor}}\n", "6:12", ["has no `table`; add one"],
+    ),
+    "load table that is missing": (
+        FILE + "loads: {f: {on: rod, torque: 3, table: tt.csv}}\n", "6:40", ["tt.csv: cannot be read"],
+    ),
+    "load table that goes back": (
+        FILE + "loads: {f: {on: rod, torque: 3, table: back.csv, over: motor}}\n", "6:40",
+        ["input 1 after 2; input must increase"],
+    ),
+    "spring without stiffness": (FILE + "springs: {s: {nodes: [O, B]}}\n", "6:14", ["'stiffness' is missing"]),
+    "spring of no stiffness": (FILE + "springs: {s: {nodes: [O, B], stiffness: 0}}\n", "6:41", ["above 0"]),
+    "spring between two nodes of a member": (
+        FILE + "springs: {s: {nodes: [A, B], stiffness: 9}}\n", "6:22", ["belong to one member ('rod')"],
+    ),
+    "spring on an unknown node": (
+        FILE + "springs: {s: {nodes: [A, Bb], stiffness: 9}}\n", "6:26", ["'Bb' is not declared", "did you mean 'B'"],
+    ),
+    "spring on a node of no member": (
+        FILE + "springs: {s: {nodes: [A, K], stiffness: 9}}\n", "6:22", ["node 'K' belongs to no member"],
+    ),
+    "spring of nothing": (FILE + "springs: {s: {stiffness: 9}}\n", "6:14", ["spring 's' needs `nodes`"]),
+    "spring with a pivot and nodes": (
+        FILE + "springs: {s: {pivot: O, arm: A, nodes: [O, A], stiffness: 9}}\n", "6:33", ["`nodes` does not belong"],
+    ),
+    "spring with a free length below 0": (
+        FILE + "springs: {s: {nodes: [O, B], stiffness: 9, free: -1}}\n", "6:50", ["at least 0"],
+    ),
+    "damper that drives": (FILE + "dampers: {d: {nodes: [O, B], damping: -1}}\n", "6:39", ["at least 0", "met -1"]),
+    "damper, misspelt": (
+        FILE + "dampers: {d: {nodes: [O, B], dampng: 1}}\n", "6:30", ["unknown key 'dampng'", "did you mean 'damping'"],
+    ),
+    "friction nowhere": (
+        FILE + "friction: {slid: 1}\n", "6:12", ["'slid' is neither a node nor a sliding pair"],
+    ),
+    "friction at the end of one member": (
+        "nodes: {O: [0, 0], A: [0, 1]}\nground: [O]\nlinks: {a: [O, A]}\nfriction: {A: 1}\n", "4:12",
+        ["node A is no pair"],
+    ),
+    "friction that drives": (FILE + "friction: {A: -1}\n", "6:15", ["at least 0"]),
+    "free, but not a truth": (motor("free: maybe"), "5:49", ["true or false is needed, met 'maybe'"]),
+    "start too far away": (freed("start: 1e30"), "5:62", ["start reaches 1e+30"]),
+    "start of an input that is not free": (motor("start: 45"), "5:43", ["`start`", "add `free: true`, or remove"]),
+    "speed of an input that is not free": (motor("speed: 0"), "5:43", ["`speed`", "add `free: true`, or remove"]),
+    "effort of an input that is not free": (
+        motor("free: false, effort: 3"), "5:56", ["`effort`", "add `free: true`, or remove"],
+    ),
+    "effort of nothing": (freed("effort: {}"), "5:63", ["needs a number, or `table`, or `stall` and `idle`"]),
+    "effort of two kinds": (freed("effort: {constant: 1, table: t.csv}"), "5:63", ["needs a number"]),
+    "effort with half a line": (freed("effort: {stall: 3}"), "5:63", ["`idle` is missing"]),
+    "effort that is idle at rest": (freed("effort: {stall: 3, idle: 0}"), "5:80", ["must not be 0"]),
+    "effort over speed without a table": (freed("effort: {constant: 1, over: speed}"), "5:63", ["has no `table`"]),
+    "effort over something else": (freed("effort: {table: t.csv, over: sped}"), "5:84", ["did you mean 'speed'"]),
+}  # fmt: skip
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "t.csv").write_text("x,factor\n0,0\n90,2\n180,1\n")
+    (tmp_path / "back.csv").write_text("2,1\n1,1\n")
+    return tmp_path
+
+
+def loaded(folder, text):
+    (folder / "m.yaml").write_text(text)
+    return load(folder / "m.yaml")
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_fault_is_told_with_its_place_and_cure(case, folder):
+    text, place, fragments = REFUSED[case]
+    with pytest.raises(ModelError) as caught:
+        loaded(folder, text)
+    told = str(caught.value).splitlines()
+    assert len(told) == 1, told
+    assert told[0].startswith(f"{folder / 'm.yaml'}:{place}: "), told
+    for fragment in fragments:
+        assert fragment in told[0]
+
+
+def test_a_refused_part_is_refused_once(folder):
+    """What refers to a refused actuator or a refused spring is not a fault again."""
+    text = motor("law: {from: x, to: 3}") + "loads: {f: {on: rod, torque: 3, table: t.csv, over: motor}}\n"
+    with pytest.raises(ModelError) as caught:
+        loaded(folder, text + "springs: {s: {nodes: [O, B], stiffness: x}}\n")
+    assert len(str(caught.value).splitlines()) == 2, caught.value
+
+
+def test_everything_is_compiled_into_si_units(folder):
+    text = """\
+units: {length: mm, angle: deg, mass: g}
+nodes: {O: [100, 0], G: [3100, 0], A: [100, 1000], B: [3100, 2000]}
+ground: [O, G]
+links: {crank: [O, A], rod: [A, B], rocker: [G, B]}
+actuators:
+  motor: {type: rotary, pivot: O, arm: A, free: true, start: 45, speed: 90, effort: {stall: 8, idle: 1800}}
+masses: {rod: {mass: 1500, inertia: 0.2}, crank: {mass: 1, centre: [250, 50]}}
+gravity: [0, -9.81]
+loads:
+  push: {on: rod, at: [1600, 1500], follower: [3, 4], table: t.csv, over: motor}
+  twist: {on: crank, torque: 5, table: t.csv}
+springs:
+  coil: {nodes: [O, B], stiffness: 200, free: 500}
+  torsion: {pivot: A, arm: B, reference: O, stiffness: 3, free: 30}
+dampers: {shock: {nodes: [A, G], damping: 7}}
+friction: {A: 0.02}
+"""
+    mechanism = loaded(folder, text)
+    d, names = mechanism.dynamics, [m.name for m in mechanism.members]
+    assert d.metre == pytest.approx(mechanism.scale * 1e-3, rel=1e-15)
+    rod, crank = d.inertias
+    assert (names[rod.member], rod.mass, rod.moment) == ("rod", 1.5, 0.2)
+    assert rod.centre * d.metre == pytest.approx(0.5 * math.sqrt(10.0))  # the middle, as it is not given
+    assert crank.mass == pytest.approx(1e-3)
+    assert crank.centre * d.metre == pytest.approx(0.25 + 0.05j)
+    assert d.gravity == -9.81j
+    push, twist = d.loads
+    assert push.follows
+    assert push.force == 3 + 4j
+    assert push.point * d.metre == pytest.approx(0.5 * math.sqrt(10.0))
+    assert push.over == 0
+    assert push.curve(np.radians([0.0, 90.0, 180.0, 500.0])) == pytest.approx([0.0, 2.0, 1.0, 1.0])
+    assert (twist.torque, twist.over) == (5.0, TIME)
+    assert twist.curve(np.array([-1.0, 90.0])) == pytest.approx([0.0, 2.0])
+    coil, torsion = d.springs
+    assert coil.free * d.metre == pytest.approx(0.5)
+    assert torsion.free == pytest.approx(math.radians(30))
+    gauge = mechanism.gauges[torsion.gauge]
+    assert gauge.drawn == pytest.approx(math.atan2(1, 3) + math.pi / 2)  # from A -> O to A -> B
+    assert [mechanism.nodes[n] for n in (mechanism.gauges[d.dampers[0].gauge].a,)] == ["A"]
+    assert (d.frictions[0].node, d.frictions[0].damping) == (mechanism.nodes.index("A"), 0.02)
+    (release,) = d.releases
+    assert release.free
+    assert (release.start, release.speed) == pytest.approx((math.pi / 4, math.pi / 2))
+    assert (release.effort.constant, release.effort.idle) == pytest.approx((8.0, 10 * math.pi))
+
+
+def test_a_file_without_dynamics_has_none(folder):
+    mechanism = loaded(folder, FILE)
+    assert mechanism.dynamics.empty
+    assert mechanism.gauges == ()
+
+
+def test_efforts_of_every_form_are_compiled(folder):
+    def effort(text):
+        (release,) = loaded(folder, freed(text) + "masses: {rod: {mass: 1}}\n").dynamics.releases
+        return release.effort
+
+    assert effort("effort: 3").constant == 3.0
+    assert effort("effort: {constant: 3}").constant == 3.0
+    over_speed = effort("effort: {table: t.csv, over: speed}")
+    assert over_speed.over == "speed"
+    assert over_speed.curve(np.array([math.pi / 2])) == pytest.approx([2.0])
+    over_time = effort("effort: {table: t.csv}")
+    assert over_time.curve(np.array([90.0])) == pytest.approx([2.0])
+
+
+def test_the_schema_knows_the_dynamic_part():
+    jsonschema = pytest.importorskip("jsonschema")
+    schema = json_schema()
+    valid = jsonschema.validators.validator_for(schema)(schema)
+    good = {
+        "nodes": {"O": [0, 0], "A": [0, 1]}, "ground": ["O"], "links": {"a": ["O", "A"]},
+        "actuators": {"m": {"type": "rotary", "pivot": "O", "arm": "A", "free": True, "effort": 3, "start": 4}},
+        "springs": {"s": {"pivot": "O", "arm": "A", "stiffness": 3}}, "friction": {"O": 0.1},
+        "dampers": {"d": {"nodes": ["O", "A"], "damping": 3}},
+        "loads": {"f": {"on": "a", "local": [0, 0], "follower": [1, 2], "table": "t.csv", "over": "m"}},
+    }  # fmt: skip
+    assert valid.is_valid(good)
+    assert not valid.is_valid({**good, "springs": {"s": {"pivot": "O", "arm": "A"}}})
+    assert not valid.is_valid({**good, "friction": {"O": "much"}})
+    told = schema["$defs"]["Spring"]["properties"]["stiffness"]["description"]
+    assert "N/m" in told
+
+
+def test_the_readmes_pieces_are_accepted(folder):
+    text = README.read_text().split("## Forces")[1]
+    piece = text.split("```yaml\n")[1].split("```")[0]
+    (folder / "press.csv").write_text("angle,force\n0,100\n360,200\n")
+    base = """\
+units: {length: mm}
+nodes: {O: [0, 0], A: [20, 0], B: [90, 0], C: [110, 0], G: [200, 0]}
+ground: [O, G]
+links: {crank: [O, A], rod: [A, B], slider: [B, C]}
+prismatic: {slide: {nodes: [B, C], guide: [O, G]}}
+actuators: {motor: {type: rotary, pivot: O, arm: A}}
+"""
+    dynamics = loaded(folder, base + piece).dynamics
+    assert [load.name for load in dynamics.loads] == ["push", "press", "screw"]
+    assert [spring.name for spring in dynamics.springs] == ["coil", "torsion"]
+    assert len(dynamics.frictions) == 2

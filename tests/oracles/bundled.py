@@ -1,0 +1,82 @@
+"""What ships: models, README and the tests' tables; a motion of a bundled model with all its nodes recorded."""
+
+from __future__ import annotations
+
+import csv
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from gimcli.model import load
+from gimcli.model.source import read_source
+from gimcli.motion.motion import trace
+from gimcli.positions.options import Options
+from gimcli.rates.motion_table import motion_table
+
+ROOT = Path(__file__).parents[2]
+README = ROOT / "README.md"
+MODELS, TABLES = ROOT / "models", ROOT / "tests" / "tables"
+FILES = sorted(MODELS.glob("*.yaml"))
+
+
+@dataclass
+class Traced:
+    """A motion in the file's units, all nodes and points recorded."""
+
+    table: object
+    mechanism: object
+    motion: object
+
+    @property
+    def value(self):
+        return {a.name: self.table.floats(a.name) for a in self.mechanism.actuators}
+
+    @property
+    def status(self):
+        return list(self.table["status"])
+
+    @property
+    def residual(self):
+        return self.table.floats("residual")
+
+    def xy(self, name):
+        return self.table.floats(f"{name}.x") + 1j * self.table.floats(f"{name}.y")
+
+
+def run_model(path, steps=360, laws=None, change=None, **options):
+    """Trace a model file (or a bundled one by its stem), laws replaced and all nodes recorded."""
+    path = Path(path) if str(path).endswith(".yaml") else MODELS / f"{path}.yaml"
+    mechanism = changed(path, laws, change) if laws or change else load(path)
+    motion = trace(mechanism, steps, Options(**options))
+    names = (*mechanism.nodes, *(p.name for p in mechanism.points))
+    return Traced(motion_table(motion, names), mechanism, motion)
+
+
+def changed(path, laws, change):
+    """Load a model with other laws, or changed by a function of its data."""
+    data = read_source(path).data
+    for name, law in (laws or {}).items():
+        data["actuators"][name]["law"] = law
+    if change:
+        change(data)
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / path.name
+        copy.write_text(yaml.safe_dump(data, sort_keys=False))
+        return load(copy)
+
+
+def written(folder, text):
+    """Load a model from its text."""
+    path = folder / "m.yaml"
+    path.write_text(text)
+    return load(path)
+
+
+def reference(name):
+    """Return the columns of one of the tests' tables."""
+    with (TABLES / name).open() as handle:
+        rows = list(csv.DictReader(handle))
+    return {key: np.array([float(row[key]) for row in rows]) for key in rows[0]}

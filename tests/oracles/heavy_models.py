@@ -1,0 +1,87 @@
+"""Bundled models with masses, driven or free, and the forces in them."""
+
+from __future__ import annotations
+
+import numpy as np
+from bundled import MODELS, changed
+
+from gimcli.dynamics.forces import directions, motion_forces
+from gimcli.kernels.equilibrium import COUPLE
+from gimcli.motion.motion import trace
+from gimcli.structure.steps import NONE
+
+
+def let_go(stem, change=None):
+    """Load a model with uniform members (masses 1 per unit of size), its inputs free, under gravity."""
+
+    def heavy(data):
+        data["units"] = {**data.get("units", {}), "length": "m"}
+        parts = {**data.get("links", {}), **data.get("elements", {})}
+        data["masses"] = {name: {"mass": 1.0, "inertia": 0.3} for name in parts}
+        data["gravity"] = [0.0, -9.81]
+        for actuator in data["actuators"].values():
+            actuator["free"] = True
+        if change:
+            change(data)
+
+    return changed(MODELS / f"{stem}.yaml", None, heavy)
+
+
+def on(forces, node, member):
+    """Return the force that a member receives at a node."""
+    mechanism = forces.mechanism
+    names = [m.name for m in mechanism.members]
+    pin = next(p for p in forces.statics.pins if mechanism.nodes[p.node] == node)
+    return forces.pin(pin, names.index(member))
+
+
+def weighted(path, change=None):
+    """Load a model whose members all have mass: uniform bars, or plates about as heavy, centres a little off."""
+
+    def weigh(data):
+        data.setdefault("units", {})
+        if data["units"].get("length") == "unit":
+            data["units"]["length"] = "m"
+        size = float(np.ptp(np.array(list(data["nodes"].values()), dtype=float), axis=0).max())
+        metre = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254}.get(data["units"].get("length", "m"), 1.0)
+        data["units"]["mass"] = "kg"
+        names = [*data.get("links", {}), *data.get("elements", {})]
+        data["masses"] = {
+            name: {"mass": 1.0 + k / 7, "inertia": (0.1 * size * metre) ** 2, "centre": [0.1 * size, 0.03 * size * k]}
+            for k, name in enumerate(names)
+        }
+        data["gravity"] = [1.5, -9.81]
+        data["loads"] = {
+            "push": {"on": names[-1], "local": [0.2 * size, 0.1 * size], "force": [30.0, -50.0]},
+            "jet": {"on": names[0], "local": [0.2 * size, 0.0], "follower": [3.0, 20.0]},
+            "twist": {"on": names[-1], "torque": 2.0 * size * metre},
+        }
+        if change is not None:
+            change(data)
+
+    return changed(path, None, weigh)
+
+
+def moved(mechanism, steps=24):
+    """Return the motion and the forces of the rows that have velocities."""
+    motion = trace(mechanism, steps)
+    forces = motion_forces(motion)
+    good = motion.good & forces.good
+    assert good.sum() > 0.6 * motion.good.sum()
+    return motion, forces, good
+
+
+def total_on_frame(forces):
+    """Return force [N] and moment [N m] on the frame, summed up from the reactions."""
+    z, metre = forces.course.nodes[0], forces.mechanism.dynamics.metre
+    way = directions(forces.statics, z)
+    force, moment = np.zeros(z.shape[1], dtype=complex), np.zeros(z.shape[1])
+    for k, reaction in enumerate(forces.statics.reactions):
+        for side, sense, node in ((reaction.plus, 1, reaction.node), (reaction.minus, -1, reaction.other)):
+            if side == NONE and reaction.kind == COUPLE:
+                moment += sense * forces.unknowns[k] * metre
+            elif side == NONE:
+                push = sense * way[k] * forces.unknowns[k]
+                force += push
+                moment += (z[node].conj() * push).imag * metre
+    return force, moment

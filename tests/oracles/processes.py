@@ -1,0 +1,12 @@
+"""Run commands as processes of their own."""
+
+import subprocess
+import sys
+
+
+def gim(*arguments, cwd=None, code=0):
+    """Run a command that must end with a code; return what it prints."""
+    command = [sys.executable, "-c", "from gimcli.cli import main; main()", *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=120)
+    assert done.returncode == code, done.stderr
+    return done.stdout

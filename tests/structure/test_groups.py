@@ -1,0 +1,122 @@
+"""Driving links and Assur groups: known formations, and what makes a group a group."""
+
+from __future__ import annotations
+
+import json
+from itertools import combinations
+
+import pytest
+from bundled import MODELS
+from typer.testing import CliRunner
+
+from gimcli.cli import app
+from gimcli.errors import StructureError
+from gimcli.model import load
+from gimcli.structure.assur import formation
+from gimcli.structure.dulmage_mendelsohn import components, match, split
+
+FORMATIONS = {
+    # Durango et al. 2014, section 3.3: driving link 2, dyad (3,4) on 2 and the frame, dyad (5,6) on 3 and 4
+    "watt_1": (["0^(2)", "2,0^(3,4)", "4,3^(5,6)"], [(1, 1, ""), (2, 2, "RRR"), (2, 2, "RRR")]),
+    "slider_crank": (["0^(2)", "2,0^(3,4)"], [(1, 1, ""), (2, 2, "RRP")]),
+    "scotch_yoke": (["0^(2)", "2,0^(3,4)"], [(1, 1, ""), (2, 2, "RPP")]),
+    # crank and slotted lever, then a rod and a ram on a guide
+    "whitworth": (["0^(2)", "2,0^(3,4)", "3,0^(5,6)"], [(1, 1, ""), (2, 2, "RPR"), (2, 2, "RRP")]),
+    # driven at the far side, Stephenson's chain III is a triad; chain II a loop of four links (Artobolevskii)
+    "stephenson_3_far": (["0^(2)", "2,0,0^(3,4,5,6)"], [(1, 1, ""), (3, 3, "")]),
+    "stephenson_2": (["0^(2)", "2,0^(3,4,5,6)"], [(1, 1, ""), (4, 2, "")]),
+    "platform_3rrr": (["0^(2)", "0^(3)", "0^(4)", "4,3,2^(5,6,7,8)"], [(1, 1, "")] * 3 + [(3, 3, "")]),
+    # three rams are three links whose lengths are inputs
+    "platform_3rpr": (["0,0,0^(2,3,4,5)"], [(3, 3, "")]),
+    # every ram and what it lifts is a dyad, and the bucket with its link another
+    "excavator": (["0,0^(2,3)", "2,2^(4,5)", "4,4^(6,7)", "6,4^(8,9)"], [(2, 2, "RRR")] * 4),
+}
+
+
+@pytest.mark.parametrize("name", FORMATIONS)
+def test_known_formations(name):
+    formula, kinds = FORMATIONS[name]
+    found = formation(load(MODELS / f"{name}.yaml"))
+    assert list(found.formula) == formula
+    assert [(g.grade, g.order, g.dyad) for g in found.groups] == kinds
+
+
+def test_every_group_has_no_freedom_of_its_own_and_none_less_will_do(model):
+    """3 n - 2 p - drivers = 0 for a group, and above 0 for every part of it: Assur's definition."""
+    mechanism = load(model)
+    found = formation(mechanism)
+    formed = {0}
+    for group in found.groups:
+        pairs = [*group.outer, *group.inner]
+        inside = [k for k in group.drivers if mechanism.actuators[k].name not in found.links]  # a ram is a link
+        assert 3 * len(group.links) - 2 * len(pairs) - len(inside) == -group.surplus
+        assert all(base in formed for base in found.bases(group))
+        formed |= set(group.links)
+        if group.surplus or inside or len(group.links) > 10:
+            continue
+        for count in range(1, len(group.links)):
+            for part in combinations(group.links, count):
+                held = [p for p in pairs if {p.a, p.b} - set(group.links) or {p.a, p.b} <= set(part)]
+                held = [p for p in held if {p.a, p.b} & set(part)]
+                assert 3 * count - 2 * len(held) > 0, [found.links[k] for k in part]
+    assert len(formed) == len(found.numbers)
+
+
+def test_the_order_of_the_file_does_not_change_the_groups(tmp_path):
+    text = (MODELS / "watt_1.yaml").read_text()
+    lines = text.splitlines(keepends=True)
+    first = next(k for k, line in enumerate(lines) if "link_5:" in line)
+    lines[first], lines[first + 1] = lines[first + 1], lines[first]
+    (tmp_path / "m.yaml").write_text("".join(lines))
+    one, two = formation(load(MODELS / "watt_1.yaml")), formation(load(tmp_path / "m.yaml"))
+
+    def names(found):
+        return [{found.links[k] for k in g.links} for g in found.groups]
+
+    assert names(one) == names(two)
+
+
+def test_what_nothing_drives_is_no_formation(tmp_path):
+    text = (MODELS / "five_bar.yaml").read_text()
+    start, end = text.index("  motor_2:"), text.index("\npoints:") if "\npoints:" in text else len(text)
+    (tmp_path / "m.yaml").write_text(text[:start] + text[end:])
+    with pytest.raises(StructureError, match="nothing drives"):
+        formation(load(tmp_path / "m.yaml"))
+
+
+def test_the_command_tells_the_formation(tmp_path):
+    result = CliRunner().invoke(app, ["groups", str(MODELS / "watt_1.yaml"), "--json"])
+    report = json.loads(result.stdout)
+    assert report["formula"] == ["0^(2)", "2,0^(3,4)", "4,3^(5,6)"]
+    assert report["links"] == {"ground": 0, "crank": 2, "link_3": 3, "link_4": 4, "link_5": 5, "link_6": 6}
+    last = report["groups"][-1]
+    assert (last["class"], last["order"], last["dyad"], last["on"]) == (2, 2, "RRR", ["link_3", "link_4"])
+    assert [(p["kind"], p["at"]) for p in last["inner"]] == [("R", "E")]
+    assert report["groups"][0]["driven_by"] == ["motor"]
+    picture = tmp_path / "w.png"
+    result = CliRunner().invoke(app, ["groups", str(MODELS / "watt_1.yaml"), "--png", str(picture)])
+    assert result.exit_code == 0
+    assert "4,3^(5,6)" in result.stdout
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_components_come_after_what_they_need():
+    needs = [[1], [2], [1, 3], [], [0, 3], [5]]
+    found = components(needs)
+    assert sorted(map(tuple, found)) == [(0,), (1, 2), (3,), (4,), (5,)]
+    place = {node: k for k, part in enumerate(found) for node in part}
+    assert all(place[other] <= place[node] for node, others in enumerate(needs) for other in others)
+
+
+def test_a_deep_chain_is_split_without_recursion():
+    count = 20_000
+    blocks = split(count, [[k, k + 1] if k + 1 < count else [k] for k in range(count)])
+    assert [len(block.rows) for block in blocks] == [1] * count
+    assert blocks[0].rows == (0,) or blocks[-1].rows == (0,)
+
+
+def test_a_surplus_unknown_joins_what_it_reaches():
+    """Three unknowns in two equations that share one, and an unknown of its own."""
+    blocks = split(3, [[0], [0, 1], [1], [2]])
+    assert {(b.rows, b.columns) for b in blocks} == {((0, 1), (0, 1, 2)), ((2,), (3,))}
+    assert match(2, []) == []

@@ -1,0 +1,101 @@
+"""The equations of a mechanism as one system of second degree, and the continuation of its curves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bundled import FILES
+
+from gimcli.continuation.arclength import ArclengthConstants, pinned, place, walk
+from gimcli.mechanism import FloatArray
+from gimcli.model import load
+from gimcli.structure.system import System
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
+def test_values_and_derivatives_are_those_of_the_constraints(path: Path) -> None:
+    """The quadratic form against the constraints as written, at places far from assembled."""
+    system, rng = System(load(path)), np.random.default_rng(5)
+    count = len(system.mechanism.actuators)
+    x, u = rng.normal(size=system.n), rng.normal(size=count)
+    z = system.nodes(x)[:, None]
+    assert np.allclose(system.residual(x, u), system.constraints.residual(z, u[:, None])[:, 0], atol=1e-13)
+    assert np.allclose(system.jacobian(x, u), system.constraints.jacobian(z, u[:, None])[0], atol=1e-13)
+    assert np.array_equal(system.coordinates(system.nodes(x)), x)
+    held = system.quadric(u)
+    assert np.allclose(held.value(x), system.residual(x, u), atol=1e-13)
+    assert np.allclose(held.slope(np.array([x, 2.0 * x]))[1], system.jacobian(2.0 * x, u), atol=1e-13)
+    v, w = rng.normal(size=(2, system.n + count))
+
+    def f(step: FloatArray) -> FloatArray:
+        return system.residual(x + step[: system.n], u + step[system.n :])
+
+    h = 1e-4
+    mixed = (f(h * (v + w)) - f(h * (v - w)) - f(h * (w - v)) + f(-h * (v + w))) / (4.0 * h * h)
+    assert np.allclose(system.second(x, u, v, w), mixed, atol=3e-6)
+    slopes = [(f(h * e) - f(-h * e)) / (2.0 * h) for e in np.eye(system.n + count)[system.n :]]
+    assert np.allclose(system.by_inputs(x, u), np.array(slopes).T.reshape(system.m, count), atol=1e-6)
+
+
+class Curve:
+    """A plane curve g(x, y) = 0, told twice: surplus equations must not disturb."""
+
+    def __init__(self, g: Callable[..., float], gradient: Callable[..., list[float]]) -> None:
+        self.g, self.gradient = g, gradient
+
+    def residual(self, p: FloatArray) -> FloatArray:
+        return np.array([self.g(*p), -2.0 * self.g(*p)])
+
+    def jacobian(self, p: FloatArray) -> FloatArray:
+        return np.outer([1.0, -2.0], self.gradient(*p))
+
+
+def test_a_circle_is_walked_through_its_folds() -> None:
+    """All points on it, its length covered, its greatest x found to the last digits."""
+    circle = Curve(lambda x, y: x * x + y * y - 1.0, lambda x, y: [2.0 * x, 2.0 * y])
+    policy = ArclengthConstants(points=200)
+    start = place(circle, np.array([0.0, -1.0]), np.array([1.0, 0.0]))
+    places = [start, *walk(circle, start, policy)]
+    p = np.array([q.p for q in places])
+    assert np.abs(np.hypot(*p.T) - 1.0).max() < 1e-15
+    angle = np.unwrap(np.arctan2(p[:, 1], p[:, 0]))
+    assert np.all(np.diff(angle) > 0.0)
+    assert angle[-1] - angle[0] > 2.0 * math.pi
+    fold = next(k for k in range(len(places)) if places[k + 1].tangent[0] < 0.0)
+    step = float(np.linalg.norm(p[fold + 1] - p[fold]))
+    found = pinned(circle, places[fold], step, lambda q: float(q.tangent[0]), policy)
+    assert found is not None
+    assert np.abs(found[1].p - [1.0, 0.0]).max() < 1e-13
+
+
+def test_a_crossing_turns_the_orientation() -> None:
+    """Bernoulli's lemniscate crosses itself at the origin: (x^2 + y^2)^2 = x^2 - y^2."""
+    curve = Curve(
+        lambda x, y: (x * x + y * y) ** 2 - x * x + y * y,
+        lambda x, y: [4.0 * x * (x * x + y * y) - 2.0 * x, 4.0 * y * (x * x + y * y) + 2.0 * y],
+    )
+    start = place(curve, np.array([1.0, 0.0]), np.array([0.0, 1.0]))
+    places = [start, *walk(curve, start, ArclengthConstants(points=300))]
+    turned = [b.p for a, b in pairwise(places) if a.orientation(a.left) * b.orientation(a.left) < 0.0]
+    assert len(turned) >= 2  # out and back
+    assert all(np.hypot(*p) < 0.06 for p in turned)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
+def test_linear_equations_are_parted_from_the_others(path: Path) -> None:
+    system, rng = System(load(path)), np.random.default_rng(6)
+    whole = system.quadric(np.zeros(len(system.mechanism.actuators)))
+    whole = whole.rows(range(whole.m - len(system.mechanism.actuators)))
+    flat, others = whole.parted(system.coordinates(system.mechanism.drawn))
+    y, v = rng.normal(size=(2, 5, flat.basis.shape[1]))
+    bent = np.any(whole.q, axis=(1, 2)) | (others.m == whole.m)
+    assert np.allclose(whole.value(flat.lift(y))[:, ~bent], 0.0, atol=1e-12)
+    assert np.allclose(whole.value(flat.lift(y))[:, bent], others.value(y), atol=1e-12)
+    assert np.allclose(whole.slope(flat.lift(y))[:, bent] @ flat.basis, others.slope(y), atol=1e-12)
+    assert np.allclose(flat.drop(flat.lift(y)), y, atol=1e-12)
+    assert np.allclose(np.linalg.norm(flat.lift(y) - flat.lift(v), axis=1), np.linalg.norm(y - v, axis=1), rtol=1e-12)
