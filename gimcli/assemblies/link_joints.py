@@ -15,7 +15,8 @@ import numpy as np
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Input, Mechanism
-from gimcli.structure.rotation import members_of, rotation_classes
+from gimcli.structure.derived import derived
+from gimcli.structure.rotation import rotation_classes
 
 NONE = -1
 PARALLEL = 1e-12
@@ -131,17 +132,17 @@ class BodyLinkage:
         return _pruned(self, joints)
 
 
+@derived
 def linkage_of(mechanism: Mechanism) -> BodyLinkage:
     """Return the bodies, nodes and joints of a mechanism; raise StructureError where an angle is driven twice."""
-    members = members_of(mechanism)
     bars = [k for k, a in enumerate(mechanism.actuators) if a.drive is Drive.DISTANCE]
-    classes, phases = _classes(mechanism, members, len(bars))
+    classes, phases = _classes(mechanism, len(bars))
     joints = [
         BodyJoint(m.name, b, node, complex(m.shape[k]))
         for b, m in enumerate(mechanism.members)
         for k, node in enumerate(m.nodes)
     ]
-    joints += _sliding(mechanism, rotation_classes(mechanism, members).implied)
+    joints += _sliding(mechanism, rotation_classes(mechanism).implied)
     for body, k in enumerate(bars, start=len(mechanism.members)):
         a = mechanism.actuators[k]
         joints += [BodyJoint(a.name, body, a.a, 0.0j), BodyJoint(a.name, body, a.b, 0.0j, actuator=k, along=1.0 + 0.0j)]
@@ -177,10 +178,10 @@ def _parallel(a: complex, b: complex) -> bool:
     return abs((a.conjugate() * b).imag) <= PARALLEL
 
 
-def _classes(mechanism: Mechanism, members: list[list[int]], bars: int) -> tuple[tuple[int, ...], tuple[Phase, ...]]:
+def _classes(mechanism: Mechanism, bars: int) -> tuple[tuple[int, ...], tuple[Phase, ...]]:
     """Return class and phase of every body: ties of prismatic pairs, then driven angles."""
     still = (0,) * len(mechanism.actuators)
-    rotation = rotation_classes(mechanism, members)
+    rotation = rotation_classes(mechanism)
     count = len(mechanism.members) + bars
     parent = [*rotation.of, *range(len(mechanism.members), count)]
     phase = [Phase(c, still) for c in (*rotation.phase, *([1.0 + 0.0j] * bars))]

@@ -16,7 +16,7 @@ from gimcli.kernels import coordinates as kernels
 from gimcli.kernels.points import DISTANCE, LINE, RIGID
 from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.positions.newton import Run
-from gimcli.structure.kinematic_nodes import kinematic_nodes, loose_nodes
+from gimcli.structure.kinematic_nodes import free_nodes, kinematic_nodes
 from gimcli.structure.steps import NONE
 
 Row = tuple[tuple[int, ...], tuple[float, ...]]
@@ -29,8 +29,7 @@ class NaturalCoordinates:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.points = kinematic_nodes(mechanism)
-        active = {n for nodes in self.points for n in nodes} | set(loose_nodes(mechanism))
-        self.free = sorted(active - set(mechanism.members[FRAME].nodes))
+        self.free = list(free_nodes(mechanism))
         self.base = [self._base(k) for k in range(len(mechanism.members))]
         rows = [*self._members(), *self._slides(), *self._drivers()]
         self.heads = np.array([head for head, _ in rows], dtype=np.int64).reshape(-1, 8)

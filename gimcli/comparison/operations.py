@@ -19,7 +19,7 @@ from gimcli.comparison.pairs import BodyPair
 from gimcli.gim.sequence import known_nodes
 from gimcli.kernels import bodies, points
 from gimcli.mechanism import FRAME, Mechanism
-from gimcli.structure.kinematic_nodes import kinematic_nodes, loose_nodes
+from gimcli.structure.kinematic_nodes import free_nodes
 from gimcli.structure.restrictions import Move
 from gimcli.structure.steps import NONE, Circle, Coupled, Dyad, Equation, Line, Orient, Place, Plan, Tilt, Vector
 
@@ -56,8 +56,7 @@ class Cost:
 
 def moving_nodes(mechanism: Mechanism) -> int:
     """Count the nodes that sweeps move: neither on the frame nor carried by an input, nor merely carried."""
-    active = {n for nodes in kinematic_nodes(mechanism) for n in nodes} | set(loose_nodes(mechanism))
-    return len(active - known_nodes(mechanism)[0])
+    return len(set(free_nodes(mechanism)) - known_nodes(mechanism)[0])
 
 
 def paper_sweep(mechanism: Mechanism) -> float:

@@ -55,9 +55,9 @@ class Bodies:
         self.mechanism = mechanism
         self.loose = loose_nodes(mechanism)
         self.count = len(mechanism.members) + len(self.loose)
-        self.holders = members_of(mechanism)
+        self.holders = list(members_of(mechanism))
         for k, node in enumerate(self.loose):
-            self.holders[node] = [len(mechanism.members) + k]
+            self.holders[node] = (len(mechanism.members) + k,)
         self.pairs = [*self._revolutes(), *self._slides(), *self._drivers()]
 
     def turns(self, body: int) -> bool:

@@ -17,7 +17,7 @@ import numpy as np
 from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times
 from gimcli.structure.checks import farthest
-from gimcli.structure.system import System
+from gimcli.structure.system import system_of
 
 EVEN = 1e-9
 """Second derivative of a law, over its way, below which it runs evenly."""
@@ -42,7 +42,7 @@ class PositionCurve:
     """
 
     def __init__(self, mechanism: Mechanism, line: InputLine | None = None) -> None:
-        self.mechanism, self.system = mechanism, System(mechanism)
+        self.mechanism, self.system = mechanism, system_of(mechanism)
         self.rotary = np.array([a.drive is Drive.ROTARY for a in mechanism.actuators])
         self.single = len(mechanism.actuators) == 1
         self.line = line or input_line(mechanism)

@@ -74,7 +74,7 @@ def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Actin
 
 def point_masses(mechanism: Mechanism) -> list[str]:
     """Return the members that can turn and have a mass, but no moment of inertia in the file."""
-    turning = rotation_classes(mechanism, members_of(mechanism)).of
+    turning = rotation_classes(mechanism).of
     own = [i for i in mechanism.dynamics.inertias if i.mass > 0.0 and not i.stated]
     return [mechanism.members[i.member].name for i in own if turning[i.member] != turning[FRAME]]
 

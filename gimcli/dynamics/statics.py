@@ -16,6 +16,7 @@ from functools import cached_property
 from gimcli.kernels.equilibrium import ALONG, COUPLE, MOMENT, PUSH, X, Y
 from gimcli.mechanism import FRAME, Drive, Input, Mechanism
 from gimcli.structure.checks import farthest
+from gimcli.structure.derived import derived
 from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
 from gimcli.structure.rotation import members_of
 from gimcli.structure.steps import NONE, Vector
@@ -125,6 +126,7 @@ class Statics:
         return frozenset(node for node, own in held.items() if node in attached or loose & set(own))
 
 
+@derived
 def statics(mechanism: Mechanism) -> Statics:
     """Return the unknown reactions of a mechanism and the bodies that they act on."""
     return _StaticsBuilder(mechanism).build()

@@ -11,7 +11,7 @@ both, a node P1 is moved about a node P1.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 
 from gimcli.structure.restrictions import Move, Restriction
 
@@ -27,7 +27,7 @@ Owner = dict[int, int]
 class Walk:
     """A depth-first walk over the sequences of one group."""
 
-    def __init__(self, restrictions: list[Restriction], inside: set[int], carried: set[int]) -> None:
+    def __init__(self, restrictions: list[Restriction], inside: set[int], carried: Set[int]) -> None:
         self.restrictions, self.inside, self.carried = restrictions, inside, carried
         self.movable = [tuple(n for n in r.movable if n in inside) for r in restrictions]
         self.offers = {n: [k for k, at in enumerate(self.movable) if n in at] for n in inside}

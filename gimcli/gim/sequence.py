@@ -20,7 +20,8 @@ import numpy as np
 from gimcli.gim.rules import Walk
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.closed_form_order import Layout
-from gimcli.structure.kinematic_nodes import kinematic_nodes, loose_nodes
+from gimcli.structure.derived import derived
+from gimcli.structure.kinematic_nodes import free_nodes, kinematic_nodes
 from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move, Restriction, gradient, member_models, pair_restrictions
 from gimcli.structure.steps import Coupled, Dyad, Place, Plan, Tilt
@@ -77,12 +78,13 @@ class Sequence:
         return max(radii, default=0.0)
 
 
-def known_nodes(mechanism: Mechanism) -> tuple[set[int], set[int]]:
+@derived
+def known_nodes(mechanism: Mechanism) -> tuple[frozenset[int], frozenset[int]]:
     """Return the nodes P, and those of them that inputs carry."""
     layout = Layout(mechanism)
     layout.carry()
     fixed = set(mechanism.members[FRAME].nodes)
-    return set(layout.placed), set(layout.placed) - fixed
+    return frozenset(layout.placed), frozenset(layout.placed) - fixed
 
 
 def find_sequence(
@@ -91,15 +93,15 @@ def find_sequence(
     """Search the sequence of a mechanism; z (nodes,) is an assembled position to rank it at."""
     known, carried = known_nodes(mechanism)
     search = SequenceSearch(mechanism, z, inputs, strategy, known, carried, plan or make_plan(mechanism))
-    return Sequence(tuple(search.groups()), frozenset(known), frozenset(carried))
+    return Sequence(tuple(search.groups()), known, carried)
 
 
 def group_sequence(
     mechanism: Mechanism, nodes: list[int], z: ComplexArray, inputs: FloatArray, plan: Plan
 ) -> tuple[Move, ...]:
     """Return a sequence that moves the nodes of one group only, ranked at a position z (nodes,)."""
-    known = set(range(len(mechanism.nodes))) - set(nodes)
-    search = SequenceSearch(mechanism, z, inputs, "classic", known, set(), plan)
+    known = frozenset(range(len(mechanism.nodes))) - set(nodes)
+    search = SequenceSearch(mechanism, z, inputs, "classic", known, frozenset(), plan)
     return tuple(m for g in search.groups() for m in g.moves)
 
 
@@ -107,15 +109,15 @@ class SequenceSearch:
     """The search for one mechanism."""
 
     def __init__(
-        self, mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, strategy: str, known: set[int],
-        carried: set[int], plan: Plan,
+        self, mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, strategy: str, known: frozenset[int],
+        carried: frozenset[int], plan: Plan,
     ) -> None:  # fmt: skip
         self.mechanism, self.z, self.inputs, self.strategy = mechanism, z, inputs, strategy
         self.known, self.carried = known, carried
         kinematic = kinematic_nodes(mechanism)
         order = {n: k for k, n in enumerate(placement_order(plan))}
-        active = {n for nodes in kinematic for n in nodes} | set(loose_nodes(mechanism))
-        self.free = [n for n in sorted(order, key=order.__getitem__) if n in active and n not in known]
+        free = set(free_nodes(mechanism)) - known
+        self.free = [n for n in sorted(order, key=order.__getitem__) if n in free]
         self.models: list[list[list[Restriction]]] = []
         for index, nodes in enumerate(kinematic):
             if index != FRAME and not set(nodes) <= known:

@@ -22,7 +22,7 @@ from gimcli.positions.block import RowBlock
 from gimcli.positions.newton import Run
 from gimcli.positions.options import Options
 from gimcli.status import Status
-from gimcli.structure.kinematic_nodes import carry, kinematic_nodes, loose_nodes
+from gimcli.structure.kinematic_nodes import carry, free_nodes
 from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move, Restriction, angle, distance
 from gimcli.structure.steps import Orient, Place, Plan, Value
@@ -60,7 +60,7 @@ class Sweeper:
     options: Options
     run: Run
     plan: Plan = field(init=False)
-    known: set[int] = field(init=False)
+    known: frozenset[int] = field(init=False)
     free: list[int] = field(init=False)
     moves: tuple[Move, ...] = field(init=False)
     sequence: Sequence | None = field(init=False, default=None)  # None: the user's
@@ -69,8 +69,7 @@ class Sweeper:
         mechanism = self.mechanism
         self.plan = make_plan(mechanism)
         self.known, _ = known_nodes(mechanism)
-        active = {n for nodes in kinematic_nodes(mechanism) for n in nodes} | set(loose_nodes(mechanism))
-        self.free = sorted(active - self.known)
+        self.free = [n for n in free_nodes(mechanism) if n not in self.known]
         if self.options.moves:
             self.moves = parse_moves(mechanism, self.options.moves)
         else:

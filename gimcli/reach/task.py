@@ -22,7 +22,7 @@ from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, IntArray, M
 from gimcli.motion.coupler_points import carried_point
 from gimcli.structure.quadric import Flat, Quadric
 from gimcli.structure.residual import holds
-from gimcli.structure.system import System
+from gimcli.structure.system import System, system_of
 
 SAMPLES = 4097
 """Times at which a law is looked at for its extremes."""
@@ -76,7 +76,7 @@ class WorkspaceTask:
     @cached_property
     def system(self) -> System:
         """The equations with the actuators' own."""
-        return System(self.mechanism)
+        return system_of(self.mechanism)
 
     @cached_property
     def ranges(self) -> tuple[InputRange, ...]:

@@ -12,7 +12,8 @@ import numpy as np
 
 from gimcli.kernels import constraints
 from gimcli.mechanism import FRAME, Drive, Input, Mechanism, Member
-from gimcli.structure.rotation import members_of, ties
+from gimcli.structure.derived import derived
+from gimcli.structure.rotation import ties
 from gimcli.structure.steps import NONE, Value, Vector
 
 NOTHING = Value(0.0)
@@ -34,17 +35,21 @@ class Check:
     value: Value = NOTHING  # length, or height
 
 
-def checks(mechanism: Mechanism) -> Iterator[Check]:
-    """Yield every constraint of a mechanism."""
+@derived
+def checks(mechanism: Mechanism) -> tuple[Check, ...]:
+    """Return every constraint of a mechanism."""
+    return tuple(_checks(mechanism))
+
+
+def _checks(mechanism: Mechanism) -> Iterator[Check]:
     for member in mechanism.members[FRAME + 1 :]:
         yield from _of_member(mechanism, member)
     for slide in mechanism.slides:
         yield _height(mechanism, slide.name, slide.node, slide.member, slide.point, 1j * slide.direction, NONE)
-    if mechanism.slides:
-        for tie in ties(mechanism, members_of(mechanism)):  # heights do not tell a member turned end for end
-            held = direction(mechanism, tie.guide).times(tie.turn)
-            name = mechanism.slides[tie.slide].pair
-            yield Check(name, constraints.ANGLE, first=direction(mechanism, tie.body), second=held)
+    for tie in ties(mechanism):  # heights do not tell a member turned end for end
+        held = direction(mechanism, tie.guide).times(tie.turn)
+        name = mechanism.slides[tie.slide].pair
+        yield Check(name, constraints.ANGLE, first=direction(mechanism, tie.body), second=held)
     for number, actuator in enumerate(mechanism.actuators):
         yield _of_actuator(mechanism, number, actuator)
 

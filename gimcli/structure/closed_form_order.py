@@ -26,7 +26,7 @@ class Layout:
         self.mechanism = mechanism
         self.members = members_of(mechanism)
         self.kinematic = kinematic_nodes(mechanism)
-        self.rotation = rotation_classes(mechanism, self.members)
+        self.rotation = rotation_classes(mechanism)
         self.free_points = loose_nodes(mechanism)
         self.placed: set[int] = set()
         self.direction: dict[int, Vector] = {self.rotation.of[FRAME]: Vector(1.0 / self.rotation.phase[FRAME])}

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gimcli.mechanism import FRAME, Drive, Input, Mechanism
+from gimcli.structure.derived import derived
 from gimcli.structure.rotation import PARALLEL, members_of
 from gimcli.structure.steps import NONE
 
@@ -38,6 +39,7 @@ class PairLinkage:
     pins: frozenset[int]  # links that are pins only
 
 
+@derived
 def linkage(mechanism: Mechanism) -> PairLinkage:
     """Return the links and pairs of a mechanism."""
     return _LinkageBuilder(mechanism).build()

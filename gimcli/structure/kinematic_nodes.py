@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from gimcli.mechanism import FRAME, ComplexArray, Drive, Mechanism
+from gimcli.structure.derived import derived
 from gimcli.structure.rotation import members_of
 
 
+@derived
 def kinematic_nodes(mechanism: Mechanism) -> tuple[tuple[int, ...], ...]:
     """Return for every member its nodes that constrain or are constrained, at least two.
 
@@ -27,6 +29,7 @@ def kinematic_nodes(mechanism: Mechanism) -> tuple[tuple[int, ...], ...]:
     return tuple(result)
 
 
+@derived
 def loose_nodes(mechanism: Mechanism) -> tuple[int, ...]:
     """Return nodes of no member that a slide or an actuator still holds."""
     members = members_of(mechanism)
@@ -34,6 +37,13 @@ def loose_nodes(mechanism: Mechanism) -> tuple[int, ...]:
     for actuator in mechanism.actuators:
         held += [n for n in (actuator.a, actuator.b) if n >= 0]
     return tuple(n for n in dict.fromkeys(held) if not members[n])
+
+
+@derived
+def free_nodes(mechanism: Mechanism) -> tuple[int, ...]:
+    """Return the nodes whose coordinates are unknown: those that constrain or are constrained, but for the frame's."""
+    active = {n for nodes in kinematic_nodes(mechanism) for n in nodes} | set(loose_nodes(mechanism))
+    return tuple(sorted(active - set(mechanism.members[FRAME].nodes)))
 
 
 def carry(mechanism: Mechanism, z: ComplexArray) -> ComplexArray:

@@ -15,7 +15,8 @@ import numpy as np
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.structure.kinematic_nodes import carry, kinematic_nodes, loose_nodes
+from gimcli.structure.derived import derived
+from gimcli.structure.kinematic_nodes import carry, free_nodes, kinematic_nodes, loose_nodes
 from gimcli.structure.residual import errors
 from gimcli.structure.restrictions import Restriction, gradient, measure, member_models, pair_restrictions
 from gimcli.structure.rotation import members_of
@@ -90,8 +91,7 @@ class Jacobian:
         self.mechanism = mechanism
         kinematic = kinematic_nodes(mechanism)
         frame = set(mechanism.members[FRAME].nodes)
-        active = {n for nodes in kinematic for n in nodes} | set(loose_nodes(mechanism))
-        self.free = [n for n in range(len(mechanism.nodes)) if n in active and n not in frame]
+        self.free = list(free_nodes(mechanism))
         self.column = {n: 2 * k for k, n in enumerate(self.free)}
         restrictions: list[Restriction] = []
         for index, nodes in enumerate(kinematic):
@@ -144,6 +144,12 @@ class Jacobian:
         return motion
 
 
+@derived
+def constraint_jacobian(mechanism: Mechanism) -> Jacobian:
+    """Return the restrictions of a mechanism and their gradients."""
+    return Jacobian(mechanism)
+
+
 def full_pivoting(table: FloatArray, tolerance: float = RANK) -> tuple[int, list[int]]:
     """Eliminate with full pivoting; return the rank and the rows that found no pivot."""
     a = table.copy()
@@ -167,7 +173,7 @@ def mobility(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mobil
 
     Freedoms, drives and redundant constraints are judged at one and the same position: a regular one next to z.
     """
-    jacobian = Jacobian(mechanism)
+    jacobian = constraint_jacobian(mechanism)
     here = jacobian.ranks(z, inputs)
     coordinates = 2 * len(jacobian.free)
     found, z = _regular(jacobian, z, inputs, coordinates - here[0])
@@ -300,7 +306,7 @@ def assembled(mechanism: Mechanism) -> ComplexArray | None:
 
     Gauss-Newton from the drawing, and where that does not converge from the drawing disturbed more and more.
     """
-    jacobian, inputs = Jacobian(mechanism), mechanism.drawn_inputs
+    jacobian, inputs = constraint_jacobian(mechanism), mechanism.drawn_inputs
     goal = np.array([_target(r) for r in jacobian.constraints])
     generator = np.random.default_rng(0)
     for k in range(STARTS):

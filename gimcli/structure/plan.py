@@ -11,6 +11,8 @@ from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.closed_form_order import Layout
 from gimcli.structure.coupled import next_group
+from gimcli.structure.derived import derived
+from gimcli.structure.kinematic_nodes import free_nodes
 from gimcli.structure.steps import Plan
 
 
@@ -21,6 +23,11 @@ def make_plan(mechanism: Mechanism, closed_forms: bool = True) -> Plan:
     of its own kind of unknowns: what Newton-Raphson alone is asked for.
     Raises StructureError where something is left that nothing drives, or is driven twice.
     """
+    return _planned(mechanism, closed_forms)
+
+
+@derived
+def _planned(mechanism: Mechanism, closed_forms: bool) -> Plan:
     try:
         return _plan(Layout(mechanism), closed_forms)
     except StructureError:
@@ -55,8 +62,7 @@ def surplus(layout: Layout) -> int:
     """Return constraints minus free coordinates among the kinematic nodes."""
     mechanism = layout.mechanism
     frame = set(mechanism.members[FRAME].nodes)
-    free = {n for nodes in layout.kinematic for n in nodes} | set(layout.free_points)
-    count = len(mechanism.slides) + len(mechanism.actuators) - 2 * len(free - frame)
+    count = len(mechanism.slides) + len(mechanism.actuators) - 2 * len(free_nodes(mechanism))
     for index, nodes in enumerate(layout.kinematic):
         if index != FRAME:
             count += 2 * len(nodes) - 3

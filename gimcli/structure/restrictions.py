@@ -8,7 +8,7 @@ line, here also one at an offset. Source: Petuya et al. 2004, section 2.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -73,7 +73,7 @@ def angle(name: str, vertex: int, arm: int, b: int, turn: complex, actuator: int
     return Restriction(name, "RA", vertex, b, Value(0.0), Vector(turn, vertex, arm, actuator=actuator), (b, arm))
 
 
-def member_models(mechanism: Mechanism, index: int, nodes: Sequence[int], known: set[int]) -> list[list[Restriction]]:
+def member_models(mechanism: Mechanism, index: int, nodes: Sequence[int], known: Set[int]) -> list[list[Restriction]]:
     """Return the ways to model the free nodes of a member.
 
     First what settles its nodes one after the other as they are placed (`nodes` is that order):
@@ -132,7 +132,7 @@ def _names(model: list[Restriction]) -> set[tuple[str, tuple[int, ...]]]:
     return {(r.kind, tuple(sorted(r.nodes)) if r.kind == "RD" else r.nodes) for r in model}
 
 
-def pair_restrictions(mechanism: Mechanism, known: set[int], kinematic: Sequence[Sequence[int]]) -> list[Restriction]:
+def pair_restrictions(mechanism: Mechanism, known: Set[int], kinematic: Sequence[Sequence[int]]) -> list[Restriction]:
     """Return the restrictions of sliding pairs and actuators that a free node takes part in."""
     result = []
     for slide in mechanism.slides:

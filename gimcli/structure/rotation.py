@@ -5,12 +5,12 @@ e^(i phi) of a member is `phase[member]` times e^(i phi) of its class.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from gimcli.mechanism import Mechanism, Member, Slide
+from gimcli.structure.derived import derived
 
 PARALLEL = 1e-9
 """Two guides are one line when they differ by less, relative to the size."""
@@ -35,29 +35,34 @@ class Tie:
     turn: complex
 
 
-def members_of(mechanism: Mechanism) -> list[list[int]]:
+@derived
+def members_of(mechanism: Mechanism) -> tuple[tuple[int, ...], ...]:
     """Return for every node the members that it belongs to."""
     table: list[list[int]] = [[] for _ in mechanism.nodes]
     for index, member in enumerate(mechanism.members):
         for node in member.nodes:
             table[node].append(index)
-    return table
+    return tuple(map(tuple, table))
 
 
-def ties(mechanism: Mechanism, members: list[list[int]]) -> Iterator[Tie]:
-    """Yield what true prismatic pairs, and two pins in one slot, hold from turning."""
+@derived
+def ties(mechanism: Mechanism) -> tuple[Tie, ...]:
+    """Return what true prismatic pairs, and two pins in one slot, hold from turning."""
+    found: list[Tie] = []
     earlier: dict[int, list[Slide]] = {}
     for number, slide in enumerate(mechanism.slides):
         for other in earlier.setdefault(slide.member, []):  # on the same guide
-            body = _tied_body(mechanism, members, slide, other)
+            body = _tied_body(mechanism, slide, other)
             if body is not None:
                 turn = _turn(mechanism, mechanism.members[body], other, slide)
-                yield Tie(number, body, slide.member, turn)
+                found.append(Tie(number, body, slide.member, turn))
                 break
         earlier[slide.member].append(slide)
+    return tuple(found)
 
 
-def rotation_classes(mechanism: Mechanism, members: list[list[int]]) -> Rotation:
+@derived
+def rotation_classes(mechanism: Mechanism) -> Rotation:
     """Tie the members of true prismatic pairs, and of two pins in one slot."""
     parent = list(range(len(mechanism.members)))
     phase = [1.0 + 0.0j] * len(parent)
@@ -70,7 +75,7 @@ def rotation_classes(mechanism: Mechanism, members: list[list[int]]) -> Rotation
         return index, factor
 
     implied = set()
-    for tie in ties(mechanism, members):
+    for tie in ties(mechanism):
         (a, fa), (b, fb) = find(tie.body), find(tie.guide)
         implied.add(tie.slide)
         if a != b:  # e_body = turn e_guide
@@ -81,7 +86,7 @@ def rotation_classes(mechanism: Mechanism, members: list[list[int]]) -> Rotation
     return Rotation(tuple(f[0] for f in found), tuple(f[1] for f in found), frozenset(implied))
 
 
-def _tied_body(mechanism: Mechanism, members: list[list[int]], a: Slide, b: Slide) -> int | None:
+def _tied_body(mechanism: Mechanism, a: Slide, b: Slide) -> int | None:
     """Return the member that two slides hold parallel to their guide, if they are on one line."""
     if a.member != b.member or a.node == b.node:
         return None
@@ -90,6 +95,7 @@ def _tied_body(mechanism: Mechanism, members: list[list[int]], a: Slide, b: Slid
     height = abs((across.conjugate() * (a.point - b.point)).real)
     if skew > PARALLEL or height > PARALLEL * mechanism.size:
         return None
+    members = members_of(mechanism)
     common = [m for m in members[a.node] if m in members[b.node] and m != a.member]
     return common[0] if common else None
 

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.structure.derived import derived
 from gimcli.structure.exact_equations import Constraints
 from gimcli.structure.quadric import Quadric
 
@@ -204,3 +205,9 @@ class System:
         for part, value in self.constraints.equations(z, values, np.repeat(turns[:, None], x.shape[1], axis=1)):
             rows += [value.real] * (part != "imag") + [value.imag] * (part != "real")
         return np.array(rows).reshape(len(rows), x.shape[1])
+
+
+@derived
+def system_of(mechanism: Mechanism) -> System:
+    """Return the equations of a mechanism."""
+    return System(mechanism)

@@ -24,7 +24,7 @@ from gimcli.positions.options import Options
 from gimcli.status import Status
 from gimcli.structure.residual import errors
 from gimcli.structure.restrictions import Move, angle, distance
-from gimcli.structure.rotation import members_of, ties
+from gimcli.structure.rotation import ties
 from gimcli.structure.steps import Value
 
 NONE = np.zeros(0)
@@ -256,7 +256,7 @@ def test_a_prismatic_pair_turned_end_for_end_is_seen():
     """A yoke that points the other way along its guide has the same heights over it: its angle tells."""
     mechanism = load(MODELS / "scotch_yoke.yaml")
     motion = trace(mechanism, 8)
-    tie = next(iter(ties(mechanism, members_of(mechanism))))
+    tie = next(iter(ties(mechanism)))
     nodes = list(mechanism.members[tie.body].nodes)
     pivot = motion.z[mechanism.slides[tie.slide].node, :1]
     turned = motion.z[:, :1].copy()
