@@ -12,7 +12,7 @@ from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
-    from gimcli.dynamics.simulation import Simulation
+    from gimcli.dynamics.simulation_types import Simulation
     from gimcli.mechanism import FloatArray, Mechanism
 
 NAME = "simulate"
@@ -68,9 +68,10 @@ def command(
     from gimcli.cli.progress import DRAWING, progress_bar
     from gimcli.dynamics.force_table import open_reactions
     from gimcli.dynamics.load_arrays import point_masses
-    from gimcli.dynamics.simulation import Settings, simulate
+    from gimcli.dynamics.simulation import simulate
     from gimcli.dynamics.simulation_table import column_names, simulation_table
     from gimcli.dynamics.simulation_table import reactions as find_reactions
+    from gimcli.dynamics.simulation_types import Settings
     from gimcli.model import load
     from gimcli.output import refuse_repeated, refuse_unwritable, write
     from gimcli.positions.dispatch import choose

@@ -6,7 +6,7 @@ Source: Hairer, Lubich & Wanner, Geometric Numerical Integration, 2006, algorith
 from __future__ import annotations
 
 from gimcli.dynamics.reducer import Reducer
-from gimcli.dynamics.simulation import SimulationConstants
+from gimcli.dynamics.simulation_types import SimulationConstants
 from gimcli.kernels.reduction import KINETIC, POTENTIAL
 from gimcli.mechanism import FloatArray
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reducer import Reducer, free_inputs
-from gimcli.dynamics.simulation import SimulationConstants
+from gimcli.dynamics.simulation_types import SimulationConstants
 from gimcli.kernels.reduction import DISSIPATED, SUPPLIED
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.newton import Run

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.dynamics.integration import Integration
-from gimcli.dynamics.simulation import STANDSTILL, Event, Settings, Simulation
+from gimcli.dynamics.simulation_types import STANDSTILL, Event, Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.dispatch import plain

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.dynamics.equations_of_motion import Equations
-from gimcli.dynamics.simulation import DEAD_POINT, STANDSTILL, Event
+from gimcli.dynamics.simulation_types import DEAD_POINT, STANDSTILL, Event
 from gimcli.mechanism import FloatArray
 
 Begin = Callable[[float, FloatArray, float], Any]

@@ -13,7 +13,7 @@ from gimcli.dynamics.equations_of_motion import Equations
 from gimcli.dynamics.event_search import EventSearch
 from gimcli.dynamics.ode import make_solver
 from gimcli.dynamics.reducer import ReducedState, release_of
-from gimcli.dynamics.simulation import (
+from gimcli.dynamics.simulation_types import (
     DEAD_POINT,
     LIMIT,
     SINGULAR,

@@ -12,7 +12,7 @@ import numpy as np
 from gimcli.dynamic_data import TIME, Release
 from gimcli.dynamics.load_arrays import acting, moving_loads, with_rubbing
 from gimcli.dynamics.physical import require_masses
-from gimcli.dynamics.windows import WEAK, no_windows, window_at, with_window
+from gimcli.dynamics.windows import WEAK, WindowSearch, no_windows, with_window
 from gimcli.errors import StructureError
 from gimcli.kernels import influence, reduction
 from gimcli.kernels.windows import TOGETHER, window_of
@@ -197,7 +197,8 @@ class Reducer:
             room.weak[2] = 0.0
             return False
         room.weak[1:] = 0.0
-        found = window_at(self, together)
+        search = WindowSearch(self.run, self.terms, self.chart, self.own, self.base, room)
+        found = search.find(self.last, self.at, together)
         if found is None:
             room.weak[1] = nearer
         else:

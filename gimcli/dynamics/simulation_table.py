@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.dynamics.forces import Forces
-from gimcli.dynamics.simulation import Event, Simulation
+from gimcli.dynamics.simulation_types import Event, Simulation
 from gimcli.mechanism import Drive, FloatArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
 from gimcli.status import Status

@@ -8,19 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
 
 from gimcli.kernels import influence
-from gimcli.kernels.influence import InfluencePosition
+from gimcli.kernels.influence import Chart, InfluencePosition, InfluenceScratch
 from gimcli.kernels.windows import FLOOR, NODES, Windows, interpolate
 from gimcli.mechanism import FloatArray, IntArray
+from gimcli.positions.newton import Run
 from gimcli.structure.coordinate_partitioning import residuals
-
-if TYPE_CHECKING:
-    from gimcli.dynamics.reducer import Reducer
+from gimcli.structure.polynomials import Terms
 
 REACHES = (4.0, 3.0, 2.2, 1.6)
 """Distance of the farthest place from the middle beside half the width of the window, tried in this order."""
@@ -91,22 +91,6 @@ def with_window(windows: Windows, found: Window, here: FloatArray) -> Windows:
     return Windows(*both, *windows[len(new) :])
 
 
-def window_at(reducer: Reducer, together: bool) -> Window | None:
-    """Return the window about the change point near `reducer.at`, reached from `reducer.last`; None without one.
-
-    together: whether it must hold the change points of all weak blocks, those on sheets that cross too.
-    """
-    walk = _Walk(reducer)
-    start = walk.before(copied(reducer.last), copied(reducer.at))
-    weak, slopes = walk.slopes(start)
-    normals = _normals(slopes)
-    for normal in normals[:0:-1] if together else normals:
-        best = walk.best(start, normal, *_sides(np.abs(start.sign[weak]), slopes @ normal))
-        if best is not None:
-            return best
-    return None
-
-
 def _normals(slopes: FloatArray) -> list[FloatArray]:
     """Return directions (k,) to try: across the first sheet, that along the others, and across all of them."""
     if not len(slopes):
@@ -130,19 +114,44 @@ def _sides(here: FloatArray, gains: FloatArray) -> tuple[float, float]:
     return float(np.min(middles - halves)), float(np.max(middles + halves))
 
 
-class _Walk:
-    def __init__(self, reducer: Reducer) -> None:
-        self.reducer, self.own = reducer, reducer.own
-        self.turning = reducer.chart.blocks[:, 0] != influence.LINEAR
+@dataclass(frozen=True)
+class WindowSearch:
+    """Looks for windows on the branch of a place."""
+
+    run: Run
+    terms: Terms
+    chart: Chart
+    own: list[int]  # (k,) the independent variables
+    base: InfluencePosition
+    room: InfluenceScratch
+
+    def find(self, last: InfluencePosition, at: InfluencePosition, together: bool) -> Window | None:
+        """Return the window about the change point near the place `at`, reached from `last`; None without one.
+
+        together: whether it must hold the change points of all weak blocks, those on sheets that cross too.
+        """
+        start = self.before(copied(last), copied(at))
+        weak, slopes = self.slopes(start)
+        normals = _normals(slopes)
+        for normal in normals[:0:-1] if together else normals:
+            best = self.best(start, normal, *_sides(np.abs(start.sign[weak]), slopes @ normal))
+            if best is not None:
+                return best
+        return None
+
+    @cached_property
+    def turning(self) -> NDArray[np.bool_]:
+        """Which blocks have a determinant that changes (blocks,)."""
+        return np.asarray(self.chart.blocks[:, 0] != influence.LINEAR)
 
     def to(self, place: InfluencePosition, target: FloatArray) -> InfluencePosition | None:
         """Return the place at a target, followed from another."""
-        reducer, last, found = self.reducer, copied(place), copied(place)
-        follow = reducer.run(influence.follow)
-        there = follow(reducer.chart, last, found, target, np.zeros(len(target)), reducer.room)
+        last, found = copied(place), copied(place)
+        there = self.run(influence.follow)(self.chart, last, found, target, np.zeros(len(target)), self.room)
         return found if there else None
 
     def weakest(self, place: InfluencePosition) -> float:
+        """Return the least determinant of the blocks at a place."""
         return float(np.min(np.abs(place.sign[self.turning])))
 
     def before(self, last: InfluencePosition, near: InfluencePosition) -> InfluencePosition:
@@ -216,17 +225,17 @@ class _Walk:
         self, near: Sequence[InfluencePosition], centre: FloatArray, normal: FloatArray, half: float, reach: float
     ) -> InfluencePosition | None:
         """Return the place beyond a change point that continues others; None where no block changes its side."""
-        reducer, x = self.reducer, half / reach
+        x = half / reach
         factors = self._fitted(near, centre, normal, reach)
         slopes = np.asarray(chebyshev.chebval(x, chebyshev.chebder(factors))) / reach
-        v, unknown = near[0].v.copy(), reducer.chart.unknown  # what stands still keeps all its digits
+        v, unknown = near[0].v.copy(), self.chart.unknown  # what stands still keeps all its digits
         v[unknown] = np.asarray(chebyshev.chebval(x, factors))[unknown]
         v[self.own] = centre + half * normal
         found = InfluencePosition(v.copy(), np.zeros_like(near[0].b), np.zeros(len(near[0].sign)))
-        reducer.run(influence.stand)(reducer.chart, found, reducer.room)
+        self.run(influence.stand)(self.chart, found, self.room)
         if np.all(found.sign * near[0].sign > 0.0):
             return None
-        if not reducer.run(influence.settle)(reducer.chart, found, np.zeros(len(self.own)), reducer.room):
+        if not self.run(influence.settle)(self.chart, found, np.zeros(len(self.own)), self.room):
             return None
         size = max(1.0, float(np.max(np.abs(slopes))))
         straight = np.max(np.abs(found.v - v)) <= PREDICTED and np.max(np.abs(normal @ found.b - slopes)) <= BENT * size
@@ -244,17 +253,15 @@ class _Walk:
 
     def _residual(self, window: Window) -> float:
         """Return the greatest residual within a window."""
-        reducer, size = self.reducer, len(self.own)
-        one = with_window(no_windows(size, len(reducer.base.v), len(reducer.base.sign)), window, window.centre)
-        last, found, error = copied(reducer.base), copied(reducer.base), 0.0
+        size = len(self.own)
+        one = with_window(no_windows(size, len(self.base.v), len(self.base.sign)), window, window.centre)
+        last, found, error = copied(self.base), copied(self.base), 0.0
         for offset in np.linspace(-window.half, window.half, INSIDE):
             target = window.centre + offset * window.normal
-            there = reducer.run(interpolate)(
-                reducer.chart, one, 0, target, np.zeros(size), last, found, reducer.room
-            )  # fmt: skip
+            there = self.run(interpolate)(self.chart, one, 0, target, np.zeros(size), last, found, self.room)
             if not there:
                 return np.inf
-            error = max(error, float(np.max(np.abs(residuals(reducer.terms, found.v)))))
+            error = max(error, float(np.max(np.abs(residuals(self.terms, found.v)))))
         return error
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from gimcli.dynamic_data import (
     TIME,
     AppliedLoad,
@@ -18,11 +16,9 @@ from gimcli.dynamic_data import (
 from gimcli.mechanism import FRAME, Drive, Input, Slide
 from gimcli.model import schema
 from gimcli.model.check_dynamics import as_actuator
+from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.laws import Sampled
 from gimcli.model.tables import read_table
-
-if TYPE_CHECKING:
-    from gimcli.model.compile import Compiler
 
 METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "km": 1e3, "in": 0.0254, "ft": 0.3048}
 KILOGRAMS = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}
@@ -31,7 +27,7 @@ KILOGRAMS = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}
 class DynamicsCompiler:
     """Compiles the dynamic sections of a model whose members have been compiled."""
 
-    def __init__(self, own: Compiler, slides: tuple[Slide, ...], actuators: tuple[Input, ...]) -> None:
+    def __init__(self, own: GeometryCompiler, slides: tuple[Slide, ...], actuators: tuple[Input, ...]) -> None:
         self.model, self.folder, self.members, self.nodes, self.scale = (
             own.model, own.folder, own.members, own.names, own.scale,
         )  # fmt: skip

@@ -20,14 +20,13 @@ import numpy as np
 from gimcli.continuation.gap_interpolation import Gap, Row
 from gimcli.kernels import jit
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.motion.branch_state import BranchState, FollowingConstants
 from gimcli.motion.singular_crossing import SingularCrossing
-from gimcli.positions import closed_forms, newton
 from gimcli.positions.block import RowBlock
-from gimcli.positions.branch_signs import sides
 from gimcli.positions.inputs import Inputs
-from gimcli.positions.newton import Packed, Run
+from gimcli.positions.newton import Run
 from gimcli.status import Status
-from gimcli.structure.steps import Coupled, Dyad, Orient, Place, Plan, Tilt
+from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
     from gimcli.continuation.arc import ArcPassage
@@ -40,27 +39,6 @@ Stop = tuple[float, tuple[float, ...]]
 
 Meeting = tuple[ComplexArray, FloatArray]
 """Positions (nodes,) and inputs (actuators,) where branches meet."""
-
-
-@dataclass(frozen=True)
-class FollowingConstants:
-    """Constants of the path following."""
-
-    rows: int = 2048  # in one block: fits the cache
-    many: int = 256  # rows worth one call for all
-    growth: float = 1.75  # of the steps of which the first is made
-    steps: int = 14
-    first: tuple[float, ...] = (1 / 512, 1 / 64, 1 / 8, 1.0)  # its parts, where those steps do not get there
-    split: int = 8  # parts of an interval approached finer
-    resolution: float = 1e-12  # of the motion: where a limit is told
-    leaps: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)  # of a turn: half gaps tried at a singular position
-    window: float = 1e-4  # of a turn: within which two branches are looked for that meet
-    zooms: int = 9
-    meeting: float = 64.0  # quality below which they meet: a time cannot be hit more closely than its rounding
-    loosest: float = 1e-6  # error of a coupled group's nodes on the way past a singular position
-    closure: float = 2e-13  # residual up to which a position interpolated over a singular one is assembled
-    agreement: float = 0.2  # a landing may differ from the one foreseen by this part of the way
-    memory: int = 400  # rows kept to continue from
 
 
 @dataclass
@@ -99,31 +77,21 @@ class FollowedPath:
         self.codes[row:] = int(Status.LIMIT)
 
 
-class BranchFollower:
-    """The state of a motion: its plan, the signs of its branch, and the last rows.
+class BranchFollower(BranchState):
+    """Follows a branch through the rows of a motion.
 
     `sense` is that of the guide's parameter as the time grows; without a guide what cannot be passed is a limit.
     """
 
     def __init__(
         self, mechanism: Mechanism, plan: Plan, inputs: Inputs, run: Run, tolerance: float,
-        guide: Callable[[], Guide] | None = None, policy: FollowingConstants | None = None,
+        guide: Callable[[], Guide] | None = None, constants: FollowingConstants | None = None,
     ) -> None:  # fmt: skip
-        self.mechanism, self.plan, self.inputs, self.run, self._guide = mechanism, plan, inputs, run, guide
-        self.policy = policy or FollowingConstants()
-        self.tolerance = tolerance * mechanism.size
-        self.accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest)
-        self.loose = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest, self.policy.loosest)
-        self.sign = np.ones(plan.branches)
-        self.packed = {k: Packed(s) for k, s in enumerate(plan.steps) if isinstance(s, Coupled)}
-        self.determinant = dict.fromkeys(self.packed, 0.0)
-        self.log: list[Row] = []
-        self.bridges: list[Gap] = []
-        self.passed = 0  # bridges that stand
+        super().__init__(mechanism, plan, inputs, run, tolerance, constants)
+        self._guide = guide
         self.wall: ArcPassage | None = None  # the way in to a limit
-        self.lenient = False  # on the way past a position that the tolerance cannot tell
-        self.progress: Callable[[int, int], None] | None = None  # hears of rows done and rows in all
-        self.turn, self.sense = 1.0, 1.0  # time of one turn, or of a travel of 2 pi sizes
+        self.progress: Callable[[int, int], None] | None = None  # is called with rows done and rows in all
+        self.sense = 1.0
 
     @cached_property
     def guide(self) -> Guide | None:
@@ -132,9 +100,8 @@ class BranchFollower:
 
     def begin(self, row: Row, signs: FloatArray) -> None:
         """Start from a solved position."""
-        self.log, self.sign = [row], signs.copy()
-        self.determinant = dict.fromkeys(self.packed, 0.0)
-        self.bridges, self.passed, self.wall = [], 0, None
+        super().begin(row, signs)
+        self.wall = None
 
     def enter(self, gap: Gap) -> bool:
         """Start on the way out of a singular position, or in to a limit; tell whether it can be gone."""
@@ -158,83 +125,6 @@ class BranchFollower:
         held = [gap for gap in reversed(self.bridges) if gap.ends[0] < time < gap.ends[1]]
         return held[0] if held else None
 
-    def sides(self, row: Row) -> FloatArray:
-        """Return the signs of the branch that a row is on."""
-        when = np.array([row.time])
-        guess = RowBlock.empty(self.plan, len(self.mechanism.nodes), when, self.inputs(when), 0)
-        guess.x[:, 0], guess.y[:, 0] = row.x, row.y
-        return sides(self.plan, guess, self.mechanism.size)
-
-    # -- blocks -------------------------------------------------------------------------
-
-    def evaluate(self, times: FloatArray, history: list[Row], values: FloatArray | None = None) -> RowBlock:
-        """Solve rows at times, and their inputs (actuators, rows) if given, that go on from some history."""
-        history = self._useful(times, history)
-        when = np.concatenate([[row.time for row in history], times])
-        inputs = self.inputs(when)
-        if values is not None:
-            inputs[:, len(history) :] = values
-        block = RowBlock.empty(self.plan, len(self.mechanism.nodes), when, inputs, len(history))
-        for k, row in enumerate(history):
-            block.x[:, k], block.y[:, k], block.g[:, k] = row.x, row.y, row.g
-        fixed = list(self.mechanism.members[0].nodes)
-        drawn = self.mechanism.members[0].shape
-        block.x[fixed, :], block.y[fixed, :] = drawn.real[:, None], drawn.imag[:, None]
-        block.lenient = self.lenient
-        with np.errstate(all="ignore"):
-            self._solve(block)
-        return block
-
-    def _solve(self, block: RowBlock) -> None:
-        for k, step in enumerate(self.plan.steps):
-            if block.end <= block.history:
-                return
-            if isinstance(step, Place):
-                closed_forms.place(step, block)
-            elif isinstance(step, Dyad):
-                closed_forms.dyad(step, block, self.sign, self.tolerance)
-            elif isinstance(step, Orient):
-                closed_forms.orient(step, block)
-            elif isinstance(step, Tilt):
-                closed_forms.tilt(step, block, self.sign, self.tolerance)
-            else:
-                packed, sign = self.packed[k], self.determinant[k]
-                accuracy = self.loose if block.lenient else self.accuracy
-                self.determinant[k] = newton.follow(packed, block, self.run, sign, accuracy)
-
-    def _useful(self, times: FloatArray, history: list[Row]) -> list[Row]:
-        """Choose up to four rows of history spaced like what is to come, or else the first and the last."""
-        step = times[0] - history[-1].time
-        chosen = [history[-1]]
-        for row in reversed(history[:-1]):
-            if len(chosen) == 4:
-                break
-            if chosen[-1].time - row.time >= 0.5 * step:
-                chosen.append(row)
-        if len(chosen) == 1 < len(history):
-            chosen.append(history[0])
-        return chosen[::-1]
-
-    def rows(self, block: RowBlock) -> list[Row]:
-        """Return the solved rows of a block."""
-        span = range(block.history, block.end)
-        return [
-            Row(
-                float(block.time[k]),
-                block.x[:, k].copy(),
-                block.y[:, k].copy(),
-                block.g[:, k].copy(),
-                float(block.error[k]),
-            )
-            for k in span
-        ]
-
-    def remember(self, rows: list[Row]) -> None:
-        """Append solved rows to the history."""
-        self.log += rows
-        if len(self.log) > 2 * self.policy.memory:
-            del self.log[: -self.policy.memory]
-
     # -- the whole motion ------------------------------------------------------------------
 
     def run_to(self, times: FloatArray) -> FollowedPath:
@@ -252,14 +142,22 @@ class BranchFollower:
                 path.end(i)
                 path.limit = self.wall.centre
                 break
-            marches = self.run is jit.compiled and n - i >= self.policy.many
+            marches = self.run is jit.compiled and n - i >= self.constants.many
             good, doubtful = self._march(path, i) if marches else self._block(path, i)
             i += good
             if self.progress is not None:
                 self.progress(i, n)
             if doubtful:
-                i = self._beyond(path, i, SingularCrossing(self).cross(float(times[i])))
+                i = self._beyond(path, i, self._crosses(float(times[i])))
         return path
+
+    def _crosses(self, time: float) -> bool:
+        """Go past doubtful rows to a time; tell whether that succeeded."""
+        return SingularCrossing(self, self._knows_curve).cross(time)
+
+    def _knows_curve(self) -> bool:
+        """Tell whether the curve of the motion has been made: it decides sooner than many doubtful rows."""
+        return self.guide is not None and self.guide.curve is not None
 
     def _beyond(self, path: FollowedPath, i: int, crossed: bool) -> int:
         """Fill what has been passed and return the next row; or end the motion at its limit."""
@@ -287,7 +185,7 @@ class BranchFollower:
 
     def _block(self, path: FollowedPath, i: int) -> tuple[int, bool]:
         """Solve rows from row i on as arrays; return how many, and whether the next is doubtful."""
-        rows = slice(i, i + self.policy.rows)
+        rows = slice(i, i + self.constants.rows)
         block = self.evaluate(path.time[rows], self.log, path.inputs[:, rows])
         good = block.end - block.history
         span, into = slice(block.history, block.end), slice(i, i + good)
@@ -305,7 +203,7 @@ class BranchFollower:
     def _march(self, path: FollowedPath, i: int) -> tuple[int, bool]:
         """Solve all rows from row i on in one call; return how many, and whether the next is doubtful."""
         marcher = self._marcher
-        history = self._useful(path.time[i:], self.log)
+        history = self.useful(path.time[i:], self.log)
         when = np.array([row.time for row in history])
         marcher.recall(when, self.inputs(when), *(np.array([getattr(row, part) for row in history]) for part in "xyg"))
         determinant = np.array([*self.determinant.values()])
@@ -352,14 +250,14 @@ class BranchFollower:
     def _set_out(self, time: float) -> bool:
         """Go to the first row in steps that grow from very small ones: nothing is known of the pace yet."""
         start = self.log[-1].time
-        growing = start + (time - start) * self.policy.growth ** np.arange(-self.policy.steps, 1.0)
+        growing = start + (time - start) * self.constants.growth ** np.arange(-self.constants.steps, 1.0)
         growing[-1] = time
         block = self.evaluate(growing, self.log)
         self.remember(self.rows(block))
         if block.end == len(block.time):
             return True
-        ends = start + (time - start) * np.array(self.policy.first)
-        return all(SingularCrossing(self).cross(float(end)) for end in ends if end > self.log[-1].time)
+        ends = start + (time - start) * np.array(self.constants.first)
+        return all(self._crosses(float(end)) for end in ends if end > self.log[-1].time)
 
 
 def _tail(block: RowBlock, first: int) -> RowBlock:

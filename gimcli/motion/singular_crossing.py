@@ -7,39 +7,36 @@ both sides, for at the singular position itself the equations tell a node to hal
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 
 from gimcli.continuation.gap_interpolation import GapInterpolation, Row, lagrange
 from gimcli.mechanism import FloatArray
+from gimcli.motion.branch_state import BranchState
 from gimcli.positions.block import RowBlock
 from gimcli.structure.residual import allowed, residual
 from gimcli.structure.steps import NONE
-
-if TYPE_CHECKING:
-    from gimcli.motion.follow import BranchFollower
-
 
 MOST = 100
 """Doubtful rows passed one by one before the curve of the motion is asked: a limit or a meeting takes 30."""
 
 
 class SingularCrossing:
-    """Takes a follower past rows that are doubtful."""
+    """Takes the state of a branch past rows that are doubtful; ends early where the curve of the motion is known."""
 
-    def __init__(self, follower: BranchFollower) -> None:
-        self.follower, self.doubtful = follower, 0
+    def __init__(self, state: BranchState, knows_curve: Callable[[], bool]) -> None:
+        self.state, self.knows_curve, self.doubtful = state, knows_curve, 0
 
     def cross(self, time: float) -> bool:
         """Go on from the last row to a time on an ever finer grid; the log then ends there or beyond."""
-        follower = self.follower
-        start = follower.log[-1].time
-        grid = start + (time - start) * np.arange(1, follower.policy.split + 1) / follower.policy.split
+        state = self.state
+        start = state.log[-1].time
+        grid = start + (time - start) * np.arange(1, state.constants.split + 1) / state.constants.split
         grid[-1] = time
-        while len(grid := grid[grid > follower.log[-1].time]):
-            block = follower.evaluate(grid, follower.log)
-            follower.remember(follower.rows(block))
+        while len(grid := grid[grid > state.log[-1].time]):
+            block = state.evaluate(grid, state.log)
+            state.remember(state.rows(block))
             good = block.end - block.history
             if good == len(grid):
                 break
@@ -49,24 +46,24 @@ class SingularCrossing:
 
     def _pass(self, target: float, block: RowBlock) -> bool:
         """Get past a doubtful row: by a leap where two branches meet, else on a finer grid."""
-        follower = self.follower
+        state = self.state
         self.doubtful += 1
-        if self.doubtful > MOST and follower.guide is not None and follower.guide.curve is not None:
+        if self.doubtful > MOST and self.knows_curve():
             return False
-        gap = target - follower.log[-1].time
+        gap = target - state.log[-1].time
         if block.singular:
             meeting = self._meeting(block.culprit, target)
             if meeting is not None and self._leap(meeting):
                 return True
-            if meeting is not None and not follower.lenient and self._shorter(meeting) and gap > self._shortest:
+            if meeting is not None and not state.lenient and self._shorter(meeting) and gap > self._shortest:
                 return self.cross(target)  # from nearer by
-            if not follower.lenient:
-                follower.lenient = True
+            if not state.lenient:
+                state.lenient = True
                 done = self.cross(target)
-                follower.lenient = False
+                state.lenient = False
                 return done
-        if gap <= follower.policy.resolution * max(1.0, abs(target)):
-            return not block.singular and not block.blocked and self._leap(0.5 * (target + follower.log[-1].time))
+        if gap <= state.constants.resolution * max(1.0, abs(target)):
+            return not block.singular and not block.blocked and self._leap(0.5 * (target + state.log[-1].time))
         return self.cross(target)
 
     def _meeting(self, branch: int, target: float) -> float | None:
@@ -74,13 +71,13 @@ class SingularCrossing:
 
         The measure of a step does not depend on the side that is taken: it is sampled ever finer.
         """
-        follower = self.follower
-        start = follower.log[-1].time
+        state = self.state
+        start = state.log[-1].time
         if branch == NONE:  # a coupled group: only the landing will tell
             return 0.5 * (start + target)
-        low, high = start, max(target, start + follower.policy.window * follower.turn)
-        for _ in range(follower.policy.zooms):
-            grid = np.linspace(low, high, 4 * follower.policy.split + 1)[1:]
+        low, high = start, max(target, start + state.constants.window * state.turn)
+        for _ in range(state.constants.zooms):
+            grid = np.linspace(low, high, 4 * state.constants.split + 1)[1:]
             quality = self._quality(branch, grid)
             if not np.any(np.isfinite(quality)):
                 return None
@@ -89,92 +86,90 @@ class SingularCrossing:
                 return None
             step = grid[1] - grid[0]
             low, high = max(start, grid[k] - step), grid[k] + step
-        return float(grid[k]) if quality[k] <= follower.policy.meeting else None
+        return float(grid[k]) if quality[k] <= state.constants.meeting else None
 
     def _quality(self, branch: int, times: FloatArray) -> FloatArray:
-        follower = self.follower
-        lenient, follower.lenient = follower.lenient, True
-        block = follower.evaluate(times, follower.log)
-        follower.lenient = lenient
+        state = self.state
+        lenient, state.lenient = state.lenient, True
+        block = state.evaluate(times, state.log)
+        state.lenient = lenient
         return block.quality[branch, block.history :]
 
     def _leap(self, centre: float) -> bool:
         """Pass a singular position: solve beyond it what is foreseen from before it."""
-        follower = self.follower
-        gap = abs(centre - follower.log[-1].time)
+        state = self.state
+        gap = abs(centre - state.log[-1].time)
         return any(
-            self._bridge(centre, part * follower.turn)
-            for part in follower.policy.leaps
-            if gap <= 0.5 * part * follower.turn
+            self._bridge(centre, part * state.turn) for part in state.constants.leaps if gap <= 0.5 * part * state.turn
         )
 
     @property
     def _shortest(self) -> float:
-        return 0.5 * self.follower.policy.leaps[-1] * self.follower.turn
+        return 0.5 * self.state.constants.leaps[-1] * self.state.turn
 
     def _shorter(self, centre: float) -> bool:
         """Tell whether leaps that are too short for the distance to a singular position are left to be tried."""
-        return bool(abs(centre - self.follower.log[-1].time) > self._shortest)
+        return bool(abs(centre - self.state.log[-1].time) > self._shortest)
 
     def _bridge(self, centre: float, delta: float) -> bool:
-        follower = self.follower
-        saved = follower.sign.copy(), dict(follower.determinant), follower.log, follower.lenient
-        follower.lenient = False
+        state = self.state
+        saved = state.sign.copy(), dict(state.determinant), state.log, state.lenient
+        state.lenient = False
         before = self._uniform(centre + delta * np.arange(-4.0, 0.0))
         done = before is not None and self._land(centre, delta, before) and self._closes()
-        follower.lenient = saved[3]
+        state.lenient = saved[3]
         if not done:
-            follower.sign, follower.determinant, follower.log = saved[:3]
-            del follower.bridges[follower.passed :]
-        follower.passed = len(follower.bridges)
+            state.sign, state.determinant, state.log = saved[:3]
+            del state.bridges[state.passed :]
+        state.passed = len(state.bridges)
         return done
 
     def _closes(self) -> bool:
         """Tell whether the mechanism is assembled at the singular position itself: no limit was leapt over."""
-        follower = self.follower
-        bridge = follower.bridges[-1]
+        state = self.state
+        bridge = state.bridges[-1]
         row, when = bridge.at(bridge.centre), np.array([bridge.centre])
-        found = residual(follower.mechanism, (row.x + 1j * row.y)[:, None], follower.inputs(when))
-        return bool(found.total[0] <= max(follower.policy.closure, allowed(follower.mechanism, 0.0)))
+        found = residual(state.mechanism, (row.x + 1j * row.y)[:, None], state.inputs(when))
+        return bool(found.total[0] <= max(state.constants.closure, allowed(state.mechanism, 0.0)))
 
     def _uniform(self, times: FloatArray) -> list[Row] | None:
-        follower = self.follower
-        history = [row for row in follower.log if row.time < times[0]]
+        state = self.state
+        history = [row for row in state.log if row.time < times[0]]
         if not history:
             return None
-        block = follower.evaluate(times, history)
-        return follower.rows(block) if block.end == len(block.time) else None
+        block = state.evaluate(times, history)
+        return state.rows(block) if block.end == len(block.time) else None
 
     def _land(self, centre: float, delta: float, before: list[Row]) -> bool:
         """Solve beyond a singular position with the signs foreseen there."""
-        follower = self.follower
+        state = self.state
         when = [row.time for row in before]
         weights = lagrange(when, centre + delta)
         foreseen = Row(
             centre + delta,
             *(sum(w * getattr(row, part) for w, row in zip(weights, before, strict=True)) for part in "xyg"),
         )
-        follower.sign = follower.sides(foreseen)
-        follower.determinant = dict.fromkeys(follower.determinant, 0.0)
-        block = follower.evaluate(np.array([centre + delta]), self._fan(before, foreseen))
+        state.sign = state.sides(foreseen)
+        state.determinant = dict.fromkeys(state.determinant, 0.0)
+        block = state.evaluate(np.array([centre + delta]), self._fan(before, foreseen))
         if block.end < len(block.time):
             return False
-        first = follower.rows(block)[0]
+        first = state.rows(block)[0]
         way = np.hypot(foreseen.x - before[-1].x, foreseen.y - before[-1].y)
         miss = np.hypot(foreseen.x - first.x, foreseen.y - first.y)
-        if not np.all(miss <= follower.policy.agreement * np.nanmax(way)):
+        if not np.all(miss <= state.constants.agreement * np.nanmax(way)):
             return False
         turned = np.where(foreseen.g * first.g < 0.0, -1.0, 1.0)  # where two centres have met
         rows = [*(Row(row.time, row.x, row.y, turned * row.g) for row in before), first]
-        block = follower.evaluate(centre + delta * np.arange(2.0, 5.0), rows)
+        block = state.evaluate(centre + delta * np.arange(2.0, 5.0), rows)
         if block.end < len(block.time):
             return False
-        follower.log = rows + follower.rows(block)
-        bridge = GapInterpolation(centre, follower.log.copy())
-        follower.bridges.append(GapInterpolation(bridge.turning(), bridge.rows))
+        state.log = rows + state.rows(block)
+        bridge = GapInterpolation(centre, state.log.copy())
+        state.bridges.append(GapInterpolation(bridge.turning(), bridge.rows))
         return True
 
     def _fan(self, before: list[Row], foreseen: Row) -> list[Row]:
         """Return a history whose extrapolation is what is foreseen: it turns on the spot."""
-        follower = self.follower
-        return [Row(before[-1].time, foreseen.x, foreseen.y, follower.sign * np.abs(foreseen.g))]
+        state = self.state
+        return [Row(before[-1].time, foreseen.x, foreseen.y, state.sign * np.abs(foreseen.g))]

@@ -1,0 +1,190 @@
+"""Members, pairs, actuators and points of a model, from the file's units to the normal frame."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from pathlib import Path
+
+import numpy as np
+
+from gimcli.mechanism import FRAME, ComplexArray, Drive, Input, InputLaw, Member, Point, Slide
+from gimcli.model import schema
+from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, Scaled, TableLaw
+from gimcli.model.references import CLOSEST, used_nodes
+from gimcli.model.tables import read_table
+
+
+class GeometryCompiler:
+    """Compiles the geometry of a validated model, part by part."""
+
+    def __init__(self, model: schema.Model, folder: Path) -> None:
+        self.model, self.folder = model, folder
+        used = used_nodes(model)
+        self.names = [name for name in model.nodes if name in used]
+        self.index = {name: k for k, name in enumerate(self.names)}
+        raw = np.array([complex(*model.nodes[n]) for n in self.names])
+        held = model.ground.member
+        parts = model.members
+        first = parts[held].nodes[0] if held is not None else model.ground.nodes[0]
+        self.origin = complex(raw[self.index[first]])
+        self.size = self._extent(raw)
+        self.scale = 2.0 ** round(math.log2(self.size))
+        self.drawn: ComplexArray = (raw - self.origin) / self.scale
+        self.turn = math.pi / 180.0 if model.units.angle == "deg" else 1.0
+        moving = [self._member(name, part) for name, part in parts.items() if name != held]
+        self.members = [self._frame(held), *moving]
+        self.number = {m.name: k for k, m in enumerate(self.members)}
+
+    def _extent(self, raw: ComplexArray) -> float:
+        """Return the largest dimension, drawn or given."""
+        spans = [abs(complex(np.ptp(raw.real), np.ptp(raw.imag)))]
+        spans += [link.length for link in self.model.links.values() if link.length is not None]
+        for element in self.model.elements.values():
+            if element.shape is not None:
+                z: ComplexArray = np.array([complex(*place) for place in element.shape.values()])
+                spans.append(abs(complex(np.ptp(z.real), np.ptp(z.imag))))
+        return max(spans)
+
+    # -- members ------------------------------------------------------------------------------
+
+    def _member(self, name: str, part: schema.Link | schema.Element) -> Member:
+        nodes = tuple(self.index[n] for n in part.nodes)
+        drawn: ComplexArray = self.drawn[list(nodes)]
+        if isinstance(part, schema.Link):
+            length = part.length / self.scale if part.length is not None else abs(drawn[1] - drawn[0])
+            return Member(name, nodes, np.array([0.0, length], dtype=complex))
+        z: ComplexArray = drawn
+        if part.shape is not None:
+            z = np.array([complex(*part.shape[n]) / self.scale for n in part.nodes])
+        return Member(name, nodes, to_own_frame(z))
+
+    def _frame(self, held: str | None) -> Member:
+        if held is None:
+            nodes = tuple(self.index[n] for n in self.model.ground.nodes)
+            return Member("ground", nodes, self.drawn[list(nodes)])
+        part = self.model.links.get(held) or self.model.elements[held]
+        member = self._member(held, part)
+        first, second = self.drawn[member.nodes[0]], self.drawn[member.nodes[1]]
+        direction = (second - first) / abs(second - first)
+        return Member(held, member.nodes, first + member.shape * direction)
+
+    def _common(self, *names: str, moving: bool = False, but: int = -1) -> int:
+        """Return the member that holds all nodes, the frame first unless a moving one is asked for."""
+        nodes = {self.index[n] for n in names}
+        for k, member in enumerate(self.members):
+            if nodes <= set(member.nodes) and k != but and not (moving and k == FRAME):
+                return k
+        raise KeyError(names)
+
+    def _local(self, member: int, name: str) -> complex:
+        return self.members[member].local(self.index[name])
+
+    def _line(self, guide: list[str]) -> tuple[int, complex, complex]:
+        """Return the member that carries a guide, its first node there, and its direction."""
+        member = self._common(*guide)
+        first, second = (self._local(member, n) for n in guide)
+        return member, first, (second - first) / abs(second - first)
+
+    # -- pairs and actuators ------------------------------------------------------------------
+
+    def slides(self, name: str, pair: schema.Prismatic) -> list[Slide]:
+        """Return the pairs that hold nodes on a guide."""
+        member, point, direction = self._line(pair.guide)
+        point += 1j * direction * pair.offset / self.scale
+        if pair.node is not None:
+            return [Slide(name, name, self.index[pair.node], member, point, direction)]
+        return [Slide(f"{name} {node}", name, self.index[node], member, point, direction) for node in pair.nodes or []]
+
+    def actuator(self, name: str, actuator: schema.Actuator) -> Input:
+        """Return an actuator, or what a gauge reads."""
+        if actuator.type == "rotary":
+            return self._rotary(name, actuator)
+        if actuator.nodes is not None:
+            a, b = (self.index[n] for n in actuator.nodes)
+            drawn = abs(complex(self.drawn[b] - self.drawn[a]))
+            law = self._law(actuator.law, drawn, 1.0 / self.scale, 0.0)
+            return Input(name, Drive.DISTANCE, law, drawn, a, b)
+        guide = list(actuator.guide or [])
+        member, point, direction = self._line(guide)
+        a = self.index[str(actuator.node)]
+        u, v = (complex(self.drawn[self.index[n]]) for n in guide)
+        along = (v - u) / abs(v - u)
+        drawn = ((complex(self.drawn[a]) - u) * along.conjugate()).real
+        law = self._law(actuator.law, drawn, 1.0 / self.scale, 0.0)
+        return Input(name, Drive.TRAVEL, law, drawn, a, reference_member=member, point=point, direction=direction)
+
+    def _rotary(self, name: str, actuator: schema.Actuator) -> Input:
+        pivot, arm, reference = str(actuator.pivot), str(actuator.arm), actuator.reference
+        arm_member = self._common(pivot, arm, moving=True)
+        arm_direction = _unit(self._local(arm_member, arm) - self._local(arm_member, pivot))
+        reference_member, reference_direction = FRAME, 1.0 + 0.0j
+        ray = complex(self.drawn[self.index[arm]] - self.drawn[self.index[pivot]])
+        if reference is not None:
+            reference_member = self._common(pivot, reference, but=arm_member)
+            away = self._local(reference_member, reference) - self._local(reference_member, pivot)
+            reference_direction = _unit(away)
+            ray /= complex(self.drawn[self.index[reference]] - self.drawn[self.index[pivot]])
+        drawn = cmath.phase(complex(ray.real, ray.imag + 0.0))  # half a turn is pi: -0.0 would make it -pi
+        law = self._law(actuator.law, drawn, self.turn, 2.0 * math.pi)
+        return Input(
+            name, Drive.ROTARY, law, drawn, self.index[pivot], arm_member=arm_member,
+            reference_member=reference_member, arm_direction=arm_direction, reference_direction=reference_direction,
+        )  # fmt: skip
+
+    def _law(self, law: schema.Law | None, drawn: float, unit: float, default: float) -> InputLaw:
+        if law is None:
+            return RunLaw(drawn, drawn + default, PROFILES["uniform"])
+        profile = law.profile
+        if profile.table is not None:
+            return Scaled(TableLaw(*read_table(self.folder / profile.table)), unit)
+        shape: InputLaw = PROFILES.get(profile.name, PROFILES["uniform"])
+        if profile.polynomial is not None:
+            shape = PolynomialLaw(tuple(profile.polynomial))
+            if law.from_ is None and law.by is None:
+                return Scaled(shape, unit)
+        if law.by is not None:
+            return RunLaw(drawn, drawn + law.by * unit, shape)
+        if law.from_ is None or law.to is None:
+            return RunLaw(drawn, drawn + default, shape)
+        return RunLaw(law.from_ * unit, law.to * unit, shape)
+
+    def duration(self) -> float:
+        """Return the duration of the motion [s]."""
+        if self.model.duration is not None:
+            return self.model.duration
+        for actuator in self.model.actuators.values():
+            if actuator.law is not None and actuator.law.profile.table is not None:
+                time, _ = read_table(self.folder / actuator.law.profile.table)
+                return time[-1] - time[0]
+        return 1.0
+
+    # -- points -------------------------------------------------------------------------------
+
+    def point(self, name: str, point: schema.Tracer) -> Point:
+        """Return a point carried by a member."""
+        k = 0 if point.on == "ground" else self.number[point.on]
+        member = self.members[k]
+        if point.local is not None:
+            local = complex(*point.local) / self.scale
+            first = complex(member.shape[0])
+            apart = [z - first for z in member.shape.tolist() if abs(z - first) > CLOSEST * self.size / self.scale]
+            along = _unit(apart[0]) if apart else 1.0 + 0.0j  # nodes of the ground may coincide
+            return Point(name, k, first + local * along)
+        drawn = (complex(*(point.at or [0.0, 0.0])) - self.origin) / self.scale
+        if k == FRAME:
+            return Point(name, k, drawn)
+        first, second = (complex(self.drawn[n]) for n in member.nodes[:2])
+        return Point(name, k, complex(member.shape[0]) + (drawn - first) / _unit(second - first))
+
+
+def _unit(z: complex) -> complex:
+    return z / abs(z)
+
+
+def to_own_frame(z: ComplexArray) -> ComplexArray:
+    """Return a shape with its first node at 0 and its second on +x."""
+    along = z[1] - z[0]
+    turned = (z - z[0]) * (along.conjugate() / abs(along))
+    turned[1] = abs(along)
+    return np.asarray(turned)

@@ -1,0 +1,143 @@
+"""The state of a motion on one branch, and the rows that go on from it.
+
+A row's "time" is what the inputs are given over: the place on a leg of the laws, or the time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimcli.continuation.gap_interpolation import Gap, Row
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.positions import closed_forms, newton
+from gimcli.positions.block import RowBlock
+from gimcli.positions.branch_signs import sides
+from gimcli.positions.inputs import Inputs
+from gimcli.positions.newton import Packed, Run
+from gimcli.structure.steps import Coupled, Dyad, Orient, Place, Plan, Tilt
+
+
+@dataclass(frozen=True)
+class FollowingConstants:
+    """Constants of the path following."""
+
+    rows: int = 2048  # in one block: fits the cache
+    many: int = 256  # rows worth one call for all
+    growth: float = 1.75  # of the steps of which the first is made
+    steps: int = 14
+    first: tuple[float, ...] = (1 / 512, 1 / 64, 1 / 8, 1.0)  # its parts, where those steps do not get there
+    split: int = 8  # parts of an interval approached finer
+    resolution: float = 1e-12  # of the motion: where a limit is told
+    leaps: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)  # of a turn: half gaps tried at a singular position
+    window: float = 1e-4  # of a turn: within which two branches are looked for that meet
+    zooms: int = 9
+    meeting: float = 64.0  # quality below which they meet: a time cannot be hit more closely than its rounding
+    loosest: float = 1e-6  # error of a coupled group's nodes on the way past a singular position
+    closure: float = 2e-13  # residual up to which a position interpolated over a singular one is assembled
+    agreement: float = 0.2  # a landing may differ from the one foreseen by this part of the way
+    memory: int = 400  # rows kept to continue from
+
+
+class BranchState:
+    """A plan, the signs of a branch and its last rows; it solves the rows that continue them."""
+
+    def __init__(
+        self, mechanism: Mechanism, plan: Plan, inputs: Inputs, run: Run, tolerance: float,
+        constants: FollowingConstants | None = None,
+    ) -> None:  # fmt: skip
+        self.mechanism, self.plan, self.inputs, self.run = mechanism, plan, inputs, run
+        self.constants = constants or FollowingConstants()
+        self.tolerance = tolerance * mechanism.size
+        self.accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest)
+        self.loose = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest, self.constants.loosest)
+        self.sign = np.ones(plan.branches)
+        self.packed = {k: Packed(s) for k, s in enumerate(plan.steps) if isinstance(s, Coupled)}
+        self.determinant = dict.fromkeys(self.packed, 0.0)
+        self.log: list[Row] = []
+        self.bridges: list[Gap] = []
+        self.passed = 0  # bridges that stand
+        self.lenient = False  # on the way past a position that cannot be solved to the tolerance
+        self.turn = 1.0  # time of one turn, or of a travel of 2 pi sizes
+
+    def begin(self, row: Row, signs: FloatArray) -> None:
+        """Start from a solved position."""
+        self.log, self.sign = [row], signs.copy()
+        self.determinant = dict.fromkeys(self.packed, 0.0)
+        self.bridges, self.passed = [], 0
+
+    def sides(self, row: Row) -> FloatArray:
+        """Return the signs of the branch that a row is on."""
+        when = np.array([row.time])
+        guess = RowBlock.empty(self.plan, len(self.mechanism.nodes), when, self.inputs(when), 0)
+        guess.x[:, 0], guess.y[:, 0] = row.x, row.y
+        return sides(self.plan, guess, self.mechanism.size)
+
+    def evaluate(self, times: FloatArray, history: list[Row], values: FloatArray | None = None) -> RowBlock:
+        """Solve rows at times, and their inputs (actuators, rows) if given, that go on from some history."""
+        history = self.useful(times, history)
+        when = np.concatenate([[row.time for row in history], times])
+        inputs = self.inputs(when)
+        if values is not None:
+            inputs[:, len(history) :] = values
+        block = RowBlock.empty(self.plan, len(self.mechanism.nodes), when, inputs, len(history))
+        for k, row in enumerate(history):
+            block.x[:, k], block.y[:, k], block.g[:, k] = row.x, row.y, row.g
+        fixed = list(self.mechanism.members[0].nodes)
+        drawn = self.mechanism.members[0].shape
+        block.x[fixed, :], block.y[fixed, :] = drawn.real[:, None], drawn.imag[:, None]
+        block.lenient = self.lenient
+        with np.errstate(all="ignore"):
+            self._solve(block)
+        return block
+
+    def _solve(self, block: RowBlock) -> None:
+        for k, step in enumerate(self.plan.steps):
+            if block.end <= block.history:
+                return
+            if isinstance(step, Place):
+                closed_forms.place(step, block)
+            elif isinstance(step, Dyad):
+                closed_forms.dyad(step, block, self.sign, self.tolerance)
+            elif isinstance(step, Orient):
+                closed_forms.orient(step, block)
+            elif isinstance(step, Tilt):
+                closed_forms.tilt(step, block, self.sign, self.tolerance)
+            else:
+                packed, sign = self.packed[k], self.determinant[k]
+                accuracy = self.loose if block.lenient else self.accuracy
+                self.determinant[k] = newton.follow(packed, block, self.run, sign, accuracy)
+
+    def useful(self, times: FloatArray, history: list[Row]) -> list[Row]:
+        """Choose up to four rows of history spaced like what is to come, or else the first and the last."""
+        step = times[0] - history[-1].time
+        chosen = [history[-1]]
+        for row in reversed(history[:-1]):
+            if len(chosen) == 4:
+                break
+            if chosen[-1].time - row.time >= 0.5 * step:
+                chosen.append(row)
+        if len(chosen) == 1 < len(history):
+            chosen.append(history[0])
+        return chosen[::-1]
+
+    def rows(self, block: RowBlock) -> list[Row]:
+        """Return the solved rows of a block."""
+        span = range(block.history, block.end)
+        return [
+            Row(
+                float(block.time[k]),
+                block.x[:, k].copy(),
+                block.y[:, k].copy(),
+                block.g[:, k].copy(),
+                float(block.error[k]),
+            )
+            for k in span
+        ]
+
+    def remember(self, rows: list[Row]) -> None:
+        """Append solved rows to the history."""
+        self.log += rows
+        if len(self.log) > 2 * self.constants.memory:
+            del self.log[: -self.constants.memory]
