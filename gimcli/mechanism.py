@@ -39,12 +39,15 @@ class InputLaw(Protocol):
         ...
 
 
-class Undriven:
-    """The law of what is only read: its value stays."""
+@dataclass(frozen=True)
+class ConstantLaw:
+    """The law of an input that stands still, and of what is only read."""
+
+    value: float = 0.0
 
     def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
-        """Return zeros."""
-        return np.zeros_like(time)
+        """Return the value, or zeros."""
+        return np.full(np.shape(time), 0.0 if order else self.value)
 
     def stops(self) -> FloatArray:
         """Return no time."""

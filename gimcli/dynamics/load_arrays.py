@@ -9,7 +9,7 @@ import numpy as np
 
 from gimcli.dynamic_data import AppliedLoad
 from gimcli.kernels.reduction import ANGLE, LENGTH, TRAVEL, Acting
-from gimcli.mechanism import FRAME, Drive, FloatArray, Input, IntArray, Mechanism, Undriven
+from gimcli.mechanism import FRAME, ConstantLaw, Drive, FloatArray, Input, IntArray, Mechanism
 from gimcli.structure.checks import farthest
 from gimcli.structure.rotation import members_of, rotation_classes
 from gimcli.structure.steps import NONE
@@ -26,7 +26,7 @@ def with_rubbing(mechanism: Mechanism) -> Mechanism:
             slide = mechanism.slides[friction.slide]
             away = complex(mechanism.drawn[slide.node])
             gauge = Input(
-                RUBBED + friction.name, Drive.TRAVEL, Undriven(), abs(away), slide.node,
+                RUBBED + friction.name, Drive.TRAVEL, ConstantLaw(), abs(away), slide.node,
                 reference_member=slide.member, point=slide.point, direction=slide.direction,
             )  # fmt: skip
             extra.append(gauge)

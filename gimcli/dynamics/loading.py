@@ -14,7 +14,7 @@ from gimcli.dynamic_data import TIME, AppliedLoad, Inertia
 from gimcli.dynamics.kinematic_history import Course, Turns, carried, reading, turning, unit_of
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Statics
-from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Input, Undriven
+from gimcli.mechanism import FRAME, ComplexArray, ConstantLaw, Drive, FloatArray, Input
 from gimcli.structure.steps import NONE
 
 POWERS = ("load", "gravity", "spring", "damping")
@@ -188,7 +188,7 @@ class _Loader:
         """Apply the friction of a sliding pair at its first node."""
         mechanism, slide = self.mechanism, self.mechanism.slides[number]
         gauge = Input(
-            slide.name, Drive.TRAVEL, Undriven(), 0.0, slide.node, reference_member=slide.member,
+            slide.name, Drive.TRAVEL, ConstantLaw(), 0.0, slide.node, reference_member=slide.member,
             point=slide.point, direction=slide.direction,
         )  # fmt: skip
         _, rate, unit = reading(mechanism, gauge, self.course)

@@ -17,12 +17,11 @@ from gimcli.dynamic_data import TIME, DrivingEffort
 from gimcli.dynamics.reducer import Reducer, holding, release_of
 from gimcli.errors import UsageError
 from gimcli.kernels.reduction import POTENTIAL
-from gimcli.mechanism import Drive, FloatArray, IntArray, Mechanism
+from gimcli.mechanism import ConstantLaw, Drive, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.positions.options import Options
-from gimcli.rates.path_derivatives import Given
 from gimcli.status import Status
 from gimcli.table import Column, Table
 
@@ -83,10 +82,7 @@ def reduce_to_input(
 def held(mechanism: Mechanism, actuator: int) -> Mechanism:
     """Return the mechanism whose inputs but one stand where their laws begin."""
     start = mechanism.start_inputs
-    others = [
-        a if k == actuator else replace(a, law=Given((np.full(2, start[k]),)))
-        for k, a in enumerate(mechanism.actuators)
-    ]
+    others = [a if k == actuator else replace(a, law=ConstantLaw(start[k])) for k, a in enumerate(mechanism.actuators)]
     return replace(mechanism, actuators=tuple(others))
 
 

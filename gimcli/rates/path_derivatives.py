@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
-from gimcli.rates.derivatives import MotionRates, rates
+from gimcli.rates.derivatives import MotionRates, rates, rates_of_inputs
 
 
 @dataclass(frozen=True)
@@ -30,22 +30,6 @@ class Stillness:
 
 
 STILLNESS = Stillness()
-
-
-@dataclass(frozen=True)
-class Given:
-    """A law that has given derivatives at rows 0, 1 ...: its time counts the rows."""
-
-    series: tuple[FloatArray, ...]  # value, first, second derivative, each (rows,)
-
-    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
-        """Return the value or a derivative; those that are not given are 0."""
-        row = np.rint(np.asarray(time)).astype(np.int64)
-        return np.asarray(self.series[order][row] if order < len(self.series) else np.zeros(row.shape))
-
-    def stops(self) -> FloatArray:
-        """Return no time: only the rows are known."""
-        return np.empty(0)
 
 
 @dataclass(frozen=True)
@@ -97,10 +81,8 @@ def rates_along(
     mechanism: Mechanism, inputs: FloatArray, z: ComplexArray, first: FloatArray, second: FloatArray, order: int
 ) -> MotionRates:
     """Differentiate positions z (nodes, rows) whose inputs have given derivatives (actuators, rows)."""
-    laws = [Given((inputs[k], first[k], second[k])) for k in range(len(mechanism.actuators))]
-    actuators = tuple(replace(a, law=law) for a, law in zip(mechanism.actuators, laws, strict=True))
-    driven = replace(mechanism, actuators=actuators, duration=1.0)
-    return rates(driven, np.arange(z.shape[1], dtype=float), z, order)
+    given = np.array([inputs, first, second, np.zeros_like(first)])[: order + 1]
+    return rates_of_inputs(mechanism, z, given)
 
 
 @dataclass(frozen=True, eq=False)
