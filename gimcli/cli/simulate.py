@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath
+from gimcli.dynamics.integrators import INTEGRATORS
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -36,22 +36,20 @@ A_SECOND = 1500
 """Evaluations for a second of motion, about."""
 
 
-class Scheme(StrEnum):
-    """How the equations of motion are integrated."""
-
-    DOP853 = "dop853"
-    RK45 = "rk45"
-    RADAU = "radau"
-    LSODA = "lsoda"
-    RK4 = "rk4"
-    EULER = "euler"
+def _registered(name: str) -> str:
+    """Return the name of an integrator; refuse others."""
+    if name not in INTEGRATORS:
+        raise typer.BadParameter(f"{name!r} is not one of {', '.join(map(repr, INTEGRATORS))}.")
+    return name
 
 
 def command(
     model: ModelPath = MODEL,
     time: Annotated[float, typer.Option("--time", "-t", help="Seconds of motion.")] = 5.0,
     dt: Annotated[float | None, typer.Option("--dt", help="Seconds between rows; default: --time / 200.")] = None,
-    method: Annotated[Scheme, typer.Option("--method", help="Integrator.")] = Scheme.DOP853,
+    method: Annotated[
+        str, typer.Option("--method", metavar=f"<{'|'.join(INTEGRATORS)}>", callback=_registered, help="Integrator.")
+    ] = "dop853",
     rtol: Annotated[float, typer.Option("--rtol", help="Relative tolerance of inputs and speeds.")] = 1e-9,
     step: Annotated[float, typer.Option("--step", help="Step of rk4 [s].")] = 1e-3,
     until: Annotated[
@@ -87,7 +85,7 @@ def command(
     csv_path, png_path = out / f"{model.stem}.simulation.csv", out / f"{model.stem}.simulation.png"
     refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
     run = choose(jit.value, time * A_SECOND * WORK, note, ("move",))
-    settings = Settings(method.value, max(rtol, LEAST), step, until)
+    settings = Settings(method, max(rtol, LEAST), step, until)
     note_point_masses(point_masses(mechanism))
     with explained(mechanism):
         found = simulate(mechanism, times, settings, run, progress_bar("simulating"))

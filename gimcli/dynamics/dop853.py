@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.dynamics.ode import Slopes
+from gimcli.dynamics.integrators import Slopes
 from gimcli.dynamics.reducer import Reducer
 from gimcli.kernels import dormand_prince as kernels
 from gimcli.mechanism import FloatArray

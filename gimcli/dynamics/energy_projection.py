@@ -10,16 +10,13 @@ from gimcli.dynamics.simulation_types import SimulationConstants
 from gimcli.kernels.reduction import KINETIC, POTENTIAL
 from gimcli.mechanism import FloatArray
 
-PROJECTED = ("dop853", "rk45")
-"""Methods whose state may be corrected between steps."""
-
 
 class Projection:
     """Brings states back to the energy of the start."""
 
-    def __init__(self, reducer: Reducer, method: str, policy: SimulationConstants) -> None:
+    def __init__(self, reducer: Reducer, allowed: bool, policy: SimulationConstants) -> None:
         self.reducer, self.policy = reducer, policy
-        self.serves = method in PROJECTED and reducer.conservative
+        self.serves = allowed and reducer.conservative
         self.start: float | None = None  # J
         self.liveliest = 0.0  # greatest kinetic energy met, J
         self.total = 0.0  # corrected so far, J, added up without signs

@@ -15,11 +15,9 @@ from typing import Any
 import numpy as np
 
 from gimcli.dynamics.integration import Integration
-from gimcli.dynamics.simulation_types import STANDSTILL, Event, Settings, Simulation
+from gimcli.dynamics.simulation_types import STANDSTILL, Event, Simulation
 from gimcli.errors import UsageError
-from gimcli.mechanism import FloatArray, Mechanism
-from gimcli.positions.dispatch import plain
-from gimcli.positions.newton import Run
+from gimcli.mechanism import FloatArray
 from gimcli.status import Status
 
 STEP = 1e-3
@@ -39,14 +37,7 @@ class Sweep:
     gain: float
 
 
-def simulate_by_euler(
-    mechanism: Mechanism, times: FloatArray, settings: Settings, run: Run = plain, progress: Any = None
-) -> Simulation:
-    """Return a motion by the source's scheme at `times` (rows,) [s]; raise UsageError where it does not apply."""
-    return _Euler(mechanism, np.asarray(times, dtype=float), settings, run, progress).simulation()
-
-
-class _Euler(Integration):
+class EulerIntegration(Integration):
     """Steps over the coordinate instead of the time."""
 
     def simulation(self) -> Simulation:

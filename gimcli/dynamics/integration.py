@@ -11,7 +11,7 @@ from gimcli.dynamics.dop853 import Strider
 from gimcli.dynamics.energy_projection import Projection
 from gimcli.dynamics.equations_of_motion import Equations
 from gimcli.dynamics.event_search import EventSearch
-from gimcli.dynamics.ode import make_solver
+from gimcli.dynamics.integrators import INTEGRATORS, StepControl
 from gimcli.dynamics.reducer import ReducedState, release_of
 from gimcli.dynamics.simulation_types import (
     DEAD_POINT,
@@ -42,8 +42,9 @@ class Integration:
         self.policy = SimulationConstants()
         self.equations = Equations(mechanism, run, self.policy)
         self.free, self.reducer = self.equations.free, self.equations.reducer
-        self.projection = Projection(self.reducer, settings.method, self.policy)
-        self.search = EventSearch(self.equations, self._solver, settings.method != "rk4")
+        self.integrator = INTEGRATORS[settings.method]
+        self.projection = Projection(self.reducer, self.integrator.corrected, self.policy)
+        self.search = EventSearch(self.equations, self._solver, self.integrator.lands)
         self.rows: list[ReducedState] = []
         self.told: list[tuple[float, float]] = []  # dissipated and supplied at the rows
         self.events: list[Event] = []
@@ -150,8 +151,9 @@ class Integration:
         return True
 
     def _solver(self, time: float, y: FloatArray, end: float) -> Any:
-        settings, slopes, least = self.settings, self.equations.slopes, self.policy.beginning * self._shortest
-        return make_solver(settings.method, slopes, time, y, end, settings.rtol, self.tolerances, settings.step, least)
+        settings, least = self.settings, self.policy.beginning * self._shortest
+        control = StepControl(settings.rtol, self.tolerances, settings.step, least)
+        return self.integrator.begin(self.equations.slopes, time, y, end, control)
 
     @property
     def tolerances(self) -> FloatArray:
@@ -162,7 +164,7 @@ class Integration:
     def _strider(self, time: float, y: FloatArray, end: float) -> Strider | None:
         """Return the solver that takes many steps in one compiled call, where nothing has to be asked between."""
         reducer, settings, policy = self.reducer, self.settings, self.policy
-        compiled = reducer.run is not plain and settings.method == "dop853"
+        compiled = reducer.run is not plain and self.integrator.compiled
         if not compiled or reducer.given or not reducer.constant or not reducer.on_inputs:
             return None
         if self.projection.start is None:

@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.dynamics.euler import simulate_by_euler
+from gimcli.dynamics.euler import EulerIntegration
 from gimcli.dynamics.integration import Integration
+from gimcli.dynamics.integrators import INTEGRATORS
 from gimcli.dynamics.simulation_types import Settings, Simulation
+from gimcli.errors import UsageError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
@@ -25,9 +27,10 @@ def simulate(
 ) -> Simulation:
     """Let a mechanism move from its start; return it at `times` (rows,) [s], ascending from the start's."""
     settings = settings or Settings()
-    if settings.method == "euler":
-        return _checked(simulate_by_euler(mechanism, times, settings, run, progress))
-    return _checked(Integration(mechanism, np.asarray(times, dtype=float), settings, run, progress).simulation())
+    if settings.method not in INTEGRATORS:
+        raise UsageError(f"method '{settings.method}': choose {', '.join(INTEGRATORS)}")
+    kind = EulerIntegration if INTEGRATORS[settings.method].over_input else Integration
+    return _checked(kind(mechanism, np.asarray(times, dtype=float), settings, run, progress).simulation())
 
 
 def _checked(found: Simulation) -> Simulation:

@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gimcli.dynamics.kinematic_history import Course
-from gimcli.dynamics.ode import METHODS
-from gimcli.errors import UsageError
 from gimcli.kernels.reduction import POTENTIAL
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.status import Status
@@ -24,10 +22,6 @@ class Settings:
     rtol: float = 1e-9  # of variables and speeds
     step: float = 1e-3  # s, of rk4
     standstills: int = 0  # end at this one; 0: do not
-
-    def __post_init__(self) -> None:
-        if self.method not in (*METHODS, "euler"):
-            raise UsageError(f"method '{self.method}': choose {', '.join((*METHODS, 'euler'))}")
 
 
 @dataclass(frozen=True)

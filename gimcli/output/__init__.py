@@ -56,7 +56,7 @@ __all__ = [
 ]
 
 Written = TypeVar("Written")
-Formats = Mapping[str, Callable[[Written, Path], None]]
+Formats = dict[str, Callable[[Written, Path], None]]
 
 TABLE_FORMATS: Formats[Table] = {
     ".csv": write_csv,

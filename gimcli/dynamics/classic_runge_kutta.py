@@ -1,21 +1,13 @@
-"""Integrators of ordinary differential equations, one step at a time, behind one registry.
-
-Those of scipy (Dormand & Prince 8(5,3) and 5(4), Radau IIA, LSODA) choose their steps; Runge & Kutta's classic one
-takes equal steps.
-"""
+"""Runge & Kutta's classic method in equal steps."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from gimcli.dynamics.integrators import Slopes
 from gimcli.mechanism import FloatArray
-
-Slopes = Callable[[float, FloatArray], FloatArray]
-
-METHODS = ("dop853", "rk45", "radau", "lsoda", "rk4")
 
 
 class ClassicRungeKutta:
@@ -47,25 +39,9 @@ class ClassicRungeKutta:
             self.t, self.status = self.t_bound, "finished"
         return None
 
-    def dense_output(self) -> Slopes | Any:
+    def dense_output(self) -> Any:
         """Return the states over the last step."""
         from scipy.interpolate import CubicHermiteSpline
 
         (before, slope), ends = self._last, [self.t_old, self.t]
         return CubicHermiteSpline(ends, [before, self.y], [slope, self.slope])
-
-
-def make_solver(
-    method: str, fun: Slopes, start: float, y: FloatArray, end: float, rtol: float, atol: FloatArray, step: float,
-    least: float = 0.0,
-) -> Any:  # fmt: skip
-    """Return a solver of scipy's interface; `step` is that of rk4, `least` the shortest first step of the others."""
-    from scipy import integrate
-
-    if method == "rk4":
-        return ClassicRungeKutta(fun, start, y, end, step)
-    kinds = {"dop853": integrate.DOP853, "rk45": integrate.RK45, "radau": integrate.Radau, "lsoda": integrate.LSODA}
-    solver = kinds[method](fun, start, y, end, rtol=rtol, atol=atol)
-    if hasattr(solver, "h_abs"):  # LSODA keeps its own
-        solver.h_abs = min(max(solver.h_abs, least), end - start)
-    return solver

@@ -1,0 +1,80 @@
+"""One file and one registry line: a made-up measure, integrator, table format and picture format, by the command line.
+
+What is registered here from outside the package serves the commands as what it has does.
+"""
+
+from pathlib import Path
+
+from in_process import gim, read_rows
+
+import gimcli
+from gimcli.dynamics.integrators import INTEGRATORS, Integrator
+from gimcli.measures import KINDS
+from gimcli.measures.measure import Head, Kind, Measure
+from gimcli.output import PICTURE_FORMATS, TABLE_FORMATS
+
+MODELS = Path(gimcli.__file__).parents[1] / "models"
+
+
+class Height(Measure):
+    """How high a node stands."""
+
+    def __init__(self, mechanism, node):
+        self.index, self.mechanism = mechanism.nodes.index(node), mechanism
+        self.spec = f"height:{node}"
+        self.heads = (Head(self.spec, mechanism.length_unit, "height"),)
+
+    def values(self, sight):
+        return [self.mechanism.to_file(sight.motion.z[self.index]).imag]
+
+
+class Heun:
+    """Heun's method in equal steps, with the interface of scipy's solvers."""
+
+    def __init__(self, slopes, start, y, end, control):
+        self.slopes, self.t, self.y, self.end, self.h = slopes, start, y.copy(), end, control.step
+        self.status, self.nfev, self.t_old = "running", 0, start
+
+    def step(self):
+        h = min(self.h, self.end - self.t)
+        self.before, first = self.y, self.slopes(self.t, self.y)
+        self.y = self.y + 0.5 * h * (first + self.slopes(self.t + h, self.y + h * first))
+        self.t_old, self.t, self.nfev = self.t, self.t + h, self.nfev + 2
+        if self.end - self.t <= 1e-12 * h:
+            self.t, self.status = self.end, "finished"
+
+    def dense_output(self):
+        rate = (self.y - self.before) / (self.t - self.t_old)
+        return lambda time: self.before + (time - self.t_old) * rate
+
+
+def test_measure(monkeypatch, tmp_path):
+    kind = Kind("height", "NODE", "how high a node stands", lambda mechanism, names: [Height(mechanism, names[0])])
+    monkeypatch.setitem(KINDS, "height", kind)
+    model = MODELS / "crank_rocker.yaml"
+    assert gim("trace", model, "--steps", 12, "-m", "height:B", "--no-png", "-o", tmp_path).code == 0
+    rows = read_rows(tmp_path / "crank_rocker.csv")
+    assert len(rows) == 13
+    assert all(row["height:B"] for row in rows)
+
+
+def test_integrator(monkeypatch, tmp_path):
+    """Heun's energy drifts by the square of the step."""
+    monkeypatch.setitem(INTEGRATORS, "heun", Integrator(Heun, lands=False))
+    drifts = []
+    for step in (2e-3, 1e-3):
+        options = ("--method", "heun", "--step", step, "--time", 0.5, "--dt", 0.1, "--no-png", "--json", "-o", tmp_path)
+        done = gim("simulate", MODELS / "watt_durango.yaml", *options)
+        assert done.code == 0
+        drifts.append(done.json["energy_drift"])
+    assert 3.0 < drifts[0] / drifts[1] < 9.0
+    assert "heun" in gim("simulate", MODELS / "watt_durango.yaml", "--method", "hoin").error
+
+
+def test_formats(monkeypatch, tmp_path):
+    monkeypatch.setitem(TABLE_FORMATS, ".names", lambda table, path: path.write_text("\n".join(table.names)))
+    monkeypatch.setitem(PICTURE_FORMATS, ".kind", lambda picture, path: path.write_text(type(picture).__name__))
+    table, picture = tmp_path / "position.names", tmp_path / "position.kind"
+    assert gim("solve", MODELS / "crank_rocker.yaml", "--csv", table, "--png", picture).code == 0
+    assert "B" in table.read_text()
+    assert picture.read_text() == "Picture"
