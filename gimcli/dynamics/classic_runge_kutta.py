@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from gimcli.dynamics.integrators import Slopes
 from gimcli.mechanism import FloatArray
 
 
@@ -16,7 +16,9 @@ class ClassicRungeKutta:
     Source: Kutta 1901; between steps Hermite's cubic.
     """
 
-    def __init__(self, fun: Slopes, t0: float, y0: FloatArray, t_bound: float, step: float) -> None:
+    def __init__(
+        self, fun: Callable[[float, FloatArray], FloatArray], t0: float, y0: FloatArray, t_bound: float, step: float
+    ) -> None:
         self.fun, self.t, self.y, self.t_bound, self.step_size = fun, t0, np.array(y0, dtype=float), t_bound, step
         self.status, self.nfev, self.t_old, self.slope = "running", 1, t0, fun(t0, self.y)
         self._last = (self.y, self.slope)

@@ -18,8 +18,8 @@ from machine import MODELS, Row, compare_all, interleaved  # isort: skip - first
 import by_hand
 import numpy as np
 import peers
+from influence_coefficients import Influence
 
-from gimcli.dynamics.influence import Influence
 from gimcli.kernels import jit
 from gimcli.mechanism import Mechanism
 from gimcli.model import load

@@ -10,10 +10,10 @@ import pytest
 import yaml
 from bundled import MODELS, reference, written
 from heavy_models import moved, on, total_on_frame, weighted
+from influence_coefficients import Influence
 
 from gimcli.dynamics.force_table import reaction_columns
 from gimcli.dynamics.forces import equilibrium, inverse_dynamics, motion_forces
-from gimcli.dynamics.influence import Influence
 from gimcli.dynamics.kinematic_history import Course, turning
 from gimcli.dynamics.statics import statics
 from gimcli.errors import ModelError

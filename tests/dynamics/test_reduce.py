@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from bundled import MODELS, reference, written
 from heavy_models import let_go
+from modular_reduction import STILL, LinkVelocity, modular_reduction, prp, rotating_driver, rpp, rpr, rrp, rrr
 
 from gimcli.dynamics.flywheel import flywheel
 from gimcli.dynamics.forces import motion_forces
-from gimcli.dynamics.modules import STILL, LinkVelocity, modular_reduction, prp, rotating_driver, rpp, rpr, rrp, rrr
 from gimcli.dynamics.reduction import chosen_input, reduce_to_input
 from gimcli.errors import ModelError, StructureError, UsageError
 from gimcli.kernels.jit import compiled

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from bundled import MODELS
 from heavy_models import let_go
+from influence_coefficients import Influence
 
-from gimcli.dynamics.influence import Influence
 from gimcli.dynamics.reducer import Reducer
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options

@@ -9,10 +9,10 @@ import pytest
 import series
 import yaml
 from bundled import MODELS, run_model
+from influence_coefficients import Influence
 from mp_derivatives import exact
 from random_mechanisms import Growth
 
-from gimcli.dynamics.influence import Influence
 from gimcli.errors import UsageError
 from gimcli.kernels import jit, reflections
 from gimcli.kernels.lanes import ROWS, WIDTH
