@@ -9,6 +9,7 @@ import numpy as np
 
 from gimcli.continuation.arclength import CurvePoint, correct
 from gimcli.continuation.circuit import Circuit, CircuitConstants, nearby
+from gimcli.continuation.hermite import hermite, hermite_slope
 from gimcli.mechanism import FloatArray
 from gimcli.motion.motion import Motion
 from gimcli.status import Status
@@ -68,12 +69,9 @@ def beside(circuit: Circuit, k: int, p: FloatArray, policy: CircuitConstants) ->
 
 def between(here: CurvePoint, there: CurvePoint, part: float) -> tuple[FloatArray, FloatArray]:
     """Return the cubic through two places and its derivative."""
-    h, t = float(np.linalg.norm(there.p - here.p)), part
-    low, high = h * here.tangent, h * there.tangent
-    p = (1.0 + 2.0 * t) * (1.0 - t) ** 2 * here.p + t**2 * (3.0 - 2.0 * t) * there.p
-    p = p + t * (1.0 - t) ** 2 * low - t**2 * (1.0 - t) * high
-    slope = 6.0 * t * (1.0 - t) * (there.p - here.p) + (1.0 - t) * (1.0 - 3.0 * t) * low + t * (3.0 * t - 2.0) * high
-    return p, slope
+    h = float(np.linalg.norm(there.p - here.p))
+    ends = here.p, h * here.tangent, there.p, h * there.tangent
+    return hermite(*ends, part), hermite_slope(*ends, part)
 
 
 def circuit_motion(circuit: Circuit, rows: int, tolerance: float) -> Motion:

@@ -7,6 +7,7 @@ Methods, 2003, chapters 2 to 6 and 8.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
@@ -147,10 +148,14 @@ def walk(system: Implicit, start: CurvePoint, policy: ArclengthConstants) -> Ite
                 return
             there = advance(system, here, step, policy)
         yield there
-        bent = 1.0 - float(there.tangent @ here.tangent)  # about half the angle's square
-        if bent < 0.25 * (1.0 - np.cos(policy.bend)):
-            step = min(step * policy.growth, policy.longest)
+        step = grown(step, here, there, policy, policy.longest)
         here = there
+
+
+def grown(step: float, here: CurvePoint, there: CurvePoint, policy: ArclengthConstants, longest: float) -> float:
+    """Return the next step: a longer one where the last bent little."""
+    bent = 1.0 - float(there.tangent @ here.tangent)  # about half the angle's square
+    return min(step * policy.growth, longest) if bent < 0.25 * (1.0 - math.cos(policy.bend)) else step
 
 
 def pinned(

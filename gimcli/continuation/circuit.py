@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.continuation import arclength
-from gimcli.continuation.arclength import CurvePoint, advance, correct, pinned, place
+from gimcli.continuation.arclength import CurvePoint, advance, correct, grown, pinned, place
 from gimcli.continuation.bifurcation import BifurcationConstants, Crossing, crossing
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.gap_interpolation import lagrange
@@ -226,9 +226,7 @@ class CircuitWalker:
             if verdict == "jumps":
                 self.step *= 0.5
                 continue
-            bent = 1.0 - float(there.tangent @ here.tangent)
-            if bent < 0.25 * (1.0 - math.cos(steps.bend)):
-                self.step = min(self.step * steps.growth, self._longest(there))
+            self.step = grown(self.step, here, there, steps, self._longest(there))
             self.places.append(there)
             return True
         return False

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from gimcli.continuation import gauss_newton
 from gimcli.continuation.circuit import Circuit
+from gimcli.continuation.hermite import hermite
 from gimcli.mechanism import FloatArray, IntArray
 
 SETTLING = gauss_newton.GaussNewtonConstants(iterations=8)
@@ -88,7 +89,5 @@ class Visits:
 
     def _between(self, k: IntArray, part: FloatArray) -> FloatArray:
         """Return the cubics (steps, n + 1) through the places before and after some steps."""
-        h, t = self.step[k, None], part[:, None]
-        low, high = h * self.tangent[k], h * self.tangent[k + 1]
-        p = (1.0 + 2.0 * t) * (1.0 - t) ** 2 * self.p[k] + t**2 * (3.0 - 2.0 * t) * self.p[k + 1]
-        return np.asarray(p + t * (1.0 - t) ** 2 * low - t**2 * (1.0 - t) * high)
+        h, n = self.step[k, None], k + 1
+        return hermite(self.p[k], h * self.tangent[k], self.p[n], h * self.tangent[n], part[:, None])

@@ -11,7 +11,7 @@ import numpy as np
 
 from gimcli.continuation.arclength import correct, place
 from gimcli.mechanism import FloatArray, IntArray
-from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, hermite, spacing
+from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, point_between, spacing
 
 GAUSS = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)]), np.array([5.0, 8.0, 5.0]) / 18.0
 """Nodes and weights on 0..1, exact for the area under a cubic."""
@@ -128,7 +128,7 @@ class PathArc:
         """Return the exact place at a cut."""
         k, t = cut
         here, there = self.branch.knots[k], self.branch.knots[k + 1]
-        guess = hermite(here, there, t)
+        guess = point_between(here, there, t)
         towards = there.p - here.p
         towards = towards / max(float(np.linalg.norm(towards)), 1e-300)
         p = correct(self.branch.curve, guess, WALK, towards)

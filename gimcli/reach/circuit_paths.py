@@ -18,7 +18,7 @@ from gimcli.continuation.circuit import Circuit, CircuitConstants, nearby
 from gimcli.continuation.curve import PositionCurve
 from gimcli.mechanism import Drive, FloatArray
 from gimcli.positions.inputs import InputLine
-from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, hermite, split
+from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, point_between, split
 from gimcli.reach.critical_positions import CriticalPath, Stratum
 from gimcli.reach.task import InputRange, WorkspaceTask, law_range
 
@@ -98,9 +98,9 @@ def _within(task: WorkspaceTask, branch: CriticalCurve) -> list[CriticalCurve]:
 def _middle(part: CriticalCurve) -> CriticalPoint:
     """Return a place between the ends of a curve."""
     knots = part.knots
-    return (
-        knots[len(knots) // 2] if len(knots) > 2 else CriticalPoint(hermite(knots[0], knots[1], 0.5), knots[0].tangent)
-    )
+    if len(knots) > 2:
+        return knots[len(knots) // 2]
+    return CriticalPoint(point_between(knots[0], knots[1], 0.5), knots[0].tangent)
 
 
 def _rolled(branch: CriticalCurve, room: FloatArray) -> CriticalCurve:

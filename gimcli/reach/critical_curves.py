@@ -9,6 +9,7 @@ import numpy as np
 
 from gimcli.continuation import arclength
 from gimcli.continuation.arclength import CurvePoint
+from gimcli.continuation.hermite import hermite, hermite_slope
 from gimcli.mechanism import FloatArray
 from gimcli.reach.critical_positions import Critical
 from gimcli.reach.task import SLACK, WorkspaceTask
@@ -214,11 +215,11 @@ def _sampled(
     grid = -np.cos(np.pi * np.arange(policy.degree + 1) / policy.degree)
     found, at = [here], [-1.0]
     for t in grid[1:-1]:
-        guess = hermite(here, there, 0.5 * (1.0 + t))
+        guess = point_between(here, there, 0.5 * (1.0 + t))
         p = arclength.correct(curve, guess + ((here.p - guess) @ here.tangent + 0.5 * (1.0 + t) * span) * here.tangent,
                               WALK, here.tangent)  # fmt: skip
         if p is not None:
-            tangent = _slope(here, there, 0.5 * (1.0 + t))
+            tangent = hermite_slope(*_ends(here, there), 0.5 * (1.0 + t))
             found.append(CriticalPoint(p, tangent / np.linalg.norm(tangent)))
             at.append(float(t))
     return np.array([*at, 1.0]), [*found, there]
@@ -231,17 +232,15 @@ def spacing(here: CriticalPoint, there: CriticalPoint) -> float:
     return chord * (1.0 + bend**2 / 24.0)
 
 
-def hermite(here: CriticalPoint, there: CriticalPoint, t: float) -> FloatArray:
+def point_between(here: CriticalPoint, there: CriticalPoint, t: float) -> FloatArray:
     """Return the point at the part t of the cubic between two knots."""
-    h, s = spacing(here, there), 1.0 - t
-    a, b = (1.0 + 2.0 * t) * s * s, t * t * (3.0 - 2.0 * t)
-    return np.asarray(a * here.p + b * there.p + h * (t * s * s * here.tangent - t * t * s * there.tangent))
+    return hermite(*_ends(here, there), t)
 
 
-def _slope(here: CriticalPoint, there: CriticalPoint, t: float) -> FloatArray:
+def _ends(here: CriticalPoint, there: CriticalPoint) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the ends of the cubic between two knots and its derivatives there, by the part of its length."""
     h = spacing(here, there)
-    rise = 6.0 * t * (1.0 - t) * (there.p - here.p)
-    return np.asarray(rise + h * ((1.0 - t) * (1.0 - 3.0 * t) * here.tangent + t * (3.0 * t - 2.0) * there.tangent))
+    return here.p, h * here.tangent, there.p, h * there.tangent
 
 
 def split(branch: CriticalCurve, tests: Tests, policy: CriticalCurveConstants | None = None) -> list[CriticalCurve]:
