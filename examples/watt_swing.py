@@ -12,10 +12,10 @@ import numpy as np
 
 from gimcli.dynamics.simulation import Settings, simulate
 from gimcli.dynamics.simulation_table import reactions
+from gimcli.kernels.jit import compiled
 from gimcli.model import load
 from gimcli.output import draw_history_sheet
 from gimcli.output.history import Panel
-from gimcli.positions.dispatch import plain
 
 MODEL = Path(__file__).parents[1] / "models" / "watt_durango.yaml"
 PERIOD = 3.59374750406788
@@ -29,7 +29,7 @@ def main(folder: Path | None = None) -> None:
     """Simulate a period, check it against the reference, and draw it."""
     mechanism = load(MODEL)
     times = np.linspace(0.0, PERIOD, 1801)
-    found = simulate(mechanism, times, Settings(rtol=1e-11), plain)
+    found = simulate(mechanism, times, Settings(rtol=1e-11), compiled)
     first = found.events[0]
     assert first.kind == "standstill"
     assert abs(2.0 * first.time - PERIOD) < 1e-9

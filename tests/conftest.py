@@ -1,4 +1,4 @@
-"""Fixtures: the bundled models, one after the other, and a motion of one."""
+"""Fixtures that all tests share, and which cases of a law the suite runs."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does; read when numpy is imported
 
+from pathlib import Path
+
 import pytest
-from bundled import FILES, run_model
+from bundled import CHOSEN, FILES, run_model
 
 
 @pytest.fixture
@@ -18,3 +20,36 @@ def trace_model():
 @pytest.fixture(params=FILES, ids=lambda path: path.stem)
 def model(request):
     return request.param
+
+
+@pytest.hookimpl(tryfirst=True)  # before pytest selects by marks
+def pytest_collection_modifyitems(items):
+    tests = {}
+    for item in items:
+        tests.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    for cases in tests.values():
+        mark = cases[0].get_closest_marker("few")
+        if mark is not None:
+            for case in set(cases) - set(kept(cases, *mark.args)):
+                case.add_marker(pytest.mark.soak)
+
+
+def kept(cases, number=None):
+    """Return as many cases as asked for, every value of every parameter among them first; or those of chosen models."""
+    if number is None:
+        return [case for case in cases if CHOSEN & {_name(value) for value in case.callspec.params.values()}]
+    found, seen, left = [], set(), list(cases)
+    while left and len(found) < number:
+        case = max(left, key=lambda case: len(set(_indices(case)) - seen))
+        seen |= set(_indices(case))
+        left.remove(case)
+        found.append(case)
+    return found
+
+
+def _indices(case):
+    return list(case.callspec.indices.items()) if hasattr(case, "callspec") else []
+
+
+def _name(value):
+    return value.stem if isinstance(value, Path) else value if isinstance(value, str) else ""

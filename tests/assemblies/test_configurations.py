@@ -93,6 +93,7 @@ TRUSSES = {  # 5 links: a 3-RR platform; 7: N. Rojas, F. Thomas 2011; 9: counted
 }
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("loops", TRUSSES)
 def test_every_baranov_truss_has_all_its_roots(loops):
     """Random dimensions: as many roots are proved as there are, and the drawing is one of them."""
@@ -190,6 +191,7 @@ def test_collinear_base_and_plate_have_four_real_at_most():
 # ------------------------------------------------------------------ laws over every model
 
 
+@pytest.mark.few
 def test_every_model_lists_what_random_starts_find(model):
     mechanism = load(model)
     inputs = mechanism.start_inputs
@@ -478,6 +480,7 @@ def test_an_angle_driven_twice_is_refused():
 # ------------------------------------------------------------------ over many inputs
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["double_butterfly", "stephenson_3_far", "gim_fig11", "jansen"])
 def test_rows_hold_what_each_input_holds_alone(name):
     mechanism = model_of(name)

@@ -1,5 +1,7 @@
 """The parts of the search for all configurations: counts, both engines, the certificate, the starts on disk."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from link_graphs import bars, loaded
@@ -44,6 +46,12 @@ FAMILIES = {
 }  # fmt: skip
 
 
+@cache
+def started(name):
+    """Return a generic member of a family with all its roots."""
+    return generic_start(FAMILIES[name], 0, root_count(FAMILIES[name], POLICY), POLICY)
+
+
 # ------------------------------------------------------------------ counts
 
 
@@ -53,6 +61,7 @@ def test_counts_by_closed_forms(name, count):
     assert root_count(FAMILIES[name], POLICY) == count
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("name", FAMILIES)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_counts_are_those_of_monodromy(name, seed):
@@ -85,13 +94,13 @@ def same(family, a, b):
     return len(a) == len(b) and np.max(np.min(gap, axis=1)) < 1e-8 and np.max(np.min(gap, axis=0)) < 1e-8
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("name", ["triad", "one slide", "ground slide", "dense"])
 @pytest.mark.parametrize("seed", range(4))
 def test_pencil_and_paths_agree(name, seed):
     family = FAMILIES[name]
-    loops, count = real_member(family, seed), root_count(family, POLICY)
+    loops, count, start = real_member(family, seed), root_count(family, POLICY), started(name)
     found = roots._by_pencil(family, loops.H, POLICY)
-    start = generic_start(family, seed, count, POLICY)
     followed = roots._tracked(family, start.H, loops.H, start.w, POLICY)
     assert pencil.pencil_of(family, POLICY) is not None
     assert len(found.w) == count
@@ -143,7 +152,7 @@ def test_a_generic_member_has_its_root():
 
 
 def test_paths_there_and_back_end_where_they_began():
-    start = generic_start(DENSE, 0, 20, POLICY)
+    start = started("dense")
     away = random_member(DENSE, np.random.default_rng(8))
     there = track(DENSE, start.H, away, start.w, POLICY.tracking)
     back = track(DENSE, away, start.H, corrected(DENSE, away, there.w, 3), POLICY.tracking)
@@ -156,7 +165,7 @@ def test_paths_there_and_back_end_where_they_began():
 
 def test_what_is_proved_is_so():
     """Newton-Raphson in the enclosure's neighbourhood ends inside it; from the whole ball it ends there too."""
-    start = generic_start(DENSE, 1, 20, POLICY)
+    start = started("dense")
     proven = certificate.prove(DENSE, start.H, start.w)
     generator = np.random.default_rng(0)
     assert proven.sure.all()
@@ -169,7 +178,7 @@ def test_what_is_proved_is_so():
 
 def test_balls_hold_one_root():
     """Two roots are never within one's ball of uniqueness."""
-    start = generic_start(DENSE, 2, 20, POLICY)
+    start = started("dense")
     proven = certificate.prove(DENSE, start.H, start.w)
     gap = certificate.distances(DENSE, start.w, start.w) + 9 * np.eye(20)
     assert np.all(gap > np.maximum(proven.large[:, None], proven.large[None, :]) - 1e-12)
@@ -177,7 +186,7 @@ def test_balls_hold_one_root():
 
 @pytest.mark.parametrize("off", [1e-2, 1.0])
 def test_a_point_that_is_no_root_is_not_proved_one(off):
-    start = generic_start(DENSE, 2, 20, POLICY)
+    start = started("dense")
     proven = certificate.prove(DENSE, start.H, start.w + off)
     truth = certificate.distances(DENSE, start.w + off, start.w)
     assert np.all(np.min(truth, axis=1)[proven.sure] <= proven.small[proven.sure])
@@ -218,11 +227,11 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def test_a_start_is_found_once(own_cache, monkeypatch):
-    first = start_cache.known_start(TRIAD, 0, POLICY)
+    first = start_cache.known_start(RRR, 0, POLICY)
     files = sorted(own_cache.iterdir())
     monkeypatch.setattr(start_cache, "_STARTS", {})
     monkeypatch.setattr(start_cache, "generic_start", lambda *_: pytest.fail("found again"))
-    again = start_cache.known_start(TRIAD, 0, POLICY)
+    again = start_cache.known_start(RRR, 0, POLICY)
     assert len(files) == 1
     assert np.array_equal(first.w, again.w)
     assert np.array_equal(first.H, again.H)
@@ -230,7 +239,7 @@ def test_a_start_is_found_once(own_cache, monkeypatch):
 
 @pytest.mark.parametrize("damage", [b"", b"not a file of arrays", "roots lost", "other numbers", "no number"])
 def test_a_damaged_start_is_found_again(own_cache, monkeypatch, damage):
-    first = start_cache.known_start(TRIAD, 0, POLICY)
+    first = start_cache.known_start(RRR, 0, POLICY)
     path = next(own_cache.iterdir())
     if isinstance(damage, bytes):
         path.write_bytes(damage)
@@ -238,11 +247,11 @@ def test_a_damaged_start_is_found_again(own_cache, monkeypatch, damage):
         spoilt = {"roots lost": first.w[1:], "other numbers": first.w + 0.3, "no number": first.w * np.nan}[damage]
         start_cache._write(path, H=first.H, w=spoilt)
     monkeypatch.setattr(start_cache, "_STARTS", {})
-    again = start_cache.known_start(TRIAD, 0, POLICY)
+    again = start_cache.known_start(RRR, 0, POLICY)
     np.testing.assert_array_equal(first.w, again.w)
 
 
 def test_without_a_folder_starts_are_found_each_time(own_cache, monkeypatch):
     monkeypatch.setattr(start_cache, "user_folder", lambda name: None)
-    assert len(start_cache.known_start(TRIAD, 0, POLICY).w) == 6
+    assert len(start_cache.known_start(RRR, 0, POLICY).w) == 2
     assert not own_cache.exists()

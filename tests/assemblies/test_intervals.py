@@ -269,6 +269,7 @@ def test_three_prism_has_24_embeddings():
 # ------------------------------------------------------------------ nothing is lost
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("loops", "slides"), [(1, 0), (1, 1), (2, 0), (2, 1), (2, 2), (3, 0), (3, 1), (3, 3)])
 def test_a_known_solution_is_never_lost(loops, slides):
     for seed in range(40):
@@ -289,6 +290,7 @@ def boxes_around(x, count, rng):
     return np.minimum(low, x), np.maximum(low + width, x)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("slides", [0, 1, 2])
 @pytest.mark.parametrize("loops", [1, 2, 3])
 def test_contraction_keeps_a_solution_in_any_box(loops, slides):
@@ -486,6 +488,7 @@ PROVED += ["scissor_lift", "scotch_yoke", "slider_crank", "stephenson_1", "steph
 PROVED += ["ten_bar", "watt_1", "whitworth"]
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("name", PROVED)
 def test_whole_mechanisms_have_what_random_starts_find_and_no_more(name):
     """Gauss-Newton in absolute coordinates from 300 starts finds each of these lists whole."""

@@ -42,6 +42,7 @@ def random_lengths(count: int) -> list[tuple[float, float, float, float]]:
     return found
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("lengths", random_lengths(24), ids=lambda v: "-".join(f"{x:.2f}" for x in v))
 def test_grashof_tells_circuits_and_branches(lengths: tuple[float, float, float, float], tmp_path: Path) -> None:
     """Two circuits where shortest + longest < the others, else one; the input turns fully or rocks on two branches."""

@@ -114,6 +114,7 @@ def test_all_edge_cases_of_grashof_have_change_points(tmp_path: Path) -> None:
     run_whole_lengths(tmp_path, 256)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("excess", [1e-3, 1e-6, 1e-9, 1e-11, 1e-12, 3e-13])
 def test_a_change_point_missed_by_little_is_not_hopped(tmp_path: Path, excess: float) -> None:
     """1-3-2-(4 - e): stretched coupler and follower are e longer than needed, so B never changes its side.
@@ -134,6 +135,7 @@ def test_a_change_point_missed_by_little_is_not_hopped(tmp_path: Path, excess: f
     assert len(limits(short)["upper"]) == len(limits(short)["lower"]) == 1
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("excess", [1e-3, 1e-6, 1e-9, 1e-12, 0.0])
 def test_two_change_points_missed_together_are_not_hopped(tmp_path: Path, excess: float) -> None:
     """Two like dyads on one crank: where both are hopped, no determinant tells. Met, they leave in four ways."""
@@ -155,6 +157,7 @@ def test_two_change_points_missed_together_are_not_hopped(tmp_path: Path, excess
     assert (sides > 0.0).all() or (sides < 0.0).all() or not excess
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("excess", [1e-3, 1e-6, 1e-9, 1e-12])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_parallelogram_out_of_square_stays_on_its_circuit(tmp_path: Path, excess: float, sign: float) -> None:
@@ -224,6 +227,7 @@ def test_a_double_rocker_has_its_full_closed_curve() -> None:
     assert step.max() < 1.01 * step.min()
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("path", sorted(MODELS.glob("*.yaml")), ids=lambda p: p.stem)
 def test_every_model_has_a_circuit_on_which_its_members_hold(path: Path) -> None:
     """Rows along the circuit are held against the members as written; folds are exact to the last digits."""
@@ -274,6 +278,7 @@ def test_two_inputs_follow_their_laws_together_through_a_limit() -> None:
     assert len(limits(circuit)["upper"]) == len(limits(circuit)["lower"]) == 1
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("windows", [2, 7, 12])
 def test_many_windows_drawn_flat_set_out_together(tmp_path: Path, windows: int) -> None:
     """So many branches meet there that they are not listed; on the first all cranks turn alike: A_k = O_k + e^(i q)."""

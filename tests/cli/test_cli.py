@@ -5,9 +5,10 @@ import os
 import subprocess
 import sys
 
+import processes
 import pytest
 from bundled import MODELS, README
-from processes import gim
+from in_process import printed as gim
 
 
 def test_help_imports_nothing_heavy():
@@ -45,7 +46,7 @@ def test_every_command_has_help_with_an_example(command):
 
 
 def test_trace_json(tmp_path):
-    report = json.loads(gim("trace", MODELS / "crank_rocker.yaml", "--steps", 8, "--json", cwd=tmp_path))
+    report = json.loads(processes.gim("trace", MODELS / "crank_rocker.yaml", "--steps", 8, "--json", cwd=tmp_path))
     assert report["steps"] == 8
     assert report["solved"] == 9
     assert report["residual"] < 1e-10
@@ -137,6 +138,7 @@ def test_history_ends_below_the_tolerance(tmp_path):
     assert (tmp_path / "h.png").stat().st_size > 1000
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("command", ["trace", "solve", "sequence", "mobility"])
 def test_every_model_passes_through_every_command(command, model, tmp_path):
     extra = ["--steps", 12, "--out", tmp_path, "--no-png"] if command == "trace" else []
@@ -145,6 +147,7 @@ def test_every_model_passes_through_every_command(command, model, tmp_path):
     gim(command, model, *extra)
 
 
+@pytest.mark.few
 def test_every_model_is_drawn(model, tmp_path):
     from gimcli.model import load
     from gimcli.motion.motion import trace

@@ -1,13 +1,13 @@
 """`gim solve --all`: what scripts count on, what people read, what is drawn."""
 
-import csv
 import json
 import struct
 
 import numpy as np
 import pytest
 from bundled import MODELS
-from processes import gim
+from in_process import printed as gim
+from in_process import read_rows
 
 
 def listed(name, *options):
@@ -80,7 +80,7 @@ def test_no_configuration_is_an_answer_with_status_five(tmp_path):
 def test_csv_has_a_row_for_every_node_of_every_configuration(tmp_path):
     path = tmp_path / "all.csv"
     gim("solve", MODELS / "platform_3rpr.yaml", "--all", "--csv", path)
-    rows = list(csv.DictReader(path.open()))
+    rows = read_rows(path)
     assert list(rows[0]) == ["configuration", "node", "x", "y", "residual"]
     assert len(rows) == 6 * 7  # six nodes and a point
     plate = [complex(float(r["x"]), float(r["y"])) for r in rows if r["node"] in ("B1", "B2")]

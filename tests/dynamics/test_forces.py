@@ -291,6 +291,7 @@ def without_loads(data):
     data["loads"] = {}
 
 
+@pytest.mark.few
 def test_masses_time_and_gravity_scale_the_forces(model):
     """Masses x 3: forces x 3. A motion twice as fast under four times the gravity: forces x 4."""
     one = moved(weighted(model, without_loads), 12)[1]

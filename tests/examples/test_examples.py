@@ -5,9 +5,13 @@ import runpy
 import pytest
 from bundled import ROOT
 
-EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+LONG = ("table1_operations",)
+EXAMPLES = [
+    pytest.param(path, id=path.stem, marks=[pytest.mark.soak] if path.stem in LONG else [])
+    for path in sorted((ROOT / "examples").glob("*.py"))
+]
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", EXAMPLES)
 def test_example(path):
     runpy.run_path(str(path), run_name="__main__")

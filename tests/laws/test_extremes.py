@@ -49,6 +49,7 @@ def limit(m, name="motor"):
 # --- X01, X02: change points, nearly and exactly ---------------------------------------------------------
 
 
+@pytest.mark.few(16)
 @pytest.mark.parametrize("steps", [180, 179, 7, 1])
 @pytest.mark.parametrize("way", [(90, 270), (270, 90), (179, 181)])
 @pytest.mark.parametrize("side", [1, -1])
@@ -83,6 +84,7 @@ def test_x01_height_of_the_table(delta, side):
     assert height > 0
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("steps", [180, 179, 7, 1])
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("delta", [-1e-3, -1e-6, -1e-9, -1e-12])
@@ -260,6 +262,7 @@ def test_x07_table(delta):
     assert abs(m.z["B"][-1].real - table[delta]) <= rounding + TOLERANCE * 6
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("delta", [-1e-3, -1e-6, -1e-9, -1e-12])
 def test_x07_the_limit_is_told(delta):
     offset = 2.0 - delta
@@ -366,6 +369,7 @@ def impossible():
     yield "bar on the ground", spec | {"actuators": rotary(0, 90)}, {"b"}
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("method", ["auto", "newton", "gim"])
 @pytest.mark.parametrize(("name", "spec", "guilty"), list(impossible()), ids=[case[0] for case in impossible()])
 def test_x10_what_cannot_be_assembled(name, spec, guilty, method, tmp_path):
@@ -510,6 +514,7 @@ def test_x20_a_contradiction_is_told(make, error, method):
     assert set(m.status) <= {"contradictory", "not-assembled"}
 
 
+@pytest.mark.few(8)
 @pytest.mark.parametrize("method", ["auto", "newton"])
 @pytest.mark.parametrize("make", [third_crank, walker])
 @pytest.mark.parametrize("error", [0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, -1e-12])

@@ -80,6 +80,7 @@ def table(subjects=tuple(CASES)):
     return rows
 
 
+@pytest.mark.few(24)
 @pytest.mark.parametrize(("case", "method"), table())
 def test_rows_are_right_or_say_why_not(case, method):
     check(case, method)
@@ -115,6 +116,7 @@ def test_long_chains(case):
     check(case, "auto")
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("case", LONG[::2], ids=[case.name for case in LONG[::2]])
 def test_chains_of_a_hundred_without_closed_forms(case):
     check(case, "newton")
@@ -125,6 +127,7 @@ def test_lengths_that_vanish_beside_others_are_refused():
         one_file(1e-9, 1e9).run("auto")
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize(
     ("make", "error"), [*((third_crank, e) for e in (1e-3, -1e-3, 1e-6, 1e-8, 1e-9)), (walker, 1e-3), (walker, 1e-8)]
 )

@@ -17,12 +17,13 @@ from gimcli.structure import residual
 LONG = {
     "circuits": (
         "dixon_k33", "double_butterfly", "double_butterfly_symmetric", "excavator", "floating_hexagon", "gim_fig11",
-        "gim_fig13b", "gim_fig13c", "hart_a_frame", "innocenti_group", "jansen", "pantograph", "plantigrade", "ten_bar",
+        "gim_fig13b", "gim_fig13c", "hart_a_frame", "innocenti_group", "jansen", "pantograph", "plantigrade",
+        "scissor_lift", "ten_bar",
     ),
     "workspace": (
         "dixon_k33", "double_butterfly", "double_butterfly_symmetric", "excavator", "five_bar", "floating_hexagon",
         "gim_fig11", "gim_fig13c", "jansen", "pantograph", "peaucellier", "plantigrade",
-        "platform_3rpr", "platform_3rrr", "ten_bar",
+        "platform_3rpr", "platform_3rrr", "scissor_lift", "ten_bar",
     ),
 }  # fmt: skip
 """Models of which a command takes more than a second."""
@@ -117,6 +118,7 @@ def spy(monkeypatch):
     return kept
 
 
+@pytest.mark.few
 def test_every_position_of_every_command_satisfies_the_file(model, tmp_path, spy):
     checked = Checked(model, tmp_path)
     for check in (traced, solved, singular):
@@ -162,6 +164,7 @@ def swinging(data):
     next(iter(data["actuators"].values()))["free"] = True
 
 
+@pytest.mark.few
 def test_rows_with_forces_are_at_positions_that_satisfy_the_file(model, tmp_path):
     """A row of `forces` or `reduce` is good only where the position at its inputs is."""
     checked = Checked(model, tmp_path, weighed)
@@ -193,6 +196,7 @@ def simulated(checked):
     checked.rows(f"{checked.path.stem}.simulation.csv", "simulate")
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("name", SWINGING)
 def test_every_position_of_a_simulation_satisfies_the_file(name, tmp_path):
     checked = Checked(MODELS / f"{name}.yaml", tmp_path, swinging)
@@ -247,7 +251,8 @@ COMMANDS = (
     ("watt_1", "trace", "--method", "gim"), ("watt_1", "trace", "--method", "newton"),
     ("watt_1", "solve"), ("watt_1", "solve", "--method", "gim"), ("watt_1", "solve", "--start", "random"),
     ("watt_1", "solve", "--at", "motor=130"), ("watt_1", "solve", "--all"), ("watt_1", "circuits"),
-    ("watt_1", "singularities"), ("watt_1", "workspace", "--point", "B"), ("five_bar", "workspace"),
+    ("watt_1", "singularities"), ("watt_1", "workspace", "--point", "B"),
+    pytest.param(("five_bar", "workspace"), marks=pytest.mark.soak, id="five_bar workspace"),
     ("five_bar", "workspace", "--grid", "10"), ("watt_1", "tradeoff", "--steps", "4", "--tolerances", "1e-3"),
     ("watt_1", "forces"), ("watt_durango", "simulate", "--time", "0.1"), ("watt_1", "reduce", "--steps", "4"),
 )  # fmt: skip

@@ -63,6 +63,7 @@ FRAMES = {
 }
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("frame", FRAMES)
 @pytest.mark.parametrize("name", NAMES)
 def test_the_frame_changes_only_rounding(name, frame):
@@ -79,6 +80,7 @@ def test_the_frame_changes_only_rounding(name, frame):
 # --- orders ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize("name", NAMES)
 def test_the_order_in_the_file_does_not_matter(name, seed):
@@ -99,6 +101,7 @@ def test_more_steps_do_not_move_the_others(name):
     assert apart({node: z[::2] for node, z in many.z.items()}, few.z, read(name)) <= TIGHT
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("steps", [1, 3, 5])
 @pytest.mark.parametrize("name", NAMES)
 def test_coarse_steps_keep_the_branch(name, steps):
@@ -137,6 +140,7 @@ def test_newton_agrees_with_auto(name):
 GIM = {"method": "gim", "tolerance": 1e-8, "jit": "off", "sweeps": 2000}
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("name", NAMES)
 def test_gim_agrees_or_says_so(name):
     steps = 8
@@ -211,6 +215,7 @@ def flat(linkage, start, sense):
     return spec, lambda t: {"A": crank * ray(t), **places(t)}
 
 
+@pytest.mark.few(50)
 @pytest.mark.parametrize("sense", [1, -1])
 @pytest.mark.parametrize("start", [20.0, 65.5, 90.0, 20.0 + 1e-6, 20.0 - 1e-9, 20.0 + 1e-12])
 @pytest.mark.parametrize("steps", [360, 359, 50, 7, 4, 6, 8])

@@ -154,6 +154,7 @@ def uniform(ends):
     return {name: {"from": float(a), "to": float(b)} for name, (a, b) in ends.items()}
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("model", NAMES)
 def test_the_way_back_is_the_way_there(model, trace_model):
     ends = {name: (value[0], value[-1]) for name, value in trace_model(model, steps=90).value.items()}

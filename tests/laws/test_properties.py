@@ -28,7 +28,7 @@ TOLERANCE = 1e-10
 BLUNT = 1e4
 """Condition beyond which a drawn position counts as singular: left out."""
 
-FEW, MANY = 80, 400
+FEW, MANY = 30, 400
 QUICK = settings(
     max_examples=FEW, deadline=None, derandomize=True, database=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
@@ -171,6 +171,9 @@ def test_methods_agree_on_many(growth):
 # --- nothing depends on the frame ------------------------------------------------------------------------
 
 
+reaches = st.sampled_from([1.0, 1e3, 1e6])
+
+
 def invariant(growth, change, near):
     """Compare a motion with the one of the same mechanism changed; `change` returns it and the map of its points."""
     spec, _ = regular(growth)
@@ -195,8 +198,12 @@ def test_turned_and_mirrored(growth, turn, mirror):
 
 
 @QUICK
-@given(growth=growths, reach=st.sampled_from([1.0, 1e3, 1e6]), angle=st.floats(0, 2 * math.pi))
+@given(growth=growths, reach=reaches, angle=st.floats(0, 2 * math.pi))
 def test_translated(growth, reach, angle):
+    translated(growth, reach, angle)
+
+
+def translated(growth, reach, angle):
     """Only the digits that the file's numbers lose are lost."""
     shift = reach * complex(math.cos(angle), math.sin(angle))
     invariant(growth, lambda spec: moved(spec, shift=shift), max(1e-9, reach * 1e-12))
@@ -205,6 +212,10 @@ def test_translated(growth, reach, angle):
 @QUICK
 @given(growth=growths, seed=st.integers(0, 1000))
 def test_in_another_order(growth, seed):
+    in_another_order(growth, seed)
+
+
+def in_another_order(growth, seed):
     def change(spec):
         return {"links": {}, "elements": {}, **shuffled({"points": {}, **spec}, seed)}, lambda z: z
 
@@ -217,3 +228,11 @@ def test_in_another_order(growth, seed):
 def test_frames_of_many(growth, power, turn, mirror):
     invariant(growth, lambda spec: moved(spec, scale=2.0**power), 0.0)
     invariant(growth, lambda spec: moved(spec, turn=turn, mirror=mirror), 1e-9)
+
+
+@pytest.mark.soak
+@LONG
+@given(growth=growths, reach=reaches, angle=st.floats(0, 2 * math.pi), seed=st.integers(0, 1000))
+def test_places_and_orders_of_many(growth, reach, angle, seed):
+    translated(growth, reach, angle)
+    in_another_order(growth, seed)

@@ -3,7 +3,7 @@
 import pytest
 from mechanism_laws import Subject
 
-SUITE = [*sorted(set(range(47)) - {1, 2, 14, 16, 21, 41, 45}), 66, 163, 201, 220, 295]
+SUITE = [8, 13, 18, 22, 23, 24, 28, 44, 220, 295]
 """Seeds that cost little; together they have all kinds of inputs, profiles and drawings."""
 
 

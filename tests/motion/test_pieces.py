@@ -29,6 +29,7 @@ def assert_equal(a, b):
     assert (a.limit, a.bridged) == (b.limit, b.bridged)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
 @pytest.mark.parametrize("method", ["auto", "newton"])
 def test_compiled_rows_have_the_bits_of_plain_ones(path, method):

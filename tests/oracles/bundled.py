@@ -21,6 +21,14 @@ README = ROOT / "README.md"
 MODELS, TABLES = ROOT / "models", ROOT / "tests" / "tables"
 FILES = sorted(MODELS.glob("*.yaml"))
 
+CHOSEN = frozenset({
+    "antiparallelogram", "crank_rocker", "elliptic_trammel", "excavator", "five_bar", "floating_hexagon", "gim_fig11",
+    "parallel_guide", "parallelogram_third_crank", "platform_3rpr", "scissor_lift", "scotch_yoke", "slider_crank",
+    "stephenson_3_far", "whitworth",
+})  # fmt: skip
+"""One model of each kind: dyads, coupled groups, blocks, guides that turn, rams, rotary and linear inputs, several
+inputs, redundant members, floating ones, change points. Laws over all models run with these, with -m soak on all."""
+
 
 @dataclass
 class Traced:

@@ -1,16 +1,19 @@
 """Run commands in this process: their exit status, what they print, and the rows that they write."""
 
 import csv
+import io
 import json
 import math
 import shutil
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
+from unittest.mock import patch
 
 import yaml
 from typer.testing import CliRunner
 
-from gimcli.cli import app
+from gimcli.cli import app, main
 from gimcli.errors import GimError
 from gimcli.model import load
 from gimcli.model.source import read_source
@@ -38,6 +41,31 @@ def gim(*arguments):
     if done.exception is not None and not isinstance(done.exception, SystemExit):
         raise done.exception
     return Ran(done.exit_code, done.stdout, done.stderr)
+
+
+def ran(*arguments, cwd="."):
+    """Run a command line in a folder; it ends and tells errors as a process does."""
+    out, err, code = io.StringIO(), io.StringIO(), 0
+    with chdir(cwd), patch("sys.argv", ["gim", *map(str, arguments)]), redirect_stdout(out), redirect_stderr(err):
+        try:
+            main()
+        except SystemExit as stop:
+            code = stop.code or 0
+    return Ran(code, out.getvalue(), err.getvalue())
+
+
+def printed(*arguments, cwd=".", code=0):
+    """Return what a command line prints that must end with a code."""
+    done = ran(*arguments, cwd=cwd)
+    assert done.code == code, done.error
+    return done.text
+
+
+def refused(*arguments, code=2):
+    """Return what is told of a command line that must be refused, with nothing on standard output."""
+    done = ran(*arguments)
+    assert (done.code, done.text) == (code, "")
+    return done.error
 
 
 def read_rows(path):

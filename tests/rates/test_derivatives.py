@@ -58,6 +58,7 @@ def test_the_angular_speeds_of_a_four_bar_are_freudensteins():
     assert np.max(np.abs(found.angular(number["coupler"])[0] - w3)) < 1e-11
 
 
+@pytest.mark.few
 def test_differences_of_positions_agree_with_their_order(model):
     """Central differences over two and four neighbours: errors fall by 4 and 16 when the step is halved."""
     mechanism = load(model)

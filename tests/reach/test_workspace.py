@@ -98,6 +98,7 @@ FIVE_BARS: list[tuple[float, list[tuple[float, float]], int, int]] = [
 ]
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize(("base", "arms", "outer", "hole"), FIVE_BARS)
 def test_five_bar_reaches_what_two_rings_have_in_common(
     tmp_path: Path, base: float, arms: list[tuple[float, float]], outer: int, hole: int
@@ -171,6 +172,7 @@ STROKES = [
 ]
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("strokes", STROKES)
 @pytest.mark.parametrize("degrees", [0.0, 17.0, -140.0])
 def test_platform_at_a_given_orientation_reaches_what_three_rings_have_in_common(

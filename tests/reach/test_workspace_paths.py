@@ -63,6 +63,7 @@ def test_a_link_that_is_redundant_keeps_its_length_along_every_path() -> None:
     assert np.allclose(np.abs(z[f] - z[e]) * mechanism.scale, 1.0, atol=1e-12)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize(
     "stem",
     ["parallelogram_third_crank", "plantigrade", "scotch_yoke", "hart_a_frame", "whitworth", "watt_1", "slider_crank"],
@@ -106,6 +107,7 @@ def test_a_chain_that_cannot_be_assembled_leaves_no_path(tmp_path: Path) -> None
         reach(made(tmp_path, data), "M0")
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("stem", ["crank_rocker", "watt_2", "watt_1", "double_crank"])
 def test_extremes_are_those_of_the_circuits(stem: str) -> None:
     mechanism = load(MODELS / f"{stem}.yaml")
