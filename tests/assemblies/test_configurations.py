@@ -93,7 +93,7 @@ TRUSSES = {  # 5 links: a 3-RR platform; 7: N. Rojas, F. Thomas 2011; 9: counted
 }
 
 
-@pytest.mark.few(1)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("loops", TRUSSES)
 def test_every_baranov_truss_has_all_its_roots(loops):
     """Random dimensions: as many roots are proved as there are, and the drawing is one of them."""

@@ -60,7 +60,7 @@ def random_four_bar(rng: np.random.Generator) -> tuple[tuple[float, ...], float]
             return lengths, angle
 
 
-def run_random(tmp_path: Path, seed: int, count: int) -> None:
+def run_random(tmp_path: Path, seed: int, count: int, least: int) -> None:
     rng, kinds = np.random.default_rng(seed), set()
     for _ in range(count):
         lengths, angle = random_four_bar(rng)
@@ -68,16 +68,16 @@ def run_random(tmp_path: Path, seed: int, count: int) -> None:
         check_against_cosines(lengths, circuit)
         short, *middle, long = sorted(lengths)
         kinds.add((short + long < sum(middle), lengths.index(short)))
-    assert len(kinds) >= 6  # Grashof and not, each link the shortest
+    assert len(kinds) >= least  # Grashof and not, each link the shortest
 
 
 def test_random_four_bars_stop_where_the_law_of_cosines_says(tmp_path: Path) -> None:
-    run_random(tmp_path, 1, 40)
+    run_random(tmp_path, 1, 14, 4)
 
 
 @pytest.mark.soak
 def test_a_thousand_four_bars_stop_where_the_law_of_cosines_says(tmp_path: Path) -> None:
-    run_random(tmp_path, 2, 1000)
+    run_random(tmp_path, 2, 1000, 6)
 
 
 def run_whole_lengths(tmp_path: Path, count: int) -> None:
@@ -106,7 +106,7 @@ def run_whole_lengths(tmp_path: Path, count: int) -> None:
 
 
 def test_edge_cases_of_grashof_have_change_points(tmp_path: Path) -> None:
-    run_whole_lengths(tmp_path, 25)
+    run_whole_lengths(tmp_path, 10)
 
 
 @pytest.mark.soak

@@ -130,6 +130,7 @@ def test_third_derivatives_are_those_of_the_second(name: str) -> None:
     assert errors[1] < 0.3 * errors[0] or errors[0] < 1e-9 * scale
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["double_butterfly", "stephenson_2", "stephenson_3_far"])
 def test_derivatives_by_the_length(name: str) -> None:
     """The third is the difference of the second, on coupled groups, limits of the input and all."""

@@ -63,10 +63,10 @@ def test_a_link_that_is_redundant_keeps_its_length_along_every_path() -> None:
     assert np.allclose(np.abs(z[f] - z[e]) * mechanism.scale, 1.0, atol=1e-12)
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(3)
 @pytest.mark.parametrize(
     "stem",
-    ["parallelogram_third_crank", "plantigrade", "scotch_yoke", "hart_a_frame", "whitworth", "watt_1", "slider_crank"],
+    ["parallelogram_third_crank", "scotch_yoke", "slider_crank", "plantigrade", "hart_a_frame", "whitworth", "watt_1"],
 )
 def test_paths_run_through_every_configuration_once(stem: str) -> None:
     mechanism = load(MODELS / f"{stem}.yaml")
@@ -117,7 +117,7 @@ def test_extremes_are_those_of_the_circuits(stem: str) -> None:
     own = np.array([np.concatenate(run.bounds) for run in found.runs])
     others = []
     for strand in circuits(mechanism).strands:
-        y = carried_point(mechanism, name, circuit_motion(strand.circuit, 6001, 1e-10).z)
+        y = carried_point(mechanism, name, circuit_motion(strand.circuit, 2001, 1e-10).z)
         others.append([-vertex(-y.real), -vertex(-y.imag), vertex(y.real), vertex(y.imag)])
     assert np.allclose(own[np.lexsort(own.round(6).T)], np.array(others)[np.lexsort(np.round(others, 6).T)], atol=2e-9)
 
