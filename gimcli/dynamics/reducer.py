@@ -21,7 +21,7 @@ from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.structure.checks import direction
 from gimcli.structure.coordinate_partitioning import Choice, free_choice, gradients, input_choice, make_chart, residuals
-from gimcli.structure.polynomials import is_rotary, make_terms
+from gimcli.structure.polynomials import is_rotary, make_terms, with_gauges
 
 CORRECTIONS = 20
 """At the most, of a drawn position that is singular."""
@@ -70,7 +70,7 @@ class Reducer:
         self.mechanism, self.free, self.run = mechanism, tuple(free), run
         self.given = tuple(k for k in range(len(mechanism.actuators)) if k not in self.free)
         read = with_rubbing(mechanism)
-        self.terms = make_terms(read)
+        self.terms = make_terms(with_gauges(read))
         self.acting = acting(read, self.free, require_masses(mechanism))
         self.loads = moving_loads(read)
         self.courses = [_course(load) for load in self.loads]

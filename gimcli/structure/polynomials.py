@@ -11,7 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from gimcli.mechanism import Drive, Mechanism
+from gimcli.mechanism import FRAME, Drive, Mechanism
+from gimcli.structure.derived import derived
 from gimcli.structure.exact_equations import Constraints
 
 DUST = 1e-15
@@ -35,9 +36,9 @@ class Term:
 
 @dataclass(frozen=True)
 class Terms:
-    """The equations of a mechanism, its gauges read too."""
+    """The equations of a mechanism."""
 
-    mechanism: Mechanism  # with gauges among the actuators
+    mechanism: Mechanism
     equations: tuple[tuple[Term, ...], ...]
     moving: tuple[int, ...]  # variables that the equations tell, but for the readings
 
@@ -48,7 +49,7 @@ class Terms:
 
     @property
     def readings(self) -> int:
-        """Number of actuators and gauges."""
+        """Number of actuators; where gauges are read, they are among them."""
         return len(self.mechanism.actuators)
 
     @property
@@ -66,26 +67,31 @@ class Terms:
         return self.variables - 1 if function == ONE else self.first_reading + (function - 1) // 4
 
 
+def with_gauges(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism whose gauges are read as if they were actuators."""
+    return replace(mechanism, actuators=(*mechanism.actuators, *mechanism.gauges), gauges=())
+
+
+@derived
 def make_terms(mechanism: Mechanism) -> Terms:
-    """Return the equations of a mechanism whose gauges are read as if they were actuators."""
-    read = replace(mechanism, actuators=(*mechanism.actuators, *mechanism.gauges), gauges=())
-    constraints = Constraints(read)
-    one = 2 * len(read.nodes) + len(read.actuators)
-    free = set(constraints.free)
-    nodes: list[Any] = [Polynomial({(ONE, one, one): complex(z)}, one) for z in read.drawn]
-    for k, z in zip(read.members[0].nodes, read.members[0].shape, strict=True):
+    """Return the equations of a mechanism."""
+    constraints = Constraints(mechanism)
+    one = 2 * len(mechanism.nodes) + len(mechanism.actuators)
+    free = constraints.free
+    nodes: list[Any] = [Polynomial({(ONE, one, one): complex(z)}, one) for z in mechanism.drawn]
+    for k, z in zip(mechanism.members[FRAME].nodes, mechanism.members[FRAME].shape, strict=True):
         nodes[k] = Polynomial({(ONE, one, one): complex(z)}, one)
     for k in free:
         nodes[k] = Polynomial({(ONE, 2 * k, one): 1.0 + 0j, (ONE, 2 * k + 1, one): 1j}, one)
     values, turns = [], []
-    for k in range(len(read.actuators)):
+    for k in range(len(mechanism.actuators)):
         at = 4 * k
         values.append(Polynomial({(at + VALUE, one, one): 1.0 + 0j}, one))
         turns.append(Polynomial({(at + COSINE, one, one): 1.0 + 0j, (at + SINE, one, one): 1j}, one))
     equations = []
     for part, value in constraints.equations(nodes, values, turns):
         equations += [value.part("real")] * (part != "imag") + [value.part("imag")] * (part != "real")
-    return Terms(read, tuple(equations), tuple(2 * k + c for k in sorted(free) for c in (0, 1)))
+    return Terms(mechanism, tuple(equations), tuple(2 * k + c for k in free for c in (0, 1)))
 
 
 class Polynomial:

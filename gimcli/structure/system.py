@@ -1,8 +1,7 @@
 """A mechanism as one system of equations F(x, u) = 0 of second degree in the coordinates x of its moving nodes.
 
-F is a sum, over the functions 1, u, u^2, cos u, sin u of the inputs u, of polynomials c + L x + x Q x / 2. Their
-coefficients are exact: what is of second degree is known from its values at a few places. The Jacobian is linear in
-x and the second derivatives are constants, which is what continuation and bifurcations ask for.
+F is a sum, over the functions 1, u, u^2, cos u, sin u of the inputs u, of polynomials c + L x + x Q x / 2. The
+Jacobian is linear in x and the second derivatives are constants, which is what continuation and bifurcations ask for.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ import numpy as np
 
 from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
 from gimcli.structure.derived import derived
-from gimcli.structure.exact_equations import Constraints
+from gimcli.structure.polynomials import ONE, SINE, SQUARE, Terms, make_terms
 from gimcli.structure.quadric import Quadric
 
 DUST = 1e-13
@@ -29,14 +28,14 @@ class System:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        self.constraints = Constraints(mechanism)
-        self.free = self.constraints.free
-        self.n = 2 * len(self.free)
         self._at_rest = mechanism.drawn.copy()
         frame = mechanism.members[0]
         self._at_rest[list(frame.nodes)] = frame.shape
-        self._parts = list(self._polynomials())
-        self.m = len(self._parts[0][1])
+        terms = make_terms(mechanism)
+        self.free = [variable // 2 for variable in terms.moving[::2]]
+        self.n = len(terms.moving)
+        self.m = len(terms.equations)
+        self._parts = self._polynomials(terms)
 
     def coordinates(self, z: ComplexArray) -> FloatArray:
         """Return x (n,) of positions z (nodes,)."""
@@ -164,47 +163,31 @@ class System:
                 values += [(u[k], 1.0, 0.0, 0.0)[order], (u[k] ** 2, 2.0 * u[k], 2.0, 0.0)[order]]
         return np.array(values, dtype=float)
 
-    def _polynomials(self) -> Iterator[Part]:
-        """Yield actuator, c (m,), L (m, n) and Q (m n, n) of every part."""
-        count = len(self.mechanism.actuators)
-        rest, none = np.zeros(count), np.zeros(count, dtype=complex)
-        base = self._coefficients(rest, none)
-        yield -1, *base
-        for k, actuator in enumerate(self.mechanism.actuators):
-            unit = np.eye(count)[k]
-            if actuator.drive is Drive.ROTARY:
-                plus, minus = self._coefficients(rest, unit + 0j), self._coefficients(rest, 1j * unit)
-                parts = [[a - b for a, b in zip(found, base, strict=True)] for found in (plus, minus)]
-            else:
-                plus, minus = self._coefficients(unit, none), self._coefficients(-unit, none)
-                triples = list(zip(plus, minus, base, strict=True))
-                parts = [[0.5 * (p - m) for p, m, _ in triples], [0.5 * (p + m) - b for p, m, b in triples]]
-            for c, linear, q in parts:
-                yield k, c, linear, q
+    def _polynomials(self, terms: Terms) -> list[Part]:
+        """Return actuator, c (m,), L (m, n) and Q (m n, n) of every part: of 1, then two functions of each input."""
+        m, n, column = self.m, self.n, {variable: k for k, variable in enumerate(terms.moving)}
+        owners = [-1, *(k for k in range(terms.readings) for _ in (0, 1))]
+        tables = [(np.zeros(m), np.zeros((m, n)), np.zeros((m, n, n))) for _ in owners]
+        for row, equation in enumerate(terms.equations):
+            for term in equation:
+                c, linear, q = tables[_part_of(term.function)]
+                at = [column[variable] for variable in (term.first, term.second) if variable in column]
+                if len(at) == 2:
+                    q[row, at[0], at[1]] += term.factor
+                    q[row, at[1], at[0]] += term.factor
+                elif at:
+                    linear[row, at[0]] += term.factor
+                else:
+                    c[row] += term.factor
+        for _, linear, q in tables:
+            linear[np.abs(linear) < DUST], q[np.abs(q) < DUST] = 0.0, 0.0
+        return [(k, c, linear, q.reshape(-1, n)) for k, (c, linear, q) in zip(owners, tables, strict=True)]
 
-    def _coefficients(self, inputs: FloatArray, turns: ComplexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return c, L and Q where the inputs and their exp(i u) have some values."""
-        n, unit = self.n, np.eye(self.n)
-        pairs = [(i, j) for i in range(n) for j in range(i + 1, n)]
-        places = [np.zeros(n), *unit, *-unit, *(unit[i] + unit[j] for i, j in pairs)]
-        f = self._at(np.array(places).T.reshape(n, -1), inputs, turns)
-        c, plus, minus = f[:, 0], f[:, 1 : n + 1], f[:, n + 1 : 2 * n + 1]
-        q = np.zeros((len(f), n, n))
-        q[:, range(n), range(n)] = plus + minus - 2.0 * c[:, None]
-        for k, (i, j) in enumerate(pairs, start=2 * n + 1):
-            q[:, i, j] = q[:, j, i] = f[:, k] - plus[:, i] - plus[:, j] + c
-        linear = 0.5 * (plus - minus)
-        linear[np.abs(linear) < DUST], q[np.abs(q) < DUST] = 0.0, 0.0
-        return c, linear, q.reshape(-1, n)
 
-    def _at(self, x: FloatArray, inputs: FloatArray, turns: ComplexArray) -> FloatArray:
-        """Return the equations (m, rows) at x (n, rows)."""
-        z = self.nodes(x)
-        values = np.repeat(inputs[:, None], x.shape[1], axis=1) + 0.0j
-        rows = []
-        for part, value in self.constraints.equations(z, values, np.repeat(turns[:, None], x.shape[1], axis=1)):
-            rows += [value.real] * (part != "imag") + [value.imag] * (part != "real")
-        return np.array(rows).reshape(len(rows), x.shape[1])
+def _part_of(function: int) -> int:
+    """Return the part that a function of the polynomials is of: 1; u or cos u; u^2 or sin u, of each input."""
+    reading, which = divmod(function - 1, 4)
+    return 0 if function == ONE else 1 + 2 * reading + (which + 1 in (SQUARE, SINE))
 
 
 @derived
