@@ -9,10 +9,8 @@ exp(-C2) of eq. (3). Candidates are ranked by it.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from heapq import heappop, heappush
 from itertools import islice
 
 import numpy as np
@@ -21,6 +19,7 @@ from gimcli.gim.rules import Walk
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.closed_form_order import Layout
 from gimcli.structure.derived import derived
+from gimcli.structure.dulmage_mendelsohn import components, match
 from gimcli.structure.kinematic_nodes import free_nodes, kinematic_nodes
 from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move, Restriction, gradient, member_models, pair_restrictions
@@ -160,52 +159,18 @@ class SequenceSearch:
         return [r for models, k in zip(self.models, chosen, strict=True) for r in models[k]] + self.pairs
 
     def _components(self, chosen: list[int]) -> list[tuple[int, ...]]:
-        """Match two restrictions to every node; return strongly connected nodes in order."""
-        from scipy.sparse import csr_array
-        from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
-
+        """Match two restrictions to every node; return strongly connected nodes in order, else as the plan places them."""
         if not self.free:
             return []
         restrictions = self._restrictions(chosen)
         column = {n: k for k, n in enumerate(self.free)}
-        entries = [
-            (i, 2 * column[n] + s) for i, r in enumerate(restrictions) for n in r.movable if n in column for s in (0, 1)
-        ]
-        at = np.array(entries).reshape(-1, 2).T
-        shape = (len(restrictions), 2 * len(self.free))
-        table = csr_array((np.ones(len(entries)), (at[0], at[1])), shape=shape)
-        matched = maximum_bipartite_matching(table, perm_type="column")
-        edges = [(k, k) for k in range(len(self.free))]
-        for r, c in zip(restrictions, matched, strict=True):
+        holds = [sorted(2 * column[n] + s for n in r.movable if n in column for s in (0, 1)) for r in restrictions]
+        needs: list[list[int]] = [[] for _ in self.free]
+        for r, c in zip(restrictions, match(2 * len(self.free), holds), strict=True):
             ties = [column[n] for n in r.nodes if n in column]
-            heads = [int(c) // 2] if c >= 0 else ties  # surplus: settled together
-            edges += [(h, t) for h in heads for t in ties]
-        ends = np.array(edges).T
-        graph = csr_array((np.ones(len(edges)), (ends[0], ends[1])), shape=(len(self.free),) * 2)
-        _, label = connected_components(graph, directed=True, connection="strong")
-        return self._ordered(label, ends)
-
-    def _ordered(self, label: FloatArray, ends: FloatArray) -> list[tuple[int, ...]]:
-        """Return the nodes of each component after those that it needs; an edge runs to what is needed."""
-        heads: dict[int, set[int]] = {}  # component -> those that need it
-        for a, b in {(int(label[a]), int(label[b])) for a, b in ends.T}:
-            if a != b:
-                heads.setdefault(b, set()).add(a)
-        needs = Counter(a for after in heads.values() for a in after)
-        nodes: dict[int, list[int]] = {}
-        for n, c in zip(self.free, label, strict=True):
-            nodes.setdefault(int(c), []).append(n)
-        rank = {c: i for i, c in enumerate(nodes)}  # as the plan places them, where nothing else decides
-        ready = [(i, c) for c, i in rank.items() if not needs[c]]
-        done: list[tuple[int, ...]] = []
-        while ready:
-            _, c = heappop(ready)
-            done.append(tuple(nodes[c]))
-            for a in heads.get(c, ()):
-                needs[a] -= 1
-                if not needs[a]:
-                    heappush(ready, (rank[a], a))
-        return done
+            for head in [c // 2] if c >= 0 else ties:  # surplus: settled together
+                needs[head] += ties
+        return [tuple(self.free[k] for k in part) for part in components(needs)]
 
     def _best(self, nodes: tuple[int, ...], settled: set[int], chosen: list[int]) -> SequenceGroup:
         """Try candidates for one group: all models of its members one by one, the rules' choices in each."""

@@ -16,7 +16,8 @@ from itertools import pairwise
 from gimcli.errors import StructureError
 from gimcli.mechanism import Drive, Mechanism
 from gimcli.structure.closed_form_order import Layout
-from gimcli.structure.steps import Coupled, Equation, Place, Value, Vector
+from gimcli.structure.dulmage_mendelsohn import components, join, match, reached
+from gimcli.structure.steps import NONE, Coupled, Equation, Place, Value, Vector
 
 Unknown = tuple[str, int]
 """("x", body), ("y", body) or ("t", rotation class); loose node n is body -1 - n."""
@@ -97,50 +98,22 @@ def _join(layout: Layout, system: CoupledSystem, node: int) -> None:
 
 def _first_group(layout: Layout, system: CoupledSystem) -> list[int]:
     """Return the bodies of a group that depends on no other."""
-    import numpy as np
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
-
     unknowns = list(dict.fromkeys(u for body in system.bodies.values() for u in body))
     column = {u: k for k, u in enumerate(unknowns)}
-    rows = [[column[u] for u in row] for _, row in system.rows]
-    entries = [(i, j) for i, row in enumerate(rows) for j in row]
-    if not entries:
-        raise undriven(layout, list(system.bodies))
-    where = np.array(entries).T
-    table = csr_array((np.ones(len(entries)), (where[0], where[1])), shape=(len(rows), len(unknowns)))
-    matched = [int(c) for c in maximum_bipartite_matching(table, perm_type="column")]  # column of each row
-    if len(set(matched) - {-1}) < len(unknowns):
+    rows = [sorted(column[u] for u in row) for _, row in system.rows]
+    matched = match(len(unknowns), rows)
+    if len(set(matched) - {NONE}) < len(unknowns):
         raise undriven(layout, _reachable_bodies(system, unknowns, rows, matched))
-    edges = [(int(c), j) for row, c in zip(rows, matched, strict=True) if c >= 0 for j in row]
-    for body in system.bodies.values():  # a member is solved as a whole
-        ring = [column[u] for u in body]
-        edges += list(zip(ring, ring[1:] + ring[:1], strict=True))
-    for start in (i for i, c in enumerate(matched) if c < 0):  # surplus: settled together
-        ring = _over_part(rows, matched, start)
-        edges += list(zip(ring, ring[1:] + ring[:1], strict=True))
-    heads = np.array(edges).T
-    graph = csr_array((np.ones(len(edges)), (heads[0], heads[1])), shape=(len(unknowns),) * 2)
-    count, label = connected_components(graph, directed=True, connection="strong")
-    leaves = np.ones(count, dtype=bool)
-    leaves[label[heads[0]][label[heads[0]] != label[heads[1]]]] = False
-    groups = [k for k in range(count) if leaves[k]]
-    parts = {k: [b for b, body in system.bodies.items() if label[column[body[0]]] == k] for k in groups}
-    return min((p for p in parts.values() if p), key=len)
-
-
-def _over_part(rows: list[list[int]], matched: Sequence[int], start: int) -> list[int]:
-    """Return the unknowns that an unmatched equation reaches by alternating paths."""
-    row_of = {int(c): i for i, c in enumerate(matched) if c >= 0}
-    seen: dict[int, None] = {}
-    todo = [start]
-    while todo:
-        for c in rows[todo.pop()]:
-            if c not in seen:
-                seen[c] = None
-                if c in row_of:
-                    todo.append(row_of[c])
-    return list(seen)
+    needs: list[list[int]] = [[] for _ in unknowns]
+    for row, own in zip(rows, matched, strict=True):
+        if own != NONE:
+            needs[own] += row
+    whole = [[column[u] for u in body] for body in system.bodies.values()]  # a member is solved as a whole
+    row_of = {own: row for row, own in enumerate(matched) if own != NONE}
+    surplus = [reached(rows, row_of, k) for k, own in enumerate(matched) if own == NONE]  # settled together
+    join(needs, [*whole, *surplus])
+    leaves = [part for part in map(set, components(needs)) if all(part.issuperset(needs[k]) for k in part)]
+    return min(([b for b, body in system.bodies.items() if column[body[0]] in part] for part in leaves), key=len)
 
 
 def _reachable_bodies(

@@ -7,8 +7,9 @@ more unknowns than equations.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from heapq import heappop, heappush
 from itertools import pairwise
 
 
@@ -35,12 +36,10 @@ def split(
             if row_of[column] not in (row, -1):
                 needs[row].append(row_of[column])
     spare = [column for column, row in enumerate(row_of) if row < 0]
-    reached = [_reached(columns, column_of, column) for column in spare]
-    for ring in [*rings, *reached]:
-        for a, b in pairwise([*ring, *ring[:1]]):
-            needs[a].append(b)
+    alternating = [reached(columns, column_of, column) for column in spare]
+    join(needs, [*rings, *alternating])
     own: dict[int, list[int]] = {}
-    for column, rows in zip(spare, reached, strict=True):
+    for column, rows in zip(spare, alternating, strict=True):
         own.setdefault(min(rows), []).append(column)
     result = []
     for part in components(needs):
@@ -64,7 +63,14 @@ def match(count: int, columns: Sequence[Sequence[int]]) -> list[int]:
     return [int(row) for row in maximum_bipartite_matching(table, perm_type="column")]
 
 
-def _reached(columns: Sequence[Sequence[int]], column_of: dict[int, int], start: int) -> list[int]:
+def join(needs: list[list[int]], rings: Iterable[Sequence[int]]) -> None:
+    """Let each of some equations need the next one and the last the first: they are in one component."""
+    for ring in rings:
+        for a, b in pairwise([*ring, *ring[:1]]):
+            needs[a].append(b)
+
+
+def reached(columns: Sequence[Sequence[int]], column_of: Mapping[int, int], start: int) -> list[int]:
     """Return the equations that a surplus unknown reaches by alternating paths."""
     seen: dict[int, None] = {}
     todo = [start]
@@ -78,9 +84,7 @@ def _reached(columns: Sequence[Sequence[int]], column_of: dict[int, int], start:
 
 
 def components(needs: Sequence[Sequence[int]]) -> list[list[int]]:
-    """Return the strongly connected components of a graph, each after those that it needs."""
-    from graphlib import TopologicalSorter
-
+    """Return the strongly connected components of a graph: each after those that it needs, else in the order given."""
     import numpy as np
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
@@ -90,10 +94,28 @@ def components(needs: Sequence[Sequence[int]]) -> list[list[int]]:
     ends = np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
     heads = np.array([other for others in edges for other in others], dtype=np.int32)
     graph = csr_array((np.ones(len(heads)), heads, ends), shape=(len(needs), len(needs)))
-    label = connected_components(graph, directed=True, connection="strong")[1].tolist()
-    parts: dict[int, list[int]] = {}
-    before: dict[int, dict[int, None]] = {}
+    found = connected_components(graph, directed=True, connection="strong")[1].tolist()
+    rank = {own: k for k, own in enumerate(dict.fromkeys(found))}
+    label = [rank[own] for own in found]
+    parts: list[list[int]] = [[] for _ in rank]
     for node, own in enumerate(label):
-        parts.setdefault(own, []).append(node)
-        before.setdefault(own, {}).update((label[other], None) for other in edges[node] if label[other] != own)
-    return [parts[own] for own in TopologicalSorter(before).static_order()]
+        parts[own].append(node)
+    between = {(label[a], label[b]) for a, others in enumerate(edges) for b in others}
+    return [parts[own] for own in _in_order(between, len(parts))]
+
+
+def _in_order(needs: Iterable[tuple[int, int]], count: int) -> Iterator[int]:
+    """Yield the numbers below `count`, each after those that it needs: the lowest that can be."""
+    after: list[list[int]] = [[] for _ in range(count)]
+    missing = [0] * count
+    for own, other in needs:
+        if own != other:
+            after[other].append(own)
+            missing[own] += 1
+    ready = [own for own in range(count) if not missing[own]]
+    while ready:
+        yield (first := heappop(ready))
+        for own in after[first]:
+            missing[own] -= 1
+            if not missing[own]:
+                heappush(ready, own)
