@@ -159,7 +159,7 @@ class SequenceSearch:
         return [r for models, k in zip(self.models, chosen, strict=True) for r in models[k]] + self.pairs
 
     def _components(self, chosen: list[int]) -> list[tuple[int, ...]]:
-        """Match two restrictions to every node; return strongly connected nodes in order, else as the plan places them."""
+        """Match two restrictions to every node; return strongly connected nodes in order, as planned where free."""
         if not self.free:
             return []
         restrictions = self._restrictions(chosen)

@@ -10,13 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
+from gimcli.rates.slots import SlotValues
 from gimcli.rates.tape import Number, Term
 from gimcli.structure.steps import Circle, Equation, Locus, Value
-
-if TYPE_CHECKING:
-    from gimcli.rates.plan_rates import Differentiated
 
 DISTANCE, LINE, CLOSURE = "distance", "line", "closure"
 
@@ -25,14 +22,14 @@ DISTANCE, LINE, CLOSURE = "distance", "line", "closure"
 class Imposed:
     """A distance, a line or a closure that holds some unknowns, by slots: what is away, and the vector."""
 
-    of: Differentiated
+    of: SlotValues
     kind: str
     away: Callable[[int], Number]
     vector: Callable[[int], Number] | None
     value: Value
 
     @staticmethod
-    def locus(of: Differentiated, node: int, locus: Locus) -> Imposed:
+    def locus(of: SlotValues, node: int, locus: Locus) -> Imposed:
         """Return a locus of a node."""
         hung = locus.centre if isinstance(locus, Circle) else locus.anchor
 
@@ -45,7 +42,7 @@ class Imposed:
         return Imposed(of, LINE, away, partial(of.vector, locus.normal), locus.distance)
 
     @staticmethod
-    def equation(of: Differentiated, equation: Equation) -> Imposed:
+    def equation(of: SlotValues, equation: Equation) -> Imposed:
         """Return an equation of a coupled group."""
 
         def away(k: int) -> Number:

@@ -16,7 +16,8 @@ from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.newton import Run
 from gimcli.rates.differentiator import Differentiator
-from gimcli.rates.plan_rates import Slot, carrier
+from gimcli.rates.plan_rates import carrier
+from gimcli.rates.slots import Slot
 from gimcli.structure.plan import make_plan
 from gimcli.structure.steps import Plan
 

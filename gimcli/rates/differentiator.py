@@ -9,7 +9,8 @@ import numpy as np
 from gimcli.kernels import tape as kernels
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism, Point
 from gimcli.positions.newton import Run
-from gimcli.rates.plan_rates import POSITION, Differentiated, Slot
+from gimcli.rates.plan_rates import Differentiated
+from gimcli.rates.slots import POSITION, Slot
 from gimcli.structure.steps import Plan
 
 PLAIN = 3e-8

@@ -1,12 +1,6 @@
 """Derivatives of solved positions: the steps of a plan, each differentiated in its turn, written on a tape.
 
-What is wanted are slots: slot 0 is the position, every other one a derivative along the inputs' rates. With f_k
-the part of slot k and (i, j, c) its cross terms, Leibniz's rule is
-
-    (f g)_k = f g_k + f_k g + c (f_i g_j + f_j g_i)
-
-with none for a first derivative, (i, i, 1) for a second one, (s, t, 1) for the mixed one along s and t, and
-(1, 2, 3) for a third one. The equations of a step, with the unknowns' own slot k at 0, give the right-hand side;
+The equations of a step, with the unknowns' own slot k of `slots` at 0, give the right-hand side;
 the gradients are those of the positions and are factored once:
 
     Phi_q q_k = -Phi_k | q_k = 0
@@ -21,15 +15,15 @@ Derivatives, 2008, chapter 13. Never by differences.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from gimcli.kernels import tape as kernels
 from gimcli.mechanism import FRAME, Mechanism, Member, Point
 from gimcli.rates.constraint_rates import DISTANCE, LINE, Imposed
-from gimcli.rates.tape import ComplexLanes, Lane, Number, Real, Tape, Term
+from gimcli.rates.slots import Slot, SlotValues
+from gimcli.rates.tape import ComplexLanes, Number
 from gimcli.structure.checks import farthest
 from gimcli.structure.steps import (
     NONE,
@@ -44,139 +38,18 @@ from gimcli.structure.steps import (
     Vector,
 )
 
-
-@dataclass(frozen=True)
-class Slot:
-    """A derivative that is wanted.
-
-    The inputs' own part of it is row `given` of what is handed over, or 1 for the actuator `unit`, else 0.
-    """
-
-    cross: tuple[int, int, int] | None = None
-    given: int | None = None
-    unit: int | None = None
-    order: int = 1
-
-
-POSITION = Slot(given=0, order=0)
 Ways = dict[int, dict[int, Number]]
 """Of nodes, how they move with each base node."""
 
 
-class Nodes(dict[int, list[Number]]):
-    """Nodes by slots: the position of each is known, its derivatives are 0 until they are found."""
-
-    def __init__(self, tape: Tape, slots: int) -> None:
-        super().__init__()
-        self.tape, self.slots = tape, slots
-
-    def __missing__(self, node: int) -> list[Number]:
-        to = self.tape.keep(2)
-        self.tape.emit(kernels.NODE, to, node)
-        self[node] = [ComplexLanes(to), *[0j] * (self.slots - 1)]
-        return self[node]
-
-
-class Differentiated:
-    """What stands so far, by slots: nodes, directions in registers, inputs and what they turn."""
+class Differentiated(SlotValues):
+    """The steps of a plan, differentiated one after the other."""
 
     def __init__(self, mechanism: Mechanism, plan: Plan, slots: Sequence[Slot]) -> None:
-        self.mechanism, self.slots, self.tape = mechanism, slots, Tape()
-        fixed = mechanism.members[FRAME]
-        self.nodes = Nodes(self.tape, len(slots))
-        for node, z in zip(fixed.nodes, fixed.shape, strict=True):
-            self.nodes[node] = [complex(z), *[0j] * (len(slots) - 1)]
-        self.registers: dict[int, list[Number]] = {}
-        self.inputs: dict[tuple[int, int], Real] = {}
-        self.turns: dict[tuple[int, int], Number] = {}
+        super().__init__(mechanism, slots)
         for step in plan.steps:
             with self.tape.step():
                 self.take(step)
-
-    # -- what is given -------------------------------------------------------------------------
-
-    def input(self, actuator: int, k: int) -> Real:
-        """Return slot k of an input."""
-        key = actuator, k
-        if key not in self.inputs:
-            slot, tape = self.slots[k], self.tape
-            if slot.given is not None:
-                to = tape.keep(1)
-                tape.emit(kernels.VALUE, to, slot.given, actuator)
-                self.inputs[key] = Lane(to)
-            else:
-                self.inputs[key] = 1.0 if slot.unit == actuator else 0.0
-        return self.inputs[key]
-
-    def turn(self, actuator: int, k: int) -> Number:
-        """Return slot k of e = exp(i theta): e' = i theta' e, differentiated."""
-        if (actuator, k) not in self.turns:
-            self.turns[actuator, k] = self._turn(actuator, k)
-        return self.turns[actuator, k]
-
-    def _turn(self, actuator: int, k: int) -> Number:
-        tape = self.tape
-        if k == 0:
-            to = tape.keep(2)
-            tape.emit(kernels.COS_SIN, to, tape.lane(self.input(actuator, 0)))
-            return ComplexLanes(to)
-        i, j, c = self.slots[k].cross or (0, 0, 0)
-        terms = [(k, 0, 1.0)] if c == 0 else [(k, 0, 1.0), (i, j, 1.0), (j, i, c - 1.0)]
-        parts = [(f, self.input(actuator, p), self.turn(actuator, n)) for p, n, f in terms if f != 0.0]
-        parts = [(f, rate, e) for f, rate, e in parts if rate != 0.0 and e != 0.0]
-        to = tape.keep(2) if parts else 0
-        for n, (f, rate, e) in enumerate(parts):
-            tape.emit(kernels.ADD_TURN if n else kernels.TURN, to, tape.lane(rate), tape.lane(e), f=f)
-        return ComplexLanes(to) if parts else 0j
-
-    # -- vectors and equations -----------------------------------------------------------------
-
-    def leibniz(self, f: Mapping[int, Number], g: Mapping[int, Number], k: int) -> list[Term]:
-        """Return the terms of slot k of a product."""
-        if k == 0:
-            return [(1.0, f[0], g[0])]
-        i, j, c = self.slots[k].cross or (0, 0, 0)
-        cross: list[Term] = [(2.0 * c, f[i], g[i])] if i == j else [(1.0 * c, f[i], g[j]), (1.0 * c, f[j], g[i])]
-        return [(1.0, f[0], g[k]), (1.0, f[k], g[0]), *(cross if c else [])]
-
-    def base(self, vector: Vector, k: int) -> Number:
-        """Return slot k of what a vector is hung on."""
-        if vector.u != NONE:
-            return self.tape.plus(self.nodes[vector.v][k], self.nodes[vector.u][k], -1.0)
-        if vector.register != NONE:
-            return self.registers[vector.register][k]
-        return 1.0 + 0j if k == 0 else 0j
-
-    def _e(self, vector: Vector, k: int) -> Number:
-        if vector.actuator == NONE:
-            return 1.0 + 0j if k == 0 else 0j
-        return self.turn(vector.actuator, k)
-
-    def _sum(self, vector: Vector, terms: list[Term]) -> Number:
-        return self.tape.products(terms, conjugate=vector.turn < 0)
-
-    def vector(self, vector: Vector, k: int) -> Number:
-        """Return slot k of a vector that is carried along."""
-        if vector.actuator == NONE:
-            return self.tape.scaled(self.base(vector, k), vector.z)
-        turns, bases = ({n: part(vector, n) for n in self.needed(k)} for part in (self._e, self.base))
-        return self.tape.scaled(self._sum(vector, self.leibniz(turns, bases, k)), vector.z)
-
-    def needed(self, k: int) -> set[int]:
-        """Return the slots of its factors that slot k of a product needs."""
-        return {0, k, *(self.slots[k].cross or (0, 0))[:2]}
-
-    def value(self, value: Value, k: int) -> Real:
-        """Return slot k of a length that may follow an input."""
-        constant = value.constant if k == 0 else 0.0
-        if value.actuator == NONE:
-            return constant
-        given = self.input(value.actuator, k)
-        if isinstance(given, Lane):
-            return self.tape.real(kernels.AFFINE, given.lane, f=constant, g=value.gain)
-        return constant + value.gain * given
-
-    # -- steps ---------------------------------------------------------------------------------
 
     def take(self, step: Step) -> None:
         """Differentiate what a step places."""
@@ -284,7 +157,7 @@ class Differentiated:
         found: dict[int, Number] = {}
         for b in base:
             way = self.tape.plus(_way(ways, vector.v, b), _way(ways, vector.u, b), -1.0)
-            found[b] = self.tape.scaled(self._sum(vector, [(1.0, self._e(vector, 0), way)]), vector.z)
+            found[b] = self.tape.scaled(self.total(vector, [(1.0, self.e(vector, 0), way)]), vector.z)
         return found
 
     # -- what is asked for -----------------------------------------------------------------------
