@@ -170,7 +170,7 @@ class SequenceSearch:
             ties = [column[n] for n in r.nodes if n in column]
             for head in [c // 2] if c >= 0 else ties:  # surplus: settled together
                 needs[head] += ties
-        return [tuple(self.free[k] for k in part) for part in components(needs)]
+        return [tuple(self.free[k] for k in part) for part in components(needs, ranked=True)]
 
     def _best(self, nodes: tuple[int, ...], settled: set[int], chosen: list[int]) -> SequenceGroup:
         """Try candidates for one group: all models of its members one by one, the rules' choices in each."""

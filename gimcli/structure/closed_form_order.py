@@ -10,8 +10,10 @@ import cmath
 from collections.abc import Iterator
 from heapq import heapify, heappop, heappush
 
-from gimcli.mechanism import FRAME, Drive, Input, Mechanism, Slide
+from gimcli.kernels.constraints import ANGLE, HEIGHT
+from gimcli.mechanism import FRAME, Mechanism, Slide
 from gimcli.structure.kinematic_nodes import kinematic_nodes, loose_nodes
+from gimcli.structure.pair_rows import PairRow, pair_rows
 from gimcli.structure.rotation import members_of, rotation_classes
 from gimcli.structure.steps import NONE, Circle, Dyad, Line, Locus, Orient, Place, Step, Tilt, Value, Vector
 
@@ -33,21 +35,14 @@ class Layout:
         self.steps: list[Step] = []
         self.registers = 0
         self.branches = 0
-        self.slides_at: dict[int, list[Slide]] = {}
-        self.slides_on: dict[int, list[Slide]] = {}
-        for number, slide in enumerate(mechanism.slides):
-            if number in self.rotation.implied:
-                continue
-            self.slides_at.setdefault(slide.node, []).append(slide)
-            self.slides_on.setdefault(slide.member, []).append(slide)
-        self.actuators_at: dict[int, list[Input]] = {}
-        self.travels_on: dict[int, list[Input]] = {}
-        for actuator in mechanism.actuators:
-            if actuator.drive is not Drive.ROTARY:
-                for node in {actuator.a, actuator.b} - {NONE}:
-                    self.actuators_at.setdefault(node, []).append(actuator)
-            if actuator.drive is Drive.TRAVEL:
-                self.travels_on.setdefault(actuator.reference_member, []).append(actuator)
+        self.rows_at: dict[int, list[PairRow]] = {}
+        self.rows_on: dict[int, list[PairRow]] = {}
+        for row in pair_rows(mechanism):
+            if row.kind != ANGLE and not row.implied:
+                for node in row.nodes:
+                    self.rows_at.setdefault(node, []).append(row)
+                for member in row.members:
+                    self.rows_on.setdefault(member, []).append(row)
         self._prepare()
 
     # -- what is worth looking at: only what stands next to something new --------------------
@@ -60,15 +55,15 @@ class Layout:
         self.turnable: set[int] = set()  # members of which a node or the direction is new
         self.carriable: set[int] = set()
         self.tiltable: set[int] = set()  # slides of which something is new
-        self.drives = [k for k, a in enumerate(self.mechanism.actuators) if a.drive is Drive.ROTARY]
+        self.drives = [row for row in pair_rows(self.mechanism) if row.kind == ANGLE]
         self.tied: dict[int, list[int]] = {}
         for index, group in enumerate(self.rotation.of):
             self.tied.setdefault(group, []).append(index)
-        self.all_slides_at: dict[int, list[int]] = {}
-        self.all_slides_on: dict[int, list[int]] = {}
+        self.slides_at: dict[int, list[int]] = {}
+        self.slides_on: dict[int, list[int]] = {}
         for number, slide in enumerate(self.mechanism.slides):
-            self.all_slides_at.setdefault(slide.node, []).append(number)
-            self.all_slides_on.setdefault(slide.member, []).append(number)
+            self.slides_at.setdefault(slide.node, []).append(number)
+            self.slides_on.setdefault(slide.member, []).append(number)
         for node in self.mechanism.members[FRAME].nodes:
             self.stand(node)
         for member in self.tied[self.rotation.of[FRAME]]:
@@ -82,30 +77,22 @@ class Layout:
         for member in self.members[node]:
             if member != FRAME:
                 self._touch(member)
-        for number in self.all_slides_at.get(node, ()):
-            self.tiltable.add(number)
-            for other in self.kinematic[self.mechanism.slides[number].member]:
+        self.tiltable.update(self.slides_at.get(node, ()))
+        for row in self.rows_at.get(node, ()):
+            for other in (*row.nodes, *(n for member in row.members for n in self.kinematic[member])):
                 self._reach(other)
-        for actuator in self.actuators_at.get(node, ()):
-            for other in (actuator.a, actuator.b, *self._guide_nodes(actuator)):
-                self._reach(other)
-
-    def _guide_nodes(self, actuator: Input) -> tuple[int, ...]:
-        return self.kinematic[actuator.reference_member] if actuator.drive is Drive.TRAVEL else ()
 
     def _touch(self, member: int) -> None:
         """Note that a node or the direction of a member is new."""
         self.turnable.add(member)
         self.carriable.add(member)
-        for number in self.all_slides_on.get(member, ()):
-            self.tiltable.add(number)
-            self._reach(self.mechanism.slides[number].node)
-        for actuator in self.travels_on.get(member, ()):
-            self._reach(actuator.a)
+        self.tiltable.update(self.slides_on.get(member, ()))
+        for row in self.rows_on.get(member, ()):
+            self._reach(row.node)
         for node in self.kinematic[member]:
             if node not in self.placed:
                 self._reach(node)
-                self.tiltable.update(self.all_slides_at.get(node, ()))
+                self.tiltable.update(self.slides_at.get(node, ()))
 
     def _reach(self, node: int) -> None:
         """Note that a node may have a new locus, and what a translating member hands it on to."""
@@ -177,25 +164,25 @@ class Layout:
                     u, v = pair
                     self.orient(index, Vector(1.0 / (self.local(index, v) - self.local(index, u)), u, v))
                     news = True
-        for number in self.drives.copy():
-            news |= self._drive(number, self.mechanism.actuators[number])
+        for row in self.drives.copy():
+            news |= self._drive(row)
         return news
 
-    def _drive(self, number: int, actuator: Input) -> bool:
-        arm, reference = actuator.arm_member, actuator.reference_member
-        ratio = actuator.reference_direction / actuator.arm_direction
+    def _drive(self, row: PairRow) -> bool:
+        (arm, reference), number = row.members, row.value.actuator
+        ratio = row.reference / row.arm
         known, free, factor, turn = self.source(reference), arm, ratio, 1
         if known is None:
             known, free, factor, turn = self.source(arm), reference, 1.0 / ratio, -1
         if known is None:
             return False
-        self.drives.remove(number)
+        self.drives.remove(row)
         if self.source(free) is not None:
             return False
         vector = known.driven(factor, number, turn)
         if vector is None:  # one actuator a vector: keep the direction turned so far
             register = self.register()
-            self.steps.append(Orient(register, known, actuator.name))
+            self.steps.append(Orient(register, known, row.name))
             vector = Vector(factor, register=register, actuator=number, turn=turn)
         self.orient(free, vector)
         return True
@@ -289,53 +276,36 @@ class Layout:
             yield from self._carried_lines(node, body, source)
 
     def own_loci(self, node: int, offset: Vector | None) -> Iterator[Locus]:
-        """Yield the loci of a node by its members that can turn, its slides and its actuators."""
+        """Yield the loci of a node by its members that can turn and the rows of its pairs."""
         mechanism = self.mechanism
         for body in self.members[node]:
             centre = self.anchor(body)
             if centre is not None and self.source(body) is None:
                 radius = abs(self.local(body, node) - self.local(body, centre))
                 yield Circle(mechanism.members[body].name, centre, Value(radius), offset)
-        for slide in self.slides_at.get(node, []):
-            line = self._line(slide.name, slide.member, slide.point, 1j * slide.direction, Value(0.0))
-            if line is not None:
-                yield Line(line.constraint, line.anchor, line.normal, line.distance, offset)
-        for actuator in self.actuators_at.get(node, []):
-            locus = self._driven_locus(node, actuator, offset)
+        for row in self.rows_at.get(node, []):
+            locus = self._line(row, offset) if row.kind == HEIGHT else self._span(row, node, offset)
             if locus is not None:
                 yield locus
 
-    def _driven_locus(self, node: int, actuator: Input, offset: Vector | None) -> Locus | None:
-        value = Value(0.0, self.mechanism.actuators.index(actuator))
-        if actuator.drive is Drive.DISTANCE:
-            other = actuator.b if node == actuator.a else actuator.a
-            return Circle(actuator.name, other, value, offset) if other in self.placed else None
-        if node != actuator.a:
-            return None
-        line = self._line(actuator.name, actuator.reference_member, actuator.point, actuator.direction, value)
-        return Line(line.constraint, line.anchor, line.normal, line.distance, offset) if line else None
+    def _span(self, row: PairRow, node: int, offset: Vector | None) -> Circle | None:
+        other = next(n for n in row.nodes if n != node)
+        return Circle(row.name, other, row.value, offset) if other in self.placed else None
 
-    def _line(self, name: str, member: int, point: complex, normal: complex, value: Value) -> Line | None:
-        source, anchor = self.source(member), self.anchor(member)
+    def _line(self, row: PairRow, offset: Vector | None) -> Line | None:
+        source, anchor = self.source(row.guide), self.anchor(row.guide)
         if source is None or anchor is None:
             return None
-        height = (normal.conjugate() * (point - self.local(member, anchor))).real
-        distance = Value(value.constant + height, value.actuator, value.gain)
-        return Line(name, anchor, source.times(normal), distance)
+        height = (row.normal.conjugate() * (row.point - self.local(row.guide, anchor))).real
+        return Line(row.name, anchor, source.times(row.normal), row.value.plus(height), offset)
 
     def _carried_lines(self, node: int, body: int, source: Vector) -> Iterator[Line]:
         """Yield what placed nodes on the lines of a translating member tell of its node."""
-        for slide in self.slides_on.get(body, []):
-            if slide.node in self.placed:
-                normal = 1j * slide.direction
-                height = (normal.conjugate() * (slide.point - self.local(body, node))).real
-                yield Line(slide.name, slide.node, source.times(normal), Value(-height))
-        for number, actuator in enumerate(self.mechanism.actuators):
-            travels = actuator.drive is Drive.TRAVEL and actuator.reference_member == body
-            if travels and actuator.a in self.placed:
-                normal = actuator.direction
-                height = (normal.conjugate() * (actuator.point - self.local(body, node))).real
-                yield Line(actuator.name, actuator.a, source.times(normal), Value(-height, number, -1.0))
+        for row in self.rows_on.get(body, []):
+            if row.node in self.placed:
+                height = (row.normal.conjugate() * (row.point - self.local(body, node))).real
+                value = Value(-height, row.value.actuator, -row.value.gain)
+                yield Line(row.name, row.node, source.times(row.normal), value)
 
     def _crossing(self, node: int, first: Locus, second: Locus) -> float:
         """Return the sine of the angle between two loci as drawn; -1 for one constraint or one centre twice."""

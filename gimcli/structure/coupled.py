@@ -14,9 +14,11 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from gimcli.errors import StructureError
-from gimcli.mechanism import Drive, Mechanism
+from gimcli.kernels.constraints import ANGLE, HEIGHT, SPAN
+from gimcli.mechanism import Mechanism
 from gimcli.structure.closed_form_order import Layout
 from gimcli.structure.dulmage_mendelsohn import components, join, match, reached
+from gimcli.structure.pair_rows import PairRow, pair_rows
 from gimcli.structure.steps import NONE, Coupled, Equation, Place, Value, Vector
 
 Unknown = tuple[str, int]
@@ -59,18 +61,12 @@ def structural_system(layout: Layout) -> CoupledSystem:
             system.bodies[-1 - node] = [("x", -1 - node), ("y", -1 - node)]
     for node in range(len(mechanism.nodes)):
         _join(layout, system, node)
-    for number, slide in enumerate(mechanism.slides):
-        if number not in layout.rotation.implied:
-            system.add(slide.name, _body_at(layout, system, slide.node) + system.bodies.get(slide.member, []))
-    for actuator in mechanism.actuators:
-        if actuator.drive is Drive.ROTARY:
-            turned = [actuator.arm_member, actuator.reference_member]
-            system.add(actuator.name, [u for m in turned for u in system.bodies.get(m, []) if u[0] == "t"])
-        else:
-            both = [_body_at(layout, system, n) for n in (actuator.a, actuator.b) if n >= 0]
-            if actuator.drive is Drive.TRAVEL:
-                both.append(system.bodies.get(actuator.reference_member, []))
-            system.add(actuator.name, [u for part in both for u in part])
+    for row in pair_rows(mechanism):
+        if row.kind == ANGLE:
+            system.add(row.name, [u for m in row.members for u in system.bodies.get(m, []) if u[0] == "t"])
+        elif not row.implied:
+            held = [_body_at(layout, system, n) for n in row.nodes] + [system.bodies.get(m, []) for m in row.members]
+            system.add(row.name, [u for part in held for u in part])
     return system
 
 
@@ -172,6 +168,7 @@ class Builder:
         self.equations: list[Equation] = []
         self.done: set[int] = set()
         self.used: set[int] = set()
+        self.angles = [row for row in pair_rows(self.mechanism) if row.kind == ANGLE]
 
     def build(self) -> Coupled:
         """Return the group as a step."""
@@ -249,11 +246,9 @@ class Builder:
 
     def _drives(self) -> bool:
         news = False
-        for number, actuator in enumerate(self.mechanism.actuators):
-            if actuator.drive is not Drive.ROTARY:
-                continue
-            arm, reference = actuator.arm_member, actuator.reference_member
-            ratio = actuator.reference_direction / actuator.arm_direction
+        for row in self.angles:
+            (arm, reference), number = row.members, row.value.actuator
+            ratio = row.reference / row.arm
             for known, free, factor, turn in ((reference, arm, ratio, 1), (arm, reference, 1 / ratio, -1)):
                 source = self._source(known)
                 if source is None or self._source(free) is not None or free not in self.bodies:
@@ -276,45 +271,37 @@ class Builder:
 
     def _pairs(self) -> None:
         """Write the equations of slides and linear actuators, and of drives that found no use."""
-        mechanism, group = self.mechanism, set(self.bodies)
-        new = self.placed - self.layout.placed
-        for index, slide in enumerate(mechanism.slides):
-            touched = slide.node in new or (slide.member in group and slide.node in self.placed)
-            if touched and index not in self.layout.rotation.implied:
-                normal = 1j * slide.direction
-                self._line(slide.name, slide.node, slide.member, normal, slide.point, Value(0.0))
-        for number, actuator in enumerate(mechanism.actuators):
-            value = Value(0.0, number)
-            if actuator.drive is Drive.ROTARY:
-                self._angle(number)
-            elif actuator.drive is Drive.DISTANCE:
-                pair = actuator.a, actuator.b
-                if set(pair) & new and set(pair) <= self.placed:
-                    self.equations.append(Equation("distance", *pair, None, value, actuator.name))
-            elif actuator.a in new or (actuator.reference_member in group and actuator.a in self.placed):
-                body = actuator.reference_member
-                self._line(actuator.name, actuator.a, body, actuator.direction, actuator.point, value)
+        new, group = self.placed - self.layout.placed, set(self.bodies)
+        for row in pair_rows(self.mechanism):
+            if row.kind == ANGLE:
+                self._angle(row)
+            elif row.implied or not set(row.nodes) <= self.placed:
+                continue
+            elif row.kind == SPAN and set(row.nodes) & new:
+                a, b = row.nodes
+                self.equations.append(Equation("distance", a, b, None, row.value, row.name))
+            elif row.kind == HEIGHT and (row.node in new or row.guide in group):
+                self._line(row)
 
-    def _angle(self, number: int) -> None:
+    def _angle(self, row: PairRow) -> None:
         """Hold a driven angle between two members that both have a direction of their own."""
-        actuator = self.mechanism.actuators[number]
-        arm, reference = actuator.arm_member, actuator.reference_member
+        (arm, reference), number = row.members, row.value.actuator
         if number in self.used or not {arm, reference} & set(self.bodies):
             return
         source = self._source(reference)
-        normal = source.driven(1j * actuator.reference_direction, number, 1) if source else None
+        normal = source.driven(1j * row.reference, number, 1) if source else None
         pair = [n for n in self._nodes(arm) if n in self.placed][:2]
         if normal is None or len(pair) < 2:
             return
-        reach = (self.layout.local(arm, pair[0]) - self.layout.local(arm, pair[1])) / actuator.arm_direction
+        reach = (self.layout.local(arm, pair[0]) - self.layout.local(arm, pair[1])) / row.arm
         normal = normal.times(reach / abs(reach))
-        self.equations.append(Equation("line", pair[0], pair[1], normal, Value(0.0), actuator.name))
+        self.equations.append(Equation("line", pair[0], pair[1], normal, Value(0.0), row.name))
 
-    def _line(self, name: str, node: int, body: int, normal: complex, point: complex, value: Value) -> None:
-        source = self._source(body)
-        anchor = next((n for n in self.mechanism.members[body].nodes if n in self.placed), None)
+    def _line(self, row: PairRow) -> None:
+        source = self._source(row.guide)
+        anchor = next((n for n in self.mechanism.members[row.guide].nodes if n in self.placed), None)
         if source is None or anchor is None:
             return  # its guide belongs to a later group
-        height = (normal.conjugate() * (point - self.layout.local(body, anchor))).real
-        distance = Value(value.constant + height, value.actuator, value.gain)
-        self.equations.append(Equation("line", node, anchor, source.times(normal), distance, name))
+        height = (row.normal.conjugate() * (row.point - self.layout.local(row.guide, anchor))).real
+        vector = source.times(row.normal)
+        self.equations.append(Equation("line", row.node, anchor, vector, row.value.plus(height), row.name))

@@ -11,6 +11,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
 from itertools import pairwise
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from graphlib import TopologicalSorter
 
 
 @dataclass(frozen=True)
@@ -83,8 +87,13 @@ def reached(columns: Sequence[Sequence[int]], column_of: Mapping[int, int], star
     return list(seen)
 
 
-def components(needs: Sequence[Sequence[int]]) -> list[list[int]]:
-    """Return the strongly connected components of a graph: each after those that it needs, else in the order given."""
+def components(needs: Sequence[Sequence[int]], ranked: bool = False) -> list[list[int]]:
+    """Return the strongly connected components of a graph, each after those that it needs.
+
+    With `ranked`, they are in the order of their first nodes wherever that leaves a choice.
+    """
+    from graphlib import TopologicalSorter
+
     import numpy as np
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
@@ -94,28 +103,23 @@ def components(needs: Sequence[Sequence[int]]) -> list[list[int]]:
     ends = np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
     heads = np.array([other for others in edges for other in others], dtype=np.int32)
     graph = csr_array((np.ones(len(heads)), heads, ends), shape=(len(needs), len(needs)))
-    found = connected_components(graph, directed=True, connection="strong")[1].tolist()
-    rank = {own: k for k, own in enumerate(dict.fromkeys(found))}
-    label = [rank[own] for own in found]
-    parts: list[list[int]] = [[] for _ in rank]
+    label = connected_components(graph, directed=True, connection="strong")[1].tolist()
+    parts: dict[int, list[int]] = {}
+    before: dict[int, dict[int, None]] = {}
     for node, own in enumerate(label):
-        parts[own].append(node)
-    between = {(label[a], label[b]) for a, others in enumerate(edges) for b in others}
-    return [parts[own] for own in _in_order(between, len(parts))]
+        parts.setdefault(own, []).append(node)
+        before.setdefault(own, {}).update((label[other], None) for other in edges[node] if label[other] != own)
+    order = TopologicalSorter(before)
+    return [parts[own] for own in (_ranked(order, parts) if ranked else order.static_order())]
 
 
-def _in_order(needs: Iterable[tuple[int, int]], count: int) -> Iterator[int]:
-    """Yield the numbers below `count`, each after those that it needs: the lowest that can be."""
-    after: list[list[int]] = [[] for _ in range(count)]
-    missing = [0] * count
-    for own, other in needs:
-        if own != other:
-            after[other].append(own)
-            missing[own] += 1
-    ready = [own for own in range(count) if not missing[own]]
-    while ready:
-        yield (first := heappop(ready))
-        for own in after[first]:
-            missing[own] -= 1
-            if not missing[own]:
-                heappush(ready, own)
+def _ranked(order: TopologicalSorter[int], parts: Mapping[int, Sequence[int]]) -> Iterator[int]:
+    """Yield components as they become ready, the one with the lowest node first."""
+    order.prepare()
+    ready: list[tuple[int, int]] = []
+    while order.is_active():
+        for own in order.get_ready():
+            heappush(ready, (parts[own][0], own))
+        _, first = heappop(ready)
+        yield first
+        order.done(first)

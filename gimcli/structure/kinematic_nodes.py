@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from gimcli.mechanism import FRAME, ComplexArray, Drive, Mechanism
+from gimcli.mechanism import FRAME, ComplexArray, Mechanism
 from gimcli.structure.derived import derived
+from gimcli.structure.pair_rows import pair_rows
 from gimcli.structure.rotation import members_of
 
 
@@ -14,11 +15,7 @@ def kinematic_nodes(mechanism: Mechanism) -> tuple[tuple[int, ...], ...]:
     A node of one member that no slide or actuator reads is carried: it costs nothing.
     """
     members = members_of(mechanism)
-    busy = {slide.node for slide in mechanism.slides}
-    for actuator in mechanism.actuators:
-        busy.add(actuator.a)
-        if actuator.drive is Drive.DISTANCE:
-            busy.add(actuator.b)
+    busy = {node for row in pair_rows(mechanism) for node in row.nodes}
     result = []
     for index, member in enumerate(mechanism.members):
         chosen = [n for n in member.nodes if index == FRAME or n in busy or len(members[n]) > 1]
@@ -33,9 +30,7 @@ def kinematic_nodes(mechanism: Mechanism) -> tuple[tuple[int, ...], ...]:
 def loose_nodes(mechanism: Mechanism) -> tuple[int, ...]:
     """Return nodes of no member that a slide or an actuator still holds."""
     members = members_of(mechanism)
-    held = [s.node for s in mechanism.slides]
-    for actuator in mechanism.actuators:
-        held += [n for n in (actuator.a, actuator.b) if n >= 0]
+    held = (node for row in pair_rows(mechanism) for node in row.nodes)
     return tuple(n for n in dict.fromkeys(held) if not members[n])
 
 

@@ -13,6 +13,7 @@ from gimcli.structure.closed_form_order import Layout
 from gimcli.structure.coupled import next_group
 from gimcli.structure.derived import derived
 from gimcli.structure.kinematic_nodes import free_nodes
+from gimcli.structure.pair_rows import pair_rows
 from gimcli.structure.steps import Plan
 
 
@@ -62,7 +63,7 @@ def surplus(layout: Layout) -> int:
     """Return constraints minus free coordinates among the kinematic nodes."""
     mechanism = layout.mechanism
     frame = set(mechanism.members[FRAME].nodes)
-    count = len(mechanism.slides) + len(mechanism.actuators) - 2 * len(free_nodes(mechanism))
+    count = len(pair_rows(mechanism)) - 2 * len(free_nodes(mechanism))
     for index, nodes in enumerate(layout.kinematic):
         if index != FRAME:
             count += 2 * len(nodes) - 3

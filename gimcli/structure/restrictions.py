@@ -15,7 +15,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.kernels.constraints import ANGLE, HEIGHT, SPAN
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.structure.pair_rows import PairRow, pair_rows
 from gimcli.structure.steps import NONE, Value, Vector
 
 COLLINEAR = 0.02
@@ -134,60 +136,43 @@ def _names(model: list[Restriction]) -> set[tuple[str, tuple[int, ...]]]:
 
 def pair_restrictions(mechanism: Mechanism, known: Set[int], kinematic: Sequence[Sequence[int]]) -> list[Restriction]:
     """Return the restrictions of sliding pairs and actuators that a free node takes part in."""
-    result = []
-    for slide in mechanism.slides:
-        result.append(
-            _line(mechanism, slide.name, slide.node, slide.member, slide.point, 1j * slide.direction, kinematic)
-        )
-    for number, actuator in enumerate(mechanism.actuators):
-        value = Value(0.0, number)
-        if actuator.drive is Drive.DISTANCE:
-            result.append(distance(actuator.name, actuator.a, actuator.b, value))
-        elif actuator.drive is Drive.TRAVEL:
-            line = _line(
-                mechanism, actuator.name, actuator.a, actuator.reference_member, actuator.point,
-                actuator.direction, kinematic, value,
-            )  # fmt: skip
-            result.append(line)
-        else:
-            result.append(_driven_angle(mechanism, number, kinematic))
+    make = {SPAN: _span, HEIGHT: _line, ANGLE: _driven_angle}
+    result = [make[row.kind](mechanism, row, kinematic) for row in pair_rows(mechanism)]
     return [r for r in result if not set(r.nodes) <= known]
 
 
-def _line(
-    mechanism: Mechanism, name: str, node: int, body: int, point: complex, normal: complex,
-    kinematic: Sequence[Sequence[int]], value: Value | None = None,
-) -> Restriction:  # fmt: skip
-    member = mechanism.members[body]
-    value = value or Value(0.0)
-    if body == FRAME:
-        anchor, vector = member.nodes[0], Vector(normal)
-        movable: tuple[int, ...] = (node,)
+def _span(_: Mechanism, row: PairRow, __: Sequence[Sequence[int]]) -> Restriction:
+    a, b = row.nodes
+    return distance(row.name, a, b, row.value)
+
+
+def _line(mechanism: Mechanism, row: PairRow, kinematic: Sequence[Sequence[int]]) -> Restriction:
+    member, value = mechanism.members[row.guide], row.value
+    movable: tuple[int, ...] = (row.node,)
+    if row.guide == FRAME:
+        anchor, vector = member.nodes[0], Vector(row.normal)
     else:
-        u, v = kinematic[body][:2]
-        anchor = u
-        vector, movable = Vector(normal / (member.local(v) - member.local(u)), u, v), (node, v, u)
-    height = (normal.conjugate() * (point - member.local(anchor))).real
-    if value.actuator != NONE:
-        movable = (node,)
-    return Restriction(
-        name, "RL", anchor, node, Value(value.constant + height, value.actuator, value.gain), vector, movable
-    )
+        anchor, v = kinematic[row.guide][:2]
+        vector = Vector(row.normal / (member.local(v) - member.local(anchor)), anchor, v)
+        if value.actuator == NONE:
+            movable = (row.node, v, anchor)
+    height = (row.normal.conjugate() * (row.point - member.local(anchor))).real
+    return Restriction(row.name, "RL", anchor, row.node, value.plus(height), vector, movable)
 
 
-def _driven_angle(mechanism: Mechanism, number: int, kinematic: Sequence[Sequence[int]]) -> Restriction:
-    actuator = mechanism.actuators[number]
-    arm_member, pivot = mechanism.members[actuator.arm_member], actuator.a
-    arm = next(n for n in kinematic[actuator.arm_member] if n != pivot)
-    turn = (arm_member.local(arm) - arm_member.local(pivot)) / actuator.arm_direction
-    if actuator.reference_member == FRAME:
-        turn *= actuator.reference_direction
+def _driven_angle(mechanism: Mechanism, row: PairRow, kinematic: Sequence[Sequence[int]]) -> Restriction:
+    (arm_member, reference), pivot, number = row.members, row.node, row.value.actuator
+    member = mechanism.members[arm_member]
+    arm = next(n for n in kinematic[arm_member] if n != pivot)
+    turn = (member.local(arm) - member.local(pivot)) / row.arm
+    if reference == FRAME:
+        turn *= row.reference
         vector = Vector(turn / abs(turn), actuator=number)
-        return Restriction(actuator.name, "RA", pivot, arm, Value(0.0), vector, (arm, pivot))
-    body = mechanism.members[actuator.reference_member]
-    other = next(n for n in kinematic[actuator.reference_member] if n != pivot)
-    turn *= actuator.reference_direction / (body.local(other) - body.local(pivot))
-    return angle(actuator.name, pivot, other, arm, turn / abs(turn), number)
+        return Restriction(row.name, "RA", pivot, arm, Value(0.0), vector, (arm, pivot))
+    body = mechanism.members[reference]
+    other = next(n for n in kinematic[reference] if n != pivot)
+    turn *= row.reference / (body.local(other) - body.local(pivot))
+    return angle(row.name, pivot, other, arm, turn / abs(turn), number)
 
 
 # -- linearisation --------------------------------------------------------------------------

@@ -53,6 +53,10 @@ class Value:
     actuator: int = NONE
     gain: float = 1.0
 
+    def plus(self, constant: float) -> Value:
+        """Return the value and a constant more."""
+        return Value(self.constant + constant, self.actuator, self.gain)
+
     def at(self, inputs: FloatArray) -> FloatArray | float:
         """Return the value for inputs of shape (actuators, rows)."""
         if self.actuator == NONE:
