@@ -91,7 +91,7 @@ class Circuits:
 
 
 def circuits(
-    mechanism: Mechanism, policy: EnumerationConstants | None = None, progress: Progress | None = None
+    mechanism: Mechanism, constants: EnumerationConstants | None = None, progress: Progress | None = None
 ) -> Circuits:
     """Find the circuits of a mechanism driven by one input, or by several that follow their laws together.
 
@@ -101,7 +101,7 @@ def circuits(
         raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve --all`")
     refuse_unfit(mechanism)
     curve = PositionCurve(mechanism)
-    search = CircuitSearch(curve, curve.single and bool(curve.rotary[0]), policy or EnumerationConstants(), progress)
+    search = CircuitSearch(curve, curve.single and bool(curve.rotary[0]), constants or EnumerationConstants(), progress)
     search.run()
     start = all_configurations(mechanism, search.curve.inputs(search.curve.begin()))
     places = tuple(tuple(search.places(z, search.curve.begin())) for z in start.z)
@@ -115,9 +115,9 @@ class CircuitSearch:
     """The strands found so far. `turning`: the parameter is an angle that may turn fully."""
 
     def __init__(
-        self, curve: PositionCurve, turning: bool, policy: EnumerationConstants, progress: Progress | None
+        self, curve: PositionCurve, turning: bool, constants: EnumerationConstants, progress: Progress | None
     ) -> None:
-        self.curve, self.turning, self.policy, self.progress = curve, turning, policy, progress
+        self.curve, self.turning, self.constants, self.progress = curve, turning, constants, progress
         self.strands: list[Strand] = []
         self.sampled: list[float] = []
         self.complete, self.lost, self.number = True, 0, 0
@@ -137,7 +137,7 @@ class CircuitSearch:
         for turned in (1.0, -1.0):  # a linear input: as fine where it moves, and where a mirrored assembly would
             ends = [turned * q for strand in self.strands for q in strand.interval] or [low, high]
             own = max(low, min(ends)), min(high, max(ends))
-            if 0.0 < own[1] - own[0] < self.policy.narrow * (high - low):
+            if 0.0 < own[1] - own[0] < self.constants.narrow * (high - low):
                 self.sample(*own)
 
     def begin(self) -> None:
@@ -159,8 +159,8 @@ class CircuitSearch:
 
     def sample(self, low: float, high: float) -> None:
         """Ask for all configurations at evenly spaced parameters and follow those that are new."""
-        count = self.policy.samples
-        q = low + (high - low) * (np.arange(count) + self.policy.aside) / count
+        count = self.constants.samples
+        q = low + (high - low) * (np.arange(count) + self.constants.aside) / count
         inputs = np.array([self.curve.inputs(value) for value in q.tolist()]).T
         every = configurations_over(self.mechanism, inputs, progress=lambda done, of: self._tell(done, of, 0, 1))
         self.sampled += q.tolist()

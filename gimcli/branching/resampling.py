@@ -22,10 +22,10 @@ def way(circuit: Circuit) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def along(circuit: Circuit, rows: int, policy: CircuitConstants | None = None) -> FloatArray:
+def along(circuit: Circuit, rows: int, constants: CircuitConstants | None = None) -> FloatArray:
     """Return positions and parameter (n + 1, rows) at even distances, both ends among them."""
-    policy = policy or CircuitConstants()
-    return np.array([settled(circuit, k, part, policy) for k, part in stations(circuit, rows)]).T
+    constants = constants or CircuitConstants()
+    return np.array([settled(circuit, k, part, constants) for k, part in stations(circuit, rows)]).T
 
 
 def stations(circuit: Circuit, rows: int) -> Iterator[tuple[int, float]]:
@@ -49,22 +49,22 @@ def heading(circuit: Circuit, k: int, part: float) -> FloatArray:
     return between(here, there, part)[1]
 
 
-def settled(circuit: Circuit, k: int, part: float, policy: CircuitConstants) -> FloatArray:
+def settled(circuit: Circuit, k: int, part: float, constants: CircuitConstants) -> FloatArray:
     """Return the position at a part (0..1) of the way from place k to the next."""
     here, there = circuit.places[k], circuit.places[k + 1]
     if part in (0.0, 1.0):
         return here.p if part == 0.0 else there.p
     guess, slope = between(here, there, part)
-    if beside(circuit, k, guess, policy):
+    if beside(circuit, k, guess, constants):
         return guess
-    exact = correct(circuit.curve, guess, policy.steps, slope / np.linalg.norm(slope))
+    exact = correct(circuit.curve, guess, constants.steps, slope / np.linalg.norm(slope))
     return guess if exact is None else exact
 
 
-def beside(circuit: Circuit, k: int, p: FloatArray, policy: CircuitConstants) -> bool:
+def beside(circuit: Circuit, k: int, p: FloatArray, constants: CircuitConstants) -> bool:
     """Tell whether p is so near to a crossing that the curve through the places about it tells more than equations."""
     ends = [circuit.places[j].p for j in (k, k + 1) if j in circuit.crossings]
-    return any(float(np.linalg.norm(p - end)) <= policy.beside for end in ends)
+    return any(float(np.linalg.norm(p - end)) <= constants.beside for end in ends)
 
 
 def between(here: CurvePoint, there: CurvePoint, part: float) -> tuple[FloatArray, FloatArray]:

@@ -83,25 +83,25 @@ def place(system: Implicit, p: FloatArray, along: FloatArray) -> CurvePoint:
 
 
 def correct(
-    system: Implicit, p: FloatArray, policy: ArclengthConstants, normal: FloatArray | None = None
+    system: Implicit, p: FloatArray, constants: ArclengthConstants, normal: FloatArray | None = None
 ) -> FloatArray | None:
     """Return the solution next to p: the nearest, or that in the plane through p across `normal`; None without one."""
     p, last = p.copy(), np.inf
-    for _ in range(policy.corrections):
+    for _ in range(constants.corrections):
         g, table = system.residual(p), system.jacobian(p)
         if normal is not None:
             g, table = np.append(g, 0.0), np.vstack([table, normal])
         if not (np.isfinite(g).all() and np.isfinite(table).all()):
             return None
-        step = _least(table, -g, len(p) if normal is not None else len(p) - 1, policy.rank)
+        step = _least(table, -g, len(p) if normal is not None else len(p) - 1, constants.rank)
         p += step
         size = float(np.linalg.norm(step))
-        if size <= policy.closeness:
+        if size <= constants.closeness:
             return p
         if size > 2.0 * last:
             break
         last = size
-    return p if last <= policy.rounding else None
+    return p if last <= constants.rounding else None
 
 
 def _least(table: FloatArray, wanted: FloatArray, rank: int, lost: float) -> FloatArray:
@@ -127,39 +127,39 @@ def _plain(table: FloatArray, wanted: FloatArray) -> FloatArray | None:
     return step if strong else None
 
 
-def advance(system: Implicit, here: CurvePoint, step: float, policy: ArclengthConstants) -> CurvePoint | None:
+def advance(system: Implicit, here: CurvePoint, step: float, constants: ArclengthConstants) -> CurvePoint | None:
     """Return the place a step along the tangent; None where it bends or has to be pulled too much."""
     ahead = here.p + step * here.tangent
-    found = correct(system, ahead, policy)
-    if found is None or not np.linalg.norm(found - ahead) <= policy.pull * abs(step) + policy.noise:
+    found = correct(system, ahead, constants)
+    if found is None or not np.linalg.norm(found - ahead) <= constants.pull * abs(step) + constants.noise:
         return None
     there = place(system, found, here.tangent)
-    return there if there.tangent @ here.tangent >= np.cos(policy.bend) else None
+    return there if there.tangent @ here.tangent >= np.cos(constants.bend) else None
 
 
-def walk(system: Implicit, start: CurvePoint, policy: ArclengthConstants) -> Iterator[CurvePoint]:
+def walk(system: Implicit, start: CurvePoint, constants: ArclengthConstants) -> Iterator[CurvePoint]:
     """Yield the places after `start` along its tangent, until no step can be made; the caller ends a closed curve."""
-    here, step = start, policy.first
-    for _ in range(policy.points):
-        there = advance(system, here, step, policy)
+    here, step = start, constants.first
+    for _ in range(constants.points):
+        there = advance(system, here, step, constants)
         while there is None:
             step *= 0.5
-            if step < policy.shortest:
+            if step < constants.shortest:
                 return
-            there = advance(system, here, step, policy)
+            there = advance(system, here, step, constants)
         yield there
-        step = grown(step, here, there, policy, policy.longest)
+        step = grown(step, here, there, constants, constants.longest)
         here = there
 
 
-def grown(step: float, here: CurvePoint, there: CurvePoint, policy: ArclengthConstants, longest: float) -> float:
+def grown(step: float, here: CurvePoint, there: CurvePoint, constants: ArclengthConstants, longest: float) -> float:
     """Return the next step: a longer one where the last bent little."""
     bent = 1.0 - float(there.tangent @ here.tangent)  # about half the angle's square
-    return min(step * policy.growth, longest) if bent < 0.25 * (1.0 - math.cos(policy.bend)) else step
+    return min(step * constants.growth, longest) if bent < 0.25 * (1.0 - math.cos(constants.bend)) else step
 
 
 def pinned(
-    system: Implicit, here: CurvePoint, step: float, test: Callable[[CurvePoint], float], policy: ArclengthConstants
+    system: Implicit, here: CurvePoint, step: float, test: Callable[[CurvePoint], float], constants: ArclengthConstants
 ) -> tuple[float, CurvePoint] | None:
     """Find where a test changes its sign on the step from `here`; return how far along the tangent, and the place.
 
@@ -171,7 +171,7 @@ def pinned(
 
     def at(s: float) -> tuple[CurvePoint, float]:
         if s not in known:  # the ends are tested once: a place corrected anew may have the other sign
-            found = correct(system, here.p + s * here.tangent, policy, here.tangent)
+            found = correct(system, here.p + s * here.tangent, constants, here.tangent)
             there = here if found is None else place(system, found, here.tangent)
             known[s] = there, test(there)
         return known[s]
@@ -179,5 +179,5 @@ def pinned(
     known[0.0] = here, test(here)
     if not at(0.0)[1] * at(step)[1] < 0.0:
         return None
-    s = float(brentq(lambda t: at(t)[1], 0.0, step, xtol=policy.closeness))
+    s = float(brentq(lambda t: at(t)[1], 0.0, step, xtol=constants.closeness))
     return s, at(s)[0]

@@ -54,7 +54,7 @@ class Crossing:
     right: FloatArray  # (n + 1, k + 1) null space
     left: FloatArray  # (m, r)
     forms: FloatArray  # (., k + 1, k + 1) independent quadratic forms that are 0 along a branch
-    policy: BifurcationConstants = field(repr=False)
+    constants: BifurcationConstants = field(repr=False)
 
     @property
     def lost(self) -> int:
@@ -78,9 +78,9 @@ class Crossing:
 
     @cached_property
     def _branches(self) -> tuple[tuple[FloatArray, ...], bool, bool]:
-        if self.lost > self.policy.most:
+        if self.lost > self.constants.most:
             return (), False, False
-        found, touching, loose = _tangents(self.forms, self.policy)
+        found, touching, loose = _tangents(self.forms, self.constants)
         return tuple(self.right @ a for a in found), touching, loose
 
     def near(self, v: FloatArray) -> FloatArray | None:
@@ -94,54 +94,56 @@ class Crossing:
         if self.lost == 1:
             found = max(self.tangents, key=lambda t: abs(float(t @ v)), default=None)
         else:
-            settled = _settled(self.forms, a / np.linalg.norm(a), self.policy)
-            found = self.right @ settled if settled is not None and _single(self.forms, settled, self.policy) else None
+            settled = _settled(self.forms, a / np.linalg.norm(a), self.constants)
+            found = (
+                self.right @ settled if settled is not None and _single(self.forms, settled, self.constants) else None
+            )
         return found if found is None or found @ v >= 0.0 else -found
 
 
-def crossing(curve: Bent, guess: FloatArray, policy: BifurcationConstants) -> Crossing | None:
+def crossing(curve: Bent, guess: FloatArray, constants: BifurcationConstants) -> Crossing | None:
     """Return the singular position next to a guess (n + 1,), or None."""
     n = len(guess) - 1
-    for lost in _losses(curve, guess, policy):
-        p = _refined(curve, guess, lost, policy)
+    for lost in _losses(curve, guess, constants):
+        p = _refined(curve, guess, lost, constants)
         if p is None:
             continue
         left, values, right = np.linalg.svd(curve.jacobian(p))
-        if int(np.sum(values[:n] <= policy.lost * values[0])) == lost:
+        if int(np.sum(values[:n] <= constants.lost * values[0])) == lost:
             null, normal = right[n - lost :].T, left[:, n - lost :]
             miss = float(np.linalg.norm(normal.T @ curve.residual(p)))
-            return Crossing(p, miss, null, normal, _independent(_forms(curve, p, null, normal), policy), policy)
+            return Crossing(p, miss, null, normal, _independent(_forms(curve, p, null, normal), constants), constants)
     return None
 
 
-def _losses(curve: Bent, guess: FloatArray, policy: BifurcationConstants) -> list[int]:
+def _losses(curve: Bent, guess: FloatArray, constants: BifurcationConstants) -> list[int]:
     """Return the losses of rank that are tried: first that by the widest gap between singular values."""
     values = np.linalg.svd(curve.jacobian(guess), compute_uv=False)[: len(guess) - 1]
     gaps = values[:-1] / np.maximum(values[1:], np.finfo(float).eps * values[0])  # what rounding left of 0 is no gap
     likely = len(values) - 1 - int(np.argmax(gaps)) if len(gaps) else 1
-    return list(dict.fromkeys([likely, *range(1, min(policy.most, len(values)) + 1)]))
+    return list(dict.fromkeys([likely, *range(1, min(constants.most, len(values)) + 1)]))
 
 
-def _refined(curve: Bent, p: FloatArray, lost: int, policy: BifurcationConstants) -> FloatArray | None:
+def _refined(curve: Bent, p: FloatArray, lost: int, constants: BifurcationConstants) -> FloatArray | None:
     """Return the position that loses so much rank, by Newton's method."""
     n = len(p) - 1
     left, _, right = np.linalg.svd(curve.jacobian(p))
     b, c = left[:, n - lost :], right[n - lost :].T
     r, count, last = b.shape[1], 0, np.inf
     e = np.zeros(r)
-    for count in range(policy.corrections):
+    for count in range(constants.corrections):
         g, table = _augmented(curve, p, e, b, c)
         if not (np.all(np.isfinite(g)) and np.all(np.isfinite(table))):
             return None
-        step = np.linalg.lstsq(table, -g, rcond=policy.rank)[0]
+        step = np.linalg.lstsq(table, -g, rcond=constants.rank)[0]
         p, e = p + step[: n + 1], e + step[n + 1 :]
         size = float(np.linalg.norm(step))
-        if size <= policy.closeness or (size >= last and last <= policy.rounding):
+        if size <= constants.closeness or (size >= last and last <= constants.rounding):
             return p
         if size > 1.0 or (count > 8 and size > 0.9 * last):
             return None
         last = size
-    return p if last <= policy.lost else None
+    return p if last <= constants.lost else None
 
 
 def _augmented(
@@ -172,14 +174,14 @@ def _forms(curve: Bent, p: FloatArray, right: FloatArray, left: FloatArray) -> F
     return np.asarray(np.moveaxis(forms, 1, 0) / (scale or 1.0))
 
 
-def _independent(forms: FloatArray, policy: BifurcationConstants) -> FloatArray:
+def _independent(forms: FloatArray, constants: BifurcationConstants) -> FloatArray:
     """Return as many forms, of norm 1, as say something."""
     size = forms.shape[1]
     _, values, rows = np.linalg.svd(forms.reshape(len(forms), -1), full_matrices=False)
-    return np.asarray(rows[values > policy.none].reshape(-1, size, size))
+    return np.asarray(rows[values > constants.none].reshape(-1, size, size))
 
 
-def _tangents(forms: FloatArray, policy: BifurcationConstants) -> tuple[list[FloatArray], bool, bool]:
+def _tangents(forms: FloatArray, constants: BifurcationConstants) -> tuple[list[FloatArray], bool, bool]:
     """Return the single directions (k + 1,) in which all forms are 0, whether one is told twice, and if there are more.
 
     None is told where no form says anything.
@@ -187,27 +189,27 @@ def _tangents(forms: FloatArray, policy: BifurcationConstants) -> tuple[list[Flo
     if not len(forms):
         return [], True, False
     if forms.shape[1] == 2:
-        return (*_of_two(forms, policy), False)
-    found, loose = _of_many(forms, policy)
+        return (*_of_two(forms, constants), False)
+    found, loose = _of_many(forms, constants)
     return found, False, loose
 
 
-def _of_two(forms: FloatArray, policy: BifurcationConstants) -> tuple[list[FloatArray], bool]:
+def _of_two(forms: FloatArray, constants: BifurcationConstants) -> tuple[list[FloatArray], bool]:
     """Return the common directions of binary forms, and whether they are one told twice."""
     (a, b), (_, c) = forms[0]
     disc = float(b * b - a * c)
-    if disc < -policy.double:
+    if disc < -constants.double:
         return [], False
-    touching = disc <= policy.double
+    touching = disc <= constants.double
     root = 0.0 if touching else float(np.sqrt(disc))
     q = -(b + (root if b >= 0.0 else -root))  # of a x^2 + 2 b x y + c y^2, without cancelling
     pairs = [(q, a), (c, q)] if not touching else [(q, a) if abs(a) > abs(c) else (c, q)]
     found = [np.array(pair) / np.hypot(*pair) for pair in pairs if np.hypot(*pair) > 0.0]
-    bound = float(np.sqrt(policy.double)) if touching else policy.double
+    bound = float(np.sqrt(constants.double)) if touching else constants.double
     return [v for v in found if np.all(np.abs(_at(forms, v)) <= bound)], touching
 
 
-def _of_many(forms: FloatArray, policy: BifurcationConstants) -> tuple[list[FloatArray], bool]:
+def _of_many(forms: FloatArray, constants: BifurcationConstants) -> tuple[list[FloatArray], bool]:
     """Return the single common directions of forms in three or more variables, and whether there are others.
 
     Newton's method finds them from many starts; one at which the forms leave a direction free is not single.
@@ -216,33 +218,33 @@ def _of_many(forms: FloatArray, policy: BifurcationConstants) -> tuple[list[Floa
     rng = np.random.default_rng(0)
     found: list[FloatArray] = []
     loose = False
-    for start in rng.normal(size=(policy.starts * 2 ** (size - 2), size)):
-        v = _settled(forms, start / np.linalg.norm(start), policy)
+    for start in rng.normal(size=(constants.starts * 2 ** (size - 2), size)):
+        v = _settled(forms, start / np.linalg.norm(start), constants)
         if v is None:
             continue
-        if not _single(forms, v, policy):
+        if not _single(forms, v, constants):
             loose = True
-        elif all(np.arccos(min(1.0, abs(float(v @ other)))) > policy.apart for other in found):
+        elif all(np.arccos(min(1.0, abs(float(v @ other)))) > constants.apart for other in found):
             found.append(v)
     return sorted(found, key=lambda v: [round(part, 6) for part in v.tolist()]), loose
 
 
-def _single(forms: FloatArray, v: FloatArray, policy: BifurcationConstants) -> bool:
+def _single(forms: FloatArray, v: FloatArray, constants: BifurcationConstants) -> bool:
     """Tell whether a common direction is not one of many."""
     size = forms.shape[1]
-    return bool(np.linalg.svd(forms @ v, compute_uv=False)[size - 2 : size - 1].sum() > policy.single)
+    return bool(np.linalg.svd(forms @ v, compute_uv=False)[size - 2 : size - 1].sum() > constants.single)
 
 
-def _settled(forms: FloatArray, v: FloatArray, policy: BifurcationConstants) -> FloatArray | None:
+def _settled(forms: FloatArray, v: FloatArray, constants: BifurcationConstants) -> FloatArray | None:
     """Return the common direction that Newton's method leads to."""
-    for _ in range(policy.corrections):
+    for _ in range(constants.corrections):
         value = np.append(_at(forms, v), v @ v - 1.0)
         step = np.linalg.lstsq(np.vstack([2.0 * forms @ v, 2.0 * v]), -value, rcond=None)[0]
         v = v + step
-        if np.linalg.norm(step) <= policy.closeness:
+        if np.linalg.norm(step) <= constants.closeness:
             break
     norm = float(np.linalg.norm(v))
-    good = norm > 0.0 and np.linalg.norm(_at(forms, v)) <= policy.rounding * norm**2
+    good = norm > 0.0 and np.linalg.norm(_at(forms, v)) <= constants.rounding * norm**2
     return v / norm if good else None
 
 

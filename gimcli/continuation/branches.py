@@ -95,14 +95,14 @@ def departure(curve: PositionCurve, z: ComplexArray, q: float, along: FloatArray
     did, else that on which an input moves the members least; at a limit that on which the first member to turn does so
     counter-clockwise.
     """
-    policy = CircuitConstants()
-    here, met = start_place(curve, z, q, policy)
+    constants = CircuitConstants()
+    here, met = start_place(curve, z, q, constants)
     if met is not None:
         aside = here.p - met.p
         if along is None and abs(aside[-1]) > BEYOND * max(1.0, abs(q)):
             along = aside  # it stands beside the meeting, on one of the branches
         return Departure(curve, here, _first(curve, met, along), met)
-    if here.regular <= policy.singular:
+    if here.regular <= constants.singular:
         return Departure(curve, here, None)
     first = sensible(curve, here.p, here.tangent)
     if abs(first[-1]) > RESTS:
@@ -128,15 +128,15 @@ def first_circuit(curve: PositionCurve, z: ComplexArray, q: float, along: FloatA
 
     `along`: the direction (n + 1,) of a motion that came there. Raises UnassembledError where the start cannot be left.
     """
-    policy, start = CircuitConstants(), departure(curve, z, q, along)
+    constants, start = CircuitConstants(), departure(curve, z, q, along)
     for k in range(MOST):
         way = start.first if k == 0 else dict(enumerate(start.ways)).get(k)
         if way is None:
             break
         if start.met is None:
-            found: Circuit | None = follow_circuit(curve, place(curve, start.place.p, way), policy)
+            found: Circuit | None = follow_circuit(curve, place(curve, start.place.p, way), constants)
         else:
-            found = _from(curve, start.met, way, policy)
+            found = _from(curve, start.met, way, constants)
         if found is not None and fulfilled(found):
             return found
     raise UnassembledError(f"{curve.mechanism.name}: {Status.SINGULAR.text}")
@@ -151,7 +151,7 @@ def fulfilled(circuit: Circuit) -> bool:
 
 def all_circuits(
     first: Circuit,
-    policy: CircuitConstants | None = None,
+    constants: CircuitConstants | None = None,
     progress: Callable[[int, int], None] | None = None,
     most: int = MOST,
 ) -> Branches:
@@ -159,7 +159,7 @@ def all_circuits(
 
     `progress` hears of circuits followed, and of these and the branches left.
     """
-    policy = policy or CircuitConstants()
+    constants = constants or CircuitConstants()
     circuits, knots = [first], list[BranchPoint]()
     _note(first, 0, knots)
     complete = True
@@ -173,7 +173,7 @@ def all_circuits(
             if len(circuits) == most:
                 complete = False
                 break
-            found = _from(first.curve, knot.met, tangent, policy)
+            found = _from(first.curve, knot.met, tangent, constants)
             if found is None:
                 continue
             if not fulfilled(found):
@@ -199,12 +199,12 @@ def _note(circuit: Circuit, number: int, knots: list[BranchPoint]) -> None:
         knots[int(np.argmin(apart))].take(circuit.places[index].tangent, number)
 
 
-def leaving(curve: PositionCurve, met: Crossing, ahead: FloatArray, policy: CircuitConstants) -> Circuit | None:
+def leaving(curve: PositionCurve, met: Crossing, ahead: FloatArray, constants: CircuitConstants) -> Circuit | None:
     """Return the circuit that leaves a crossing along a tangent and is followed from there; None where none does."""
-    start = landed(curve, met, ahead, policy)
+    start = landed(curve, met, ahead, constants)
     if start is None:
         return None
-    circuit = follow_circuit(curve, start, policy)
+    circuit = follow_circuit(curve, start, constants)
     same = [k for k, own in circuit.crossings.items() if np.linalg.norm(own.p[:-1] - met.p[:-1]) <= SAME]
     before = [k for k in same if k < circuit.start]
     if circuit.closed and same:
@@ -212,8 +212,8 @@ def leaving(curve: PositionCurve, met: Crossing, ahead: FloatArray, policy: Circ
     return replace(circuit, start=max(before)) if before else circuit
 
 
-def _from(curve: PositionCurve, met: Crossing, tangent: FloatArray, policy: CircuitConstants) -> Circuit | None:
+def _from(curve: PositionCurve, met: Crossing, tangent: FloatArray, constants: CircuitConstants) -> Circuit | None:
     """Return the circuit that leaves a crossing along a tangent, in the sense of the laws where it has one."""
-    sense = -1.0 if tangent[-1] * curve.forward() < -policy.singular else 1.0
-    ahead = leaving(curve, met, sense * tangent, policy)
-    return ahead if ahead is not None else leaving(curve, met, -sense * tangent, policy)
+    sense = -1.0 if tangent[-1] * curve.forward() < -constants.singular else 1.0
+    ahead = leaving(curve, met, sense * tangent, constants)
+    return ahead if ahead is not None else leaving(curve, met, -sense * tangent, constants)

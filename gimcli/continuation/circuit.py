@@ -120,7 +120,7 @@ def near(circuit: Circuit) -> NDArray[np.bool_]:
 
 
 def start_place(
-    curve: PositionCurve, z: ComplexArray, q: float, policy: CircuitConstants
+    curve: PositionCurve, z: ComplexArray, q: float, constants: CircuitConstants
 ) -> tuple[CurvePoint, Crossing | None]:
     """Return the place of positions z (nodes,) at a parameter, and the singular position if it is one.
 
@@ -130,10 +130,10 @@ def start_place(
     if curve.system.m < curve.system.n:
         raise StructureError(f"{curve.mechanism.name} is not driven by its actuators alone: see `gim mobility`")
     here = place(curve, curve.point(z, q), along)
-    if here.regular > policy.singular:
-        settled = correct(curve, here.p, policy.steps, along)  # at the very input, where that can be
+    if here.regular > constants.singular:
+        settled = correct(curve, here.p, constants.steps, along)  # at the very input, where that can be
         return (here if settled is None else place(curve, settled, along)), None
-    return here, crossing(curve, here.p, policy.meeting)
+    return here, crossing(curve, here.p, constants.meeting)
 
 
 def ordered(curve: PositionCurve, met: Crossing) -> tuple[FloatArray, ...]:
@@ -162,12 +162,12 @@ def sensible(curve: PositionCurve, p: FloatArray, tangent: FloatArray) -> FloatA
 class CircuitWalker:
     """Follows a curve place by place."""
 
-    def __init__(self, curve: PositionCurve, start: CurvePoint, policy: CircuitConstants) -> None:
-        self.curve, self.policy = curve, policy
+    def __init__(self, curve: PositionCurve, start: CurvePoint, constants: CircuitConstants) -> None:
+        self.curve, self.constants = curve, constants
         self.places, self.crossings = [start], dict[int, Crossing]()
         self.missed: list[FloatArray] = []
         self.waiting: Crossing | None = None  # to be passed when the way through it is told from nearer by
-        self.step, self.length = policy.steps.first, 0.0
+        self.step, self.length = constants.steps.first, 0.0
         self.infinite: float | None = None  # parameter at infinity
 
     def run(self, closes: bool = True) -> str:
@@ -175,13 +175,13 @@ class CircuitWalker:
         while True:
             before = len(self.places)
             if not self.go():
-                return Ended.LONG if _reach(self.places[-1]) > self.policy.outside else Ended.LOST
+                return Ended.LONG if _reach(self.places[-1]) > self.constants.outside else Ended.LOST
             for index in range(before, len(self.places)):
                 if closes and index > 1 and self._comes_home(index):
                     return Ended.CLOSED
                 if self._leaves(index):
                     return Ended.LAW if self.curve.domain.ends else Ended.LONG
-            if _reach(self.places[-1]) > self.policy.outside:
+            if _reach(self.places[-1]) > self.constants.outside:
                 if self.escaped:
                     self.infinite = self.at_infinity()
                     return Ended.LONG if self.infinite is None else Ended.INFINITE
@@ -189,28 +189,28 @@ class CircuitWalker:
             self.length += sum(
                 float(np.linalg.norm(self.places[k].p - self.places[k - 1].p)) for k in range(before, len(self.places))
             )
-            if self.length > self.policy.longest:
+            if self.length > self.constants.longest:
                 return Ended.LONG
 
     @property
     def escaped(self) -> bool:
         """Tell whether the curve has run so far that it runs to infinity."""
-        return _reach(self.places[-1]) > self.policy.infinity
+        return _reach(self.places[-1]) > self.constants.infinity
 
     def at_infinity(self) -> float | None:
         """Return the parameter that a curve approaches as it runs to infinity; infinite if it runs there too."""
-        last = self.places[-self.policy.towards :]
+        last = self.places[-self.constants.towards :]
         q, w = [float(at.p[-1]) for at in last], [1.0 / _reach(at) for at in last]
-        if abs(q[-1]) * w[-1] > 1.0 / self.policy.outside:
+        if abs(q[-1]) * w[-1] > 1.0 / self.constants.outside:
             return math.copysign(math.inf, q[-1])
         one, other = (sum(a * b for a, b in zip(lagrange(w[k:], 0.0), q[k:], strict=True)) for k in (0, 1))
-        return one if abs(one - other) <= self.policy.settled * max(1.0, abs(one)) else None
+        return one if abs(one - other) <= self.constants.settled * max(1.0, abs(one)) else None
 
     def go(self) -> bool:
         """Add the next place, or a singular position with the places before and after it."""
-        here, steps = self.places[-1], self.policy.steps
+        here, steps = self.places[-1], self.constants.steps
         met = self.waiting
-        if met is not None and np.linalg.norm(met.p - here.p) <= self.policy.told * self.policy.landing:
+        if met is not None and np.linalg.norm(met.p - here.p) <= self.constants.told * self.constants.landing:
             self.waiting = None
             if self._pass(here, met):
                 return True
@@ -234,12 +234,12 @@ class CircuitWalker:
     def _longest(self, here: CurvePoint) -> float:
         """Return the longest step: far outside, where a curve runs to infinity, it grows with the distance."""
         far = _reach(here)
-        return self.policy.stride * far if far > self.policy.outside else self.policy.steps.longest
+        return self.constants.stride * far if far > self.constants.outside else self.constants.steps.longest
 
     def _room(self, here: CurvePoint) -> float:
         """Return the longest step that cannot jump over a missed meeting."""
         gaps = [float(np.linalg.norm(self.curve.apart(here.p, p))) for p in self.missed]
-        return max(self.policy.near * min(gaps, default=math.inf), 2.0 * self.policy.steps.shortest)
+        return max(self.constants.near * min(gaps, default=math.inf), 2.0 * self.constants.steps.shortest)
 
     def _meets(self, here: CurvePoint, there: CurvePoint) -> str:
         """Tell whether a step goes well, jumps over a missed meeting, or has passed a meeting (places are added)."""
@@ -249,46 +249,46 @@ class CircuitWalker:
             guess, found = here.p + way * (a / (a - b)), "jumps"
         else:
             fall = (here.values[-1] - there.values[-1]) / max(float(np.linalg.norm(way)), 1e-300)
-            if not fall * self.policy.ahead * self.step > there.values[-1]:
+            if not fall * self.constants.ahead * self.step > there.values[-1]:
                 return "well"
             guess, found = there.p + there.tangent * (there.values[-1] / fall), "well"
-        met = crossing(self.curve, guess, self.policy.meeting)
-        if met is None or np.linalg.norm(met.p - here.p) > 4.0 * self.policy.ahead * self.step:
+        met = crossing(self.curve, guess, self.constants.meeting)
+        if met is None or np.linalg.norm(met.p - here.p) > 4.0 * self.constants.ahead * self.step:
             return found
         gap = float(np.linalg.norm(met.p - here.p))
-        if met.miss <= self.policy.exact:
+        if met.miss <= self.constants.exact:
             if self._pass(here, met):
                 return "passed"
             self.waiting = met
         if not any(np.linalg.norm(self.curve.apart(met.p, p)) <= 0.1 * gap for p in self.missed):
             self.missed.append(met.p)
-        return "well" if found == "well" and self.step <= self.policy.near * gap else "jumps"
+        return "well" if found == "well" and self.step <= self.constants.near * gap else "jumps"
 
     def _pass(self, here: CurvePoint, met: Crossing) -> bool:
         """Go straight through a singular position; tell whether it is on the way."""
         way = met.p - here.p
         gap = float(np.linalg.norm(way))
-        along = way / gap if gap > self.policy.shortest_landing else here.tangent
+        along = way / gap if gap > self.constants.shortest_landing else here.tangent
         if here.tangent @ along < 0.5:
             return False
-        ahead = _straight_on(met, along, self.policy)
+        ahead = _straight_on(met, along, self.constants)
         if ahead is None:  # not told by the second order: the way from the last place is, nearer by
-            if gap > self.policy.told * self.policy.landing:
+            if gap > self.constants.told * self.constants.landing:
                 return False
-            ahead = _through(self.curve, met, along, self.policy)
+            ahead = _through(self.curve, met, along, self.constants)
         middle = at_crossing(self.curve, met, ahead)
-        after = landed(self.curve, met, ahead, self.policy)
+        after = landed(self.curve, met, ahead, self.constants)
         if after is None:
             return False
         size = float(np.linalg.norm(after.p - met.p))
         if gap > 2.0 * size:
-            before = landed(self.curve, met, -ahead, self.policy)
+            before = landed(self.curve, met, -ahead, self.constants)
             if before is None:
                 return False
             self.places.append(place(self.curve, before.p, ahead))
         self.crossings[len(self.places)] = met
         self.places += [middle, after]
-        self.missed = [p for p in self.missed if np.linalg.norm(self.curve.apart(met.p, p)) > self.policy.landing]
+        self.missed = [p for p in self.missed if np.linalg.norm(self.curve.apart(met.p, p)) > self.constants.landing]
         self.waiting, self.step = None, size
         return True
 
@@ -303,13 +303,13 @@ class CircuitWalker:
             return float(curve.apart(at.p, home.p) @ normal)
 
         step = float(np.linalg.norm(there.p - here.p))
-        at_home = -self.policy.home
+        at_home = -self.constants.home
         if not (over(here) < at_home <= over(there) and np.linalg.norm(curve.apart(there.p, home.p)) < 3.0 * step):
             return False
         if there.tangent @ home.tangent < 0.5:
             return False
-        found = pinned(curve, here, 1.5 * step, over, self.policy.steps)
-        if found is None or not np.linalg.norm(curve.apart(found[1].p, home.p)) <= self.policy.home:
+        found = pinned(curve, here, 1.5 * step, over, self.constants.steps)
+        if found is None or not np.linalg.norm(curve.apart(found[1].p, home.p)) <= self.constants.home:
             return False
         del self.places[index:]
         for k in [k for k in self.crossings if k >= index]:
@@ -324,7 +324,7 @@ class CircuitWalker:
             return False
         end, here = min(max(q, domain.low), domain.high), self.places[index - 1]
         step = float(np.linalg.norm(self.places[index].p - here.p))
-        found = pinned(self.curve, here, 1.5 * step, lambda at: float(at.p[-1]) - end, self.policy.steps)
+        found = pinned(self.curve, here, 1.5 * step, lambda at: float(at.p[-1]) - end, self.constants.steps)
         del self.places[index:]
         if found is not None:
             self.places.append(found[1])
@@ -336,16 +336,16 @@ def _reach(here: CurvePoint) -> float:
     return float(np.max(np.abs(here.p[:-1]), initial=0.0))
 
 
-def _straight_on(met: Crossing, along: FloatArray, policy: CircuitConstants) -> FloatArray | None:
+def _straight_on(met: Crossing, along: FloatArray, constants: CircuitConstants) -> FloatArray | None:
     """Return the branch tangent next to a direction, in its sense; None where none is near."""
     ahead = met.near(along)
-    return ahead if ahead is not None and ahead @ along >= math.cos(2.0 * policy.steps.bend) else None
+    return ahead if ahead is not None and ahead @ along >= math.cos(2.0 * constants.steps.bend) else None
 
 
-def _through(curve: PositionCurve, met: Crossing, along: FloatArray, policy: CircuitConstants) -> FloatArray:
+def _through(curve: PositionCurve, met: Crossing, along: FloatArray, constants: CircuitConstants) -> FloatArray:
     """Return the tangent at a singular position of the branch next to a direction, from its places on both sides."""
     ahead = _flattened(met, along)
-    one, other = landed(curve, met, ahead, policy), landed(curve, met, -ahead, policy)
+    one, other = landed(curve, met, ahead, constants), landed(curve, met, -ahead, constants)
     if one is None or other is None:
         return ahead
     span = float((one.p - other.p) @ ahead)  # the slope of the cubic through both in its middle
@@ -364,28 +364,28 @@ def at_crossing(curve: PositionCurve, met: Crossing, ahead: FloatArray) -> Curve
     return CurvePoint(met.p, ahead, found.jacobian, found.values, found.left)
 
 
-def landed(curve: PositionCurve, met: Crossing, ahead: FloatArray, policy: CircuitConstants) -> CurvePoint | None:
+def landed(curve: PositionCurve, met: Crossing, ahead: FloatArray, constants: CircuitConstants) -> CurvePoint | None:
     """Return a place next to a singular position on the branch along a tangent; None where none is."""
-    size = policy.landing
-    while size >= policy.shortest_landing:
+    size = constants.landing
+    while size >= constants.shortest_landing:
         target = met.p + size * ahead
-        found = correct(curve, target, policy.steps, ahead)
-        if found is not None and np.linalg.norm(found - target) <= policy.steps.pull * size:
+        found = correct(curve, target, constants.steps, ahead)
+        if found is not None and np.linalg.norm(found - target) <= constants.steps.pull * size:
             there = place(curve, found, ahead)
-            if there.tangent @ ahead >= math.cos(policy.steps.bend):
+            if there.tangent @ ahead >= math.cos(constants.steps.bend):
                 return there
         size *= 0.25
     return None
 
 
-def follow_circuit(curve: PositionCurve, start: CurvePoint, policy: CircuitConstants) -> Circuit:
+def follow_circuit(curve: PositionCurve, start: CurvePoint, constants: CircuitConstants) -> Circuit:
     """Follow the circuit through a place, in the sense of its tangent; where it is not closed, to both ends."""
-    walker = CircuitWalker(curve, start, policy)
+    walker = CircuitWalker(curve, start, constants)
     ended = walker.run()
     places, crossings = walker.places, walker.crossings
     if ended == Ended.CLOSED:
         return Circuit(curve, tuple(places), crossings, ended, _turns(curve, places))
-    back = CircuitWalker(curve, place(curve, start.p, -start.tangent), policy)
+    back = CircuitWalker(curve, place(curve, start.p, -start.tangent), constants)
     other = back.run(closes=False)
     if ended != Ended.INFINITE == other:
         ended = other

@@ -35,40 +35,40 @@ class GaussNewtonConstants:
 
 
 def settle(
-    equations: Equations, x: FloatArray, policy: GaussNewtonConstants | None = None
+    equations: Equations, x: FloatArray, constants: GaussNewtonConstants | None = None
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Return x (rows, n) moved onto the solutions, and which rows got there."""
-    policy = policy or GaussNewtonConstants()
+    constants = constants or GaussNewtonConstants()
     x, count = x.copy(), len(x)
-    error, damping = np.full(count, np.inf), np.full(count, policy.damping)
+    error, damping = np.full(count, np.inf), np.full(count, constants.damping)
     going = np.arange(count)
     if not count:
         return x, np.zeros(0, dtype=bool)
     values, slopes = equations(x, going)
     error = np.linalg.norm(values, axis=1)
-    for _ in range(policy.iterations):
-        going = np.flatnonzero((error > policy.closeness) & (damping < policy.most))
+    for _ in range(constants.iterations):
+        going = np.flatnonzero((error > constants.closeness) & (damping < constants.most))
         if not len(going):
             break
-        step = _step(values[going], slopes[going], damping[going], policy)
+        step = _step(values[going], slopes[going], damping[going], constants)
         tried = x[going] + step
         new, table = equations(tried, going)
         size = np.linalg.norm(new, axis=1)
         better = size < error[going]
-        damping[going] *= np.where(better, policy.ease, policy.brake)
+        damping[going] *= np.where(better, constants.ease, constants.brake)
         took = going[better]
         x[took], error[took] = tried[better], size[better]
         values[took], slopes[took] = new[better], table[better]
-    return x, np.asarray(error <= policy.arrived)
+    return x, np.asarray(error <= constants.arrived)
 
 
-def _step(values: FloatArray, slopes: FloatArray, damping: FloatArray, policy: GaussNewtonConstants) -> FloatArray:
+def _step(values: FloatArray, slopes: FloatArray, damping: FloatArray, constants: GaussNewtonConstants) -> FloatArray:
     """Return the damped step of least length (rows, n)."""
     gram = slopes @ np.swapaxes(slopes, 1, 2)
     trace = np.trace(gram, axis1=1, axis2=2)
-    ridge = damping * np.minimum(np.sum(values**2, axis=1), 1.0) + policy.floor * trace + np.finfo(float).tiny
+    ridge = damping * np.minimum(np.sum(values**2, axis=1), 1.0) + constants.floor * trace + np.finfo(float).tiny
     gram += ridge[:, None, None] * np.eye(gram.shape[1])
     pull = np.linalg.solve(gram, values[..., None])
     step = -(np.swapaxes(slopes, 1, 2) @ pull)[..., 0]
     length = np.linalg.norm(step, axis=1)
-    return np.asarray(step * np.minimum(1.0, policy.longest / np.maximum(length, 1e-300))[:, None])
+    return np.asarray(step * np.minimum(1.0, constants.longest / np.maximum(length, 1e-300))[:, None])

@@ -14,8 +14,8 @@ from gimcli.mechanism import FloatArray
 class Projection:
     """Brings states back to the energy of the start."""
 
-    def __init__(self, reducer: Reducer, allowed: bool, policy: SimulationConstants) -> None:
-        self.reducer, self.policy = reducer, policy
+    def __init__(self, reducer: Reducer, allowed: bool, constants: SimulationConstants) -> None:
+        self.reducer, self.constants = reducer, constants
         self.serves = allowed and reducer.conservative
         self.start: float | None = None  # J
         self.liveliest = 0.0  # greatest kinetic energy met, J
@@ -37,7 +37,7 @@ class Projection:
             return y, 0.0
         kinetic, potential = self._energies
         self.liveliest = max(self.liveliest, kinetic)
-        if not kinetic > self.policy.lively * max(self.liveliest, abs(potential)):
+        if not kinetic > self.constants.lively * max(self.liveliest, abs(potential)):
             return y, 0.0
         excess, own = kinetic + potential - self.start, len(self.reducer.free)
         y = y.copy()

@@ -25,9 +25,9 @@ NOTHING: FloatArray = np.zeros(0)
 class Equations:
     """A mechanism's equations of motion, and which variables are independent in them."""
 
-    def __init__(self, mechanism: Mechanism, run: Run, policy: SimulationConstants) -> None:
+    def __init__(self, mechanism: Mechanism, run: Run, constants: SimulationConstants) -> None:
         require_masses(mechanism)
-        self.mechanism, self.policy = mechanism, policy
+        self.mechanism, self.constants = mechanism, constants
         self.free = free_inputs(mechanism)
         self.reducer = Reducer(mechanism, self.free, run)
         self.reducer.continues = True
@@ -78,7 +78,7 @@ class Equations:
     @property
     def is_steep(self) -> bool:
         """Tell whether other variables should be independent."""
-        return bool(np.max(np.abs(self.reducer.base.b[: len(self.free)])) > self.policy.steep)
+        return bool(np.max(np.abs(self.reducer.base.b[: len(self.free)])) > self.constants.steep)
 
     @property
     def is_gentle(self) -> bool:
@@ -88,9 +88,9 @@ class Equations:
             return False
         b = reducer.base.b[:own]
         inner = b[:, [reducer.terms.first_reading + k for k in self.free]]
-        if not abs(np.linalg.det(inner)) > 1.0 / self.policy.steep**own:
+        if not abs(np.linalg.det(inner)) > 1.0 / self.constants.steep**own:
             return False
-        return bool(np.max(np.abs(np.linalg.solve(inner, b))) < self.policy.gentle)
+        return bool(np.max(np.abs(np.linalg.solve(inner, b))) < self.constants.gentle)
 
     def change(self, y: FloatArray, asked: bool) -> FloatArray | None:
         """Stand on other independent variables; return them and their speeds, None where there are none."""

@@ -39,11 +39,11 @@ class Integration:
 
     def __init__(self, mechanism: Mechanism, times: FloatArray, settings: Settings, run: Run, progress: Any) -> None:
         self.mechanism, self.times, self.settings, self.progress = mechanism, times, settings, progress
-        self.policy = SimulationConstants()
-        self.equations = Equations(mechanism, run, self.policy)
+        self.constants = SimulationConstants()
+        self.equations = Equations(mechanism, run, self.constants)
         self.free, self.reducer = self.equations.free, self.equations.reducer
         self.integrator = INTEGRATORS[settings.method]
-        self.projection = Projection(self.reducer, self.integrator.corrected, self.policy)
+        self.projection = Projection(self.reducer, self.integrator.corrected, self.constants)
         self.search = EventSearch(self.equations, self._solver, self.integrator.lands)
         self.rows: list[ReducedState] = []
         self.told: list[tuple[float, float]] = []  # dissipated and supplied at the rows
@@ -126,7 +126,7 @@ class Integration:
                 break
             self._keep_energy(solver)
             crept = crept + 1 if solver.t - solver.t_old < self._creep else 0
-            if crept > self.policy.patience:
+            if crept > self.constants.patience:
                 break
             changed = not self.reducer.is_within and (self.equations.is_steep or self.equations.is_gentle)
             if self.progress is not None:
@@ -151,28 +151,28 @@ class Integration:
         return True
 
     def _solver(self, time: float, y: FloatArray, end: float) -> Any:
-        settings, least = self.settings, self.policy.beginning * self._shortest
+        settings, least = self.settings, self.constants.beginning * self._shortest
         control = StepControl(settings.rtol, self.tolerances, settings.step, least)
         return self.integrator.begin(self.equations.slopes, time, y, end, control)
 
     @property
     def tolerances(self) -> FloatArray:
         """Absolute tolerances of a state."""
-        policy = self.policy
-        return np.array([policy.absolute * self.settings.rtol] * 2 * len(self.free) + [policy.energies] * 2)
+        constants = self.constants
+        return np.array([constants.absolute * self.settings.rtol] * 2 * len(self.free) + [constants.energies] * 2)
 
     def _strider(self, time: float, y: FloatArray, end: float) -> Strider | None:
         """Return the solver that takes many steps in one compiled call, where nothing has to be asked between."""
-        reducer, settings, policy = self.reducer, self.settings, self.policy
+        reducer, settings, constants = self.reducer, self.settings, self.constants
         compiled = reducer.run is not plain and self.integrator.compiled
         if not compiled or reducer.given or not reducer.constant or not reducer.on_inputs:
             return None
         if self.projection.start is None:
             return None
         return Strider(
-            reducer, self.equations.slopes, time, y, end, settings.rtol, policy.absolute * settings.rtol, policy.steep,
-            policy.lively, (self.projection.start, self.projection.liveliest),
-            (self._shortest, policy.beginning * self._shortest), policy.beside, self._creep,
+            reducer, self.equations.slopes, time, y, end, settings.rtol, constants.absolute * settings.rtol,
+            constants.steep, constants.lively, (self.projection.start, self.projection.liveliest),
+            (self._shortest, constants.beginning * self._shortest), constants.beside, self._creep,
         )  # fmt: skip
 
     @property
@@ -186,12 +186,12 @@ class Integration:
     @property
     def _shortest(self) -> float:
         """Step below which the motion is stuck [s]."""
-        return self.policy.shortest * float(self.times[-1] - self.times[0])
+        return self.constants.shortest * float(self.times[-1] - self.times[0])
 
     @property
     def _creep(self) -> float:
         """Step of which no long row may follow [s]."""
-        return self.policy.creep * float(self.times[-1] - self.times[0])
+        return self.constants.creep * float(self.times[-1] - self.times[0])
 
     def _count(self, solver: Any) -> None:
         self.evaluations += solver.nfev

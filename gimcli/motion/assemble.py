@@ -206,8 +206,8 @@ class Assembler:
         moves = self._sequences[packed.group.base]
         if not moves:
             return None
-        policy = sweeps.SweepConstants(sweeps=SWEEPS)
-        done = sweeps.settle(moves, z, block.inputs[:, 0], self.mechanism.size, 1e-6, self.run, policy)
+        constants = sweeps.SweepConstants(sweeps=SWEEPS)
+        done = sweeps.settle(moves, z, block.inputs[:, 0], self.mechanism.size, 1e-6, self.run, constants)
         block.work[0] += done.sweeps
         return done.z if np.all(np.isfinite(done.z)) else None
 

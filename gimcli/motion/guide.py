@@ -130,9 +130,9 @@ class Guide:
 
     def _beside(self, curve: PositionCurve, start: Departure, sense: float) -> ArcPassage | None:
         """Return the way through a meeting of branches beside a regular place, on the branch that it is on."""
-        policy, here = CircuitConstants(), start.place.p
-        met = crossing(curve, here, policy.meeting)
-        if met is None or met.miss > policy.exact or not 0.0 < np.linalg.norm(met.p - here) <= ABOUT:
+        constants, here = CircuitConstants(), start.place.p
+        met = crossing(curve, here, constants.meeting)
+        if met is None or met.miss > constants.exact or not 0.0 < np.linalg.norm(met.p - here) <= ABOUT:
             return None
         way = met.near(here - met.p)
         arc = None if way is None else make_arc(curve, met.p, way, met)

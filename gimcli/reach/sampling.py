@@ -31,7 +31,7 @@ class SamplingConstants:
     seed: int = 0
 
     def more(self, times: int) -> SamplingConstants:
-        """Return the policy with so many times the starts."""
+        """Return the constants with so many times the starts."""
         return replace(self, strewn=self.strewn * times, seeds=self.seeds * times)
 
 
@@ -42,24 +42,24 @@ BRIEF = GaussNewtonConstants(iterations=30)
 class Bank:
     """Positions (rows, n) within the inputs' ranges, from random starts: configurations mixed."""
 
-    def __init__(self, task: WorkspaceTask, policy: SamplingConstants | None = None) -> None:
-        self.task, self.policy = task, policy or SamplingConstants()
-        self.rng = np.random.default_rng(self.policy.seed)
+    def __init__(self, task: WorkspaceTask, constants: SamplingConstants | None = None) -> None:
+        self.task, self.constants = task, constants or SamplingConstants()
+        self.rng = np.random.default_rng(self.constants.seed)
         self.x = np.zeros((0, task.n))
-        for _ in range(self.policy.rounds):
-            strewn = _strewn(task, self.rng, self.policy)
+        for _ in range(self.constants.rounds):
+            strewn = _strewn(task, self.rng, self.constants)
             narrow = self.rng.uniform(0.0, 1.0, (len(strewn), len(task.limited)))
             narrow[1::2] = 1.0  # what is left of a range, lest all positions end up at its ends
             self.x = np.concatenate([self.x, self._settled(strewn, narrow)])
-            if len(self.x) >= self.policy.enough:
+            if len(self.x) >= self.constants.enough:
                 break
         self.y = task.place(self.x)
 
     def seeds(self, curve: Critical) -> Iterator[FloatArray]:
         """Yield places p (rows, ·) of a curve, inputs within their ranges, that the bank's positions are moved to."""
-        starts = curve.starts(self.x[: self.policy.seeds])
-        for first in range(0, len(starts), self.policy.batch):
-            yield self._on(curve, starts[first : first + self.policy.batch])
+        starts = curve.starts(self.x[: self.constants.seeds])
+        for first in range(0, len(starts), self.constants.batch):
+            yield self._on(curve, starts[first : first + self.constants.batch])
 
     def _on(self, curve: Critical, starts: FloatArray) -> FloatArray:
         """Return the places of a curve, inputs within their ranges, that starts p (rows, ·) are moved to."""
@@ -79,17 +79,17 @@ class Bank:
         found = np.zeros(len(places), dtype=bool)
         if not len(self.x):
             return found
-        near, far = self.policy.near, self.policy.near + self.policy.far
+        near, far = self.constants.near, self.constants.near + self.constants.far
         order = np.argsort(np.linalg.norm(places[:, None, :] - self.y, axis=2), axis=1)
-        near, far = self.policy.near, self.policy.near + self.policy.far
-        found |= self._any(places, self.x[order[:, : self.policy.first]])
+        near, far = self.constants.near, self.constants.near + self.constants.far
+        found |= self._any(places, self.x[order[:, : self.constants.first]])
         rest = np.flatnonzero(~found)
         first = self.x[order[rest, :near]]
         if hints is not None:
             first = np.concatenate([hints[rest], first], axis=1)
         found[rest] = self._any(places[rest], first)
         rest = np.flatnonzero(~found)
-        mixed = self.rng.integers(len(self.x), size=(len(rest), self.policy.mixed))
+        mixed = self.rng.integers(len(self.x), size=(len(rest), self.constants.mixed))
         starts = np.concatenate([order[rest][:, near:far], mixed], axis=1)
         found[rest] = self._any(places[rest], self.x[starts])
         return found
@@ -132,13 +132,13 @@ def _beyond(task: WorkspaceTask, x: FloatArray, narrow: FloatArray | float = 1.0
     return over * out, slopes * out[..., None]
 
 
-def _strewn(task: WorkspaceTask, rng: np.random.Generator, policy: SamplingConstants) -> FloatArray:
+def _strewn(task: WorkspaceTask, rng: np.random.Generator, constants: SamplingConstants) -> FloatArray:
     """Return random places of all nodes about the frame and about the drawn position, as x (rows, n)."""
     mechanism, n = task.mechanism, task.system.n
     centre = complex(np.mean(mechanism.members[FRAME].shape))
-    spread = policy.spread * mechanism.size
+    spread = constants.spread * mechanism.size
     middle = np.tile([centre.real, centre.imag], n // 2)
-    wide = middle + rng.uniform(-spread, spread, (policy.strewn, n))
+    wide = middle + rng.uniform(-spread, spread, (constants.strewn, n))
     drawn = task.system.coordinates(mechanism.drawn)
     wide[::2] = drawn + rng.normal(size=wide[::2].shape) * rng.uniform(0.0, spread, (len(wide[::2]), 1))
     return task.coordinates(wide)
