@@ -162,7 +162,7 @@ class CircuitSearch:
         count = self.constants.samples
         q = low + (high - low) * (np.arange(count) + self.constants.aside) / count
         inputs = np.array([self.curve.inputs(value) for value in q.tolist()]).T
-        every = configurations_over(self.mechanism, inputs, progress=lambda done, of: self._tell(done, of, 0, 1))
+        every = configurations_over(self.mechanism, inputs, progress=lambda done, of: self._report(done, of, 0, 1))
         self.sampled += q.tolist()
         self.complete &= all(found.complete for found in every)
         left = [_Asked(value, self._sure(found)) for value, found in zip(q.tolist(), every, strict=True)]
@@ -171,11 +171,11 @@ class CircuitSearch:
         known = sum(len(asked.x) for asked in left)
         for asked in left:
             while len(asked.x):
-                self._tell(1, 1, known - sum(len(other.x) for other in left), known)
+                self._report(1, 1, known - sum(len(other.x) for other in left), known)
                 self._follow(asked, left)
-        self._tell(1, 1, 1, 1)
+        self._report(1, 1, 1, 1)
 
-    def _tell(self, listed: int, of_values: int, followed: int, of_configurations: int) -> None:
+    def _report(self, listed: int, of_values: int, followed: int, of_configurations: int) -> None:
         """Report how far a sample has come: half of it is to list configurations, half to follow them."""
         if self.progress is not None:
             part = listed / of_values + followed / of_configurations

@@ -42,14 +42,14 @@ def sharpened(motion: Motion) -> Motion:
 
 
 def too_large(mechanism: Mechanism) -> bool:
-    """Tell whether a mechanism is too large for its curve to be followed beside a motion."""
+    """Return whether a mechanism is too large for its curve to be followed beside a motion."""
     return 2 * len(mechanism.nodes) > LARGEST
 
 
 def reach(motion: Motion) -> dict[str, list[float]]:
     """Return the least and greatest value of every input on the motion's whole circuit, in the file's unit.
 
-    Empty where the circuit is not told.
+    Empty where the circuit is not known.
     """
     mechanism = motion.mechanism
     if motion.first_status is not Status.OK or too_large(mechanism):

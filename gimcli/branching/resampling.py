@@ -62,7 +62,7 @@ def settled(circuit: Circuit, k: int, part: float, constants: CircuitConstants) 
 
 
 def beside(circuit: Circuit, k: int, p: FloatArray, constants: CircuitConstants) -> bool:
-    """Tell whether p is so near to a crossing that the curve through the places about it tells more than equations."""
+    """Return whether p is so near to a crossing that the curve through the places is more exact than equations."""
     ends = [circuit.places[j].p for j in (k, k + 1) if j in circuit.crossings]
     return any(float(np.linalg.norm(p - end)) <= constants.beside for end in ends)
 

@@ -1,4 +1,4 @@
-"""All singular positions of all circuits that meet, each told once."""
+"""All singular positions of all circuits that meet, each listed once."""
 
 from __future__ import annotations
 
@@ -133,5 +133,5 @@ def first_turn(survey: Survey, q: float) -> float:
 
 
 def inputs_of(survey: Survey, q: float) -> FloatArray:
-    """Return the inputs (actuators,) at a parameter, told within the first turn."""
+    """Return the inputs (actuators,) at a parameter, within the first turn."""
     return survey.curve.inputs(first_turn(survey, q))

@@ -2,7 +2,7 @@
 
 Along a circuit with unit tangent t the input rests where t_q = 0: there F_x is singular and the input cannot drive.
 It turns back (limit) or not (dead point). Where [F_x F_q] loses rank too, branches meet (change point), or one that
-is told twice goes on alone (tangency). A member hinged to the frame, or a slider on it, is stationary where its rate
+is double goes on alone (tangency). A member hinged to the frame, or a slider on it, is stationary where its rate
 is 0: what a teacher calls a dead centre.
 """
 
@@ -83,7 +83,7 @@ class BranchRates:
 
     @property
     def rests(self) -> bool:
-        """Tell whether the inputs rest."""
+        """Return whether the inputs rest."""
         return not any(self.inputs.values())
 
 
@@ -118,7 +118,7 @@ class _SingularitySearch:
                 continue
             single = not met.loose and (len(met.tangents) == 1 or (met.touching and not met.tangents))
             here = self.places[index]
-            yield self._told(
+            yield self._position(
                 TANGENCY if single else CHANGE, index, here, _involved(self.curve, met.left, self.bounds), met
             )
 
@@ -126,13 +126,13 @@ class _SingularitySearch:
         """Yield where the parameter turns back."""
         for root in folds(self.circuit):
             end = "upper" if root.side < 0.0 else "lower"
-            yield self._told(LIMIT, root.index, root.place, self._held(root.place), end=end)
+            yield self._position(LIMIT, root.index, root.place, self._held(root.place), end=end)
 
     def dead_points(self) -> Iterator[Singularity]:
         """Yield where the parameter rests without turning back, and once where it rests for good."""
         speed = np.abs([here.tangent[-1] for here in self.places])
         if np.all(speed <= self.bounds.still):
-            yield self._told(DEAD, 0, self.places[0], self._held(self.places[0]))
+            yield self._position(DEAD, 0, self.places[0], self._held(self.places[0]))
             return
         inner = np.arange(1, len(speed) - 1)
         low = inner[(speed[inner] <= speed[inner - 1]) & (speed[inner] < speed[inner + 1])]
@@ -142,15 +142,15 @@ class _SingularitySearch:
                 continue
             found = between(self.circuit, k - 1, k + 1, lambda at: float(bend(self.curve, at)[-1]))
             if found is not None and abs(found.tangent[-1]) <= self.bounds.still:
-                yield self._told(DEAD, k - 1, found, self._held(found))
+                yield self._position(DEAD, k - 1, found, self._held(found))
 
     def stationary(self) -> Iterator[Singularity]:
         """Yield where members hinged to the frame, and sliders on it, turn back."""
         for name, rate in outputs(self.curve):
             for root in roots(self.circuit, rate):
-                yield self._told(STATIONARY, root.index, root.place, (name,))
+                yield self._position(STATIONARY, root.index, root.place, (name,))
 
-    def _told(
+    def _position(
         self, kind: str, index: int, here: CurvePoint, about: tuple[str, ...], met: Crossing | None = None,
         end: str = ""
     ) -> Singularity:  # fmt: skip

@@ -2,7 +2,7 @@
 
 Along the curve itself a limit is a regular position, and so is, on one branch, every position beside a meeting of
 branches. The arc is the polynomial through positions at even distances along the tangent; the position at a parameter
-follows from it to the last digits, also where the parameter alone tells a node to half the digits only.
+follows from it to the last digits, also where the parameter alone determines a node to only half the digits.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ STEPS = (1e-2, 3e-3, 1e-3, 3e-4)
 
 FIT, LOOSEST = 1e-13, 1e-11
 """By how much the polynomial may miss the curve halfway between the outermost positions: then no other step is tried;
-at most, where many branches meet at once and rounding tells more beside them."""
+at most, where many branches meet at once and rounding disturbs more beside them."""
 
 CORRECTIONS = ArclengthConstants(corrections=12, rounding=1e-11)
 
@@ -140,12 +140,12 @@ class ArcPassage:
 
     @property
     def limit(self) -> bool:
-        """Tell whether the input turns back there."""
+        """Return whether the input turns back there."""
         return self.arc.limit
 
     @property
     def inwards(self) -> bool:
-        """Tell whether the motion comes to a limit."""
+        """Return whether the motion comes to a limit."""
         return self.arc.limit and self.arc.outwards(self.side) == self.sense
 
     @property

@@ -17,7 +17,7 @@ import numpy as np
 from gimcli.mechanism import FloatArray
 
 WEAK = 1e4
-"""Greatest over least singular value from which on steps are told by singular values: squared, that leaves 8 digits."""
+"""Greatest over least singular value from which steps are found by singular values: squared, that leaves 8 digits."""
 
 
 class Implicit(Protocol):
@@ -46,7 +46,7 @@ class ArclengthConstants:
     closeness: float = 1e-14  # size of the last correction
     rounding: float = 1e-11  # below it corrections that end to shrink have arrived
     noise: float = 0.0  # correction that rounding alone may cause beside a singular position
-    rank: float = 1e-10  # of singular values over the greatest: below it the tangent is not told
+    rank: float = 1e-10  # of singular values over the greatest: below it the tangent is not determined
     points: int = 100_000  # at most
 
 
@@ -112,8 +112,8 @@ def _least(table: FloatArray, wanted: FloatArray, rank: int, lost: float) -> Flo
             return step
     left, values, right = np.linalg.svd(table, full_matrices=False)
     values = values[: min(rank, int(np.sum(values > lost * values[0])))]
-    told = len(values)
-    return np.asarray(right[:told].T @ ((left[:, :told].T @ wanted) / values))
+    kept = len(values)
+    return np.asarray(right[:kept].T @ ((left[:, :kept].T @ wanted) / values))
 
 
 def _plain(table: FloatArray, wanted: FloatArray) -> FloatArray | None:
@@ -163,7 +163,7 @@ def pinned(
 ) -> tuple[float, CurvePoint] | None:
     """Find where a test changes its sign on the step from `here`; return how far along the tangent, and the place.
 
-    None where the curve cannot be told there to the last digit (at a crossing of branches: extrapolate).
+    None where the curve cannot be determined there to the last digit (at a crossing of branches: extrapolate).
     """
     from scipy.optimize import brentq
 

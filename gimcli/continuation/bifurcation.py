@@ -2,7 +2,7 @@
 
 At p the Jacobian G_p (m, n + 1) has lost k of its rank n: its right null space has k + 1 dimensions, its left one
 r = m - n + k. Bordered by bases B, C of both, [G_p B; C' 0] [V; H] = [0; I] defines H (r, k + 1), which is 0 where
-the rank is lost; G + B e = 0 and H = 0 are regular equations for p and e (minimal augmentation). e tells by how much
+the rank is lost; G + B e = 0 and H = 0 are regular equations for p and e (minimal augmentation). e is how much
 the equations miss such a position: 0 where branches meet. Their tangents are V a with w' G_pp (V a)(V a) = 0 for all
 left null vectors w. Source: Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, 2000, chapters 4
 and 8; Allgower & Georg 2003, section 8.3.
@@ -37,8 +37,8 @@ class BifurcationConstants:
     rounding: float = 1e-10  # below it corrections that end to shrink have arrived
     rank: float = 1e-11  # of the corrections' equations
     lost: float = 1e-6  # singular value over the greatest below which it is 0
-    most: int = 6  # of rank lost at once of which the branches, up to 2 to its power, are told
-    double: float = 1e-6  # discriminant, over the form's square, of one tangent told twice
+    most: int = 6  # of rank lost at once of which the branches, up to 2 to its power, are listed
+    double: float = 1e-6  # discriminant, over the form's square, of one double tangent
     none: float = 1e-9  # of a form over its greatest derivative: nothing of second order is said
     starts: int = 60  # directions from which tangents are looked for where more than two branches may meet
     single: float = 1e-4  # singular value of the forms' derivatives below which a tangent is one of many
@@ -68,12 +68,12 @@ class Crossing:
 
     @property
     def touching(self) -> bool:
-        """Tell whether a tangent is told twice, or not by the second order."""
+        """Return whether a tangent is double, or not determined by the second order."""
         return self._branches[1]
 
     @property
     def loose(self) -> bool:
-        """Tell whether a surface of more than one freedom meets the curve there: it has no single tangents."""
+        """Return whether a surface of more than one freedom meets the curve there: it has no single tangents."""
         return self._branches[2]
 
     @cached_property
@@ -182,9 +182,9 @@ def _independent(forms: FloatArray, constants: BifurcationConstants) -> FloatArr
 
 
 def _tangents(forms: FloatArray, constants: BifurcationConstants) -> tuple[list[FloatArray], bool, bool]:
-    """Return the single directions (k + 1,) in which all forms are 0, whether one is told twice, and if there are more.
+    """Return the single directions (k + 1,) in which all forms are 0, whether one is double, and if there are more.
 
-    None is told where no form says anything.
+    There is none where all forms vanish.
     """
     if not len(forms):
         return [], True, False
@@ -195,7 +195,7 @@ def _tangents(forms: FloatArray, constants: BifurcationConstants) -> tuple[list[
 
 
 def _of_two(forms: FloatArray, constants: BifurcationConstants) -> tuple[list[FloatArray], bool]:
-    """Return the common directions of binary forms, and whether they are one told twice."""
+    """Return the common directions of binary forms, and whether they are one double direction."""
     (a, b), (_, c) = forms[0]
     disc = float(b * b - a * c)
     if disc < -constants.double:
@@ -230,7 +230,7 @@ def _of_many(forms: FloatArray, constants: BifurcationConstants) -> tuple[list[F
 
 
 def _single(forms: FloatArray, v: FloatArray, constants: BifurcationConstants) -> bool:
-    """Tell whether a common direction is not one of many."""
+    """Return whether a common direction is not one of many."""
     size = forms.shape[1]
     return bool(np.linalg.svd(forms @ v, compute_uv=False)[size - 2 : size - 1].sum() > constants.single)
 

@@ -143,7 +143,7 @@ def first_circuit(curve: PositionCurve, z: ComplexArray, q: float, along: FloatA
 
 
 def fulfilled(circuit: Circuit) -> bool:
-    """Tell whether every place of a circuit fulfils the mechanism as written; far outside sizes are not resolved."""
+    """Return whether every place of a circuit fulfils the mechanism as written; far outside sizes are not resolved."""
     p = circuit.p[:, near(circuit)]
     inputs = np.array([circuit.curve.inputs(q) for q in p[-1].tolist()]).T
     return bool(holds(circuit.mechanism, circuit.curve.nodes(p), inputs, TOLERANCE).all())

@@ -2,7 +2,7 @@
 
 The curve is followed by steps along its tangent, through limits of the input. Where its Jacobian is about to lose
 rank, the singular position is looked for first: if branches meet there the curve goes straight through, from the
-tangent told by the second order; if it is missed, by however little, no step is longer than a part of the distance
+tangent of the second order; if it is missed, by however little, no step is longer than a part of the distance
 to it, so that the curve is not left for the other branch. The circuit is closed when the whole drawing is home. A curve
 that runs to infinity, as that of a pin in two slots which become parallel, is followed by ever longer steps until the
 parameter that it approaches is known.
@@ -40,7 +40,7 @@ class CircuitConstants:
     ahead: float = 2.0  # steps within which a rank that falls is looked for
     near: float = 0.25  # of the distance to a missed meeting: longest step
     landing: float = 1e-3  # step over a singular position
-    told: float = 4.0  # landings before a singular position from which the way through it is taken
+    approach: float = 4.0  # landings before a singular position from which the path through it is taken
     shortest_landing: float = 1e-6
     beside: float = 2e-5  # distance from a singular position within which rows are interpolated, not corrected
     singular: float = 1e-7  # least over greatest singular value of a start that is singular itself
@@ -77,7 +77,7 @@ class Circuit:
 
     @property
     def closed(self) -> bool:
-        """Tell whether the whole drawing comes home."""
+        """Return whether the whole drawing comes home."""
         return self.ended == Ended.CLOSED
 
     @property
@@ -115,7 +115,7 @@ def nearby(circuit: Circuit) -> tuple[int, int]:
 
 
 def near(circuit: Circuit) -> NDArray[np.bool_]:
-    """Tell which places (places,) are not far outside the mechanism's size."""
+    """Return which places (places,) are not far outside the mechanism's size."""
     return np.asarray(np.max(np.abs(circuit.p[:-1]), axis=0, initial=0.0) <= CircuitConstants().outside)
 
 
@@ -166,7 +166,7 @@ class CircuitWalker:
         self.curve, self.constants = curve, constants
         self.places, self.crossings = [start], dict[int, Crossing]()
         self.missed: list[FloatArray] = []
-        self.waiting: Crossing | None = None  # to be passed when the way through it is told from nearer by
+        self.waiting: Crossing | None = None  # to be passed when the path through it is known from nearer by
         self.step, self.length = constants.steps.first, 0.0
         self.infinite: float | None = None  # parameter at infinity
 
@@ -194,7 +194,7 @@ class CircuitWalker:
 
     @property
     def escaped(self) -> bool:
-        """Tell whether the curve has run so far that it runs to infinity."""
+        """Return whether the curve has run so far that it runs to infinity."""
         return _reach(self.places[-1]) > self.constants.infinity
 
     def at_infinity(self) -> float | None:
@@ -210,7 +210,7 @@ class CircuitWalker:
         """Add the next place, or a singular position with the places before and after it."""
         here, steps = self.places[-1], self.constants.steps
         met = self.waiting
-        if met is not None and np.linalg.norm(met.p - here.p) <= self.constants.told * self.constants.landing:
+        if met is not None and np.linalg.norm(met.p - here.p) <= self.constants.approach * self.constants.landing:
             self.waiting = None
             if self._pass(here, met):
                 return True
@@ -242,7 +242,7 @@ class CircuitWalker:
         return max(self.constants.near * min(gaps, default=math.inf), 2.0 * self.constants.steps.shortest)
 
     def _meets(self, here: CurvePoint, there: CurvePoint) -> str:
-        """Tell whether a step goes well, jumps over a missed meeting, or has passed a meeting (places are added)."""
+        """Return whether a step goes well, jumps over a missed meeting, or has passed a meeting (places are added)."""
         a, b = here.orientation(here.left), there.orientation(here.left)
         way = there.p - here.p
         if a * b < 0.0:
@@ -265,15 +265,15 @@ class CircuitWalker:
         return "well" if found == "well" and self.step <= self.constants.near * gap else "jumps"
 
     def _pass(self, here: CurvePoint, met: Crossing) -> bool:
-        """Go straight through a singular position; tell whether it is on the way."""
+        """Go straight through a singular position; return whether it is on the way."""
         way = met.p - here.p
         gap = float(np.linalg.norm(way))
         along = way / gap if gap > self.constants.shortest_landing else here.tangent
         if here.tangent @ along < 0.5:
             return False
         ahead = _straight_on(met, along, self.constants)
-        if ahead is None:  # not told by the second order: the way from the last place is, nearer by
-            if gap > self.constants.told * self.constants.landing:
+        if ahead is None:  # not determined by the second order, but by the path from the last place, nearer by
+            if gap > self.constants.approach * self.constants.landing:
                 return False
             ahead = _through(self.curve, met, along, self.constants)
         middle = at_crossing(self.curve, met, ahead)
@@ -293,7 +293,7 @@ class CircuitWalker:
         return True
 
     def _comes_home(self, index: int) -> bool:
-        """Tell whether the way to a place leads home; then end there."""
+        """Return whether the way to a place leads home; then end there."""
         curve, home = self.curve, self.places[0]
         here, there = self.places[index - 1], self.places[index]
         normal = curve.travel(home.tangent, float(home.p[-1]))
@@ -318,7 +318,7 @@ class CircuitWalker:
         return True
 
     def _leaves(self, index: int) -> bool:
-        """Tell whether a place is out of the parameter's domain; then end at its end."""
+        """Return whether a place is out of the parameter's domain; then end at its end."""
         domain, q = self.curve.domain, float(self.places[index].p[-1])
         if domain.low <= q <= domain.high:
             return False

@@ -32,8 +32,8 @@ def roots(circuit: Circuit, rate: Rate) -> Iterator[Root]:
     """Yield where a rate changes its sign."""
     places = circuit.places
     values = np.array([rate(here) for here in places])
-    told = np.flatnonzero(np.abs(values) > REST).tolist()
-    for i, j in pairwise(told):
+    moving = np.flatnonzero(np.abs(values) > REST).tolist()
+    for i, j in pairwise(moving):
         if values[i] * values[j] < 0.0:
             resting = [k for k in range(i + 1, j) if k in circuit.crossings]
             side = float(np.sign(values[j]))
@@ -41,8 +41,8 @@ def roots(circuit: Circuit, rate: Rate) -> Iterator[Root]:
                 yield Root(resting[0], places[resting[0]], side, True)
             elif (found := between(circuit, i, j, rate)) is not None:
                 yield Root(i, found, side, False)
-    if circuit.closed and told and told[0] > 0 and values[told[0]] * values[told[-1]] < 0.0:
-        yield Root(0, places[0], float(np.sign(values[told[0]])), True)
+    if circuit.closed and moving and moving[0] > 0 and values[moving[0]] * values[moving[-1]] < 0.0:
+        yield Root(0, places[0], float(np.sign(values[moving[0]])), True)
 
 
 def between(circuit: Circuit, i: int, j: int, rate: Rate) -> CurvePoint | None:

@@ -1,6 +1,6 @@
 """Singular positions that a motion goes straight through: interpolated from both sides.
 
-At the position itself the equations tell a node to half the digits only.
+At the position itself the equations determine a node to only half the digits.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ BEYOND = 1e-12
 
 @dataclass
 class Row:
-    """One solved position and the measures that tell its branch."""
+    """One solved position and the measures that identify its branch."""
 
     time: float
     x: FloatArray
@@ -45,12 +45,12 @@ class Gap(Protocol):
 
     @property
     def limit(self) -> bool:
-        """Tell whether the input turns back there."""
+        """Return whether the input turns back there."""
         ...
 
     @property
     def inwards(self) -> bool:
-        """Tell whether it leads to a limit, and not out again."""
+        """Return whether it leads to a limit, and not out again."""
         ...
 
     @property

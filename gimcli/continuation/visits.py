@@ -60,13 +60,13 @@ class Visits:
         return apart, apart <= (self.constants.near * step + self.constants.same)[:, None]
 
     def _meets(self, k: IntArray, part: FloatArray, x: FloatArray, q: float) -> NDArray[np.bool_]:
-        """Tell whether the circuit, settled at the parameter on some steps, is at positions (rows, n)."""
+        """Return whether the circuit, settled at the parameter on some steps, is at positions (rows, n)."""
         guess = self._between(k, part)[:, :-1]
         form = self.curve.system.quadric(self.curve.inputs(q))
         exact, good = gauss_newton.settle(lambda at, _: (form.value(at), form.slope(at)), guess, SETTLING)
-        told = np.where(good[:, None], exact, guess)
+        corrected = np.where(good[:, None], exact, guess)
         room = np.where(good, self.constants.same, self.constants.near * self.step[k])
-        return np.asarray(np.linalg.norm(told[:, None] - x, axis=2) <= room[:, None])
+        return np.asarray(np.linalg.norm(corrected[:, None] - x, axis=2) <= room[:, None])
 
     def _passing(self, q: float) -> IntArray:
         """Return the steps on which the parameter passes a value, or comes close to it as at a fold."""

@@ -17,7 +17,7 @@ class Strider:
 
     def __init__(
         self, reducer: Reducer, fun: Slopes, start: float, y: FloatArray, end: float, rtol: float, atol: float,
-        steep: float, lively: float, energy: tuple[float, float], least: tuple[float, float], near: float, creep: float,
+        steep: float, moving: float, energy: tuple[float, float], least: tuple[float, float], near: float, creep: float,
     ) -> None:  # fmt: skip
         from scipy.integrate import DOP853
 
@@ -29,8 +29,8 @@ class Strider:
             np.array(y), np.array(y), np.zeros(n), np.zeros((kernels.STAGES + 1, n)), clock, np.zeros(2, dtype=np.int64)
         )
         clock[[kernels.NOW, kernels.BEFORE, kernels.DUE, kernels.END]] = start, start, end, end
-        clock[[kernels.RTOL, kernels.ATOL, kernels.STEEP, kernels.LIVELY]] = rtol, atol, steep, lively
-        clock[[kernels.START, kernels.LIVELIEST, kernels.SHORTEST]] = *energy, least[0]
+        clock[[kernels.RTOL, kernels.ATOL, kernels.STEEP, kernels.MOVING]] = rtol, atol, steep, moving
+        clock[[kernels.START, kernels.GREATEST_KINETIC, kernels.SHORTEST]] = *energy, least[0]
         clock[[kernels.NEAR, kernels.CREEP]] = near, creep
         self.stride = reducer.run(kernels.stride)
         self.f = fun(start, self.y)
@@ -132,9 +132,9 @@ class Strider:
         return int(self.states.counts[1])
 
     @property
-    def liveliest(self) -> float:
+    def greatest_kinetic(self) -> float:
         """Greatest kinetic energy met [J]."""
-        return float(self.states.clock[kernels.LIVELIEST])
+        return float(self.states.clock[kernels.GREATEST_KINETIC])
 
     @property
     def corrected(self) -> float:

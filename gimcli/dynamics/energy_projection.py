@@ -18,7 +18,7 @@ class Projection:
         self.reducer, self.constants = reducer, constants
         self.serves = allowed and reducer.conservative
         self.start: float | None = None  # J
-        self.liveliest = 0.0  # greatest kinetic energy met, J
+        self.greatest_kinetic = 0.0  # greatest kinetic energy met, J
         self.total = 0.0  # corrected so far, J, added up without signs
 
     def begin(self) -> None:
@@ -36,8 +36,8 @@ class Projection:
         if not self.serves or self.start is None:
             return y, 0.0
         kinetic, potential = self._energies
-        self.liveliest = max(self.liveliest, kinetic)
-        if not kinetic > self.constants.lively * max(self.liveliest, abs(potential)):
+        self.greatest_kinetic = max(self.greatest_kinetic, kinetic)
+        if not kinetic > self.constants.moving * max(self.greatest_kinetic, abs(potential)):
             return y, 0.0
         excess, own = kinetic + potential - self.start, len(self.reducer.free)
         y = y.copy()

@@ -43,7 +43,7 @@ class Equations:
         return np.concatenate([y[own : 2 * own], self.reducer.gain[:own], energy[[DISSIPATED, SUPPLIED]]])
 
     def move(self, time: float, y: FloatArray) -> bool:
-        """Let the reducer find a state; tell whether that was reached."""
+        """Let the reducer find a state; return whether that was reached."""
         own, reducer = len(self.free), self.reducer
         if not reducer.given:
             return reducer.move(y[:own], y[own : 2 * own], NOTHING, time)
@@ -77,12 +77,12 @@ class Equations:
 
     @property
     def is_steep(self) -> bool:
-        """Tell whether other variables should be independent."""
+        """Return whether other variables should be independent."""
         return bool(np.max(np.abs(self.reducer.base.b[: len(self.free)])) > self.constants.steep)
 
     @property
     def is_gentle(self) -> bool:
-        """Tell whether the inputs would serve again as independent variables."""
+        """Return whether the inputs would serve again as independent variables."""
         reducer, own = self.reducer, len(self.free)
         if reducer.on_inputs:
             return False

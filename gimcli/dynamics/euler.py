@@ -41,7 +41,7 @@ class EulerIntegration(Integration):
     """Steps over the coordinate instead of the time."""
 
     def simulation(self) -> Simulation:
-        """Run, then tell the rows."""
+        """Run, then write the rows."""
         reducer = self.reducer
         if len(self.free) != 1 or reducer.given:
             raise UsageError("--method euler is for one free input and no other; choose dop853")
@@ -54,7 +54,7 @@ class EulerIntegration(Integration):
         y = self._start(time)
         if y is None:
             return self._result(time)
-        self._tell(time, y)
+        self._keep_row(time, y)
         self._accept(time, y)
         sweeps = self._swept(time, y)
         self._resample(sweeps)
@@ -114,7 +114,7 @@ class EulerIntegration(Integration):
                 self._accept(sweeps[k].time, np.array([sweeps[k].q, sweeps[k].speed, 0.0, 0.0]))
             s, late = sweeps[index], at - begin[index]
             q, speed = s.q + s.speed * late + 0.5 * s.gain * late * late, s.speed + s.gain * late
-            self._tell(at, np.array([q, speed, 0.0, self._work(q, first.v)]))
+            self._keep_row(at, np.array([q, speed, 0.0, self._work(q, first.v)]))
 
     def _work(self, q: float, v: FloatArray) -> float:
         """Return what constant efforts have supplied."""

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from gimcli.dynamics.force_table import Peaks, open_reactions, told
+from gimcli.dynamics.force_table import Peaks, determined_rows, open_reactions
 from gimcli.dynamics.forces import Forces, inverse_dynamics
 from gimcli.dynamics.kinematic_history import Courses, Turns
 from gimcli.dynamics.statics import Statics, statics
@@ -44,7 +44,7 @@ class ForceMotion:
         self._kept.append((piece.time[keep], piece.inputs[:, keep], np.where(drawn, efforts[:, keep], np.nan), shaking))
         self.summary.add(piece)
         self.peaks.add(piece, forces)
-        self.told += int(told(piece, forces).sum())
+        self.told += int(determined_rows(piece, forces).sum())
         self.open = self.open or open_reactions(forces)
         return forces
 

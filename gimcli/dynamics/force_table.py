@@ -1,4 +1,4 @@
-"""What an inverse dynamics tells: its table, its greatest values, and what redundant constraints leave open."""
+"""Results of an inverse dynamics: its table, its peak values, and what redundant constraints leave open."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def force_table(motion: Motion, forces: Forces, first: int = 0) -> Table:
     return Table((*columns, Column("residual", motion.residual), Column("status", words)))
 
 
-def told(motion: Motion, forces: Forces) -> NDArray[np.bool_]:
-    """Tell of every row whether its forces are told."""
+def determined_rows(motion: Motion, forces: Forces) -> NDArray[np.bool_]:
+    """Return for every row whether its forces are determined."""
     return np.asarray(motion.good & forces.good)
 
 
@@ -48,7 +48,7 @@ def reaction_columns(forces: Forces) -> list[Column]:
         unit = "N m" if actuator.drive is Drive.ROTARY else "N"
         columns.append(Column(f"{actuator.name}.effort", forces.effort(k), unit))
     for pin in forces.statics.pins:
-        node, alone = mechanism.nodes[pin.node], len(pin.members) == 2 and not pin.busy
+        node, alone = mechanism.nodes[pin.node], len(pin.members) == 2 and not pin.loaded
         for member in pin.members[1:] if alone else pin.members:
             name = node if alone else f"{node}.{mechanism.members[member].name}"
             columns += _components(name, forces.pin(pin, member))

@@ -2,7 +2,7 @@
 
 The equations of equilibrium of every body, inertia forces among them, are the transposed constraint equations; solved
 block by block in the reverse order of formation they give the reactions group by group, and last the drivers'
-efforts. Redundant constraints leave some reactions open: those that all solutions share are told. Source: Durango,
+efforts. Redundant constraints leave some reactions open: those that all solutions share are given. Source: Durango,
 Giraldo, Calle & Mesa 2014, section 2.3 (groups of the second class); here for any group.
 """
 
@@ -26,7 +26,7 @@ from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 
 SINGULAR = 1e-10
-"""Least over greatest pivot, or singular value, of a block below which its reactions are not told."""
+"""Least over greatest pivot, or singular value, of a block below which its reactions are not determined."""
 
 WEAK = 5e-2
 """Least over greatest pivot below which reactions grow without bound: a dead point or a change point is near."""
@@ -37,7 +37,7 @@ AT_ONCE = 4096
 
 @dataclass(frozen=True)
 class Forces:
-    """Efforts and reactions along a motion; NaN where they are not told."""
+    """Efforts and reactions along a motion; NaN where they are not determined."""
 
     statics: Statics = field(repr=False)
     course: Course = field(repr=False)
@@ -55,24 +55,24 @@ class Forces:
 
     @property
     def good(self) -> NDArray[np.bool_]:
-        """Tell of every row whether its forces were found."""
+        """Return for every row whether its forces were found."""
         return np.asarray(np.all(np.isfinite(self.unknowns), axis=0) & np.isfinite(self.loads.support))
 
     @property
     def bounded(self) -> NDArray[np.bool_]:
-        """Tell of every row whether no singular position is so near that reactions grow without bound."""
+        """Return for every row whether no singular position is so near that reactions grow without bound."""
         return np.asarray(self.good & (self.weakest >= WEAK))
 
     def effort(self, actuator: int) -> FloatArray:
         """Return the driving torque [N m] or force [N] of an actuator (rows,)."""
         drive = self.mechanism.actuators[actuator].drive
-        effort = self._unknown(self.statics.efforts[actuator]).real.told
+        effort = self._unknown(self.statics.efforts[actuator]).real.determined
         return effort * (self._metre if drive is Drive.ROTARY else 1.0)
 
     def pin(self, pin: Pin, member: int) -> ComplexArray:
         """Return the force [N] that a member receives at a node from the pin (rows,)."""
         force = self._force(pin, member)
-        return joined(force.real.told, force.imag.told)
+        return joined(force.real.determined, force.imag.determined)
 
     def pin_shared(self, pin: Pin, member: int) -> ComplexArray:
         """Return the component [N] of that force which is unique, where not all of it is (rows,)."""
@@ -80,7 +80,7 @@ class Forces:
 
     def normal(self, pair: str) -> FloatArray:
         """Return the normal force [N] on what slides, positive to the left of the guide (rows,)."""
-        return self._sum([self._unknown(self.statics.normals[k]) for k in self._slides(pair)]).real.told
+        return self._sum([self._unknown(self.statics.normals[k]) for k in self._slides(pair)]).real.determined
 
     def moment(self, pair: str) -> FloatArray:
         """Return the moment [N m] on what slides in a prismatic pair about its first node (rows,)."""
@@ -90,7 +90,7 @@ class Forces:
         for k in others:
             arm = nodes[slides[k].node] - nodes[slides[first].node]
             turns.append(self._unknown(normals[k], (arm.conj() * self._direction(normals[k])).imag))
-        return self._sum(turns).real.told * self._metre
+        return self._sum(turns).real.determined * self._metre
 
     @property
     def shaking_force(self) -> ComplexArray:
@@ -160,7 +160,7 @@ class Forces:
 def inverse_dynamics(
     statics: Statics, course: Course, run: Run = plain, turns: Turns | None = None, every: bool = False
 ) -> Forces:
-    """Return the efforts and reactions of a motion; `every` tells those that are not unique too, as small as can be."""
+    """Return the efforts and reactions of a motion; `every` includes those not unique, the smallest."""
     loads = loading(statics, course, turns)
     right = np.zeros((statics.equations, len(course.time)))
     for k, (body, first) in enumerate(zip(statics.bodies, statics.first_row, strict=True)):

@@ -37,7 +37,7 @@ class Amount:
         return Amount(self.value.imag, self.free.imag)
 
     @property
-    def told(self) -> FloatArray:
+    def determined(self) -> FloatArray:
         """The real value where all solutions share it, else NaN (rows,)."""
         if not len(self.free):
             return np.asarray(self.value)

@@ -46,7 +46,7 @@ class Integration:
         self.projection = Projection(self.reducer, self.integrator.corrected, self.constants)
         self.search = EventSearch(self.equations, self._solver, self.integrator.lands)
         self.rows: list[ReducedState] = []
-        self.told: list[tuple[float, float]] = []  # dissipated and supplied at the rows
+        self.exchanged: list[tuple[float, float]] = []  # dissipated and supplied at the rows
         self.events: list[Event] = []
         self.evaluations = self.steps = 0
         self.status, self.contradiction = Status.OK, 0.0
@@ -89,7 +89,7 @@ class Integration:
 
     def _integrate(self, time: float, y: FloatArray) -> float:
         """Integrate to the end; return where that is."""
-        self._tell(time, y)
+        self._keep_row(time, y)
         end = float(self.times[-1])
         while time < end:
             if not self._accept(time, y):  # the signs of a new piece
@@ -135,13 +135,13 @@ class Integration:
         return None, changed
 
     def _step(self, solver: Any) -> bool:
-        """Take a step, or a stride of them; tell whether it led anywhere."""
+        """Take a step, or a stride of them; return whether it led anywhere."""
         strides = isinstance(solver, Strider)
         if strides:
             solver.due(self._due)
         failed = solver.step() is not None or not np.all(np.isfinite(solver.y))
         if strides:
-            self.projection.liveliest = max(self.projection.liveliest, solver.liveliest)
+            self.projection.greatest_kinetic = max(self.projection.greatest_kinetic, solver.greatest_kinetic)
             self.search.stand_on_inputs(solver.before)
         elif hasattr(solver, "h_abs") and len(self.free) == 1:
             solver.h_abs = min(solver.h_abs, max(DOUBLE * (solver.t - solver.t_old), FREELY * self._creep))
@@ -171,7 +171,7 @@ class Integration:
             return None
         return Strider(
             reducer, self.equations.slopes, time, y, end, settings.rtol, constants.absolute * settings.rtol,
-            constants.steep, constants.lively, (self.projection.start, self.projection.liveliest),
+            constants.steep, constants.moving, (self.projection.start, self.projection.greatest_kinetic),
             (self._shortest, constants.beginning * self._shortest), constants.beside, self._creep,
         )  # fmt: skip
 
@@ -222,7 +222,7 @@ class Integration:
                 break
         while self._due <= min(solver.t, stop):
             at = self._due
-            if not self._tell(at, solver.y if at == solver.t else path()(at)):
+            if not self._keep_row(at, solver.y if at == solver.t else path()(at)):
                 break
         return stop < math.inf
 
@@ -239,7 +239,7 @@ class Integration:
 
         return state
 
-    def _tell(self, time: float, y: FloatArray) -> bool:
+    def _keep_row(self, time: float, y: FloatArray) -> bool:
         """Keep a row."""
         if not self.equations.move(time, y):
             return False
@@ -249,7 +249,7 @@ class Integration:
         state = self.reducer.state()
         self.projection.begin()
         self.rows.append(state)
-        self.told.append((float(y[-2]), float(y[-1])))
+        self.exchanged.append((float(y[-2]), float(y[-1])))
         self.contradiction = max(self.contradiction, self.reducer.error(state.v))
         return True
 
@@ -284,7 +284,7 @@ class Integration:
         for k, state in enumerate(rows):
             jets[:, k] = state.v, state.velocity, state.acceleration
             energy[:2, k] = state.energy[[KINETIC, POTENTIAL]]
-            energy[2:, k] = self.told[k]
+            energy[2:, k] = self.exchanged[k]
             efforts[list(reducer.given), k] = state.q[len(self.free) :]
         nodes = np.ascontiguousarray(np.swapaxes(reducer.nodes(jets), 1, 2))
         inputs = np.ascontiguousarray(np.swapaxes(reducer.inputs(jets), 1, 2))

@@ -1,6 +1,6 @@
 """What acts on each body along a motion: inertia, gravity, loads, springs, dampers, friction; and its power.
 
-Forces in N at places of the normal frame: moments are in N times its length unit until they are told.
+Forces in N at places of the normal frame: moments are in N times its length unit until they are written.
 """
 
 from __future__ import annotations

@@ -81,11 +81,11 @@ class Reducer:
     # -- where it is --------------------------------------------------------------------------------
 
     def start(self, z: ComplexArray, inputs: FloatArray) -> bool:
-        """Stand at an assembled position; tell whether a motion from there is unique."""
+        """Stand at an assembled position; return whether a motion from there is unique."""
         return self.stand(self._variables(z, inputs))
 
     def come(self, z: ComplexArray, inputs: FloatArray) -> bool:
-        """Stand at an assembled position of a motion; tell whether the inputs tell it.
+        """Stand at an assembled position of a motion; return whether the inputs determine it.
 
         Of redundant equations those are used that are most independent there; angles go on from the last position.
         """
@@ -108,7 +108,7 @@ class Reducer:
         return v
 
     def start_singular(self, inputs: FloatArray) -> bool:
-        """Stand at the drawn position, corrected, where the inputs do not tell it; return whether it is assembled."""
+        """Stand at the drawn position, corrected, if inputs do not determine it; return whether it is assembled."""
         terms, first = self.terms, self.terms.first_reading
         mechanism = terms.mechanism
         v = self._variables(mechanism.drawn, inputs)
@@ -121,7 +121,7 @@ class Reducer:
         return bool(np.max(np.abs(residuals(terms, v))) <= ASSEMBLED and self.stand(v))
 
     def stand(self, v: FloatArray, choice: Choice | None = None) -> bool:
-        """Choose independent variables at a place and stand there; tell whether that can be done."""
+        """Choose independent variables at a place and stand there; return whether that can be done."""
         choice = choice or input_choice(self.terms, v, self.free, self.given)
         if choice is None:
             choice = free_choice(self.terms, v, self.given, len(self.free))
@@ -157,14 +157,14 @@ class Reducer:
 
     @property
     def on_inputs(self) -> bool:
-        """Tell whether the inputs are the independent variables."""
+        """Return whether the inputs are the independent variables."""
         first = self.terms.first_reading
         return self.own[: len(self.free)] == [first + k for k in self.free]
 
     # -- one call -----------------------------------------------------------------------------------
 
     def move(self, target: FloatArray, speeds: FloatArray, given: FloatArray, time: float = 0.0) -> bool:
-        """Go from where it stands to a state of the independent variables (k,); tell whether that was reached.
+        """Go from where it stands to a state of the independent variables (k,); return whether that was reached.
 
         given: accelerations of the inputs that follow laws, at the end of (k,).
         """
@@ -183,11 +183,11 @@ class Reducer:
 
     @property
     def is_within(self) -> bool:
-        """Tell whether it stands in a window."""
+        """Return whether it stands in a window."""
         return bool(self.run(window_of)(self.windows, self.base.v[self.own]) >= 0)
 
     def open_window(self) -> bool:
-        """Open a window where the last call stopped near a change point, or let it come nearer; tell whether it did."""
+        """Open a window where the last call stopped near a change point, or let it come nearer; return success."""
         room = self.room
         if not room.weak[2]:
             return False
@@ -223,25 +223,25 @@ class Reducer:
 
     @cached_property
     def constant(self) -> bool:
-        """Tell whether nothing that acts follows a table."""
+        """Return whether nothing that acts follows a table."""
         efforts = [self.releases[k].effort for k in self.free if k in self.releases]
         return not any(self.courses) and all(e.curve is None for e in efforts)
 
     @cached_property
     def steady(self) -> bool:
-        """Tell whether forces depend on the position alone, and the work of loads needs no integral."""
+        """Return whether forces depend on the position alone, and the work of loads needs no integral."""
         p = self.acting
         return self.constant and not (len(p.loads) or len(p.dampers) or len(p.rubs) or np.any(p.motor[:, 1]))
 
     @cached_property
     def conservative(self) -> bool:
-        """Tell whether nothing dissipates or supplies energy."""
+        """Return whether nothing dissipates or supplies energy."""
         p = self.acting
         driven = bool(np.any(p.motor[:, 0])) or any(r.effort.curve is not None for r in self.releases.values())
         return not (len(p.loads) or len(p.dampers) or len(p.rubs) or self.given or driven)
 
     def _force(self, target: FloatArray, speeds: FloatArray, time: float) -> None:
-        """Set the forces that tables tell."""
+        """Set the forces that tables give."""
         if self.constant:
             return
         first = self.terms.first_reading
@@ -270,7 +270,7 @@ class Reducer:
             return math.nan, math.nan
         return float(self.at.v[variable]), float(self.room.velocity[variable])
 
-    # -- what a place tells -------------------------------------------------------------------------
+    # -- results at a place -------------------------------------------------------------------------
 
     def nodes(self, v: FloatArray) -> ComplexArray:
         """Return x + iy of the nodes of variables (..., variables)."""
@@ -283,7 +283,7 @@ class Reducer:
         return np.asarray(v[..., first : first + len(self.mechanism.actuators)])
 
     def error(self, v: FloatArray) -> float:
-        """Return the greatest residual of all equations: those that were not used tell of contradictions."""
+        """Return the greatest residual of all equations: those that were not used show contradictions."""
         return float(np.max(np.abs(residuals(self.terms, v)), initial=0.0))
 
 

@@ -1,4 +1,4 @@
-"""What a simulation tells: its table, and its events in the file's units."""
+"""Results of a simulation: its table, and its events in the file's units."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class SimulationConstants:
     beside: float = 2e-2  # determinant of a dyad below which steps are watched one by one
     landing: float = 1e-2  # of a step: corrections of an event beyond that come from a change point on the way
     bisections: int = 60  # of a bracket: to the last digit
-    lively: float = 1e-2  # part of the greatest energies above which the kinetic one tells speeds to enough digits
+    moving: float = 1e-2  # part of the greatest energies above which the kinetic one determines speeds to enough digits
 
 
 @dataclass(frozen=True)

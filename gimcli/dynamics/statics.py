@@ -49,7 +49,7 @@ class Pin:
     node: int
     members: tuple[int, ...]
     first: int
-    busy: bool  # sliding pairs, actuators, springs or dampers are attached to the pin itself
+    loaded: bool  # sliding pairs, actuators, springs or dampers are attached to the pin itself
 
 
 @dataclass(frozen=True)

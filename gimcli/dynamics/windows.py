@@ -1,7 +1,7 @@
 """Windows about change points: slabs of the independent variables within which the branch followed is interpolated.
 
 Places before a change point give a polynomial that predicts the one beyond, on whichever sides the blocks are there:
-any number of them may change at once. A window is kept where places on both sides tell those within.
+any number of them may change at once. A window is kept where places on both sides determine those within.
 """
 
 from __future__ import annotations
@@ -182,7 +182,7 @@ class WindowSearch:
         return weak[met], slopes[met]
 
     def best(self, start: InfluencePosition, normal: FloatArray, low: float, high: float) -> Window | None:
-        """Return the window between two distances from a place whose places tell those within best."""
+        """Return the window between two distances from a place whose places determine those within best."""
         half, centre = 0.5 * (high - low), start.v[self.own] + 0.5 * (low + high) * normal
         best: tuple[float, Window] | None = None
         for reach in REACHES if half < MOST else ():

@@ -26,7 +26,9 @@ WANTED, FINISHED, FAILED, STOPPED = range(4)
 """Why a call ends: its last step holds a row or an event, is very short, or ends where M is steep or a change point
 near; the end is reached; no step is short enough; a stage lies near a change point that has no window yet."""
 
-NOW, BEFORE, STEP, DUE, END, RTOL, ATOL, STEEP, LIVELY, LIVELIEST, START, CORRECTED, SHORTEST, NEAR, CREEP = range(15)
+NOW, BEFORE, STEP, DUE, END, RTOL, ATOL, STEEP, MOVING, GREATEST_KINETIC, START, CORRECTED, SHORTEST, NEAR, CREEP = (
+    range(15)
+)
 """Entries of `clock`: times of the state and of that before, step, next row, end; tolerances; `Policy`; energies."""
 
 CLOCK = 15
@@ -116,8 +118,8 @@ def keep_energy(m: MotionModel, s: States) -> None:
     """Correct the speeds just reached for the energy of the start."""
     clock, f = s.clock, m.gain.shape[0]
     kinetic, potential = m.out.energy[KINETIC], m.out.energy[POTENTIAL]
-    clock[LIVELIEST] = max(clock[LIVELIEST], kinetic)
-    if not kinetic > clock[LIVELY] * max(clock[LIVELIEST], abs(potential)):
+    clock[GREATEST_KINETIC] = max(clock[GREATEST_KINETIC], kinetic)
+    if not kinetic > clock[MOVING] * max(clock[GREATEST_KINETIC], abs(potential)):
         return
     excess = kinetic + potential - clock[START]
     clock[CORRECTED] += abs(excess)
@@ -129,7 +131,7 @@ def keep_energy(m: MotionModel, s: States) -> None:
 
 @kernel
 def is_wanted(m: MotionModel, s: States) -> bool:
-    """Tell whether the step just taken holds a row or an event, or ends where M is steep or a change point near."""
+    """Return whether the step just taken holds a row or an event, or ends where M is steep or a change point near."""
     f = m.gain.shape[0]
     if s.clock[NOW] >= s.clock[DUE] or s.clock[NOW] >= s.clock[END]:
         return True

@@ -1,7 +1,7 @@
 """Positions and first and second influence coefficients of one position, block by block.
 
 The variables v are x and y of all nodes, all readings, and 1. Some are independent: s. The equations are sums of terms
-c f(u) v_i v_j; a block of them tells a few variables when those before are known. A block of one node's x and y on
+c f(u) v_i v_j; a block of them determines a few variables when those before are known. A block of one node's x and y on
 circles or lines is solved in closed form, on the side that the sign of its determinant names; others by
 Newton-Raphson. Then, with the block's gradients J factored once,
 
@@ -312,7 +312,7 @@ def settle(c: Chart, to: InfluencePosition, speeds: FloatArray, room: InfluenceS
 def is_straight(
     last: InfluencePosition, to: InfluencePosition, step: FloatArray, begin: int, end: int, slowest: float
 ) -> bool:
-    """Tell whether some variables continue those of another position smoothly: neither a turn nor another branch.
+    """Return whether some variables continue those of another position smoothly: neither a turn nor another branch.
 
     Their rates are held against the greatest among them, and against `slowest`.
     """

@@ -79,7 +79,7 @@ def _compiled(function: Callable[..., Any], inner: bool) -> Callable[..., Any]:
 
 
 def is_cached(*kernels: str) -> bool:
-    """Tell whether the compiled forms of some kernels, by name, lie on disk for this source."""
+    """Return whether the compiled forms of some kernels, by name, lie on disk for this source."""
     folder = cache_folder()
     if folder is None:
         return False

@@ -26,14 +26,14 @@ ROUNDINGS = 4.0 * EPS
 """Relative error allowed for a sum of a few lengths."""
 
 JUMP = 0.5
-"""A row is doubtful when the other solution is not at least 1 / JUMP times as far from the one foreseen."""
+"""A row is doubtful when the other solution is not at least 1 / JUMP times as far from the one predicted."""
 
 STRETCH = 4.0
-"""A step this much longer than the one before it is not foreseen from it, and doubtful."""
+"""A step this much longer than the one before it is not predicted from it, and doubtful."""
 
 NEAR = 0.25
 """A row is doubtful where the two solutions are nearer to each other than this part of how far they move in a step:
-what is foreseen does not tell them apart there."""
+the prediction does not tell them apart there."""
 
 Meeting = tuple[Any, Any, Any, Any, Any]
 
@@ -107,9 +107,9 @@ def doubt(g: Any, noise: Any) -> Any:
 
 @kernel
 def leaps(now: Any, last: Any, before: Any, step: Any, gap: Any) -> Any:
-    """Tell whether a measure is not clearly nearer to the one foreseen from two rows than its mirror is."""
+    """Return whether a measure is not clearly nearer to the one predicted from two rows than its mirror is."""
     change = step / where(gap == 0.0, 1.0, gap) * (last - before)
-    foreseen = last + change
-    near = where(abs(foreseen - now) <= JUMP * abs(foreseen + now), False, True)  # a NaN leaps
+    predicted = last + change
+    near = where(abs(predicted - now) <= JUMP * abs(predicted + now), False, True)  # a NaN leaps
     near = where(abs(now) >= NEAR * abs(change), near, True)
     return where(step <= STRETCH * gap, near, True)

@@ -223,7 +223,7 @@ def carry(w: FloatArray, lanes: FloatArray, q: Program, at: Lanes, k: int, high:
             ey[r] += ay[r]
         give(lanes, x, EX, high)
         give(lanes, y, EY, high)
-    else:  # of the history too: whether lines have turned is told from it
+    else:  # of the history too: whether lines have turned is found from it
         take(lanes, x, EX, high)
         take(lanes, y, EY, high)
 

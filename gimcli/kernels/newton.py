@@ -8,7 +8,7 @@ With base nodes b and carried nodes linear in them, p = C b + c, the equations a
 
 and their gradients follow from the complex coefficients C. The factors of the gradients serve as
 long as the nodes have hardly moved (simplified Newton); the ratio of two corrections with the same
-factors is the contraction that tells whether the start was near enough (Deuflhard 2011, section 2.1).
+factors is the contraction that shows whether the start was near enough (Deuflhard 2011, section 2.1).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ SLOW = 0.02
 
 FALL = 0.2
 """A row is doubtful where the determinant falls to less than this part from one row to the next: branches may meet
-between them, and lie too near to each other for what is foreseen to tell them apart. (The least pivot jumps where the
+between them, and lie too near to each other for a prediction to tell them apart. (The least pivot jumps where the
 order of the pivots changes, however short the step; their product does not.)"""
 
 LIKE = 0.4
@@ -233,7 +233,7 @@ def move(g: GroupArrays, p: RowPosition) -> float:
 
 @stage
 def factor(g: GroupArrays, p: RowPosition) -> None:
-    """Fill and factor the gradients; tell the determinant's sign and the least pivot: how far from singular it is."""
+    """Fill and factor the gradients; return the determinant's sign and the least pivot: how far from singular it is."""
     jacobian(g, p)
     m, n = g.rows, 2 * g.base
     sign = lu_factor(p.j, n, p.order) if m == n else qr_factor(p.j, m, n, p.order)
@@ -252,7 +252,7 @@ def factor(g: GroupArrays, p: RowPosition) -> None:
 
 @kernel
 def serves(g: GroupArrays, p: RowPosition, limits: StopLimits) -> bool:
-    """Tell whether the factors are of a place so near that the gradients cannot have become singular since."""
+    """Return whether the factors are of a place so near that the gradients cannot have become singular since."""
     if p.out[SIGN] == 0.0:
         return False
     reach = limits.reach * p.out[PIVOT]
@@ -305,7 +305,7 @@ def newton(g: GroupArrays, p: RowPosition, limits: StopLimits) -> bool:
 def predict(x: FloatArray, y: FloatArray, time: FloatArray, r: int, g: GroupArrays, p: RowPosition) -> float:
     """Start row r by the polynomial through the rows before it, up to four of like spacing.
 
-    Returns the length of the step foreseen, infinite where only one row is behind.
+    Returns the length of the step predicted, infinite where only one row is behind.
     """
     weights = p.weights
     count = weigh(time, r, weights)
@@ -325,7 +325,7 @@ def predict(x: FloatArray, y: FloatArray, time: FloatArray, r: int, g: GroupArra
 
 @kernel
 def stand(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPosition) -> float:
-    """Start row r where its base nodes stand: nothing is foreseen."""
+    """Start row r where its base nodes stand: nothing is predicted."""
     for b in range(g.base):
         p.x[b], p.y[b] = x[g.nodes[b], r], y[g.nodes[b], r]
     return math.inf
@@ -390,7 +390,7 @@ def couple(
     x: FloatArray, y: FloatArray, rx: FloatArray, ry: FloatArray, values: FloatArray, cos: FloatArray,
     sin: FloatArray, time: FloatArray, start: int, end: int, g: GroupArrays, p: RowPosition, sign: float,
     limits: StopLimits,
-    iterations: FloatArray, errors: FloatArray, foreseen: bool,
+    iterations: FloatArray, errors: FloatArray, predicted: bool,
 ) -> int:  # fmt: skip
     """Follow a motion over rows start..end; return the first row that did not settle safely.
 
@@ -400,7 +400,7 @@ def couple(
     """
     clear(g, p)
     stop, volume = end, 0.0
-    if foreseen:
+    if predicted:
         take(x, y, rx, ry, values, cos, sin, start - 1, g, p)
         volume = volume_at(x, y, start - 1, g, p)
     for r in range(start, end):
@@ -409,14 +409,14 @@ def couple(
             coefficients(g, p)
         if (r - start) % RENEWED == 0:
             p.out[SIGN] = 0.0
-        way = predict(x, y, time, r, g, p) if foreseen else stand(x, y, r, g, p)
+        way = predict(x, y, time, r, g, p) if predicted else stand(x, y, r, g, p)
         good = newton(g, p, limits)
         give(x, y, r, g, p)
         iterations[r] += p.out[ITERATIONS]
         errors[r] = max(errors[r], p.out[ERROR])
         over = g.rows == 2 * g.base and sign != 0.0 and p.out[SIGN] != sign
         over = over or p.out[VOLUME] < FALL * volume
-        if not good or over or p.out[FIRST] > 0.5 * way + 0.05 * limits.first:  # not where it was foreseen
+        if not good or over or p.out[FIRST] > 0.5 * way + 0.05 * limits.first:  # not where it was predicted
             stop = r
             break
         sign, volume = p.out[SIGN], p.out[VOLUME]

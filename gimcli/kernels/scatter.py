@@ -1,4 +1,4 @@
-"""Independent positions of a plan in closed form, one row after another: nothing is followed, nothing foreseen."""
+"""Independent positions of a plan in closed form, one row after another: nothing is followed, nothing predicted."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def locus(q: Program, s: Scratch, k: int, to: int) -> None:
 
 @stage
 def meet(q: Program, s: Scratch, k: int, sign: float) -> bool:
-    """Place a node where two loci meet; tell whether they do."""
+    """Place a node where two loci meet; return whether they do."""
     kind, node, e = q.steps[k, 0], q.steps[k, 1], s.e
     locus(q, s, q.steps[k, 2], AX)
     locus(q, s, q.steps[k, 3], BX)
@@ -88,7 +88,7 @@ def meet(q: Program, s: Scratch, k: int, sign: float) -> bool:
 
 @stage
 def position(q: Program, s: Scratch, sign: FloatArray) -> bool:
-    """Place all nodes; tell whether they can be."""
+    """Place all nodes; return whether they can be."""
     for k in range(q.steps.shape[0]):
         kind, to, branch = q.steps[k, 0], q.steps[k, 1], q.steps[k, 5]
         side = sign[branch] if branch >= 0 else 1.0

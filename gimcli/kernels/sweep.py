@@ -6,7 +6,7 @@
 
 Source: Petuya et al. 2004, section 3; errors are eqs (1) and (2).
 
-A run of sweeps that goes nowhere ends early, and tells why: it has come back to where it was one sweep
+A run of sweeps that goes nowhere ends early, with the reason: it has come back to where it was one sweep
 ago (stalled) or some sweeps ago (cycling), its error hardly falls (stalled), or its nodes have left
 the numbers (diverged). Where it was is looked up by Brent's method: a mark at sweeps 1, 2, 4, 8 ...
 Source: Brent, BIT 20 (1980) 176-184, section 2.
@@ -190,7 +190,7 @@ def worst_errors(
 
 @kernel
 def whereabouts(x: FloatArray, y: FloatArray, mark: FloatArray, near: float) -> int:
-    """Tell whether the nodes are back at a mark (2, nodes): 1 if so, 0 if not, -1 where they are no numbers."""
+    """Return whether the nodes are back at a mark (2, nodes): 1 if so, 0 if not, -1 where they are no numbers."""
     back = 1
     for k in range(x.shape[0]):
         if not math.isfinite(x[k] + y[k]):

@@ -53,7 +53,7 @@ LANES = 2
 """Lanes with fixed numbers."""
 
 SINGULAR = 1e-8
-"""Least over greatest singular value, of gradients of length 1, below which the equations tell no velocity."""
+"""Least over greatest singular value, of gradients of length 1, below which the equations determine no velocity."""
 
 
 @stage
@@ -174,7 +174,7 @@ def across(w: FloatArray, to: int, a: int, b: int, p: int, high: int) -> None:
 
 @stage
 def determinant(w: FloatArray, to: int, a: int, b: int, high: int) -> None:
-    """Fill with 1 / (a x b), NaN where a and b are nearly parallel, and tell so.
+    """Fill with 1 / (a x b), NaN where a and b are nearly parallel, and return so.
 
     Of two unit vectors at a small angle, least over greatest singular value is half the angle.
     """
@@ -229,7 +229,7 @@ def read_value(w: FloatArray, to: int, value: FloatArray, high: int) -> None:
 
 @stage
 def factor(w: FloatArray, a: int, scales: int, d: int, m: int, n: int, high: int) -> None:
-    """Factor gradients, rows made of length 1; tell where they are singular.
+    """Factor gradients, rows made of length 1; return where they are singular.
 
     The norms are Frobenius's: the greatest singular value is at most the root of m, one over the least at most
     the norm of the inverse.

@@ -1,4 +1,4 @@
-"""Positions near change points, where the equations alone tell them badly, from places on both sides.
+"""Positions near change points, where the equations alone determine them badly, from places on both sides.
 
 At a distance d from a change point velocities are known to eps / d^2 and accelerations to eps / d^3 only. The branch
 that is followed is smooth there: what is asked for is interpolated on the line through the target across the window,
@@ -56,7 +56,7 @@ def offset_of(w: Windows, n: int, s: FloatArray) -> float:
 
 @kernel
 def is_beside(w: Windows, n: int, s: FloatArray, offset: float) -> bool:
-    """Tell whether a place is near a window's middle line."""
+    """Return whether a place is near a window's middle line."""
     square = 0.0
     for k in range(w.centre.shape[1]):
         square += (s[k] - w.centre[n, k]) ** 2

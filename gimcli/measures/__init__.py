@@ -1,4 +1,4 @@
-"""Measures: what a motion tells beyond coordinates. One file a kind, one line here for each."""
+"""Measures: results of a motion beyond coordinates. One file a kind, one line here for each."""
 
 from __future__ import annotations
 
@@ -30,5 +30,5 @@ def measures_of(mechanism: Mechanism, spec: str) -> list[Measure]:
 
 
 def help_lines() -> list[tuple[str, str]]:
-    """Return how each kind is written, and what it tells."""
+    """Return how each kind is written, and what it gives."""
     return [(f"{kind.name}:{kind.arguments}", kind.text) for kind in KINDS.values()]

@@ -45,7 +45,7 @@ class Area(Measure):
 
     def _signed_rate(self, sight: PathDerivatives) -> ComplexArray:
         ends = list(self.mechanism.members[self.member].nodes[:2])
-        z = sight.motion.z[ends]  # told even where velocities are not
+        z = sight.motion.z[ends]  # known even where velocities are not
         paths = np.moveaxis(sight.timed.nodes[:, ends], 0, 1).copy()
         paths[:, 0] = z
         a, b = completed(sight.clock, paths)

@@ -2,7 +2,7 @@
 
 A point P of a member moves at v + i omega (P - O); two members i, j agree at P = i (v_i - v_j) / (omega_i - omega_j),
 v being the velocity of the member's point at the frame's origin. Where they rest against each other for a moment, both
-differences vanish and their derivatives tell the centre; a pin that joins them is their centre always. The centre's
+differences vanish and their derivatives determine the centre; a pin that joins them is their centre always. Its
 place in the frame is the fixed centrode, its places in the members are the moving ones; they roll on each other.
 Source: Bottema & Roth, Theoretical Kinematics, 1979, chapter VIII; Norton, Design of Machinery, section 6.5.
 """

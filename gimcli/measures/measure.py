@@ -23,7 +23,7 @@ class Head:
 
 
 class Measure(ABC):
-    """One thing told of every row of a motion; `heads` name its columns."""
+    """One quantity for every row of a motion; `heads` name its columns."""
 
     spec: str
     """What was asked for, such as "centre:rod/rocker"."""
@@ -31,9 +31,9 @@ class Measure(ABC):
 
     @abstractmethod
     def values(self, sight: PathDerivatives) -> list[FloatArray]:
-        """Return one array (rows,) a column in the file's units; NaN where nothing can be told.
+        """Return one array (rows,) a column in the file's units; NaN where it is not determined.
 
-        The pieces of a motion are told in their order.
+        The pieces of a motion come in their order.
         """
 
     def curves(self, sight: PathDerivatives) -> dict[str, ComplexArray]:
@@ -45,7 +45,7 @@ class Measure(ABC):
         return []
 
     def whole(self, sight: PathDerivatives) -> dict[str, Any]:
-        """Return what is told of the motion as a whole, by name."""
+        """Return results of the motion as a whole, by name."""
         return {}
 
 

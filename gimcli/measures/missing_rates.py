@@ -1,4 +1,4 @@
-"""Rates of points at rows where the equations tell none, as at a change point that is passed straight through."""
+"""Rates of points at rows where the equations determine none, as at a change point that is passed straight through."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ class Record:
         return [outline for measure in self.measures for outline in measure.outlines(sight)]
 
     def told(self, motion: Motion) -> dict[str, dict[str, Any]]:
-        """Return what the measures tell of the whole motion, of which some rows have been kept."""
+        """Return the results of the measures for the whole motion, of which some rows have been kept."""
         sight, report = sight_of(motion), {}
         for measure in self.measures:
             columns = {}
@@ -88,7 +88,7 @@ class Record:
 
 
 def sight_of(motion: Motion) -> PathDerivatives:
-    """Return the derivatives of a motion: by its inputs' path, or by the length of the curve that it was told by."""
+    """Return the derivatives of a motion: by its inputs' path, or by the length of the curve that it is given by."""
     if motion.parameter is None:
         return PathDerivatives(motion)
     from gimcli.rates.arclength_derivatives import ArclengthDerivatives

@@ -3,7 +3,7 @@
 Between the rows the corners follow polynomials of fifth degree through positions, velocities and accelerations; from
 one fine pose to the next every side covers one or two triangles. The area of their union is the integral of the
 length that a horizontal line has in them, by the midpoint rule in an angle that makes the ends of the range smooth.
-What is told as its error is the difference from a computation with half the rows, poses and lines.
+Its error is taken as the difference from a computation with half the rows, poses and lines.
 """
 
 from __future__ import annotations
@@ -171,7 +171,7 @@ def _section_lengths(corners: ComplexArray, first: IntArray, last: IntArray, y: 
     left, right = np.minimum(long, short), np.maximum(long, short)
     order = np.lexsort((left, line))
     line, left, right = line[order], left[order], right[order]
-    # the lines are laid side by side, so that one running maximum tells what is covered already
+    # the lines are laid side by side, so that one running maximum shows what is covered already
     width = float(np.max(right, initial=0.0) - np.min(left, initial=0.0)) + 1.0
     shift = line * width
     covered = np.maximum.accumulate(np.concatenate([[-np.inf], right + shift]))[:-1] - shift

@@ -154,8 +154,8 @@ def _locus_line(mechanism: Mechanism, locus: Locus) -> ForceLine | None:
 def joints_at(mechanism: Mechanism, node: int) -> list[TransmissionJoint]:
     """Return all joints at a node, each pair of parts once."""
     own = [joint for joint in output_joints(mechanism) if joint.node == node]
-    told = {joint.names for joint in own}
-    return own + [j for pair in _joined(mechanism, node) if (j := TransmissionJoint(node, *pair)).names not in told]
+    known = {joint.names for joint in own}
+    return own + [j for pair in _joined(mechanism, node) if (j := TransmissionJoint(node, *pair)).names not in known]
 
 
 # -- what the user asks for -----------------------------------------------------------------------------

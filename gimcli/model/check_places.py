@@ -8,7 +8,7 @@ from gimcli.model.source import Where
 
 
 def check_drawn(refs: References, where: Where, nodes: list[str]) -> None:
-    """Note a member whose drawn place cannot be told, as its first two nodes are drawn at one."""
+    """Note a member whose drawn place is not defined, as its first two nodes are drawn at one."""
     a, b = nodes[:2]
     if {a, b} <= set(refs.model.nodes) and a != b and not refs.apart(a, b):
         refs.fault(where, f"nodes {a} and {b} are drawn at one place, which shows no direction; draw them apart")

@@ -40,7 +40,7 @@ class References:
             self.fault(where, text)
 
     def node(self, where: Where, name: str) -> bool:
-        """Tell whether a node is declared; note a fault where it is not."""
+        """Return whether a node is declared; note a fault where it is not."""
         if name in self.model.nodes:
             return True
         declared = list(self.source.data["nodes"])
@@ -51,7 +51,7 @@ class References:
         return False
 
     def nodes(self, where: Where, names: Sequence[str]) -> bool:
-        """Tell whether all nodes of a list are declared and different."""
+        """Return whether all nodes of a list are declared and different."""
         good = all([self.node((*where, k), n) for k, n in enumerate(names)])
         if len(set(names)) < len(names):
             self.fault(where, f"a node is named twice in [{', '.join(names)}]; name different nodes")
@@ -59,7 +59,7 @@ class References:
         return good
 
     def member(self, where: Where, name: str, key: bool = False) -> bool:
-        """Tell whether a member or the ground has a name; note a fault where none has."""
+        """Return whether a member or the ground has a name; note a fault where none has."""
         if name in self.every or name == "ground":
             return True
         parts = {("links",), ("elements",), ("links", name), ("elements", name)}
@@ -74,7 +74,7 @@ class References:
         return (["ground"] if wanted <= self.ground else []) + [k for k, v in self.members.items() if wanted <= set(v)]
 
     def apart(self, a: str, b: str) -> bool:
-        """Tell whether two declared nodes are drawn apart."""
+        """Return whether two declared nodes are drawn apart."""
         return math.dist(self.model.nodes[a], self.model.nodes[b]) > CLOSEST * self.size
 
     def coincident(self, places: dict[str, list[float]]) -> list[tuple[str, str]]:

@@ -35,7 +35,7 @@ _INVISIBLE = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 
 @dataclass(frozen=True, order=True)
 class Fault:
-    """What is wrong, and where; faults are told in the order of their lines."""
+    """What is wrong, and where; faults are listed in the order of their lines."""
 
     line: int
     column: int

@@ -15,7 +15,7 @@ import numpy as np
 from gimcli.continuation.gap_interpolation import Gap, Row
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.motion.backtracking import Backtracking, Strewn
+from gimcli.motion.backtracking import Backtracking, RandomPlaces
 from gimcli.positions import closed_forms, newton
 from gimcli.positions.block import RowBlock
 from gimcli.positions.branch_signs import sides
@@ -35,7 +35,7 @@ TRIALS = 60
 """Disturbed guesses tried before a group counts as impossible to assemble."""
 
 STREWN = 120
-"""Starts strewn over a square of twice the size that are tried after them where any configuration will do."""
+"""Random starts over a square of twice the size that are tried after them where any configuration will do."""
 
 
 @dataclass
@@ -53,7 +53,7 @@ class Assembly:
 
     @property
     def regular(self) -> bool:
-        """Tell whether it is assembled, and not in a singular position."""
+        """Return whether it is assembled, and not in a singular position."""
         return self.status is Status.OK and self.gap is None
 
 
@@ -84,10 +84,10 @@ class Assembler:
         return Assembly(status, row, signs, float(block.error[0]), float(block.work[0]), self.plan.surplus > 0)
 
     def _take(self, block: RowBlock, drawn: RowBlock, signs: FloatArray) -> Status:
-        """Take all steps in order; `signs` then tells the sides taken."""
+        """Take all steps in order; `signs` then holds the sides taken."""
         steps, k, failed = self.plan.steps, 0, Status.OK
         before = [0.0] * len(steps)  # error that each step started with
-        ways = Backtracking(self.plan, signs, drawn, self._strewn(np.random.default_rng(0))) if self.anywhere else None
+        ways = Backtracking(self.plan, signs, drawn, self._random(np.random.default_rng(0))) if self.anywhere else None
         while True:
             if k == len(steps):
                 if ways is None or self._holds(self.plan.surplus, block):
@@ -141,7 +141,7 @@ class Assembler:
                 if self._faithful(block) and (best is None or rank < best[0]):
                     best = rank, z
             elif number == 0 and block.singular and self._fits(packed, block, start):
-                return False  # a singular position: no other start will tell it better
+                return False  # a singular position: no other start determines it better
             if best is not None and self._enough(best[0], number):
                 break
         if best is not None:
@@ -150,12 +150,12 @@ class Assembler:
         return best is not None
 
     def _enough(self, rank: tuple[bool, float], number: int) -> bool:
-        """Tell whether no start after this one is needed: the first position, or the nearest of two."""
+        """Return whether no start after this one is needed: the first position, or the nearest of two."""
         loose, far = rank
         return not loose if self.anywhere else far <= NEAR * self.mechanism.size or number >= 1
 
     def _holds(self, surplus: int, block: RowBlock) -> bool:
-        """Tell whether surplus constraints, which nothing imposes exactly, hold among what is placed."""
+        """Return whether surplus constraints, which nothing imposes exactly, hold among what is placed."""
         if surplus <= 0:
             return True
         z = block.x[:, :1] + 1j * block.y[:, :1]
@@ -176,19 +176,19 @@ class Assembler:
             reach = size * (0.02 + k / TRIALS)
             noise = generator.standard_normal((2, len(base))) * reach
             yield guess[base] + noise[0] + 1j * noise[1]
-        strewn = self._strewn(generator)
+        random = self._random(generator)
         for _ in range(STREWN if self.anywhere else 0):
-            yield strewn(len(base))
+            yield random(len(base))
 
-    def _strewn(self, generator: np.random.Generator) -> Strewn:
-        """Return a source of places strewn evenly over a square of twice the size about the frame."""
+    def _random(self, generator: np.random.Generator) -> RandomPlaces:
+        """Return a source of random places, evenly over a square of twice the size about the frame."""
         centre, size = np.mean(self.mechanism.members[FRAME].shape), self.mechanism.size
 
-        def strewn(count: int) -> ComplexArray:
+        def random(count: int) -> ComplexArray:
             spread = generator.uniform(-1.0, 1.0, (2, count)) * size
             return np.asarray(centre + spread[0] + 1j * spread[1])
 
-        return strewn
+        return random
 
     def _swept(self, packed: Packed, block: RowBlock, guess: ComplexArray) -> ComplexArray | None:
         from gimcli.gim import sweeps
@@ -212,13 +212,13 @@ class Assembler:
         return done.z if np.all(np.isfinite(done.z)) else None
 
     def _faithful(self, block: RowBlock) -> bool:
-        """Tell whether no driven angle is a half turn off: a line does not know its two ends apart."""
+        """Return whether no driven angle is a half turn off: a line does not know its two ends apart."""
         z = block.x[:, :1] + 1j * block.y[:, :1]
         angles = [e[0] for _, is_angle, e in errors(self.mechanism, z, block.inputs[:, :1]) if is_angle]
         return not any(np.isfinite(e) and e > 1.0 for e in angles)
 
     def _fits(self, packed: Packed, block: RowBlock, start: ComplexArray) -> bool:
-        """Tell whether the members of a group fit at its start already, which is then left in the block."""
+        """Return whether the members of a group fit at its start already, which is then left in the block."""
         base, group = list(packed.group.base), packed.group
         block.x[base, 0], block.y[base, 0] = start.real, start.imag
         for place in group.places:

@@ -18,15 +18,15 @@ TURNS = 1024
 CHANCES = 40
 """Times that a group is started elsewhere because what hangs on it cannot be assembled."""
 
-Strewn = Callable[[int], ComplexArray]
+RandomPlaces = Callable[[int], ComplexArray]
 """Gives so many places anywhere."""
 
 
 class Backtracking:
     """What is left to try where steps have led nowhere: other sides, and other starts of groups."""
 
-    def __init__(self, plan: Plan, signs: FloatArray, drawn: RowBlock, strewn: Strewn) -> None:
-        self.steps, self.signs, self.drawn, self.strewn = plan.steps, signs, drawn, strewn
+    def __init__(self, plan: Plan, signs: FloatArray, drawn: RowBlock, random: RandomPlaces) -> None:
+        self.steps, self.signs, self.drawn, self.random = plan.steps, signs, drawn, random
         self.begun, self.turns = signs.copy(), TURNS
         self.chances = {k: CHANCES for k, step in enumerate(plan.steps) if isinstance(step, Coupled)}
 
@@ -42,7 +42,7 @@ class Backtracking:
         step = self.steps[k]
         if isinstance(step, Coupled) and self.chances[k]:
             base = list(step.base)
-            places = self.strewn(len(base))
+            places = self.random(len(base))
             self.drawn.x[base, 0], self.drawn.y[base, 0] = places.real, places.imag
             self.chances[k] -= 1
             return True

@@ -29,14 +29,14 @@ class FollowingConstants:
     steps: int = 14
     first: tuple[float, ...] = (1 / 512, 1 / 64, 1 / 8, 1.0)  # its parts, where those steps do not get there
     split: int = 8  # parts of an interval approached finer
-    resolution: float = 1e-12  # of the motion: where a limit is told
+    resolution: float = 1e-12  # of the motion: at which a limit is located
     leaps: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)  # of a turn: half gaps tried at a singular position
     window: float = 1e-4  # of a turn: within which two branches are looked for that meet
     zooms: int = 9
     meeting: float = 64.0  # quality below which they meet: a time cannot be hit more closely than its rounding
     loosest: float = 1e-6  # error of a coupled group's nodes on the way past a singular position
     closure: float = 2e-13  # residual up to which a position interpolated over a singular one is assembled
-    agreement: float = 0.2  # a landing may differ from the one foreseen by this part of the way
+    agreement: float = 0.2  # a landing may differ from the predicted one by this part of the distance
     memory: int = 400  # rows kept to continue from
 
 

@@ -1,7 +1,7 @@
 """Follow a motion from a solved position, on its branch, through singular positions.
 
 Rows are solved in blocks as long as nothing is doubtful. A row that is doubtful (no solution, a
-jump foreseen, the tolerance out of reach) is approached by an ever finer grid, and a singular
+jump predicted, the tolerance out of reach) is approached by an ever finer grid, and a singular
 position that remains is gone straight through (see passing). Where that fails the curve of the
 motion decides (see guide): it goes on, or there is a limit. A row's "time" is what the inputs are
 given over: the place on a leg of the laws, or the time.
@@ -104,7 +104,7 @@ class BranchFollower(BranchState):
         self.wall = None
 
     def enter(self, gap: Gap) -> bool:
-        """Start on the way out of a singular position, or in to a limit; tell whether it can be gone."""
+        """Start on the way out of a singular position, or in to a limit; return whether it can be gone."""
         if gap.inwards:
             self.log, self.wall = [], cast("ArcPassage", gap)
         elif (out := gap.exit) is not None:
@@ -152,11 +152,11 @@ class BranchFollower(BranchState):
         return path
 
     def _crosses(self, time: float) -> bool:
-        """Go past doubtful rows to a time; tell whether that succeeded."""
+        """Go past doubtful rows to a time; return whether that succeeded."""
         return SingularCrossing(self, self._knows_curve).cross(time)
 
     def _knows_curve(self) -> bool:
-        """Tell whether the curve of the motion has been made: it decides sooner than many doubtful rows."""
+        """Return whether the curve of the motion has been made: it decides sooner than many doubtful rows."""
         return self.guide is not None and self.guide.curve is not None
 
     def _beyond(self, path: FollowedPath, i: int, crossed: bool) -> int:
@@ -178,7 +178,7 @@ class BranchFollower(BranchState):
         row = self.evaluate(path.time[i : i + 1], self.log)
         self.lenient = False
         path.end(i)
-        if row.end == len(row.time):  # it is there, but cannot be told
+        if row.end == len(row.time):  # it exists, but not to the tolerance
             path.codes[i] = int(Status.SINGULAR)
         path.limit = self.log[-1].time
         return i

@@ -65,7 +65,7 @@ class Journey:
 
     @property
     def on_line(self) -> bool:
-        """Tell whether the inputs run along one line."""
+        """Return whether the inputs run along one line."""
         return self.leg.line is not None
 
     # -- the start ----------------------------------------------------------------------
@@ -124,7 +124,7 @@ class Journey:
         return cast("ArcPassage", gap).other_side().mirrored()
 
     def _stands_at(self, gap: Gap) -> bool:
-        """Tell whether the motion is at the singular position of a gap."""
+        """Return whether the motion is at the singular position of a gap."""
         return abs(gap.centre - self.place) <= BEYOND * max(1.0, abs(self.place))
 
     # -- rows ---------------------------------------------------------------------------
@@ -255,13 +255,13 @@ class Journey:
                 path.met(self.leg.time_at(gap.centre), gap, self.leg.inputs(np.array([gap.centre]))[:, 0])
 
     def _is_new(self, gap: Gap, place: float) -> bool:
-        """Tell whether branches meet at a gap that a motion up to a place has come to, and that is not noted yet."""
+        """Return whether branches meet at a gap that a motion up to a place has come to, and that is not noted yet."""
         near = SAME * self.leg.turn
         known = gap.limit or any(abs(gap.centre - centre) <= near for centre in self.noted)
         return not known and self._has_come_to(gap, place)
 
     def _has_come_to(self, gap: Gap, place: float) -> bool:
-        """Tell whether a motion up to a place has come to the singular position of a gap."""
+        """Return whether a motion up to a place has come to the singular position of a gap."""
         centre = gap.centre
         if abs(centre - place) <= BESIDE * self.leg.turn and self.follower.guide is not None:
             centre = self.follower.guide.exact(gap, self.leg.sense)  # an interpolated one is known to some digits less

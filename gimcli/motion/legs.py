@@ -54,7 +54,7 @@ class Leg:
 
     @property
     def mirrored(self) -> bool:
-        """Tell whether the input has turned back at a limit on the way."""
+        """Return whether the input has turned back at a limit on the way."""
         return self.mirror != 1.0 or self.shift != 0.0
 
     @property
@@ -131,7 +131,7 @@ def straight(mechanism: Mechanism, begin: FloatArray, end: FloatArray) -> Leg:
 
 
 def fine(step: float, turn: float) -> bool:
-    """Tell whether a step is short enough for rows to be solved one after another."""
+    """Return whether a step is short enough for rows to be solved one after another."""
     return step * (STEPS_A_TURN / turn) <= 1.0 + ROUND
 
 

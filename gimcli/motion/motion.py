@@ -63,7 +63,7 @@ class Motion:
 
     @cached_property
     def good(self) -> NDArray[np.bool_]:
-        """Tell of every row whether it is ok."""
+        """Return for every row whether it is ok."""
         return np.asarray(self.codes == Status.OK)
 
     @cached_property
@@ -194,7 +194,7 @@ def _skipped(motion: Motion, options: Options) -> Motion:
 
 
 class _Swept:
-    """Solves all rows by sweeps; the continuous motion tells whether they stayed on its branch."""
+    """Solves all rows by sweeps; the continuous motion shows whether they stayed on its branch."""
 
     def __init__(self, mechanism: Mechanism, options: Options, rows: int, tell: Tell | None) -> None:
         from gimcli.gim.sweeper import Sweeper

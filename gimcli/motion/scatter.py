@@ -95,7 +95,7 @@ class Scatterer:
 
     @property
     def closed(self) -> bool:
-        """Tell whether every step has a closed form."""
+        """Return whether every step has a closed form."""
         return not self.plan.coupled
 
     @property

@@ -2,7 +2,7 @@
 
 What cannot be solved on the finest grid is a limit of the input, or a position where two branches meet. Then the
 position beyond it is extrapolated from four before it and solved there; the rows in between are interpolated over
-both sides, for at the singular position itself the equations tell a node to half the digits only.
+both sides, for at the singular position itself the equations determine a node to only half the digits.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class SingularCrossing:
             return False
         gap = target - state.log[-1].time
         if block.singular:
-            meeting = self._meeting(block.culprit, target)
+            meeting = self._meeting(block.weak_branch, target)
             if meeting is not None and self._leap(meeting):
                 return True
             if meeting is not None and not state.lenient and self._shorter(meeting) and gap > self._shortest:
@@ -67,13 +67,13 @@ class SingularCrossing:
         return self.cross(target)
 
     def _meeting(self, branch: int, target: float) -> float | None:
-        """Return the time near `target` at which two branches cannot be told apart, None where they always can.
+        """Return the time near `target` at which two branches cannot be distinguished, None where they always can.
 
         The measure of a step does not depend on the side that is taken: it is sampled ever finer.
         """
         state = self.state
         start = state.log[-1].time
-        if branch == NONE:  # a coupled group: only the landing will tell
+        if branch == NONE:  # a coupled group: only the landing decides
             return 0.5 * (start + target)
         low, high = start, max(target, start + state.constants.window * state.turn)
         for _ in range(state.constants.zooms):
@@ -96,7 +96,7 @@ class SingularCrossing:
         return block.quality[branch, block.history :]
 
     def _leap(self, centre: float) -> bool:
-        """Pass a singular position: solve beyond it what is foreseen from before it."""
+        """Pass a singular position: solve beyond it what is predicted from before it."""
         state = self.state
         gap = abs(centre - state.log[-1].time)
         return any(
@@ -108,7 +108,7 @@ class SingularCrossing:
         return 0.5 * self.state.constants.leaps[-1] * self.state.turn
 
     def _shorter(self, centre: float) -> bool:
-        """Tell whether leaps that are too short for the distance to a singular position are left to be tried."""
+        """Return whether leaps that are too short for the distance to a singular position are left to be tried."""
         return bool(abs(centre - self.state.log[-1].time) > self._shortest)
 
     def _bridge(self, centre: float, delta: float) -> bool:
@@ -125,7 +125,7 @@ class SingularCrossing:
         return done
 
     def _closes(self) -> bool:
-        """Tell whether the mechanism is assembled at the singular position itself: no limit was leapt over."""
+        """Return whether the mechanism is assembled at the singular position itself: no limit was leapt over."""
         state = self.state
         bridge = state.bridges[-1]
         row, when = bridge.at(bridge.centre), np.array([bridge.centre])
@@ -141,25 +141,25 @@ class SingularCrossing:
         return state.rows(block) if block.end == len(block.time) else None
 
     def _land(self, centre: float, delta: float, before: list[Row]) -> bool:
-        """Solve beyond a singular position with the signs foreseen there."""
+        """Solve beyond a singular position with the signs predicted there."""
         state = self.state
         when = [row.time for row in before]
         weights = lagrange(when, centre + delta)
-        foreseen = Row(
+        predicted = Row(
             centre + delta,
             *(sum(w * getattr(row, part) for w, row in zip(weights, before, strict=True)) for part in "xyg"),
         )
-        state.sign = state.sides(foreseen)
+        state.sign = state.sides(predicted)
         state.determinant = dict.fromkeys(state.determinant, 0.0)
-        block = state.evaluate(np.array([centre + delta]), self._fan(before, foreseen))
+        block = state.evaluate(np.array([centre + delta]), self._fan(before, predicted))
         if block.end < len(block.time):
             return False
         first = state.rows(block)[0]
-        way = np.hypot(foreseen.x - before[-1].x, foreseen.y - before[-1].y)
-        miss = np.hypot(foreseen.x - first.x, foreseen.y - first.y)
-        if not np.all(miss <= state.constants.agreement * np.nanmax(way)):
+        distance = np.hypot(predicted.x - before[-1].x, predicted.y - before[-1].y)
+        miss = np.hypot(predicted.x - first.x, predicted.y - first.y)
+        if not np.all(miss <= state.constants.agreement * np.nanmax(distance)):
             return False
-        turned = np.where(foreseen.g * first.g < 0.0, -1.0, 1.0)  # where two centres have met
+        turned = np.where(predicted.g * first.g < 0.0, -1.0, 1.0)  # where two centres have met
         rows = [*(Row(row.time, row.x, row.y, turned * row.g) for row in before), first]
         block = state.evaluate(centre + delta * np.arange(2.0, 5.0), rows)
         if block.end < len(block.time):
@@ -169,7 +169,7 @@ class SingularCrossing:
         state.bridges.append(GapInterpolation(bridge.turning(), bridge.rows))
         return True
 
-    def _fan(self, before: list[Row], foreseen: Row) -> list[Row]:
-        """Return a history whose extrapolation is what is foreseen: it turns on the spot."""
+    def _fan(self, before: list[Row], predicted: Row) -> list[Row]:
+        """Return a history whose extrapolation is what is predicted: it turns on the spot."""
         state = self.state
-        return [Row(before[-1].time, foreseen.x, foreseen.y, state.sign * np.abs(foreseen.g))]
+        return [Row(before[-1].time, predicted.x, predicted.y, state.sign * np.abs(predicted.g))]

@@ -54,7 +54,7 @@ def _assembled(assembler: Assembler, leg: Leg) -> Assembly:
     if found.status is not Status.SINGULAR:
         return found
     drawn, inputs = mechanism.drawn[:, None], leg.inputs(np.array([at]))
-    exact = holds(mechanism, drawn, inputs, DRAWN)[0]  # then the drawing tells more than what was assembled
+    exact = holds(mechanism, drawn, inputs, DRAWN)[0]  # then the drawing is more exact than what was assembled
     z = mechanism.drawn if exact else settled(mechanism, found)
     gap = _guide(leg, assembler).around(z, at, leg.sense)
     return found if gap is None else on_gap(gap, found)
@@ -80,7 +80,7 @@ def on_gap(gap: Gap, found: Assembly) -> Assembly:
 
 
 def random_guess(mechanism: Mechanism, seed: int) -> ComplexArray:
-    """Return nodes strewn evenly over a square of twice the size about the frame; the frame stays."""
+    """Return random nodes, evenly over a square of twice the size about the frame; the frame stays."""
     generator = np.random.default_rng(seed)
     fixed = list(mechanism.members[FRAME].nodes)
     centre = mechanism.drawn[fixed].mean() if fixed else mechanism.drawn.mean()

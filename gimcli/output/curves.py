@@ -71,7 +71,7 @@ def _once(run: ComplexArray, near: float) -> list[ComplexArray]:
 
 
 def _covers(path: ComplexArray, piece: ComplexArray, near: float) -> bool:
-    """Tell whether a piece lies on a path."""
+    """Return whether a piece lies on a path."""
     points = piece[:: max(1, len(piece) // TESTED)]
     return bool(np.max(_distances(points, path[:: max(1, len(path) // 400)])) < near)
 

@@ -95,8 +95,8 @@ def arrow(picture: Picture, path: NDArray[Any], pen: Pen = ARROW, fill: Fill = H
 def turning_arrow(picture: Picture, at: complex, taken: Sequence[complex], sense: float) -> None:
     """Draw the arc of a rotary input where no direction (unit) of `taken` is in the way."""
     angles = np.radians(np.arange(90.0, 450.0, 15.0))
-    busy = np.angle(np.exp(1j * angles)[:, None] / np.array(taken or [-1j])[None, :])
-    middle = angles[np.argmax(np.min(np.abs(busy), axis=1).round(6))]
+    apart = np.angle(np.exp(1j * angles)[:, None] / np.array(taken or [-1j])[None, :])
+    middle = angles[np.argmax(np.min(np.abs(apart), axis=1).round(6))]
     turn = np.linspace(-1.0, 1.0, 25) * np.radians(52.0) * (1.0 if sense >= 0 else -1.0)
     arrow(picture, at + 15.0 * picture.frame.point * np.exp(1j * (middle + turn)))
 

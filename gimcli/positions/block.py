@@ -32,7 +32,7 @@ class RowBlock:
     end: int
     blocked: bool = False  # the row at `end` has no solution at all
     singular: bool = False  # the row at `end` is solved, but not to the tolerance
-    culprit: int = NONE  # the branch that ended the block
+    weak_branch: int = NONE  # the branch that ended the block
     lenient: bool = False  # go on as long as the branches can be told apart, whatever the tolerance
     cos: FloatArray = field(init=False)
     sin: FloatArray = field(init=False)
@@ -75,7 +75,7 @@ class RowBlock:
             return zr * full, zi * full
         return zr * bx - zi * by, zr * by + zi * bx
 
-    def stop(self, row: int, blocked: bool = False, singular: bool = False, culprit: int = NONE) -> None:
+    def stop(self, row: int, blocked: bool = False, singular: bool = False, weak_branch: int = NONE) -> None:
         """Let the block end before a row, if it does not end earlier."""
         if row < self.end:
-            self.end, self.blocked, self.singular, self.culprit = row, blocked, singular, culprit
+            self.end, self.blocked, self.singular, self.weak_branch = row, blocked, singular, weak_branch

@@ -32,9 +32,9 @@ ROUNDS = 3
 
 @dataclass(frozen=True, eq=False)
 class ArclengthDerivatives(PathDerivatives):
-    """A motion told by the parameter of its curve, and its derivatives by the curve's length (positions and inputs).
+    """A motion given by the parameter of its curve, and its derivatives by the curve's length (positions and inputs).
 
-    Nothing is told beyond the first one where branches meet, nor of a row at which the motion turns back.
+    There is no derivative beyond the first one where branches meet, nor of a row at which the motion turns back.
     """
 
     @cached_property
@@ -44,7 +44,7 @@ class ArclengthDerivatives(PathDerivatives):
 
     @property
     def smooth(self) -> NDArray[np.bool_]:
-        """Tell of every row whether its second derivatives are those of a regular parameter."""
+        """Return for every row whether its second derivatives are those of a regular parameter."""
         return np.ones(len(self.motion.time), dtype=bool)
 
     @cached_property
@@ -59,7 +59,7 @@ class ArclengthDerivatives(PathDerivatives):
 
     @cached_property
     def clock(self) -> FloatArray:
-        """Length up to every row (rows,): told by the rows' tangents and their bend, right to the fourth order."""
+        """Length up to every row (rows,): found from the rows' tangents and their bend, right to the fourth order."""
         t, bend = self._series[1], self._series[2]
         chord = np.diff(self._series[0])
         middle, change = 0.5 * (t[:, 1:] + t[:, :-1]), bend[:, 1:] - bend[:, :-1]
@@ -94,8 +94,8 @@ class ArclengthDerivatives(PathDerivatives):
         places = [self.curve.point(z, q) for z, q in zip(self.motion.z.T, self.motion.parameter.tolist(), strict=True)]
         p = np.array(places).T
         along = headings(self.motion, p)
-        told = [_derivatives(self.curve, p[:, k], along[:, k]) for k in range(p.shape[1])]
-        return np.moveaxis(np.array(told), 0, 2)
+        series = [_derivatives(self.curve, p[:, k], along[:, k]) for k in range(p.shape[1])]
+        return np.moveaxis(np.array(series), 0, 2)
 
     def _rates(self, series: FloatArray, z: ComplexArray) -> MotionRates:
         """Return derivatives (order + 1, n + 1, rows) as those of nodes and members."""

@@ -91,8 +91,8 @@ class TracedRates:
         self.mechanism, self.names, self.order = mechanism, tuple(names), order
         self._made = Differentiator(mechanism, make_plan(mechanism), ORDERS[:order], names, position=False)
         run = choose(jit, self._made.plain_seconds(rows), tell, ("play",))
-        self._told = partial(self._made, run=run)
+        self._differentiate = partial(self._made, run=run)
 
     def __call__(self, motion: Motion) -> tuple[ComplexArray, FloatArray]:
         """Return velocity, acceleration ... of points (order, points, rows) and of members (order, members, rows)."""
-        return self._told(motion.z, law_rates(self.mechanism, motion.time, self.order, motion.inputs))
+        return self._differentiate(motion.z, law_rates(self.mechanism, motion.time, self.order, motion.inputs))

@@ -21,7 +21,7 @@ class Differentiator:
     """A plan ready to be differentiated: some slots of some points and of all members but the frame.
 
     Points are nodes or points by name, or points of members that the model does not name. Slot 0, the position, is
-    told of them where `position` asks for it.
+    written of them where `position` asks for it.
     """
 
     def __init__(

@@ -33,7 +33,7 @@ class Instant:
 
     @property
     def singular(self) -> bool:
-        """Tell whether the equations tell no velocity here."""
+        """Return whether the equations determine no velocity here."""
         return not bool(np.all(np.isfinite(self.rates.nodes)))
 
     def of_points(self, order: int) -> Mapping[str, complex]:

@@ -1,4 +1,4 @@
-"""What a motion tells: its table, the inputs that can be reached, and the events on the way."""
+"""Results of a motion: its table, the inputs that can be reached, and the events on the way."""
 
 from __future__ import annotations
 
@@ -107,11 +107,11 @@ def events(motion: Motion) -> list[dict[str, Any]]:
     times = [("sequence exchanged", t) for t in motion.exchanged]
     if motion.limit is not None and not motion.turned_back and motion.first_status is Status.OK:
         times.append(("limit", motion.limit))
-    told = [("change point", at) for _, at in motion.meetings]
-    told += [(kind, law_inputs(motion.mechanism)(np.array([time]))[:, 0]) for kind, time in times]
-    told += [("limit", np.array(at)) for _, at in sorted((*motion.turned_back, *motion.touched))]
+    events = [("change point", at) for _, at in motion.meetings]
+    events += [(kind, law_inputs(motion.mechanism)(np.array([time]))[:, 0]) for kind, time in times]
+    events += [("limit", np.array(at)) for _, at in sorted((*motion.turned_back, *motion.touched))]
     result = []
-    for kind, at in told:
+    for kind, at in events:
         values = {
             a.name: float(motion.mechanism.value_to_file(k, at[k : k + 1])[0])
             for k, a in enumerate(motion.mechanism.actuators)

@@ -2,7 +2,7 @@
 
 A path is a curve in the space of the inputs; its parameter is the input itself where there is one, else the
 normalised time stretched so that the inputs move at speed 1. Where the laws stand still, the direction is that of
-their first derivative that does not vanish: instant centres and curvatures are told there too.
+their first derivative that does not vanish: instant centres and curvatures exist there too.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def _first_order(length: Sequence[FloatArray]) -> IntArray:
 
 
 def _aligned(a: FloatArray, b: FloatArray) -> NDArray[np.bool_]:
-    """Tell of every row whether two vectors are parallel."""
+    """Return for every row whether two vectors are parallel."""
     product = np.sum(a * b, axis=0) ** 2
     squares = np.sum(a * a, axis=0) * np.sum(b * b, axis=0)
     return np.asarray(squares - product <= STILLNESS.aligned**2 * squares)
@@ -103,7 +103,7 @@ class PathDerivatives:
 
     @property
     def smooth(self) -> NDArray[np.bool_]:
-        """Tell of every row whether its second derivatives are those of a regular parameter."""
+        """Return for every row whether its second derivatives are those of a regular parameter."""
         return self.way.smooth
 
     @property
@@ -131,7 +131,7 @@ class PathDerivatives:
     def beside(self, rows: IntArray, step: float) -> MotionRates:
         """Return first and second derivatives a short step of the parameter from some rows.
 
-        The positions there are told by three derivatives: right to the step's fourth power.
+        The positions there follow from three derivatives: right to the step's fourth power.
         """
         motion, way = self.motion, self.way
         series = self.along_to(3, rows).nodes

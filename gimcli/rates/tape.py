@@ -159,7 +159,7 @@ class Tape:
         return result if found is None else self.plus(found, result)
 
     def dots(self, to: int, terms: Sequence[Term], reals: Sequence[RealTerm] = ()) -> bool:
-        """Fill a lane with the sum of f a.b and of f p q; tell whether it is not 0 anyway."""
+        """Fill a lane with the sum of f a.b and of f p q; return whether it is not 0 anyway."""
         first = True
         for (one, more), some in (
             ((kernels.DOT, kernels.ADD_DOT), terms), ((kernels.PRODUCT, kernels.ADD_PRODUCT), reals)

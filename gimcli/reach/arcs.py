@@ -33,7 +33,7 @@ class PathArc:
 
     @property
     def closed(self) -> bool:
-        """Tell whether the branch has no ends."""
+        """Return whether the branch has no ends."""
         return self.branch.closed
 
     @cached_property

@@ -41,7 +41,7 @@ def distinct(arcs: Sequence[PathArc], meeting: Meeting) -> list[PathArc]:
 
 
 def _same(a: PathArc, b: PathArc, meeting: Meeting) -> bool:
-    """Tell whether two paths of one length are one."""
+    """Return whether two paths of one length are one."""
     if abs(a.length - b.length) > 10.0 * meeting.same:
         return False
     marks = np.array([a.at(*a.halfway(part)) for part in (0.25, 0.5, 0.8)])
@@ -73,7 +73,7 @@ def _ends(arcs: Sequence[PathArc], meeting: Meeting) -> FloatArray:
 
 
 def _inner(arc: PathArc, cut: Cut, meeting: Meeting) -> bool:
-    """Tell whether a cut is away from the path's ends."""
+    """Return whether a cut is away from the path's ends."""
     if arc.closed:
         return True
     z = arc.at(*cut)

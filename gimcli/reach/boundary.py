@@ -31,7 +31,7 @@ MANY = 200
 SINGLE = 1e-3
 """Width of reached places, relative to the size, below which they are one: ranges that touch hold it to a root only."""
 
-ANYWHERE = SamplingConstants(strewn=200, enough=1)
+ANYWHERE = SamplingConstants(starts=200, enough=1)
 """To find one position."""
 
 LOOKED_AT = 16
@@ -63,7 +63,7 @@ class Workspace:
 
     @property
     def complete(self) -> bool:
-        """Tell whether every loop is closed, every curve sorted and every reached place enclosed; or it is one."""
+        """Return whether every loop is closed, every curve sorted and every reached place enclosed; or it is one."""
         if not self.loops:
             return self.single is not None
         sorted_ = all(edge.kind == ALONE for edge in self.open)
@@ -179,7 +179,7 @@ def strata(task: WorkspaceTask) -> list[Stratum]:
 
 
 def _confined(stratum: Stratum, x: FloatArray) -> bool:
-    """Tell whether the inputs held leave the point on a curve, though they leave several freedoms.
+    """Return whether the inputs held leave the point on a curve, though they leave several freedoms.
 
     All such positions are critical; the ends of what they reach are on strata with one freedom.
     """
@@ -225,26 +225,26 @@ def _one_sided(task: WorkspaceTask, stratum: Stratum, curve: Critical, branch: C
     """Return the paths along a branch that hold the point back: all ways on lead to one side."""
 
     def tests(knot: CriticalPoint) -> FloatArray:
-        told = sides(curve, knot.p, knot.tangent)
-        return told if isinstance(curve, CriticalPath) else np.append(told, _speed(curve, knot))
+        signs = sides(curve, knot.p, knot.tangent)
+        return signs if isinstance(curve, CriticalPath) else np.append(signs, _speed(curve, knot))
 
     found = []
     for piece in split(branch, tests):
         middle = piece.knots[len(piece.knots) // 2]
         if len(piece.knots) == 2:
             middle = PathArc(piece, *task.output).knot((0, 0.5))
-        told = np.sign(sides(curve, middle.p, middle.tangent))
-        told = told[told != 0.0]
+        signs = np.sign(sides(curve, middle.p, middle.tangent))
+        signs = signs[signs != 0.0]
         if _rests(task, stratum, middle):
             found.append(PathArc(piece, *task.output, alone=True, held=stratum.held))
-        elif len(told) and np.all(told == told[0]):
+        elif len(signs) and np.all(signs == signs[0]):
             left = 1.0 if isinstance(curve, CriticalPath) else float(np.sign(_speed(curve, middle)))
-            found.append(PathArc(piece, *task.output, inside=float(told[0]) * left, held=stratum.held))
+            found.append(PathArc(piece, *task.output, inside=float(signs[0]) * left, held=stratum.held))
     return found
 
 
 def _rests(task: WorkspaceTask, stratum: Stratum, knot: CriticalPoint) -> bool:
-    """Tell whether an input that is not held stands at an end of its range: it may bar the way to either side."""
+    """Return whether an input that is not held stands at an end of its range: it may bar the way to either side."""
     held = {actuator for actuator, _ in stratum.held}
     free = np.tile([r.actuator not in held for r in task.limited], 2).astype(bool)
     return bool(np.any(task.margins(knot.p[: stratum.n])[free] <= SLACK))

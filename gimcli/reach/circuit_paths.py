@@ -88,8 +88,8 @@ def _within(task: WorkspaceTask, branch: CriticalCurve) -> list[CriticalCurve]:
     """Return the stretches of a curve on which the input is within its range."""
 
     def room(knot: CriticalPoint) -> FloatArray:
-        told = task.room(knot.p)
-        return np.where(np.abs(told) < ROUNDING, 0.0, told)
+        room_left = task.room(knot.p)
+        return np.where(np.abs(room_left) < ROUNDING, 0.0, room_left)
 
     parts = split(_rolled(branch, np.array([room(knot)[0] for knot in branch.knots])), room)
     return [part for part in parts if room(_middle(part))[0] > 0.0]

@@ -23,7 +23,7 @@ FAR = 30.0
 
 @dataclass(frozen=True)
 class CriticalCurveConstants:
-    """Constants of what is told about a curve."""
+    """Constants of locating places on a curve."""
 
     degree: int = 6  # of the polynomial through a step on which something is located
     least: int = 5  # points of it that must be found
@@ -126,7 +126,7 @@ class CriticalWalker:
         return np.asarray(self.task.margins(knot.p[: self.n])[self._loose])
 
     def _closes(self, start: CurvePoint, here: CriticalPoint, there: CriticalPoint) -> bool:
-        """Tell whether the start lies between two knots; multipliers may come back with the other sign."""
+        """Return whether the start lies between two knots; multipliers may come back with the other sign."""
         n, first = self.n, start.p[: self.n]
         step = there.p[:n] - here.p[:n]
         length = float(np.linalg.norm(step))
@@ -150,7 +150,7 @@ class CriticalWalker:
         return min(both, key=lambda k: float(np.linalg.norm(k.p - last.p)))
 
     def _known(self, x: FloatArray) -> bool:
-        """Tell whether a position lies on a curve that is walked already."""
+        """Return whether a position lies on a curve that is walked already."""
         apart = x - self._points
         far = np.linalg.norm(apart, axis=1)
         near = far < self.constants.near * WALK.longest

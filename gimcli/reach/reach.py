@@ -92,8 +92,8 @@ def reach(
     good = [run for run in runs if bool(task.fulfilled(run.x).all())]
     if not good:
         raise UnassembledError(f"{mechanism.name}: no path of '{point}' holds every constraint within the bounds")
-    told = tuple(sorted(good, key=lambda run: (not run.drawn, -run.length)))
-    return Reach(task, told, complete and len(good) == len(runs))
+    ordered = tuple(sorted(good, key=lambda run: (not run.drawn, -run.length)))
+    return Reach(task, ordered, complete and len(good) == len(runs))
 
 
 def _from_everywhere(task: WorkspaceTask) -> tuple[list[CriticalCurve], bool]:
@@ -112,8 +112,8 @@ def _run(task: WorkspaceTask, branch: CriticalCurve, drawn: bool) -> ReachedPath
     n, table = task.n, task.output[0]
 
     def tests(knot: CriticalPoint) -> FloatArray:
-        told = np.concatenate([table, task.rates(knot.p[:n])]) @ knot.tangent[:n]
-        return np.where(np.abs(told) < NOTHING, 0.0, told)
+        rates = np.concatenate([table, task.rates(knot.p[:n])]) @ knot.tangent[:n]
+        return np.where(np.abs(rates) < NOTHING, 0.0, rates)
 
     pieces = split(branch, tests)
     values = [task.inputs(piece.x) for piece in pieces]

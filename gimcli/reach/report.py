@@ -1,4 +1,4 @@
-"""What a workspace and a reach tell, in the user's names and the file's units."""
+"""A workspace and a reach in the user's names and the file's units."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Positions strewn over all configurations, and whether a place can be reached: equations solved from many starts."""
+"""Random positions over all configurations, and whether a place can be reached: equations solved from many starts."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from gimcli.reach.task import WorkspaceTask
 class SamplingConstants:
     """How many starts are made."""
 
-    strewn: int = 1500  # starts of the bank
-    spread: float = 1.0  # half side of the square that nodes are strewn over, in sizes
+    starts: int = 1500  # of the bank
+    spread: float = 1.0  # half side of the square of random nodes, in sizes
     first: int = 3  # starts with which most places that can be reached are
     near: int = 12  # starts from the bank's positions whose point is nearest to the place asked for
     far: int = 36  # more of them where those fail
@@ -32,7 +32,7 @@ class SamplingConstants:
 
     def more(self, times: int) -> SamplingConstants:
         """Return the constants with so many times the starts."""
-        return replace(self, strewn=self.strewn * times, seeds=self.seeds * times)
+        return replace(self, starts=self.starts * times, seeds=self.seeds * times)
 
 
 BRIEF = GaussNewtonConstants(iterations=30)
@@ -47,10 +47,10 @@ class Bank:
         self.rng = np.random.default_rng(self.constants.seed)
         self.x = np.zeros((0, task.n))
         for _ in range(self.constants.rounds):
-            strewn = _strewn(task, self.rng, self.constants)
-            narrow = self.rng.uniform(0.0, 1.0, (len(strewn), len(task.limited)))
+            random = _random(task, self.rng, self.constants)
+            narrow = self.rng.uniform(0.0, 1.0, (len(random), len(task.limited)))
             narrow[1::2] = 1.0  # what is left of a range, lest all positions end up at its ends
-            self.x = np.concatenate([self.x, self._settled(strewn, narrow)])
+            self.x = np.concatenate([self.x, self._settled(random, narrow)])
             if len(self.x) >= self.constants.enough:
                 break
         self.y = task.place(self.x)
@@ -132,13 +132,13 @@ def _beyond(task: WorkspaceTask, x: FloatArray, narrow: FloatArray | float = 1.0
     return over * out, slopes * out[..., None]
 
 
-def _strewn(task: WorkspaceTask, rng: np.random.Generator, constants: SamplingConstants) -> FloatArray:
+def _random(task: WorkspaceTask, rng: np.random.Generator, constants: SamplingConstants) -> FloatArray:
     """Return random places of all nodes about the frame and about the drawn position, as x (rows, n)."""
     mechanism, n = task.mechanism, task.system.n
     centre = complex(np.mean(mechanism.members[FRAME].shape))
     spread = constants.spread * mechanism.size
     middle = np.tile([centre.real, centre.imag], n // 2)
-    wide = middle + rng.uniform(-spread, spread, (constants.strewn, n))
+    wide = middle + rng.uniform(-spread, spread, (constants.starts, n))
     drawn = task.system.coordinates(mechanism.drawn)
     wide[::2] = drawn + rng.normal(size=wide[::2].shape) * rng.uniform(0.0, spread, (len(wide[::2]), 1))
     return task.coordinates(wide)

@@ -167,22 +167,22 @@ class WorkspaceTask:
 
     def inputs(self, x: FloatArray) -> FloatArray:
         """Return the inputs' values (..., actuators), angles within half a turn of 0."""
-        told, (rotary, spans) = self._drives.value(x), self._kinds
+        raw, (rotary, spans) = self._drives.value(x), self._kinds
         count = len(rotary)
-        values = told[..., :count]
-        values[..., rotary] = np.arctan2(told[..., :count][..., rotary], -told[..., count:])
+        values = raw[..., :count]
+        values[..., rotary] = np.arctan2(raw[..., :count][..., rotary], -raw[..., count:])
         values[..., spans] = np.sqrt(np.maximum(values[..., spans], TINY))
         return values
 
     def rates(self, x: FloatArray) -> FloatArray:
         """Return the inputs' derivatives (..., actuators, n)."""
-        told, table, (rotary, spans) = self._drives.value(x), self._drives.slope(x), self._kinds
+        raw, table, (rotary, spans) = self._drives.value(x), self._drives.slope(x), self._kinds
         count = len(rotary)
-        rates, sine, cosine = table[..., :count, :], told[..., :count][..., rotary], -told[..., count:]
+        rates, sine, cosine = table[..., :count, :], raw[..., :count][..., rotary], -raw[..., count:]
         square = np.maximum(sine**2 + cosine**2, TINY)[..., None]
         down = sine[..., None] * table[..., count:, :]
         rates[..., rotary, :] = (cosine[..., None] * rates[..., rotary, :] + down) / square
-        rates[..., spans, :] /= 2.0 * np.sqrt(np.maximum(told[..., :count][..., spans], TINY))[..., None]
+        rates[..., spans, :] /= 2.0 * np.sqrt(np.maximum(raw[..., :count][..., spans], TINY))[..., None]
         return rates
 
     def excess(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
