@@ -95,6 +95,7 @@ FALLS = (
 )
 
 
+@pytest.mark.few(7)
 @pytest.mark.parametrize("rtol", ERRORS)
 @pytest.mark.parametrize("start", FALLS)
 def test_a_parallelogram_on_a_slider_stays_one(start, rtol, tmp_path):
@@ -142,6 +143,7 @@ def linked(inertia_p, inertia_q, mixed, weight_p, weight_q):
 SWINGS = ((-0.5, 0.0, 0.5, 0.0), (0.3, 1.0, 0.8, -1.0), (-1.5, 1.0, -1.1, 0.0), (-1.57, 2.0, -1.27, 2.0))
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("relative", [False, True])
 @pytest.mark.parametrize("start", SWINGS)
 def test_a_parallelogram_on_a_crank_stays_one(start, relative, tmp_path):
@@ -187,6 +189,7 @@ def hold_one_on_another(folder, start, rtol, error):
     )  # fmt: skip
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("rtol", ERRORS)
 @pytest.mark.parametrize("start", [(0.6, -1.0, 0.6, -1.0), (0.5, -2.0, 0.5, -2.1), (0.3, 0.0, -0.3, 0.0)])
 def test_two_parallelograms_pass_their_flat_positions_together(start, rtol, tmp_path):

@@ -213,6 +213,7 @@ def test_power_and_what_the_frame_bears_on_every_model(model):
     assert np.max(np.abs(moment - forces.shaking_moment)[good]) < 1e-9 * scale * size
 
 
+@pytest.mark.few
 def test_efforts_are_what_virtual_work_says_on_every_model(model):
     """Effort = -B' (applied - inertia) for every input: influence coefficients, and no reaction at all."""
     mechanism = weighted(model)
@@ -268,6 +269,7 @@ def turned(angle, shift):
     return change, e
 
 
+@pytest.mark.few
 def test_a_turned_and_shifted_frame_changes_nothing(model):
     mechanism = weighted(model)
     change, e = turned(0.7, 3.0 - 2.0j)

@@ -53,6 +53,7 @@ def test_terms_are_the_system(stem):
     assert np.allclose(table[:, terms.first_reading : -1], system.by_inputs(x, u), atol=1e-12)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("stem", NAMES)
 def test_influence_is_that_of_the_plan(stem):
     """B and the accelerations without those of the inputs, by two programs that share no line."""

@@ -274,8 +274,8 @@ BY_CRANK = "q: {type: rotary, pivot: O, arm: A, free: true, start: 90, speed: 34
 def test_dead_points_are_passed(tmp_path):
     """The slider as input, through both its dead centres, against the crank as input, which has none."""
     times = np.linspace(0.0, 3.0, 61)
-    by_slider = simulate(written(tmp_path, SLIDER_CRANK.replace("INPUT", BY_SLIDER)), times, TIGHT)
-    by_crank = simulate(written(tmp_path, SLIDER_CRANK.replace("INPUT", BY_CRANK)), times, TIGHT)
+    by_slider = simulate(written(tmp_path, SLIDER_CRANK.replace("INPUT", BY_SLIDER)), times, TIGHT, compiled)
+    by_crank = simulate(written(tmp_path, SLIDER_CRANK.replace("INPUT", BY_CRANK)), times, TIGHT, compiled)
     assert by_slider.status is Status.OK
     assert len(by_slider.time) == len(times)
     dead = [e for e in by_slider.events if e.kind == "dead point"]

@@ -174,6 +174,7 @@ def test_several_inputs_that_come_back_into_reach_are_solved_again(tmp_path: Pat
     assert np.nanmax(motion.residual) < 1e-10
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", ["stephenson_2", "hart_a_frame", "double_butterfly", "ten_bar", "chebyshev"])
 def test_a_limit_is_told_to_the_last_digits(name: str, tmp_path: Path) -> None:
     """At the limit told, F_x as the constraints are written is singular: the nodes are found by continuation."""
@@ -206,6 +207,7 @@ def test_a_limit_by_the_law_of_cosines_is_told_to_1e_10(tmp_path: Path) -> None:
     assert event["interval"]["motor"] == pytest.approx([FOLDED, STRETCHED], abs=1e-11)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("steps", [3, 20, 97])
 def test_a_change_point_is_told_to_the_last_digits(steps: int, tmp_path: Path) -> None:
     text = (MODELS / "double_butterfly_symmetric.yaml").read_text()

@@ -114,6 +114,7 @@ def beyond(case: Linkage, at: np.ndarray) -> np.ndarray:
     return (at - case.critical) * math.copysign(1.0, case.start - case.critical) < 0.0
 
 
+@pytest.mark.few(40)
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize(("case", "course"), crossed(LINKAGES, TOUCHING))
 def test_a_law_that_goes_not_beyond_keeps_its_arc_and_its_rows(
@@ -129,6 +130,7 @@ def test_a_law_that_goes_not_beyond_keeps_its_arc_and_its_rows(
         assert events(motion)[0]["at"]["m"] == pytest.approx(case.critical, abs=1e-9)
 
 
+@pytest.mark.few(12)
 @pytest.mark.parametrize(("case", "course"), crossed(LIMITS, BEYOND))
 def test_rows_beyond_a_limit_are_empty_and_the_arc_is_kept(case: Linkage, course: Course, tmp_path: Path) -> None:
     """`stop` ends the motion at the limit, `skip` goes on where the law is in reach again, on the same arc."""
@@ -149,6 +151,7 @@ def test_rows_beyond_a_limit_are_empty_and_the_arc_is_kept(case: Linkage, course
         assert events(motion)[0]["at"]["m"] == pytest.approx(case.critical, abs=1e-9)
 
 
+@pytest.mark.few(12)
 @pytest.mark.parametrize(("case", "course"), crossed(LIMITS, BEYOND))
 def test_the_input_is_mirrored_at_a_limit_and_the_other_arc_follows(
     case: Linkage, course: Course, tmp_path: Path
@@ -167,6 +170,7 @@ def test_the_input_is_mirrored_at_a_limit_and_the_other_arc_follows(
     assert motion.good.all()
 
 
+@pytest.mark.few(24)
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize(("case", "course"), crossed(CHANGES, BEYOND))
 def test_a_change_point_is_passed_straight(case: Linkage, course: Course, mode: str, tmp_path: Path) -> None:
@@ -195,6 +199,7 @@ def test_a_branch_on_which_the_input_rests_is_refused(case: Linkage, tmp_path: P
         trace(load(path), STEPS, branch=2)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("case", [pytest.param(case, id=case.name) for case in LINKAGES])
 def test_singularities_circuits_and_trace_describe_it_alike(case: Linkage, tmp_path: Path) -> None:
     """The critical input, its kind and the interval of the input, by all three commands and by the closed form."""

@@ -38,6 +38,7 @@ def test_compiled_rows_have_the_bits_of_plain_ones(path, method):
     assert_equal(plain, trace(mechanism, STEPS, Options(jit="on", method=method)))
 
 
+@pytest.mark.few(12)
 @pytest.mark.parametrize("seed", range(200, 240))
 def test_compiled_rows_of_random_mechanisms_have_the_bits_of_plain_ones(seed, tmp_path):
     path = tmp_path / "model.yaml"
@@ -128,5 +129,5 @@ def test_memory_of_a_long_trace_is_bounded(tmp_path):
         assert f"{steps + 1} of {steps + 1}" in done.stdout
         return int(done.stdout.split()[-1]) / 1024  # MB
 
-    short, long = peak(150_000), peak(600_000)
-    assert long - short < 15  # the rows themselves would take 45
+    short, long = peak(50_000), peak(350_000)
+    assert long - short < 10  # the rows themselves would take 30

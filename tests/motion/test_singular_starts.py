@@ -54,6 +54,7 @@ def rams_and_sides(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
     return rams, np.array([abs(at[f"B{k}"] - at[f"B{(k + 1) % 3}"]) for k in range(3)])
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("steps", [360, 3600])
 @pytest.mark.parametrize("back", [False, True], ids=["out", "back"])
 @pytest.mark.parametrize("rams", RAMS)

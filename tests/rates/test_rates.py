@@ -46,6 +46,7 @@ def assert_same_bits(mechanism, motion):
         assert np.array_equal(one, other, equal_nan=True)
 
 
+@pytest.mark.few
 def test_compiled_rows_have_the_bits_of_plain_ones(model):
     mechanism = load(model)
     assert_same_bits(mechanism, trace(mechanism, STEPS))
@@ -62,6 +63,7 @@ def test_random_mechanisms_have_the_derivatives_of_their_series(seed, tmp_path):
     assert_agree(mechanism, motion)
 
 
+@pytest.mark.few
 def test_derivatives_are_those_of_series(model):
     mechanism = load(model)
     assert_agree(mechanism, trace(mechanism, 180))
