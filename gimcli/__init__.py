@@ -1,3 +1,61 @@
-"""Command-line analyser of planar mechanisms by the Geometrical-Iterative Method."""
+"""Analyse planar mechanisms drawn in text model files, by the Geometrical-Iterative Method.
+
+    import gimcli
+
+    m = gimcli.load("crank_rocker.yaml")
+    p = gimcli.solve(m, motor=45)
+    p.xy["B"], p.angle["rocker"], p.status
+    t = gimcli.trace(m, steps=360, derivatives=2)
+    t.save("crank_rocker.csv", "crank_rocker.png")
+
+Arguments and results are in the file's units and by the user's names. Importing this package is cheap: what a
+function needs is imported when it is called.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gimcli.errors import GimError, ModelError, OutputError, StructureError, UnassembledError, UsageError
+    from gimcli.library.circuits import circuits
+    from gimcli.library.configurations import configurations
+    from gimcli.library.forces import forces
+    from gimcli.library.groups import groups
+    from gimcli.library.load import load, loads
+    from gimcli.library.mobility import mobility
+    from gimcli.library.reduce import reduce
+    from gimcli.library.sequence import sequence
+    from gimcli.library.simulate import simulate
+    from gimcli.library.singularities import singularities
+    from gimcli.library.solve import solve
+    from gimcli.library.trace import trace
+    from gimcli.library.tradeoff import tradeoff
+    from gimcli.library.workspace import workspace
+    from gimcli.mechanism import Mechanism
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "GimError", "Mechanism", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError",
+    "circuits", "configurations", "forces", "groups", "load", "loads", "mobility", "reduce", "sequence", "simulate",
+    "singularities", "solve", "trace", "tradeoff", "workspace",
+]  # fmt: skip
+
+_ERRORS = ("GimError", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError")
+_HOMES = {name: f"gimcli.library.{name}" for name in __all__ if name.islower()} | {
+    "loads": "gimcli.library.load", "Mechanism": "gimcli.mechanism", **dict.fromkeys(_ERRORS, "gimcli.errors"),
+}  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first asked for."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'gimcli' has no attribute '{name}'")
+    found = globals()[name] = getattr(import_module(_HOMES[name]), name)
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])

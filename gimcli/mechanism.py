@@ -27,6 +27,10 @@ FRAME = 0
 """Index of the member that stands still: the ground, or the held member of a floating mechanism."""
 
 
+MOST_TURNS = 1e4
+"""Turns, or sizes of the mechanism, that an input may reach: every one is followed."""
+
+
 class InputLaw(Protocol):
     """The value of an actuator over the normalised time 0..1 (rad, or length in the normal frame)."""
 

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from gimcli.errors import UsageError
-from gimcli.positions.options import Options
-
-if TYPE_CHECKING:
-    from gimcli.mechanism import FloatArray, Mechanism
 
 
 class Method(StrEnum):
@@ -65,55 +61,14 @@ At = Annotated[
 ]
 
 
-def options(
-    method: Method, strategy: Strategy, tolerance: float, jit: Jit, moves: str = "", seed: int | None = None
-) -> Options:
-    """Return the solver's options; refuse a tolerance that means nothing."""
-    if not 1e-14 <= tolerance < 1.0:
-        raise UsageError(f"--tolerance {tolerance:g}: a number from 1e-14 to below 1 is needed")
-    if moves and method is not Method.GIM:
-        raise UsageError("--sequence belongs to --method gim")
-    return Options(method.value, strategy.value, tolerance, jit.value, seed=seed, moves=moves)
-
-
-def inputs_at(mechanism: Mechanism, given: list[str]) -> FloatArray:
-    """Return the inputs: the start of every law, replaced by what --at gives."""
-    import difflib
-
-    values = mechanism.start_inputs
-    names = [a.name for a in mechanism.actuators]
-    told: set[str] = set()
+def pairs(given: list[str]) -> dict[str, str]:
+    """Return what --at gives by the names of the actuators."""
+    values: dict[str, str] = {}
     for text in given:
         name, equals, number = text.partition("=")
         if not equals:
-            raise UsageError(f"--at {text}: write ACTUATOR=VALUE; actuators: {', '.join(names) or 'none'}")
-        if name not in names:
-            near = difflib.get_close_matches(name, names, 1)
-            hint = f"; did you mean '{near[0]}'?" if near else f"; actuators: {', '.join(names) or 'none'}"
-            raise UsageError(f"--at {text}: no actuator '{name}'{hint}")
-        if name in told:
+            raise UsageError(f"--at {text}: write ACTUATOR=VALUE")
+        if name in values:
             raise UsageError(f"--at {text}: '{name}' has a value already; give it once")
-        told.add(name)
-        values[names.index(name)] = _input_value(mechanism, names.index(name), text, number)
+        values[name] = number
     return values
-
-
-def _input_value(mechanism: Mechanism, k: int, text: str, number: str) -> float:
-    """Return an input in the normal frame; refuse what no law may reach either."""
-    import math
-
-    from gimcli.mechanism import Drive
-    from gimcli.model.check_inputs import MOST_TURNS
-
-    try:
-        given = float(number)
-    except ValueError:
-        given = math.nan
-    if not math.isfinite(given):
-        raise UsageError(f"--at {text}: '{number}' is not a finite number")
-    drive, value = mechanism.actuators[k].drive, float(mechanism.value_from_file(k, given))
-    if drive is Drive.DISTANCE and value <= 0.0:
-        raise UsageError(f"--at {text}: a distance must be above 0")
-    if abs(value) > MOST_TURNS * (2.0 * math.pi if drive is Drive.ROTARY else mechanism.size):
-        raise UsageError(f"--at {text}: more than {MOST_TURNS:g} turns, or sizes of the mechanism, from 0")
-    return value

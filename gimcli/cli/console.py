@@ -5,29 +5,24 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import typer
 
 from gimcli.cli.progress import end_bars, print_above
+
+if TYPE_CHECKING:
+    from gimcli.library.result import Result
+    from gimcli.mechanism import Mechanism
+    from gimcli.table import Table
 
 WIDE = 160
 """Columns where no terminal tells how many there are."""
 
 HEAD, MOST = 12, 10_000
 """Characters of a head that are not broken, and of the widest line."""
-
-
-def clean(value: Any) -> Any:
-    """Return a value that JSON can hold: NaN and infinity become null."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {k: clean(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [clean(v) for v in value]
-    return value
 
 
 def printable(text: str) -> str:
@@ -37,8 +32,10 @@ def printable(text: str) -> str:
 
 def print_json(data: dict[str, Any]) -> None:
     """Print one JSON object."""
+    from gimcli.library.result import plain
+
     end_bars()
-    typer.echo(json.dumps(clean(data), ensure_ascii=False))
+    typer.echo(json.dumps(plain(data), ensure_ascii=False))
 
 
 def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], right: Iterable[int] = ()) -> None:
@@ -71,6 +68,59 @@ def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], 
     typer.echo(drawn.get(), nl=False)
 
 
+def write_files(result: Result, table: Path | None, picture: Path | None) -> dict[str, Path | None]:
+    """Write a result's table and picture where they are asked for; return which were written, for the report."""
+    from gimcli.cli.progress import DRAWING, progress_bar
+    from gimcli.output import write
+
+    if table is not None:
+        write(result.table(), table)
+    content = None
+    if picture is not None:
+        progress_bar(DRAWING)
+        content = result.picture()
+        if content is not None:
+            write(content, picture)
+    return {"csv": table, "png": picture if content is not None else None}
+
+
+Kind = TypeVar("Kind", bound="Result", covariant=True)
+
+
+class Stream(Protocol[Kind]):
+    """A result under way: tables of its pieces, then the result."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        ...
+
+    def tables(self) -> Iterator[Table]:
+        """Yield the table of each piece."""
+        ...
+
+    def result(self, table: Table | None) -> Kind:
+        """Return the result, when all tables have been taken."""
+        ...
+
+
+def write_stream(stream: Stream[Kind], table: Path, picture: Path | None) -> tuple[Kind, dict[str, Path | None]]:
+    """Write the tables of a result under way and its picture; the table appears when both are done."""
+    from gimcli.output import CsvStream
+
+    with CsvStream(table, stream.names) as rows:
+        for piece in stream.tables():
+            rows.append(piece)
+        found = stream.result(None)
+        paths = write_files(found, None, picture)
+    return found, {**paths, "csv": table}
+
+
+def texts(paths: dict[str, Path | None]) -> dict[str, str | None]:
+    """Return the names of files for --json."""
+    return {kind: None if path is None else str(path) for kind, path in paths.items()}
+
+
 def tell_written(*paths: Any) -> None:
     """Say which files were written, if any; None stands for one that was not."""
     told = [str(path) for path in paths if path is not None]
@@ -90,8 +140,11 @@ def note(text: str) -> None:
     print_above(text)
 
 
-def note_point_masses(names: Sequence[str]) -> None:
+def note_point_masses(mechanism: Mechanism) -> None:
     """Print which members count as point masses because the file gives no moment of inertia."""
+    from gimcli.dynamics.load_arrays import point_masses
+
+    names = point_masses(mechanism)
     if names:
         note(f"masses: no `inertia` for {', '.join(names)}: taken as 0, as of a point mass (`inertia: 0` confirms it)")
 

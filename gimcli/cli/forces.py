@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, Method, ModelPath, Strategy, options
+from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath
 
 if TYPE_CHECKING:
     from gimcli.dynamics.force_motion import ForceMotion
-    from gimcli.motion.motion import Motion
+    from gimcli.library.forces import ForcesResult
 
 NAME = "forces"
 HELP = (
@@ -40,94 +40,37 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Find efforts and reactions."""
-    import numpy as np
+    from gimcli.cli.console import note, note_point_masses, print_json, texts, write_stream
+    from gimcli.cli.progress import progress_bar
+    from gimcli.library.forces import ForcesAlong
+    from gimcli.library.load import load
+    from gimcli.output import refuse_unwritable
 
-    from gimcli.cli.console import note, note_point_masses
-    from gimcli.cli.progress import DRAWING, progress_bar
-    from gimcli.dynamics.force_motion import ForceMotion
-    from gimcli.dynamics.force_table import force_table
-    from gimcli.dynamics.forces import motion_forces
-    from gimcli.dynamics.load_arrays import point_masses
-    from gimcli.dynamics.physical import require_action
-    from gimcli.errors import StructureError
-    from gimcli.model import load
-    from gimcli.motion.motion import stream
-    from gimcli.output import CsvStream, refuse_unwritable
-    from gimcli.structure.drive_check import explained, refuse_contradiction
-
-    chosen = options(Method.AUTO, Strategy.SPECTRAL, tolerance, jit)
     mechanism = load(model)
-    require_action(mechanism)
-    note_point_masses(point_masses(mechanism))
+    note_point_masses(mechanism)
     csv_path, png_path = out / f"{model.stem}.forces.csv", out / f"{model.stem}.forces.png"
-    with explained(mechanism):
-        if not mechanism.actuators:
-            raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one")
-        pieces = stream(mechanism, steps, chosen, tell=note, progress=progress_bar("forces along the motion"))
-        piece: Motion | None = next(pieces)
-    assert piece is not None
-    refuse_contradiction(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
+    along = ForcesAlong(mechanism, steps, tolerance, jit.value, note, progress_bar)
     refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
-    found = ForceMotion(mechanism, steps + 1, jit.value, note)
-    start = piece.rows(np.arange(1))
-    with CsvStream(
-        csv_path, force_table(start, motion_forces(start)).names
-    ) as table:  # appears when the picture has been written too
-        while piece is not None:
-            first = found.summary.seen
-            table.append(force_table(piece, found.take(piece), first))
-            piece = next(pieces, None)
-        drawn = png and found.told > 0
-        if drawn:
-            progress_bar(DRAWING)
-            _draw(found, png_path)
-    _report(found, {"csv": str(csv_path), "png": str(png_path) if drawn else None}, steps, as_json)
-    if found.told < steps + 1:
+    found, paths = write_stream(along, csv_path, png_path if png else None)
+    if as_json:
+        print_json({**texts(paths), **found.report()})
+    else:
+        _print(found)
+        typer.echo("wrote " + " and ".join(str(path) for path in paths.values() if path))
+    if not found.complete:
         raise typer.Exit(5)
 
 
-def _draw(found: ForceMotion, path: Path) -> None:
-    from gimcli.measures.graphs import input_or_time
-    from gimcli.mechanism import Drive
-    from gimcli.output import draw_forces
-    from gimcli.table import Column, Table
-
-    mechanism = found.statics.mechanism
-    time, inputs, efforts, shaking = found.kept
-    over = input_or_time(mechanism, time, inputs)
-    panels: dict[str, list[Column]] = {}
-    for k, actuator in enumerate(mechanism.actuators):
-        name, unit = ("driving torque", "N m") if actuator.drive is Drive.ROTARY else ("driving force", "N")
-        panels.setdefault(name, [over]).append(Column(actuator.name, efforts[k], unit))
-    tables = {name: Table(tuple(columns)) for name, columns in panels.items()}
-    draw_forces(tables, shaking, path, f"{mechanism.name}: forces")
-
-
-def _report(found: ForceMotion, paths: dict[str, str | None], steps: int, as_json: bool) -> None:
-    from gimcli.cli.console import print_json
-    from gimcli.rates.motion_table import events, reachable
-
-    motion, summary, peaks = found.summary.motion, found.summary, found.peaks
-    status = motion.overall.word if summary.solved < steps + 1 or found.told == steps + 1 else "singular"
-    if as_json:
-        print_json(
-            {
-                **paths, "steps": steps, "solved": found.told, "residual": summary.residual,
-                "reachable": reachable(motion), "events": events(motion), "status": status,
-                "energy_drift": peaks.drift, "power_error": peaks.power_error, "peaks": peaks.report(),
-                "left_out": peaks.left_out, "open": found.open,
-            }
-        )  # fmt: skip
-        return
+def _print(result: ForcesResult) -> None:
+    found, peaks = result.found, result.found.peaks
     _print_peaks(found)
     typer.echo(
-        f"forces at {found.told} of {steps + 1} positions; power of all forces less the change of the kinetic energy:"
-        f" {peaks.power_error:.1e} W at most, {peaks.drift:.0e} of the greatest power"
+        f"forces at {found.told} of {result.steps + 1} positions; power of all forces less the change of the kinetic"
+        f" energy: {peaks.power_error:.1e} W at most, {peaks.drift:.0e} of the greatest power"
     )
     if found.open:
         tell_open(found.open)
-    _tell_missing(found, steps)
-    typer.echo("wrote " + " and ".join(path for path in paths.values() if path))
+    _tell_missing(found, result.steps)
 
 
 def tell_open(names: list[str]) -> None:

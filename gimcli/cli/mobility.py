@@ -17,43 +17,15 @@ HELP = (
 def command(model: ModelPath = MODEL, as_json: Json = False) -> None:
     """Analyse the mobility at the assembled position nearest to the drawn one."""
     from gimcli.cli.console import print_json, print_table
-    from gimcli.errors import UnassembledError
-    from gimcli.model import load
-    from gimcli.structure.mobility import assembled, mobility
+    from gimcli.library.load import load
+    from gimcli.library.mobility import mobility
 
-    mechanism = load(model)
-    z = assembled(mechanism)
-    if z is None:
-        raise UnassembledError(
-            f"{mechanism.name} cannot be assembled near its drawn position: draw it closer, or see `gim solve` for the"
-            " constraint that is worst off"
-        )
-    found = mobility(mechanism, z, mechanism.drawn_inputs)
-    start = "regular"
-    if found.stuck:
-        from gimcli.branching.singular_start import singular_start
-
-        start = singular_start(mechanism, z)
+    result = mobility(load(model))
     if as_json:
-        print_json(
-            {
-                "gruebler": found.gruebler, "rank": found.rank, "mobility": found.mobility,
-                "redundant": list(found.redundant), "undriven": list(found.undriven),
-                "actuators": len(found.actuators), "start": start,
-                "overdriven": list(found.overdriven), "apparent": found.apparent, "singular": found.singular,
-            }
-        )  # fmt: skip
+        print_json(result.report())
         return
-    rows = [
-        ("Grübler's count", str(found.gruebler)),
-        ("rank of the constraint Jacobian", str(found.rank)),
-        ("mobility", str(found.mobility)),
-        ("redundant constraints", ", ".join(found.redundant) or "none"),
-        ("actuators", ", ".join(a.name for a in mechanism.actuators) or "none"),
-        ("undriven nodes", ", ".join(found.undriven) or "none"),
-        ("over-driven by", ", ".join(found.overdriven) or "none"),
-    ]
-    print_table(mechanism.name, ("", ""), rows)
+    found, start = result.found, result.start
+    print_table(result.mechanism.name, ("", ""), result.rows())
     if found.stuck:
         typer.echo(
             f"The inputs do not determine the drawn position: {start}. `gim singularities` lists such positions;"

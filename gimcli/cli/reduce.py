@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath
-from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
     from gimcli.dynamics.flywheel import Flywheel
-    from gimcli.dynamics.reduction import Reduction
+    from gimcli.library.reduce import ReduceResult
+    from gimcli.table import Table
 
 NAME = "reduce"
 HELP = (
@@ -23,8 +23,6 @@ HELP = (
     " mean x (1 +- fluctuation / 2) at a constant driving torque.\n\n"
     "Example: gim reduce models/watt_durango.yaml --steps 360 --fluctuation 0.05 --rpm 300"
 )
-WORK = 6e-4
-"""Seconds that a row takes without compiling, about."""
 
 
 def command(
@@ -41,91 +39,43 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Reduce a mechanism to one input."""
-    import math
+    from gimcli.cli.console import note, note_point_masses, print_json, texts, write_files
+    from gimcli.cli.progress import progress_bar
+    from gimcli.library.load import load
+    from gimcli.library.reduce import reduce
+    from gimcli.output import refuse_unwritable
 
-    from gimcli.cli.console import note, note_point_masses
-    from gimcli.cli.progress import DRAWING, progress_bar
-    from gimcli.dynamics.flywheel import flywheel
-    from gimcli.dynamics.load_arrays import point_masses
-    from gimcli.dynamics.reduction import chosen_input, reduce_to_input, reduction_table
-    from gimcli.errors import StructureError
-    from gimcli.model import load
-    from gimcli.output import refuse_unwritable, write
-    from gimcli.positions.dispatch import choose
-    from gimcli.structure.drive_check import explained
-    from gimcli.structure.mobility import refuse_unfit
-
-    if (fluctuation is None) != (rpm is None):
-        raise UsageError("a flywheel needs both --fluctuation and --rpm")
     mechanism = load(model)
-    if not mechanism.actuators:
-        raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one")
-    actuator = chosen_input(mechanism, name)
     csv_path, png_path = out / f"{model.stem}.reduced.csv", out / f"{model.stem}.reduced.png"
     refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
-    run = choose(jit.value, steps * WORK, note, ("move",))
-    note_point_masses(point_masses(mechanism))
-    with explained(mechanism):
-        refuse_unfit(mechanism)
-        found = reduce_to_input(mechanism, actuator, steps, run, progress_bar("reducing"))
-    wheel = None
-    if fluctuation is not None and rpm is not None:
-        wheel = flywheel(found, rpm * math.pi / 30.0, fluctuation)
-    write(reduction_table(found), csv_path)
-    drawn = png and found.solved > 1
-    if drawn:
-        progress_bar(DRAWING)
-        _draw(found, png_path)
-    _report(found, wheel, {"csv": str(csv_path), "png": str(png_path) if drawn else None}, as_json)
-    if found.solved < steps + 1:
+    note_point_masses(mechanism)
+    found = reduce(
+        mechanism, name, steps, fluctuation=fluctuation, rpm=rpm, jit=jit.value, tell=note, progress=progress_bar
+    )
+    paths = write_files(found, csv_path, png_path if png else None)
+    if as_json:
+        print_json({**texts(paths), **found.report()})
+    else:
+        _print(found)
+        typer.echo("wrote " + " and ".join(str(path) for path in paths.values() if path))
+    if not found.complete:
         raise typer.Exit(5)
 
 
-def _draw(found: Reduction, path: Path) -> None:
-    from gimcli.dynamics.reduction import reduction_table
-    from gimcli.output import draw_history_sheet
-    from gimcli.output.history import Panel
-
-    table, actuator = reduction_table(found), found.mechanism.actuators[found.actuator]
-    q = table.floats("q")
-    units = {column.name: column.unit for column in table.columns}
-    labels = {"J": "reduced inertia J", "dJ_dq": "dJ/dq", "tau": "reduced torque", "V": "potential V"}
-    panels = [Panel(f"{label} [{units[n]}]", [("", q, table.floats(n))]) for n, label in labels.items()]
-    title = f"{found.mechanism.name}: reduced to {actuator.name}"
-    draw_history_sheet(panels, f"{actuator.name} [{units['q']}]", path, title)
+def _print(found: ReduceResult) -> None:
+    _print_extremes(found.table())
+    typer.echo(found.headline())
+    if found.wheel:
+        _tell_wheel(found.wheel)
+    if not found.complete:
+        typer.echo(f"{found.overall.word}: {found.overall.plain_text}")
 
 
-def _report(found: Reduction, wheel: Flywheel | None, paths: dict[str, str | None], as_json: bool) -> None:
-    from gimcli.cli.console import print_json
-    from gimcli.dynamics.reduction import reduction_table
-    from gimcli.status import Status
-
-    table, rows = reduction_table(found), len(found.q)
-    status = Status(int(found.codes[found.codes != Status.OK][0])) if found.solved < rows else Status.OK
-    if as_json:
-        columns = {n: table.floats(n).tolist() for n in table.names if n != "status"}
-        report: dict[str, Any] = {
-            **paths, "input": found.mechanism.actuators[found.actuator].name, "steps": rows - 1,
-            "solved": found.solved, "status": status.word, **columns,
-        }  # fmt: skip
-        print_json({**report, "flywheel": _wheel_report(wheel)} if wheel else report)
-        return
-    _print_extremes(found)
-    typer.echo(f"{found.mechanism.name}: reduced at {found.solved} of {rows} positions")
-    if wheel:
-        _tell_wheel(wheel)
-    if status is not Status.OK:
-        typer.echo(f"{status.word}: {status.plain_text}")
-    typer.echo("wrote " + " and ".join(path for path in paths.values() if path))
-
-
-def _print_extremes(found: Reduction) -> None:
+def _print_extremes(table: Table) -> None:
     import numpy as np
 
     from gimcli.cli.console import number, print_table
-    from gimcli.dynamics.reduction import reduction_table
 
-    table = reduction_table(found)
     q, rows = table.floats("q"), []
     for column in table.columns[1:-1]:
         values = table.floats(column.name)
@@ -134,13 +84,6 @@ def _print_extremes(found: Reduction) -> None:
             ends = [number(v, 8) for v in (values[low], q[low], values[high], q[high])]
             rows.append((column.name, column.unit, *ends))
     print_table("", ("", "unit", "least", "at q", "greatest", "at q"), rows, (2, 3, 4, 5))
-
-
-def _wheel_report(wheel: Flywheel) -> dict[str, float]:
-    return {
-        "inertia": wheel.inertia, "speed": wheel.speed, "fluctuation": wheel.fluctuation, "torque": wheel.torque,
-        "work": wheel.work, "without": wheel.without,
-    }  # fmt: skip
 
 
 def _tell_wheel(wheel: Flywheel) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, At, Json, ModelPath, Strategy, StrategyOption, Tolerance, inputs_at
+from gimcli.cli.arguments import MODEL, At, Json, ModelPath, Strategy, StrategyOption, Tolerance, pairs
 
 if TYPE_CHECKING:
     from gimcli.gim.report import SequenceGroupReport
@@ -31,57 +31,24 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Search and show the sequence."""
-    from gimcli.cli.console import print_json, tell_written
+    from gimcli.cli.console import print_json, tell_written, texts, write_files
     from gimcli.cli.progress import end_bars
-    from gimcli.gim.report import report
-    from gimcli.model import load
-    from gimcli.motion.solve import solve
+    from gimcli.library.load import load
+    from gimcli.library.sequence import sequence
     from gimcli.output import refuse_files
-    from gimcli.positions.options import Options
-    from gimcli.status import Status
-    from gimcli.structure.drive_check import explained, refuse_contradiction
 
     mechanism = load(model)
     refuse_files(mechanism.files, None, png)
-    with explained(mechanism):
-        inputs = inputs_at(mechanism, at)
-        position = solve(mechanism, inputs, Options(tolerance=tolerance))
-        refuse_contradiction(mechanism, position.z, inputs, position.status, tolerance)
-        z = position.z if position.status is Status.OK else mechanism.drawn
-        groups = report(mechanism, z, inputs, strategy.value, tolerance)
-    if png is not None:
-        from gimcli.output import draw_sequence
-
-        steps = [(s.number, s.about_numbers) for g in groups for s in g.steps]
-        draw_sequence(mechanism, mechanism.to_file(z), steps, png, f"{mechanism.name}: sequence")
+    found = sequence(mechanism, pairs(at), strategy=strategy.value, tolerance=tolerance)
+    paths = write_files(found, None, png)
     if as_json:
-        print_json({"groups": [_json(g) for g in groups], "png": str(png) if png else None})
+        print_json({**found.report(), "png": texts(paths)["png"]})
         return
     end_bars()
-    count = f"{len(groups)} group{'s' * (len(groups) != 1)}"
-    typer.echo(f"{mechanism.name}: {count}, {sum(len(g.steps) for g in groups)} moves a sweep")
-    for number, group in enumerate(groups, start=1):
+    typer.echo(found.headline())
+    for number, group in enumerate(found.groups, start=1):
         _print(mechanism, number, group, explain)
-    tell_written(png)
-
-
-def _json(group: SequenceGroupReport) -> dict[str, object]:
-    return {
-        "kind": group.kind,
-        "nodes": list(group.nodes),
-        "steps": [
-            {
-                "node": s.node, "about": list(s.about), "constraint": s.constraint, "rule": s.rule, "kind": s.kind,
-                "states": s.states,
-            }
-            for s in group.steps
-        ],
-        "radius": group.radius,
-        "classic_radius": group.classic_radius,
-        "predicted_sweeps": group.predicted_sweeps,
-        "observed_sweeps": group.observed_sweeps,
-        "candidates": group.candidates,
-    }  # fmt: skip
+    tell_written(paths["png"])
 
 
 def _print(mechanism: Mechanism, number: int, group: SequenceGroupReport, explain: bool) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -20,15 +20,13 @@ from gimcli.cli.arguments import (
     Strategy,
     StrategyOption,
     Tolerance,
-    inputs_at,
-    options,
+    pairs,
 )
-from gimcli.cli.velocities import tell_velocities, velocities_report, velocity_arrows
+from gimcli.cli.velocities import tell_velocities
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
-    from gimcli.positions.position import Position
-    from gimcli.rates.instant import Instant
+    from gimcli.library.solve import SolveResult
 
 NAME = "solve"
 SHOWN = 25
@@ -71,111 +69,46 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Solve one position, or all."""
-    from gimcli.cli.console import tell_written
-    from gimcli.gim.convergence import fit_history
-    from gimcli.model import load
-    from gimcli.motion.solve import solve
+    from gimcli.cli.console import print_json, tell_written, texts, write_files
+    from gimcli.library.load import load
+    from gimcli.library.solve import solve
     from gimcli.output import refuse_files
-    from gimcli.structure.drive_check import explained, refuse_contradiction
 
-    if start not in ("drawn", "random"):
-        raise UsageError(f"--start {start}: choose drawn or random")
-    if history and method is not Method.GIM:
-        raise UsageError("--history tells the error per sweep: add --method gim")
-    chosen = options(method, strategy, tolerance, jit, sequence, seed if start == "random" else None)
     if every:
         if method is not Method.AUTO or start != "drawn" or sequence:
             raise UsageError("--all has its own method: leave out --method, --start and --sequence")
-        if velocities:
-            raise UsageError("--velocities are those of one position: leave out --all, or ask one by one with --at")
+        if velocities or history:
+            raise UsageError(f"--{'velocities' if velocities else 'history'} belongs to one position: leave out --all")
         from gimcli.cli.configurations import solve_all
 
-        mechanism = load(model)
-        solve_all(mechanism, inputs_at(mechanism, at), chosen.tolerance, csv, png, as_json)
+        solve_all(model, pairs(at), tolerance, csv, png, as_json)
         return
     mechanism = load(model)
     refuse_files(mechanism.files, csv, png)
-    with explained(mechanism):
-        position = solve(mechanism, inputs_at(mechanism, at), chosen, history)
-    if start == "drawn":
-        refuse_contradiction(mechanism, position.z, position.inputs, position.status, tolerance)
-    law = fit_history(position) if history else None
-    moving = _instant(position) if velocities else None
-    drawn = False
-    if csv is not None:
-        _write_csv(position, csv)
-    if png is not None:
-        drawn = _write_png(position, law, png, moving)
-    paths = {"csv": csv, "png": png if drawn else None}
+    found = solve(
+        mechanism, pairs(at), method=method.value, strategy=strategy.value, tolerance=tolerance, start=start, seed=seed,
+        history=history, velocities=velocities, jit=jit.value, sequence=sequence,
+    )  # fmt: skip
+    paths = write_files(found, csv, png)
     if as_json:
-        _print_json(position, law, moving, paths)
+        print_json({**found.report(), **texts(paths)})
     else:
-        _print(position, law)
-        if moving is not None:
-            tell_velocities(moving)
+        _print(found)
         tell_written(*paths.values())
-    if position.status.value or (moving is not None and moving.singular):
+    if not found.solved:
         raise typer.Exit(5)
 
 
-def _instant(position: Position) -> Instant | None:
-    """Return the velocities of a solved position."""
-    from gimcli.rates.instant import instant
-
-    if position.status.value:
-        return None
-    return instant(position.mechanism, position.inputs, position.z)
-
-
-def _places(position: Position) -> tuple[dict[str, complex], dict[str, complex]]:
-    from gimcli.motion.coupler_points import carried_point
-
-    mechanism = position.mechanism
-    z = position.z[:, None]
-    nodes = {n: complex(mechanism.to_file(position.z[k : k + 1])[0]) for k, n in enumerate(mechanism.nodes)}
-    points = {p.name: complex(mechanism.to_file(carried_point(mechanism, p.name, z))[0]) for p in mechanism.points}
-    return nodes, points
-
-
-def _print_json(position: Position, law: Any, moving: Instant | None, paths: dict[str, Path | None]) -> None:
-    from gimcli.cli.console import print_json
-
-    nodes, points = _places(position)
-    good = position.status.value == 0
-    report: dict[str, Any] = {
-        "status": position.status.word,
-        "residual": float(position.residual.total[0]),
-        "sweeps": position.sweeps,
-        "nodes": {k: [v.real, v.imag] for k, v in nodes.items()} if good else {},
-        "points": {k: [v.real, v.imag] for k, v in points.items()} if good else {},
-        "inputs": _inputs(position),
-    }
-    if not good:
-        report |= {"worst": position.worst, "reason": position.status.text}
-    if law is not None:
-        report |= {"history": law.errors.tolist(), "C1": law.c1, "C2": law.c2, "rate": law.rate, "radius": law.radius}
-    if moving is not None:
-        report |= velocities_report(moving)
-    print_json(report | {kind: str(path) if path else None for kind, path in paths.items()})
-
-
-def _inputs(position: Position) -> dict[str, float]:
-    mechanism = position.mechanism
-    return {
-        a.name: float(mechanism.value_to_file(k, position.inputs[k : k + 1])[0])
-        for k, a in enumerate(mechanism.actuators)
-    }
-
-
-def _print(position: Position, law: Any) -> None:
+def _print(found: SolveResult) -> None:
     import math
 
     from gimcli.cli.console import number, print_table
     from gimcli.cli.progress import end_bars
 
     end_bars()
+    position, law = found.position, found.law
     mechanism, status = position.mechanism, position.status
-    at = ", ".join(f"{k} = {v:.10g}" for k, v in _inputs(position).items())
+    at = ", ".join(f"{k} = {v:.10g}" for k, v in found.inputs.items())
     typer.echo(f"{mechanism.name}" + (f" at {at}" if at else ""))
     residual = position.residual
     typer.echo(
@@ -190,7 +123,7 @@ def _print(position: Position, law: Any) -> None:
     if status.value:
         typer.echo(f"{status.text}\nworst off: {position.worst}, by {residual.total[0]:.3g}")
     else:
-        nodes, points = _places(position)
+        nodes, points = found.places()
         unit = "" if mechanism.length_unit == "unit" else f" [{mechanism.length_unit}]"
         rows = [(k, number(v.real, 12), number(v.imag, 12)) for k, v in (nodes | points).items()]
         print_table("", ("node", f"x{unit}", f"y{unit}"), rows, right=(1, 2))
@@ -203,39 +136,5 @@ def _print(position: Position, law: Any) -> None:
             f"eq. (3): E = {law.c1:.3g} exp(-{law.c2:.4g} n): factor {law.rate:.4f} per sweep,"
             f" predicted spectral radius {law.radius:.4f}"
         )
-
-
-def _write_csv(position: Position, path: Path) -> None:
-    import numpy as np
-
-    from gimcli.output import write
-    from gimcli.table import Column, Table
-
-    nodes, points = _places(position)
-    places = nodes | points
-    good = position.status.value == 0
-    z = np.array(list(places.values())) if good else np.full(len(places), complex(np.nan, np.nan))
-    unit = position.mechanism.length_unit
-    status = np.array([position.status.word] * len(z))
-    columns = (
-        Column("node", np.array(list(places))), Column("x", z.real, unit), Column("y", z.imag, unit),
-        Column("status", status),
-    )  # fmt: skip
-    write(Table(columns), path)
-
-
-def _write_png(position: Position, law: Any, path: Path, moving: Instant | None) -> bool:
-    """Draw the position, or its errors; return whether there was anything to draw."""
-    from gimcli.output import draw_history, draw_position
-
-    mechanism = position.mechanism
-    if law is not None:
-        errors = law.errors.max(axis=1)
-        draw_history(errors, (law.c1, law.c2), path, f"{mechanism.name}: error per sweep", predicted=law.radius)
-    elif position.status.value == 0:
-        nodes, points = _places(position)
-        arrows = velocity_arrows(moving, nodes | points) if moving is not None and not moving.singular else []
-        draw_position(mechanism, mechanism.to_file(position.z), path, mechanism.name, points, arrows)
-    else:
-        return False
-    return True
+    if found.moving is not None:
+        tell_velocities(found.moving)

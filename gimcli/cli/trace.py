@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -21,15 +20,13 @@ from gimcli.cli.arguments import (
     Strategy,
     StrategyOption,
     Tolerance,
-    options,
 )
-from gimcli.cli.asked import MEASURE_HELP, MeasureOption, PlotOption, tell_measures
+from gimcli.cli.measures import MEASURE_HELP, MeasureOption, PlotOption, tell_measures, tell_ranges
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
-    from gimcli.cli.asked import Asked
-    from gimcli.motion.motion import Motion
-    from gimcli.motion.summary import Summary
+    from gimcli.library.circuit_trace import CircuitTraceResult
+    from gimcli.library.trace import MotionTraceResult
 
 
 class AtLimit(StrEnum):
@@ -60,7 +57,6 @@ HELP = (
     "\n\nExample: gim trace models/chebyshev.yaml --circuit"
 )
 
-POSES = 6
 EVENTS = 6
 
 
@@ -91,164 +87,74 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Trace a motion."""
-    import numpy as np
-
     if "help" in measure:
         tell_measures()
-    from gimcli.cli.asked import Asked
-    from gimcli.cli.console import note
-    from gimcli.cli.progress import DRAWING, progress_bar
-    from gimcli.errors import StructureError
-    from gimcli.model import load
-    from gimcli.motion.motion import stream
-    from gimcli.motion.motion import trace as follow
-    from gimcli.motion.summary import Summary
-    from gimcli.output import CsvStream, refuse_unwritable
-    from gimcli.rates.motion_table import motion_table
-    from gimcli.structure.drive_check import explained, refuse_contradiction
+    from gimcli.cli.console import note, print_json, texts, write_stream
+    from gimcli.cli.progress import end_bars, progress_bar
+    from gimcli.library.load import load
+    from gimcli.library.trace import MotionTraceResult, traced
+    from gimcli.output import refuse_unwritable
 
-    chosen = options(method, strategy, tolerance, jit, sequence)
     if plot and not png:
         raise UsageError("--plot draws into the picture: leave --no-png out")
     mechanism = load(model)
-    asked = Asked(mechanism, measure, plot, derivatives)
     csv_path, png_path = out / f"{model.stem}.csv", out / f"{model.stem}.png"
     refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
-    with explained(mechanism):
-        if not mechanism.actuators:
-            _refuse_undriven(mechanism)
-            raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve`")
-        if circuit or all_branches:
-            from gimcli.cli.circuit import trace_circuit
-
-            _refuse_mixed(method, asked.order, at_limit, branch, all_branches)
-            paths = csv_path, png_path if png else None
-            ask = partial(Asked, mechanism, measure, plot, derivatives)
-            if not trace_circuit(mechanism, steps, tolerance, branch, all_branches, paths, as_json, ask):
-                raise typer.Exit(5)
-            return
-        show = progress_bar("tracing")
-        if at_limit is not AtLimit.STOP or branch > 1:
-            _refuse_mixed(method, asked.order if at_limit is AtLimit.REVERSE else 0)
-            pieces = iter([follow(mechanism, steps, chosen, note, show, at_limit.value, branch)])
+    begun = traced(
+        mechanism, steps, derivatives=derivatives, measure=measure, plot=plot, at_limit=at_limit.value, circuit=circuit,
+        branch=branch, all_branches=all_branches, method=method.value, strategy=strategy.value, tolerance=tolerance,
+        jit=jit.value, sequence=sequence, tell=note, progress=progress_bar,
+    )  # fmt: skip
+    found, paths = write_stream(begun, csv_path, png_path if png else None)
+    end_bars()
+    if as_json:
+        print_json({**texts(paths), **found.report()})
+    else:
+        if isinstance(found, MotionTraceResult):
+            _print(found)
         else:
-            pieces = stream(mechanism, steps, chosen, tell=note, progress=show)
-        piece: Motion | None = next(pieces)
-    assert piece is not None
-    refuse_contradiction(mechanism, piece.start, piece.inputs[:, 0], piece.first_status, tolerance)
-    summary = Summary(steps + 1)
-    rates = _rates(mechanism, asked.order, steps + 1, jit) if asked.order else None
-    row = piece.rows(np.arange(1))
-    with CsvStream(
-        csv_path, motion_table(row, rates=rates, more=asked.head(row)).names
-    ) as table:  # appears when the picture has been written too
-        while piece is not None:
-            more = asked.columns(piece)
-            table.append(motion_table(piece, first=summary.seen, rates=rates, more=more))
-            summary.add(piece)
-            piece = next(pieces, None)
-        drawn = png and summary.solved > 0
-        if drawn:
-            progress_bar(DRAWING)
-            _draw(summary.motion, png_path, asked)
-    _report(summary, csv_path, png_path if drawn else None, steps, as_json, asked)
-    if summary.solved < summary.rows:
+            _print_circuits(cast("CircuitTraceResult", found))
+        typer.echo(f"wrote {paths['csv']}" + (f" and {paths['png']}" if paths["png"] else ""))
+    if not found.complete:
         raise typer.Exit(5)
 
 
-def _refuse_mixed(
-    method: Method, rates: Any, at_limit: AtLimit = AtLimit.STOP, branch: int = 1, every: bool = False
-) -> None:
-    """Refuse what does not go with following a circuit."""
-    if method is Method.GIM:
-        raise UsageError("--method gim: circuits, branches and limits are followed by continuation; leave it out")
-    if rates:
-        raise UsageError(
-            "--derivatives and graphs of velocities belong to a motion by its law: leave out --circuit and"
-            " --at-limit reverse"
-        )
-    if at_limit is not AtLimit.STOP:
-        raise UsageError(f"--at-limit {at_limit}: a circuit goes through limits; leave out one of both")
-    if every and branch > 1:
-        raise UsageError("--all-branches follows all; leave out --branch")
-
-
-def _rates(mechanism: Any, order: int, rows: int, jit: Jit) -> Any:
-    from gimcli.cli.console import note
-    from gimcli.rates.derivatives import TracedRates
-
-    return TracedRates(mechanism, mechanism.traced, order, rows, jit.value, note)
-
-
-def _refuse_undriven(mechanism: Any) -> None:
-    from gimcli.structure.plan import make_plan
-
-    make_plan(mechanism)
-
-
-def _draw(motion: Motion, path: Path, asked: Asked) -> None:
-    import numpy as np
-
-    from gimcli.output import draw_motion
-    from gimcli.rates.motion_table import traced_paths
-
-    good = np.flatnonzero(motion.good)
-    chosen = good[np.unique(np.linspace(0, len(good), POSES, endpoint=False).astype(int))]
-    poses = motion.mechanism.to_file(motion.z[:, chosen].T)
-    draw_motion(
-        motion.mechanism, poses, traced_paths(motion), path, motion.mechanism.name, asked.curves(motion),
-        asked.outlines(motion), asked.panels(motion),
-    )  # fmt: skip
-
-
-def _report(summary: Summary, csv_path: Path, png_path: Path | None, steps: int, as_json: bool, asked: Asked) -> None:
-    from gimcli.cli.console import print_json
-    from gimcli.cli.progress import end_bars
-    from gimcli.rates.motion_table import events, reachable
+def _print(found: MotionTraceResult) -> None:
     from gimcli.status import Status
 
-    end_bars()
-    motion, solved, worst = summary.motion, summary.solved, summary.residual
-    if motion.bridged:
-        from gimcli.branching.event_refinement import sharpened
-
-        motion = sharpened(motion)
-    reached, found, measured = reachable(motion), events(motion), asked.report(motion)
-    stops = [event for event in found if event["kind"] == "limit"]
-    if stops:
-        from gimcli.branching.event_refinement import reach
-
-        interval = reach(motion)
-        for event in stops:
-            event["interval"] = interval
-    if as_json:
-        report = {
-            "csv": str(csv_path), "png": str(png_path) if png_path else None, "steps": steps, "solved": solved,
-            "residual": worst, "reachable": reached, "events": found, "status": motion.overall.word, **measured,
-        }  # fmt: skip
-        print_json(report)
-        return
-    where = f"{csv_path} and {png_path}" if png_path else str(csv_path)
-    quality = f", worst residual {worst:.1e}" if solved else ""
-    typer.echo(f"{motion.mechanism.name}: {solved} of {steps + 1} positions solved{quality}")
-    _tell_reach(motion, reached)
+    motion, events = found.motion, found.events
+    typer.echo(found.headline())
+    _tell_reach(found)
+    stops = [e for e in events if e["kind"] == "limit"]
     if motion.limit is None:
         _tell_events(stops, "the law comes to a limit")
     for name, ends in (stops[-1]["interval"] if stops else {}).items():
         typer.echo(
             f"{name} can be anywhere from {ends[0]:.12g} to {ends[1]:.12g} on this circuit (--circuit follows it)"
         )
-    meetings = [e for e in found if e["kind"] == "change point"]
+    meetings = [e for e in events if e["kind"] == "change point"]
     if motion.bridged[:1] == (0.0,):
         _tell_events(meetings[:1], "starts at a change point, on its first branch (--branch 2 takes another)")
         meetings = meetings[1:]
     _tell_events(meetings, "passed straight through a change point")
-    _tell_events([e for e in found if e["kind"] == "sequence exchanged"], "sequence exchanged for a faster one")
-    asked.tell(measured)
-    if solved < steps + 1:
+    _tell_events([e for e in events if e["kind"] == "sequence exchanged"], "sequence exchanged for a faster one")
+    tell_ranges(found.measured)
+    if not found.complete:
         first = Status(int(motion.codes[~motion.good][0]))
         typer.echo(f"{first.word}: {first.text}" + (f" (worst: {motion.worst})" if motion.worst else ""))
-    typer.echo(f"wrote {where}")
+
+
+def _print_circuits(found: CircuitTraceResult) -> None:
+    from gimcli.cli.console import number
+
+    typer.echo(found.headline())
+    for one in found.circuits:
+        ends = "; ".join(f"{n} {number(a)} to {number(b)}" for n, (a, b) in one["interval"].items())
+        turns = f" after {one['turns']:g} turn{'s' * (one['turns'] != 1)}" if one["turns"] else ""
+        typer.echo(f"branch {one['branch']}: {'closed' + turns if one['closed'] else one['ended']}; {ends}")
+        for e in one["events"]:
+            typer.echo(f"  {e['kind']} at " + ", ".join(f"{n} = {v:.12g}" for n, v in e["at"].items()))
+        tell_ranges(one)
 
 
 def _tell_events(found: list[dict[str, Any]], what: str) -> None:
@@ -259,9 +165,10 @@ def _tell_events(found: list[dict[str, Any]], what: str) -> None:
         typer.echo(f"... and {len(found) - EVENTS} more (--json names all)")
 
 
-def _tell_reach(motion: Motion, reached: dict[str, list[list[float]]]) -> None:
+def _tell_reach(found: MotionTraceResult) -> None:
     from gimcli.positions.inputs import law_inputs
 
+    motion, reached = found.motion, found.reachable
     if motion.limit is None:
         return
     ends = law_inputs(motion.mechanism)(motion.time[[0, -1]])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,7 +11,8 @@ from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
-    from gimcli.comparison.tradeoff import Entry, Tradeoff
+    from gimcli.comparison.tradeoff import Entry
+    from gimcli.library.tradeoff import TradeoffResult
 
 NAME = "tradeoff"
 HELP = (
@@ -23,8 +24,6 @@ HELP = (
     " without what a method prepares once. Writes MODEL.tradeoff.csv and MODEL.tradeoff.png.\n\n"
     "Example: gim tradeoff models/platform_3rrr.yaml --tolerances 1e-3,1e-6,1e-9 --out results"
 )
-
-FINEST, COARSEST = 1e-14, 1.0
 
 
 def command(
@@ -43,95 +42,41 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Compare methods."""
-    from gimcli.cli.console import note
-    from gimcli.cli.progress import DRAWING, progress_bar
-    from gimcli.comparison.tradeoff import TOLERANCES, tradeoff, tradeoff_table
-    from gimcli.errors import StructureError
-    from gimcli.model import load
-    from gimcli.output import CsvStream, refuse_unwritable
-    from gimcli.structure.drive_check import explained
+    from gimcli.cli.console import note, print_json, texts, write_files
+    from gimcli.cli.progress import progress_bar
+    from gimcli.library.load import load
+    from gimcli.library.tradeoff import tradeoff
+    from gimcli.output import refuse_unwritable
 
-    asked = _tolerances(tolerances) or TOLERANCES
+    chosen = _tolerances(tolerances)
     mechanism = load(model)
     csv_path, png_path = out / f"{model.stem}.tradeoff.csv", out / f"{model.stem}.tradeoff.png"
-    with explained(mechanism):
-        if not mechanism.actuators:
-            raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one")
-        refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
-        found = tradeoff(mechanism, steps, asked, jit.value, note, progress_bar("comparing"), seconds=seconds)
-    table = tradeoff_table(found)
-    drawn = png and any(e.drawable for e in found.entries)
-    with CsvStream(csv_path, table.names) as stream:  # appears when the picture has been written too
-        stream.append(table)
-        if drawn:
-            progress_bar(DRAWING)
-            _draw(found, png_path)
-    paths = {"csv": str(csv_path), "png": str(png_path) if drawn else None}
+    refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
+    found = tradeoff(
+        mechanism, steps, tolerances=chosen, seconds=seconds, jit=jit.value, tell=note, progress=progress_bar
+    )
+    paths = write_files(found, csv_path, png_path if png else None)
     if as_json:
-        _print_json(found, steps, paths)
+        print_json({**texts(paths), **found.report()})
     else:
-        _print(found, steps, paths)
-    if not found.reached:
+        _print(found)
+        typer.echo("wrote " + " and ".join(str(path) for path in paths.values() if path))
+    if not found.complete:
         raise typer.Exit(5)
 
 
-def _tolerances(text: str) -> tuple[float, ...]:
-    """Return the tolerances that the user lists, each once."""
+def _tolerances(text: str) -> list[float]:
+    """Return the tolerances that the user lists."""
     values: list[float] = []
     for word in text.replace(",", " ").split():
         try:
-            value = float(word)
+            values.append(float(word))
         except ValueError:
-            value = float("nan")
-        if not FINEST <= value < COARSEST:
-            raise UsageError(f"--tolerances: '{word}' is not a number from 1e-14 to below 1")
-        values.append(value)
-    return tuple(dict.fromkeys(values))
+            raise UsageError(f"--tolerances: '{word}' is not a number from 1e-14 to below 1") from None
+    return values
 
 
-def _draw(found: Tradeoff, path: Path) -> None:
-    import numpy as np
-
-    from gimcli.output import draw_tradeoff
-
-    curves: dict[str, list[tuple[float, float, float]]] = {}
-    for e in found.entries:
-        if e.drawable:
-            curves.setdefault(e.method.label, []).append((e.seconds, e.error, float(e.complete)))
-    front = np.array([(e.seconds, e.error) for e in found.entries if e.efficient]).reshape(-1, 2)
-    title = f"{found.mechanism.name}: error and time, {'compiled' if found.compiled else 'not compiled'}"
-    draw_tradeoff({name: np.array(points) for name, points in curves.items()}, front, path, title)
-
-
-def _print_json(found: Tradeoff, steps: int, paths: dict[str, Any]) -> None:
-    from gimcli.cli.console import print_json
-    from gimcli.comparison.tradeoff import advise
-
-    advice = [
-        {
-            "digits": a.digits, "text": a.text, "options": a.best.method.options if a.best else None,
-            "tolerance": a.best.tolerance if a.best else None,
-        }
-        for a in advise(found)
-    ]  # fmt: skip
-    entries = [
-        {
-            "method": e.method.name, "tolerance": e.tolerance, "unknowns": list(e.unknowns),
-            "iteration_operations": list(e.iterations), "iterations": e.work,
-            "most_iterations": e.most, "paper_operations": e.paper, "operations": e.operations, "seconds": e.seconds,
-            "error": e.error, "solved": e.solved, "positions": e.rows, "efficient": e.efficient, "reason": e.reason,
-        }
-        for e in found.entries
-    ]  # fmt: skip
-    print_json(
-        {
-            **paths, "steps": steps, "solved": found.motion.solved, "status": found.motion.overall.word,
-            "compiled": found.compiled, "untold": found.untold, "entries": entries, "advice": advice,
-        }
-    )  # fmt: skip
-
-
-def _print(found: Tradeoff, steps: int, paths: dict[str, Any]) -> None:
+def _print(result: TradeoffResult) -> None:
     from gimcli.cli.console import print_table
     from gimcli.comparison.tradeoff import advise
 
@@ -139,13 +84,12 @@ def _print(found: Tradeoff, steps: int, paths: dict[str, Any]) -> None:
         "method", "unknowns", "tolerance", "iterations", "most", "paper's count", "operations", "time [µs]",
         "true error", "solved", "",
     )  # fmt: skip
-    rows, last = [], ""
+    found, rows, last = result.found, [], ""
     for e in found.entries:
         name = e.method.label if e.method.name != last else ""
         rows.append(_row(e, name))
         last = e.method.name
-    how = "compiled kernels" if found.compiled else "kernels not compiled"
-    print_table(f"{found.mechanism.name}: a position of {steps} steps, {how}", head, rows, range(2, 10))
+    print_table(result.headline(), head, rows, range(2, 10))
     typer.echo("iterations: sweeps with gim; paper's count: operations, 12 a moving node and sweep, 9 E^3 an iteration")
     typer.echo("* efficient: no other that solves all positions is both faster and more accurate")
     if found.untold:
@@ -155,7 +99,6 @@ def _print(found: Tradeoff, steps: int, paths: dict[str, Any]) -> None:
         typer.echo(f"{found.motion.overall.word}: {found.motion.overall.text}{worst}")
     for advice in advise(found):
         typer.echo(advice.text)
-    typer.echo("wrote " + " and ".join(path for path in paths.values() if path))
 
 
 def _row(e: Entry, name: str) -> tuple[str, ...]:

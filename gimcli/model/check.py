@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import copy
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
@@ -18,7 +17,7 @@ from gimcli.model.check_inputs import check_inputs, check_span
 from gimcli.model.check_places import check_drawn, check_place
 from gimcli.model.references import CLOSEST, References, used_nodes
 from gimcli.model.schema import Element, Link, Model, long_form
-from gimcli.model.source import Source, Where, read_source
+from gimcli.model.source import Source, Where
 
 SECTIONS = ("nodes", "links", "elements", "prismatic", "actuators", "points", "masses", "loads",
             "springs", "dampers", "friction")  # fmt: skip
@@ -29,9 +28,8 @@ COLUMNS = ("step", "time", "residual", "sweeps", "status")
 SIZES = (1e-100, 1e100)
 
 
-def load_model(path: Path | str) -> Model:
-    """Read and validate a model file; raise ModelError with all its faults."""
-    source = read_source(Path(path))
+def checked(source: Source) -> Model:
+    """Return the model of a source; raise ModelError with all its faults."""
     model, doubtful = _typed(source)
     if model is not None:
         check(References(source, model, doubtful))

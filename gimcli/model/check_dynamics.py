@@ -58,7 +58,7 @@ def _choice(names: Iterable[str]) -> str:
 
 def _check_table(refs: References, where: Where, name: str, over: str) -> None:
     try:
-        read_table(refs.source.path.parent / name, over)
+        read_table(refs.source.folder / name, over)
     except ValueError as error:
         refs.fault(where, f"table {name}: {error}")
 

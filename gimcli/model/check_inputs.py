@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gimcli.mechanism import MOST_TURNS
 from gimcli.model.laws import PolynomialLaw
 from gimcli.model.references import References
 from gimcli.model.schema import LONGEST, PROFILES, SHORTEST, Actuator, Law, Profile
@@ -16,8 +17,7 @@ from gimcli.model.tables import read_table
 from gimcli.model.wording import near
 
 KEYS = ("pivot", "arm", "reference", "nodes", "node", "guide")
-MOST_TURNS = 1e4
-"""Revolutions, or sizes of the mechanism, that a law may reach: every one is followed."""
+
 
 LOOKS = 1001
 """Places of a law that are looked at beside those where it turns back, should rounding hide one of these."""
@@ -226,7 +226,7 @@ def _check_ends(refs: References, at: Where, law: Law) -> list[float]:
 def _check_table(refs: References, where: Where, name: str, tables: list[Times]) -> list[float]:
     """Check a table; return its values."""
     try:
-        time, values = read_table(refs.source.path.parent / name)
+        time, values = read_table(refs.source.folder / name)
     except ValueError as error:
         refs.fault(where, f"table {name}: {error}")
         return []

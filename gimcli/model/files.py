@@ -9,9 +9,9 @@ from typing import Any
 from gimcli.model.schema import Model
 
 
-def files_read(model: Model, path: Path) -> tuple[Path, ...]:
-    """Return the model file and every table of laws, efforts and loads."""
-    return (path, *(path.parent / name for name in dict.fromkeys(_tables(model.model_dump()))))
+def files_read(model: Model, path: Path | None, folder: Path) -> tuple[Path, ...]:
+    """Return the model file, if there is one, and every table of laws, efforts and loads."""
+    return (*([path] if path else []), *(folder / name for name in dict.fromkeys(_tables(model.model_dump()))))
 
 
 def _tables(data: Any) -> Iterator[str]:

@@ -48,6 +48,8 @@ class Source:
 
     path: Path
     data: Any = None
+    folder: Path = Path()  # where tables are looked for
+    by_line: bool = True  # faults are told by line and column, else by the keys that lead to them
     keys: dict[Where, Spot] = field(default_factory=dict)
     values: dict[Where, Spot] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
@@ -64,15 +66,29 @@ class Source:
         self.faults.append(Fault(*spot, text))
 
     def error(self) -> ModelError:
-        """Return all faults, each `file:line:column: text`, as one error."""
+        """Return all faults, each `file:line:column: text` or `file: key.key: text`, as one error."""
         found = sorted(dict.fromkeys(self.faults))
-        return ModelError([f"{self.path}:{f.line}:{f.column}: {f.text}" for f in found])
+        if self.by_line:
+            return ModelError([f"{self.path}:{f.line}:{f.column}: {f.text}" for f in found])
+        at = {spot: where for table in (self.values, self.keys) for where, spot in reversed(table.items())}
+        return ModelError([": ".join([str(self.path), *_keys(at, f), f.text]) for f in found])
+
+
+def _keys(at: dict[Spot, Where], fault: Fault) -> list[str]:
+    """Return the keys that lead to a fault, if any do."""
+    where = at.get((fault.line, fault.column), ())
+    return [".".join(map(str, where))] if where else []
 
 
 def read_source(path: Path) -> Source:
     """Read a model file; raise ModelError where it is no YAML mapping of reasonable size."""
-    text = _text(path)
-    source = Source(path)
+    return read_yaml(_text(path), path)
+
+
+def read_yaml(text: str, path: Path) -> Source:
+    """Return the source of YAML text; `path` names it in messages."""
+    _refuse_control(text, path)
+    source = Source(path, folder=path.parent)
     loader = _LOADER(text)
     try:
         source.data = _DataBuilder(source, loader).document()
@@ -101,12 +117,15 @@ def _text(path: Path) -> str:
     except UnicodeDecodeError as error:
         cure = "save it as UTF-8"
         raise ModelError([f"{path}: not a text file (byte {error.start} is not UTF-8); {cure}"]) from None
+    return text
+
+
+def _refuse_control(text: str, path: Path) -> None:
     found = CONTROL.search(text)
     if found:
         line, column = text.count("\n", 0, found.start()) + 1, found.start() - text.rfind("\n", 0, found.start())
         sign = f"control character {ord(found[0]):#04x}"
         raise ModelError([f"{path}:{line}:{column}: not a text file: met {sign}; remove it"])
-    return text
 
 
 def _files_in(folder: Path) -> str:

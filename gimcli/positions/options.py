@@ -27,3 +27,14 @@ class Options:
         for name, known in (("method", METHODS), ("strategy", STRATEGIES), ("jit", JIT)):
             if getattr(self, name) not in known:
                 raise UsageError(f"{name} '{getattr(self, name)}': choose {', '.join(known)}")
+
+    @classmethod
+    def checked(
+        cls, method: str, strategy: str, tolerance: float, jit: str, moves: str = "", seed: int | None = None
+    ) -> Options:
+        """Return the options; raise UsageError where a tolerance means nothing or a sequence is of no use."""
+        if not 1e-14 <= tolerance < 1.0:
+            raise UsageError(f"--tolerance {tolerance:g}: a number from 1e-14 to below 1 is needed")
+        if moves and method != "gim":
+            raise UsageError("--sequence belongs to --method gim")
+        return cls(method, strategy, tolerance, jit, seed=seed, moves=moves)

@@ -10,7 +10,7 @@ import pytest
 
 from gimcli.errors import ModelError
 from gimcli.model import load
-from gimcli.model.check_inputs import MOST_TURNS
+from gimcli.mechanism import MOST_TURNS
 
 MODEL = """\
 nodes: {{O: [0, 0], G: [4, 0], A: [0, 1], B: [4, 3]}}

@@ -1,60 +1,29 @@
-"""What `gim trace` is asked for beyond coordinates: `--measure` and `--plot`."""
+"""What a trace is asked for beyond coordinates: measures and graphs."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from gimcli.errors import UsageError
+from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.motion.motion import Motion
+from gimcli.rates.motion_table import motion_table
+from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from gimcli.measures.record import Record
-    from gimcli.mechanism import ComplexArray, Mechanism
-    from gimcli.motion.motion import Motion
-    from gimcli.table import Column, Table
-
-MEASURE_HELP = (
-    "Measures (--measure KIND:ARGS; `--measure help` says more) add columns to the CSV, curves to the PNG and ranges to"
-    " the report:\n\n"
-    "centre:rod/rocker  instant centre of two members, with its centrodes (frame: the ground)\n\n"
-    "curvature:P  signed radius, curvature and centre of curvature of a path\n\n"
-    "transmission[:B | :rod/rocker | :A/B/C]  transmission angle, of all output joints or of the one named\n\n"
-    "advantage:motor/rocker  mechanical advantage of an output (member, sliding pair, point) over an input\n\n"
-    "area:rod  area swept by a member, signed and of the region passed over"
-)
-
-MeasureOption = Annotated[
-    list[str], typer.Option("--measure", "-m", metavar="KIND:ARGS", help="Measure; may be repeated; help lists them.")
-]
-PlotOption = Annotated[
-    str,
-    typer.Option(
-        "--plot",
-        metavar="QUANTITY,...",
-        help="Graphs below the drawing: velocity, acceleration, jerk (of the traced points), omega, alpha (of the"
-        " members), or measures. Adds their columns too.",
-    ),
-]
 
 
-def tell_measures() -> None:
-    """Print the kinds of measures and end."""
-    from gimcli.cli.console import print_table
-    from gimcli.measures import help_lines
-
-    print_table("Measures", ("write", "to get"), help_lines())
-    raise typer.Exit
-
-
-class Asked:
+class Extras:
     """The measures and graphs of one trace."""
 
-    def __init__(self, mechanism: Mechanism, measures: Sequence[str], plot: str, derivatives: int) -> None:
+    def __init__(
+        self, mechanism: Mechanism, measures: Sequence[str], plot: str | Sequence[str], derivatives: int
+    ) -> None:
         self.mechanism, self.specs, self.order = mechanism, list(measures), derivatives
-        self.plots = list(dict.fromkeys(plot.replace(",", " ").split()))
+        words = plot.replace(",", " ").split() if isinstance(plot, str) else plot
+        self.plots = list(dict.fromkeys(words))
         self.record: Record | None = None
         if self.plots:
             from gimcli.measures.graphs import ORDERS
@@ -99,8 +68,6 @@ class Asked:
         """Return the graphs: their names, and tables whose first column is the abscissa."""
         from gimcli.measures.graphs import ORDERS, abscissa, measured, quantity
         from gimcli.measures.record import Record
-        from gimcli.rates.motion_table import motion_table
-        from gimcli.table import Table
 
         if not self.plots:
             return {}
@@ -120,22 +87,3 @@ class Asked:
     def report(self, motion: Motion) -> dict[str, Any]:
         """Return what the measures tell of the whole motion, for --json."""
         return {"measures": self.record.told(motion)} if self.record is not None else {}
-
-    def tell(self, report: dict[str, Any]) -> None:
-        """Print the measures' ranges."""
-        from gimcli.cli.console import number, print_table
-
-        rows = []
-        for spec, found in report.get("measures", {}).items():
-            for name, told in found["columns"].items():
-                most = "inf" if told["infinite"] else number(told["greatest"], 8)
-                empty = f"{told['empty']} rows empty" if told["empty"] else ""
-                rows.append((name, told["unit"].replace("unit", ""), number(told["least"], 8), most, empty))
-            if "area" in found:
-                told = f"{number(found['area'], 6)} ± {found['error']:.1g}"
-                rows.append((f"{spec} (region)", found["unit"], "", told, "passed over by the whole motion"))
-            if "worst" in found:
-                unit = found["columns"][spec]["unit"]
-                rows.append((f"{spec} (nearest to 0 or 180 deg)", unit, number(found["worst"], 8), "", ""))
-        if rows:
-            print_table("", ("measure", "unit", "least", "greatest", ""), rows, right=(2, 3))

@@ -1,0 +1,59 @@
+"""`--measure` and `--plot` of `gim trace`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+MEASURE_HELP = (
+    "Measures (--measure KIND:ARGS; `--measure help` says more) add columns to the CSV, curves to the PNG and ranges to"
+    " the report:\n\n"
+    "centre:rod/rocker  instant centre of two members, with its centrodes (frame: the ground)\n\n"
+    "curvature:P  signed radius, curvature and centre of curvature of a path\n\n"
+    "transmission[:B | :rod/rocker | :A/B/C]  transmission angle, of all output joints or of the one named\n\n"
+    "advantage:motor/rocker  mechanical advantage of an output (member, sliding pair, point) over an input\n\n"
+    "area:rod  area swept by a member, signed and of the region passed over"
+)
+
+MeasureOption = Annotated[
+    list[str], typer.Option("--measure", "-m", metavar="KIND:ARGS", help="Measure; may be repeated; help lists them.")
+]
+PlotOption = Annotated[
+    str,
+    typer.Option(
+        "--plot",
+        metavar="QUANTITY,...",
+        help="Graphs below the drawing: velocity, acceleration, jerk (of the traced points), omega, alpha (of the"
+        " members), or measures. Adds their columns too.",
+    ),
+]
+
+
+def tell_measures() -> None:
+    """Print the kinds of measures and end."""
+    from gimcli.cli.console import print_table
+    from gimcli.measures import help_lines
+
+    print_table("Measures", ("write", "to get"), help_lines())
+    raise typer.Exit
+
+
+def tell_ranges(report: dict[str, Any]) -> None:
+    """Print the measures' ranges."""
+    from gimcli.cli.console import number, print_table
+
+    rows = []
+    for spec, found in report.get("measures", {}).items():
+        for name, told in found["columns"].items():
+            most = "inf" if told["infinite"] else number(told["greatest"], 8)
+            empty = f"{told['empty']} rows empty" if told["empty"] else ""
+            rows.append((name, told["unit"].replace("unit", ""), number(told["least"], 8), most, empty))
+        if "area" in found:
+            told = f"{number(found['area'], 6)} ± {found['error']:.1g}"
+            rows.append((f"{spec} (region)", found["unit"], "", told, "passed over by the whole motion"))
+        if "worst" in found:
+            unit = found["columns"][spec]["unit"]
+            rows.append((f"{spec} (nearest to 0 or 180 deg)", unit, number(found["worst"], 8), "", ""))
+    if rows:
+        print_table("", ("measure", "unit", "least", "greatest", ""), rows, right=(2, 3))

@@ -1,0 +1,171 @@
+"""Follow whole circuits instead of a law: rows at even distances, through limits and dead points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gimcli.branching.resampling import circuit_motion
+from gimcli.branching.singular_positions import drawn_circuit
+from gimcli.branching.singularities import STATIONARY, interval, singularities
+from gimcli.continuation.branches import all_circuits
+from gimcli.continuation.circuit import Circuit
+from gimcli.errors import UsageError
+from gimcli.library.extras import Extras
+from gimcli.library.inputs import in_file_units
+from gimcli.library.places import counted
+from gimcli.library.result import Phases
+from gimcli.library.trace_result import POSES, TraceResult
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.rates.motion_table import motion_table, traced_paths
+from gimcli.table import Column, Table
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Content
+
+DENSE = 720
+"""Rows of a circuit, at least, between which no member is taken to turn by more than half a turn."""
+
+
+class CircuitTrace:
+    """A circuit, or every branch that meets it, followed; tables, then the result."""
+
+    def __init__(
+        self, mechanism: Mechanism, steps: int, tolerance: float, branch: int, every: bool,
+        extras: Callable[[], Extras], progress: Phases,
+    ) -> None:  # fmt: skip
+        """Follow; `extras` makes the measures of one circuit."""
+        follow = progress("following the circuit")
+        circuits: tuple[Circuit, ...] = (drawn_circuit(mechanism, tolerance),)
+        if every or branch > 1:
+            follow = progress("following branches")
+            circuits = all_circuits(circuits[0], progress=follow).circuits
+        if branch > len(circuits):
+            raise UsageError(
+                f"--branch {branch}: {len(circuits)} circuit{'s meet' * (len(circuits) > 1) or ' there is'} here;"
+                " `gim singularities` lists them"
+            )
+        self.mechanism, self.steps, self.tolerance, self.every = mechanism, steps, tolerance, every
+        self.numbers = list(range(1, len(circuits) + 1)) if every else [branch]
+        progress("positions along the circuit")
+        self.circuits = [circuits[n - 1] for n in self.numbers]
+        self.motions = [circuit_motion(circuit, steps + 1, tolerance) for circuit in self.circuits]
+        self.extras = [extras() for _ in self.numbers]
+
+    @cached_property
+    def _tables(self) -> list[Table]:
+        each = zip(self.motions, self.extras, strict=True)
+        tables = [motion_table(motion, more=extras.columns(motion)) for motion, extras in each]
+        if not self.every:
+            return tables
+        return [
+            Table((*t.columns, Column("branch", np.full(len(t), n))))
+            for t, n in zip(tables, self.numbers, strict=True)
+        ]  # fmt: skip
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return self._tables[0].names
+
+    def tables(self) -> Iterator[Table]:
+        """Yield the table of each circuit; `branch` is its last column where all are followed."""
+        yield from self._tables
+
+    def result(self, table: Table | None) -> CircuitTraceResult:
+        """Return the result, when all tables have been taken; without its table where that went to a file."""
+        return CircuitTraceResult(self, table)
+
+
+class CircuitTraceResult(TraceResult):
+    """Rows along whole circuits, one circuit after another; `circuits` tells of each."""
+
+    def __init__(self, found: CircuitTrace, table: Table | None) -> None:
+        self.mechanism, self.found, self.motions, self._table = found.mechanism, found, found.motions, table
+
+    @cached_property
+    def circuits(self) -> list[dict[str, Any]]:
+        """How each circuit ends, what its inputs reach, its limits and change points, and its measures."""
+        found = self.found
+        return [
+            _of_circuit(self.mechanism, n, circuit, singularities(circuit)) | extras.report(motion)
+            for n, circuit, extras, motion in zip(
+                found.numbers, found.circuits, found.extras, found.motions, strict=True
+            )
+        ]
+
+    @property
+    def events(self) -> list[dict[str, Any]]:
+        """Limits, dead points and change points of all circuits."""
+        return [{"branch": one["branch"], **event} for one in self.circuits for event in one["events"]]
+
+    @property
+    def reachable(self) -> dict[str, list[list[float]]]:
+        """The interval of every input on each circuit."""
+        return {a.name: [one["interval"][a.name] for one in self.circuits] for a in self.mechanism.actuators}
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        return f"{self.mechanism.name}: {self.solved} of {self.rows} positions solved, worst residual {self.worst:.1e}"
+
+    def report(self) -> dict[str, Any]:
+        """Return what --json prints."""
+        circuits = self.circuits
+        return {
+            "steps": self.found.steps, "solved": self.solved, "residual": self.worst, "reachable": self.reachable,
+            "events": self.events,
+            "circuits": [{k: v for k, v in one.items() if k != "events"} for one in circuits],
+            "status": next((m.overall.word for m in self.motions if not m.good.all()), "ok"),
+            **({"measures": circuits[0]["measures"]} if len(circuits) == 1 and "measures" in circuits[0] else {}),
+        }  # fmt: skip
+
+    def turns(self, member: Callable[[ComplexArray], FloatArray]) -> FloatArray:
+        """Return the angles of a member along every circuit, each counted through turns."""
+        parts = []
+        for circuit in self.found.circuits:
+            each = -(-max(DENSE, len(circuit.places)) // self.found.steps)
+            dense = circuit_motion(circuit, each * self.found.steps + 1, self.found.tolerance)
+            parts.append(counted(self.mechanism, member(dense.z))[::each])
+        return np.concatenate(parts)
+
+    def picture(self) -> Content | None:
+        """Return poses of the first circuit, and the curves, areas and graphs of all."""
+        from gimcli.output.drawing import motion_picture
+        from gimcli.output.panels import with_panels
+
+        first, mechanism, several = self.motions[0], self.mechanism, len(self.motions) > 1
+        chosen = np.flatnonzero(first.good)
+        chosen = chosen[np.unique(np.linspace(0, len(chosen), POSES, endpoint=False).astype(int))]
+        paths: dict[str, ComplexArray] = {}
+        more: dict[str, ComplexArray] = {}
+        outlines: list[ComplexArray] = []
+        panels: dict[str, Table] = {}
+        for number, motion, extras in zip(self.found.numbers, self.motions, self.found.extras, strict=True):
+            tail = f", branch {number}" if several else ""
+            paths |= {name + tail: curve for name, curve in traced_paths(motion).items()}
+            more |= {name + tail: curve for name, curve in extras.curves(motion).items()}
+            outlines += extras.outlines(motion)
+            panels |= {name + tail: table for name, table in extras.panels(motion).items()}
+        poses = mechanism.to_file(first.z[:, chosen].T)
+        title = f"{mechanism.name}: circuit"
+        return with_panels(motion_picture(mechanism, poses, paths, title, more, outlines), panels)
+
+
+def _of_circuit(mechanism: Mechanism, number: int, circuit: Circuit, found: list[Any]) -> dict[str, Any]:
+    """Return what is told of a circuit: how it ends, what its inputs reach, its limits and change points."""
+    low, high = (circuit.curve.inputs(q) for q in interval(circuit, found))
+    reach, events = {}, []
+    ends = in_file_units(mechanism, low), in_file_units(mechanism, high)
+    for name in ends[0]:
+        reach[name] = sorted(end[name] for end in ends)
+    for one in found:
+        if one.kind != STATIONARY:
+            u = circuit.curve.inputs(float(one.p[-1]))
+            events.append({"kind": one.kind, "at": in_file_units(mechanism, u), "way": one.way})
+    return {
+        "branch": number, "closed": circuit.closed, "ended": circuit.ended, "turns": abs(circuit.turns),
+        "interval": reach, "events": events,
+    }  # fmt: skip

@@ -1,0 +1,210 @@
+"""Find the circuits of a mechanism."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gimcli.branching.enumeration import Circuits, EnumerationConstants, Strand
+from gimcli.branching.enumeration import circuits as all_circuits
+from gimcli.errors import UsageError
+from gimcli.library.inputs import in_file_units
+from gimcli.library.result import Phases, Result, silent
+from gimcli.mechanism import Mechanism
+from gimcli.structure.drive_check import explained
+from gimcli.table import Column, Table
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Content
+
+PLACES = 361
+"""Places of a curve that are drawn."""
+
+STILL = 1e-6
+"""Change of a distance, in the normal frame, that is none."""
+
+ROUND = 1e-12
+"""Part of a turn or of the size below which a value is 0."""
+
+LEAST, MOST = 4, 100_000
+"""Values of the input at which configurations may be listed."""
+
+
+def circuits(mechanism: Mechanism, *, samples: int = 72, progress: Phases = silent) -> CircuitsResult:
+    """Find which configurations the motion joins without taking the mechanism apart.
+
+    All configurations are listed at `samples` values of the input, and each is followed until it is home.
+    Raises UsageError, and StructureError where the mechanism is over-driven or not driven.
+    """
+    if not LEAST <= samples <= MOST:
+        raise UsageError(f"--samples {samples}: a number from {LEAST} to {MOST} is needed")
+    with explained(mechanism):
+        found = all_circuits(
+            mechanism, EnumerationConstants(samples=samples), progress("configurations and their circuits")
+        )
+    return CircuitsResult(mechanism, found)
+
+
+class CircuitsResult(Result):
+    """The circuits: `count`, `complete`, and the curves and configurations of each (`found`, `report()`)."""
+
+    def __init__(self, mechanism: Mechanism, found: Circuits) -> None:
+        self.mechanism, self.found = mechanism, found
+
+    @property
+    def count(self) -> int:
+        """How many circuits there are."""
+        return self.found.count
+
+    @property
+    def complete(self) -> bool:
+        """Tell whether all configurations at the samples are known, and each is on a circuit."""
+        return self.found.complete
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        return f"{self.mechanism.name}: {self.found.count} circuit{'s' * (self.found.count != 1)}"
+
+    def report(self) -> dict[str, Any]:
+        """Return what --json prints."""
+        found, mechanism = self.found, self.mechanism
+        curves = [
+            {
+                "curve": label(found, k), "circuit": s.number + 1, "closed": s.circuit.closed, "ended": s.circuit.ended,
+                "turns": abs(s.circuit.turns), "interval": span(found, s),
+                "branches": [{"from": inputs_at(found, b.start), "to": inputs_at(found, b.end)} for b in s.branches],
+            }
+            for k, s in enumerate(found.strands)
+        ]  # fmt: skip
+        listed = []
+        for z, at in zip(mechanism.to_file(found.start.z), found.places, strict=True):
+            nodes = {n: [float(v.real), float(v.imag)] for n, v in zip(mechanism.nodes, z, strict=True)}
+            listed.append(
+                {
+                    "circuit": found.strands[at[0][0]].number + 1 if at else None,
+                    "branches": [f"{label(found, k)}.{b + 1}" for k, b in at], "nodes": nodes,
+                }
+            )  # fmt: skip
+        return {
+            "circuits": found.count, "complete": found.complete, "samples": len(found.sampled),
+            "spacing": spacing(found)[0], "lost": found.lost,
+            "curves": curves, "at": inputs_at(found, found.curve.begin()), "configurations": listed,
+        }  # fmt: skip
+
+    def table(self) -> Table:
+        """Return one row a branch: its curve and circuit, and the interval of every input."""
+        found = self.found
+        rows = [(label(found, k), s.number + 1, b) for k, s in enumerate(found.strands) for b in s.branches]
+        columns = [
+            Column("curve", np.array([row[0] for row in rows], dtype=str)),
+            Column("circuit", np.array([row[1] for row in rows], dtype=np.int64)),
+        ]
+        for end in ("from", "to"):
+            values = [inputs_at(found, b.start if end == "from" else b.end) for _, _, b in rows]
+            for k, actuator in enumerate(self.mechanism.actuators):
+                unit = self.mechanism.angle_unit if found.curve.rotary[k] else self.mechanism.length_unit
+                columns.append(Column(f"{actuator.name}.{end}", np.array([v[actuator.name] for v in values]), unit))
+        return Table(tuple(columns))
+
+    def picture(self) -> Content | None:
+        """Return the curves of the traced points and a graph over the input; None where there is no circuit."""
+        from gimcli.branching.resampling import along
+        from gimcli.motion.coupler_points import carried_point
+        from gimcli.output.drawing import motion_picture
+        from gimcli.output.panels import with_panels
+
+        found = self.found
+        if not found.strands:
+            return None
+        curve, mechanism = found.curve, found.curve.mechanism
+        ways = [along(s.circuit, max(PLACES, len(s.circuit.places))) for s in found.strands]
+        paths = {
+            name: [mechanism.to_file(carried_point(mechanism, name, curve.nodes(p))) for p in ways]
+            for name in mechanism.traced
+        }
+        name = next((n for n in paths if _free(found, paths[n])), mechanism.traced[0])
+        labels = [f"circuit {label(found, k)}" for k in range(len(found.strands))]
+        firsts = {s.number: k for k, s in reversed(list(enumerate(found.strands)))}
+        poses = np.array([mechanism.to_file(curve.nodes(ways[k][:, 0])) for _, k in sorted(firsts.items())])
+        across = np.concatenate([_values(found, p[-1]) for p in ways])
+        columns = []
+        for k, label in enumerate(labels):
+            column = np.full(len(across), np.nan)
+            first = sum(p.shape[1] for p in ways[:k])
+            own = slice(first, first + ways[k].shape[1])
+            column[own] = paths[name][k].imag
+            jumps = np.flatnonzero(np.abs(np.diff(across[own])) > 0.5 * float(np.ptp(across))) + 1
+            column[first + jumps] = np.nan
+            columns.append(Column(label, column, mechanism.length_unit))
+        title = f"{mechanism.name}: {found.count} circuit{'s' * (found.count != 1)}"
+        curves = {f"{name}, {label}": path for label, path in zip(labels, paths[name], strict=True)}
+        head = Column(*_abscissa(found, across))
+        return with_panels(motion_picture(mechanism, poses, curves, title), {f"{name}.y": Table((head, *columns))})
+
+
+def inputs_at(found: Circuits, q: float) -> dict[str, float]:
+    """Return the inputs at a parameter in the file's units."""
+    values = in_file_units(found.curve.mechanism, found.curve.inputs(q))
+    return {name: value if abs(value) > ROUND else 0.0 for name, value in values.items()}
+
+
+def label(found: Circuits, index: int) -> str:
+    """Return the name of a strand: the circuit's number, and a letter where it has several curves."""
+    own = found.strands[index].number
+    same = [k for k, s in enumerate(found.strands) if s.number == own]
+    return f"{own + 1}" + ("" if len(same) == 1 else chr(ord("a") + same.index(index)))
+
+
+def span(found: Circuits, strand: Strand) -> dict[str, list[float]]:
+    """Return the least and the greatest value of every input along a strand."""
+    low, high = (inputs_at(found, q) for q in strand.interval)
+    return {name: sorted([low[name], high[name]]) for name in low}
+
+
+def spacing(found: Circuits) -> tuple[float, str]:
+    """Return the spacing of the values of the input looked at, and its unit; of several a part of their laws."""
+    mechanism, spacing = found.curve.mechanism, np.array([found.spacing])
+    if not found.curve.single:
+        low, high = found.curve.laws
+        return float(found.spacing / (high - low)), "of the laws' range"
+    unit = mechanism.angle_unit if found.curve.rotary[0] else mechanism.length_unit
+    return float(mechanism.value_to_file(0, spacing)[0]), "" if unit == "unit" else unit
+
+
+def verdict(found: Circuits) -> str:
+    """Return in words whether all circuits are known."""
+    count = len(found.sampled)
+    if not found.complete:
+        lost = f"; {found.lost} configurations could not be followed" if found.lost else ""
+        return f"at {count} values of the input not all configurations are proved to be known{lost}"
+    step = "{:.3g} {}".format(*spacing(found)).rstrip()
+    return (
+        f"complete at {count} values of the input: all configurations there are proved to be known, and each is on one"
+        f" of these; a circuit that spans less than {step} may lie between them"
+    )
+
+
+def _free(found: Circuits, paths: list[Any]) -> bool:
+    """Tell whether a point's paths are more than circles about a node of the frame."""
+    mechanism = found.curve.mechanism
+    frame = mechanism.to_file(mechanism.members[0].shape)
+    return all(any(np.ptp(np.abs(path - centre)) > STILL * mechanism.scale for path in paths) for centre in frame)
+
+
+def _values(found: Circuits, q: Any) -> Any:
+    """Return parameters, those of a rotary input within one turn from the start of its law."""
+    if not (found.curve.single and found.curve.rotary[0]):
+        return q
+    begin = found.curve.begin()
+    return begin + np.mod(q - begin, 2.0 * np.pi)
+
+
+def _abscissa(found: Circuits, values: Any) -> tuple[str, Any, str]:
+    """Return name, values and unit of what the graph is drawn over."""
+    mechanism = found.curve.mechanism
+    if found.curve.line is None:
+        return "time", values / found.curve.span * mechanism.duration, "s"
+    main = found.curve.line.main
+    unit = mechanism.angle_unit if found.curve.rotary[main] else mechanism.length_unit
+    return mechanism.actuators[main].name, mechanism.value_to_file(main, values), unit

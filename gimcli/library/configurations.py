@@ -1,0 +1,191 @@
+"""List every configuration at given inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gimcli.assemblies import ConfigurationConstants, Configurations, all_configurations, drawn_configuration
+from gimcli.library.inputs import in_file_units, inputs_of
+from gimcli.library.places import angles, pairs, places
+from gimcli.library.result import ByName, Phases, Result, silent
+from gimcli.mechanism import Mechanism
+from gimcli.positions.options import Options
+from gimcli.structure.drive_check import explained
+from gimcli.table import Column, Table
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Content
+
+PANELS = 36
+"""Configurations that one picture has room for."""
+
+
+def configurations(
+    mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, tolerance: float = 1e-10,
+    progress: Phases = silent, **inputs: float,
+) -> ConfigurationsResult:  # fmt: skip
+    """List every way to assemble a mechanism at inputs by name, each proved, and whether the list is.
+
+    Inputs that are not given are those at the start of their laws; `at` holds inputs whose names are no Python names.
+    Raises UsageError, and StructureError where the mechanism is over-driven or not driven.
+    """
+    Options.checked("auto", "spectral", tolerance, "auto")
+    values = inputs_of(mechanism, {**(at or {}), **inputs}, "--at ")
+    with explained(mechanism):
+        found = all_configurations(
+            mechanism, values, ConfigurationConstants(fits=tolerance), progress("configurations")
+        )
+    return ConfigurationsResult(found, drawn_configuration(found))
+
+
+class ConfigurationsResult(Result):
+    """Configurations: `xy[name]` (configurations, 2), `angle[member]`, `complete`, and which one is `drawn`."""
+
+    def __init__(self, found: Configurations, drawn: int | None) -> None:
+        self.mechanism, self.found, self.drawn = found.mechanism, found, drawn
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return len(self.found)
+
+    @property
+    def complete(self) -> bool:
+        """Tell whether the list is proved to hold all."""
+        return bool(self.found.complete)
+
+    @property
+    def status(self) -> tuple[str, ...]:
+        """The status words: all that are listed are "ok"."""
+        return ("ok",) * self.count
+
+    @property
+    def inputs(self) -> dict[str, float]:
+        """The inputs in the file's units."""
+        return in_file_units(self.mechanism, self.found.inputs)
+
+    @cached_property
+    def xy(self) -> ByName:
+        """Places (configurations, 2) of nodes and points in the file's length unit."""
+        return places(self.mechanism, self.found.z.T, pairs)
+
+    @cached_property
+    def angle(self) -> ByName:
+        """Directions (configurations,) of the members, from their first node to their second."""
+        return angles(self.mechanism, self.found.z.T, lambda a: a)
+
+    @cached_property
+    def places(self) -> dict[str, Any]:
+        """Nodes, then points, as complex numbers (configurations,) in the file's units."""
+        return dict(places(self.mechanism, self.found.z.T, lambda z: z))
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        at = ", ".join(f"{k} = {v:.10g}" for k, v in self.inputs.items())
+        return f"{self.mechanism.name}{' at ' + at if at else ''}: {verdict(self.found)}"
+
+    def report(self) -> dict[str, Any]:
+        """Return what --json prints."""
+        found, mechanism = self.found, self.mechanism
+        points = [p.name for p in mechanism.points]
+
+        def pairs_of(names: Any, k: int) -> dict[str, list[float]]:
+            return {n: [float(self.places[n][k].real), float(self.places[n][k].imag)] for n in names}
+
+        return {
+            "complete": found.complete,
+            "bound": found.bound,
+            "configurations": [
+                {
+                    "residual": float(found.residual[k]), "nodes": pairs_of(mechanism.nodes, k),
+                    "points": pairs_of(points, k), "assembly": found.signs[k], "radius": float(found.radius[k]),
+                    "drawn": k == self.drawn,
+                }
+                for k in range(len(found))
+            ],
+            "level": found.level,
+            "verdict": verdict(found),
+            "unaccounted": found.missing,
+            "groups": [
+                {
+                    "nodes": list(g.nodes), "loops": g.loops, "bound": g.count, "solved": g.solved, "complex": g.roots,
+                    "real": g.real, "infinite": g.infinite, "multiple": g.doubtful, "unaccounted": g.missing,
+                    "level": g.level,
+                }
+                for g in found.groups
+            ],
+            "surplus": list(found.surplus),
+            "inputs": self.inputs,
+        }  # fmt: skip
+
+    def table(self) -> Table:
+        """Return one row a node or point of each configuration."""
+        found, names, unit = self.found, list(self.places), self.mechanism.length_unit
+        z = np.array([self.places[n] for n in names]).T.ravel()
+        each = len(names)
+        return Table(
+            (
+                Column("configuration", np.repeat(np.arange(1, len(found) + 1), each)),
+                Column("node", np.array(names * len(found), dtype=str)),
+                Column("x", z.real, unit), Column("y", z.imag, unit),
+                Column("residual", np.repeat(found.residual, each)),
+            )
+        )  # fmt: skip
+
+    @property
+    def undrawn(self) -> int:
+        """How many there is no room for in the picture."""
+        return max(0, self.count - PANELS)
+
+    def picture(self) -> Content | None:
+        """Return the configurations side by side; None where there is none."""
+        from gimcli.output.gallery import gallery_picture
+
+        mechanism, shown = self.mechanism, min(self.count, PANELS)
+        if not shown:
+            return None
+        titles = [f"{k + 1}{' (as drawn)' if k == self.drawn else ''}" for k in range(shown)]
+        count = f"{self.count} configurations" if self.count > 1 else "one configuration"
+        count += f", the first {PANELS}" if self.undrawn else ""
+        return gallery_picture(mechanism, mechanism.to_file(self.found.z[:shown]), titles, f"{mechanism.name}: {count}")
+
+
+def verdict(found: Configurations) -> str:
+    """Return in plain words how many there are and whether that is proved to be all."""
+    count = f"{len(found)} configuration{'s' * (len(found) != 1)}"
+    spare = f"; {', '.join(found.surplus)} left out and then checked" if found.surplus else ""
+    largest = max((g.loops for g in found.groups), default=0)
+    if found.level == 1:
+        roots = f" all {found.bound} complex roots of the structure are accounted for" if found.bound > 1 else " linear"
+        return f"{count}, proved complete:{roots if found.groups else ' nothing has a choice'}{spare}"
+    if found.level == 2 and any(g.count is None for g in found.groups):
+        return f"{count}, proved complete: intervals leave room for no other real one{spare}"
+    if found.level == 2:
+        return f"{count}, proved complete: the others of {found.bound} roots are not real or at infinity{spare}"
+    if found.level == 3:
+        why = (
+            f"the number of roots of a group with {largest} loops is not known"
+            if any(g.count is None for g in found.groups)
+            else f"{sum(g.infinite for g in found.groups)} of the roots are at infinity for these dimensions"
+        )
+        return f"{count}, not proved complete: two independent searches agree, but {why}{spare}"
+    return f"{count}, not proved complete: {_open(found)}{spare}"
+
+
+def _open(found: Configurations) -> str:
+    """Return what keeps a list from being proved complete."""
+    multiple, free = sum(g.doubtful for g in found.groups), [", ".join(g.nodes) for g in found.groups if g.free]
+    reasons = []
+    if found.missing:
+        reasons.append(f"{found.missing} root{'s' * (found.missing != 1)} unaccounted for")
+    if multiple:
+        reasons.append(f"{multiple} multiple root{'s' * (multiple != 1)}")
+    if found.unfit:
+        reasons.append(f"{found.unfit} of the roots did not fulfil all constraints")
+    told = ", ".join(reasons) or "roots that are neither proved real nor proved not to be"
+    turning = f"; where a dyad is folded onto itself {' and '.join(free)} can turn freely" if free else ""
+    return f"{told} (singular, or a motion with the inputs held){turning}"

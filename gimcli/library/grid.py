@@ -1,0 +1,94 @@
+"""Solve a grid of inputs part by part, so that an interrupted run can go on."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gimcli import __version__
+from gimcli.library.result import Progress
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.scatter import Scatterer, readied, scattered
+from gimcli.output.parts import Parts
+from gimcli.reach.grid import carried_by, input_grid
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Where the parts of a grid are kept until all are done, and whether those that are there count."""
+
+    folder: Path
+    resume: bool
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Places of a point at all combinations of the inputs; NaN where a configuration does not exist."""
+
+    places: ComplexArray  # (configurations, values of the first input, of the second, ...), the file's coordinates
+    axes: dict[str, FloatArray]  # values of every input, the file's units
+    resumed: int  # parts that were there already
+    parts: int
+    store: Parts | None = None
+
+    def clear(self) -> None:
+        """Remove the parts that were kept: when the whole has been written."""
+        if self.store is not None:
+            self.store.clear()
+
+    def report(self) -> dict[str, Any]:
+        """Return how much was solved."""
+        z = self.places.reshape(len(self.places), -1)
+        return {
+            "positions": z.shape[1], "configurations": len(z), "solved": int(np.isfinite(z).sum()),
+            "reached": int(np.isfinite(z).any(axis=0).sum()), "resumed_parts": self.resumed, "parts": self.parts,
+        }  # fmt: skip
+
+    def arrays(self) -> dict[str, Any]:
+        """Return x, y and the values of the inputs by the names that a file has them by."""
+        axes = {f"input_{name}": values for name, values in self.axes.items()}
+        return {"x": self.places.real, "y": self.places.imag, **axes}
+
+
+def solve_grid(
+    mechanism: Mechanism, name: str, count: int, jit: str, kept: Kept | None, tell: Callable[[str], None] | None,
+    progress: Progress,
+) -> Grid:  # fmt: skip
+    """Solve `count` values of every input in all combinations, for the place of a node or point."""
+    job = readied(Scatterer(mechanism, carried_by(mechanism, name), input_grid(mechanism, count)), jit, tell)
+    if kept is None:
+        parts: dict[int, ComplexArray] = {}
+        for k, values in scattered(job, list(range(job.parts))):
+            parts[k] = values
+            progress(len(parts), job.parts)
+        return _whole(job, [parts[k] for k in range(job.parts)], 0)
+    store = Parts(kept.folder, _header(job, mechanism, name), kept.resume)
+    done = store.done
+    count = len(done)
+    for k, values in scattered(job, [k for k in range(job.parts) if k not in done]):
+        store.put(k, values)
+        count += 1
+        progress(count, job.parts)
+    return _whole(job, [store.get(k) for k in range(job.parts)], len(done), store)
+
+
+def _whole(job: Scatterer, parts: list[ComplexArray], resumed: int, store: Parts | None = None) -> Grid:
+    mechanism, z = job.mechanism, np.concatenate(parts, axis=1)
+    places = mechanism.to_file(z).reshape(len(z), *job.grid.counts)
+    axes = {a.name: mechanism.value_to_file(k, job.grid.axis(k)) for k, a in enumerate(mechanism.actuators)}
+    return Grid(places, axes, resumed, job.parts, store)
+
+
+def _header(job: Scatterer, mechanism: Mechanism, name: str) -> dict[str, Any]:
+    """Return what parts of a grid belong to: the model's contents, its laws' ranges, and the options."""
+    model = mechanism.files[0].read_bytes() if mechanism.files else repr(mechanism).encode()
+    return {
+        "version": __version__, "model": hashlib.sha256(model).hexdigest(), "point": name,
+        "grid": job.grid.count, "low": job.grid.low.tolist(), "high": job.grid.high.tolist(),
+        "configurations": len(job.sides), "positions a part": job.part,
+    }  # fmt: skip

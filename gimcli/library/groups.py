@@ -1,0 +1,97 @@
+"""Find the driving links and Assur groups of a mechanism."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gimcli.library.result import Result
+from gimcli.mechanism import FRAME, Mechanism
+from gimcli.structure.assur import Formation, formation
+from gimcli.structure.drive_check import explained
+from gimcli.structure.formation_report import as_json, class_of, described, drivers, joined, layers
+from gimcli.structure.mobility import refuse_unfit
+from gimcli.structure.plan import make_plan
+from gimcli.table import Column, Table
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Content
+
+
+def groups(mechanism: Mechanism) -> GroupsResult:
+    """Find the formation of a mechanism: driving links, and Assur groups joined to what was formed before.
+
+    Raises StructureError where the mechanism is over-driven or not driven.
+    """
+    with explained(mechanism):
+        make_plan(mechanism)
+        refuse_unfit(mechanism)
+        return GroupsResult(mechanism, formation(mechanism))
+
+
+class GroupsResult(Result):
+    """The groups in the order of formation (`found`), one row each."""
+
+    def __init__(self, mechanism: Mechanism, found: Formation) -> None:
+        self.mechanism, self.found = mechanism, found
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        return f"{self.mechanism.name}: {'  '.join(self.found.formula)}"
+
+    def report(self) -> dict[str, Any]:
+        """Return what --json prints."""
+        return as_json(self.mechanism, self.found)
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """Return formula, kind, class, order, links, what it is joined to and by what it is driven, as text."""
+        found, rows = self.found, list[tuple[str, ...]]()
+        for group, formula in zip(found.groups, found.formula, strict=True):
+            on = ", ".join(f"{found.links[k]} at {' '.join(names)}" for k, names in joined(found, group).items())
+            note = f", {group.surplus} redundant" if group.surplus else ""
+            links = ", ".join(found.links[k] for k in group.links)
+            rows.append(
+                (formula, described(group) + note, class_of(group), str(group.order), links, on,
+                 ", ".join(drivers(self.mechanism, group)))
+            )  # fmt: skip
+        return rows
+
+    def table(self) -> Table:
+        """Return one row a group."""
+        names = ("group", "kind", "class", "order", "links", "joined to", "driven by")
+        columns = zip(*self.rows(), strict=True)
+        return Table(tuple(Column(n, np.array(c)) for n, c in zip(names, columns, strict=True)))
+
+    def picture(self) -> Content:
+        """Return the groups as boxes, each below those that it is joined to."""
+        from gimcli.output.groups import Box, BoxJoint, groups_picture
+
+        found, mechanism = self.found, self.mechanism
+
+        home = {link: k for k, group in enumerate(found.groups, start=1) for link in group.links} | {FRAME: 0}
+        boxes, joints = [Box((f"0: {found.links[FRAME]}",), 0, "frame")], []
+        for k, (group, layer, formula) in enumerate(
+            zip(found.groups, layers(found), found.formula, strict=True), start=1
+        ):
+            own = [f"{found.numbers[link]}: {found.links[link]}" for link in group.links]
+            driven = [f"driven by {', '.join(drivers(mechanism, group))}"] if group.drivers else []
+            lines = (
+                formula,
+                f"{described(group)}, class {class_of(group)}, order {group.order}",
+                *_short(own),
+                *driven,
+            )
+            boxes.append(Box(lines, layer, "driving" if group.driving else "group"))
+            above: dict[int, tuple[list[str], list[str]]] = {}
+            for base, names in joined(found, group).items():
+                pairs, tags = above.setdefault(home[base], ([], []))
+                pairs += names
+                tags.append(str(found.numbers[base]))
+            joints += [BoxJoint(upper, k, " ".join(pairs), ", ".join(tags)) for upper, (pairs, tags) in above.items()]
+        return groups_picture(boxes, joints, f"{mechanism.name}: formation")
+
+
+def _short(names: list[str], width: int = 3) -> list[str]:
+    """Return names in lines of a few."""
+    return [", ".join(names[k : k + width]) for k in range(0, len(names), width)]

@@ -1,0 +1,63 @@
+"""Values of the inputs, by the user's names and in the file's units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from gimcli.errors import StructureError, UsageError
+from gimcli.mechanism import MOST_TURNS, Drive, FloatArray, Mechanism
+
+
+def inputs_of(mechanism: Mechanism, given: Mapping[str, float | str], before: str = "") -> FloatArray:
+    """Return the inputs (actuators,): the start of every law, replaced by the values given.
+
+    Messages begin with `before`. Raises UsageError where a name or a value is none that an input can have.
+    """
+    values = mechanism.start_inputs
+    names = [a.name for a in mechanism.actuators]
+    for name, value in given.items():
+        text = f"{before}{name}={value}"
+        if name not in names:
+            raise UsageError(f"{text}: no actuator '{name}'{near(name, names)}")
+        values[names.index(name)] = _value(mechanism, names.index(name), text, value)
+    return values
+
+
+def near(name: str, names: Iterable[str]) -> str:
+    """Return what was probably meant, or what there is."""
+    import difflib
+
+    known = list(names)
+    found = difflib.get_close_matches(name, known, 1)
+    return f"; did you mean '{found[0]}'?" if found else f"; actuators: {', '.join(known) or 'none'}"
+
+
+def _value(mechanism: Mechanism, k: int, text: str, value: float | str) -> float:
+    """Return an input in the normal frame; refuse what no law may reach either."""
+    try:
+        given = float(value)
+    except (TypeError, ValueError):
+        given = math.nan
+    if not math.isfinite(given):
+        raise UsageError(f"{text}: '{value}' is not a finite number")
+    drive, found = mechanism.actuators[k].drive, float(mechanism.value_from_file(k, given))
+    if drive is Drive.DISTANCE and found <= 0.0:
+        raise UsageError(f"{text}: a distance must be above 0")
+    if abs(found) > MOST_TURNS * (2.0 * math.pi if drive is Drive.ROTARY else mechanism.size):
+        raise UsageError(f"{text}: more than {MOST_TURNS:g} turns, or sizes of the mechanism, from 0")
+    return found
+
+
+def in_file_units(mechanism: Mechanism, inputs: FloatArray, zero: float = 0.0) -> dict[str, float]:
+    """Return inputs (actuators,) by name in the file's units; what is at most `zero` in the normal frame is 0."""
+    kept = np.where(np.abs(inputs) > zero, inputs, 0.0) if zero else inputs
+    return {a.name: float(mechanism.value_to_file(k, kept[k : k + 1])[0]) for k, a in enumerate(mechanism.actuators)}
+
+
+def refuse_unmoved(mechanism: Mechanism, cure: str) -> None:
+    """Raise StructureError where a mechanism has no actuator."""
+    if not mechanism.actuators:
+        raise StructureError(f"{mechanism.name} has no actuator: nothing moves; {cure}")

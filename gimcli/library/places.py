@@ -1,0 +1,42 @@
+"""Places and directions by the user's names, in the file's units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from gimcli.library.result import ByName
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.motion.coupler_points import carried_point
+
+
+def places(mechanism: Mechanism, z: ComplexArray, shape: Callable[[ComplexArray], Any]) -> ByName:
+    """Return the places of nodes and points; `shape` makes the value of (rows,) complex numbers."""
+    names = (*mechanism.nodes, *(p.name for p in mechanism.points))
+    return ByName(names, lambda name: shape(np.asarray(mechanism.to_file(carried_point(mechanism, name, z)))))
+
+
+def pairs(z: ComplexArray) -> FloatArray:
+    """Return complex numbers (rows,) as x and y (rows, 2)."""
+    return np.stack([z.real, z.imag], axis=-1)
+
+
+def angles(mechanism: Mechanism, z: ComplexArray, shape: Callable[[FloatArray], Any]) -> ByName:
+    """Return the directions of the moving members from their first node to their second, in the file's angle unit."""
+    members = {m.name: m for m in mechanism.members[FRAME + 1 :]}
+
+    def direction(name: str) -> Any:
+        first, second = members[name].nodes[:2]
+        found = np.angle(z[second] - z[first])
+        return shape(np.degrees(found) if mechanism.angle_unit == "deg" else found)
+
+    return ByName(tuple(members), direction)
+
+
+def counted(mechanism: Mechanism, angle: FloatArray) -> FloatArray:
+    """Return angles (rows,) counted through turns; rows without a position stay NaN."""
+    found, good = angle.copy(), np.isfinite(angle)
+    found[good] = np.unwrap(angle[good], period=360.0 if mechanism.angle_unit == "deg" else 2.0 * np.pi)
+    return found

@@ -1,0 +1,115 @@
+"""Reduce a mechanism to one input."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from gimcli.dynamics.flywheel import Flywheel, flywheel
+from gimcli.dynamics.reduction import Reduction, chosen_input, reduce_to_input, reduction_table
+from gimcli.errors import UsageError
+from gimcli.library.inputs import refuse_unmoved
+from gimcli.library.result import Phases, Result, silent
+from gimcli.mechanism import Mechanism
+from gimcli.positions.dispatch import choose
+from gimcli.status import Status
+from gimcli.structure.drive_check import explained
+from gimcli.structure.mobility import refuse_unfit
+from gimcli.table import Table
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Content
+
+WORK = 6e-4
+"""Seconds that a row takes without compiling, about."""
+
+
+def reduce(
+    mechanism: Mechanism, input: str = "", steps: int = 360, *, fluctuation: float | None = None,
+    rpm: float | None = None, jit: str = "auto", tell: Callable[[str], None] | None = None, progress: Phases = silent,
+) -> ReduceResult:  # fmt: skip
+    """Reduce a mechanism to an input, by default the first: inertia, torque, potential and their derivatives.
+
+    `fluctuation` and `rpm` also find the flywheel that keeps the speed of a cycle. Raises UsageError, ModelError where
+    there are no masses, and StructureError.
+    """
+    if (fluctuation is None) != (rpm is None):
+        raise UsageError("a flywheel needs both --fluctuation and --rpm")
+    refuse_unmoved(mechanism, "add one")
+    actuator = chosen_input(mechanism, input)
+    run = choose(jit, steps * WORK, tell, ("move",))
+    with explained(mechanism):
+        refuse_unfit(mechanism)
+        found = reduce_to_input(mechanism, actuator, steps, run, progress("reducing"))
+    wheel = None
+    if fluctuation is not None and rpm is not None:
+        wheel = flywheel(found, rpm * math.pi / 30.0, fluctuation)
+    return ReduceResult(found, wheel)
+
+
+class ReduceResult(Result):
+    """Reduced inertia, torque and potential over the input, by their columns, and the `wheel` asked for."""
+
+    def __init__(self, found: Reduction, wheel: Flywheel | None) -> None:
+        self.mechanism, self.found, self.wheel = found.mechanism, found, wheel
+
+    @property
+    def complete(self) -> bool:
+        """Tell whether all rows are solved."""
+        return self.found.solved == len(self.found.q)
+
+    @property
+    def overall(self) -> Status:
+        """OK, or what ended the first row that is not solved."""
+        bad = self.found.codes[self.found.codes != Status.OK]
+        return Status(int(bad[0])) if not self.complete else Status.OK
+
+    @property
+    def status(self) -> Any:
+        """The status words (rows,)."""
+        return self.table()["status"]
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        return f"{self.mechanism.name}: reduced at {self.found.solved} of {len(self.found.q)} positions"
+
+    def report(self) -> dict[str, Any]:
+        """Return what --json prints."""
+        found, table = self.found, self.table()
+        report = {
+            "input": self.mechanism.actuators[found.actuator].name, "steps": len(found.q) - 1,
+            "solved": found.solved, "status": self.overall.word,
+            **{n: table.floats(n).tolist() for n in table.names if n != "status"},
+        }  # fmt: skip
+        return {**report, "flywheel": _wheel_report(self.wheel)} if self.wheel else report
+
+    @cached_property
+    def _table(self) -> Table:
+        return reduction_table(self.found)
+
+    def table(self) -> Table:
+        """Return one row a value of the input."""
+        return self._table
+
+    def picture(self) -> Content | None:
+        """Return the reduced quantities over the input; None where there is nothing to draw."""
+        from gimcli.output.history import Panel, history_sheet
+
+        found, table, actuator = self.found, self.table(), self.mechanism.actuators[self.found.actuator]
+        if found.solved < 2:
+            return None
+        q = table.floats("q")
+        units = {column.name: column.unit for column in table.columns}
+        labels = {"J": "reduced inertia J", "dJ_dq": "dJ/dq", "tau": "reduced torque", "V": "potential V"}
+        panels = [Panel(f"{label} [{units[n]}]", [("", q, table.floats(n))]) for n, label in labels.items()]
+        title = f"{found.mechanism.name}: reduced to {actuator.name}"
+        return history_sheet(panels, f"{actuator.name} [{units['q']}]", title)
+
+
+def _wheel_report(wheel: Flywheel) -> dict[str, float]:
+    return {
+        "inertia": wheel.inertia, "speed": wheel.speed, "fluctuation": wheel.fluctuation, "torque": wheel.torque,
+        "work": wheel.work, "without": wheel.without,
+    }  # fmt: skip

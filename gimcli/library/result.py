@@ -1,0 +1,182 @@
+"""What every verb returns: columns by name, a table, a report, a picture, and files of them."""
+
+from __future__ import annotations
+
+import html
+import json
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.errors import UsageError
+from gimcli.mechanism import Mechanism
+from gimcli.table import Column, Table
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Content
+
+Progress = Callable[[int, int], None]
+Phases = Callable[[str], Progress]
+"""It hears the name of each phase of the work, and returns what is told of the rows done and of all rows."""
+
+SHOWN = 10
+"""Rows of a table that `repr` shows."""
+
+
+def silent(phase: str) -> Progress:
+    """Tell nobody how the work goes on."""
+    return lambda done, total: None
+
+
+class Result(Mapping[str, NDArray[Any]]):
+    """A result is a mapping of its table's columns by their names; `print` shows it, a notebook draws it."""
+
+    mechanism: Mechanism
+
+    @abstractmethod
+    def report(self) -> dict[str, Any]:
+        """Return what the command's --json prints, without the names of files."""
+
+    @abstractmethod
+    def table(self) -> Table:
+        """Return the columns with their units."""
+
+    def picture(self) -> Content | None:
+        """Return the picture; None where there is nothing to draw."""
+        return None
+
+    @abstractmethod
+    def headline(self) -> str:
+        """Return the result in one line."""
+
+    def save(self, *paths: Path | str) -> None:
+        """Write files, each in the format of its suffix: a table (.csv), a picture (.png, .svg, .pdf) or .json.
+
+        Raises UsageError where a suffix names no format, a picture has nothing to show, or a file is one that the
+        model was read from; OutputError where a file cannot be written. Each file is written whole or not at all.
+        """
+        from gimcli.output import PICTURE_FORMATS, TABLE_FORMATS, refuse_unwritable, write
+        from gimcli.output.atomic import written_text
+
+        named = [Path(path) for path in paths]
+        known = [*TABLE_FORMATS, *PICTURE_FORMATS, ".json"]
+        for path in named:
+            if path.suffix.lower() not in known:
+                raise UsageError(f"{path}: nothing is written as '{path.suffix}'; choose {', '.join(known)}")
+        refuse_unwritable(self.mechanism.files, *named)
+        for path in named:
+            suffix = path.suffix.lower()
+            if suffix == ".json":
+                with written_text(path) as handle:
+                    handle.write(json.dumps(plain(self.report()), ensure_ascii=False) + "\n")
+            elif suffix in TABLE_FORMATS:
+                write(self.table(), path)
+            else:
+                content = self.picture()
+                if content is None:
+                    raise UsageError(f"{path}: there is nothing to draw: {self.headline()}")
+                write(content, path)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        return self.table()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.table().names)
+
+    def __len__(self) -> int:
+        return len(self.table().names)
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    __hash__ = object.__hash__
+
+    def __repr__(self) -> str:
+        return "\n".join([self.headline(), *lines(self.table())])
+
+    def _repr_html_(self) -> str:
+        rows = "".join(f"<tr>{''.join(f'<td>{html.escape(c)}</td>' for c in row)}</tr>" for row in cells(self.table()))
+        return f"<p>{html.escape(self.headline())}</p><table>{rows}</table>{self._svg()}"
+
+    def _svg(self) -> str:
+        from gimcli.output import write
+
+        content = self.picture()
+        if content is None:
+            return ""
+        with TemporaryDirectory() as folder:
+            path = Path(folder) / "picture.svg"
+            write(content, path)
+            text = path.read_text(encoding="utf-8")
+        return text[text.index("<svg") :]
+
+
+class ByName(Mapping[str, Any]):
+    """Values by the user's names, each found when it is asked for."""
+
+    def __init__(self, names: tuple[str, ...], find: Callable[[str], Any]) -> None:
+        self._names, self._find = names, find
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._names:
+            from difflib import get_close_matches
+
+            near = get_close_matches(name, self._names, 1)
+            raise KeyError(f"{name}; did you mean {near[0]}?" if near else f"{name}; known: {', '.join(self._names)}")
+        return self._find(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def __repr__(self) -> str:
+        return f"{{{', '.join(f'{name!r}: ...' for name in self._names)}}}"
+
+
+def plain(value: Any) -> Any:
+    """Return a value that JSON can hold: NaN and infinity become null."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {k: plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    return value
+
+
+def joined(tables: Iterable[Table]) -> Table:
+    """Return tables of the same columns as one."""
+    parts = list(tables)
+    if len(parts) == 1:
+        return parts[0]
+    rows = zip(*(part.columns for part in parts), strict=True)
+    return Table(tuple(Column(c[0].name, np.concatenate([p.values for p in c]), c[0].unit) for c in rows))
+
+
+def cells(table: Table) -> list[list[str]]:
+    """Return the head and the first rows of a table as texts, dots for the rest."""
+    head = [f"{c.name} [{c.unit}]" if c.unit and c.unit != "unit" else c.name for c in table.columns]
+    columns = [[_cell(value) for value in column.values[:SHOWN]] for column in table.columns]
+    rows = [list(row) for row in zip(*columns, strict=True)]
+    return [head, *rows, *([["..."] * len(head)] if len(table) > SHOWN else [])]
+
+
+def lines(table: Table) -> list[str]:
+    """Return the head and the first rows of a table as aligned lines."""
+    rows = cells(table)
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float | np.floating):
+        return "" if math.isnan(value) else f"{value:.6g}"
+    return str(value)

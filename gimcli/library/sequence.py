@@ -1,0 +1,97 @@
+"""Find the sequence of the Geometrical-Iterative Method."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gimcli.gim.report import SequenceGroupReport
+from gimcli.gim.report import report as report_groups
+from gimcli.library.inputs import inputs_of
+from gimcli.library.result import Result
+from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.motion.solve import solve
+from gimcli.positions.options import Options
+from gimcli.status import Status
+from gimcli.structure.drive_check import explained, refuse_contradiction
+from gimcli.table import Column, Table
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Content
+
+
+def sequence(
+    mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, strategy: str = "spectral",
+    tolerance: float = 1e-10, **inputs: float,
+) -> SequenceResult:  # fmt: skip
+    """Search the sequence of moves at inputs by name: groups in order of solution, and how fast a sweep converges.
+
+    `strategy` is "spectral" (least spectral radius) or "classic" (the paper's rules alone). Raises UsageError and
+    StructureError.
+    """
+    chosen = Options.checked("auto", strategy, tolerance, "auto")
+    values = inputs_of(mechanism, {**(at or {}), **inputs}, "--at ")
+    with explained(mechanism):
+        position = solve(mechanism, values, Options(tolerance=tolerance))
+        refuse_contradiction(mechanism, position.z, values, position.status, tolerance)
+        z = position.z if position.status is Status.OK else mechanism.drawn
+        groups = report_groups(mechanism, z, values, chosen.strategy, tolerance)
+    return SequenceResult(mechanism, groups, z, position.status)
+
+
+class SequenceResult(Result):
+    """The groups of the sequence, in order of solution, and the position that they are ranked at."""
+
+    def __init__(
+        self, mechanism: Mechanism, groups: list[SequenceGroupReport], z: ComplexArray, status: Status
+    ) -> None:
+        self.mechanism, self.groups, self.z = mechanism, groups, z
+        self.status = status.word
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        count = f"{len(self.groups)} group{'s' * (len(self.groups) != 1)}"
+        return f"{self.mechanism.name}: {count}, {sum(len(g.steps) for g in self.groups)} moves a sweep"
+
+    def report(self) -> dict[str, Any]:
+        """Return what --json prints."""
+        return {"groups": [_report(g) for g in self.groups]}
+
+    def table(self) -> Table:
+        """Return one row a move: its group, node, the nodes it is moved about, constraint and rule."""
+        steps = [(k, s) for k, group in enumerate(self.groups, start=1) for s in group.steps]
+        columns = {
+            "group": [k for k, _ in steps], "node": [s.node for _, s in steps],
+            "about": [" ".join(s.about) for _, s in steps], "constraint": [s.constraint for _, s in steps],
+            "kind": [s.kind for _, s in steps], "rule": [s.rule for _, s in steps],
+        }  # fmt: skip
+        return Table(tuple(Column(name, np.array(values)) for name, values in columns.items()))
+
+    def picture(self) -> Content:
+        """Return the position with its moves numbered."""
+        from gimcli.output.drawing import sequence_picture
+
+        steps = [(s.number, s.about_numbers) for g in self.groups for s in g.steps]
+        mechanism = self.mechanism
+        return sequence_picture(mechanism, mechanism.to_file(self.z), steps, f"{mechanism.name}: sequence")
+
+
+def _report(group: SequenceGroupReport) -> dict[str, Any]:
+    return {
+        "kind": group.kind,
+        "nodes": list(group.nodes),
+        "steps": [
+            {
+                "node": s.node, "about": list(s.about), "constraint": s.constraint, "rule": s.rule, "kind": s.kind,
+                "states": s.states,
+            }
+            for s in group.steps
+        ],
+        "radius": group.radius,
+        "classic_radius": group.classic_radius,
+        "predicted_sweeps": group.predicted_sweeps,
+        "observed_sweeps": group.observed_sweeps,
+        "candidates": group.candidates,
+    }  # fmt: skip

@@ -1,0 +1,184 @@
+"""Simulate how a mechanism moves by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gimcli.dynamics.force_table import open_reactions
+from gimcli.dynamics.forces import Forces
+from gimcli.dynamics.integrators import INTEGRATORS
+from gimcli.dynamics.simulation import simulate as simulate_times
+from gimcli.dynamics.simulation_table import ENERGIES, event_report, simulation_table
+from gimcli.dynamics.simulation_table import reactions as find_reactions
+from gimcli.dynamics.simulation_types import Settings, Simulation
+from gimcli.errors import UsageError
+from gimcli.library.places import angles, counted, pairs, places
+from gimcli.library.result import ByName, Phases, Result, silent
+from gimcli.mechanism import Drive, FloatArray, Mechanism
+from gimcli.positions.dispatch import choose
+from gimcli.structure.drive_check import explained
+from gimcli.table import Table
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Content
+
+ROWS = 200
+MOST_ROWS = 1_000_000
+LEAST = 3e-14
+"""Relative tolerance below which steps are no more exact."""
+WORK = 6e-4
+"""Seconds that one evaluation takes without compiling, about."""
+A_SECOND = 1500
+"""Evaluations for a second of motion, about."""
+
+
+def simulate(
+    mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, method: str = "dop853", rtol: float = 1e-9,
+    step: float = 1e-3, standstills: int = 0, reactions: bool = False, jit: str = "auto",
+    tell: Callable[[str], None] | None = None, progress: Phases = silent,
+) -> SimulateResult:  # fmt: skip
+    """Simulate `time` seconds of the motion of the inputs that are free, with a row every `dt` (default: time / 200).
+
+    `method` is the integrator, `rtol` its relative tolerance, `step` the step of "rk4" [s]; `standstills` ends at that
+    standstill of a free input, `reactions` adds those of all pairs. Raises UsageError, ModelError where there are no
+    masses, and StructureError.
+    """
+    times = _times(time, dt)
+    if not 1e-14 <= rtol <= 1e-2:
+        raise UsageError(f"--rtol {rtol:g}: a number from 1e-14 to 1e-2 is needed")
+    if not 0.0 < step <= time:
+        raise UsageError(f"--step {step:g}: a number above 0 and at most --time is needed")
+    if method not in INTEGRATORS:
+        raise UsageError(f"--method {method}: choose {', '.join(INTEGRATORS)}")
+    run = choose(jit, time * A_SECOND * WORK, tell, ("move",))
+    settings = Settings(method, max(rtol, LEAST), step, standstills)
+    with explained(mechanism):
+        found = simulate_times(mechanism, times, settings, run, progress("simulating"))
+    if standstills and found.status.word == "ok":
+        times = times[: len(found.time)]
+    forces = None
+    if reactions and len(found.time):
+        progress("reactions")
+        forces = find_reactions(found)
+    return SimulateResult(found, times, forces)
+
+
+class SimulateResult(Result):
+    """The motion by itself: `xy[name]` (rows, 2), `angle[member]`, `status`, `events`, energies by their columns."""
+
+    def __init__(self, found: Simulation, times: FloatArray, forces: Forces | None) -> None:
+        self.mechanism, self.found, self.times, self.forces = found.mechanism, found, times, forces
+
+    @property
+    def complete(self) -> bool:
+        """Tell whether all rows were reached."""
+        return len(self.found.time) == len(self.times)
+
+    @property
+    def status(self) -> Any:
+        """The status words (rows,)."""
+        return self.table()["status"]
+
+    @property
+    def events(self) -> list[dict[str, Any]]:
+        """Standstills, dead points, and what ended the motion."""
+        return [event_report(self.mechanism, event) for event in self.found.events]
+
+    @cached_property
+    def xy(self) -> ByName:
+        """Places (rows, 2) of nodes and points in the file's length unit; NaN where a row was not reached."""
+        return places(self.mechanism, self._z, pairs)
+
+    @cached_property
+    def angle(self) -> ByName:
+        """Directions (rows,) of the members, from their first node to their second, counted through turns."""
+        return angles(self.mechanism, self._z, lambda a: counted(self.mechanism, a))
+
+    @cached_property
+    def _z(self) -> Any:
+        z = self.found.nodes[0]
+        missing = np.full((len(z), len(self.times) - z.shape[1]), complex(np.nan, np.nan))
+        return np.concatenate([z, missing], axis=1)
+
+    @property
+    def open(self) -> list[str]:
+        """The reactions that redundant constraints leave open."""
+        return open_reactions(self.forces) if self.forces else []
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        return f"{self.mechanism.name}: {len(self.found.time)} of {len(self.times)} rows, {self.found.status.word}"
+
+    def report(self) -> dict[str, Any]:
+        """Return what --json prints."""
+        found = self.found
+        return {
+            "steps": len(self.times) - 1,
+            "solved": len(found.time), "residual": found.contradiction, "status": found.status.word,
+            "end": found.end, "events": self.events, "energy_drift": found.worst_drift,
+            "energy_corrected": found.corrected, "evaluations": found.evaluations, "integrator_steps": found.steps,
+            "reachable": _reached(found), "open": self.open,
+        }  # fmt: skip
+
+    @cached_property
+    def _table(self) -> Table:
+        return simulation_table(self.found, self.times, self.forces)
+
+    def table(self) -> Table:
+        """Return one row a time."""
+        return self._table
+
+    def picture(self) -> Content | None:
+        """Return inputs, speeds and energies over the time; None where there is nothing to draw."""
+        from gimcli.output.history import Panel, history_sheet
+
+        found, mechanism, panels = self.found, self.mechanism, list[Panel]()
+        if len(found.time) < 2:
+            return None
+        for drive, unit in ((True, mechanism.angle_unit), (False, mechanism.length_unit)):
+            own = [k for k, a in enumerate(mechanism.actuators) if (a.drive is Drive.ROTARY) is drive]
+            for order, what in enumerate((f"[{unit}]", f"[{unit}/s]")):
+                curves = [
+                    (mechanism.actuators[k].name, found.time, mechanism.value_to_file(k, found.inputs[order, k]))
+                    for k in own
+                ]
+                name = mechanism.actuators[own[0]].name if len(own) == 1 else "inputs"
+                marks = [
+                    _mark(mechanism, event, k, order) for k in own for event in found.events if event.time <= found.end
+                ]
+                if own:
+                    panels.append(Panel(f"{name} {what}", curves, marks))
+        energies = [(n, found.time, e) for n, e in zip(ENERGIES, found.energy, strict=True) if e.any()]
+        panels.append(Panel("energy [J]", [*energies, ("total", found.time, found.total)]))
+        return history_sheet(panels, "time [s]", f"{mechanism.name}: simulation")
+
+
+def _times(time: float, dt: float | None) -> FloatArray:
+    every = time / ROWS if dt is None else dt
+    if not 0.0 < time < 1e9:
+        raise UsageError(f"--time {time:g}: a number of seconds above 0 is needed")
+    if not 0.0 < every <= time:
+        raise UsageError(f"--dt {every:g}: a number of seconds above 0 and at most --time is needed")
+    count = int(time / every * (1.0 + 1e-12))
+    if count > MOST_ROWS:
+        raise UsageError(f"--dt {every:g}: that are {count} rows, above {MOST_ROWS}; take a longer --dt")
+    return np.asarray(np.arange(count + 1) * every, dtype=np.float64)
+
+
+def _mark(mechanism: Mechanism, event: Any, k: int, order: int) -> complex:
+    values = event.inputs if order == 0 else event.speeds
+    return complex(event.time, float(mechanism.value_to_file(k, values[k : k + 1])[0]))
+
+
+def _reached(found: Simulation) -> dict[str, list[list[float]]]:
+    """Return the interval that each input has passed over at the rows, in the file's unit."""
+    rows = [found.mechanism.value_to_file(k, found.inputs[0, k]) for k in range(len(found.mechanism.actuators))]
+    names = [a.name for a in found.mechanism.actuators]
+    return {
+        name: [[float(values.min()), float(values.max())]] if len(values) else []
+        for name, values in zip(names, rows, strict=True)
+    }

@@ -1,0 +1,133 @@
+"""List the singular positions of a mechanism."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gimcli.branching.singular_positions import Found, Survey, inputs_of, survey
+from gimcli.branching.singularities import BranchRates, rates
+from gimcli.library.inputs import in_file_units
+from gimcli.library.result import Phases, Result, silent
+from gimcli.mechanism import Mechanism
+from gimcli.structure.drive_check import explained
+from gimcli.table import Column, Table
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Content
+
+CURVES = 6
+"""Curves that the picture has room for."""
+
+DUST = 1e-14
+"""An input below this, in rad or in the normal frame's length, is 0."""
+
+
+def singularities(mechanism: Mechanism, *, progress: Phases = silent) -> SingularitiesResult:
+    """List limits, dead points, change points, tangencies and stationary positions.
+
+    They are those of the whole circuit that the mechanism is drawn on, and of every branch that meets it.
+    Raises StructureError where the mechanism is over-driven or not driven.
+    """
+    with explained(mechanism):
+        return SingularitiesResult(mechanism, survey(mechanism, progress=progress("following branches")))
+
+
+class SingularitiesResult(Result):
+    """The singular positions (`events`), one row each, and the branches that they are on (`found`)."""
+
+    def __init__(self, mechanism: Mechanism, found: Survey) -> None:
+        self.mechanism, self.found = mechanism, found
+
+    @property
+    def complete(self) -> bool:
+        """Tell whether every branch that meets is followed."""
+        return self.found.complete
+
+    @property
+    def events(self) -> list[dict[str, Any]]:
+        """The singular positions: kind, inputs, branches, tangents, places of the nodes."""
+        return list(self.report()["singularities"])
+
+    def inputs(self, one: Found) -> dict[str, float]:
+        """Return the inputs at a singular position in the file's units."""
+        return in_file_units(self.mechanism, inputs_of(self.found, float(one.what.p[-1])), DUST)
+
+    def interval(self, reach: tuple[float, float]) -> dict[str, list[float]]:
+        """Return the least and the greatest value of every input between two parameters."""
+        low, high = (in_file_units(self.mechanism, self.found.curve.inputs(q), DUST) for q in reach)
+        return {name: sorted([low[name], high[name]]) for name in low}
+
+    def tangents(self, one: Found) -> list[BranchRates]:
+        """Return how inputs and members move on each branch through a singular position."""
+        return [rates(self.found.curve, one.what.p, v) for v in one.what.branches]
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        count = len(self.found.found)
+        return f"{self.mechanism.name}: {count} singular position{'s' * (count != 1)}"
+
+    def report(self) -> dict[str, Any]:
+        """Return what --json prints."""
+        found, mechanism = self.found, self.mechanism
+        listed = []
+        for one in found.found:
+            z = mechanism.to_file(found.curve.nodes(one.what.p))
+            listed.append(
+                {
+                    "kind": one.what.kind, "at": self.inputs(one), "end": one.what.end or None,
+                    "about": list(one.what.about), "freer": one.what.loose, "branches": [k + 1 for k in one.circuits],
+                    "tangents": [{"inputs": t.inputs, "members": t.members} for t in self.tangents(one)],
+                     "nodes": dict(zip(mechanism.nodes, _pairs(z), strict=True)),
+                }
+            )  # fmt: skip
+        circuits = [
+            {"branch": k + 1, "closed": c.closed, "ended": c.ended, "turns": abs(c.turns), "interval": self.interval(r)}
+            for k, (c, r) in enumerate(zip(found.branches.circuits, found.reach, strict=True))
+        ]
+        return {
+            "circuits": circuits, "singularities": listed, "complete": found.complete,
+        }  # fmt: skip
+
+    def table(self) -> Table:
+        """Return one row a singular position: kind, inputs, end, places of the nodes."""
+        found, mechanism = self.found.found, self.mechanism
+        at = [self.inputs(one) for one in found]
+        z = np.array([mechanism.to_file(self.found.curve.nodes(one.what.p)) for one in found])
+        z = z.reshape(len(found), len(mechanism.nodes))
+        columns = [Column("kind", np.array([one.what.kind for one in found], dtype=str))]
+        for k, a in enumerate(mechanism.actuators):
+            unit = mechanism.angle_unit if self.found.curve.rotary[k] else mechanism.length_unit
+            columns.append(Column(a.name, np.array([u[a.name] for u in at], dtype=float), unit))
+        for k, name in enumerate(mechanism.nodes):
+            for axis, values in (("x", z[:, k].real), ("y", z[:, k].imag)):
+                columns.append(Column(f"{name}.{axis}", values, mechanism.length_unit))
+        return Table(tuple(columns))
+
+    def picture(self) -> Content:
+        """Return the positions, numbered, over the curves of the traced points."""
+        from gimcli.branching.resampling import along
+        from gimcli.motion.coupler_points import carried_point
+        from gimcli.output.singular import Shown, singular_picture
+
+        found, curve, mechanism = self.found, self.found.curve, self.mechanism
+        several = len(found.branches.circuits) > 1
+        names = mechanism.traced[: max(1, CURVES // len(found.branches.circuits))]
+        curves = {}
+        for k, circuit in enumerate(found.branches.circuits):
+            z = curve.nodes(along(circuit, max(361, len(circuit.places))))
+            for name in names:
+                curves[f"{name}, branch {k + 1}" if several else name] = mechanism.to_file(
+                    carried_point(mechanism, name, z)
+                )
+        shown = []
+        for number, one in enumerate(found.found, start=1):
+            z = curve.nodes(one.what.p)
+            at = tuple(complex(mechanism.to_file(carried_point(mechanism, n, z[:, None]))[0]) for n in names[:1])
+            shown.append(Shown(number, one.what.kind, mechanism.to_file(z), at))
+        return singular_picture(mechanism, shown, curves, f"{mechanism.name}: singular positions")
+
+
+def _pairs(z: Any) -> list[list[float]]:
+    return [[float(v.real), float(v.imag)] for v in z]

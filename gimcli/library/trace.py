@@ -1,0 +1,243 @@
+"""Follow a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gimcli.errors import UsageError
+from gimcli.library.extras import Extras
+from gimcli.library.inputs import refuse_unmoved
+from gimcli.library.places import counted
+from gimcli.library.result import Phases, joined, silent
+from gimcli.library.trace_result import POSES, TraceResult
+from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.motion.motion import Motion, stream
+from gimcli.motion.motion import trace as follow
+from gimcli.motion.summary import Summary
+from gimcli.positions.options import Options
+from gimcli.rates.motion_table import events, motion_table, reachable, traced_paths
+from gimcli.structure.drive_check import explained, refuse_contradiction
+from gimcli.structure.plan import make_plan
+from gimcli.table import Table
+
+if TYPE_CHECKING:
+    from gimcli.library.circuit_trace import CircuitTrace
+    from gimcli.output.picture import Content
+    from gimcli.rates.derivatives import TracedRates
+
+Tell = Callable[[str], None]
+
+AT_LIMIT = ("stop", "skip", "reverse")
+
+COUNTED = np.pi / 36.0
+"""Turning of an input between two rows up to which no member is taken to turn by more than half a turn [rad]."""
+
+
+def trace(
+    mechanism: Mechanism, steps: int = 360, *, derivatives: int = 0, measure: str | Sequence[str] = (),
+    plot: str | Sequence[str] = (), at_limit: str = "stop", circuit: bool = False, branch: int = 1,
+    all_branches: bool = False, method: str = "auto", strategy: str = "spectral", tolerance: float = 1e-10,
+    jit: str = "auto", sequence: str = "", tell: Tell | None = None, progress: Phases = silent,
+) -> TraceResult:  # fmt: skip
+    """Follow the actuators' laws in `steps` steps, steps + 1 rows; with `circuit` or `all_branches` whole circuits.
+
+    `derivatives` (1 to 3) adds velocities, accelerations and jerks by the real time, `measure` columns such as
+    "transmission" or "centre:rod/rocker", `plot` graphs to the picture. `at_limit` is "stop", "skip" or "reverse";
+    `branch` is taken where branches meet. Rows that are not solved have a status and NaN. Raises UsageError, and
+    StructureError where the mechanism is over-driven or not driven.
+    """
+    found = traced(
+        mechanism, steps, derivatives=derivatives, measure=measure, plot=plot, at_limit=at_limit, circuit=circuit,
+        branch=branch, all_branches=all_branches, method=method, strategy=strategy, tolerance=tolerance, jit=jit,
+        sequence=sequence, tell=tell, progress=progress, keep=True,
+    )  # fmt: skip
+    table = joined(found.tables())
+    return found.result(table)
+
+
+def traced(
+    mechanism: Mechanism, steps: int, *, derivatives: int = 0, measure: str | Sequence[str] = (),
+    plot: str | Sequence[str] = (), at_limit: str = "stop", circuit: bool = False, branch: int = 1,
+    all_branches: bool = False, method: str = "auto", strategy: str = "spectral", tolerance: float = 1e-10,
+    jit: str = "auto", sequence: str = "", tell: Tell | None = None, progress: Phases = silent, keep: bool = False,
+) -> MotionTrace | CircuitTrace:  # fmt: skip
+    """Begin a trace as `trace` does, for rows that are written while it goes on; `keep` keeps them all."""
+    if at_limit not in AT_LIMIT:
+        raise UsageError(f"--at-limit {at_limit}: choose {', '.join(AT_LIMIT)}")
+    chosen = Options.checked(method, strategy, tolerance, jit, sequence)
+    specs = [measure] if isinstance(measure, str) else list(measure)
+    extras = partial(Extras, mechanism, specs, plot, derivatives)
+    own = extras()
+    with explained(mechanism):
+        if not mechanism.actuators:
+            make_plan(mechanism)
+        refuse_unmoved(mechanism, "add one, or use `gim solve`")
+        if circuit or all_branches:
+            from gimcli.library.circuit_trace import CircuitTrace
+
+            _refuse_mixed(method, own.order, at_limit, branch, all_branches)
+            return CircuitTrace(mechanism, steps, tolerance, branch, all_branches, extras, progress)
+        if at_limit != "stop" or branch > 1:
+            _refuse_mixed(method, own.order if at_limit == "reverse" else 0)
+        return MotionTrace(mechanism, steps, chosen, own, at_limit, branch, tell, progress, keep)
+
+
+def _refuse_mixed(method: str, rates: int, at_limit: str = "stop", branch: int = 1, every: bool = False) -> None:
+    """Refuse what does not go with following a circuit."""
+    if method == "gim":
+        raise UsageError("--method gim: circuits, branches and limits are followed by continuation; leave it out")
+    if rates:
+        raise UsageError(
+            "--derivatives and graphs of velocities belong to a motion by its law: leave out --circuit and"
+            " --at-limit reverse"
+        )
+    if at_limit != "stop":
+        raise UsageError(f"--at-limit {at_limit}: a circuit goes through limits; leave out one of both")
+    if every and branch > 1:
+        raise UsageError("--all-branches follows all; leave out --branch")
+
+
+class MotionTrace:
+    """A motion under way: tables of its pieces, then the result."""
+
+    def __init__(
+        self, mechanism: Mechanism, steps: int, options: Options, extras: Extras, at_limit: str, branch: int,
+        tell: Tell | None, progress: Phases, keep: bool,
+    ) -> None:  # fmt: skip
+        self.mechanism, self.steps, self.options, self.extras = mechanism, steps, options, extras
+        self.again = partial(follow, mechanism, options=options, at_limit=at_limit, branch=branch)
+        show = progress("tracing")
+        if at_limit != "stop" or branch > 1:
+            self._pieces = iter([follow(mechanism, steps, options, tell, show, at_limit, branch)])
+        else:
+            self._pieces = stream(mechanism, steps, options, tell=tell, progress=show)
+        first = self._first = next(self._pieces)
+        refuse_contradiction(mechanism, first.start, first.inputs[:, 0], first.first_status, options.tolerance)
+        self.summary = Summary(steps + 1)
+        self.kept: list[Motion] | None = [] if keep else None
+        self._tell = tell
+
+    @cached_property
+    def _rates(self) -> TracedRates | None:
+        if not self.extras.order:
+            return None
+        from gimcli.rates.derivatives import TracedRates
+
+        mechanism = self.mechanism
+        return TracedRates(mechanism, mechanism.traced, self.extras.order, self.steps + 1, self.options.jit, self._tell)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        row = self._first.rows(np.arange(1))
+        return motion_table(row, rates=self._rates, more=self.extras.head(row)).names
+
+    def tables(self) -> Iterator[Table]:
+        """Yield the table of each piece."""
+        piece: Motion | None = self._first
+        while piece is not None:
+            more = self.extras.columns(piece)
+            yield motion_table(piece, first=self.summary.seen, rates=self._rates, more=more)
+            self.summary.add(piece)
+            if self.kept is not None:
+                self.kept.append(piece)
+            piece = next(self._pieces, None)
+
+    def result(self, table: Table | None) -> MotionTraceResult:
+        """Return the result, when all tables have been taken; without its table where that went to a file."""
+        return MotionTraceResult(self, table)
+
+
+class MotionTraceResult(TraceResult):
+    """Rows of a motion along the actuators' laws."""
+
+    def __init__(self, found: MotionTrace, table: Table | None) -> None:
+        self.mechanism, self.found, self.summary, self._table = found.mechanism, found, found.summary, table
+        self.motions = found.kept or ()
+
+    @cached_property
+    def motion(self) -> Motion:
+        """The rows that are drawn, with all events, change points to the last digits."""
+        motion = self.summary.motion
+        if not motion.bridged:
+            return motion
+        from gimcli.branching.event_refinement import sharpened
+
+        return sharpened(motion)
+
+    @property
+    def rows(self) -> int:
+        """How many rows there are."""
+        return self.summary.rows
+
+    @property
+    def solved(self) -> int:
+        """How many of them are ok."""
+        return self.summary.solved
+
+    @property
+    def worst(self) -> float:
+        """The greatest residual, relative to the mechanism's size."""
+        return self.summary.residual
+
+    @cached_property
+    def reachable(self) -> dict[str, list[list[float]]]:
+        """The interval of every input's law that the motion reached."""
+        return reachable(self.motion)
+
+    @cached_property
+    def events(self) -> list[dict[str, Any]]:
+        """Change points passed, sequences exchanged, and limits with the interval that the input can reach."""
+        found = events(self.motion)
+        limits = [event for event in found if event["kind"] == "limit"]
+        if limits:
+            from gimcli.branching.event_refinement import reach
+
+            interval = reach(self.motion)
+            for event in limits:
+                event["interval"] = interval
+        return found
+
+    @cached_property
+    def measured(self) -> dict[str, Any]:
+        """Ranges of the measures, and what they say of the whole motion."""
+        return self.found.extras.report(self.motion)
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        quality = f", worst residual {self.worst:.1e}" if self.solved else ""
+        return f"{self.mechanism.name}: {self.solved} of {self.rows} positions solved{quality}"
+
+    def report(self) -> dict[str, Any]:
+        """Return what --json prints."""
+        return {
+            "steps": self.found.steps, "solved": self.solved, "residual": self.worst, "reachable": self.reachable,
+            "events": self.events, "status": self.motion.overall.word, **self.measured,
+        }  # fmt: skip
+
+    def turns(self, member: Callable[[ComplexArray], FloatArray]) -> FloatArray:
+        """Return the angles of a member (rows,) counted through turns, by more rows where these are far apart."""
+        rotary = [k for k, a in enumerate(self.mechanism.actuators) if a.drive is Drive.ROTARY]
+        inputs = np.concatenate([m.inputs[rotary] for m in self.motions], axis=1)
+        each = int(np.ceil(np.max(np.abs(np.diff(inputs)), initial=0.0) / COUNTED * (1.0 - 1e-12))) or 1
+        z = self._z if each == 1 else self.found.again(each * self.found.steps).z
+        return counted(self.mechanism, member(z))[::each]
+
+    def picture(self) -> Content | None:
+        """Return some positions, the curves of the traced points and the graphs; None where nothing is solved."""
+        from gimcli.output.drawing import motion_picture
+        from gimcli.output.panels import with_panels
+
+        if not self.solved:
+            return None
+        motion, mechanism, extras = self.summary.motion, self.mechanism, self.found.extras
+        good = np.flatnonzero(motion.good)
+        chosen = good[np.unique(np.linspace(0, len(good), POSES, endpoint=False).astype(int))]
+        poses, paths = mechanism.to_file(motion.z[:, chosen].T), traced_paths(motion)
+        curves, outlines = extras.curves(motion), extras.outlines(motion)
+        picture = motion_picture(mechanism, poses, paths, mechanism.name, curves, outlines)
+        return with_panels(picture, extras.panels(motion))

@@ -1,0 +1,82 @@
+"""What the results of motions have in common: places, angles and statuses of their rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from gimcli.library.places import angles, pairs, places
+from gimcli.library.result import ByName, Result
+from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.motion.motion import Motion
+from gimcli.table import Table
+
+POSES = 6
+"""Positions that a picture shows."""
+
+
+class TraceResult(Result):
+    """Rows of a motion: `xy[name]` (rows, 2), `angle[member]`, `status`, `events`, and columns by their names."""
+
+    motions: Sequence[Motion]
+    _table: Table | None
+
+    @property
+    def rows(self) -> int:
+        """How many rows there are."""
+        return sum(len(m.time) for m in self.motions)
+
+    @property
+    def solved(self) -> int:
+        """How many of them are ok."""
+        return sum(m.solved for m in self.motions)
+
+    @property
+    def complete(self) -> bool:
+        """Tell whether all are."""
+        return self.solved == self.rows
+
+    @property
+    def worst(self) -> float:
+        """The greatest residual, relative to the mechanism's size."""
+        return float(np.nanmax([np.nanmax(m.residual) for m in self.motions]))
+
+    @property
+    def status(self) -> Any:
+        """The status words (rows,)."""
+        return self.table()["status"]
+
+    @property
+    def events(self) -> list[dict[str, Any]]:
+        """What happens on the way: kind, and the inputs there."""
+        raise NotImplementedError
+
+    @cached_property
+    def xy(self) -> ByName:
+        """Places (rows, 2) of nodes and points in the file's length unit; NaN where a row is not solved."""
+        return places(self.mechanism, self._z, pairs)
+
+    @cached_property
+    def angle(self) -> ByName:
+        """Directions (rows,) of the members, from their first node to their second, counted through turns."""
+        each = angles(self.mechanism, self._z, lambda a: a)
+        return ByName(
+            tuple(each), lambda name: self.turns(lambda z: angles(self.mechanism, z, lambda a: np.asarray(a))[name])
+        )
+
+    def turns(self, member: Callable[[ComplexArray], FloatArray]) -> FloatArray:
+        """Return the angles of a member (rows,) counted through turns."""
+        raise NotImplementedError
+
+    @cached_property
+    def _z(self) -> ComplexArray:
+        return np.concatenate([m.z for m in self.motions], axis=1)
+
+    def table(self) -> Table:
+        """Return one row a step."""
+        if self._table is None:
+            raise ValueError("the rows were written to a file, not kept")
+        return self._table

@@ -1,0 +1,106 @@
+"""Compare methods and tolerances on a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gimcli.comparison.tradeoff import TOLERANCES, Tradeoff, advise, tradeoff_table
+from gimcli.comparison.tradeoff import tradeoff as compare
+from gimcli.errors import UsageError
+from gimcli.library.inputs import refuse_unmoved
+from gimcli.library.result import Phases, Result, silent
+from gimcli.mechanism import Mechanism
+from gimcli.structure.drive_check import explained
+from gimcli.table import Table
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Content
+
+FINEST, COARSEST = 1e-14, 1.0
+
+
+def tradeoff(
+    mechanism: Mechanism, steps: int = 72, *, tolerances: Sequence[float] = (), seconds: float = 10.0,
+    jit: str = "auto", tell: Callable[[str], None] | None = None, progress: Phases = silent,
+) -> TradeoffResult:  # fmt: skip
+    """Compare every method at every tolerance, by default 1e-2 to 1e-14, on the motion along the actuators' laws.
+
+    It is meant to take `seconds` of processor time. Raises UsageError and StructureError.
+    """
+    for value in tolerances:
+        if not FINEST <= value < COARSEST:
+            raise UsageError(f"--tolerances: '{value:g}' is not a number from 1e-14 to below 1")
+    chosen = tuple(dict.fromkeys(tolerances)) or TOLERANCES
+    with explained(mechanism):
+        refuse_unmoved(mechanism, "add one")
+        found = compare(mechanism, steps, chosen, jit, tell, progress("comparing"), seconds=seconds)
+    return TradeoffResult(found, steps)
+
+
+class TradeoffResult(Result):
+    """Time, operations and true error of every method at every tolerance, one row each (`found`)."""
+
+    def __init__(self, found: Tradeoff, steps: int) -> None:
+        self.mechanism, self.found, self.steps = found.mechanism, found, steps
+
+    @property
+    def complete(self) -> bool:
+        """Tell whether the motion was solved."""
+        return bool(self.found.reached)
+
+    @property
+    def status(self) -> str:
+        """The status word of the motion."""
+        return self.found.motion.overall.word
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        how = "compiled kernels" if self.found.compiled else "kernels not compiled"
+        return f"{self.mechanism.name}: a position of {self.steps} steps, {how}"
+
+    def report(self) -> dict[str, Any]:
+        """Return what --json prints."""
+        found = self.found
+        advice = [
+            {
+                "digits": a.digits, "text": a.text, "options": a.best.method.options if a.best else None,
+                "tolerance": a.best.tolerance if a.best else None,
+            }
+            for a in advise(found)
+        ]  # fmt: skip
+        entries = [
+            {
+                "method": e.method.name, "tolerance": e.tolerance, "unknowns": list(e.unknowns),
+                "iteration_operations": list(e.iterations), "iterations": e.work,
+                "most_iterations": e.most, "paper_operations": e.paper, "operations": e.operations,
+                "seconds": e.seconds,
+                "error": e.error, "solved": e.solved, "positions": e.rows, "efficient": e.efficient, "reason": e.reason,
+            }
+            for e in found.entries
+        ]  # fmt: skip
+        return {
+            "steps": self.steps, "solved": found.motion.solved, "status": found.motion.overall.word,
+            "compiled": found.compiled, "untold": found.untold, "entries": entries, "advice": advice,
+        }  # fmt: skip
+
+    def table(self) -> Table:
+        """Return one row a method and tolerance."""
+        return tradeoff_table(self.found)
+
+    def picture(self) -> Content | None:
+        """Return the error over the time; None where there is nothing to draw."""
+        from gimcli.output.tradeoff import tradeoff_picture
+
+        found = self.found
+        if not any(e.drawable for e in found.entries):
+            return None
+        curves: dict[str, list[tuple[float, float, float]]] = {}
+        for e in found.entries:
+            if e.drawable:
+                curves.setdefault(e.method.label, []).append((e.seconds, e.error, float(e.complete)))
+        front = np.array([(e.seconds, e.error) for e in found.entries if e.efficient]).reshape(-1, 2)
+        title = f"{found.mechanism.name}: error and time, {'compiled' if found.compiled else 'not compiled'}"
+        return tradeoff_picture({name: np.array(points) for name, points in curves.items()}, front, title)
