@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from gimcli import load
 from gimcli.assemblies import all_configurations, configurations_over
-from gimcli.model import load
 
 MODEL = Path(__file__).parents[1] / "models" / "double_butterfly.yaml"
 BARS = {("Q", "U"): 11.0, ("S", "V"): 9.0, ("T", "X"): 7.0, ("R", "Y"): 12.0}

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
+from gimcli import load
 from gimcli.measures import measures_of
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.model import load
 from gimcli.motion.motion import trace
 from gimcli.rates.path_derivatives import PathDerivatives
 

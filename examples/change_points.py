@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from gimcli import load
 from gimcli.branching.resampling import circuit_motion
 from gimcli.branching.singular_positions import survey
 from gimcli.branching.singularities import CHANGE, LIMIT, rates
-from gimcli.model import load
 from gimcli.rates.motion_table import traced_paths
 
 MODELS = Path(__file__).parents[1] / "models"

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from gimcli import load
 from gimcli.assemblies import all_configurations
 from gimcli.branching.enumeration import circuits
-from gimcli.model import load
 
 MODEL = Path(__file__).parents[1] / "models" / "double_butterfly.yaml"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.model import load
+from gimcli import load
 from gimcli.reach.boundary import survey
 
 MODEL = Path(__file__).parents[1] / "models" / "five_bar.yaml"

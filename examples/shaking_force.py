@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
+from gimcli import load
 from gimcli.dynamic_data import Dynamics, Inertia
 from gimcli.dynamics.forces import Forces, motion_forces
 from gimcli.mechanism import Mechanism
-from gimcli.model import load
 from gimcli.motion.motion import trace
 
 MODEL = Path(__file__).parents[1] / "models" / "crank_rocker.yaml"

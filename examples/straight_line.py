@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.model import load
+from gimcli import load
 from gimcli.motion.motion import trace
 from gimcli.rates.motion_table import traced_paths
 

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
+from gimcli import load
 from gimcli.dynamics.simulation import Settings, simulate
 from gimcli.dynamics.simulation_table import reactions
 from gimcli.kernels.jit import compiled
-from gimcli.model import load
 from gimcli.output import draw_history_sheet
 from gimcli.output.history import Panel
 

@@ -55,7 +55,7 @@ def command(
 
 def _print(result: CircuitsResult) -> None:
     from gimcli.cli.console import number, print_table
-    from gimcli.library.circuits import inputs_at, label, span, verdict
+    from gimcli.library.circuits import curve_label, inputs_at, span, verdict
 
     found = result.found
     rows = []
@@ -71,7 +71,7 @@ def _print(result: CircuitsResult) -> None:
             f"{i + 1}" + (f" (branch {b + 1})" if len(strand.branches) > 1 else "")
             for i, at in enumerate(found.places) for j, b in at if j == k
         ]  # fmt: skip
-        rows.append((label(found, k), how, ends, str(len(strand.branches)), ", ".join(there) or "none"))
+        rows.append((curve_label(found, k), how, ends, str(len(strand.branches)), ", ".join(there) or "none"))
     at = ", ".join(f"{name} = {number(value)}" for name, value in inputs_at(found, found.curve.begin()).items())
     print_table(result.headline(), ("circuit", "", "input", "branches", f"configurations at {at}"), rows, right=(3,))
     typer.echo(verdict(found))

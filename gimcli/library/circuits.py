@@ -71,7 +71,8 @@ class CircuitsResult(Result):
         found, mechanism = self.found, self.mechanism
         curves = [
             {
-                "curve": label(found, k), "circuit": s.number + 1, "closed": s.circuit.closed, "ended": s.circuit.ended,
+                "curve": curve_label(found, k), "circuit": s.number + 1, "closed": s.circuit.closed,
+                "ended": s.circuit.ended,
                 "turns": abs(s.circuit.turns), "interval": span(found, s),
                 "branches": [{"from": inputs_at(found, b.start), "to": inputs_at(found, b.end)} for b in s.branches],
             }
@@ -83,7 +84,7 @@ class CircuitsResult(Result):
             listed.append(
                 {
                     "circuit": found.strands[at[0][0]].number + 1 if at else None,
-                    "branches": [f"{label(found, k)}.{b + 1}" for k, b in at], "nodes": nodes,
+                    "branches": [f"{curve_label(found, k)}.{b + 1}" for k, b in at], "nodes": nodes,
                 }
             )  # fmt: skip
         return {
@@ -95,7 +96,7 @@ class CircuitsResult(Result):
     def table(self) -> Table:
         """Return one row a branch: its curve and circuit, and the interval of every input."""
         found = self.found
-        rows = [(label(found, k), s.number + 1, b) for k, s in enumerate(found.strands) for b in s.branches]
+        rows = [(curve_label(found, k), s.number + 1, b) for k, s in enumerate(found.strands) for b in s.branches]
         columns = [
             Column("curve", np.array([row[0] for row in rows], dtype=str)),
             Column("circuit", np.array([row[1] for row in rows], dtype=np.int64)),
@@ -124,7 +125,7 @@ class CircuitsResult(Result):
             for name in mechanism.traced
         }
         name = next((n for n in paths if _free(found, paths[n])), mechanism.traced[0])
-        labels = [f"circuit {label(found, k)}" for k in range(len(found.strands))]
+        labels = [f"circuit {curve_label(found, k)}" for k in range(len(found.strands))]
         firsts = {s.number: k for k, s in reversed(list(enumerate(found.strands)))}
         poses = np.array([mechanism.to_file(curve.nodes(ways[k][:, 0])) for _, k in sorted(firsts.items())])
         across = np.concatenate([_values(found, p[-1]) for p in ways])
@@ -149,7 +150,7 @@ def inputs_at(found: Circuits, q: float) -> dict[str, float]:
     return {name: value if abs(value) > ROUND else 0.0 for name, value in values.items()}
 
 
-def label(found: Circuits, index: int) -> str:
+def curve_label(found: Circuits, index: int) -> str:
     """Return the name of a strand: the circuit's number, and a letter where it has several curves."""
     own = found.strands[index].number
     same = [k for k, s in enumerate(found.strands) if s.number == own]

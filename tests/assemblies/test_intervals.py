@@ -15,12 +15,12 @@ from other_searches import (
     unmatched,
 )
 
+from gimcli import load
 from gimcli.assemblies.contraction import contract
 from gimcli.assemblies.cosine_rows import RowConstants, cosine_rows
 from gimcli.assemblies.intervals import CONSTANTS, IntervalConstants, real_roots
 from gimcli.assemblies.krawczyk import Coefficients, image, local, narrow
 from gimcli.assemblies.slide_bounds import proved_reach
-from gimcli.model import load
 
 TURN = 2 * np.pi
 

@@ -19,8 +19,8 @@ import by_hand
 import numpy as np
 import peers
 
+from gimcli import load
 from gimcli.mechanism import Mechanism
-from gimcli.model import load
 from gimcli.motion.motion import Motion, trace
 from gimcli.positions.options import Options
 from gimcli.rates.motion_table import traced_paths

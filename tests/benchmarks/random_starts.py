@@ -24,10 +24,10 @@ from pathlib import Path
 from machine import MODELS, RESULTS, Row, keep, show  # isort: skip - first: one thread
 import numpy as np
 
+from gimcli import load
 from gimcli.gim.sweeper import Sweeper
 from gimcli.kernels import jit
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.model import load
 from gimcli.motion.assemble import Assembler
 from gimcli.motion.start import random_guess
 from gimcli.positions.block import RowBlock

@@ -11,9 +11,9 @@ import pytest
 from bundled import MODELS
 from typer.testing import CliRunner
 
+from gimcli import load
 from gimcli.branching.enumeration import EnumerationConstants, circuits
 from gimcli.cli import app
-from gimcli.model import load
 
 SEED = 11
 

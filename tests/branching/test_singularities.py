@@ -15,6 +15,7 @@ from bundled import MODELS
 from four_bars import four_bar
 from typer.testing import CliRunner
 
+from gimcli import load
 from gimcli.branching.resampling import circuit_motion
 from gimcli.branching.singular_positions import Found, Survey, survey
 from gimcli.branching.singularities import CHANGE, DEAD, LIMIT, STATIONARY, TANGENCY, dead_points, limits, rates
@@ -23,7 +24,6 @@ from gimcli.continuation.arclength import ArclengthConstants, place, walk
 from gimcli.continuation.bifurcation import BifurcationConstants, crossing
 from gimcli.continuation.circuit import Circuit
 from gimcli.mechanism import FloatArray
-from gimcli.model import load
 from gimcli.model.source import read_source
 
 

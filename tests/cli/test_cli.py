@@ -149,7 +149,7 @@ def test_every_model_passes_through_every_command(command, model, tmp_path):
 
 @pytest.mark.few
 def test_every_model_is_drawn(model, tmp_path):
-    from gimcli.model import load
+    from gimcli import load
     from gimcli.motion.motion import trace
     from gimcli.output import draw_motion
     from gimcli.rates.motion_table import traced_paths

@@ -14,9 +14,9 @@ from bundled import MODELS, run_model
 from in_process import printed as gim
 from in_process import refused
 
+from gimcli import load
 from gimcli.measures import KINDS
 from gimcli.measures.graphs import abscissa
-from gimcli.model import load
 from gimcli.motion.solve import solve
 from gimcli.output.curves import drawn_runs
 from gimcli.output.drawing import position_picture

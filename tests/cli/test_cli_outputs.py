@@ -8,9 +8,8 @@ import shutil
 
 import pytest
 
-from gimcli import cli
+from gimcli import cli, load
 from gimcli.cli import main
-from gimcli.model import load
 
 MODEL = """\
 nodes: {O: [0, 0], G: [4, 0], A: [0, 1], B: [4, 3]}

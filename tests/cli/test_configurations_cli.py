@@ -98,8 +98,8 @@ def test_picture_has_a_panel_each(name, shape, tmp_path):
 
 
 def test_panels_have_one_window_with_equal_axes(tmp_path):
+    from gimcli import load
     from gimcli.assemblies import all_configurations
-    from gimcli.model import load
     from gimcli.output.gallery import gallery_picture
 
     mechanism = load(MODELS / "double_butterfly.yaml")

@@ -13,10 +13,10 @@ import pytest
 from bundled import MODELS
 from typer.testing import CliRunner
 
+from gimcli import load
 from gimcli.cli import app
 from gimcli.errors import GimError
 from gimcli.kernels import jit
-from gimcli.model import load
 from gimcli.motion.scatter import Scatterer, scattered
 from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain

@@ -10,12 +10,12 @@ from bundled import MODELS, run_model
 from random_mechanisms import Growth
 from table1_operations import CASES, displaced
 
+from gimcli import load
 from gimcli.comparison.absolute import frame_poses
 from gimcli.comparison.stop import Stop
 from gimcli.comparison.textbook_coordinates import COORDINATES, TextbookConstants, follow
 from gimcli.errors import GimError
 from gimcli.kernels import bodies, jit, points
-from gimcli.model import load
 from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options

@@ -5,6 +5,7 @@ import pytest
 from bundled import MODELS
 from counted import COUNT, counted_array, operations
 
+from gimcli import load
 from gimcli.comparison import operations as told
 from gimcli.comparison.absolute import AbsoluteCoordinates, frame_poses
 from gimcli.comparison.joint import JointCoordinates
@@ -14,7 +15,6 @@ from gimcli.gim.sweeper import Sweeper
 from gimcli.kernels import bodies, linear, loci, points, sweep
 from gimcli.kernels import newton as kernel
 from gimcli.kernels.linear import lu_solve, qr_solve
-from gimcli.model import load
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Packed
 from gimcli.positions.options import Options

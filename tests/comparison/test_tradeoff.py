@@ -14,10 +14,10 @@ from in_process import printed as gim
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from table1_operations import CASES, from_far, measure
 
+from gimcli import load
 from gimcli.comparison.methods import METHODS, Clock, MotionMethod, Outcome, Timing
 from gimcli.comparison.tradeoff import ALIKE, Entry, Tradeoff, advise, mark_efficient, tradeoff, tradeoff_table
 from gimcli.errors import StructureError
-from gimcli.model import load
 from gimcli.motion.motion import trace
 from gimcli.output.figure import canvas_of
 from gimcli.output.tradeoff import tradeoff_picture

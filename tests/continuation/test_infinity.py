@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from gimcli import load
 from gimcli.branching.singular_positions import drawn_circuit
 from gimcli.cli import app
 from gimcli.continuation.circuit import Ended
-from gimcli.model import load
 
 ARM = """\
 nodes: {{O: [0, 0], A: [{ax!r}, {ay!r}], X: [2, 0], Y: [2, 1], P: [2, {py!r}]}}

@@ -487,7 +487,7 @@ def test_a_trace_imports_nothing_of_this():
 
     code = f"""
 import sys
-from gimcli.model import load
+from gimcli import load
 from gimcli.motion.motion import trace
 trace(load({str(MODELS / "watt_1.yaml")!r}), 3)
 heavy = ("forces", "force_", "loading", "course", "statics", "equilibrium", "scipy.interpolate")

@@ -12,6 +12,7 @@ from bundled import MODELS, reference, written
 from heavy_models import moved, on, total_on_frame, weighted
 from influence_coefficients import Influence
 
+from gimcli import load
 from gimcli.dynamics.force_table import reaction_columns
 from gimcli.dynamics.forces import equilibrium, inverse_dynamics, motion_forces
 from gimcli.dynamics.kinematic_history import Course, turning
@@ -19,7 +20,6 @@ from gimcli.dynamics.statics import statics
 from gimcli.errors import ModelError
 from gimcli.kernels.jit import compiled
 from gimcli.measures.graphs import input_or_time
-from gimcli.model import load
 from gimcli.motion.motion import trace
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options

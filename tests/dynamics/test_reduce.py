@@ -12,13 +12,13 @@ from bundled import MODELS, reference, written
 from heavy_models import let_go
 from modular_reduction import STILL, LinkVelocity, modular_reduction, prp, rotating_driver, rpp, rpr, rrp, rrr
 
+from gimcli import load
 from gimcli.dynamics.flywheel import flywheel
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.reduction import chosen_input, reduce_to_input
 from gimcli.errors import ModelError, StructureError, UsageError
 from gimcli.kernels.jit import compiled
 from gimcli.mechanism import Drive
-from gimcli.model import load
 from gimcli.motion.motion import trace
 from gimcli.positions.options import Options
 from gimcli.status import Status

@@ -14,13 +14,13 @@ from heavy_models import let_go
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
+from gimcli import load
 from gimcli.dynamics.forces import inverse_dynamics
 from gimcli.dynamics.simulation import Settings, simulate
 from gimcli.dynamics.simulation_table import reactions
 from gimcli.dynamics.statics import statics
 from gimcli.errors import ModelError, StructureError, UsageError
 from gimcli.kernels.jit import compiled
-from gimcli.model import load
 from gimcli.positions.dispatch import plain
 from gimcli.status import Status
 

@@ -5,12 +5,12 @@ import pytest
 from bundled import MODELS, README
 from table1_operations import CASES
 
+from gimcli import load
 from gimcli.errors import UsageError
 from gimcli.gim.convergence import fit_history
 from gimcli.gim.report import report
 from gimcli.gim.sequence import known_nodes
 from gimcli.gim.sweeper import Sweeper
-from gimcli.model import load
 from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options

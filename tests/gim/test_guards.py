@@ -10,6 +10,7 @@ from random_mechanisms import Growth
 from table1_operations import CASES
 from typer.testing import CliRunner
 
+from gimcli import load
 from gimcli.cli import app
 from gimcli.errors import StructureError
 from gimcli.gim import sweeps
@@ -17,7 +18,6 @@ from gimcli.gim.sequence_switching import SwitchingState, off_branch
 from gimcli.gim.sweeper import Sweeper
 from gimcli.kernels import jit
 from gimcli.kernels import sweep as kernels
-from gimcli.model import load
 from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options

@@ -40,8 +40,8 @@ from extreme_cases import (
 )
 from specifications import four_bar, run, size
 
+from gimcli import load
 from gimcli.errors import GimError, ModelError
-from gimcli.model import load
 from gimcli.status import Status
 
 REASONS = {status.word: status.text for status in Status}

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from bundled import MODELS, run_model
 
+from gimcli import load
 from gimcli.errors import UsageError
 from gimcli.measures import KINDS, measures_of, sweeping_area
 from gimcli.measures.centre import instant_centre
 from gimcli.measures.record import Record
 from gimcli.measures.sweeping_area import swept_area, union_area
 from gimcli.mechanism import Member
-from gimcli.model import load
 from gimcli.motion.motion import Motion, stream, trace
 from gimcli.rates.path_derivatives import PathDerivatives, way_along
 

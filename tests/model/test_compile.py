@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from bundled import FILES
 
+from gimcli import load
 from gimcli.mechanism import FRAME, Drive
-from gimcli.model import json_schema, load
+from gimcli.model.schema import json_schema
 from gimcli.model.source import read_source
 
 PLAIN = """\

@@ -8,8 +8,8 @@ import warnings
 import numpy as np
 import pytest
 
+from gimcli import load
 from gimcli.errors import ModelError
-from gimcli.model import load
 from gimcli.mechanism import MOST_TURNS
 
 MODEL = """\

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from bundled import README
 
+from gimcli import load
 from gimcli.dynamic_data import TIME
 from gimcli.errors import ModelError
-from gimcli.model import json_schema, load
+from gimcli.model.schema import json_schema
 
 TOP = """\
 nodes: {O: [0, 0], G: [3, 0], A: [0, 1], B: [3, 2], K: [9, 9]}

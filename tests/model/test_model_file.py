@@ -7,9 +7,11 @@ import time
 
 import pytest
 
+from gimcli import load
 from gimcli.cli import main
 from gimcli.errors import ModelError
-from gimcli.model import load, load_model
+from gimcli.model.check import checked
+from gimcli.model.source import read_source
 
 TOP = """\
 nodes: {O: [0, 0], G: [3, 0], A: [0, 1], B: [3, 2]}
@@ -523,7 +525,7 @@ def accepted(folder, text):
     path = folder / "m.yaml"
     path.write_text(text, encoding="utf-8")
     load(path)
-    return load_model(path)
+    return checked(read_source(path))
 
 
 PAGE = """\
@@ -634,7 +636,7 @@ links: {left: {nodes: [O, A], length: &r 1}, middle: [A, B], right: {nodes: [G, 
 def test_a_byte_order_mark_and_windows_line_ends(folder):
     path = folder / "m.yaml"
     path.write_bytes(b"\xef\xbb\xbf" + TOP.replace("\n", "\r\n").encode())
-    assert list(load_model(path).nodes) == ["O", "G", "A", "B"]
+    assert list(checked(read_source(path)).nodes) == ["O", "G", "A", "B"]
 
 
 def test_a_large_element_is_checked_in_time(folder):
@@ -643,5 +645,5 @@ def test_a_large_element_is_checked_in_time(folder):
     path = folder / "m.yaml"
     path.write_text(f"nodes: {{{places}}}\nground: [n0]\nelements: {{e: [{', '.join(names)}]}}\n")
     begin = time.perf_counter()
-    load_model(path)
+    checked(read_source(path))
     assert time.perf_counter() - begin < 5.0

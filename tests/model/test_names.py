@@ -8,9 +8,9 @@ import re
 
 import pytest
 
+from gimcli import load
 from gimcli.cli import main
 from gimcli.errors import ModelError
-from gimcli.model import load
 
 MODEL = """\
 nodes: {O: [0, 0], G: [4, 0], A: [0, 1], B: [4, 3], C: [6, 0.5], D: [5, 0]}

@@ -16,10 +16,10 @@ from bundled import MODELS
 from four_bars import cosines, four_bar, four_bar_text
 from typer.testing import CliRunner
 
+from gimcli import load
 from gimcli.branching.event_refinement import sharpened
 from gimcli.cli import app
 from gimcli.errors import UsageError
-from gimcli.model import load
 from gimcli.model.source import read_source
 from gimcli.motion.motion import Motion, trace
 from gimcli.rates.motion_table import events

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from bundled import MODELS
 
-from gimcli.model import load
+from gimcli import load
 from gimcli.motion.motion import trace
 
 

@@ -15,9 +15,9 @@ import pytest
 from closed_linkages import LAW, LINKAGES, Linkage
 from typer.testing import CliRunner
 
+from gimcli import load
 from gimcli.cli import app
 from gimcli.errors import UsageError
-from gimcli.model import load
 from gimcli.motion.motion import Motion, trace
 from gimcli.rates.motion_table import events
 from gimcli.status import Status

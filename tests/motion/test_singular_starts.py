@@ -11,10 +11,10 @@ import pytest
 from closed_linkages import LAW, LINKAGES, Linkage
 from typer.testing import CliRunner
 
+from gimcli import load
 from gimcli.branching.enumeration import circuits
 from gimcli.branching.singular_positions import inputs_of, survey
 from gimcli.cli import app
-from gimcli.model import load
 from gimcli.motion.motion import Motion, trace
 
 BASE, PLATFORM = 4.0, 2.0

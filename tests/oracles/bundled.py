@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from gimcli.model import load
+from gimcli import load
 from gimcli.model.source import read_source
 from gimcli.motion.motion import trace
 from gimcli.positions.options import Options

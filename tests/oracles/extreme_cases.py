@@ -17,7 +17,7 @@ import numpy as np
 from mpmath import mp, mpc, mpf
 from specifications import four_bar, ray, read, run, size
 
-from gimcli.model import load
+from gimcli import load
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options
 

@@ -7,8 +7,8 @@ import math
 from pathlib import Path
 from typing import Any
 
+from gimcli import load
 from gimcli.mechanism import Mechanism
-from gimcli.model import load
 
 MODEL = """\
 name: four-bar

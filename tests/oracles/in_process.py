@@ -14,8 +14,8 @@ import yaml
 from typer.testing import CliRunner
 
 from gimcli.cli import app, main
+from gimcli import load
 from gimcli.errors import GimError
-from gimcli.model import load
 from gimcli.model.source import read_source
 
 

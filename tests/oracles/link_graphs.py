@@ -7,7 +7,7 @@ from pathlib import Path
 
 import yaml
 
-from gimcli.model import load
+from gimcli import load
 
 
 def loaded(spec):

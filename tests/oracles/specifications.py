@@ -14,7 +14,7 @@ import numpy as np
 import yaml
 from bundled import FILES
 
-from gimcli.model import load
+from gimcli import load
 from gimcli.motion.motion import trace
 from gimcli.output import write_csv
 from gimcli.positions.options import Options

@@ -10,7 +10,7 @@ import random_starts
 import yaml
 from random_mechanisms import Growth
 
-from gimcli.model import load
+from gimcli import load
 from gimcli.motion.solve import solve
 from gimcli.motion.start import random_guess
 from gimcli.positions.dispatch import plain

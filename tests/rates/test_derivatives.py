@@ -6,7 +6,7 @@ import pytest
 from bundled import MODELS, run_model
 from mp_derivatives import exact
 
-from gimcli.model import load
+from gimcli import load
 from gimcli.motion.motion import trace
 from gimcli.rates.derivatives import rates
 from gimcli.rates.motion_table import motion_table

@@ -13,11 +13,11 @@ from influence_coefficients import Influence
 from mp_derivatives import exact
 from random_mechanisms import Growth
 
+from gimcli import load
 from gimcli.errors import UsageError
 from gimcli.kernels import jit, reflections
 from gimcli.kernels.lanes import ROWS, WIDTH
 from gimcli.mechanism import Point
-from gimcli.model import load
 from gimcli.motion.motion import stream, trace
 from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain

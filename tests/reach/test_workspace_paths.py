@@ -11,12 +11,12 @@ import pytest
 import yaml
 from bundled import MODELS
 
+from gimcli import load
 from gimcli.assemblies import all_configurations
 from gimcli.branching.enumeration import circuits
 from gimcli.branching.resampling import circuit_motion
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import Drive, FloatArray, Mechanism
-from gimcli.model import load
 from gimcli.model.source import read_source
 from gimcli.motion.coupler_points import carried_point
 from gimcli.reach.reach import Reach, ReachedPath, reach

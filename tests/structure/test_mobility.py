@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from bundled import MODELS
 
-from gimcli.model import load
+from gimcli import load
 from gimcli.structure.mobility import assembled, full_pivoting, mobility
 
 # Grübler's count, true mobility, redundant equations

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from bundled import FILES
 
+from gimcli import load
 from gimcli.continuation.arclength import ArclengthConstants, pinned, place, walk
 from gimcli.mechanism import FloatArray
-from gimcli.model import load
 from gimcli.structure.exact_equations import Constraints
 from gimcli.structure.system import System
 

@@ -1,0 +1,56 @@
+"""What scripts and files count on stays: status words, event kinds, options, JSON keys, CSV columns, keys of a file."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from bundled import MODELS, TABLES
+from in_process import gim
+from typer.main import get_command
+
+from gimcli.branching import singularities
+from gimcli.cli import app
+from gimcli.dynamics import simulation_types
+from gimcli.model.schema import json_schema
+from gimcli.status import Status
+
+KNOWN = json.loads((TABLES / "interface.json").read_text(encoding="utf-8"))
+
+
+def test_status_words():
+    assert [status.word for status in Status] == KNOWN["status words"]
+
+
+def test_event_kinds():
+    kinds = KNOWN["event kinds"]
+    assert {getattr(singularities, k) for k in ("LIMIT", "DEAD", "CHANGE", "TANGENCY", "STATIONARY")} == set(
+        kinds["positions"]
+    )
+    told = {getattr(simulation_types, k) for k in ("STANDSTILL", "DEAD_POINT", "LIMIT", "SINGULAR")}
+    assert told == set(kinds["simulate"])
+
+
+def test_every_command_has_its_options():
+    commands = get_command(app).commands
+    found = {n: sorted(o for p in c.params for o in [*p.opts, *p.secondary_opts]) for n, c in commands.items()}
+    for name, options in KNOWN["options"].items():
+        assert set(options) <= set(found[name]), name
+
+
+def test_every_key_of_a_file_stays():
+    schema = json_schema()
+    found = {"Model": schema["properties"], **{n: d.get("properties", {}) for n, d in schema["$defs"].items()}}
+    for part, keys in KNOWN["keys of a file"].items():
+        assert set(keys) <= set(found[part]), part
+
+
+@pytest.mark.parametrize("name", KNOWN["json"])
+def test_keys_and_columns_stay(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    command, model, *rest = KNOWN["json"][name]["command"].split()
+    report = gim(command, MODELS / f"{model}.yaml", *rest).json
+    assert list(report) == KNOWN["json"][name]["keys"]
+    if name in KNOWN["columns"]:
+        (table,) = tmp_path.glob("*.csv")
+        assert table.read_text(encoding="utf-8").splitlines()[0].split(",") == KNOWN["columns"][name]

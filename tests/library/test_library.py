@@ -1,0 +1,214 @@
+"""The public library: what it returns is right by closed forms, and what the commands print."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import yaml
+from bundled import MODELS, ROOT
+from in_process import gim, read_rows
+
+import gimcli
+from gimcli.library.result import plain
+
+VERBS = {
+    "load", "loads", "solve", "trace", "configurations", "circuits", "singularities", "workspace", "sequence",
+    "mobility", "groups", "forces", "simulate", "reduce", "tradeoff",
+}  # fmt: skip
+NOTHING = {"csv", "png", "npz"}
+
+
+@pytest.fixture(scope="module")
+def four_bar():
+    """O2 (0, 0), O4 (100, 0); crank 40, coupler 120, rocker 80 [mm]."""
+    return gimcli.load(MODELS / "crank_rocker.yaml")
+
+
+def joint(crank, degrees):
+    """Return B of the four-bar above by two circles: rocker about O4, coupler about A."""
+    a = crank * np.exp(1j * np.radians(degrees))
+    along = a - 100.0
+    far = abs(along)
+    part = (far**2 + 80.0**2 - 120.0**2) / (2.0 * far)
+    unit = along / far
+    return 100.0 + unit * (part - 1j * np.sqrt(80.0**2 - part**2))
+
+
+def test_importing_is_cheap():
+    code = "import gimcli, sys; print([m for m in ('numpy', 'pydantic', 'yaml', 'typer') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.strip() == "[]"
+
+
+def test_public_names_are_these():
+    assert set(dir(gimcli)) >= VERBS | {"Mechanism", "GimError"}
+    assert all(callable(getattr(gimcli, name)) and getattr(gimcli, name).__doc__ for name in VERBS)
+    with pytest.raises(AttributeError, match="no attribute 'solv'"):
+        gimcli.solv  # noqa: B018
+
+
+def test_a_position_by_two_circles(four_bar):
+    crank, coupler, rocker = (abs(four_bar.members[k].shape[1]) * four_bar.scale for k in (1, 2, 3))
+    assert (crank, rocker) == pytest.approx((40.0, 80.0))
+    assert coupler == pytest.approx(120.0)
+    found = gimcli.solve(four_bar, motor=45)
+    b = joint(40.0, 45.0)
+    assert found.status == "ok"
+    assert found.xy["B"] == pytest.approx([b.real, b.imag], abs=1e-11)
+    assert found.angle["rocker"] == pytest.approx(np.degrees(np.angle(b - 100.0)) % 360.0, abs=1e-11)
+    assert dict(found.inputs) == {"motor": pytest.approx(45.0)}
+    assert found["x"][list(found["node"]).index("B")] == pytest.approx(b.real, abs=1e-11)
+
+
+def test_a_motion_by_two_circles(four_bar):
+    found = gimcli.trace(four_bar, steps=24, derivatives=1)
+    b = np.array([joint(40.0, d) for d in np.linspace(0.0, 360.0, 25)])
+    np.testing.assert_allclose(found.xy["B"], np.stack([b.real, b.imag], axis=1), atol=1e-11)
+    np.testing.assert_array_equal(found["B.x"], found.xy["B"][:, 0])
+    assert set(found.status) == {"ok"}
+    assert found["crank.omega"] == pytest.approx(np.full(25, 360.0))
+
+
+@pytest.mark.parametrize("steps", [1, 2, 7, 90])
+def test_angles_are_counted_through_turns_however_far_apart_the_rows_are(steps):
+    data = yaml.safe_load((MODELS / "crank_rocker.yaml").read_text())
+    data["actuators"]["motor"]["law"] = {"from": 0, "to": 1080}
+    found = gimcli.trace(gimcli.load(data), steps=steps)
+    assert found.angle["crank"] == pytest.approx(np.linspace(0.0, 1080.0, steps + 1), abs=1e-9)
+    assert found.angle["rocker"][-1] == pytest.approx(found.angle["rocker"][0], abs=1e-9)
+
+
+def test_angles_along_a_circuit_are_counted_too():
+    found = gimcli.trace(gimcli.load(MODELS / "crank_rocker.yaml"), steps=3, circuit=True)
+    assert abs(found.angle["crank"][-1] - found.angle["crank"][0]) == pytest.approx(360.0, abs=1e-8)
+
+
+def test_a_file_its_text_and_its_data_are_one_mechanism(four_bar):
+    text = (MODELS / "crank_rocker.yaml").read_text()
+    for other in (gimcli.loads(text), gimcli.load(yaml.safe_load(text)), gimcli.load(MODELS / "crank_rocker.yaml")):
+        assert gimcli.solve(other, motor=77).xy["P"].tolist() == gimcli.solve(four_bar, motor=77).xy["P"].tolist()
+
+
+def test_faults_of_data_name_their_keys():
+    data = yaml.safe_load((MODELS / "crank_rocker.yaml").read_text())
+    data["links"]["crank"] = {"nodes": ["O2", "Q"], "lenght": np.float64(3.0)}
+    with pytest.raises(gimcli.ModelError) as caught:
+        gimcli.load(data)
+    assert "links.crank.nodes.1: node 'Q' is not declared" in str(caught.value)
+    assert "links.crank.lenght: unknown key" in str(caught.value)
+    data["links"]["crank"] = object()
+    with pytest.raises(gimcli.ModelError, match=r"links.crank: met a object"):
+        gimcli.load(data)
+
+
+def test_what_is_not_solved_has_a_status_and_no_number():
+    data = yaml.safe_load((MODELS / "crank_rocker.yaml").read_text())
+    data["links"]["crank"] = {"nodes": ["O2", "A"], "length": 400}
+    found = gimcli.solve(gimcli.load(data), motor=45)
+    assert found.status == "not-assembled"
+    assert np.isnan(found.xy["B"]).all()
+    assert np.isnan(found.angle["rocker"])
+    shaper = gimcli.load(MODELS / "chebyshev.yaml")
+    moved = gimcli.trace(shaper, steps=12) if shaper.actuators else None
+    assert moved is None or np.isnan(moved.xy[shaper.nodes[-1]][moved.status != "ok"]).all()
+
+
+def test_names_that_do_not_exist_say_what_was_meant(four_bar):
+    with pytest.raises(gimcli.UsageError, match="did you mean 'motor'"):
+        gimcli.solve(four_bar, moter=3)
+    with pytest.raises(KeyError, match="rocker"):
+        gimcli.solve(four_bar, motor=3).angle["rockr"]
+
+
+def test_a_notebook_shows_a_table_and_a_picture_and_names_are_text():
+    data = yaml.safe_load((MODELS / "crank_rocker.yaml").read_text())
+    data["name"] = "<img onerror=alert(1)>"
+    shown = gimcli.trace(gimcli.load(data), steps=4)._repr_html_()
+    assert "<table>" in shown
+    assert "<svg" in shown
+    assert "<img" not in shown
+
+
+def test_files_are_those_of_the_command(four_bar, tmp_path):
+    run = gim("trace", MODELS / "crank_rocker.yaml", "--steps", 8, "--out", tmp_path, "--json")
+    found = gimcli.trace(four_bar, steps=8)
+    found.save(tmp_path / "own.csv", tmp_path / "own.png", tmp_path / "own.json")
+    assert (tmp_path / "own.csv").read_bytes() == (tmp_path / "crank_rocker.csv").read_bytes()
+    assert (tmp_path / "own.png").read_bytes() == (tmp_path / "crank_rocker.png").read_bytes()
+    report = json.loads((tmp_path / "own.json").read_text())
+    assert report == {k: v for k, v in run.json.items() if k not in NOTHING}
+    assert len(read_rows(tmp_path / "own.csv")) == 9
+    with pytest.raises(gimcli.UsageError, match=r"nothing is written as '.xyz'"):
+        found.save(tmp_path / "own.xyz")
+
+
+CASES = {
+    "solve": (
+        "crank_rocker", ["--at", "motor=45", "--velocities"],
+        lambda m: gimcli.solve(m, motor=45, velocities=True),
+    ),
+    "solve by sweeps": (
+        "gim_fig11", ["--method", "gim", "--history"], lambda m: gimcli.solve(m, method="gim", history=True),
+    ),
+    "solve --all": ("watt_1", ["--all"], gimcli.configurations),
+    "trace": (
+        "crank_rocker", ["--steps", 12, "-d", 2, "-m", "transmission", "--no-png"],
+        lambda m: gimcli.trace(m, 12, derivatives=2, measure="transmission"),
+    ),
+    "trace to a limit": ("chebyshev", ["--steps", 12, "--no-png"], lambda m: gimcli.trace(m, 12)),
+    "trace --at-limit": (
+        "chebyshev", ["--steps", 12, "--at-limit", "reverse", "--no-png"],
+        lambda m: gimcli.trace(m, 12, at_limit="reverse"),
+    ),
+    "trace --circuit": (
+        "chebyshev", ["--steps", 12, "--circuit", "--no-png"], lambda m: gimcli.trace(m, 12, circuit=True),
+    ),
+    "trace --all-branches": (
+        "parallelogram", ["--steps", 12, "--all-branches", "--no-png"],
+        lambda m: gimcli.trace(m, 12, all_branches=True),
+    ),
+    "sequence": ("crank_rocker", [], gimcli.sequence),
+    "mobility": ("parallelogram_third_crank", [], gimcli.mobility),
+    "groups": ("watt_1", [], gimcli.groups),
+    "singularities": ("parallelogram", [], gimcli.singularities),
+    "circuits": ("crank_rocker", ["--samples", 12], lambda m: gimcli.circuits(m, samples=12)),
+    "workspace": ("five_bar", ["--grid", 6, "--no-png"], lambda m: gimcli.workspace(m, grid=6)),
+    "workspace of one input": ("crank_rocker", ["--point", "P", "--no-png"], lambda m: gimcli.workspace(m, "P")),
+    "forces": ("watt_durango", ["--steps", 12, "--no-png"], lambda m: gimcli.forces(m, 12)),
+    "simulate": (
+        "watt_durango", ["--time", 0.2, "--reactions", "--no-png"], lambda m: gimcli.simulate(m, 0.2, reactions=True),
+    ),
+    "reduce": (
+        "watt_durango", ["--steps", 12, "--fluctuation", 0.1, "--rpm", 60, "--no-png"],
+        lambda m: gimcli.reduce(m, steps=12, fluctuation=0.1, rpm=60),
+    ),
+    "tradeoff": (
+        "crank_rocker", ["--steps", 4, "--tolerances", "1e-4", "--no-png"],
+        lambda m: gimcli.tradeoff(m, 4, tolerances=[1e-4]),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_command_prints_what_the_verb_returns(case, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    model, arguments, verb = CASES[case]
+    path = MODELS / f"{model}.yaml"
+    printed = gim(case.split()[0], path, *arguments, "--json").json
+    found = verb(gimcli.load(path))
+    report = json.loads(json.dumps(plain(found.report())))
+    assert untimed(report) == untimed({k: v for k, v in printed.items() if k not in NOTHING})
+    assert list(found) == list(found.table().names)
+    assert found.headline() in repr(found)
+
+
+def untimed(report):
+    """Return a report without what depends on the machine."""
+    if "entries" not in report:
+        return report
+    entries = [{k: v for k, v in e.items() if k not in ("seconds", "efficient")} for e in report["entries"]]
+    return {**report, "entries": entries, "advice": None}
