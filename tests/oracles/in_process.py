@@ -13,8 +13,8 @@ from unittest.mock import patch
 import yaml
 from typer.testing import CliRunner
 
-from gimcli.cli import app, main
 from gimcli import load
+from gimcli.cli import app, main
 from gimcli.errors import GimError
 from gimcli.model.source import read_source
 
