@@ -25,10 +25,10 @@ def way(circuit: Circuit) -> FloatArray:
 def along(circuit: Circuit, rows: int, constants: CircuitConstants | None = None) -> FloatArray:
     """Return positions and parameter (n + 1, rows) at even distances, both ends among them."""
     constants = constants or CircuitConstants()
-    return np.array([settled(circuit, k, part, constants) for k, part in stations(circuit, rows)]).T
+    return np.array([settled(circuit, k, part, constants) for k, part in sample_places(circuit, rows)]).T
 
 
-def stations(circuit: Circuit, rows: int) -> Iterator[tuple[int, float]]:
+def sample_places(circuit: Circuit, rows: int) -> Iterator[tuple[int, float]]:
     """Yield at even distances, both ends among them, the place before and the part (0..1) of the way to the next.
 
     Of a curve that runs to infinity the part nearby is taken.
@@ -77,7 +77,7 @@ def between(here: CurvePoint, there: CurvePoint, part: float) -> tuple[FloatArra
 def circuit_motion(circuit: Circuit, rows: int, tolerance: float) -> Motion:
     """Return rows at even distances along a circuit as a motion; its time is the part of the way, 0..1."""
     motion = as_motion(circuit, np.linspace(0.0, 1.0, rows), along(circuit, rows), tolerance)
-    return replace(motion, headings=np.array([heading(circuit, k, part) for k, part in stations(circuit, rows)]).T)
+    return replace(motion, headings=np.array([heading(circuit, k, part) for k, part in sample_places(circuit, rows)]).T)
 
 
 def as_motion(circuit: Circuit, time: FloatArray, p: FloatArray, tolerance: float) -> Motion:

@@ -43,9 +43,9 @@ class Advantage(Measure):
         scale = (mechanism.scale if linear else 1.0) / (1.0 if turning else mechanism.scale)
         self.scale = scale  # from the normal frame to the file's units
 
-    def values(self, sight: PathDerivatives) -> list[FloatArray]:
+    def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
         """Return d(in) / d(out) (inf where the output stands still) and d(out) / d(in)."""
-        ratio = self._rate(sight.of_input(self.actuator))
+        ratio = self._rate(derivatives.of_input(self.actuator))
         ratio = np.where(np.abs(ratio) <= DEAD.still, 0.0, ratio)
         with np.errstate(all="ignore"):
             return [np.where(ratio == 0.0, np.inf, 1.0 / (ratio * self.scale)), ratio * self.scale]

@@ -33,36 +33,36 @@ class Area(Measure):
         self._sum = 0.0
         self._last: ComplexArray | None = None  # (time, rate, its derivative, arm, middle) of the last row so far
 
-    def values(self, sight: PathDerivatives) -> list[FloatArray]:
+    def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
         """Return the signed area swept up to each row; a stretch that is not solved adds nothing."""
-        rows = self._signed_rate(sight)
+        rows = self._signed_rate(derivatives)
         joint = rows if self._last is None else np.concatenate([self._last, rows], axis=1)
         steps = _signed_steps(joint)
         self._last = rows[:, -1:]
         total = self._sum + np.concatenate([np.zeros(rows.shape[1] - len(steps)), np.cumsum(steps)])
         self._sum = float(total[-1])
-        return [np.where(sight.motion.good, total, np.nan) * self.mechanism.scale**2]
+        return [np.where(derivatives.motion.good, total, np.nan) * self.mechanism.scale**2]
 
-    def _signed_rate(self, sight: PathDerivatives) -> ComplexArray:
+    def _signed_rate(self, derivatives: PathDerivatives) -> ComplexArray:
         ends = list(self.mechanism.members[self.member].nodes[:2])
-        z = sight.motion.z[ends]  # known even where velocities are not
-        paths = np.moveaxis(sight.timed.nodes[:, ends], 0, 1).copy()
+        z = derivatives.motion.z[ends]  # known even where velocities are not
+        paths = np.moveaxis(derivatives.timed.nodes[:, ends], 0, 1).copy()
         paths[:, 0] = z
-        a, b = completed(sight.clock, paths)
+        a, b = completed(derivatives.clock, paths)
         arm, middle = b - a, (a + b) / 2.0
         rate = (np.conj(arm[0]) * middle[1]).imag
         change = (np.conj(arm[1]) * middle[1] + np.conj(arm[0]) * middle[2]).imag
-        return np.array([sight.clock + 0j, rate + 0j, change + 0j, z[1] - z[0], (z[0] + z[1]) / 2.0])
+        return np.array([derivatives.clock + 0j, rate + 0j, change + 0j, z[1] - z[0], (z[0] + z[1]) / 2.0])
 
-    def outlines(self, sight: PathDerivatives) -> list[ComplexArray]:
+    def outlines(self, derivatives: PathDerivatives) -> list[ComplexArray]:
         """Return triangles that cover the region."""
         corners = corners_of(self.mechanism, self.member)
-        found = swept(sight, corners, 1) * self.mechanism.scale + self.mechanism.origin
+        found = swept(derivatives, corners, 1) * self.mechanism.scale + self.mechanism.origin
         return list(found)
 
-    def whole(self, sight: PathDerivatives) -> dict[str, Any]:
+    def whole(self, derivatives: PathDerivatives) -> dict[str, Any]:
         """Return the region's area, how far it may be off, and the signed area of the whole motion."""
-        area, error = swept_area(sight, corners_of(self.mechanism, self.member))
+        area, error = swept_area(derivatives, corners_of(self.mechanism, self.member))
         square = self.mechanism.scale**2
         return {"area": area * square, "error": error * square, "signed": self._sum * square, "unit": self.unit}
 

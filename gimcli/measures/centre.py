@@ -48,17 +48,19 @@ class Centre(Measure):
             for axis in "xy"
         )
 
-    def values(self, sight: PathDerivatives) -> list[FloatArray]:
+    def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
         """Return x, y in the frame, then along and to the left of each moving member's first two nodes."""
-        place = instant_centre(sight.along, *self.pair)
+        place = instant_centre(derivatives.along, *self.pair)
         columns = [self.mechanism.to_file(place)]
-        columns += [local_place(self.mechanism, m, place, sight.motion.z) * self.mechanism.scale for m in self.moving]
+        columns += [
+            local_place(self.mechanism, m, place, derivatives.motion.z) * self.mechanism.scale for m in self.moving
+        ]
         return [part for column in columns for part in (column.real, column.imag)]
 
-    def curves(self, sight: PathDerivatives) -> dict[str, ComplexArray]:
+    def curves(self, derivatives: PathDerivatives) -> dict[str, ComplexArray]:
         """Return the centrodes: the moving ones in the first pose."""
-        mechanism, z = self.mechanism, sight.motion.z
-        place = instant_centre(sight.along, *self.pair)
+        mechanism, z = self.mechanism, derivatives.motion.z
+        place = instant_centre(derivatives.along, *self.pair)
         names = [mechanism.members[m].name for m in self.pair]
         fixed = FRAME in self.pair
         title = f"fixed centrode of {names[1 - self.pair.index(FRAME)]}" if fixed else f"centre {names[0]}/{names[1]}"

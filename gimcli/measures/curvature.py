@@ -45,9 +45,9 @@ class Curvature(Measure):
             Head(f"{spec}.centre.y", unit),
         )
 
-    def values(self, sight: PathDerivatives) -> list[FloatArray]:
+    def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
         """Return radius (inf where straight, 0 at a cusp), curvature, and the centre (empty where straight)."""
-        kappa, place, normal = path_curvature(sight, self.point)
+        kappa, place, normal = path_curvature(derivatives, self.point)
         with np.errstate(all="ignore"):
             radius = np.where(kappa == 0.0, np.inf, 1.0 / kappa)
             centre = self.mechanism.to_file(place + np.where(np.isfinite(radius), radius, np.nan) * normal)
@@ -55,17 +55,17 @@ class Curvature(Measure):
         return [radius * scale, kappa / scale, centre.real, centre.imag]
 
 
-def path_curvature(sight: PathDerivatives, point: str) -> tuple[FloatArray, ComplexArray, ComplexArray]:
+def path_curvature(derivatives: PathDerivatives, point: str) -> tuple[FloatArray, ComplexArray, ComplexArray]:
     """Return signed curvature, place and left normal (unit) of a point's path, each (rows,), normal frame."""
-    size = sight.mechanism.size
-    p, v, a = sight.along.point(point)
+    size = derivatives.mechanism.size
+    p, v, a = derivatives.along.point(point)
     kappa = _curvature(v, a, size)
     with np.errstate(all="ignore"):
         normal = 1j * v / np.abs(v)
         rests = np.flatnonzero(np.abs(v) <= LIMITS.rest * np.maximum(np.abs(a), size))
     if len(rests):
-        _at_rest(sight, point, rests, kappa, normal)
-    kappa[~(sight.smooth & np.isfinite(p))] = np.nan
+        _at_rest(derivatives, point, rests, kappa, normal)
+    kappa[~(derivatives.smooth & np.isfinite(p))] = np.nan
     return kappa, p, normal
 
 
@@ -78,11 +78,11 @@ def _curvature(v: ComplexArray, a: ComplexArray, size: float) -> FloatArray:
     return np.asarray(np.where(flat, 0.0, kappa))
 
 
-def _at_rest(sight: PathDerivatives, point: str, rows: IntArray, kappa: FloatArray, normal: ComplexArray) -> None:
+def _at_rest(derivatives: PathDerivatives, point: str, rows: IntArray, kappa: FloatArray, normal: ComplexArray) -> None:
     """Set curvature and normal of rows in which the point rests."""
-    size = sight.mechanism.size
-    _, _, a, j = sight.along_to(3, rows).point(point)
-    sides = (sight.beside(rows, step).point(point) for step in (LIMITS.step, -LIMITS.step))
+    size = derivatives.mechanism.size
+    _, _, a, j = derivatives.along_to(3, rows).point(point)
+    sides = (derivatives.beside(rows, step).point(point) for step in (LIMITS.step, -LIMITS.step))
     ahead, behind = (_curvature(side[1], side[2], size) for side in sides)
     turned = (ahead - behind) / 2.0  # behind it runs the other way
     turned[np.abs(turned) * size <= LIMITS.straight] = 0.0

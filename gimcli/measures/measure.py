@@ -30,21 +30,21 @@ class Measure(ABC):
     heads: tuple[Head, ...]
 
     @abstractmethod
-    def values(self, sight: PathDerivatives) -> list[FloatArray]:
+    def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
         """Return one array (rows,) a column in the file's units; NaN where it is not determined.
 
         The pieces of a motion come in their order.
         """
 
-    def curves(self, sight: PathDerivatives) -> dict[str, ComplexArray]:
+    def curves(self, derivatives: PathDerivatives) -> dict[str, ComplexArray]:
         """Return curves for the picture, in the file's coordinates."""
         return {}
 
-    def outlines(self, sight: PathDerivatives) -> list[ComplexArray]:
+    def outlines(self, derivatives: PathDerivatives) -> list[ComplexArray]:
         """Return areas (vertices,) for the picture, in the file's coordinates."""
         return []
 
-    def whole(self, sight: PathDerivatives) -> dict[str, Any]:
+    def whole(self, derivatives: PathDerivatives) -> dict[str, Any]:
         """Return results of the motion as a whole, by name."""
         return {}
 

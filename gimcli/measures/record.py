@@ -55,26 +55,26 @@ class Record:
 
     def columns(self, piece: Motion) -> list[Column]:
         """Return the columns of the next piece of a motion."""
-        sight, columns = sight_of(piece), []
+        derivatives, columns = sight_of(piece), []
         for measure in self.measures:
-            for head, values in zip(measure.heads, measure.values(sight), strict=True):
+            for head, values in zip(measure.heads, measure.values(derivatives), strict=True):
                 self.ranges[head.name].add(values, piece.good)
                 columns.append(Column(head.name, values, head.unit))
         return columns
 
     def curves(self, motion: Motion) -> dict[str, ComplexArray]:
         """Return the curves that the measures add to a drawing of a motion."""
-        sight = sight_of(motion)
-        return {name: curve for measure in self.measures for name, curve in measure.curves(sight).items()}
+        derivatives = sight_of(motion)
+        return {name: curve for measure in self.measures for name, curve in measure.curves(derivatives).items()}
 
     def outlines(self, motion: Motion) -> list[ComplexArray]:
         """Return the areas that the measures add to a drawing of a motion."""
-        sight = sight_of(motion)
-        return [outline for measure in self.measures for outline in measure.outlines(sight)]
+        derivatives = sight_of(motion)
+        return [outline for measure in self.measures for outline in measure.outlines(derivatives)]
 
     def told(self, motion: Motion) -> dict[str, dict[str, Any]]:
         """Return the results of the measures for the whole motion, of which some rows have been kept."""
-        sight, report = sight_of(motion), {}
+        derivatives, report = sight_of(motion), {}
         for measure in self.measures:
             columns = {}
             for head in measure.heads:
@@ -83,7 +83,7 @@ class Record:
                     "unit": head.unit, "least": found.least, "greatest": found.greatest, "infinite": found.infinite,
                     "empty": found.empty,
                 }  # fmt: skip
-            report[measure.spec] = {"columns": columns, **measure.whole(sight)}
+            report[measure.spec] = {"columns": columns, **measure.whole(derivatives)}
         return report
 
 

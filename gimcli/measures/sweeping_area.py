@@ -59,21 +59,21 @@ def _chain(z: ComplexArray, ordered: Sequence[int]) -> list[int]:
     return chain
 
 
-def swept_area(sight: PathDerivatives, corners: Sequence[str]) -> tuple[float, float]:
+def swept_area(derivatives: PathDerivatives, corners: Sequence[str]) -> tuple[float, float]:
     """Return the area of the region that an outline passes over, and how far it may be off; normal frame."""
-    rows = sight.motion.solved
+    rows = derivatives.motion.solved
     if not rows:
         return 0.0, 0.0
-    parts = max(2, int(np.ceil(FINENESS.poses * _turns(sight, corners) / max(1, rows - 1))))
-    fine = union_area(swept(sight, corners, parts), FINENESS.lines)
-    coarse = union_area(swept(sight, corners, parts, every=2), FINENESS.lines // 2)
+    parts = max(2, int(np.ceil(FINENESS.poses * _turns(derivatives, corners) / max(1, rows - 1))))
+    fine = union_area(swept(derivatives, corners, parts), FINENESS.lines)
+    coarse = union_area(swept(derivatives, corners, parts, every=2), FINENESS.lines // 2)
     return fine, abs(fine - coarse)
 
 
-def _turns(sight: PathDerivatives, corners: Sequence[str]) -> float:
+def _turns(derivatives: PathDerivatives, corners: Sequence[str]) -> float:
     """Return about how often a member or its corners go round, within the limits."""
-    z = sight.motion.z[:, sight.motion.good]
-    paths = np.array([carried_point(sight.mechanism, name, z) for name in corners])
+    z = derivatives.motion.z[:, derivatives.motion.good]
+    paths = np.array([carried_point(derivatives.mechanism, name, z) for name in corners])
     arm = paths[1] - paths[0]
     turned = np.sum(np.abs(np.angle(arm[1:] * np.conj(arm[:-1])))) / (2.0 * np.pi)
     span = max(float(np.ptp(paths.real)), float(np.ptp(paths.imag)))
@@ -81,12 +81,14 @@ def _turns(sight: PathDerivatives, corners: Sequence[str]) -> float:
     return float(np.clip(max(turned, round_about), *FINENESS.turns))
 
 
-def swept(sight: PathDerivatives, corners: Sequence[str], parts: int, every: int = 1) -> ComplexArray:
+def swept(derivatives: PathDerivatives, corners: Sequence[str], parts: int, every: int = 1) -> ComplexArray:
     """Return triangles (triangles, 3) that cover what an outline passes over, each step in some parts."""
-    time = sight.clock
-    paths = np.array([sight.timed.point(name) for name in corners])  # (corners, 3, rows)
-    paths[:, 0] = [carried_point(sight.mechanism, name, sight.motion.z) for name in corners]  # where v is unknown too
-    good = np.flatnonzero(sight.motion.good)
+    time = derivatives.clock
+    paths = np.array([derivatives.timed.point(name) for name in corners])  # (corners, 3, rows)
+    paths[:, 0] = [
+        carried_point(derivatives.mechanism, name, derivatives.motion.z) for name in corners
+    ]  # where v is unknown too
+    good = np.flatnonzero(derivatives.motion.good)
     found = [np.zeros((0, 3), dtype=complex)]
     for run in np.split(good, np.flatnonzero(np.diff(good) > 1) + 1):
         chosen = np.union1d(run[::every], run[-1:])

@@ -65,9 +65,9 @@ class Transmission(Measure):
         self.mechanism, self.spec, self.joint, self._worst = mechanism, spec, joint, math.inf
         self.heads = (Head(spec, mechanism.angle_unit, "transmission angle"),)
 
-    def values(self, sight: PathDerivatives) -> list[FloatArray]:
+    def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
         """Return the angle, 0 to 180 degrees."""
-        z = sight.motion.z
+        z = derivatives.motion.z
         with np.errstate(all="ignore"):
             first, second = (
                 line.direction(self.mechanism, self.joint.node, z) for line in (self.joint.first, self.joint.second)
@@ -77,7 +77,7 @@ class Transmission(Measure):
         self._worst = float(np.fmin.reduce(np.minimum(angle, math.pi - angle), initial=self._worst))
         return [angle_to_file(self.mechanism, angle)]
 
-    def whole(self, sight: PathDerivatives) -> dict[str, Any]:
+    def whole(self, derivatives: PathDerivatives) -> dict[str, Any]:
         """Return how near to 0 or 180 degrees the angle has come in all rows so far."""
         worst = angle_to_file(self.mechanism, np.array([self._worst]))
         return {"worst": float(worst[0])} if np.isfinite(self._worst) else {}

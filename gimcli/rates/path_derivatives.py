@@ -33,7 +33,7 @@ STILLNESS = Stillness()
 
 
 @dataclass(frozen=True)
-class Way:
+class InputPath:
     """First and second derivative of the inputs by a parameter of their path."""
 
     first: FloatArray  # (actuators, rows)
@@ -41,7 +41,7 @@ class Way:
     smooth: NDArray[np.bool_]  # (rows,) whether the second derivative is one of a regular parameter
 
 
-def way_along(mechanism: Mechanism, time: FloatArray) -> Way:
+def input_path(mechanism: Mechanism, time: FloatArray) -> InputPath:
     """Return the path of the inputs at normalised times, in the direction of the motion."""
     laws = [np.array([a.law(time, k) for a in mechanism.actuators]) for k in range(1, STILLNESS.orders + 1)]
     length = [np.linalg.norm(law, axis=0) for law in laws]
@@ -57,8 +57,8 @@ def way_along(mechanism: Mechanism, time: FloatArray) -> Way:
             smooth[rows] = _aligned(law[:, rows], laws[k + 1][:, rows])
     if len(mechanism.actuators) == 1:
         first[first == 0.0] = 1.0
-        return Way(first, np.zeros_like(second), np.ones_like(smooth))
-    return Way(first, second, smooth)
+        return InputPath(first, np.zeros_like(second), np.ones_like(smooth))
+    return InputPath(first, second, smooth)
 
 
 def _first_order(length: Sequence[FloatArray]) -> IntArray:
@@ -97,14 +97,14 @@ class PathDerivatives:
         return self.motion.mechanism
 
     @cached_property
-    def way(self) -> Way:
+    def path(self) -> InputPath:
         """The path of the inputs."""
-        return way_along(self.mechanism, self.motion.time)
+        return input_path(self.mechanism, self.motion.time)
 
     @property
     def smooth(self) -> NDArray[np.bool_]:
         """Return for every row whether its second derivatives are those of a regular parameter."""
-        return self.way.smooth
+        return self.path.smooth
 
     @property
     def clock(self) -> FloatArray:
@@ -123,9 +123,9 @@ class PathDerivatives:
 
     def along_to(self, order: int, rows: IntArray | slice = slice(None)) -> MotionRates:
         """Return derivatives of some rows by the path's parameter, up to an order (3 at the most)."""
-        motion, way = self.motion, self.way
+        motion, path = self.motion, self.path
         return rates_along(
-            self.mechanism, motion.inputs[:, rows], motion.z[:, rows], way.first[:, rows], way.second[:, rows], order
+            self.mechanism, motion.inputs[:, rows], motion.z[:, rows], path.first[:, rows], path.second[:, rows], order
         )
 
     def beside(self, rows: IntArray, step: float) -> MotionRates:
@@ -133,12 +133,12 @@ class PathDerivatives:
 
         The positions there follow from three derivatives: right to the step's fourth power.
         """
-        motion, way = self.motion, self.way
+        motion, path = self.motion, self.path
         series = self.along_to(3, rows).nodes
         z = np.asarray(sum(series[k] * step**k / math.factorial(k) for k in range(4)))
-        first = way.first[:, rows] + step * way.second[:, rows]
-        inputs = motion.inputs[:, rows] + step * way.first[:, rows] + step**2 / 2.0 * way.second[:, rows]
-        return rates_along(self.mechanism, inputs, z, first, way.second[:, rows], 2)
+        first = path.first[:, rows] + step * path.second[:, rows]
+        inputs = motion.inputs[:, rows] + step * path.first[:, rows] + step**2 / 2.0 * path.second[:, rows]
+        return rates_along(self.mechanism, inputs, z, first, path.second[:, rows], 2)
 
     def of_input(self, actuator: int) -> MotionRates:
         """Return first derivatives by one input alone, the others held."""

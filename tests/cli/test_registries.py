@@ -20,8 +20,8 @@ class Height(Measure):
         self.spec = f"height:{node}"
         self.heads = (Head(self.spec, mechanism.length_unit, "height"),)
 
-    def values(self, sight):
-        return [self.mechanism.to_file(sight.motion.z[self.index]).imag]
+    def values(self, derivatives):
+        return [self.mechanism.to_file(derivatives.motion.z[self.index]).imag]
 
 
 class Heun:

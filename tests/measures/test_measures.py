@@ -19,7 +19,7 @@ from gimcli.measures.record import Record
 from gimcli.measures.sweeping_area import swept_area, union_area
 from gimcli.mechanism import Member
 from gimcli.motion.motion import Motion, stream, trace
-from gimcli.rates.path_derivatives import PathDerivatives, way_along
+from gimcli.rates.path_derivatives import PathDerivatives, input_path
 
 TRANSLATING = ("parallelogram", "parallelogram_third_crank", "scotch_yoke")
 """Models in which no three members have all their centres in reach."""
@@ -369,7 +369,7 @@ def test_inputs_that_start_from_rest_in_different_ways_have_no_curvature_there()
     names = [a.name for a in load(MODELS / "five_bar.yaml").actuators]
     laws = {names[0]: {"by": 20, "profile": "cubic"}, names[1]: {"by": -20, "profile": "quintic"}}
     sight = sight_of("five_bar", 2, laws=laws)
-    way = way_along(sight.mechanism, sight.motion.time)
+    way = input_path(sight.mechanism, sight.motion.time)
     assert way.smooth.tolist() == [False, True, False]
     point = sight.mechanism.traced[0]
     assert np.isnan(told(sight, f"curvature:{point}")["radius"]).tolist() == [True, False, True]
