@@ -67,6 +67,7 @@ def test_exponent_of_a_power_law():
     assert chains.exponent(rows, "t") == pytest.approx(1.7, abs=1e-9)
 
 
+@pytest.mark.soak
 def test_first_call(tmp_path):
     first_call.main(["--runs", "1", "--steps", "0", "--out", str(tmp_path)])
     assert len(rows_of("first_call", tmp_path)) == 2

@@ -246,6 +246,7 @@ actuators: {m: {type: rotary, pivot: O, arm: A, law: {from: 90, to: END}}}
 """
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("end", [360, 3600, 36_000])
 def test_a_long_law_passes_change_points_like_a_short_one(end, gim):
     code, _, err = gim(PARALLELOGRAM.replace("END", str(end)), "trace", "m.yaml", "--steps", "8", "--no-png")
@@ -394,6 +395,7 @@ def test_a_trace_that_is_stopped_leaves_nothing(number, tmp_path):
     assert files(tmp_path) == []
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("command", ["solve", "trace", "sequence", "mobility"])
 @pytest.mark.parametrize("more", [(), ("--json",)])
 def test_a_reader_that_has_gone_away_is_no_failure(command, more, tmp_path):

@@ -247,6 +247,7 @@ def test_a_singular_position_says_so_and_tells_no_numbers():
     assert "omega" not in text
 
 
+@pytest.mark.few
 def test_velocities_are_differences_of_positions(model):
     """Two positions a little apart, solved one by one: no derivative enters."""
     mechanism = load(model)

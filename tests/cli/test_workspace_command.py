@@ -189,6 +189,7 @@ def test_a_folder_that_is_not_ours_is_left_alone(tmp_path: Path) -> None:
     assert (folder / "thesis.txt").read_text() == "mine"
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("picture", ["--png", "--no-png"])
 def test_ranges_that_only_just_meet_leave_a_single_place(tmp_path: Path, picture: str) -> None:
     """A plate held level by rams of at most 4 about two pivots whose circles for A, 8 apart, touch in (4, 0)."""

@@ -21,6 +21,7 @@ from gimcli.positions.options import Options
 from gimcli.structure.plan import make_plan
 
 
+@pytest.mark.few
 def test_sweeps(model):
     mechanism = load(model)
     values, z = mechanism.drawn_inputs, mechanism.drawn

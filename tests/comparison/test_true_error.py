@@ -51,6 +51,7 @@ def test_a_four_bar_is_the_meeting_of_two_circles_to_30_digits():
             assert min(deviation(truth, k, row, b) for b in both) < 1e-29
 
 
+@pytest.mark.few
 def test_refined_positions_close_to_rounding_and_stay_where_they_were(model):
     motion = trace(load(model), 6)
     truth = refine(motion.mechanism, motion.z, motion.inputs, motion.good)

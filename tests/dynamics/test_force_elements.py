@@ -290,6 +290,7 @@ def test_the_potential_is_what_gravity_and_springs_have_done():
     assert 3.5 < error[200] / error[400] < 4.5
 
 
+@pytest.mark.few
 def test_power_closes_with_every_element_on_every_model(model):
     """Springs, dampers and friction wherever they fit: power of all forces = dT/dt, and the frame bears the rest."""
 

@@ -199,6 +199,7 @@ def test_what_is_never_told():
 # -- laws over all models -------------------------------------------------------------------------
 
 
+@pytest.mark.few
 def test_power_and_what_the_frame_bears_on_every_model(model):
     """Power of all forces = dT/dt; the balances of the whole mechanism, which nothing has used, close."""
     mechanism = weighted(model)
@@ -231,6 +232,7 @@ def test_efforts_are_what_virtual_work_says_on_every_model(model):
         assert np.max(np.abs(work - told)[good]) < 1e-9 * max(scale, np.max(np.abs(work[good])))
 
 
+@pytest.mark.few
 def test_blocks_and_the_whole_system_agree_on_every_model(model):
     """Group by group in the reverse order of formation, and all equations at once by LAPACK."""
     mechanism = weighted(model)

@@ -160,6 +160,7 @@ DYADIC = ("antiparallelogram", "chebyshev", "crank_rocker", "crank_shaper", "dou
           "whitworth")  # fmt: skip
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("stem", DYADIC)
 def test_modular_is_general(stem):
     mechanism = let_go(stem)

@@ -104,6 +104,7 @@ def test_radius_is_the_factor_that_finite_differences_of_a_sweep_show():
         assert sequence.radius == pytest.approx(radius, abs=1e-5), name
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("strategy", ["classic", "spectral"])
 def test_both_fundamental_conditions_hold_for_every_model(model, strategy):
     """Every free node is moved twice and every restriction imposed once, surplus ones aside."""

@@ -229,6 +229,7 @@ def test_the_kernels_ends_are_statuses():
 # --- a motion past infinity ------------------------------------------------------------------------------
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("jit", ["off", "on"])
 def test_a_pin_in_a_slot_that_a_slider_turns_does_not_pass_infinity(jit, tmp_path):
     """Whitworth's rocker becomes parallel to a rail where the crank pin is as high as its pivot: sin = 1/3."""

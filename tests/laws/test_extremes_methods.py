@@ -111,6 +111,7 @@ def test_long_chains_without_closed_forms(case, method):
     check(case, method)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("case", LONG, ids=[case.name for case in LONG])
 def test_long_chains(case):
     check(case, "auto")

@@ -23,7 +23,8 @@ LONG = {
     "workspace": (
         "dixon_k33", "double_butterfly", "double_butterfly_symmetric", "excavator", "five_bar", "floating_hexagon",
         "gim_fig11", "gim_fig13c", "jansen", "pantograph", "peaucellier", "plantigrade",
-        "platform_3rpr", "platform_3rrr", "scissor_lift", "ten_bar",
+        "platform_3rpr", "platform_3rrr", "scissor_lift", "stephenson_3_far", "ten_bar",
+        "whitworth",
     ),
 }  # fmt: skip
 """Models of which a command takes more than a second."""
@@ -196,7 +197,7 @@ def simulated(checked):
     checked.rows(f"{checked.path.stem}.simulation.csv", "simulate")
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", SWINGING)
 def test_every_position_of_a_simulation_satisfies_the_file(name, tmp_path):
     checked = Checked(MODELS / f"{name}.yaml", tmp_path, swinging)

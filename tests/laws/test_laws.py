@@ -229,6 +229,7 @@ def test_straight_through_the_flat_positions(linkage, start, sense, steps):
     assert np.max(worst(spec, m)) <= 1e-10
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("linkage", FLAT)
 def test_a_start_in_the_flat_position_is_right_as_far_as_it_goes(linkage):
     """Drawn elsewhere, so that the branch is known; whether it goes on from there is left open."""

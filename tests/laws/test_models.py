@@ -103,6 +103,7 @@ def rates(z, step):
 # --- laws of all models ----------------------------------------------------------------------------------
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("model", NAMES)
 def test_the_whole_law_is_solved(model, trace_model):
     m = trace_model(model, steps=90)
@@ -143,6 +144,7 @@ def constraint_errors(model, m):
             yield m.xy(name) - on(m.xy(a), m.xy(b), *point["local"])
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("model", NAMES)
 def test_every_position_keeps_what_the_file_says(model, trace_model):
     m = trace_model(model, steps=90)

@@ -315,6 +315,7 @@ def test_exact_straight_lines_have_no_curvature():
         assert np.isfinite(got["curvature"]).sum() > 10
 
 
+@pytest.mark.few
 def test_curvature_agrees_with_a_circle_through_neighbours(model):
     """Independent of derivatives: the circle through three close positions, error of second order."""
     mechanism = load(model)
@@ -730,6 +731,7 @@ def test_what_does_not_exist_is_refused_with_its_cure(spec, part):
     assert part in str(met.value)
 
 
+@pytest.mark.few
 def test_every_kind_measures_every_model(model, monkeypatch):
     """No kind stumbles over a structure: rows are finite, empty or infinite, never an exception."""
     monkeypatch.setattr(sweeping_area, "FINENESS", replace(sweeping_area.FINENESS, poses=90, lines=64))

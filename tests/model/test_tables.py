@@ -71,6 +71,7 @@ ROWS = {
 }
 
 
+@pytest.mark.few(14)
 @pytest.mark.parametrize("case", ROWS)
 def test_rows_are_checked(case, refused, tmp_path):
     text, said = ROWS[case]

@@ -81,6 +81,7 @@ def test_rams_of_one_length_turn_the_platform(tmp_path: Path) -> None:
         assert np.abs(z - 2j * np.exp(1j * sense * psi)).max() < 1e-10
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("rams", RAMS)
 def test_all_commands_follow_the_platform(rams: str, tmp_path: Path) -> None:
     path = platform(tmp_path, rams)

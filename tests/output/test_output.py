@@ -296,6 +296,7 @@ def size_of(path):
     return struct.unpack(">II", data[16:24])
 
 
+@pytest.mark.few(10)
 @pytest.mark.parametrize("suffix", list(output.PICTURE_FORMATS))
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_motion_is_drawn(tmp_path, kind, suffix):

@@ -20,6 +20,7 @@ from gimcli.status import Status
 STARTS = range(60)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     "name", ["crank_rocker", "klann", "stephenson_3_far", "platform_3rrr", "parallelogram_third_crank"]
 )
@@ -51,6 +52,7 @@ def test_a_start_that_leads_nowhere_is_given_up():
     assert position.residual.total[0] <= 1e-10
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("seed", [*range(8), 24, 28, 37, 59])
 def test_random_mechanisms_are_assembled_from_every_start(seed, tmp_path):
     """Each fits as drawn; in the last four a group has configurations on which what hangs on it does not fit."""

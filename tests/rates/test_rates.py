@@ -52,6 +52,7 @@ def test_compiled_rows_have_the_bits_of_plain_ones(model):
     assert_same_bits(mechanism, trace(mechanism, STEPS))
 
 
+@pytest.mark.few(12)
 @pytest.mark.parametrize("seed", range(300, 330))
 def test_random_mechanisms_have_the_derivatives_of_their_series(seed, tmp_path):
     """Against Taylor series through the plan, gradients by unit speeds and singular values (numpy)."""

@@ -85,6 +85,7 @@ def test_frame_nodes_may_coincide_where_a_member_slides_by_two_pins(tmp_path, gr
     assert np.max(np.abs(z["Q"] - x - 1.0)) < 1e-14
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_takes_coincident_frame_nodes(tmp_path, command):
     folder = tmp_path if command in ("workspace", "trace") else None
@@ -244,6 +245,7 @@ def check_structure(seed, full):
     return unfit, bool(over), mobility, wanted[1], len(structure.drives)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("part", range(10))
 def test_random_structures_are_judged_as_rank_and_matching_judge_them(part):
     """Drawn as assembled, or off by 0.002 with all dimensions given; mobility, solve, trace and the others agree."""
