@@ -14,8 +14,8 @@ from gimcli import load
 from gimcli.dynamics.simulation import Settings, simulate
 from gimcli.dynamics.simulation_table import reactions
 from gimcli.kernels.jit import compiled
-from gimcli.output import draw_history_sheet
-from gimcli.output.history import Panel
+from gimcli.output import write
+from gimcli.output.history import Panel, history_sheet
 
 MODEL = Path(__file__).parents[1] / "models" / "watt_durango.yaml"
 PERIOD = 3.59374750406788
@@ -52,7 +52,8 @@ def main(folder: Path | None = None) -> None:
         ),
         Panel("pin force [N]", [(node, times, amounts[node]) for node in PEAKS]),
     ]
-    draw_history_sheet(panels, "time [s]", folder / "watt_swing.png", "Watt's six-bar swings under its own weight")
+    sheet = history_sheet(panels, "time [s]", "Watt's six-bar swings under its own weight")
+    write(sheet, folder / "watt_swing.png")
 
 
 if __name__ == "__main__":

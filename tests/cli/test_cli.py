@@ -151,12 +151,14 @@ def test_every_model_passes_through_every_command(command, model, tmp_path):
 def test_every_model_is_drawn(model, tmp_path):
     from gimcli import load
     from gimcli.motion.motion import trace
-    from gimcli.output import draw_motion
+    from gimcli.output import write
+    from gimcli.output.drawing import motion_picture
     from gimcli.rates.motion_table import traced_paths
 
     motion = trace(load(model), 12)
     path = tmp_path / "motion.png"
-    draw_motion(motion.mechanism, motion.mechanism.to_file(motion.z[:, ::4].T), traced_paths(motion), path, "motion")
+    poses = motion.mechanism.to_file(motion.z[:, ::4].T)
+    write(motion_picture(motion.mechanism, poses, traced_paths(motion), "motion"), path)
     assert path.read_bytes().startswith(b"\x89PNG")
 
 

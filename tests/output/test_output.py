@@ -302,7 +302,7 @@ def size_of(path):
 def test_a_motion_is_drawn(tmp_path, kind, suffix):
     found, poses, curves = kind()
     path = tmp_path / f"m{suffix}"
-    output.draw_motion(found, poses[:: len(poses) // 5], curves, path, kind.__name__)
+    output.write(motion_picture(found, poses[:: len(poses) // 5], curves, kind.__name__), path)
     assert left_in(tmp_path) == [path.name]
     if suffix == ".png":
         width, height = size_of(path)
@@ -390,15 +390,15 @@ def test_poses_with_a_nan_are_skipped(tmp_path):
         motion_picture(found, poses[1:3], curves, "").marks.keys(),
     )
     lost = {name: np.full(5, np.nan + 0j) for name in curves}
-    output.draw_motion(found, np.full_like(poses, np.nan), lost, tmp_path / "m.png", "nothing was solved")
-    output.draw_position(found, np.full_like(poses[0], np.nan), tmp_path / "p.png", "nothing was solved")
+    output.write(motion_picture(found, np.full_like(poses, np.nan), lost, "nothing was solved"), tmp_path / "m.png")
+    output.write(position_picture(found, np.full_like(poses[0], np.nan), "nothing was solved", {}), tmp_path / "p.png")
     assert size_of(tmp_path / "m.png") > (100, 100)
 
 
 def test_awkward_texts_and_many_curves_are_drawn(tmp_path):
     found, poses, curves = four_bar()
     many = {f"$\\frac{n} _^ 点": curves["P"] + n for n in range(40)}
-    output.draw_motion(found, poses[:2], many, tmp_path / "m.png", "100 % $x^ of a very long title " * 8)
+    output.write(motion_picture(found, poses[:2], many, "100 % $x^ of a very long title " * 8), tmp_path / "m.png")
     assert max(size_of(tmp_path / "m.png")) < 1200
 
 
@@ -408,7 +408,7 @@ def test_any_size_and_place_is_drawn(tmp_path, size, shift):
     curve = (CRANK + shift) * size
     found, poses, _ = four_bar()
     bare = mechanism("OABC", poses[0], [(m.name, m.nodes) for m in found.members])
-    output.draw_motion(bare, (poses[:3] + shift) * size, {"c": curve}, tmp_path / "m.png", "")
+    output.write(motion_picture(bare, (poses[:3] + shift) * size, {"c": curve}, ""), tmp_path / "m.png")
     assert size_of(tmp_path / "m.png") > (100, 100)
 
 
@@ -416,7 +416,7 @@ def test_a_vector_picture_is_the_same_twice(tmp_path):
     found, poses, curves = four_bar()
     for suffix in (".svg", ".pdf"):
         for name in "ab":
-            output.draw_motion(found, poses[:3], curves, tmp_path / (name + suffix), "twice")
+            output.write(motion_picture(found, poses[:3], curves, "twice"), tmp_path / (name + suffix))
         assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
 
 
@@ -424,7 +424,7 @@ def test_a_history_is_drawn(tmp_path):
     sweeps = np.arange(30)
     errors = 2.0 * 0.6**sweeps
     fit = (2.0, -math.log(0.6))
-    output.draw_history(errors, fit, tmp_path / "h.png", "history", predicted=0.6)
+    output.write(history_picture(errors, fit, "history", 0.6, 0), tmp_path / "h.png")
     assert size_of(tmp_path / "h.png") > (100, 100)
     picture = history_picture(errors, fit, "", 0.6, 0)
     for lines in picture.strokes.values():  # fit and prediction run through the errors
@@ -434,7 +434,7 @@ def test_a_history_is_drawn(tmp_path):
 @pytest.mark.parametrize("errors", [[], [0.0, 0.0], [np.nan], [1e-3], [1e-320, 1e300]])
 def test_a_history_without_numbers_is_drawn(tmp_path, errors):
     fit = (math.nan, math.nan)
-    output.draw_history(np.array(errors), fit, tmp_path / "h.png", "history", predicted=math.nan)
+    output.write(history_picture(np.array(errors), fit, "history", math.nan, 0), tmp_path / "h.png")
     assert size_of(tmp_path / "h.png") > (100, 100)
 
 
@@ -485,8 +485,8 @@ def test_importing_the_package_imports_no_matplotlib():
 
 def test_drawing_imports_no_pyplot(tmp_path):
     code = (
-        "import sys, numpy; from gimcli import output;"
-        f"output.draw_history(numpy.ones(3), None, {str(tmp_path / 'h.png')!r}, 't');"
+        "import sys, numpy; from gimcli import output; from gimcli.output.drawing import history_picture;"
+        f"output.write(history_picture(numpy.ones(3), None, 't', 0.5, 0), {str(tmp_path / 'h.png')!r});"
         "sys.exit('matplotlib.pyplot' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
