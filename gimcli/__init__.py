@@ -17,6 +17,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from gimcli.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from gimcli.errors import GimError, ModelError, OutputError, StructureError, UnassembledError, UsageError
     from gimcli.library.circuits import circuits
@@ -34,8 +36,6 @@ if TYPE_CHECKING:
     from gimcli.library.tradeoff import tradeoff
     from gimcli.library.workspace import workspace
     from gimcli.mechanism import Mechanism
-
-__version__ = "0.1.0"
 
 __all__ = [
     "GimError", "Mechanism", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError",

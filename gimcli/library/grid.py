@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from gimcli import __version__
 from gimcli.library.result import Progress
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.scatter import Scatterer, readied, scattered
 from gimcli.output.parts import Parts
 from gimcli.reach.grid import carried_by, input_grid
+from gimcli.version import __version__
 
 
 @dataclass(frozen=True)

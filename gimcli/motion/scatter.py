@@ -38,7 +38,7 @@ STARTS = (0.5, 0.2, 0.8, 0.35, 0.65, 0.05, 0.95)
 
 
 @dataclass(frozen=True)
-class Grid:
+class InputGrid:
     """Inputs evenly spaced over their ranges, the last one changing first."""
 
     low: FloatArray  # (actuators,)
@@ -85,7 +85,7 @@ class Scatterer:
 
     mechanism: Mechanism
     on: Carried
-    grid: Grid
+    grid: InputGrid
     tolerance: float = 1e-10
     run: Run = plain
     plan: Plan = field(init=False)
