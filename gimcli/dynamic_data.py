@@ -7,7 +7,7 @@ its unit is. A mechanism whose file says nothing of them has an empty `Dynamics`
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,23 +97,3 @@ class Release:
     start: float | None = None  # rad, or length in the normal frame; None: where its law starts
     speed: float = 0.0  # per s
     effort: DrivingEffort = DrivingEffort()
-
-
-@dataclass(frozen=True)
-class Dynamics:
-    """All that acts on a mechanism."""
-
-    metre: float | None = 1.0  # m per unit of the normal frame; None: the file's length has no physical unit
-    inertias: tuple[Inertia, ...] = ()
-    gravity: complex = 0.0j  # m/s2
-    loads: tuple[AppliedLoad, ...] = ()
-    springs: tuple[SpringForce, ...] = ()
-    dampers: tuple[DampingForce, ...] = ()
-    frictions: tuple[Friction, ...] = ()
-    releases: tuple[Release, ...] = ()
-
-    @property
-    def empty(self) -> bool:
-        """Tell whether nothing has mass and nothing acts."""
-        parts: tuple[Any, ...] = (self.inertias, self.loads, self.springs, self.dampers, self.frictions)
-        return not any(parts)

@@ -12,12 +12,13 @@ from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.dynamic_data import Dynamics
+if TYPE_CHECKING:
+    from gimcli.dynamic_data import AppliedLoad, DampingForce, Friction, Inertia, Release, SpringForce
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -128,6 +129,26 @@ class Point:
     name: str
     member: int
     local: complex
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """All that acts on a mechanism."""
+
+    metre: float | None = 1.0  # m per unit of the normal frame; None: the file's length has no physical unit
+    inertias: tuple[Inertia, ...] = ()
+    gravity: complex = 0.0j  # m/s2
+    loads: tuple[AppliedLoad, ...] = ()
+    springs: tuple[SpringForce, ...] = ()
+    dampers: tuple[DampingForce, ...] = ()
+    frictions: tuple[Friction, ...] = ()
+    releases: tuple[Release, ...] = ()
+
+    @property
+    def empty(self) -> bool:
+        """Tell whether nothing has mass and nothing acts."""
+        parts: tuple[Any, ...] = (self.inertias, self.loads, self.springs, self.dampers, self.frictions)
+        return not any(parts)
 
 
 @dataclass(frozen=True)

@@ -5,34 +5,50 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from importlib import import_module
 from types import FrameType
-from typing import Any
+from typing import Any, cast
 
 import typer
 from typer.core import TyperGroup
 
 from gimcli import __version__
-from gimcli.cli import (
-    circuits,
-    forces,
-    groups,
-    mobility,
-    reduce,
-    schema,
-    sequence,
-    simulate,
-    singularities,
-    solve,
-    trace,
-    tradeoff,
-    workspace,
-)
 from gimcli.cli.progress import end_bars, progress_bar
 from gimcli.errors import GimError
 
+COMMANDS = (
+    "solve", "trace", "sequence", "mobility", "singularities", "circuits", "workspace", "groups", "forces", "simulate",
+    "reduce", "tradeoff", "schema",
+)  # fmt: skip
+"""A module of this package for each, in the order of the help."""
+
+SETTINGS: dict[str, Any] = {
+    "add_completion": False, "pretty_exceptions_enable": False, "rich_markup_mode": None,
+    "context_settings": {"help_option_names": ["-h", "--help"]},
+}  # fmt: skip
+
 
 class _Commands(TyperGroup):
-    """The commands; a reader that has gone away (`gim ... | head`) is no failure of theirs."""
+    """The commands, each imported when it is asked for; a reader that has gone away is no failure of theirs."""
+
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        self.commands = cast(Any, dict.fromkeys(COMMANDS))  # names are enough to suggest one
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names of all commands."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command by its name; None where there is none."""
+        if cmd_name not in COMMANDS:
+            return None
+        module = import_module(f"gimcli.cli.{cmd_name}")
+        alone = typer.Typer(**SETTINGS)
+        alone.command(module.NAME, help=module.HELP)(module.command)
+        found = typer.main.get_command(alone)
+        found.name = cmd_name
+        return found
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command."""
@@ -51,12 +67,9 @@ class _Commands(TyperGroup):
 
 
 app = typer.Typer(
+    **SETTINGS,
     cls=_Commands,
-    add_completion=False,
     no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
     help="Analyse planar mechanisms drawn in text model files, by the Geometrical-Iterative Method.\n\n"
     "Example: gim trace models/crank_rocker.yaml --steps 360",
 )
@@ -73,15 +86,6 @@ def _main(
     version: bool = typer.Option(False, "--version", callback=_version, is_eager=True, help="Tell the version."),
 ) -> None:
     pass
-
-
-MODULES = (
-    solve, trace, sequence, mobility, singularities, circuits, workspace,
-    groups, forces, simulate, reduce, tradeoff, schema,
-)  # fmt: skip
-
-for module in MODULES:
-    app.command(module.NAME, help=module.HELP)(module.command)
 
 
 def _tell_json(text: str, exit_code: int) -> None:
@@ -102,8 +106,6 @@ def main() -> None:
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # none is used, and looking for them costs time
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the matrices are small: more threads only wait for each other
     signal.signal(signal.SIGTERM, _stop)
-    every = app.registered_commands
-    app.registered_commands = [c for c in every if [c.name] == sys.argv[1:2]] or every  # the others cost time to build
     try:
         app()
     except GimError as error:
@@ -116,5 +118,3 @@ def main() -> None:
     except OSError as error:
         typer.echo(f"gim: the output cannot be written: {error.strerror or error}", err=True)
         os._exit(6)  # closing standard output would fail once more
-    finally:
-        app.registered_commands = every

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import html
-import json
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -61,6 +58,8 @@ class Result(Mapping[str, NDArray[Any]]):
         Raises UsageError where a suffix names no format, a picture has nothing to show, or a file is one that the
         model was read from; OutputError where a file cannot be written. Each file is written whole or not at all.
         """
+        import json
+
         from gimcli.output import PICTURE_FORMATS, TABLE_FORMATS, refuse_unwritable, write
         from gimcli.output.atomic import written_text
 
@@ -101,10 +100,14 @@ class Result(Mapping[str, NDArray[Any]]):
         return "\n".join([self.headline(), *lines(self.table())])
 
     def _repr_html_(self) -> str:
+        import html
+
         rows = "".join(f"<tr>{''.join(f'<td>{html.escape(c)}</td>' for c in row)}</tr>" for row in cells(self.table()))
         return f"<p>{html.escape(self.headline())}</p><table>{rows}</table>{self._svg()}"
 
     def _svg(self) -> str:
+        from tempfile import TemporaryDirectory
+
         from gimcli.output import write
 
         content = self.picture()

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gimcli.dynamic_data import Dynamics
-from gimcli.mechanism import FRAME, Input, Mechanism, Slide
+from gimcli.mechanism import FRAME, Dynamics, Input, Mechanism, Slide
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
 

@@ -2,18 +2,8 @@
 
 from __future__ import annotations
 
-from gimcli.dynamic_data import (
-    TIME,
-    AppliedLoad,
-    DampingForce,
-    DrivingEffort,
-    Dynamics,
-    Friction,
-    Inertia,
-    Release,
-    SpringForce,
-)
-from gimcli.mechanism import FRAME, Drive, Input, Slide
+from gimcli.dynamic_data import TIME, AppliedLoad, DampingForce, DrivingEffort, Friction, Inertia, Release, SpringForce
+from gimcli.mechanism import FRAME, Drive, Dynamics, Input, Slide
 from gimcli.model import schema
 from gimcli.model.check_dynamics import as_actuator
 from gimcli.model.compile_geometry import GeometryCompiler

@@ -38,7 +38,7 @@ Vector = Annotated[list[Amount], Field(min_length=2, max_length=2)]
 class Part(BaseModel):
     """A mapping whose keys are all known."""
 
-    model_config = ConfigDict(extra="forbid")
+    model_config = ConfigDict(extra="forbid", defer_build=True)
 
 
 class Units(Part):

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gimcli.dynamic_data import Dynamics
-from gimcli.mechanism import FRAME, Drive, Input, Mechanism, Slide
+from gimcli.mechanism import FRAME, Drive, Dynamics, Input, Mechanism, Slide
 
 
 def chains(mechanism: Mechanism, point: str, members: Iterable[str] = ()) -> tuple[Mechanism, list[Mechanism]]:

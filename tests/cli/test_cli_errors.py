@@ -15,8 +15,8 @@ import time
 import pytest
 import yaml
 from bundled import MODELS
+from in_process import MODULES
 
-from gimcli import cli
 from gimcli.cli import main
 from gimcli.model.source import read_source
 
@@ -366,7 +366,7 @@ def test_what_cannot_be_written_is_told_before_the_work(command, name, kind, gim
     def late(*_):
         raise AssertionError("the work has begun")
 
-    monkeypatch.setattr("gimcli.comparison.tradeoff.tradeoff", late)
+    monkeypatch.setattr("gimcli.library.tradeoff.compare", late)
     monkeypatch.setattr("gimcli.motion.summary.Summary.add", late)
     (tmp_path / f"{name}.{kind}").mkdir()
     code, out, err = gim(FOUR + CRANK, command, "m.yaml", "--steps", "4")
@@ -532,7 +532,7 @@ def test_a_progress_bar_that_is_cut_short_leaves_output_and_terminal_as_they_wer
 
 
 HEAVY = CRANK.replace("law: {by: 10}", "law: {by: 10}, free: true") + "masses: {crank: {mass: 1, inertia: 1}}\n"
-WITH_JSON = [module.NAME for module in cli.MODULES if module.NAME != "schema"]
+WITH_JSON = [module.NAME for module in MODULES if module.NAME != "schema"]
 
 
 def failed(out, err, status):
@@ -562,7 +562,7 @@ def test_json_of_wrong_usage_is_an_error(command, gim):
 def test_json_of_every_failure_is_one_object(case, command, gim, tmp_path):
     (tmp_path / "taken").write_text("")
     text = {"undriven": FOUR, "too short": TOO_SHORT, "cannot be written": FOUR + HEAVY}[case]
-    known = inspect.signature(next(m for m in cli.MODULES if command == m.NAME).command).parameters
+    known = inspect.signature(next(m for m in MODULES if command == m.NAME).command).parameters
     nowhere = [f"--{'out' if 'out' in known else 'png'}=taken/m.png"] if {"out", "png"} & set(known) else []
     code, out, err = gim(text, command, "m.yaml", "--json", *(nowhere if case == "cannot be written" else []))
     data = one_object(out)

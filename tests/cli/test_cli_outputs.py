@@ -7,8 +7,9 @@ import os
 import shutil
 
 import pytest
+from in_process import MODULES
 
-from gimcli import cli, load
+from gimcli import load
 from gimcli.cli import main
 
 MODEL = """\
@@ -26,20 +27,20 @@ FEW = {
     "tradeoff": ["--steps", "2", "--tolerances", "1e-3"], "simulate": ["--time", "0.02", "--dt", "0.01"],
     "workspace": ["--grid", "2"], "circuits": ["--samples", "4"],
 }  # fmt: skip
-CASES = [(module.NAME, ()) for module in cli.MODULES if module.NAME not in ("mobility", "schema")]
+CASES = [(module.NAME, ()) for module in MODULES if module.NAME not in ("mobility", "schema")]
 CASES += [("trace", ("--circuit",)), ("trace", ("--at-limit", "skip")), ("solve", ("--all",))]
 
 
 def asked(name, more):
     """Return the arguments with which a command writes every file that it can."""
-    module = next(module for module in cli.MODULES if name == module.NAME)
+    module = next(module for module in MODULES if name == module.NAME)
     known = inspect.signature(module.command).parameters
     files = [f"--{kind}={name}.{kind}" for kind in ("csv", "png") if kind in known and "out" not in known]
     return [name, "m.yaml", *FEW.get(name, []), *more, *files]
 
 
 def test_commands_that_are_left_out_write_nothing():
-    for module in cli.MODULES:
+    for module in MODULES:
         if module.NAME in ("mobility", "schema"):
             assert not {"out", "csv", "png"} & set(inspect.signature(module.command).parameters)
 

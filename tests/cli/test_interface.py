@@ -32,7 +32,8 @@ def test_event_kinds():
 
 
 def test_every_command_has_its_options():
-    commands = get_command(app).commands
+    group = get_command(app)
+    commands = {name: group.get_command(None, name) for name in group.list_commands(None)}
     found = {n: sorted(o for p in c.params for o in [*p.opts, *p.secondary_opts]) for n, c in commands.items()}
     for name, options in KNOWN["options"].items():
         assert set(options) <= set(found[name]), name

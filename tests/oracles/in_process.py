@@ -7,6 +7,7 @@ import math
 import shutil
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from unittest.mock import patch
 
@@ -14,9 +15,11 @@ import yaml
 from typer.testing import CliRunner
 
 from gimcli import load
-from gimcli.cli import app, main
+from gimcli.cli import COMMANDS, app, main
 from gimcli.errors import GimError
 from gimcli.model.source import read_source
+
+MODULES = [import_module(f"gimcli.cli.{name}") for name in COMMANDS]
 
 
 @dataclass(frozen=True)
