@@ -24,7 +24,7 @@ __all__ = [
 def all_configurations(
     mechanism: Mechanism,
     inputs: FloatArray,
-    policy: ConfigurationConstants | None = None,
+    constants: ConfigurationConstants | None = None,
     progress: Progress | None = None,
 ) -> Configurations:
     """Return every configuration at inputs (actuators,).
@@ -33,7 +33,7 @@ def all_configurations(
     Raises StructureError where the mechanism is not driven or over-driven.
     """
     refuse_unfit(mechanism)
-    assembler = ConfigurationFinder(mechanism, policy)
+    assembler = ConfigurationFinder(mechanism, constants)
     assembler.progress = progress
     return assembler.at(inputs)
 

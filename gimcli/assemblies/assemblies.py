@@ -114,8 +114,8 @@ class _Leaves:
 class ConfigurationFinder:
     """What is the same for all inputs of a mechanism: its groups in the order of solution."""
 
-    def __init__(self, mechanism: Mechanism, policy: ConfigurationConstants | None = None) -> None:
-        self.mechanism, self.policy = mechanism, policy or ConfigurationConstants()
+    def __init__(self, mechanism: Mechanism, constants: ConfigurationConstants | None = None) -> None:
+        self.mechanism, self.constants = mechanism, constants or ConfigurationConstants()
         self.progress: Progress | None = None
         whole = linkage_of(mechanism)
         self.linkage = independent(whole)
@@ -142,7 +142,7 @@ class ConfigurationFinder:
         self, number: int, branch: tuple[int, ...], group: LoopGroup, loops: Loops, near: Roots | None = None
     ) -> Roots:
         """Return the roots of a group, in an order of their own; `near` are those of almost the same loops."""
-        roots = all_roots(loops, self.policy, self.progress, near)
+        roots = all_roots(loops, self.constants, self.progress, near)
         return replace(roots, proven=roots.proven.take(_order(group, roots.proven)))
 
     def _ground(self, inputs: FloatArray) -> LoopState:
@@ -157,17 +157,18 @@ class ConfigurationFinder:
     def _branched(self, number: int, group: LoopGroup, leaves: _Leaves, solver: Solver) -> tuple[RootReport, _Leaves]:
         """Solve a group on every partial configuration."""
         p = group.values(leaves.state)
-        report = RootReport(self._names(group), group.family.loops, known_count(group.family, self.policy))
+        report = RootReport(self._names(group), group.family.loops, known_count(group.family, self.constants))
         if group.family.loops == 1:
             H = group.family.member(p, p)
             H[:, 1] = H[:, 0].conj()
-            report, found = _dyads(report, group, H, self.policy)
+            report, found = _dyads(report, group, H, self.constants)
         else:
             report, found = self._coupled(report, number, group, p, leaves, solver)
         parents = np.array([f[0] for f in found], dtype=int)
-        if len(found) > self.policy.positions:
+        most = self.constants.positions
+        if len(found) > most:
             raise StructureError(
-                f"{self.mechanism.name} has more than {self.policy.positions} configurations: follow one by `gim trace`"
+                f"{self.mechanism.name} has more than {most} configurations: follow one by `gim trace`"
             )
         state = leaves.state.take(parents)
         w = np.array([f[2] for f in found], dtype=complex).reshape(
@@ -188,7 +189,7 @@ class ConfigurationFinder:
             real = np.flatnonzero(roots.proven.real).tolist()
             placed = real_form(group.family, loops.H, roots.proven.w[real])
             found += [(parent, k, w, float(roots.proven.small[k])) for k, w in zip(real, placed, strict=True)]
-            maybe = doubtful_real(group.family, loops.H, roots.doubtful, self.policy)
+            maybe = doubtful_real(group.family, loops.H, roots.doubtful, self.constants)
             found += [(parent, len(roots.proven.w) + k, w, np.inf) for k, w in enumerate(maybe)]
         return report, found
 
@@ -200,7 +201,7 @@ class ConfigurationFinder:
         z = self._places(leaves.state, inputs)
         rows = np.broadcast_to(inputs[:, None], (len(inputs), len(leaves.branches)))
         check = residual(self.mechanism, z, np.ascontiguousarray(rows)).total if z.shape[1] else np.zeros(0)
-        fits = holds(self.mechanism, z, rows, self.policy.fits, error=check)
+        fits = holds(self.mechanism, z, rows, self.constants.fits, error=check)
         chosen = np.flatnonzero(fits)
         return Configurations(
             self.mechanism, inputs, z.T[chosen], check[chosen], leaves.radius[chosen],
@@ -253,7 +254,7 @@ def _left_out(whole: BodyLinkage, kept: BodyLinkage) -> tuple[str, ...]:
 
 
 def _dyads(
-    report: RootReport, group: LoopGroup, H: ComplexArray, policy: ConfigurationConstants
+    report: RootReport, group: LoopGroup, H: ComplexArray, constants: ConfigurationConstants
 ) -> tuple[RootReport, list[_Root]]:
     """Solve a dyad on all partial configurations at once."""
     roots: DyadRoots = dyad_roots(group.family, H)
@@ -269,7 +270,7 @@ def _dyads(
     ]
     doubtful = 0
     for dyad in np.flatnonzero(open_):
-        maybe = doubtful_real(group.family, H[dyad], proven.w[dyad * each : (dyad + 1) * each], policy)
+        maybe = doubtful_real(group.family, H[dyad], proven.w[dyad * each : (dyad + 1) * each], constants)
         found += [(int(dyad), k, w, np.inf) for k, w in enumerate(maybe)]
         doubtful += len(maybe)
     found.sort(key=lambda f: f[:2])

@@ -56,13 +56,13 @@ class RootFollower:
 
     def _followed(self, group: LoopGroup, before: ComplexArray, roots: Roots, H: ComplexArray) -> Roots | None:
         """Follow all roots to new coefficients; None where one is lost."""
-        family, policy = group.family, self.assembler.policy
+        family, constants = group.family, self.assembler.constants
         change = float(np.max(np.abs(H - before)))
         if change == 0.0:
             return roots
         aside = random_member(family, self.generator)
-        between = 0.5 * (before + H) + policy.aside * change * aside
-        tracking = replace(policy.tracking, first=policy.along)
+        between = 0.5 * (before + H) + constants.aside * change * aside
+        tracking = replace(constants.tracking, first=constants.along)
         done = track(family, before, between, roots.proven.w, tracking)
         done = track(family, between, H, done.w, tracking)
         w = done.w
@@ -80,14 +80,14 @@ class RootFollower:
 def configurations_over(
     mechanism: Mechanism,
     inputs: FloatArray,
-    policy: ConfigurationConstants | None = None,
+    constants: ConfigurationConstants | None = None,
     progress: Progress | None = None,
 ) -> list[Configurations]:
     """Return all configurations at every column of inputs (actuators, rows).
 
     Raises StructureError where the mechanism is not driven or over-driven.
     """
-    follower = RootFollower(ConfigurationFinder(mechanism, policy))
+    follower = RootFollower(ConfigurationFinder(mechanism, constants))
     found = []
     for row, now in enumerate(inputs.T):
         found.append(follower.row(np.ascontiguousarray(now)))

@@ -28,13 +28,13 @@ CHUNK = 200_000
 """Pairs of cones that are intersected at once."""
 
 
-def root_count(family: Family, policy: ConfigurationConstants) -> int | None:
+def root_count(family: Family, constants: ConfigurationConstants) -> int | None:
     """Return the number of complex roots of a generic member, or None where it costs too much."""
     if not family.square:
         return 0
     if family.slides:
-        return _with_slides(family) if family.loops <= policy.count_slides else None
-    return _Recursion(Matroid(family)).count() if family.loops <= policy.count_loops else None
+        return _with_slides(family) if family.loops <= constants.count_slides else None
+    return _Recursion(Matroid(family)).count() if family.loops <= constants.count_loops else None
 
 
 class Matroid:

@@ -58,16 +58,16 @@ def _normal(generator: np.random.Generator, count: int) -> ComplexArray:
 
 
 def generic_start(
-    family: Family, seed: int, count: int | None, policy: ConfigurationConstants, progress: Progress | None = None
+    family: Family, seed: int, count: int | None, constants: ConfigurationConstants, progress: Progress | None = None
 ) -> Generic:
     """Return a generic linkage with its roots: `count` of them, or all that monodromy finds."""
     generator = np.random.default_rng([seed, 20041])
     H, w = generic_member(family, generator)
     idle = 0
-    for _ in range(policy.monodromy):
-        if len(w) == count or ((count is None or family.rails_shared) and idle >= policy.idle):
+    for _ in range(constants.monodromy):
+        if len(w) == count or ((count is None or family.rails_shared) and idle >= constants.idle):
             break
-        found = _round_trip(family, H, w, generator, policy)
+        found = _round_trip(family, H, w, generator, constants)
         idle = 0 if len(found) > len(w) else idle + 1
         w = found
         if progress is not None:
@@ -76,15 +76,15 @@ def generic_start(
 
 
 def _round_trip(
-    family: Family, H: ComplexArray, w: ComplexArray, generator: np.random.Generator, policy: ConfigurationConstants
+    family: Family, H: ComplexArray, w: ComplexArray, generator: np.random.Generator, constants: ConfigurationConstants
 ) -> ComplexArray:
     """Take the roots round a triangle; return those that are known then."""
     corners = [H, random_member(family, generator), random_member(family, generator), H]
-    tracking = replace(policy.tracking, correction=policy.tracking.correction * policy.tighter[0])
+    tracking = replace(constants.tracking, correction=constants.tracking.correction * constants.tighter[0])
     there = w
     for start, end in pairwise(corners):
         done = track(family, start, end, there, tracking)
         there = done.w[done.arrived]
-    there = corrected(family, H, there, policy.polish)
+    there = corrected(family, H, there, constants.polish)
     both = np.concatenate([w, there[np.isfinite(there).all(axis=1)]])
     return distinct(family, prove(family, H, both)).w

@@ -93,7 +93,7 @@ def real_roots(
     U: ComplexArray,
     rail: IntArray,
     reach: FloatArray | float | None = None,
-    policy: IntervalConstants | None = None,
+    constants: IntervalConstants | None = None,
 ) -> Enclosures:
     """Return all real solutions of C0 + Σ C_c θ_c + Σ U_q s_q θ_rail(q) = 0, |θ| = 1, |s| <= reach.
 
@@ -101,14 +101,14 @@ def real_roots(
     slide; None, or what cannot be reached anyway, becomes the bound that follows from the lengths, where there is
     one. Raises ValueError where shapes do not fit or a number is not finite.
     """
-    loops, policy = Coefficients(*_checked(C0, C, U, rail)), policy or IntervalConstants()
+    loops, constants = Coefficients(*_checked(C0, C, U, rail)), constants or IntervalConstants()
     asked = np.broadcast_to(np.inf if reach is None else np.asarray(reach, dtype=float), loops.rail.shape)
     if not (asked > 0.0).all() or (reach is not None and not np.isfinite(asked).all()):
         raise ValueError(f"reach {asked}: give positive finite lengths")
     proved = proved_reach(loops)
     searched = np.minimum(asked, proved)
-    searched = np.where(np.isfinite(searched), searched, policy.unbounded * units(loops))
-    return _BoxSearch(loops, searched, bool((searched >= proved).all()), policy).run()
+    searched = np.where(np.isfinite(searched), searched, constants.unbounded * units(loops))
+    return _BoxSearch(loops, searched, bool((searched >= proved).all()), constants).run()
 
 
 def units(loops: Coefficients) -> FloatArray:
@@ -135,8 +135,8 @@ def _checked(
 class _BoxSearch:
     """The boxes still to be worked on and what was found; boxes are columns (d, B)."""
 
-    def __init__(self, loops: Coefficients, reach: FloatArray, everywhere: bool, policy: IntervalConstants) -> None:
-        self.loops, self.reach, self.everywhere, self.policy = loops, reach, everywhere, policy
+    def __init__(self, loops: Coefficients, reach: FloatArray, everywhere: bool, constants: IntervalConstants) -> None:
+        self.loops, self.reach, self.everywhere, self.constants = loops, reach, everywhere, constants
         self.n = loops.C.shape[1]
         self.rows: CosineRows = cosine_rows(loops.C0, loops.C, loops.U, loops.rail, reach, RowConstants())
         self.unit = np.concatenate([np.ones(self.n), units(loops)])
@@ -154,18 +154,18 @@ class _BoxSearch:
             low, high = self._next()
             self.boxes += low.shape[1]
             self._work(low, high)
-            if self.waiting and self.boxes >= self.policy.boxes:
+            if self.waiting and self.boxes >= self.constants.boxes:
                 limit = "boxes"
-            elif self.waiting and time.monotonic() - begin >= self.policy.seconds:
+            elif self.waiting and time.monotonic() - begin >= self.constants.seconds:
                 limit = "seconds"
         return self._result(time.monotonic() - begin, limit)
 
     def _next(self) -> tuple[FloatArray, FloatArray]:
         """Take up to a batch of the boxes that have waited longest."""
         taken, count = [], 0
-        while self.waiting and count < self.policy.batch:
+        while self.waiting and count < self.constants.batch:
             low, high = self.waiting.pop(0)
-            room = self.policy.batch - count
+            room = self.constants.batch - count
             if low.shape[1] > room:
                 self.waiting.insert(0, (low[:, room:], high[:, room:]))
             taken.append((low[:, :room], high[:, :room]))
@@ -182,7 +182,7 @@ class _BoxSearch:
         widest = self._widest(low, high)
         shrunk = widest <= CONSTANTS.gain * before
         self._wait(low[:, shrunk], high[:, shrunk])
-        stuck = ~shrunk & (widest <= self.policy.narrowest)
+        stuck = ~shrunk & (widest <= self.constants.narrowest)
         if stuck.any():
             self.left.append((low[:, stuck], high[:, stuck]))
         self._cut(low[:, ~shrunk & ~stuck], high[:, ~shrunk & ~stuck])

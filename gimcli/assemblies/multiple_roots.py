@@ -18,18 +18,18 @@ TIMES = 60
 
 
 def doubtful_real(
-    family: Family, H: ComplexArray, w: ComplexArray, policy: ConfigurationConstants
+    family: Family, H: ComplexArray, w: ComplexArray, constants: ConfigurationConstants
 ) -> list[ComplexArray]:
     """Return the real points among candidates for multiple roots (candidates, n + q), each once."""
     w = w[np.isfinite(w).all(axis=1)]
-    w = w[mirror_distance(family, w) < policy.real] if len(w) else w
+    w = w[mirror_distance(family, w) < constants.real] if len(w) else w
     found: list[ComplexArray] = []
     for point in w:
         settled = _settled(family, H, point)
         value, _ = values_and_jacobian(family, H, settled[None])
-        if not np.max(np.abs(value), initial=0.0) <= policy.residual * np.max(np.abs(H)):
+        if not np.max(np.abs(value), initial=0.0) <= constants.residual * np.max(np.abs(H)):
             continue
-        if all(float(distances(family, settled[None], other[None])[0, 0]) > policy.near for other in found):
+        if all(float(distances(family, settled[None], other[None])[0, 0]) > constants.near for other in found):
             found.append(settled)
     return found
 

@@ -161,18 +161,18 @@ def _pair(lists: tuple[list[int], list[int]]) -> tuple[IntArray, IntArray]:
 _PLANS: dict[tuple[str, ConfigurationConstants], Pencil | None] = {}
 
 
-def pencil_of(family: Family, policy: ConfigurationConstants) -> Pencil | None:
+def pencil_of(family: Family, constants: ConfigurationConstants) -> Pencil | None:
     """Return a pencil that has full rank for a random member of the family, or None where none was found."""
-    key = (family.key, policy)
+    key = (family.key, constants)
     if key not in _PLANS:
-        _PLANS[key] = _searched(family, policy)
+        _PLANS[key] = _searched(family, constants)
     return _PLANS[key]
 
 
-def _searched(family: Family, policy: ConfigurationConstants) -> Pencil | None:
+def _searched(family: Family, constants: ConfigurationConstants) -> Pencil | None:
     from gimcli.assemblies.generic import random_member
 
-    if family.loops > policy.pencil_loops or family.angles == 0:
+    if family.loops > constants.pencil_loops or family.angles == 0:
         return None
     H = random_member(family, np.random.default_rng(SEED))
     L, n = family.loops, family.angles
@@ -183,7 +183,7 @@ def _searched(family: Family, policy: ConfigurationConstants) -> Pencil | None:
     for hidden in rails or range(n):
         for low, high in windows:
             pencil = _pencil(family, hidden, low, high)
-            if pencil is not None and len(pencil.basis) <= policy.pencil_unknowns and _full(pencil, H):
+            if pencil is not None and len(pencil.basis) <= constants.pencil_unknowns and _full(pencil, H):
                 return pencil
     return None
 

@@ -51,12 +51,12 @@ def corrected(family: Family, H: ComplexArray, w: ComplexArray, times: int) -> C
 
 
 def track(
-    family: Family, start: ComplexArray, end: ComplexArray, w: ComplexArray, policy: TrackingConstants
+    family: Family, start: ComplexArray, end: ComplexArray, w: ComplexArray, constants: TrackingConstants
 ) -> Tracked:
     """Follow roots w (roots, n + q) of coefficients `start` to those of `end`."""
     count = len(w)
     w, change = w.copy(), end - start
-    t, h = np.zeros(count), np.full(count, policy.first)
+    t, h = np.zeros(count), np.full(count, constants.first)
     rate = np.zeros_like(w)
     steps = np.zeros(count, dtype=int)
     active = np.arange(count)
@@ -65,15 +65,15 @@ def track(
             now, step = w[active], np.minimum(h[active], 1.0 - t[active])
             guess, rate[active] = _predicted(family, start, change, now, t[active], step)
             there = t[active] + step
-            accepted, moved, next_w = _corrected(family, start, change, guess, there, policy)
-            factor = policy.safety * (policy.aim * policy.correction / np.maximum(moved, 1e-300)) ** 0.2
-            factor = np.clip(np.where(np.isfinite(factor), factor, 0.0), policy.slowest, policy.fastest)
-            h[active] = step * np.where(accepted, factor, np.minimum(factor, policy.slowest))
+            accepted, moved, next_w = _corrected(family, start, change, guess, there, constants)
+            factor = constants.safety * (constants.aim * constants.correction / np.maximum(moved, 1e-300)) ** 0.2
+            factor = np.clip(np.where(np.isfinite(factor), factor, 0.0), constants.slowest, constants.fastest)
+            h[active] = step * np.where(accepted, factor, np.minimum(factor, constants.slowest))
             steps[active] += 1
             good = active[accepted]
             w[good], t[good] = next_w[accepted], there[accepted]
-            far = np.max(np.abs(w[active, : family.angles].real), axis=1, initial=0.0) > policy.far
-            stuck = (h[active] < policy.shortest) | (steps[active] > policy.most) | far
+            far = np.max(np.abs(w[active, : family.angles].real), axis=1, initial=0.0) > constants.far
+            stuck = (h[active] < constants.shortest) | (steps[active] > constants.most) | far
             active = active[~((t[active] >= 1.0) | stuck)]
     return Tracked(w, t >= 1.0, t, rate)
 
@@ -100,7 +100,12 @@ def _predicted(
 
 
 def _corrected(
-    family: Family, start: ComplexArray, change: ComplexArray, w: ComplexArray, t: FloatArray, policy: TrackingConstants
+    family: Family,
+    start: ComplexArray,
+    change: ComplexArray,
+    w: ComplexArray,
+    t: FloatArray,
+    constants: TrackingConstants,
 ) -> tuple[NDArray[np.bool_], FloatArray, ComplexArray]:
     """Return whether two corrections settle, the first one's size, and the points."""
     H = _at(start, change, t)
@@ -112,5 +117,5 @@ def _corrected(
     reach = np.ones(w.shape)
     reach[:, family.angles :] = np.maximum(np.abs(w[:, family.angles :]), 1.0)  # a slide may pass near infinity
     moved, left = (np.max(np.abs(d) / reach, axis=1, initial=0.0) for d in (first, second))
-    accepted = (moved < policy.correction) & (left < np.maximum(policy.contraction * moved, policy.settled))
+    accepted = (moved < constants.correction) & (left < np.maximum(constants.contraction * moved, constants.settled))
     return accepted, moved, w - second

@@ -44,7 +44,7 @@ class Roots:
 
 
 def all_roots(
-    loops: Loops, policy: ConfigurationConstants, progress: Progress | None = None, near: Roots | None = None
+    loops: Loops, constants: ConfigurationConstants, progress: Progress | None = None, near: Roots | None = None
 ) -> Roots:
     """Return the roots of a group's loops.
 
@@ -52,16 +52,16 @@ def all_roots(
     the roots of almost the same loops: where intervals alone proved those, they are tried before the paths.
     """
     family, H = loops.family, loops.H
-    count = known_count(family, policy)
-    proven = _by_pencil(family, H, policy)
+    count = known_count(family, constants)
+    proven = _by_pencil(family, H, constants)
     if count is not None and _whole(proven, count):
         return _reached(family, proven, count)
     if count is None or (near is not None and near.level == REALS):  # paths cost most, and cannot prove the list
-        real = _by_intervals(loops, Roots(proven, count, OPEN, _none(family)), policy)
+        real = _by_intervals(loops, Roots(proven, count, OPEN, _none(family)), constants)
         if real.level == REALS:
             return real
-    found = _by_paths(family, H, count, proven, policy, progress)
-    return found if found.level == REACHED else _by_intervals(loops, found, policy)
+    found = _by_paths(family, H, count, proven, constants, progress)
+    return found if found.level == REACHED else _by_intervals(loops, found, constants)
 
 
 def _reached(family: Family, proven: Proven, count: int) -> Roots:
@@ -78,21 +78,21 @@ def _whole(proven: Proven, count: int) -> bool:
     return len(proven.w) == count and bool((proven.real | proven.complex).all())
 
 
-def _by_pencil(family: Family, H: ComplexArray, policy: ConfigurationConstants) -> Proven:
-    pencil = pencil_of(family, policy)
+def _by_pencil(family: Family, H: ComplexArray, constants: ConfigurationConstants) -> Proven:
+    pencil = pencil_of(family, constants)
     w = np.zeros((0, family.angles + family.slides), dtype=complex)
     if pencil is not None:
         found = candidates(pencil, H)
-        w = corrected(family, H, found, policy.polish)
-        w = w[np.isfinite(w).all(axis=1) & (np.max(np.abs(w - found), axis=1, initial=0.0) < policy.moved)]
-    return _sound(family, H, w, policy)
+        w = corrected(family, H, found, constants.polish)
+        w = w[np.isfinite(w).all(axis=1) & (np.max(np.abs(w - found), axis=1, initial=0.0) < constants.moved)]
+    return _sound(family, H, w, constants)
 
 
-def _sound(family: Family, H: ComplexArray, w: ComplexArray, policy: ConfigurationConstants) -> Proven:
+def _sound(family: Family, H: ComplexArray, w: ComplexArray, constants: ConfigurationConstants) -> Proven:
     """Return the different roots that are proved among some points."""
-    w = w[np.isfinite(w).all(axis=1) & (np.abs(w[:, : family.angles].real) < policy.tracking.far).all(axis=1)]
+    w = w[np.isfinite(w).all(axis=1) & (np.abs(w[:, : family.angles].real) < constants.tracking.far).all(axis=1)]
     proven = prove(family, H, w)
-    return distinct(family, proven.take(proven.residual < policy.residual))
+    return distinct(family, proven.take(proven.residual < constants.residual))
 
 
 def _by_paths(
@@ -100,14 +100,14 @@ def _by_paths(
     H: ComplexArray,
     count: int | None,
     proven: Proven,
-    policy: ConfigurationConstants,
+    constants: ConfigurationConstants,
     progress: Progress | None,
 ) -> Roots:
     """Return the union of what the paths from independent generic linkages prove."""
     ends: list[_Ends] = []
-    for seed in range(policy.starts):
-        start = known_start(family, seed, policy, progress)
-        found = _tracked(family, start.H, H, start.w, policy)
+    for seed in range(constants.starts):
+        start = known_start(family, seed, constants, progress)
+        found = _tracked(family, start.H, H, start.w, constants)
         ends.append(found)
         proven = distinct(family, proven.joined(found.proven))
         if count is not None and _whole(proven, count):
@@ -124,20 +124,20 @@ def _by_paths(
     return Roots(proven, count, AGREED if settled else OPEN, last.doubtful, last.infinite)
 
 
-def _by_intervals(loops: Loops, found: Roots, policy: ConfigurationConstants) -> Roots:
+def _by_intervals(loops: Loops, found: Roots, constants: ConfigurationConstants) -> Roots:
     """Return the roots with the real ones proved complete, where intervals can; a multiple root they cannot decide."""
     from gimcli.assemblies.intervals import IntervalConstants, real_roots
 
     family, n = loops.family, loops.family.angles
-    if (mirror_distance(family, found.doubtful) < policy.real).any():
+    if (mirror_distance(family, found.doubtful) < constants.real).any():
         return found
-    limits = IntervalConstants(seconds=policy.seconds)
+    limits = IntervalConstants(seconds=constants.seconds)
     boxes = real_roots(loops.C0, loops.C, loops.U, loops.rail, None, limits)
     told = boxes.complete and boxes.everywhere
     if len(boxes.roots) == 0:
         return replace(found, level=REALS) if told and not found.proven.real.any() else found
     w = np.concatenate([1j * boxes.roots[:, :n], boxes.roots[:, n:].astype(complex)], axis=1)
-    proven = distinct(family, found.proven.joined(_sound(family, loops.H, w, policy)))
+    proven = distinct(family, found.proven.joined(_sound(family, loops.H, w, constants)))
     whole = told and int(proven.real.sum()) == len(boxes.roots)
     return replace(found, proven=proven, level=REALS if whole else found.level)
 
@@ -157,21 +157,21 @@ def _same(a: _Ends, b: _Ends) -> bool:
 
 
 def _tracked(
-    family: Family, start: ComplexArray, H: ComplexArray, w: ComplexArray, policy: ConfigurationConstants
+    family: Family, start: ComplexArray, H: ComplexArray, w: ComplexArray, constants: ConfigurationConstants
 ) -> _Ends:
     """Follow all roots of a start; those that met or were lost again, with smaller steps."""
-    tracking = policy.tracking
+    tracking = constants.tracking
     done = track(family, start, H, w, tracking)
-    point = corrected(family, H, done.w, policy.polish // 2)
-    for tighter in policy.tighter:
-        again = ~_alone(family, H, done, point, policy)
+    point = corrected(family, H, done.w, constants.polish // 2)
+    for tighter in constants.tighter:
+        again = ~_alone(family, H, done, point, constants)
         if not again.any():
             break
         finer = track(family, start, H, w[again], replace(tracking, correction=tracking.correction * tighter))
         done = _replaced(done, again, finer)
-        point[again] = corrected(family, H, finer.w, policy.polish // 2)
-    alone = _alone(family, H, done, point, policy)
-    return _judged(family, H, done, point, alone, policy)
+        point[again] = corrected(family, H, finer.w, constants.polish // 2)
+    alone = _alone(family, H, done, point, constants)
+    return _judged(family, H, done, point, alone, constants)
 
 
 def _replaced(done: Tracked, chosen: NDArray[np.bool_], new: Tracked) -> Tracked:
@@ -181,16 +181,16 @@ def _replaced(done: Tracked, chosen: NDArray[np.bool_], new: Tracked) -> Tracked
 
 
 def _alone(
-    family: Family, H: ComplexArray, done: Tracked, point: ComplexArray, policy: ConfigurationConstants
+    family: Family, H: ComplexArray, done: Tracked, point: ComplexArray, constants: ConfigurationConstants
 ) -> NDArray[np.bool_]:
     """Tell which paths arrived at a proved root that no other path arrived at."""
     safe = np.where(np.isfinite(point).all(axis=1, keepdims=True), point, 0.0)
     proven = prove(family, H, safe)
     good = np.asarray(done.arrived & np.isfinite(point).all(axis=1), dtype=bool)
-    good = np.asarray(good & proven.sure & (proven.residual < policy.residual), dtype=bool)
+    good = np.asarray(good & proven.sure & (proven.residual < constants.residual), dtype=bool)
     gap = distances(family, safe, safe)
     np.fill_diagonal(gap, np.inf)
-    met = (gap <= policy.near) & good[:, None] & good[None, :]
+    met = (gap <= constants.near) & good[:, None] & good[None, :]
     met &= gap <= proven.small[:, None] + proven.small[None, :]
     return np.asarray(good & ~met.any(axis=1))
 
@@ -201,32 +201,32 @@ def _judged(
     done: Tracked,
     point: ComplexArray,
     alone: NDArray[np.bool_],
-    policy: ConfigurationConstants,
+    constants: ConfigurationConstants,
 ) -> _Ends:
     """Tell roots at infinity from multiple ones, and those from paths that were lost."""
-    proven = _sound(family, H, point[np.isfinite(point).all(axis=1) & (done.arrived | alone)], policy)
+    proven = _sound(family, H, point[np.isfinite(point).all(axis=1) & (done.arrived | alone)], constants)
     left = np.flatnonzero(~alone)
-    infinite = _diverging(family, done, policy)[left]
+    infinite = _diverging(family, done, constants)[left]
     rest = left[~infinite]
     near = point[rest]
     with np.errstate(all="ignore"):
         near = near[np.isfinite(near).all(axis=1)]
-        near = near[prove(family, H, near).residual < policy.residual] if len(near) else near
+        near = near[prove(family, H, near).residual < constants.residual] if len(near) else near
     if len(near) and len(proven.w):  # a path that met a proved root
-        near = near[np.min(distances(family, near, proven.w), axis=1) > policy.near]
-    doubtful = _clusters(family, near, policy.near)
+        near = near[np.min(distances(family, near, proven.w), axis=1) > constants.near]
+    doubtful = _clusters(family, near, constants.near)
     return _Ends(proven, doubtful, int(infinite.sum()), len(rest) - len(near))
 
 
-def _diverging(family: Family, done: Tracked, policy: ConfigurationConstants) -> NDArray[np.bool_]:
+def _diverging(family: Family, done: Tracked, constants: ConfigurationConstants) -> NDArray[np.bool_]:
     """Tell which paths go to infinity: with t = 1 - e^-tau they end on a straight line in log theta, log s."""
     n = family.angles
     with np.errstate(all="ignore"):
         slope = np.abs(done.rate * (1.0 - done.time)[:, None])
         slope[:, n:] /= np.maximum(np.abs(done.w[:, n:]), 1.0)
-        far = np.max(np.abs(done.w[:, :n].real), axis=1, initial=0.0) > policy.tracking.far
-        straight = np.max(np.where(np.isfinite(slope), slope, 0.0), axis=1, initial=0.0) > policy.slope
-    late = done.time > policy.late
+        far = np.max(np.abs(done.w[:, :n].real), axis=1, initial=0.0) > constants.tracking.far
+        straight = np.max(np.where(np.isfinite(slope), slope, 0.0), axis=1, initial=0.0) > constants.slope
+    late = done.time > constants.late
     return np.asarray(~done.arrived & np.asarray(far | (straight & late)))
 
 

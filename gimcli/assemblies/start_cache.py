@@ -25,21 +25,23 @@ UNKNOWN = -1
 KEPT = 64
 
 
-def known_count(family: Family, policy: ConfigurationConstants) -> int | None:
+def known_count(family: Family, constants: ConfigurationConstants) -> int | None:
     """Return the exact number of complex roots, from the cache where it has been told before; None if not known.
 
     A structure that counts none has no generic configuration, though its dimensions may allow some.
     """
-    return _count(_Topology(family), policy) or None
+    return _count(_Topology(family), constants) or None
 
 
-def known_start(family: Family, seed: int, policy: ConfigurationConstants, progress: Progress | None = None) -> Generic:
+def known_start(
+    family: Family, seed: int, constants: ConfigurationConstants, progress: Progress | None = None
+) -> Generic:
     """Return a generic linkage with its roots, from the cache where it has been found before."""
-    key = (family.key, seed, policy)
+    key = (family.key, seed, constants)
     if key not in _STARTS:
         if len(_STARTS) >= KEPT:
             _STARTS.clear()
-        _STARTS[key] = _start(family, seed, policy, progress)
+        _STARTS[key] = _start(family, seed, constants, progress)
     return _STARTS[key]
 
 
@@ -57,15 +59,15 @@ class _Topology:
 
 
 @lru_cache(KEPT)
-def _count(topology: _Topology, policy: ConfigurationConstants) -> int | None:
+def _count(topology: _Topology, constants: ConfigurationConstants) -> int | None:
     family = topology.family
-    cheap = not family.slides or family.loops < policy.count_slides
+    cheap = not family.slides or family.loops < constants.count_slides
     path = None if cheap else _path(f"{family.key}-count")
     stored = _read(path)
     if stored is not None and "count" in stored and stored["count"].shape == ():
         value = int(stored["count"])
         return None if value == UNKNOWN else value
-    count = root_count(family, policy)
+    count = root_count(family, constants)
     _write(path, count=np.array(UNKNOWN if count is None else count))
     return count
 
@@ -73,14 +75,14 @@ def _count(topology: _Topology, policy: ConfigurationConstants) -> int | None:
 _STARTS: dict[tuple[str, int, ConfigurationConstants], Generic] = {}
 
 
-def _start(family: Family, seed: int, policy: ConfigurationConstants, progress: Progress | None) -> Generic:
-    path, count = _path(f"{family.key}-{seed}"), known_count(family, policy)
+def _start(family: Family, seed: int, constants: ConfigurationConstants, progress: Progress | None) -> Generic:
+    path, count = _path(f"{family.key}-{seed}"), known_count(family, constants)
     stored = _read(path)
     if stored is not None:
         generic = _checked(family, stored, count)
         if generic is not None:
             return generic
-    generic = generic_start(family, seed, count, policy, progress)
+    generic = generic_start(family, seed, count, constants, progress)
     _write(path, H=generic.H, w=generic.w)
     return generic
 

@@ -75,13 +75,13 @@ COORDINATES: dict[str, Callable[[Mechanism], Coordinates]] = {
 
 def follow(
     system: Coordinates, inputs: FloatArray, start: ComplexArray, tolerance: float, run: Run,
-    policy: TextbookConstants | None = None,
+    constants: TextbookConstants | None = None,
 ) -> Followed:  # fmt: skip
     """Follow inputs (actuators, rows) from an assembled position (nodes,), each row from the one before."""
-    policy = policy or TextbookConstants()
-    length = system.mechanism.size if math.isnan(policy.length) else policy.length
+    constants = constants or TextbookConstants()
+    length = system.mechanism.size if math.isnan(constants.length) else constants.length
     with np.errstate(all="ignore"):
-        z, iterations, settled = system.follow(inputs, start, Stop(tolerance, length, policy.iterations), run)
+        z, iterations, settled = system.follow(inputs, start, Stop(tolerance, length, constants.iterations), run)
     good = (settled == 1.0) & np.all(np.isfinite(z), axis=0)
     z[:, ~good] = complex(np.nan, np.nan)
     return Followed(z, iterations, good)

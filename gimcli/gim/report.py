@@ -111,6 +111,6 @@ def observed_sweeps(
     own = list(group.nodes)
     noise = generator.standard_normal((2, len(own)))
     start[own] += DISTURBED * mechanism.size * (noise[0] + 1j * noise[1]) / np.sqrt(2.0)
-    policy = sweeps.SweepConstants(sweeps=3000)
-    done = sweeps.settle(group.moves, start, inputs, mechanism.size, tolerance, plain, policy)
+    constants = sweeps.SweepConstants(sweeps=3000)
+    done = sweeps.settle(group.moves, start, inputs, mechanism.size, tolerance, plain, constants)
     return done.sweeps if done.good else None

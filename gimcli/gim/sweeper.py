@@ -96,13 +96,13 @@ class Sweeper:
         z = guess.copy()
         known = sorted(self.known)
         z[known] = block.x[known, 0] + 1j * block.y[known, 0]
-        policy = sweeps.SweepConstants(sweeps=self.options.sweeps)
+        constants = sweeps.SweepConstants(sweeps=self.options.sweeps)
         size, tolerance = self.mechanism.size, self.options.tolerance
-        done = sweeps.settle(self.moves, z, inputs, size, tolerance, self.run, policy, record)
+        done = sweeps.settle(self.moves, z, inputs, size, tolerance, self.run, constants, record)
         if not done.good:  # nodes in line never leave it: disturb them, the same way each time
             noise = np.random.default_rng(0).standard_normal((2, len(self.free))) * DISTURBANCE * size
             z[self.free] += noise[0] + 1j * noise[1]
-            again = sweeps.settle(self.moves, z, inputs, size, tolerance, self.run, policy, record)
+            again = sweeps.settle(self.moves, z, inputs, size, tolerance, self.run, constants, record)
             done = again if again.good else done
         return SweptPosition(
             done.status, carry(self.mechanism, done.z), done.sweeps, done.length_error, done.angle_error,

@@ -125,8 +125,8 @@ class Marcher:
         self.at = kernels.Lanes(*(int(f) for f in firsts[:-1]))
         self.lanes = _aligned(int(firsts[-1]), kernels.WIDTH)
         self.room = newton.room(groups, plan.registers, len(mechanism.actuators))
-        policy = NewtonConstants()
-        self.limits = policy.limits(accuracy, policy.iterations, near=True)
+        constants = NewtonConstants()
+        self.limits = constants.limits(accuracy, constants.iterations, near=True)
         self.tolerance = accuracy.tolerance * accuracy.size
         fixed = mechanism.members[0]
         for node, z in zip(fixed.nodes, fixed.shape, strict=True):
