@@ -18,6 +18,7 @@ from gimcli.comparison.natural import NaturalCoordinates
 from gimcli.comparison.pairs import BodyPair
 from gimcli.gim.sequence import known_nodes
 from gimcli.kernels import bodies, points
+from gimcli.kernels.constraints import CLOSURE, HEIGHT, SPAN
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.kinematic_nodes import free_nodes
 from gimcli.structure.restrictions import Move
@@ -178,7 +179,7 @@ def group_iteration(group: Coupled) -> float:
 
 def _equation(e: Equation) -> int:
     value = 2 if e.value.actuator != NONE else 0
-    own = {"distance": 9, "line": 6, "closure": 4}[e.kind]
+    own = {SPAN: 9, HEIGHT: 6, CLOSURE: 4}[e.kind]
     return own + value + _vector(e.vector)
 
 
@@ -186,7 +187,7 @@ def _gradient(e: Equation, base: int) -> int:
     vector = 0 if e.vector is None else _vector(e.vector) + (TURN if e.vector.actuator != NONE else 0)
     value = 2 if e.value.actuator != NONE else 0
     carried = 2 + MULTIPLY if e.vector is not None and e.vector.u != NONE else 0
-    own = {"distance": 8, "line": 14, "closure": 4}[e.kind]
+    own = {SPAN: 8, HEIGHT: 14, CLOSURE: 4}[e.kind]
     return 2 + value + vector + base * (2 + carried + own)
 
 

@@ -19,6 +19,7 @@ from gimcli.structure.checks import farthest
 from gimcli.structure.derived import derived
 from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
 from gimcli.structure.rotation import members_of
+from gimcli.structure.sliding_pairs import pair_of
 from gimcli.structure.steps import NONE, Vector
 
 
@@ -184,12 +185,7 @@ class _StaticsBuilder:
 
     def _sliding(self, number: int) -> int:
         """Return the member that a true prismatic pair holds, or NONE for a pin in a slot."""
-        slides = self.mechanism.slides
-        pair = [s for s in slides if s.pair == slides[number].pair]
-        if len(pair) < 2:
-            return NONE
-        common = [m for m in self.holders[pair[0].node] if m in self.holders[pair[1].node] and m != pair[0].member]
-        return common[0] if common else NONE
+        return pair_of(self.mechanism, number).body
 
     def _effort(self, actuator: Input) -> int:
         body = self.body_of_member

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.kernels import sweep as kernels
+from gimcli.kernels.constraints import ANGLE, HEIGHT, SPAN
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.positions.newton import Run
 from gimcli.status import Status
@@ -56,8 +57,8 @@ def pack(moves: tuple[Move, ...]) -> tuple[NDArray[np.int64], FloatArray]:
     heads, factors = [], []
     for move in moves:
         r, vector = move.restriction, move.restriction.vector
-        kind = {"RD": kernels.DISTANCE, "RA": kernels.RAY, "RL": kernels.LINE}[r.kind]
-        if kind == kernels.LINE and move.node != r.b:
+        kind = {"RD": SPAN, "RA": ANGLE, "RL": HEIGHT}[r.kind]
+        if kind == HEIGHT and move.node != r.b:
             kind = kernels.AIM
         u, v, turning, turn = (vector.u, vector.v, vector.actuator, vector.turn) if vector else (NONE, NONE, NONE, 1)
         z = vector.z if vector else 0.0j

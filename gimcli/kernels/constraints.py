@@ -1,4 +1,4 @@
-"""How far positions are from one constraint: over arrays of rows, or of one row when compiled."""
+"""The kinds of constraints, and how far positions are from one: over arrays of rows, or of one row when compiled."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from gimcli.kernels.jit import kernel
 SPAN = 0
 ANGLE = 1
 HEIGHT = 2
+CLOSURE = 3
 
 
 @kernel

@@ -19,14 +19,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gimcli.kernels.constraints import CLOSURE, HEIGHT, SPAN
 from gimcli.kernels.jit import kernel, stage
 from gimcli.kernels.linear import lu_factor, lu_solve, qr_factor, qr_solve
 from gimcli.kernels.vector import turned
 from gimcli.mechanism import FloatArray, IntArray
-
-DISTANCE = 0
-LINE = 1
-CLOSURE = 2
 
 RENEWED = 128
 """Rows after which the factors are renewed in any case, so that results do not depend on blocks of such a length."""
@@ -168,11 +165,11 @@ def equations(g: GroupArrays, s: RowPosition) -> None:
         value = g.ev[k, 0]
         if g.ei[k, 4] >= 0:
             value += g.ev[k, 1] * s.values[g.ei[k, 4]]
-        if g.ei[k, 0] == DISTANCE:
+        if g.ei[k, 0] == SPAN:
             s.f[row] = (px * px + py * py - value * value) / (2.0 * value)
         else:
             nx, ny = vector_at(g, s, g.ei[k, 3])
-            if g.ei[k, 0] == LINE:
+            if g.ei[k, 0] == HEIGHT:
                 s.f[row] = nx * px + ny * py - value
             else:
                 s.f[row] = px - nx
@@ -193,7 +190,7 @@ def jacobian(g: GroupArrays, s: RowPosition) -> None:
         if g.ei[k, 4] >= 0:
             value += g.ev[k, 1] * s.values[g.ei[k, 4]]
         nx, ny, zr, zi, u, v = 0.0, 0.0, 0.0, 0.0, -1, -1
-        if kind != DISTANCE:
+        if kind != SPAN:
             nx, ny = vector_at(g, s, w)
             zr, zi = turned(g.vz[w, 0], g.vz[w, 1], g.vi[w, 3], g.vi[w, 4], s.cos, s.sin)
             u, v = g.vi[w, 0], g.vi[w, 1]
@@ -203,10 +200,10 @@ def jacobian(g: GroupArrays, s: RowPosition) -> None:
             if u >= 0:
                 hr, hi = cr[v, b] - cr[u, b], ci[v, b] - ci[u, b]
                 er, ee = zr * hr - zi * hi, zr * hi + zi * hr
-            if kind == DISTANCE:
+            if kind == SPAN:
                 j[row, 2 * b] = (px * gr + py * gi) / value
                 j[row, 2 * b + 1] = (py * gr - px * gi) / value
-            elif kind == LINE:
+            elif kind == HEIGHT:
                 j[row, 2 * b] = nx * gr + ny * gi + px * er + py * ee
                 j[row, 2 * b + 1] = ny * gr - nx * gi + py * er - px * ee
             else:

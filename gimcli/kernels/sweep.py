@@ -19,14 +19,12 @@ from __future__ import annotations
 
 import math
 
+from gimcli.kernels.constraints import ANGLE, HEIGHT, SPAN
 from gimcli.kernels.jit import kernel
 from gimcli.kernels.vector import turned
 from gimcli.mechanism import FloatArray, IntArray
 
-DISTANCE = 0
-RAY = 1
-LINE = 2
-AIM = 3
+AIM = 4
 
 SETTLED = 0
 EXHAUSTED = 1
@@ -62,7 +60,7 @@ def impose(
     value = mz[k, 0]
     if mi[k, 4] >= 0:
         value += mz[k, 1] * values[mi[k, 4]]
-    if kind == DISTANCE:
+    if kind == SPAN:
         other = a if moved == b else b
         dx, dy = x[moved] - x[other], y[moved] - y[other]
         d = math.sqrt(dx * dx + dy * dy)
@@ -76,7 +74,7 @@ def impose(
     if u >= 0:
         ex, ey = x[v] - x[u], y[v] - y[u]
         wx, wy = zr * ex - zi * ey, zr * ey + zi * ex
-    if kind == RAY:
+    if kind == ANGLE:
         if moved == b:
             turn_onto(x, y, b, a, wx, wy)
         elif moved == a:
@@ -84,7 +82,7 @@ def impose(
         else:  # the arm: turned back from b
             ex, ey = x[b] - x[a], y[b] - y[a]
             turn_onto(x, y, moved, a, zr * ex + zi * ey, zr * ey - zi * ex)
-    elif kind == LINE:
+    elif kind == HEIGHT:
         norm = math.sqrt(wx * wx + wy * wy)
         if norm == 0.0:
             return
@@ -142,7 +140,7 @@ def error_of(
     if mi[k, 4] >= 0:
         value += mz[k, 1] * values[mi[k, 4]]
     px, py = x[b] - x[a], y[b] - y[a]
-    if kind == DISTANCE:
+    if kind == SPAN:
         return abs(math.sqrt(px * px + py * py) / value - 1.0)
     zr, zi = turned(mz[k, 2], mz[k, 3], mi[k, 7], mi[k, 8], cos, sin)
     u, v = mi[k, 5], mi[k, 6]
@@ -151,7 +149,7 @@ def error_of(
         ex, ey = x[v] - x[u], y[v] - y[u]
         wx, wy = zr * ex - zi * ey, zr * ey + zi * ex
     norm = math.sqrt(wx * wx + wy * wy)
-    if kind == RAY:
+    if kind == ANGLE:
         both = norm * math.sqrt(px * px + py * py)
         sine, cosine = (wx * py - wy * px) / both, (wx * px + wy * py) / both
         return abs(sine) if cosine > 0.0 else 2.0 - abs(sine)
@@ -183,7 +181,7 @@ def worst_errors(
     out[0], out[1] = 0.0, 0.0
     for k in range(mi.shape[0]):
         e = error_of(k, x, y, values, cos, sin, mi, mz, size)
-        part = 1 if mi[k, 0] == RAY else 0
+        part = 1 if mi[k, 0] == ANGLE else 0
         if not e <= out[part]:
             out[part] = e if math.isfinite(e) else math.inf
 

@@ -26,6 +26,7 @@ from gimcli.rates.path_derivatives import PathDerivatives
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import pose
 from gimcli.structure.rotation import members_of
+from gimcli.structure.sliding_pairs import pair_of
 from gimcli.structure.steps import Circle, Coupled, Dyad, Locus
 
 
@@ -100,11 +101,11 @@ def _joined(mechanism: Mechanism, joint: int) -> Iterator[tuple[ForceLine, Force
     at = [m for m in members_of(mechanism)[joint] if m != FRAME]
     lines = {m: line for m in at if (line := member_line(mechanism, m, joint)) is not None}
     yield from combinations(lines.values(), 2)
-    for slide in mechanism.slides:
+    for number, slide in enumerate(mechanism.slides):
         if slide.node == joint:
-            body = {s.node for s in mechanism.slides if s.pair == slide.pair}
+            body = pair_of(mechanism, number).body
             for m, line in lines.items():
-                if m != slide.member and not (len(body) > 1 and body <= set(mechanism.members[m].nodes)):
+                if m not in (slide.member, body):
                     yield line, ForceLine(slide.pair, slide=slide)
     for ram in _rams(mechanism):
         if joint in (ram.node, ram.other):

@@ -17,8 +17,6 @@ from gimcli.structure.steps import NONE, Coupled, Vector
 Run = Callable[[Callable[..., Any]], Callable[..., Any]]
 """Turns a kernel into what is called: itself, or its compiled form."""
 
-KINDS = {"distance": kernels.DISTANCE, "line": kernels.LINE, "closure": kernels.CLOSURE}
-
 
 @dataclass(frozen=True)
 class Accuracy:
@@ -83,9 +81,7 @@ class Packed:
             return len(vectors) - 1
 
         places = [(local[p.node], local[p.anchor], index(p.vector)) for p in self.group.places]
-        equations = [
-            (KINDS[e.kind], local[e.p], local[e.q], index(e.vector), e.value.actuator) for e in self.group.equations
-        ]
+        equations = [(e.kind, local[e.p], local[e.q], index(e.vector), e.value.actuator) for e in self.group.equations]
         values = [(e.value.constant, e.value.gain) for e in self.group.equations]
         heads = [(local.get(v.u, NONE), local.get(v.v, NONE), v.register, v.actuator, v.turn) for v in vectors]
         factors = [(v.z.real, v.z.imag) for v in vectors]

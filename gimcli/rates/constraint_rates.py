@@ -11,11 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
+from gimcli.kernels.constraints import CLOSURE, HEIGHT, SPAN
 from gimcli.rates.slots import SlotValues
 from gimcli.rates.tape import Number, Term
 from gimcli.structure.steps import Circle, Equation, Locus, Value
-
-DISTANCE, LINE, CLOSURE = "distance", "line", "closure"
 
 
 @dataclass(frozen=True)
@@ -23,7 +22,7 @@ class Imposed:
     """A distance, a line or a closure that holds some unknowns, by slots: what is away, and the vector."""
 
     of: SlotValues
-    kind: str
+    kind: int  # of kernels.constraints
     away: Callable[[int], Number]
     vector: Callable[[int], Number] | None
     value: Value
@@ -38,8 +37,8 @@ class Imposed:
             return way if locus.offset is None else of.tape.plus(way, of.vector(locus.offset, k), -1.0)
 
         if isinstance(locus, Circle):
-            return Imposed(of, DISTANCE, away, None, locus.radius)
-        return Imposed(of, LINE, away, partial(of.vector, locus.normal), locus.distance)
+            return Imposed(of, SPAN, away, None, locus.radius)
+        return Imposed(of, HEIGHT, away, partial(of.vector, locus.normal), locus.distance)
 
     @staticmethod
     def equation(of: SlotValues, equation: Equation) -> Imposed:
@@ -58,7 +57,7 @@ class Imposed:
 
     def gradient(self) -> Number:
         """Return the gradient by what is away."""
-        return self.away(0) if self.kind == DISTANCE else self.normal(0)
+        return self.away(0) if self.kind == SPAN else self.normal(0)
 
     def gradients(self, way: Number, turning: Number) -> list[Number]:
         """Return the gradients by a complex unknown that moves what is away by `way`, the vector by `turning`.
@@ -69,7 +68,7 @@ class Imposed:
         if self.kind == CLOSURE:
             both = tape.plus(way, turning, -1.0)
             return [tape.products([(1.0, both, unit)], conjugate=True) for unit in (1.0 + 0j, 1j)]
-        if self.kind == DISTANCE:
+        if self.kind == SPAN:
             return [tape.products([(1.0, way, self.away(0))], conjugate=True)]
         terms: list[Term] = [(1.0, way, self.normal(0))]
         if turning != 0.0:
@@ -86,7 +85,7 @@ class Imposed:
         away = {n: self.away(n) for n in of.needed(k)}
         value = {n: of.value(self.value, n) for n in of.needed(k)}
         i, j, c = of.slots[k].cross or (0, 0, 0)
-        if self.kind == DISTANCE:
+        if self.kind == SPAN:
             terms: list[Term] = [(1.0, away[0], away[k]), (1.0 * c, away[i], away[j])]
             return tape.dots(to, terms, [(-1.0, value[0], value[k]), (-1.0 * c, value[i], value[j])])
         normal = {n: self.normal(n) for n in of.needed(k)}

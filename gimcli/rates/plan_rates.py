@@ -20,8 +20,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from gimcli.kernels import tape as kernels
+from gimcli.kernels.constraints import HEIGHT, SPAN
 from gimcli.mechanism import FRAME, Mechanism, Member, Point
-from gimcli.rates.constraint_rates import DISTANCE, LINE, Imposed
+from gimcli.rates.constraint_rates import Imposed
 from gimcli.rates.slots import Slot, SlotValues
 from gimcli.rates.tape import ComplexLanes, Number
 from gimcli.structure.checks import farthest
@@ -92,7 +93,7 @@ class Differentiated(SlotValues):
             return tape.scaled(tape.plus(self.nodes[step.b][k], self.nodes[step.a][k], -1.0), -1j)
 
         known = Value(1.0)
-        bound = [Imposed(self, DISTANCE, u.__getitem__, None, known), Imposed(self, LINE, u.__getitem__, arm, known)]
+        bound = [Imposed(self, SPAN, u.__getitem__, None, known), Imposed(self, HEIGHT, u.__getitem__, arm, known)]
         self.pair(u, (u[0], bound[1].normal(0)), bound)
 
     def pair(self, unknown: list[Number], gradients: tuple[Number, Number], imposed: list[Imposed]) -> None:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from gimcli.errors import StructureError
-from gimcli.kernels.constraints import ANGLE, HEIGHT, SPAN
+from gimcli.kernels.constraints import ANGLE, CLOSURE, HEIGHT, SPAN
 from gimcli.mechanism import Mechanism
 from gimcli.structure.closed_form_order import Layout
 from gimcli.structure.dulmage_mendelsohn import components, join, match, reached
@@ -222,7 +222,7 @@ class Builder:
         rotation = self.layout.rotation
         self.direction[rotation.of[body]] = Vector(1.0 / (reach * rotation.phase[body]), u, v)
         name = self.mechanism.members[body].name
-        self.equations.append(Equation("distance", u, v, None, Value(abs(reach)), name))
+        self.equations.append(Equation(SPAN, u, v, None, Value(abs(reach)), name))
         return True
 
     def _finish(self, body: int) -> bool:
@@ -241,7 +241,7 @@ class Builder:
                 self.places.append(Place(node, anchor, vector, name))
                 self.placed.add(node)
             elif set(vector.nodes) != {node, anchor} or vector.actuator >= 0:
-                self.equations.append(Equation("closure", node, anchor, vector, Value(0.0), name))
+                self.equations.append(Equation(CLOSURE, node, anchor, vector, Value(0.0), name))
         return True
 
     def _drives(self) -> bool:
@@ -279,7 +279,7 @@ class Builder:
                 continue
             elif row.kind == SPAN and set(row.nodes) & new:
                 a, b = row.nodes
-                self.equations.append(Equation("distance", a, b, None, row.value, row.name))
+                self.equations.append(Equation(SPAN, a, b, None, row.value, row.name))
             elif row.kind == HEIGHT and (row.node in new or row.guide in group):
                 self._line(row)
 
@@ -295,7 +295,7 @@ class Builder:
             return
         reach = (self.layout.local(arm, pair[0]) - self.layout.local(arm, pair[1])) / row.arm
         normal = normal.times(reach / abs(reach))
-        self.equations.append(Equation("line", pair[0], pair[1], normal, Value(0.0), row.name))
+        self.equations.append(Equation(HEIGHT, pair[0], pair[1], normal, Value(0.0), row.name))
 
     def _line(self, row: PairRow) -> None:
         source = self._source(row.guide)
@@ -304,4 +304,4 @@ class Builder:
             return  # its guide belongs to a later group
         height = (row.normal.conjugate() * (row.point - self.layout.local(row.guide, anchor))).real
         vector = source.times(row.normal)
-        self.equations.append(Equation("line", row.node, anchor, vector, row.value.plus(height), row.name))
+        self.equations.append(Equation(HEIGHT, row.node, anchor, vector, row.value.plus(height), row.name))

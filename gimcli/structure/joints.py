@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gimcli.mechanism import FRAME, Drive, Input, Mechanism
+from gimcli.mechanism import FRAME, Drive, Mechanism
 from gimcli.structure.derived import derived
-from gimcli.structure.rotation import PARALLEL, members_of
+from gimcli.structure.rotation import members_of
+from gimcli.structure.sliding_pairs import SlidingPair, sliding_pairs
 from gimcli.structure.steps import NONE
 
 REVOLUTE, PRISMATIC = "R", "P"
@@ -55,8 +56,11 @@ class _LinkageBuilder:
         self.rams: dict[int, int] = {}
 
     def build(self) -> PairLinkage:
-        drivers = {k: a for k, a in enumerate(self.mechanism.actuators)}
-        self._slides(drivers)
+        mechanism, pairs = self.mechanism, sliding_pairs(self.mechanism)
+        for pair in pairs:
+            self._slide(pair)
+        driven = {pair.actuator for pair in pairs}
+        drivers = {k: a for k, a in enumerate(mechanism.actuators) if k not in driven}
         for k, actuator in drivers.items():
             if actuator.drive is Drive.DISTANCE:
                 ram = self._link(actuator.name)
@@ -77,32 +81,13 @@ class _LinkageBuilder:
         self.links.append(name)
         return len(self.links) - 1
 
-    def _slides(self, drivers: dict[int, Input]) -> None:
-        """Add sliders and prismatic pairs; take the actuators that drive them."""
-        mechanism = self.mechanism
-        for pair in dict.fromkeys(s.pair for s in mechanism.slides):
-            first, *others = [s for s in mechanism.slides if s.pair == pair]
-            common = [m for m in self.holders[first.node] if all(m in self.holders[s.node] for s in others)]
-            common = [m for m in common if m != first.member]
-            if others and common:
-                slider = common[0]
-            else:
-                slider = self._link(pair)
-                self.parts[first.node].append(slider)
-            actuator = next((k for k, a in drivers.items() if self._along(a, pair)), NONE)
-            drivers.pop(actuator, None)
-            self.pairs.append(LowerPair(PRISMATIC, pair, first.member, slider, actuator))
-
-    def _along(self, actuator: Input, pair: str) -> bool:
-        """Tell whether an actuator drives what slides in a pair."""
-        if actuator.drive is not Drive.TRAVEL:
-            return False
-        slides = [s for s in self.mechanism.slides if s.pair == pair]
-        return any(
-            s.node == actuator.a and s.member == actuator.reference_member
-            and abs((s.direction.conjugate() * actuator.direction).imag) < PARALLEL
-            for s in slides
-        )  # fmt: skip
+    def _slide(self, pair: SlidingPair) -> None:
+        """Add a prismatic pair, and a slider where a pin is in a slot."""
+        slider = pair.body
+        if slider == NONE:
+            slider = self._link(pair.name)
+            self.parts[self.mechanism.slides[pair.slides[0]].node].append(slider)
+        self.pairs.append(LowerPair(PRISMATIC, pair.name, pair.guide, slider, pair.actuator))
 
     def _revolutes(self) -> int:
         """Add a revolute pair where two links meet, and a pin with one to each link where more do; return the pins."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gimcli.kernels.constraints import CLOSURE
 from gimcli.mechanism import FloatArray
 
 NONE = -1
@@ -144,10 +145,10 @@ class Dyad:
 class Equation:
     """One equation of a coupled group, in the nodes as numbered by the mechanism.
 
-    distance: |q - p| = value; line: vector . (p - q) = value; closure: p = q + vector (two rows).
+    SPAN: |q - p| = value; HEIGHT: vector . (p - q) = value; CLOSURE: p = q + vector (two rows).
     """
 
-    kind: str
+    kind: int  # of kernels.constraints
     p: int
     q: int
     vector: Vector | None
@@ -157,7 +158,7 @@ class Equation:
     @property
     def rows(self) -> int:
         """Number of scalar equations."""
-        return 2 if self.kind == "closure" else 1
+        return 2 if self.kind == CLOSURE else 1
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jets import Jet, constant, derivatives, dot, quotient, slope, times, turn
 
+from gimcli.kernels.constraints import HEIGHT, SPAN
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.checks import farthest
 from gimcli.structure.plan import make_plan
@@ -149,11 +150,11 @@ class _Series:
         """Return the series of one equation of a coupled group."""
         away = self.nodes[equation.p] - self.nodes[equation.q]
         value = self.value(equation.value)
-        if equation.kind == "distance":
+        if equation.kind == SPAN:
             return [dot(away, away) - times(value, value).real]
         assert equation.vector is not None
         vector = self.vector(equation.vector)
-        if equation.kind == "line":
+        if equation.kind == HEIGHT:
             return [dot(vector, away) - value.real]
         return [(away - vector).real, (away - vector).imag]
 

@@ -1,0 +1,58 @@
+"""Sliding pairs: which slides are one pair, what slides in it, and which actuator drives it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gimcli.mechanism import Drive, Input, Mechanism
+from gimcli.structure.derived import derived
+from gimcli.structure.rotation import PARALLEL, members_of
+from gimcli.structure.steps import NONE
+
+
+@dataclass(frozen=True)
+class SlidingPair:
+    """A true prismatic pair, or a pin in a slot."""
+
+    name: str
+    slides: tuple[int, ...]
+    guide: int
+    body: int  # member that slides without turning; NONE for a pin in a slot
+    actuator: int  # that moves it along the guide; NONE for a free one
+
+
+@derived
+def sliding_pairs(mechanism: Mechanism) -> tuple[SlidingPair, ...]:
+    """Return the sliding pairs in the order of the file."""
+    pairs: dict[str, list[int]] = {}
+    for number, slide in enumerate(mechanism.slides):
+        pairs.setdefault(slide.pair, []).append(number)
+    found: list[SlidingPair] = []
+    for name, slides in pairs.items():
+        taken = {pair.actuator for pair in found}
+        drivers = (k for k, a in enumerate(mechanism.actuators) if k not in taken and _along(mechanism, a, slides))
+        guide = mechanism.slides[slides[0]].member
+        found.append(SlidingPair(name, tuple(slides), guide, _body(mechanism, slides), next(drivers, NONE)))
+    return tuple(found)
+
+
+def pair_of(mechanism: Mechanism, slide: int) -> SlidingPair:
+    """Return the pair that a slide belongs to."""
+    return next(pair for pair in sliding_pairs(mechanism) if slide in pair.slides)
+
+
+def _body(mechanism: Mechanism, slides: list[int]) -> int:
+    """Return the member that all nodes of a pair belong to, if they are more than one."""
+    first, *others = (mechanism.slides[k] for k in slides)
+    members = members_of(mechanism)
+    common = [m for m in members[first.node] if m != first.member and all(m in members[s.node] for s in others)]
+    return common[0] if others and common else NONE
+
+
+def _along(mechanism: Mechanism, actuator: Input, slides: list[int]) -> bool:
+    """Tell whether an actuator drives what slides in a pair."""
+    return actuator.drive is Drive.TRAVEL and any(
+        s.node == actuator.a and s.member == actuator.reference_member
+        and abs((s.direction.conjugate() * actuator.direction).imag) < PARALLEL
+        for s in (mechanism.slides[k] for k in slides)
+    )  # fmt: skip
