@@ -121,6 +121,11 @@ class Input:
     point: complex = 0.0j
     direction: complex = 1.0 + 0.0j
 
+    @property
+    def rotary(self) -> bool:
+        """Tell whether the value is an angle, not a length."""
+        return self.drive is Drive.ROTARY
+
 
 @dataclass(frozen=True)
 class Point:
@@ -194,14 +199,18 @@ class Mechanism:
         """Return positions in the file's coordinates and unit."""
         return z * self.scale + self.origin
 
+    def unit_of(self, value: Input) -> str:
+        """Return the file's unit of an actuator's or a gauge's value."""
+        return self.angle_unit if value.rotary else self.length_unit
+
     def value_to_file(self, actuator: int, value: FloatArray) -> FloatArray:
         """Return values of an actuator in the file's unit (deg or rad, or length)."""
-        if self.actuators[actuator].drive is Drive.ROTARY:
+        if self.actuators[actuator].rotary:
             return np.degrees(value) if self.angle_unit == "deg" else value
         return value * self.scale
 
     def value_from_file(self, actuator: int, value: float) -> float:
         """Return a value given in the file's unit in rad or in the normal frame's length."""
-        if self.actuators[actuator].drive is Drive.ROTARY:
+        if self.actuators[actuator].rotary:
             return float(np.radians(value)) if self.angle_unit == "deg" else value
         return value / self.scale

@@ -195,7 +195,7 @@ def _classes(mechanism: Mechanism, bars: int) -> tuple[tuple[int, ...], tuple[Ph
             body = parent[body]
 
     for k, a in enumerate(mechanism.actuators):
-        if a.drive is not Drive.ROTARY:
+        if not a.rotary:
             continue
         turns = tuple(int(j == k) for j in range(len(still)))
         ratio = Phase(a.reference_direction / a.arm_direction, turns)

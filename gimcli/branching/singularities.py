@@ -93,7 +93,7 @@ def rates(curve: PositionCurve, p: FloatArray, v: FloatArray) -> BranchRates:
     driven = curve.travel(v, float(p[-1]))[curve.system.n :] * (abs(v[-1]) > Bounds().still)
     degree = float(np.degrees(1.0)) if mechanism.angle_unit == "deg" else 1.0
     inputs = {
-        a.name: rate * (degree if a.drive is Drive.ROTARY else mechanism.scale)
+        a.name: rate * (degree if a.rotary else mechanism.scale)
         for a, rate in zip(mechanism.actuators, driven.tolist(), strict=True)
     }
     dust = REST * max(map(abs, turns.values()), default=0.0)  # what rounding left of no rotation
@@ -178,7 +178,7 @@ def outputs(curve: PositionCurve) -> Iterator[tuple[str, Rate]]:
     """Yield members hinged to the frame and sliders on it, but those that an input drives, and their rates."""
     mechanism, column = curve.mechanism, {n: 2 * k for k, n in enumerate(curve.system.free)}
     frame = set(mechanism.members[FRAME].nodes)
-    driven = {a.arm_member for a in mechanism.actuators if a.drive is Drive.ROTARY and a.reference_member == FRAME}
+    driven = {a.arm_member for a in mechanism.actuators if a.rotary and a.reference_member == FRAME}
     moved = {a.a for a in mechanism.actuators if a.drive is Drive.TRAVEL and a.reference_member == FRAME}
     for index, member in enumerate(mechanism.members[FRAME + 1 :], start=FRAME + 1):
         hinges, free = [n for n in member.nodes if n in frame], [n for n in member.nodes if n in column]

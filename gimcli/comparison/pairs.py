@@ -113,7 +113,7 @@ class Bodies:
     def _drivers(self) -> list[BodyPair]:
         pairs = []
         for number, a in enumerate(self.mechanism.actuators):
-            if a.drive is Drive.ROTARY:
+            if a.rotary:
                 turn = cmath.phase(a.reference_direction) - cmath.phase(a.arm_direction)
                 pair = BodyPair(kernels.ANGLE, a.arm_member, a.reference_member, constant=turn, actuator=number)
             elif a.drive is Drive.DISTANCE:

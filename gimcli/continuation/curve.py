@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times
 from gimcli.structure.checks import farthest
 from gimcli.structure.system import system_of
@@ -43,7 +43,7 @@ class PositionCurve:
 
     def __init__(self, mechanism: Mechanism, line: InputLine | None = None) -> None:
         self.mechanism, self.system = mechanism, system_of(mechanism)
-        self.rotary = np.array([a.drive is Drive.ROTARY for a in mechanism.actuators])
+        self.rotary = np.array([a.rotary for a in mechanism.actuators])
         self.single = len(mechanism.actuators) == 1
         self.line = line or input_line(mechanism)
         self.span, self.domain = 1.0, Domain()

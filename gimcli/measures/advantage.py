@@ -13,7 +13,7 @@ import numpy as np
 
 from gimcli.measures import naming
 from gimcli.measures.measure import Head, Kind, Measure, unit_of
-from gimcli.mechanism import FRAME, Drive, FloatArray, Mechanism, Slide
+from gimcli.mechanism import FRAME, FloatArray, Mechanism, Slide
 from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.path_derivatives import PathDerivatives
 from gimcli.structure.residual import pose
@@ -35,7 +35,7 @@ class Advantage(Measure):
     def __init__(self, mechanism: Mechanism, spec: str, actuator: int, output: str) -> None:
         self.mechanism, self.spec, self.actuator = mechanism, spec, actuator
         self.member, self.slide, self.point = _output(mechanism, spec, output)
-        turning = mechanism.actuators[actuator].drive is Drive.ROTARY
+        turning = mechanism.actuators[actuator].rotary
         linear = self.member is None
         units = ("", "") if turning != linear else ("1/{}", "{}") if turning else ("{}", "1/{}")
         own, ratio = (unit_of(mechanism, unit) if unit else "" for unit in units)

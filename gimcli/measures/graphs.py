@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gimcli.measures.measure import Head
-from gimcli.mechanism import FRAME, Drive, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.table import Column, Table
 
@@ -33,7 +33,7 @@ def input_or_time(mechanism: Mechanism, time: FloatArray, inputs: FloatArray) ->
         steps = np.diff(inputs[0])
         if np.all(steps > 0.0) or np.all(steps < 0.0):
             actuator = mechanism.actuators[0]
-            unit = mechanism.angle_unit if actuator.drive is Drive.ROTARY else mechanism.length_unit
+            unit = mechanism.unit_of(actuator)
             return Column(actuator.name, mechanism.value_to_file(0, inputs[0]), unit)
     return Column("time", time * mechanism.duration, "s")
 

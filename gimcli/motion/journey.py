@@ -17,7 +17,7 @@ import numpy as np
 
 from gimcli.continuation.gap_interpolation import BEYOND, Gap
 from gimcli.errors import UsageError
-from gimcli.mechanism import ComplexArray, Drive, FloatArray, IntArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
 from gimcli.motion.follow import BranchFollower, FollowedPath
 from gimcli.motion.legs import Leg, dense, fine, legs
@@ -329,7 +329,7 @@ class Journey:
     def _back(self, wall: ArcPassage, time: float) -> tuple[float, Gap] | None:
         """Return when the law comes back to the arc between limits that it has left, and the way in."""
         ways = [wall.mirrored()]
-        turning = len(self.mechanism.actuators) == 1 and self.mechanism.actuators[0].drive is Drive.ROTARY
+        turning = len(self.mechanism.actuators) == 1 and self.mechanism.actuators[0].rotary
         other = self.follower.guide.other_end(wall) if turning and self.follower.guide is not None else None
         if other is not None and abs(other.arc.q - wall.arc.q) < TURN:
             ways.append(other)

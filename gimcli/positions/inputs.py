@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.mechanism import Drive, FloatArray, Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 
 Inputs = Callable[[FloatArray], FloatArray]
 """Inputs (actuators, rows) at times (rows,); also a little beyond the ends of the motion."""
@@ -99,14 +99,14 @@ def nearest_turns(mechanism: Mechanism, start: FloatArray, end: FloatArray) -> F
     """Return `start` with rotary values moved by whole turns next to those of `end`."""
     moved = start.copy()
     for k, actuator in enumerate(mechanism.actuators):
-        if actuator.drive is Drive.ROTARY:
+        if actuator.rotary:
             moved[k] += 2.0 * math.pi * round((end[k] - start[k]) / (2.0 * math.pi))
     return moved
 
 
 def scales(mechanism: Mechanism) -> FloatArray:
     """Return what changes of the inputs (actuators,) are measured by: a rad, or the size."""
-    return np.array([1.0 if a.drive is Drive.ROTARY else mechanism.size for a in mechanism.actuators])
+    return np.array([1.0 if a.rotary else mechanism.size for a in mechanism.actuators])
 
 
 def pace(mechanism: Mechanism, values: FloatArray) -> float:

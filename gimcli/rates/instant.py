@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Input, Mechanism
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Input, Mechanism
 from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.path_derivatives import rates_along
 
@@ -69,7 +69,7 @@ def instant(mechanism: Mechanism, inputs: FloatArray, z: ComplexArray) -> Instan
 
 def unit_rate(mechanism: Mechanism, actuator: Input) -> float:
     """Return one unit of the file a second, in rad/s or normal lengths/s."""
-    if actuator.drive is not Drive.ROTARY:
+    if not actuator.rotary:
         return 1.0 / mechanism.scale
     return np.pi / 180.0 if mechanism.angle_unit == "deg" else 1.0
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray
 from gimcli.motion.coupler_points import carried_point
 from gimcli.motion.motion import Motion
 from gimcli.positions.inputs import law_inputs
@@ -31,7 +31,7 @@ def motion_table(
     rows = len(motion.time)
     columns = [Column("step", np.arange(first, first + rows)), Column("time", motion.time * mechanism.duration, "s")]
     for k, actuator in enumerate(mechanism.actuators):
-        unit = mechanism.angle_unit if actuator.drive is Drive.ROTARY else mechanism.length_unit
+        unit = mechanism.unit_of(actuator)
         columns.append(Column(actuator.name, mechanism.value_to_file(k, motion.inputs[k]), unit))
     for name, path in traced_paths(motion, names).items():
         columns += [

@@ -16,7 +16,7 @@ from gimcli.branching.resampling import beside, between, settled
 from gimcli.continuation.arclength import CurvePoint, place
 from gimcli.continuation.circuit import Circuit, CircuitConstants, nearby
 from gimcli.continuation.curve import PositionCurve
-from gimcli.mechanism import Drive, FloatArray
+from gimcli.mechanism import FloatArray
 from gimcli.positions.inputs import InputLine
 from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, point_between, split
 from gimcli.reach.critical_positions import CriticalPath, Stratum
@@ -33,7 +33,7 @@ def along_circuits(task: WorkspaceTask, progress: Progress | None = None) -> tup
     (actuator,) = task.moving
     turning = not task.limited
     span = law_range(task.mechanism, actuator)
-    rotary = task.mechanism.actuators[actuator].drive is Drive.ROTARY
+    rotary = task.mechanism.actuators[actuator].rotary
     search = CircuitSearch(
         PositionCurve(task.mechanism, _line(task, actuator)), rotary, EnumerationConstants(), progress
     )

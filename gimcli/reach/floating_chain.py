@@ -49,7 +49,7 @@ def _ties(mechanism: Mechanism) -> Iterator[tuple[int, ...]]:
 def _held(mechanism: Mechanism, actuator: Input) -> tuple[int, ...]:
     if actuator.drive is Drive.DISTANCE:
         return actuator.a, actuator.b
-    arms = (actuator.arm_member,) if actuator.drive is Drive.ROTARY else ()
+    arms = (actuator.arm_member,) if actuator.rotary else ()
     own = (actuator.a,) if actuator.drive is Drive.TRAVEL else ()
     return (*own, *(n for k in (*arms, actuator.reference_member) for n in _moving(mechanism, k)))
 

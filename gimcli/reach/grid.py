@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.mechanism import FRAME, Drive, Mechanism
+from gimcli.mechanism import FRAME, Mechanism
 from gimcli.motion.scatter import Carried, InputGrid
 from gimcli.reach.task import FULL, law_range
 from gimcli.structure.checks import farthest
@@ -19,7 +19,7 @@ MOST = 50_000_000
 def input_grid(mechanism: Mechanism, count: int) -> InputGrid:
     """Return `count` values of every input that moves, over its law's range; a full turn's end is left out."""
     spans = [law_range(mechanism, k) for k in range(len(mechanism.actuators))]
-    rotary = [a.drive is Drive.ROTARY for a in mechanism.actuators]
+    rotary = [a.rotary for a in mechanism.actuators]
     turning = tuple(r and 2.0 * s.half >= FULL for s, r in zip(spans, rotary, strict=True))
     high = [s.low + 2.0 * math.pi if t else s.high for s, t in zip(spans, turning, strict=True)]
     grid = InputGrid(np.array([s.low for s in spans]), np.array(high), turning, count)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gimcli.errors import UnassembledError, UsageError
-from gimcli.mechanism import Drive, FloatArray, Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.inputs import law_inputs
 from gimcli.reach.arcs import PathArc
 from gimcli.reach.boundary import task_of, unreached
@@ -123,7 +123,7 @@ def _run(task: WorkspaceTask, branch: CriticalCurve, drawn: bool) -> ReachedPath
 
 def _interval(task: WorkspaceTask, k: int, values: list[FloatArray], closed: bool) -> Interval:
     """Return the interval of an input from its values along the pieces of a path."""
-    rotary = task.mechanism.actuators[k].drive is Drive.ROTARY
+    rotary = task.mechanism.actuators[k].rotary
     u = np.concatenate(values)
     u = np.unwrap(u) if rotary else u
     ends = np.cumsum([len(v) for v in values])

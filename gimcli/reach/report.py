@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.reach.boundary import Workspace
 from gimcli.reach.reach import Interval, Reach, ReachedPath
 from gimcli.reach.region import HOLE, INNER, OUTER, Edge
@@ -105,14 +105,14 @@ def _along(found: Reach, k: int, number: int, path: FloatArray) -> FloatArray:
     """Return an input along a path, angles without leaps, within its interval."""
     mechanism, interval = found.task.mechanism, found.runs[number].intervals[k]
     u = found.task.inputs(path)[:, k]
-    if mechanism.actuators[k].drive is Drive.ROTARY:
+    if mechanism.actuators[k].rotary:
         u = np.unwrap(u)
         u += 2.0 * np.pi * np.round((0.5 * (interval.low + interval.high) - 0.5 * (u.min() + u.max())) / (2.0 * np.pi))
     return np.asarray(mechanism.value_to_file(k, u))
 
 
 def _unit(mechanism: Mechanism, k: int) -> str:
-    return mechanism.angle_unit if mechanism.actuators[k].drive is Drive.ROTARY else mechanism.length_unit
+    return mechanism.unit_of(mechanism.actuators[k])
 
 
 def reach_report(found: Reach) -> dict[str, Any]:

@@ -228,7 +228,7 @@ class WorkspaceTask:
         return np.asarray(fits)
 
     def _rotary(self, actuator: int) -> bool:
-        return self.mechanism.actuators[actuator].drive is Drive.ROTARY
+        return self.mechanism.actuators[actuator].rotary
 
     @cached_property
     def _kinds(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

@@ -48,8 +48,7 @@ def _checks(mechanism: Mechanism) -> Iterator[Check]:
         yield _height(mechanism, slide.name, slide.node, slide.member, slide.point, 1j * slide.direction, NONE)
     for tie in ties(mechanism):  # heights do not tell a member turned end for end
         held = direction(mechanism, tie.guide).times(tie.turn)
-        name = mechanism.slides[tie.slide].pair
-        yield Check(name, constraints.ANGLE, first=direction(mechanism, tie.body), second=held)
+        yield Check(tie.name, constraints.ANGLE, first=direction(mechanism, tie.body), second=held)
     for number, actuator in enumerate(mechanism.actuators):
         yield _of_actuator(mechanism, number, actuator)
 

@@ -73,7 +73,7 @@ class _LinkageBuilder:
                 self.pairs.append(LowerPair(PRISMATIC, actuator.name, actuator.reference_member, block, k))
         pins = set(range(len(self.links), len(self.links) + self._revolutes()))
         turns = tuple(
-            (k, a.arm_member, a.reference_member) for k, a in drivers.items() if a.drive is Drive.ROTARY
+            (k, a.arm_member, a.reference_member) for k, a in drivers.items() if a.rotary
         )  # fmt: skip
         return PairLinkage(tuple(self.links), tuple(self.pairs), turns, self.rams, frozenset(pins))
 

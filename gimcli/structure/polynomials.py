@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from gimcli.mechanism import FRAME, Drive, Mechanism
+from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.derived import derived
 from gimcli.structure.exact_equations import Constraints
 
@@ -161,4 +161,4 @@ def _product(f: int, g: int) -> int:
 
 def is_rotary(terms: Terms, reading: int) -> bool:
     """Tell whether a reading is an angle."""
-    return terms.mechanism.actuators[reading].drive is Drive.ROTARY
+    return terms.mechanism.actuators[reading].rotary

@@ -29,6 +29,7 @@ class Rotation:
 class Tie:
     """A member that its guide holds from turning: e^(i phi) of the body is `turn` times that of the guide."""
 
+    name: str  # of the pair
     slide: int  # the slide that this makes superfluous
     body: int
     guide: int
@@ -55,7 +56,7 @@ def ties(mechanism: Mechanism) -> tuple[Tie, ...]:
             body = _tied_body(mechanism, slide, other)
             if body is not None:
                 turn = _turn(mechanism, mechanism.members[body], other, slide)
-                found.append(Tie(number, body, slide.member, turn))
+                found.append(Tie(slide.pair, number, body, slide.member, turn))
                 break
         earlier[slide.member].append(slide)
     return tuple(found)

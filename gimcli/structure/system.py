@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.structure.derived import derived
 from gimcli.structure.polynomials import ONE, SINE, SQUARE, Terms, make_terms
 from gimcli.structure.quadric import Quadric
@@ -157,7 +157,7 @@ class System:
         """Return the parts' functions of the inputs, or their derivatives by their own input."""
         values = [1.0 if order == 0 else 0.0]
         for k, actuator in enumerate(self.mechanism.actuators):
-            if actuator.drive is Drive.ROTARY:
+            if actuator.rotary:
                 values += [np.cos(u[k] + order * np.pi / 2), np.sin(u[k] + order * np.pi / 2)]
             else:
                 values += [(u[k], 1.0, 0.0, 0.0)[order], (u[k] ** 2, 2.0 * u[k], 2.0, 0.0)[order]]
