@@ -1,4 +1,8 @@
-"""Dormand & Prince's method in compiled strides, behind the interface of scipy's solvers."""
+"""Dormand & Prince's method in compiled strides, behind the interface of scipy's solvers.
+
+Why beside scipy's DOP853: 50 s of the Watt six-bar (1510 steps, 201 rows) take 0.95 s instead of 4.3, the whole command
+2.6 s instead of 4.0; where every step holds a row both take the same time.
+"""
 
 from __future__ import annotations
 

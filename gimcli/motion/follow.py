@@ -2,8 +2,8 @@
 
 Rows are solved in blocks as long as nothing is doubtful. A row that is doubtful (no solution, a
 jump predicted, the tolerance out of reach) is approached by an ever finer grid, and a singular
-position that remains is gone straight through (see passing). Where that fails the curve of the
-motion decides (see guide): it goes on, or there is a limit. A row's "time" is what the inputs are
+position that remains is passed straight through (singular_crossing). Where that fails the curve of the
+motion decides (guide): it goes on, or there is a limit. A row's "time" is what the inputs are
 given over: the place on a leg of the laws, or the time.
 """
 

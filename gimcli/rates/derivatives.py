@@ -1,6 +1,6 @@
 """Velocities, accelerations and jerks along a motion, from the constraint equations and the laws' derivatives.
 
-The equations are differentiated in `solvers.rates`; never by differences.
+The equations are differentiated in `plan_rates`; never by differences.
 """
 
 from __future__ import annotations
