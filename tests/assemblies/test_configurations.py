@@ -110,6 +110,7 @@ def test_every_baranov_truss_has_all_its_roots(loops):
     assert sorted(found) == TRUSSES[loops]
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("loops", [3, 4, 5])
 def test_rings_of_triangles_have_the_published_counts(loops):
     """Watt-Baranov trusses of 7, 9, 11 and 13 links: 14, 30, 62, 126. Source: N. Rojas, F. Thomas."""

@@ -335,7 +335,7 @@ def test_what_meets_at_a_pin_is_in_balance(tmp_path):
     _, forces, good = moved(mechanism, 12)
     pin = next(p for p in forces.statics.pins if mechanism.nodes[p.node] == "J1")
     assert len(pin.members) == 3
-    assert pin.busy
+    assert pin.loaded
     total = np.sum([forces.pin(pin, member) for member in pin.members], axis=0)
     assert np.max(np.abs(total - forces.loads.pins[pin.node])[good]) < 1e-10 * np.max(np.abs(total[good]))
 
