@@ -34,7 +34,7 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Find the circuits and list them."""
-    from gimcli.cli.console import print_json, tell_written, texts, write_files
+    from gimcli.cli.console import finish, write_picture
     from gimcli.cli.progress import progress_bar
     from gimcli.library.circuits import circuits
     from gimcli.library.load import load
@@ -43,14 +43,7 @@ def command(
     mechanism = load(model)
     refuse_files(mechanism.files, None, png)
     found = circuits(mechanism, samples=samples, progress=progress_bar)
-    paths = write_files(found, None, png)
-    if as_json:
-        print_json({**found.report(), "png": texts(paths)["png"]})
-    else:
-        _print(found)
-        tell_written(paths["png"])
-    if not found.found.strands:
-        raise typer.Exit(5)
+    finish(found, write_picture(found, png), as_json, _print)
 
 
 def _print(result: CircuitsResult) -> None:

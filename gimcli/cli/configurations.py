@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,7 +25,7 @@ def solve_all(
     model: Path, at: dict[str, str], tolerance: float, csv: Path | None, png: Path | None, as_json: bool
 ) -> None:
     """Find every configuration, print and write it; exit with 5 where there is none."""
-    from gimcli.cli.console import print_json, tell_written, texts, write_files
+    from gimcli.cli.console import finish, write_files
     from gimcli.cli.progress import progress_bar
     from gimcli.library.configurations import configurations
     from gimcli.library.load import load
@@ -34,18 +35,10 @@ def solve_all(
     refuse_files(mechanism.files, csv, png)
     found = configurations(mechanism, at, tolerance=tolerance, progress=progress_bar)
     paths = write_files(found, csv, png)
-    if as_json:
-        print_json({**found.report(), **texts(paths)})
-    else:
-        _print(found)
-        tell_written(*paths.values())
-        if found.undrawn and png is not None:
-            typer.echo(f"{png} shows the first {found.count - found.undrawn}; {found.undrawn} are not drawn")
-    if not found.count:
-        raise typer.Exit(5)
+    finish(found, paths, as_json, partial(_print, png))
 
 
-def _print(result: ConfigurationsResult) -> None:
+def _print(png: Path | None, result: ConfigurationsResult) -> None:
     import math
 
     from gimcli.cli.console import number, print_table, room
@@ -74,3 +67,5 @@ def _print(result: ConfigurationsResult) -> None:
         typer.echo(f"... and {len(found) - ROWS} more (--json and --csv hold all)")
     if drawn is not None:
         typer.echo("* is the drawn one, moved to these inputs")
+    if result.undrawn and png is not None:
+        typer.echo(f"{png} shows the first {result.count - result.undrawn}; {result.undrawn} are not drawn")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
@@ -68,6 +68,20 @@ def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], 
     typer.echo(drawn.get(), nl=False)
 
 
+def files_in(out: Path, stem: str, png: bool, mechanism: Mechanism) -> tuple[Path, Path | None]:
+    """Return the table and the picture that a command writes into a folder; refuse what cannot be written."""
+    from gimcli.output import refuse_unwritable
+
+    table, picture = out / f"{stem}.csv", out / f"{stem}.png" if png else None
+    refuse_unwritable(mechanism.files, table, *([picture] if picture else []))
+    return table, picture
+
+
+def write_picture(result: Result, picture: Path | None) -> dict[str, Path | None]:
+    """Write a result's picture where it is asked for; return it, for the report."""
+    return {"png": write_files(result, None, picture)["png"]}
+
+
 def write_files(result: Result, table: Path | None, picture: Path | None) -> dict[str, Path | None]:
     """Write a result's table and picture where they are asked for; return which were written, for the report."""
     from gimcli.cli.progress import DRAWING, progress_bar
@@ -116,9 +130,22 @@ def write_stream(stream: Stream[Kind], table: Path, picture: Path | None) -> tup
     return found, {**paths, "csv": table}
 
 
-def texts(paths: dict[str, Path | None]) -> dict[str, str | None]:
-    """Return the names of files for --json."""
-    return {kind: None if path is None else str(path) for kind, path in paths.items()}
+Shown = TypeVar("Shown", bound="Result")
+
+
+def finish(
+    found: Shown, paths: dict[str, Path | None], as_json: bool, show: Callable[[Shown], None], paths_first: bool = False
+) -> None:
+    """Print the report, or what people read and which files were written; exit with 5 where something is missing."""
+    if as_json:
+        named = {kind: None if path is None else str(path) for kind, path in paths.items()}
+        print_json({**named, **found.report()} if paths_first else {**found.report(), **named})
+    else:
+        end_bars()
+        show(found)
+        tell_written(*paths.values())
+    if not found.answered:
+        raise typer.Exit(5)
 
 
 def tell_written(*paths: Any) -> None:

@@ -40,25 +40,17 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Find efforts and reactions."""
-    from gimcli.cli.console import note, note_point_masses, print_json, texts, write_stream
+    from gimcli.cli.console import files_in, finish, note, note_point_masses, write_stream
     from gimcli.cli.progress import progress_bar
     from gimcli.library.forces import ForcesAlong
     from gimcli.library.load import load
-    from gimcli.output import refuse_unwritable
 
     mechanism = load(model)
     note_point_masses(mechanism)
-    csv_path, png_path = out / f"{model.stem}.forces.csv", out / f"{model.stem}.forces.png"
+    csv_path, png_path = files_in(out, f"{model.stem}.forces", png, mechanism)
     along = ForcesAlong(mechanism, steps, tolerance, jit.value, note, progress_bar)
-    refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
-    found, paths = write_stream(along, csv_path, png_path if png else None)
-    if as_json:
-        print_json({**texts(paths), **found.report()})
-    else:
-        _print(found)
-        typer.echo("wrote " + " and ".join(str(path) for path in paths.values() if path))
-    if not found.complete:
-        raise typer.Exit(5)
+    found, paths = write_stream(along, csv_path, png_path)
+    finish(found, paths, as_json, _print, paths_first=True)
 
 
 def _print(result: ForcesResult) -> None:

@@ -19,6 +19,7 @@ HELP = (
     " actuator between two nodes a link.\n\n"
     "Example: gim groups models/watt_1.yaml --png watt_1.groups.png"
 )
+HEAD = ("", "", "class", "order", "links", "joined to", "driven by")
 
 
 def command(
@@ -27,7 +28,7 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Show the formation."""
-    from gimcli.cli.console import print_json, print_table, tell_written, texts, write_files
+    from gimcli.cli.console import finish, print_table, write_picture
     from gimcli.library.groups import groups
     from gimcli.library.load import load
     from gimcli.output import refuse_files
@@ -35,10 +36,4 @@ def command(
     mechanism = load(model)
     refuse_files(mechanism.files, None, png)
     found = groups(mechanism)
-    paths = write_files(found, None, png)
-    if as_json:
-        print_json({**found.report(), "png": texts(paths)["png"]})
-        return
-    head = ("", "", "class", "order", "links", "joined to", "driven by")
-    print_table(found.headline(), head, found.rows(), (3,))
-    tell_written(paths["png"])
+    finish(found, write_picture(found, png), as_json, lambda f: print_table(f.headline(), HEAD, f.rows(), (3,)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +12,7 @@ from gimcli.cli.arguments import MODEL, At, Json, ModelPath, Strategy, StrategyO
 
 if TYPE_CHECKING:
     from gimcli.gim.report import SequenceGroupReport
+    from gimcli.library.sequence import SequenceResult
     from gimcli.mechanism import Mechanism
 
 NAME = "sequence"
@@ -31,8 +33,7 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Search and show the sequence."""
-    from gimcli.cli.console import print_json, tell_written, texts, write_files
-    from gimcli.cli.progress import end_bars
+    from gimcli.cli.console import finish, write_picture
     from gimcli.library.load import load
     from gimcli.library.sequence import sequence
     from gimcli.output import refuse_files
@@ -40,18 +41,16 @@ def command(
     mechanism = load(model)
     refuse_files(mechanism.files, None, png)
     found = sequence(mechanism, pairs(at), strategy=strategy.value, tolerance=tolerance)
-    paths = write_files(found, None, png)
-    if as_json:
-        print_json({**found.report(), "png": texts(paths)["png"]})
-        return
-    end_bars()
+    finish(found, write_picture(found, png), as_json, partial(_print, explain))
+
+
+def _print(explain: bool, found: SequenceResult) -> None:
     typer.echo(found.headline())
     for number, group in enumerate(found.groups, start=1):
-        _print(mechanism, number, group, explain)
-    tell_written(paths["png"])
+        _print_group(found.mechanism, number, group, explain)
 
 
-def _print(mechanism: Mechanism, number: int, group: SequenceGroupReport, explain: bool) -> None:
+def _print_group(mechanism: Mechanism, number: int, group: SequenceGroupReport, explain: bool) -> None:
     from gimcli.cli.console import print_table
 
     predicted = "never" if group.predicted_sweeps is None else f"{group.predicted_sweeps:.0f}"

@@ -52,30 +52,23 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Simulate."""
-    from gimcli.cli.console import note, note_point_masses, print_json, texts, write_files
+    from gimcli.cli.console import files_in, finish, note, note_point_masses, write_files
     from gimcli.cli.progress import progress_bar
     from gimcli.dynamics.simulation_table import column_names
     from gimcli.library.load import load
     from gimcli.library.simulate import simulate
-    from gimcli.output import refuse_repeated, refuse_unwritable
+    from gimcli.output import refuse_repeated
 
     mechanism = load(model)
     refuse_repeated(column_names(mechanism))
-    csv_path, png_path = out / f"{model.stem}.simulation.csv", out / f"{model.stem}.simulation.png"
-    refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
+    csv_path, png_path = files_in(out, f"{model.stem}.simulation", png, mechanism)
     note_point_masses(mechanism)
     found = simulate(
         mechanism, time, dt=dt, method=method, rtol=rtol, step=step, standstills=until, reactions=reactions,
         jit=jit.value, tell=note, progress=progress_bar,
     )  # fmt: skip
-    paths = write_files(found, csv_path, png_path if png else None)
-    if as_json:
-        print_json({**texts(paths), **found.report()})
-    else:
-        _print(found)
-        typer.echo(f"wrote {paths['csv']}" + (f" and {paths['png']}" if paths["png"] else ""))
-    if not found.complete:
-        raise typer.Exit(5)
+    paths = write_files(found, csv_path, png_path)
+    finish(found, paths, as_json, _print, paths_first=True)
 
 
 def _print(result: SimulateResult) -> None:

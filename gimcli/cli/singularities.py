@@ -36,7 +36,7 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Follow the circuits and list what is singular."""
-    from gimcli.cli.console import print_json, tell_written, texts, write_files
+    from gimcli.cli.console import finish, write_picture
     from gimcli.cli.progress import progress_bar
     from gimcli.library.load import load
     from gimcli.library.singularities import singularities
@@ -45,12 +45,7 @@ def command(
     mechanism = load(model)
     refuse_files(mechanism.files, None, png)
     found = singularities(mechanism, progress=progress_bar)
-    paths = write_files(found, None, png)
-    if as_json:
-        print_json({**found.report(), "png": texts(paths)["png"]})
-    else:
-        _print(found)
-        tell_written(paths["png"])
+    finish(found, write_picture(found, png), as_json, _print)
 
 
 def _print(result: SingularitiesResult) -> None:

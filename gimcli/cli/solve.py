@@ -69,7 +69,7 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Solve one position, or all."""
-    from gimcli.cli.console import print_json, tell_written, texts, write_files
+    from gimcli.cli.console import finish, write_files
     from gimcli.library.load import load
     from gimcli.library.solve import solve
     from gimcli.output import refuse_files
@@ -90,13 +90,7 @@ def command(
         history=history, velocities=velocities, jit=jit.value, sequence=sequence,
     )  # fmt: skip
     paths = write_files(found, csv, png)
-    if as_json:
-        print_json({**found.report(), **texts(paths)})
-    else:
-        _print(found)
-        tell_written(*paths.values())
-    if not found.solved:
-        raise typer.Exit(5)
+    finish(found, paths, as_json, _print)
 
 
 def _print(found: SolveResult) -> None:

@@ -25,8 +25,11 @@ from gimcli.cli.measures import MEASURE_HELP, MeasureOption, PlotOption, tell_me
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from gimcli.library.circuit_trace import CircuitTraceResult
     from gimcli.library.trace import MotionTraceResult
+    from gimcli.library.trace_result import TraceResult
 
 
 class AtLimit(StrEnum):
@@ -89,34 +92,23 @@ def command(
     """Trace a motion."""
     if "help" in measure:
         tell_measures()
-    from gimcli.cli.console import note, print_json, texts, write_stream
-    from gimcli.cli.progress import end_bars, progress_bar
+    from gimcli.cli.console import files_in, finish, note, write_stream
+    from gimcli.cli.progress import progress_bar
     from gimcli.library.load import load
     from gimcli.library.trace import MotionTraceResult, traced
-    from gimcli.output import refuse_unwritable
 
     if plot and not png:
         raise UsageError("--plot draws into the picture: leave --no-png out")
     mechanism = load(model)
-    csv_path, png_path = out / f"{model.stem}.csv", out / f"{model.stem}.png"
-    refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
+    csv_path, png_path = files_in(out, model.stem, png, mechanism)
     begun = traced(
         mechanism, steps, derivatives=derivatives, measure=measure, plot=plot, at_limit=at_limit.value, circuit=circuit,
         branch=branch, all_branches=all_branches, method=method.value, strategy=strategy.value, tolerance=tolerance,
         jit=jit.value, sequence=sequence, tell=note, progress=progress_bar,
     )  # fmt: skip
-    found, paths = write_stream(begun, csv_path, png_path if png else None)
-    end_bars()
-    if as_json:
-        print_json({**texts(paths), **found.report()})
-    else:
-        if isinstance(found, MotionTraceResult):
-            _print(found)
-        else:
-            _print_circuits(cast("CircuitTraceResult", found))
-        typer.echo(f"wrote {paths['csv']}" + (f" and {paths['png']}" if paths["png"] else ""))
-    if not found.complete:
-        raise typer.Exit(5)
+    found, paths = write_stream(begun, csv_path, png_path)
+    law = isinstance(found, MotionTraceResult)
+    finish(found, paths, as_json, cast("Callable[[TraceResult], None]", _print if law else _print_circuits), True)
 
 
 def _print(found: MotionTraceResult) -> None:

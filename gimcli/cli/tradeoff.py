@@ -42,27 +42,19 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Compare methods."""
-    from gimcli.cli.console import note, print_json, texts, write_files
+    from gimcli.cli.console import files_in, finish, note, write_files
     from gimcli.cli.progress import progress_bar
     from gimcli.library.load import load
     from gimcli.library.tradeoff import tradeoff
-    from gimcli.output import refuse_unwritable
 
     chosen = _tolerances(tolerances)
     mechanism = load(model)
-    csv_path, png_path = out / f"{model.stem}.tradeoff.csv", out / f"{model.stem}.tradeoff.png"
-    refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []))
+    csv_path, png_path = files_in(out, f"{model.stem}.tradeoff", png, mechanism)
     found = tradeoff(
         mechanism, steps, tolerances=chosen, seconds=seconds, jit=jit.value, tell=note, progress=progress_bar
     )
-    paths = write_files(found, csv_path, png_path if png else None)
-    if as_json:
-        print_json({**texts(paths), **found.report()})
-    else:
-        _print(found)
-        typer.echo("wrote " + " and ".join(str(path) for path in paths.values() if path))
-    if not found.complete:
-        raise typer.Exit(5)
+    paths = write_files(found, csv_path, png_path)
+    finish(found, paths, as_json, _print, paths_first=True)
 
 
 def _tolerances(text: str) -> list[float]:

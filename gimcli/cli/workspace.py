@@ -25,8 +25,6 @@ HELP = (
     "Example: gim workspace models/platform_3rpr.yaml --point M --orientation platform=0"
 )
 
-UNSOLVED = 5
-
 
 def command(
     model: ModelPath = MODEL,
@@ -43,7 +41,7 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Find a workspace."""
-    from gimcli.cli.console import note, print_json, tell_written, texts, write_files
+    from gimcli.cli.console import finish, note, write_files
     from gimcli.cli.progress import progress_bar
     from gimcli.library.load import load
     from gimcli.library.workspace import workspace
@@ -58,21 +56,12 @@ def command(
         mechanism, point, orientation=_orientations(orientation), grid=grid, jit=jit.value,
         keep=npz_path.with_suffix(".parts") if grid else None, resume=resume, tell=note, progress=progress_bar,
     )  # fmt: skip
+    paths = write_files(found, csv_path, png_path if png else None)
     if found.grid is not None:
         write_npz(found.grid.arrays(), npz_path)
         found.grid.clear()
-    paths = write_files(found, csv_path, png_path if png else None)
-    report = found.report()
-    if found.grid is not None:
         paths["npz"] = npz_path
-    if as_json:
-        summary = {key: value for key, value in report.items() if key != "grid"}
-        print_json({**summary, **texts(paths), **{key: report[key] for key in report if key == "grid"}})
-    else:
-        _tell(mechanism, report)
-        tell_written(*paths.values())
-    if not found.complete:
-        raise typer.Exit(UNSOLVED)
+    finish(found, paths, as_json, lambda found: _tell(mechanism, found.report()))
 
 
 def _orientations(given: list[str]) -> dict[str, float]:

@@ -58,6 +58,11 @@ class CircuitsResult(Result):
         return self.found.count
 
     @property
+    def answered(self) -> bool:
+        """Tell whether there is any."""
+        return bool(self.found.strands)
+
+    @property
     def complete(self) -> bool:
         """Tell whether all configurations at the samples are known, and each is on a circuit."""
         return self.found.complete

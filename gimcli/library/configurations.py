@@ -54,6 +54,11 @@ class ConfigurationsResult(Result):
         return len(self.found)
 
     @property
+    def answered(self) -> bool:
+        """Tell whether there is any."""
+        return self.count > 0
+
+    @property
     def complete(self) -> bool:
         """Tell whether the list is proved to hold all."""
         return bool(self.found.complete)

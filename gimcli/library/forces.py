@@ -89,6 +89,11 @@ class ForcesResult(Result):
         return self.table()["status"]
 
     @property
+    def answered(self) -> bool:
+        """Tell whether nothing is missing."""
+        return self.complete
+
+    @property
     def complete(self) -> bool:
         """Tell whether the forces of all rows are known."""
         return self.found.told == self.steps + 1

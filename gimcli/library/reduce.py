@@ -56,6 +56,11 @@ class ReduceResult(Result):
         self.mechanism, self.found, self.wheel = found.mechanism, found, wheel
 
     @property
+    def answered(self) -> bool:
+        """Tell whether nothing is missing."""
+        return self.complete
+
+    @property
     def complete(self) -> bool:
         """Tell whether all rows are solved."""
         return self.found.solved == len(self.found.q)

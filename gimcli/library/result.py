@@ -48,6 +48,11 @@ class Result(Mapping[str, NDArray[Any]]):
         """Return the picture; None where there is nothing to draw."""
         return None
 
+    @property
+    def answered(self) -> bool:
+        """Tell whether all that was asked for was found; where it was not, a command ends with status 5."""
+        return True
+
     @abstractmethod
     def headline(self) -> str:
         """Return the result in one line."""

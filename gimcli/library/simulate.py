@@ -74,6 +74,11 @@ class SimulateResult(Result):
         self.mechanism, self.found, self.times, self.forces = found.mechanism, found, times, forces
 
     @property
+    def answered(self) -> bool:
+        """Tell whether nothing is missing."""
+        return self.complete
+
+    @property
     def complete(self) -> bool:
         """Tell whether all rows were reached."""
         return len(self.found.time) == len(self.times)

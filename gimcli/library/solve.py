@@ -65,7 +65,7 @@ class SolveResult(Result):
         self.mechanism, self.position, self.law, self.moving = position.mechanism, position, law, moving
 
     @property
-    def solved(self) -> bool:
+    def answered(self) -> bool:
         """Tell whether the position was found, and its velocities where they were asked for."""
         return not self.position.status.value and not (self.moving is not None and self.moving.singular)
 

@@ -35,6 +35,11 @@ class TraceResult(Result):
         return sum(m.solved for m in self.motions)
 
     @property
+    def answered(self) -> bool:
+        """Tell whether nothing is missing."""
+        return self.complete
+
+    @property
     def complete(self) -> bool:
         """Tell whether all are."""
         return self.solved == self.rows
