@@ -7,9 +7,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr, WithJsonSchema
 
-LENGTH_UNITS = ("m", "mm", "cm", "um", "km", "in", "ft", "unit")
-ANGLE_UNITS = ("deg", "rad")
-MASS_UNITS = ("kg", "g", "t", "lb")
 SHORTEST, LONGEST = 1e-12, 1e12
 """Seconds that a motion may take: beyond, powers of them no longer are numbers."""
 LARGEST = 1e30
