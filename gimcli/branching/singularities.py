@@ -8,7 +8,7 @@ is 0: what a teacher calls a dead centre.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,6 +19,9 @@ from gimcli.continuation.circuit import Circuit, ordered
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.folds import REST, Rate, between, folds, roots
 from gimcli.mechanism import FRAME, Drive, FloatArray
+
+TOGETHER = 9
+"""Digits of the way, 0..1, to which two positions are at one place."""
 
 LIMIT, DEAD, CHANGE, TANGENCY, STATIONARY = "limit", "dead point", "change point", "tangency", "stationary"
 
@@ -51,17 +54,22 @@ def singularities(circuit: Circuit, number: int = 0, bounds: Bounds | None = Non
     """Return what is singular along a circuit, in its order."""
     search = _SingularitySearch(circuit, number, bounds or Bounds())
     found = [*search.crossings(), *search.limits(), *search.dead_points(), *search.stationary()]
-    return sorted(found, key=lambda s: s.way)
+    return _in_order(found)
 
 
 def limits(circuit: Circuit, bounds: Bounds | None = None) -> list[Singularity]:
     """Return the limits of the input alone."""
-    return sorted(_SingularitySearch(circuit, 0, bounds or Bounds()).limits(), key=lambda s: s.way)
+    return _in_order(_SingularitySearch(circuit, 0, bounds or Bounds()).limits())
 
 
 def dead_points(circuit: Circuit, bounds: Bounds | None = None) -> list[Singularity]:
     """Return where the input rests without turning back."""
-    return sorted(_SingularitySearch(circuit, 0, bounds or Bounds()).dead_points(), key=lambda s: s.way)
+    return _in_order(_SingularitySearch(circuit, 0, bounds or Bounds()).dead_points())
+
+
+def _in_order(found: Iterable[Singularity]) -> list[Singularity]:
+    """Return positions in the order of the way; those at one place in the order found, whatever rounding says."""
+    return sorted(found, key=lambda s: round(s.way, TOGETHER))
 
 
 def interval(circuit: Circuit, found: list[Singularity]) -> tuple[float, float]:
