@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from gimcli import load
-from gimcli.dynamic_data import Dynamics, Inertia
+from gimcli.dynamic_data import Inertia
 from gimcli.dynamics.forces import Forces, motion_forces
-from gimcli.mechanism import Mechanism
+from gimcli.mechanism import Dynamics, Mechanism
 from gimcli.motion.motion import trace
 
 MODEL = Path(__file__).parents[1] / "models" / "crank_rocker.yaml"

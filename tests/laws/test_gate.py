@@ -11,7 +11,7 @@ from by_definition import Definition
 from in_process import copied, gim, position, read_rows
 
 import gimcli
-from gimcli.reach import report as workspace_report
+from gimcli.library import workspace as workspace_report
 from gimcli.structure import residual
 
 LONG = {
