@@ -61,7 +61,7 @@ def test_counts_by_closed_forms(name, count):
     assert root_count(FAMILIES[name], POLICY) == count
 
 
-@pytest.mark.few(5)
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", FAMILIES)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_counts_are_those_of_monodromy(name, seed):

@@ -18,6 +18,7 @@ def rows_of(name, folder):
         return list(csv.DictReader(stream))
 
 
+@pytest.mark.soak
 def test_positions(tmp_path, monkeypatch):
     for peer in ("pylinkage", "python_solvespace", "exudyn"):
         monkeypatch.setitem(sys.modules, peer, None)

@@ -66,6 +66,7 @@ def contents(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize(("name", "more"), CASES)
 def test_no_command_writes_over_what_its_model_is_read_from(name, more, folder, monkeypatch, capsys):
     before = contents(folder)

@@ -145,6 +145,7 @@ def test_grid_holds_the_position_that_solve_finds(stem: str, point: str) -> None
     assert compared >= 2
 
 
+@pytest.mark.soak
 def test_interrupted_grid_goes_on_where_it_was(tmp_path: Path) -> None:
     """A run is stopped after a part; the next one solves what is missing and gives the same places."""
     model = MODELS / "five_bar.yaml"

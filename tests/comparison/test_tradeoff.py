@@ -105,6 +105,7 @@ def test_sweeps_that_leave_the_branch_say_so():
     assert "other-configuration" in entry.reason
 
 
+@pytest.mark.soak
 def test_a_method_that_does_not_converge_or_has_no_sequence_keeps_its_row():
     found = compare("double_butterfly", (1e-4,))
     (entry,) = of(found, "gim-classic")
@@ -204,6 +205,7 @@ def test_nothing_of_the_picture_is_clipped():
         assert box.y1 <= figure.bbox.y1
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("jit", ["off", "on"])
 def test_command_line(jit, tmp_path):
     arguments = ("--steps", 12, "--tolerances", "1e-3,1e-8", "--jit", jit, "--out", tmp_path, "--seconds", 600)
@@ -227,6 +229,7 @@ def test_tolerances_that_mean_nothing_are_refused(wrong, tmp_path):
     gim("tradeoff", MODELS / "gim_fig13a.yaml", "--tolerances", wrong, cwd=tmp_path, code=2)
 
 
+@pytest.mark.soak
 def test_a_limit_on_the_way_leaves_the_rows_that_are_reached(tmp_path):
     (tmp_path / "model.yaml").write_text(
         "nodes: {A: [0,0], B: [4,0.5], C: [5.2,2.4], D: [4,0]}\nground: [A,D]\n"

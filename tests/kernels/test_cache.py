@@ -103,6 +103,7 @@ def compiled_by_a_command(home):
     return int(count.split()[0]), answer
 
 
+@pytest.mark.soak
 def test_a_second_process_compiles_nothing(tmp_path):
     count, answer = compiled_by_a_command(tmp_path)
     assert count > 0

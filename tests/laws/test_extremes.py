@@ -84,7 +84,7 @@ def test_x01_height_of_the_table(delta, side):
     assert height > 0
 
 
-@pytest.mark.few(6)
+@pytest.mark.few(4)
 @pytest.mark.parametrize("steps", [180, 179, 7, 1])
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("delta", [-1e-3, -1e-6, -1e-9, -1e-12])

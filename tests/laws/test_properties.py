@@ -209,6 +209,7 @@ def translated(growth, reach, angle):
     invariant(growth, lambda spec: moved(spec, shift=shift), max(1e-9, reach * 1e-12))
 
 
+@pytest.mark.soak
 @QUICK
 @given(growth=growths, seed=st.integers(0, 1000))
 def test_in_another_order(growth, seed):

@@ -121,6 +121,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
 
 
+@pytest.mark.soak
 @pytest.mark.skipif(sys.platform == "win32", reason="no resource module")
 def test_memory_of_a_long_trace_is_bounded(tmp_path):
     def peak(steps):

@@ -242,7 +242,7 @@ def stopped(k: int) -> Workspace:
         return survey(made(Path(folder), five_bar(*STOPS[k])), "P")
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("number", range(len(STOPS)))
 def test_five_bar_with_stops_reaches_what_both_arms_reach(number: int) -> None:
     """Strewn places, each decided by the triangles of both arms, against the loops."""

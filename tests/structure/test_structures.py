@@ -245,7 +245,7 @@ def check_structure(seed, full):
     return unfit, bool(over), mobility, wanted[1], len(structure.drives)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("part", range(10))
 def test_random_structures_are_judged_as_rank_and_matching_judge_them(part):
     """Drawn as assembled, or off by 0.002 with all dimensions given; mobility, solve, trace and the others agree."""
