@@ -34,11 +34,12 @@ def pytest_collection_modifyitems(items):
                 case.add_marker(pytest.mark.soak)
 
 
-def kept(cases, number=None):
-    """Return as many cases as asked for, every value of every parameter among them first; or those of chosen models."""
-    if number is None:
-        return [case for case in cases if CHOSEN & {_name(value) for value in case.callspec.params.values()}]
-    found, seen, left = [], set(), list(cases)
+def kept(cases, *asked):
+    """Return as many cases as asked for, every value of every parameter among them first; or those of some models."""
+    if not asked or isinstance(asked[0], str):
+        models = set(asked) or CHOSEN
+        return [case for case in cases if models & {_name(value) for value in case.callspec.params.values()}]
+    (number,), found, seen, left = asked, [], set(), list(cases)
     while left and len(found) < number:
         case = max(left, key=lambda case: len(set(_indices(case)) - seen))
         seen |= set(_indices(case))

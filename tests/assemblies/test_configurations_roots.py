@@ -61,7 +61,7 @@ def test_counts_by_closed_forms(name, count):
     assert root_count(FAMILIES[name], POLICY) == count
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", FAMILIES)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_counts_are_those_of_monodromy(name, seed):
@@ -94,7 +94,7 @@ def same(family, a, b):
     return len(a) == len(b) and np.max(np.min(gap, axis=1)) < 1e-8 and np.max(np.min(gap, axis=0)) < 1e-8
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["triad", "one slide", "ground slide", "dense"])
 @pytest.mark.parametrize("seed", range(4))
 def test_pencil_and_paths_agree(name, seed):

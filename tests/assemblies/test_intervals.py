@@ -488,7 +488,7 @@ PROVED += ["scissor_lift", "scotch_yoke", "slider_crank", "stephenson_1", "steph
 PROVED += ["ten_bar", "watt_1", "whitworth"]
 
 
-@pytest.mark.few(5)
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", PROVED)
 def test_whole_mechanisms_have_what_random_starts_find_and_no_more(name):
     """Gauss-Newton in absolute coordinates from 300 starts finds each of these lists whole."""

@@ -30,6 +30,7 @@ def test_positions(tmp_path, monkeypatch):
     assert [r["note"] for r in dyadic] == ["not installed"] * 3
 
 
+@pytest.mark.soak
 def test_rates(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pylinkage", None)
     rates.main(["--steps", "200", "--repeats", "1", "--out", str(tmp_path)])

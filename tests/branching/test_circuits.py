@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bundled import MODELS
+from bundled import FEWEST, MODELS
 from four_bars import cosines, four_bar, four_bar_text
 
 from gimcli import load
@@ -228,7 +228,7 @@ def test_a_double_rocker_has_its_full_closed_curve() -> None:
     assert step.max() < 1.01 * step.min()
 
 
-@pytest.mark.few
+@pytest.mark.few(*FEWEST)
 @pytest.mark.parametrize("path", sorted(MODELS.glob("*.yaml")), ids=lambda p: p.stem)
 def test_every_model_has_a_circuit_on_which_its_members_hold(path: Path) -> None:
     """Rows along the circuit are held against the members as written; folds are exact to the last digits."""

@@ -7,7 +7,7 @@ import sys
 
 import processes
 import pytest
-from bundled import MODELS, README
+from bundled import FEWEST, MODELS, README
 from in_process import printed as gim
 
 
@@ -147,7 +147,7 @@ def test_every_model_passes_through_every_command(command, model, tmp_path):
     gim(command, model, *extra)
 
 
-@pytest.mark.few
+@pytest.mark.few(*FEWEST)
 def test_every_model_is_drawn(model, tmp_path):
     from gimcli import load
     from gimcli.motion.motion import trace

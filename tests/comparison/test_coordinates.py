@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import yaml
-from bundled import MODELS, run_model
+from bundled import FEWEST, MODELS, run_model
 from random_mechanisms import Growth
 from table1_operations import CASES, displaced
 
@@ -32,7 +32,7 @@ def agree(motion, names=tuple(COORDINATES), tolerance=1e-11):
         assert np.max(np.abs(found.z - motion.z)) < 1e-9 * mechanism.size, name
 
 
-@pytest.mark.few
+@pytest.mark.few(*FEWEST)
 def test_every_model_agrees_with_path_following(model):
     motion = trace(load(model), STEPS, Options(tolerance=1e-11))
     assert motion.good.all()

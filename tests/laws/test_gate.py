@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from bundled import MODELS
+from bundled import FEWEST, MODELS
 from by_definition import Definition
 from in_process import copied, gim, position, read_rows
 
@@ -119,7 +119,7 @@ def spy(monkeypatch):
     return kept
 
 
-@pytest.mark.few
+@pytest.mark.few(*FEWEST)
 def test_every_position_of_every_command_satisfies_the_file(model, tmp_path, spy):
     checked = Checked(model, tmp_path)
     for check in (traced, solved, singular):
@@ -259,6 +259,7 @@ COMMANDS = (
 )  # fmt: skip
 
 
+@pytest.mark.few(8)
 @pytest.mark.parametrize("asked", COMMANDS, ids=" ".join)
 def test_nothing_is_told_where_the_gate_is_shut(asked, shut, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

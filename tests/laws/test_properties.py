@@ -28,7 +28,7 @@ TOLERANCE = 1e-10
 BLUNT = 1e4
 """Condition beyond which a drawn position counts as singular: left out."""
 
-FEW, MANY = 30, 400
+FEW, MANY = 18, 400
 QUICK = settings(
     max_examples=FEW, deadline=None, derandomize=True, database=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],

@@ -32,12 +32,13 @@ def check(seed, groups, folder):
     return True
 
 
-@pytest.mark.few(20)
+@pytest.mark.few(8)
 @pytest.mark.parametrize("seed", range(60))
 def test_random_mechanism(seed, tmp_path):
     check(seed, 1 + seed % 5, tmp_path)
 
 
+@pytest.mark.soak
 def test_most_random_mechanisms_are_driven(tmp_path):
     assert sum(check(seed, 3, tmp_path) for seed in range(100, 110)) >= 7
 

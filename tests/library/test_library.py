@@ -176,8 +176,9 @@ CASES = {
     "groups": ("watt_1", [], gimcli.groups),
     "singularities": ("parallelogram", [], gimcli.singularities),
     "circuits": ("crank_rocker", ["--samples", 12], lambda m: gimcli.circuits(m, samples=12)),
-    "workspace": ("five_bar", ["--grid", 6, "--no-png"], lambda m: gimcli.workspace(m, grid=6)),
-    "workspace of one input": ("crank_rocker", ["--point", "P", "--no-png"], lambda m: gimcli.workspace(m, "P")),
+    "workspace": (
+        "crank_rocker", ["--point", "P", "--grid", 6, "--no-png"], lambda m: gimcli.workspace(m, "P", grid=6),
+    ),
     "forces": ("watt_durango", ["--steps", 12, "--no-png"], lambda m: gimcli.forces(m, 12)),
     "simulate": (
         "watt_durango", ["--time", 0.2, "--reactions", "--no-png"], lambda m: gimcli.simulate(m, 0.2, reactions=True),

@@ -114,7 +114,7 @@ def beyond(case: Linkage, at: np.ndarray) -> np.ndarray:
     return (at - case.critical) * math.copysign(1.0, case.start - case.critical) < 0.0
 
 
-@pytest.mark.few(40)
+@pytest.mark.few(20)
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize(("case", "course"), crossed(LINKAGES, TOUCHING))
 def test_a_law_that_goes_not_beyond_keeps_its_arc_and_its_rows(

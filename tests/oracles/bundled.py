@@ -29,6 +29,9 @@ CHOSEN = frozenset({
 """One model of each kind: dyads, coupled groups, blocks, guides that turn, rams, rotary and linear inputs, several
 inputs, redundant members, floating ones, change points. Laws over all models run with these, with -m soak on all."""
 
+FEWEST = ("antiparallelogram", "crank_rocker", "elliptic_trammel", "five_bar", "gim_fig11", "platform_3rpr")
+"""Change points, dyads, slides, several inputs, a group, rams: for laws that take long."""
+
 
 @dataclass
 class Traced:

@@ -100,7 +100,7 @@ FIVE_BARS: list[tuple[float, list[tuple[float, float]], int, int]] = [
 ]
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("base", "arms", "outer", "hole"), FIVE_BARS)
 def test_five_bar_reaches_what_two_rings_have_in_common(
     tmp_path: Path, base: float, arms: list[tuple[float, float]], outer: int, hole: int
@@ -174,7 +174,7 @@ STROKES = [
 ]
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("strokes", STROKES)
 @pytest.mark.parametrize("degrees", [0.0, 17.0, -140.0])
 def test_platform_at_a_given_orientation_reaches_what_three_rings_have_in_common(
@@ -325,6 +325,7 @@ def test_a_corner_on_a_ram_is_bounded_by_circles_as_far_as_the_other_rams_let_it
             assert along == (room(k, PIVOTS[k] + radius * np.exp(1j * np.array([middle])))[0] >= 0.0)
 
 
+@pytest.mark.soak
 def test_stops_whose_circles_are_one_bound_a_region_and_lone_curves(tmp_path: Path) -> None:
     """All lengths 4: at 60 and 120 degrees the proximal links end in one knee, about which P turns on its own.
 
