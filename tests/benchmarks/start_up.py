@@ -32,7 +32,7 @@ def main() -> None:
         trace = (GIM, "trace", str(MODEL), "--steps", "360", "--out", folder)
         pairs = {
             "gim --help / bare python": ((GIM, "--help"), ("pass",)),
-            "trace, no picture / imports (at most 1.6)": ((*trace, "--no-png"), (IMPORTS,)),
+            "trace, no picture / imports (at most 1.5)": ((*trace, "--no-png"), (IMPORTS,)),
             "trace with picture / imports and Figure (at most 1.6)": (
                 trace,
                 (IMPORTS + "; from matplotlib.figure import Figure",),
