@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
@@ -55,9 +56,9 @@ class TraceResult(Result):
         return self.table()["status"]
 
     @property
+    @abstractmethod
     def events(self) -> list[dict[str, Any]]:
         """What happens on the way: kind, and the inputs there."""
-        raise NotImplementedError
 
     @cached_property
     def xy(self) -> ByName:
@@ -72,9 +73,9 @@ class TraceResult(Result):
             tuple(each), lambda name: self.turns(lambda z: angles(self.mechanism, z, lambda a: np.asarray(a))[name])
         )
 
+    @abstractmethod
     def turns(self, member: Callable[[ComplexArray], FloatArray]) -> FloatArray:
         """Return the angles of a member (rows,) counted through turns."""
-        raise NotImplementedError
 
     @cached_property
     def _z(self) -> ComplexArray:

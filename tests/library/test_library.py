@@ -14,6 +14,7 @@ from in_process import gim, read_rows
 
 import gimcli
 from gimcli.library.result import plain
+from gimcli.model.source import read_source
 
 VERBS = {
     "load", "loads", "solve", "trace", "configurations", "circuits", "singularities", "workspace", "sequence",
@@ -105,6 +106,13 @@ def test_faults_of_data_name_their_keys():
         gimcli.load(data)
 
 
+def far_beyond():
+    """Return a double rocker (Chebyshev's) whose law asks for a whole turn."""
+    data = read_source(MODELS / "chebyshev.yaml").data
+    next(iter(data["actuators"].values()))["law"] = {"by": 360}
+    return data
+
+
 def test_what_is_not_solved_has_a_status_and_no_number():
     data = yaml.safe_load((MODELS / "crank_rocker.yaml").read_text())
     data["links"]["crank"] = {"nodes": ["O2", "A"], "length": 400}
@@ -112,9 +120,12 @@ def test_what_is_not_solved_has_a_status_and_no_number():
     assert found.status == "not-assembled"
     assert np.isnan(found.xy["B"]).all()
     assert np.isnan(found.angle["rocker"])
-    shaper = gimcli.load(MODELS / "chebyshev.yaml")
-    moved = gimcli.trace(shaper, steps=12) if shaper.actuators else None
-    assert moved is None or np.isnan(moved.xy[shaper.nodes[-1]][moved.status != "ok"]).all()
+    beyond = gimcli.trace(gimcli.load(far_beyond()), steps=12)
+    empty = beyond.status != "ok"
+    assert empty.any()
+    assert not empty.all()
+    assert np.isnan(beyond.xy["B"][empty]).all()
+    assert np.isfinite(beyond.xy["B"][~empty]).all()
 
 
 def test_names_that_do_not_exist_say_what_was_meant(four_bar):
@@ -159,11 +170,6 @@ CASES = {
         "crank_rocker", ["--steps", 12, "-d", 2, "-m", "transmission", "--no-png"],
         lambda m: gimcli.trace(m, 12, derivatives=2, measure="transmission"),
     ),
-    "trace to a limit": ("chebyshev", ["--steps", 12, "--no-png"], lambda m: gimcli.trace(m, 12)),
-    "trace --at-limit": (
-        "chebyshev", ["--steps", 12, "--at-limit", "reverse", "--no-png"],
-        lambda m: gimcli.trace(m, 12, at_limit="reverse"),
-    ),
     "trace --circuit": (
         "chebyshev", ["--steps", 12, "--circuit", "--no-png"], lambda m: gimcli.trace(m, 12, circuit=True),
     ),
@@ -192,6 +198,17 @@ CASES = {
         lambda m: gimcli.tradeoff(m, 4, tolerances=[1e-4]),
     ),
 }  # fmt: skip
+
+
+@pytest.mark.parametrize("at_limit", ["stop", "skip", "reverse"])
+def test_a_command_prints_what_the_verb_returns_at_a_limit(at_limit, tmp_path):
+    path = tmp_path / "m.yaml"
+    path.write_text(yaml.safe_dump(far_beyond(), sort_keys=False))
+    run = gim("trace", path, "--steps", 12, "--at-limit", at_limit, "--no-png", "--json", "--out", tmp_path)
+    found = gimcli.trace(gimcli.load(path), 12, at_limit=at_limit)
+    assert any(event["kind"] == "limit" for event in found.events)
+    report = json.loads(json.dumps(plain(found.report())))
+    assert report == {k: v for k, v in run.json.items() if k not in NOTHING}
 
 
 @pytest.mark.parametrize("case", CASES)
