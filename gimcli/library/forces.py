@@ -13,7 +13,7 @@ from gimcli.dynamics.force_table import force_table
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.physical import require_action
 from gimcli.library.inputs import refuse_unmoved
-from gimcli.library.result import Phases, Result, joined, silent
+from gimcli.library.result import Phases, RowsResult, joined, silent
 from gimcli.measures.graphs import input_or_time
 from gimcli.mechanism import Drive, Mechanism
 from gimcli.motion.motion import Motion, stream
@@ -76,22 +76,12 @@ class ForcesAlong:
         return ForcesResult(self.found, self.steps, table)
 
 
-class ForcesResult(Result):
+class ForcesResult(RowsResult):
     """Efforts, reactions, shaking force and powers along a motion, by their columns."""
 
     def __init__(self, found: ForceMotion, steps: int, table: Table | None) -> None:
         self.mechanism, self.found, self.steps = found.statics.mechanism, found, steps
         self._table = table
-
-    @property
-    def status(self) -> Any:
-        """The status words (rows,)."""
-        return self.table()["status"]
-
-    @property
-    def answered(self) -> bool:
-        """Tell whether nothing is missing."""
-        return self.complete
 
     @property
     def complete(self) -> bool:
@@ -118,12 +108,6 @@ class ForcesResult(Result):
             "energy_drift": peaks.drift, "power_error": peaks.power_error, "peaks": peaks.report(),
             "left_out": peaks.left_out, "open": found.open,
         }  # fmt: skip
-
-    def table(self) -> Table:
-        """Return one row a step."""
-        if self._table is None:
-            raise ValueError("the rows were written to a file, not kept")
-        return self._table
 
     def picture(self) -> Content | None:
         """Return the efforts over the input, and the path of the shaking force; None where nothing is known."""

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cached_property
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from gimcli.dynamics.flywheel import Flywheel, flywheel
 from gimcli.dynamics.reduction import Reduction, chosen_input, reduce_to_input, reduction_table
 from gimcli.errors import UsageError
 from gimcli.library.inputs import refuse_unmoved
-from gimcli.library.result import Phases, Result, silent
+from gimcli.library.result import Phases, RowsResult, silent
 from gimcli.mechanism import Mechanism
 from gimcli.positions.dispatch import choose
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
 from gimcli.structure.mobility import refuse_unfit
-from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
@@ -49,16 +48,12 @@ def reduce(
     return ReduceResult(found, wheel)
 
 
-class ReduceResult(Result):
+class ReduceResult(RowsResult):
     """Reduced inertia, torque and potential over the input, by their columns, and the `wheel` asked for."""
 
     def __init__(self, found: Reduction, wheel: Flywheel | None) -> None:
         self.mechanism, self.found, self.wheel = found.mechanism, found, wheel
-
-    @property
-    def answered(self) -> bool:
-        """Tell whether nothing is missing."""
-        return self.complete
+        self._table = reduction_table(found)
 
     @property
     def complete(self) -> bool:
@@ -70,11 +65,6 @@ class ReduceResult(Result):
         """OK, or what ended the first row that is not solved."""
         bad = self.found.codes[self.found.codes != Status.OK]
         return Status(int(bad[0])) if not self.complete else Status.OK
-
-    @property
-    def status(self) -> Any:
-        """The status words (rows,)."""
-        return self.table()["status"]
 
     def headline(self) -> str:
         """Return the result in one line."""
@@ -88,15 +78,7 @@ class ReduceResult(Result):
             "solved": found.solved, "status": self.overall.word,
             **{n: table.floats(n).tolist() for n in table.names if n != "status"},
         }  # fmt: skip
-        return {**report, "flywheel": _wheel_report(self.wheel)} if self.wheel else report
-
-    @cached_property
-    def _table(self) -> Table:
-        return reduction_table(self.found)
-
-    def table(self) -> Table:
-        """Return one row a value of the input."""
-        return self._table
+        return {**report, "flywheel": asdict(self.wheel)} if self.wheel else report
 
     def picture(self) -> Content | None:
         """Return the reduced quantities over the input; None where there is nothing to draw."""
@@ -111,10 +93,3 @@ class ReduceResult(Result):
         panels = [Panel(f"{label} [{units[n]}]", [("", q, table.floats(n))]) for n, label in labels.items()]
         title = f"{found.mechanism.name}: reduced to {actuator.name}"
         return history_sheet(panels, f"{actuator.name} [{units['q']}]", title)
-
-
-def _wheel_report(wheel: Flywheel) -> dict[str, float]:
-    return {
-        "inertia": wheel.inertia, "speed": wheel.speed, "fluctuation": wheel.fluctuation, "torque": wheel.torque,
-        "work": wheel.work, "without": wheel.without,
-    }  # fmt: skip

@@ -49,9 +49,14 @@ class Result(Mapping[str, NDArray[Any]]):
         return None
 
     @property
+    def complete(self) -> bool:
+        """Tell whether nothing is missing."""
+        return True
+
+    @property
     def answered(self) -> bool:
         """Tell whether all that was asked for was found; where it was not, a command ends with status 5."""
-        return True
+        return self.complete
 
     @abstractmethod
     def headline(self) -> str:
@@ -123,6 +128,23 @@ class Result(Mapping[str, NDArray[Any]]):
             write(content, path)
             text = path.read_text(encoding="utf-8")
         return text[text.index("<svg") :]
+
+
+class RowsResult(Result):
+    """A result of one row a step; a row that is not solved has a status and NaN."""
+
+    _table: Table | None
+
+    @property
+    def status(self) -> Any:
+        """The status words (rows,)."""
+        return self.table()["status"]
+
+    def table(self) -> Table:
+        """Return one row a step."""
+        if self._table is None:
+            raise ValueError("the rows were written to a file, not kept")
+        return self._table
 
 
 class ByName(Mapping[str, Any]):

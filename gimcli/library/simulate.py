@@ -17,11 +17,10 @@ from gimcli.dynamics.simulation_table import reactions as find_reactions
 from gimcli.dynamics.simulation_types import Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.library.places import angles, counted, pairs, places
-from gimcli.library.result import ByName, Phases, Result, silent
+from gimcli.library.result import ByName, Phases, RowsResult, silent
 from gimcli.mechanism import Drive, FloatArray, Mechanism
 from gimcli.positions.dispatch import choose
 from gimcli.structure.drive_check import explained
-from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
@@ -67,26 +66,17 @@ def simulate(
     return SimulateResult(found, times, forces)
 
 
-class SimulateResult(Result):
+class SimulateResult(RowsResult):
     """The motion by itself: `xy[name]` (rows, 2), `angle[member]`, `status`, `events`, energies by their columns."""
 
     def __init__(self, found: Simulation, times: FloatArray, forces: Forces | None) -> None:
         self.mechanism, self.found, self.times, self.forces = found.mechanism, found, times, forces
-
-    @property
-    def answered(self) -> bool:
-        """Tell whether nothing is missing."""
-        return self.complete
+        self._table = simulation_table(found, times, forces)
 
     @property
     def complete(self) -> bool:
         """Tell whether all rows were reached."""
         return len(self.found.time) == len(self.times)
-
-    @property
-    def status(self) -> Any:
-        """The status words (rows,)."""
-        return self.table()["status"]
 
     @property
     def events(self) -> list[dict[str, Any]]:
@@ -128,14 +118,6 @@ class SimulateResult(Result):
             "energy_corrected": found.corrected, "evaluations": found.evaluations, "integrator_steps": found.steps,
             "reachable": _reached(found), "open": self.open,
         }  # fmt: skip
-
-    @cached_property
-    def _table(self) -> Table:
-        return simulation_table(self.found, self.times, self.forces)
-
-    def table(self) -> Table:
-        """Return one row a time."""
-        return self._table
 
     def picture(self) -> Content | None:
         """Return inputs, speeds and energies over the time; None where there is nothing to draw."""

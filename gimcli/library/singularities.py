@@ -46,6 +46,11 @@ class SingularitiesResult(Result):
         return self.found.complete
 
     @property
+    def answered(self) -> bool:
+        """Tell that the list is an answer, though branches may be missing."""
+        return True
+
+    @property
     def events(self) -> list[dict[str, Any]]:
         """The singular positions: kind, inputs, branches, tangents, places of the nodes."""
         return list(self.report()["singularities"])

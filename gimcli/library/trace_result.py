@@ -10,20 +10,18 @@ from typing import Any
 import numpy as np
 
 from gimcli.library.places import angles, pairs, places
-from gimcli.library.result import ByName, Result
+from gimcli.library.result import ByName, RowsResult
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.motion import Motion
-from gimcli.table import Table
 
 POSES = 6
 """Positions that a picture shows."""
 
 
-class TraceResult(Result):
+class TraceResult(RowsResult):
     """Rows of a motion: `xy[name]` (rows, 2), `angle[member]`, `status`, `events`, and columns by their names."""
 
     motions: Sequence[Motion]
-    _table: Table | None
 
     @property
     def rows(self) -> int:
@@ -36,11 +34,6 @@ class TraceResult(Result):
         return sum(m.solved for m in self.motions)
 
     @property
-    def answered(self) -> bool:
-        """Tell whether nothing is missing."""
-        return self.complete
-
-    @property
     def complete(self) -> bool:
         """Tell whether all are."""
         return self.solved == self.rows
@@ -49,11 +42,6 @@ class TraceResult(Result):
     def worst(self) -> float:
         """The greatest residual, relative to the mechanism's size."""
         return float(np.nanmax([np.nanmax(m.residual) for m in self.motions]))
-
-    @property
-    def status(self) -> Any:
-        """The status words (rows,)."""
-        return self.table()["status"]
 
     @property
     @abstractmethod
@@ -80,9 +68,3 @@ class TraceResult(Result):
     @cached_property
     def _z(self) -> ComplexArray:
         return np.concatenate([m.z for m in self.motions], axis=1)
-
-    def table(self) -> Table:
-        """Return one row a step."""
-        if self._table is None:
-            raise ValueError("the rows were written to a file, not kept")
-        return self._table

@@ -47,11 +47,6 @@ class TradeoffResult(Result):
         self.mechanism, self.found, self.steps = found.mechanism, found, steps
 
     @property
-    def answered(self) -> bool:
-        """Tell whether nothing is missing."""
-        return self.complete
-
-    @property
     def complete(self) -> bool:
         """Tell whether the motion was solved."""
         return bool(self.found.reached)

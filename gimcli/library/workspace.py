@@ -64,11 +64,6 @@ class WorkspaceResult(Result):
         self.mechanism, self.found, self.grid = found.task.mechanism, found, grid
 
     @property
-    def answered(self) -> bool:
-        """Tell whether nothing is missing."""
-        return self.complete
-
-    @property
     def complete(self) -> bool:
         """Tell whether nothing is missing of the boundary, or of the list of paths."""
         return bool(self.report()["complete"])
