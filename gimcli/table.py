@@ -18,6 +18,11 @@ class Column:
     unit: str = ""  # "" where there is none
 
 
+def labelled(name: str, unit: str) -> str:
+    """Return a name with its unit in brackets; lengths without a physical unit have none."""
+    return f"{name} [{unit}]" if unit not in ("", "unit") else name
+
+
 @dataclass(frozen=True)
 class Table:
     """Columns of equal length."""

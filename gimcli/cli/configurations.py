@@ -44,6 +44,7 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
     from gimcli.cli.console import number, print_table, room
     from gimcli.cli.progress import end_bars
     from gimcli.library.configurations import verdict
+    from gimcli.table import labelled
 
     end_bars()
     found, drawn, places, mechanism = result.found, result.drawn, result.places, result.mechanism
@@ -54,8 +55,8 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
         return
     fit = max(1, min(COLUMNS, (room() - BESIDE) // EACH))
     shown = [n for n in mechanism.traced if n in places][:fit]
-    unit = "" if mechanism.length_unit == "unit" else f" [{mechanism.length_unit}]"
-    head = ["", "assembly", "residual", "proved within", *(f"{n}.{axis}{unit}" for n in shown for axis in "xy")]
+    names = [labelled(f"{n}.{axis}", mechanism.length_unit) for n in shown for axis in "xy"]
+    head = ["", "assembly", "residual", "proved within", *names]
     rows = []
     for k in range(min(len(found), ROWS)):
         radius = f"{found.radius[k]:.0e}" if math.isfinite(found.radius[k]) else "multiple"

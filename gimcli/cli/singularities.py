@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -51,26 +51,20 @@ def command(
 def _print(result: SingularitiesResult) -> None:
     from gimcli.cli.console import number, print_table
     from gimcli.cli.progress import end_bars
+    from gimcli.table import labelled
 
     end_bars()
     found, mechanism = result.found, result.mechanism
     names = [a.name for a in mechanism.actuators]
+    inputs_head = [labelled(a.name, mechanism.unit_of(a)) for a in mechanism.actuators]
     rows = []
     for k, one in enumerate(found.found):
         inputs = result.inputs(one)
         kind = f"{one.what.kind}{' (' + one.what.end + ')' if one.what.end else ''}"
         where = ", ".join(str(b + 1) for b in one.circuits)
-        rows.append(
-            (
-                str(k + 1),
-                kind,
-                *(number(inputs[n], 12) for n in names),
-                where,
-                ", ".join(one.what.about),
-                _rates(result, one),
-            )
-        )
-    head = ("", "kind", *(f"{n}{_unit(mechanism, i)}" for i, n in enumerate(names)), "branch", "about", "rates")
+        values = [number(inputs[n], 12) for n in names]
+        rows.append((str(k + 1), kind, *values, where, ", ".join(one.what.about), _rates(result, one)))
+    head = ("", "kind", *inputs_head, "branch", "about", "rates")
     if rows:
         print_table(mechanism.name, head, rows, right=(0, *range(2, 2 + len(names))))
     else:
@@ -81,11 +75,6 @@ def _print(result: SingularitiesResult) -> None:
         typer.echo(f"branch {k + 1}: {'closed' + turns if circuit.closed else circuit.ended}; {way}")
     if not found.complete:
         typer.echo("more branches meet than are followed")
-
-
-def _unit(mechanism: Any, k: int) -> str:
-    unit = mechanism.angle_unit if mechanism.actuators[k].drive.value == "rotary" else mechanism.length_unit
-    return "" if unit in ("", "unit") else f" [{unit}]"
 
 
 def _rates(result: SingularitiesResult, one: Found) -> str:

@@ -98,6 +98,7 @@ def _print(found: SolveResult) -> None:
 
     from gimcli.cli.console import number, print_table
     from gimcli.cli.progress import end_bars
+    from gimcli.table import labelled
 
     end_bars()
     position, law = found.position, found.law
@@ -118,9 +119,8 @@ def _print(found: SolveResult) -> None:
         typer.echo(f"{status.text}\nworst off: {position.worst}, by {residual.total[0]:.3g}")
     else:
         nodes, points = found.places()
-        unit = "" if mechanism.length_unit == "unit" else f" [{mechanism.length_unit}]"
         rows = [(k, number(v.real, 12), number(v.imag, 12)) for k, v in (nodes | points).items()]
-        print_table("", ("node", f"x{unit}", f"y{unit}"), rows, right=(1, 2))
+        print_table("", ("node", *(labelled(axis, mechanism.length_unit) for axis in "xy")), rows, right=(1, 2))
     if law is not None:
         rows = [(str(k), f"{a:.3e}", f"{b:.3e}") for k, (a, b) in enumerate(law.errors)]
         if len(rows) > 2 * SHOWN:

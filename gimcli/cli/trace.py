@@ -166,7 +166,7 @@ def _tell_reach(found: MotionTraceResult) -> None:
     ends = law_inputs(motion.mechanism)(motion.time[[0, -1]])
     for k, actuator in enumerate(motion.mechanism.actuators):
         law = motion.mechanism.value_to_file(k, ends[k])
-        unit = motion.mechanism.angle_unit if actuator.drive.value == "rotary" else motion.mechanism.length_unit
+        unit = motion.mechanism.unit_of(actuator)
         for start, end in reached[actuator.name]:
             typer.echo(
                 f"{actuator.name} reaches {start:.10g} to {end:.10g} {unit} of its law {law[0]:.10g} to {law[1]:.10g}"

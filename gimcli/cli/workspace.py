@@ -98,6 +98,7 @@ def _tell(mechanism: Mechanism, report: dict[str, Any]) -> None:
 
 def _tell_region(mechanism: Mechanism, report: dict[str, Any]) -> None:
     from gimcli.cli.console import number, print_table
+    from gimcli.table import labelled
 
     unit = "" if mechanism.length_unit == "unit" else f" {mechanism.length_unit}"
     square = f"{unit}^2" if unit else ""
@@ -110,7 +111,7 @@ def _tell_region(mechanism: Mechanism, report: dict[str, Any]) -> None:
         ("inner curves", str(report["barriers"])),
     ]
     print_table(f"{mechanism.name}: what {report['point']} reaches", ("", ""), rows)
-    heads = ("curve", "kind", "inputs at an end", f"length{f' [{unit.strip()}]' if unit else ''}")
+    heads = ("curve", "kind", "inputs at an end", labelled("length", mechanism.length_unit))
     ends = [", ".join(f"{n} = {v:.8g}" for n, v in c["held"].items()) or "singular" for c in report["curves"]]
     curves = [
         (str(k), c["kind"], end, number(c["length"]))
@@ -127,8 +128,8 @@ def _tell_region(mechanism: Mechanism, report: dict[str, Any]) -> None:
 
 def _tell_paths(mechanism: Mechanism, report: dict[str, Any]) -> None:
     from gimcli.cli.console import number, print_table
+    from gimcli.table import labelled
 
-    unit = "" if mechanism.length_unit == "unit" else f" [{mechanism.length_unit}]"
     rows = []
     for k, path in enumerate(report["paths"]):
         inputs = [
@@ -137,7 +138,8 @@ def _tell_paths(mechanism: Mechanism, report: dict[str, Any]) -> None:
         ]
         spans = [f"{a:.8g} to {b:.8g}" for a, b in path["bounds"].values()]
         rows.append((str(k), "drawn" if path["drawn"] else "", *spans, number(path["length"], 8), ", ".join(inputs)))
-    heads = ("path", "", f"x{unit}", f"y{unit}", f"length{unit}", "inputs")
+    lengths = (labelled(what, mechanism.length_unit) for what in ("x", "y", "length"))
+    heads = ("path", "", *lengths, "inputs")
     print_table(f"{mechanism.name}: what {report['point']} reaches", heads, rows, right=(0, 4))
     if not report["complete"]:
         typer.echo(

@@ -108,9 +108,9 @@ class CircuitsResult(Result):
         ]
         for end in ("from", "to"):
             values = [inputs_at(found, b.start if end == "from" else b.end) for _, _, b in rows]
-            for k, actuator in enumerate(self.mechanism.actuators):
-                unit = self.mechanism.angle_unit if found.curve.rotary[k] else self.mechanism.length_unit
-                columns.append(Column(f"{actuator.name}.{end}", np.array([v[actuator.name] for v in values]), unit))
+            for a in self.mechanism.actuators:
+                named = np.array([v[a.name] for v in values])
+                columns.append(Column(f"{a.name}.{end}", named, self.mechanism.unit_of(a)))
         return Table(tuple(columns))
 
     def picture(self) -> Content | None:
@@ -174,7 +174,7 @@ def spacing(found: Circuits) -> tuple[float, str]:
     if not found.curve.single:
         low, high = found.curve.laws
         return float(found.spacing / (high - low)), "of the laws' range"
-    unit = mechanism.angle_unit if found.curve.rotary[0] else mechanism.length_unit
+    unit = mechanism.unit_of(mechanism.actuators[0])
     return float(mechanism.value_to_file(0, spacing)[0]), "" if unit == "unit" else unit
 
 
@@ -212,5 +212,5 @@ def _abscissa(found: Circuits, values: Any) -> tuple[str, Any, str]:
     if found.curve.line is None:
         return "time", values / found.curve.span * mechanism.duration, "s"
     main = found.curve.line.main
-    unit = mechanism.angle_unit if found.curve.rotary[main] else mechanism.length_unit
-    return mechanism.actuators[main].name, mechanism.value_to_file(main, values), unit
+    actuator = mechanism.actuators[main]
+    return actuator.name, mechanism.value_to_file(main, values), mechanism.unit_of(actuator)

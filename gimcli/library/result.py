@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import Mechanism
-from gimcli.table import Column, Table
+from gimcli.table import Column, Table, labelled
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
@@ -193,7 +193,7 @@ def joined(tables: Iterable[Table]) -> Table:
 
 def cells(table: Table) -> list[list[str]]:
     """Return the head and the first rows of a table as texts, dots for the rest."""
-    head = [f"{c.name} [{c.unit}]" if c.unit and c.unit != "unit" else c.name for c in table.columns]
+    head = [labelled(c.name, c.unit) for c in table.columns]
     columns = [[_cell(value) for value in column.values[:SHOWN]] for column in table.columns]
     rows = [list(row) for row in zip(*columns, strict=True)]
     return [head, *rows, *([["..."] * len(head)] if len(table) > SHOWN else [])]

@@ -102,9 +102,8 @@ class SingularitiesResult(Result):
         z = np.array([mechanism.to_file(self.found.curve.nodes(one.what.p)) for one in found])
         z = z.reshape(len(found), len(mechanism.nodes))
         columns = [Column("kind", np.array([one.what.kind for one in found], dtype=str))]
-        for k, a in enumerate(mechanism.actuators):
-            unit = mechanism.angle_unit if self.found.curve.rotary[k] else mechanism.length_unit
-            columns.append(Column(a.name, np.array([u[a.name] for u in at], dtype=float), unit))
+        for a in mechanism.actuators:
+            columns.append(Column(a.name, np.array([u[a.name] for u in at], dtype=float), mechanism.unit_of(a)))
         for k, name in enumerate(mechanism.nodes):
             for axis, values in (("x", z[:, k].real), ("y", z[:, k].imag)):
                 columns.append(Column(f"{name}.{axis}", values, mechanism.length_unit))

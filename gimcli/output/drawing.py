@@ -26,6 +26,7 @@ from gimcli.output.style import (
     curve_pen,
 )
 from gimcli.output.vectors import Arrows, Field
+from gimcli.table import labelled
 
 Step = tuple[int, tuple[int, ...]]
 """The node that a step moves, and the nodes about which it moves it."""
@@ -50,11 +51,11 @@ def motion_picture(
     areas: Sequence[ComplexArray] = (),
 ) -> Picture:
     """Return some poses, the first strong and the rest light, the traced curves, and what was measured."""
-    skeleton = _solved(mechanism, positions)
+    skeleton = solved(mechanism, positions)
     traced = [np.asarray(curve, dtype=np.complex128) for curve in curves.values()]
     shown = [skeleton.extent(), *traced] if skeleton else traced
     more = {name: _within(curve, shown) for name, curve in (measured or {}).items()}
-    picture = _plot(mechanism, title, [*shown, *more.values(), *(np.ravel(area) for area in areas)])
+    picture = plot(mechanism, title, [*shown, *more.values(), *(np.ravel(area) for area in areas)])
     if areas:
         picture.area(SWEPT, *areas)
         picture.legend.append(("area swept", Pen(7.0, SWEPT.face)))
@@ -88,11 +89,11 @@ def position_picture(
     arrows: Sequence[Arrows] = (),
 ) -> Picture:
     """Return one pose with the names of its nodes and points, and vectors there."""
-    skeleton = _solved(mechanism, position)
+    skeleton = solved(mechanism, position)
     named = np.array(list(points.values()), dtype=np.complex128)
     shown = [np.ravel(position), named, *([skeleton.extent()] if skeleton else [])]
     field = Field(arrows, np.concatenate(shown))
-    picture = _plot(mechanism, title, [*shown, field.extent()])
+    picture = plot(mechanism, title, [*shown, field.extent()])
     own = {point.name for point in mechanism.points} if skeleton else set()
     picture.mark(TRACER, *(z for name, z in points.items() if name not in own and np.isfinite(z)))
     if skeleton:
@@ -106,8 +107,8 @@ def position_picture(
 
 def sequence_picture(mechanism: Mechanism, position: ComplexArray, steps: Sequence[Step], title: str) -> Picture:
     """Return one pose with numbered arrows from the nodes that stand to the node that is moved."""
-    skeleton = _solved(mechanism, position)
-    picture = _plot(mechanism, title, [np.ravel(position), *([skeleton.extent()] if skeleton else [])])
+    skeleton = solved(mechanism, position)
+    picture = plot(mechanism, title, [np.ravel(position), *([skeleton.extent()] if skeleton else [])])
     if not skeleton:
         return picture
     draw_strong(picture, skeleton)
@@ -141,14 +142,14 @@ def history_picture(
     return picture
 
 
-def _solved(mechanism: Mechanism, positions: ComplexArray) -> Skeleton | None:
+def solved(mechanism: Mechanism, positions: ComplexArray) -> Skeleton | None:
     """Return the poses without a NaN, or nothing if none is left."""
     poses = np.atleast_2d(np.asarray(positions, dtype=np.complex128))
     poses = poses[np.all(np.isfinite(poses), axis=1)]
     return Skeleton(mechanism, poses) if len(poses) else None
 
 
-def _plot(mechanism: Mechanism, title: str, shown: Sequence[ComplexArray]) -> Picture:
+def plot(mechanism: Mechanism, title: str, shown: Sequence[ComplexArray]) -> Picture:
     """Return an empty picture with equal axes that has room for some points."""
     frame = Frame.around(np.concatenate([*shown, np.zeros(0, dtype=np.complex128)]))
     return Picture(title, frame, length_labels(mechanism))
@@ -156,8 +157,7 @@ def _plot(mechanism: Mechanism, title: str, shown: Sequence[ComplexArray]) -> Pi
 
 def length_labels(mechanism: Mechanism) -> tuple[str, str]:
     """Return the names of the axes, with the file's unit."""
-    unit = "" if mechanism.length_unit in ("unit", "") else f" [{mechanism.length_unit}]"
-    return f"x{unit}", f"y{unit}"
+    return labelled("x", mechanism.length_unit), labelled("y", mechanism.length_unit)
 
 
 def _draw_curves(picture: Picture, curves: Mapping[str, ComplexArray]) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.output.picture import Frame, Picture, Sheet
 from gimcli.output.style import SOFT, Mark, Pen, curve_pen
-from gimcli.table import Column, Table
+from gimcli.table import Column, Table, labelled
 
 HEIGHT, LEAST_WIDTH = 1.55, 4.4
 """Size of a panel's axes [in]."""
@@ -40,7 +40,7 @@ def panel(name: str, table: Table, width: float, peaks: bool = False) -> Picture
     left, right = _limits(x)
     frame = Frame(complex(left, low), complex(right, high), width, HEIGHT)
     unit = curves[0].unit if curves else ""
-    picture = Picture("", frame, (_label(across.name, across.unit), _label(name, unit)))
+    picture = Picture("", frame, (labelled(across.name, across.unit), labelled(name, unit)))
     if low < 0.0 < high:
         picture.stroke(ZERO, [complex(left, 0.0), complex(right, 0.0)])
     for index, column in enumerate(curves):
@@ -91,7 +91,3 @@ def _limits(x: NDArray[np.float64]) -> tuple[float, float]:
     finite = x[np.isfinite(x)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     return (low, high) if high > low else (low - 0.5, low + 0.5)
-
-
-def _label(name: str, unit: str) -> str:
-    return f"{name} [{unit}]" if unit and unit != "unit" else name

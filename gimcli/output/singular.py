@@ -9,8 +9,9 @@ import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output.curves import drawn_runs
+from gimcli.output.drawing import plot
 from gimcli.output.labels import Labels
-from gimcli.output.picture import Frame, Picture
+from gimcli.output.picture import Picture
 from gimcli.output.skeleton import Skeleton, draw_ghost, draw_markers, draw_strong
 from gimcli.output.style import INK, Mark, Pen, curve_pen
 
@@ -43,10 +44,7 @@ def singular_picture(
     """Return the first position strong, some others light, and a numbered mark for each."""
     poses = _spread(shown)
     skeleton = Skeleton(mechanism, np.array([s.pose for s in poses])) if poses else None
-    unit = "" if mechanism.length_unit in ("unit", "") else f" [{mechanism.length_unit}]"
-    points = [*curves.values(), *([skeleton.extent()] if skeleton else [])]
-    frame = Frame.around(np.concatenate([*points, np.zeros(0, dtype=np.complex128)]))
-    picture = Picture(title, frame, (f"x{unit}", f"y{unit}"))
+    picture = plot(mechanism, title, [*curves.values(), *([skeleton.extent()] if skeleton else [])])
     if skeleton:
         for pose in range(1, len(skeleton.poses)):
             draw_ghost(picture, skeleton, pose)
@@ -54,7 +52,7 @@ def singular_picture(
         draw_markers(picture, skeleton)
     for index, (name, curve) in enumerate(curves.items()):
         pen = curve_pen(index)
-        picture.stroke(pen, *(run for run in drawn_runs(curve, frame.point) if len(run) > 1))
+        picture.stroke(pen, *(run for run in drawn_runs(curve, picture.frame.point) if len(run) > 1))
         picture.legend.append((name, pen))
     _mark(picture, shown)
     _write(picture, mechanism, skeleton, shown)

@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.output.drawing import plot, solved
 from gimcli.output.labels import Labels
-from gimcli.output.picture import Frame, Picture
+from gimcli.output.picture import Picture
 from gimcli.output.skeleton import Skeleton, draw_strong
 from gimcli.output.style import INK, PAPER, TRACER, Fill, Pen
 
@@ -40,13 +41,12 @@ def workspace_picture(
 
     `density` (rows,) are reached places, drawn as cells; without it the region is filled.
     """
-    skeleton = Skeleton(mechanism, pose[None, :]) if pose is not None and np.all(np.isfinite(pose)) else None
+    skeleton = None if pose is None else solved(mechanism, pose)
     shown = [z for group in curves.values() for z in group]
     shown += [skeleton.extent()] if skeleton else []
     shown += [density] if density is not None else []
     shown += [np.array([point[1]])] if point[1] is not None else []
-    unit = "" if mechanism.length_unit in ("unit", "") else f" [{mechanism.length_unit}]"
-    picture = Picture(title, Frame.around(np.concatenate(shown)), (f"x{unit}", f"y{unit}"))
+    picture = plot(mechanism, title, shown)
     if density is not None:
         _draw_density(picture, density)
     else:
@@ -66,10 +66,9 @@ def path_picture(
     title: str,
 ) -> Picture:  # fmt: skip
     """Return the paths of a point that one input moves, the drawn one's first, over a pose (nodes,)."""
-    skeleton = Skeleton(mechanism, pose[None, :]) if pose is not None and np.all(np.isfinite(pose)) else None
+    skeleton = None if pose is None else solved(mechanism, pose)
     shown = [*paths, *([skeleton.extent()] if skeleton else [])]
-    unit = "" if mechanism.length_unit in ("unit", "") else f" [{mechanism.length_unit}]"
-    picture = Picture(title, Frame.around(np.concatenate(shown)), (f"x{unit}", f"y{unit}"))
+    picture = plot(mechanism, title, shown)
     for pen, name, group in (
         (PENS["outer"], "path of the drawn configuration", paths[:1]),
         (PENS["inner"], "other configurations", paths[1:]),
