@@ -37,6 +37,8 @@ class Jit(StrEnum):
 ModelPath = Annotated[Path, typer.Argument(metavar="MODEL", help="Model file.", show_default=True)]
 MODEL = Path("model.yaml")
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")]
+Png = Annotated[bool, typer.Option("--png/--no-png", help="Draw the picture.")]
 MethodOption = Annotated[
     Method,
     typer.Option(

@@ -34,32 +34,23 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Find the circuits and list them."""
-    from gimcli.cli.console import finish, write_picture
+    from gimcli.cli.console import finish, loaded, write_picture
     from gimcli.cli.progress import progress_bar
     from gimcli.library.circuits import circuits
-    from gimcli.library.load import load
-    from gimcli.output import refuse_files
 
-    mechanism = load(model)
-    refuse_files(mechanism.files, None, png)
-    found = circuits(mechanism, samples=samples, progress=progress_bar)
+    found = circuits(loaded(model, None, png), samples=samples, progress=progress_bar)
     finish(found, write_picture(found, png), as_json, _print)
 
 
 def _print(result: CircuitsResult) -> None:
-    from gimcli.cli.console import number, print_table
+    from gimcli.cli.console import how_it_ends, intervals, number, print_table
     from gimcli.library.circuits import curve_label, inputs_at, span, verdict
 
     found = result.found
     rows = []
     for k, strand in enumerate(found.strands):
-        ends = "\n".join(f"{n} {number(a)} to {number(b)}" for n, (a, b) in span(found, strand).items())
-        turns = abs(strand.circuit.turns)
-        how = (
-            strand.circuit.ended
-            if not strand.circuit.closed
-            else "closed" + (f" after {turns:g} turn{'s' * (turns != 1)}" if turns else "")
-        )
+        own = strand.circuit
+        how, ends = how_it_ends(own.closed, own.ended, own.turns), intervals(span(found, strand), "\n")
         there = [
             f"{i + 1}" + (f" (branch {b + 1})" if len(strand.branches) > 1 else "")
             for i, at in enumerate(found.places) for j, b in at if j == k

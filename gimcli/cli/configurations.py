@@ -25,31 +25,26 @@ def solve_all(
     model: Path, at: dict[str, str], tolerance: float, csv: Path | None, png: Path | None, as_json: bool
 ) -> None:
     """Find every configuration, print and write it; exit with 5 where there is none."""
-    from gimcli.cli.console import finish, write_files
+    from gimcli.cli.console import finish, loaded, write_files
     from gimcli.cli.progress import progress_bar
     from gimcli.library.configurations import configurations
-    from gimcli.library.load import load
-    from gimcli.output import refuse_files
 
-    mechanism = load(model)
-    refuse_files(mechanism.files, csv, png)
-    found = configurations(mechanism, at, tolerance=tolerance, progress=progress_bar)
-    paths = write_files(found, csv, png)
-    finish(found, paths, as_json, partial(_print, png))
+    found = configurations(loaded(model, csv, png), at, tolerance=tolerance, progress=progress_bar)
+    finish(found, write_files(found, csv, png), as_json, partial(_print, png))
 
 
 def _print(png: Path | None, result: ConfigurationsResult) -> None:
     import math
 
-    from gimcli.cli.console import number, print_table, room
+    from gimcli.cli.console import number, print_table, room, tell_more
     from gimcli.cli.progress import end_bars
     from gimcli.library.configurations import verdict
+    from gimcli.library.inputs import at_inputs
     from gimcli.table import labelled
 
     end_bars()
     found, drawn, places, mechanism = result.found, result.drawn, result.places, result.mechanism
-    at = ", ".join(f"{k} = {v:.10g}" for k, v in result.inputs.items())
-    typer.echo(f"{mechanism.name}" + (f" at {at}" if at else ""))
+    typer.echo(at_inputs(mechanism.name, result.inputs))
     typer.echo(verdict(found))
     if not len(found):
         return
@@ -64,8 +59,7 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
         mark = f"{k + 1}{' *' if k == drawn else ''}"
         rows.append((mark, found.signs[k] or "-", f"{found.residual[k]:.0e}", radius, *z))
     print_table("", head, rows, right=(0, 2, 3, *range(4, len(head))))
-    if len(found) > ROWS:
-        typer.echo(f"... and {len(found) - ROWS} more (--json and --csv hold all)")
+    tell_more(len(found), ROWS, "--json and --csv hold all")
     if drawn is not None:
         typer.echo("* is the drawn one, moved to these inputs")
     if result.undrawn and png is not None:

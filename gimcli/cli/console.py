@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
@@ -16,6 +16,7 @@ from gimcli.cli.progress import end_bars, print_above
 if TYPE_CHECKING:
     from gimcli.library.result import Result
     from gimcli.mechanism import Mechanism
+    from gimcli.motion.motion import Motion
     from gimcli.table import Table
 
 WIDE = 160
@@ -66,6 +67,16 @@ def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], 
             console.print(title, style="bold", soft_wrap=True)  # a title of the table's own would be as narrow as that
         console.print(table)
     typer.echo(drawn.get(), nl=False)
+
+
+def loaded(model: Path, csv: Path | None, png: Path | None) -> Mechanism:
+    """Return the mechanism of a model file; refuse files that cannot be written before the work that fills them."""
+    from gimcli.library.load import load
+    from gimcli.output import refuse_files
+
+    mechanism = load(model)
+    refuse_files(mechanism.files, csv, png)
+    return mechanism
 
 
 def files_in(out: Path, stem: str, png: bool, mechanism: Mechanism) -> tuple[Path, Path | None]:
@@ -153,6 +164,29 @@ def tell_written(*paths: Any) -> None:
     told = [str(path) for path in paths if path is not None]
     if told:
         typer.echo("wrote " + ", ".join(told[:-1]) + " and " * (len(told) > 1) + told[-1])
+
+
+def tell_more(count: int, shown: int, where: str = "--json names all") -> None:
+    """Say how many rows are not shown, if any, and where they are."""
+    if count > shown:
+        typer.echo(f"... and {count - shown} more ({where})")
+
+
+def tell_status(motion: Motion) -> None:
+    """Say what ended the first row of a motion that is not solved, and the cure."""
+    worst = f" (worst: {motion.worst})" if motion.worst else ""
+    typer.echo(f"{motion.overall.word}: {motion.overall.text}{worst}")
+
+
+def how_it_ends(closed: bool, ended: str, turns: float) -> str:
+    """Return whether a circuit is closed, after how many turns, or what ends it."""
+    after = f" after {abs(turns):g} turn{'s' * (abs(turns) != 1)}" if turns else ""
+    return f"closed{after}" if closed else ended
+
+
+def intervals(spans: Mapping[str, Sequence[float]], between: str = "; ") -> str:
+    """Return the intervals of the inputs by their names."""
+    return between.join(f"{name} {number(low)} to {number(high)}" for name, (low, high) in spans.items())
 
 
 def room() -> int:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath
+from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath, Out, Png
 
 if TYPE_CHECKING:
     from gimcli.dynamics.force_motion import ForceMotion
@@ -31,8 +31,8 @@ SHOWN = 30
 def command(
     model: ModelPath = MODEL,
     steps: Annotated[int, typer.Option("--steps", "-n", min=1, max=10_000_000, help="Steps of the motion.")] = 360,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")] = Path(),
-    png: Annotated[bool, typer.Option("--png/--no-png", help="Draw the picture.")] = True,
+    out: Out = Path(),
+    png: Png = True,
     tolerance: Annotated[
         float, typer.Option("--tolerance", help="Of the positions, relative to the mechanism's size.")
     ] = 1e-10,
@@ -74,18 +74,16 @@ def tell_open(names: list[str]) -> None:
 
 
 def _print_peaks(found: ForceMotion) -> None:
-    from gimcli.cli.console import number, print_table
+    from gimcli.cli.console import number, print_table, tell_more
 
     mechanism = found.statics.mechanism
-    rows = []
-    for name, (value, unit, at) in found.peaks.greatest.items():
-        where = ", ".join(number(v, 8) for v in at)
-        rows.append((name, number(value, 8), unit, where))
+    rows = [
+        (name, number(value, 8), unit, ", ".join(number(v, 8) for v in at))
+        for name, (value, unit, at) in found.peaks.greatest.items()
+    ]
     inputs = ", ".join(a.name for a in mechanism.actuators)
-    shown = rows if len(rows) <= SHOWN else rows[:SHOWN]
-    print_table(f"{mechanism.name}: peak values", ("", "peak", "", f"at {inputs}"), shown, (1, 3))
-    if len(rows) > len(shown):
-        typer.echo(f"... and {len(rows) - len(shown)} more (--json names all)")
+    print_table(f"{mechanism.name}: peak values", ("", "peak", "", f"at {inputs}"), rows[:SHOWN], (1, 3))
+    tell_more(len(rows), SHOWN)
     if found.peaks.left_out:
         typer.echo(
             f"{found.peaks.left_out} rows beside singular positions, where forces grow without bound, are in the table,"
@@ -94,12 +92,10 @@ def _print_peaks(found: ForceMotion) -> None:
 
 
 def _tell_missing(found: ForceMotion, steps: int) -> None:
-    from gimcli.status import Status
+    from gimcli.cli.console import tell_status
 
-    motion = found.summary.motion
     if found.summary.solved < steps + 1:
-        first = Status(int(motion.codes[~motion.good][0]))
-        typer.echo(f"{first.word}: {first.text}" + (f" (worst: {motion.worst})" if motion.worst else ""))
+        tell_status(found.summary.motion)
     elif found.told < steps + 1:
         typer.echo(
             "singular: where the mechanism passes a singular position or a dead point of its drive, velocities or"

@@ -28,12 +28,8 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Show the formation."""
-    from gimcli.cli.console import finish, print_table, write_picture
+    from gimcli.cli.console import finish, loaded, print_table, write_picture
     from gimcli.library.groups import groups
-    from gimcli.library.load import load
-    from gimcli.output import refuse_files
 
-    mechanism = load(model)
-    refuse_files(mechanism.files, None, png)
-    found = groups(mechanism)
+    found = groups(loaded(model, None, png))
     finish(found, write_picture(found, png), as_json, lambda f: print_table(f.headline(), HEAD, f.rows(), (3,)))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath
+from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath, Out, Png
 
 if TYPE_CHECKING:
     from gimcli.dynamics.flywheel import Flywheel
@@ -33,8 +33,8 @@ def command(
         float | None, typer.Option("--fluctuation", help="Coefficient of speed fluctuation for a flywheel.")
     ] = None,
     rpm: Annotated[float | None, typer.Option("--rpm", help="Mean speed for a flywheel [1/min].")] = None,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")] = Path(),
-    png: Annotated[bool, typer.Option("--png/--no-png", help="Draw the picture.")] = True,
+    out: Out = Path(),
+    png: Png = True,
     jit: JitOption = Jit.AUTO,
     as_json: Json = False,
 ) -> None:
@@ -50,8 +50,7 @@ def command(
     found = reduce(
         mechanism, name, steps, fluctuation=fluctuation, rpm=rpm, jit=jit.value, tell=note, progress=progress_bar
     )
-    paths = write_files(found, csv_path, png_path)
-    finish(found, paths, as_json, _print, paths_first=True)
+    finish(found, write_files(found, csv_path, png_path), as_json, _print, paths_first=True)
 
 
 def _print(found: ReduceResult) -> None:

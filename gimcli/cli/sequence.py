@@ -33,14 +33,10 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Search and show the sequence."""
-    from gimcli.cli.console import finish, write_picture
-    from gimcli.library.load import load
+    from gimcli.cli.console import finish, loaded, write_picture
     from gimcli.library.sequence import sequence
-    from gimcli.output import refuse_files
 
-    mechanism = load(model)
-    refuse_files(mechanism.files, None, png)
-    found = sequence(mechanism, pairs(at), strategy=strategy.value, tolerance=tolerance)
+    found = sequence(loaded(model, None, png), pairs(at), strategy=strategy.value, tolerance=tolerance)
     finish(found, write_picture(found, png), as_json, partial(_print, explain))
 
 

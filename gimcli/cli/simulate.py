@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath
+from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath, Out, Png
 from gimcli.dynamics.integrators import INTEGRATORS
 
 if TYPE_CHECKING:
@@ -46,8 +46,8 @@ def command(
         int, typer.Option("--standstills", min=0, help="End at this standstill of a free input; 0: go on.")
     ] = 0,
     reactions: Annotated[bool, typer.Option("--reactions", help="Write the reactions in all pairs too.")] = False,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")] = Path(),
-    png: Annotated[bool, typer.Option("--png/--no-png", help="Draw the picture.")] = True,
+    out: Out = Path(),
+    png: Png = True,
     jit: JitOption = Jit.AUTO,
     as_json: Json = False,
 ) -> None:
@@ -67,8 +67,7 @@ def command(
         mechanism, time, dt=dt, method=method, rtol=rtol, step=step, standstills=until, reactions=reactions,
         jit=jit.value, tell=note, progress=progress_bar,
     )  # fmt: skip
-    paths = write_files(found, csv_path, png_path)
-    finish(found, paths, as_json, _print, paths_first=True)
+    finish(found, write_files(found, csv_path, png_path), as_json, _print, paths_first=True)
 
 
 def _print(result: SimulateResult) -> None:
@@ -89,7 +88,7 @@ def _print(result: SimulateResult) -> None:
 
 
 def _tell_events(events: list[dict[str, Any]]) -> None:
-    from gimcli.cli.console import number, print_table
+    from gimcli.cli.console import number, print_table, tell_more
 
     if not events:
         return
@@ -101,5 +100,4 @@ def _tell_events(events: list[dict[str, Any]]) -> None:
     ]  # fmt: skip
     head = ("event", "time [s]", *names, *(f"{n}.speed" for n in names))
     print_table("", head, rows, range(1, len(head)))
-    if len(events) > EVENTS:
-        typer.echo(f"... and {len(events) - EVENTS} more (--json names all)")
+    tell_more(len(events), EVENTS)

@@ -36,20 +36,16 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Follow the circuits and list what is singular."""
-    from gimcli.cli.console import finish, write_picture
+    from gimcli.cli.console import finish, loaded, write_picture
     from gimcli.cli.progress import progress_bar
-    from gimcli.library.load import load
     from gimcli.library.singularities import singularities
-    from gimcli.output import refuse_files
 
-    mechanism = load(model)
-    refuse_files(mechanism.files, None, png)
-    found = singularities(mechanism, progress=progress_bar)
+    found = singularities(loaded(model, None, png), progress=progress_bar)
     finish(found, write_picture(found, png), as_json, _print)
 
 
 def _print(result: SingularitiesResult) -> None:
-    from gimcli.cli.console import number, print_table
+    from gimcli.cli.console import how_it_ends, intervals, number, print_table
     from gimcli.cli.progress import end_bars
     from gimcli.table import labelled
 
@@ -70,9 +66,8 @@ def _print(result: SingularitiesResult) -> None:
     else:
         typer.echo(f"{mechanism.name}: nothing is singular")
     for k, (circuit, reach) in enumerate(zip(found.branches.circuits, found.reach, strict=True)):
-        way = "; ".join(f"{n} {number(a)} to {number(b)}" for n, (a, b) in result.interval(reach).items())
-        turns = f" after {abs(circuit.turns):g} turn{'s' * (abs(circuit.turns) != 1)}" if circuit.turns else ""
-        typer.echo(f"branch {k + 1}: {'closed' + turns if circuit.closed else circuit.ended}; {way}")
+        how = how_it_ends(circuit.closed, circuit.ended, circuit.turns)
+        typer.echo(f"branch {k + 1}: {how}; {intervals(result.interval(reach))}")
     if not found.complete:
         typer.echo("more branches meet than are followed")
 

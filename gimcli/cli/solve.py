@@ -69,10 +69,8 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Solve one position, or all."""
-    from gimcli.cli.console import finish, write_files
-    from gimcli.library.load import load
+    from gimcli.cli.console import finish, loaded, write_files
     from gimcli.library.solve import solve
-    from gimcli.output import refuse_files
 
     if every:
         if method is not Method.AUTO or start != "drawn" or sequence:
@@ -83,14 +81,12 @@ def command(
 
         solve_all(model, pairs(at), tolerance, csv, png, as_json)
         return
-    mechanism = load(model)
-    refuse_files(mechanism.files, csv, png)
+    mechanism = loaded(model, csv, png)
     found = solve(
         mechanism, pairs(at), method=method.value, strategy=strategy.value, tolerance=tolerance, start=start, seed=seed,
         history=history, velocities=velocities, jit=jit.value, sequence=sequence,
     )  # fmt: skip
-    paths = write_files(found, csv, png)
-    finish(found, paths, as_json, _print)
+    finish(found, write_files(found, csv, png), as_json, _print)
 
 
 def _print(found: SolveResult) -> None:
@@ -98,13 +94,13 @@ def _print(found: SolveResult) -> None:
 
     from gimcli.cli.console import number, print_table
     from gimcli.cli.progress import end_bars
+    from gimcli.library.inputs import at_inputs
     from gimcli.table import labelled
 
     end_bars()
     position, law = found.position, found.law
     mechanism, status = position.mechanism, position.status
-    at = ", ".join(f"{k} = {v:.10g}" for k, v in found.inputs.items())
-    typer.echo(f"{mechanism.name}" + (f" at {at}" if at else ""))
+    typer.echo(at_inputs(mechanism.name, found.inputs))
     residual = position.residual
     typer.echo(
         f"{status.word}; eq. (1) {residual.lengths[0]:.1e}, eq. (2) {residual.angles[0]:.1e} rad;"

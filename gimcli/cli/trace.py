@@ -16,6 +16,8 @@ from gimcli.cli.arguments import (
     Method,
     MethodOption,
     ModelPath,
+    Out,
+    Png,
     SequenceText,
     Strategy,
     StrategyOption,
@@ -66,8 +68,8 @@ EVENTS = 6
 def command(
     model: ModelPath = MODEL,
     steps: Annotated[int, typer.Option("--steps", "-n", min=1, max=10_000_000, help="Steps of the motion.")] = 360,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")] = Path(),
-    png: Annotated[bool, typer.Option("--png/--no-png", help="Draw the picture.")] = True,
+    out: Out = Path(),
+    png: Png = True,
     derivatives: Annotated[
         int,
         typer.Option("--derivatives", "-d", min=0, max=3, help="1 velocities, 2 accelerations, 3 jerks, by real time."),
@@ -112,7 +114,7 @@ def command(
 
 
 def _print(found: MotionTraceResult) -> None:
-    from gimcli.status import Status
+    from gimcli.cli.console import tell_status
 
     motion, events = found.motion, found.events
     typer.echo(found.headline())
@@ -132,29 +134,28 @@ def _print(found: MotionTraceResult) -> None:
     _tell_events([e for e in events if e["kind"] == "sequence exchanged"], "sequence exchanged for a faster one")
     tell_ranges(found.measured)
     if not found.complete:
-        first = Status(int(motion.codes[~motion.good][0]))
-        typer.echo(f"{first.word}: {first.text}" + (f" (worst: {motion.worst})" if motion.worst else ""))
+        tell_status(motion)
 
 
 def _print_circuits(found: CircuitTraceResult) -> None:
-    from gimcli.cli.console import number
+    from gimcli.cli.console import how_it_ends, intervals
 
     typer.echo(found.headline())
     for one in found.circuits:
-        ends = "; ".join(f"{n} {number(a)} to {number(b)}" for n, (a, b) in one["interval"].items())
-        turns = f" after {one['turns']:g} turn{'s' * (one['turns'] != 1)}" if one["turns"] else ""
-        typer.echo(f"branch {one['branch']}: {'closed' + turns if one['closed'] else one['ended']}; {ends}")
+        how = how_it_ends(one["closed"], one["ended"], one["turns"])
+        typer.echo(f"branch {one['branch']}: {how}; {intervals(one['interval'])}")
         for e in one["events"]:
             typer.echo(f"  {e['kind']} at " + ", ".join(f"{n} = {v:.12g}" for n, v in e["at"].items()))
         tell_ranges(one)
 
 
 def _tell_events(found: list[dict[str, Any]], what: str) -> None:
+    from gimcli.cli.console import tell_more
+
     for event in found[:EVENTS]:
         at = ", ".join(f"{k} = {v:.8g}" for k, v in event["at"].items())
         typer.echo(f"{what} at {at}")
-    if len(found) > EVENTS:
-        typer.echo(f"... and {len(found) - EVENTS} more (--json names all)")
+    tell_more(len(found), EVENTS)
 
 
 def _tell_reach(found: MotionTraceResult) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath
+from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath, Out, Png
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -32,8 +32,8 @@ def command(
     tolerances: Annotated[
         str, typer.Option("--tolerances", help="Separated by commas; default every second decade, 1e-2 to 1e-14.")
     ] = "",
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")] = Path(),
-    png: Annotated[bool, typer.Option("--png/--no-png", help="Draw the picture.")] = True,
+    out: Out = Path(),
+    png: Png = True,
     seconds: Annotated[
         float,
         typer.Option("--seconds", min=1.0, help="Processor time it is meant to take; more runs slow methods too."),
@@ -53,8 +53,7 @@ def command(
     found = tradeoff(
         mechanism, steps, tolerances=chosen, seconds=seconds, jit=jit.value, tell=note, progress=progress_bar
     )
-    paths = write_files(found, csv_path, png_path)
-    finish(found, paths, as_json, _print, paths_first=True)
+    finish(found, write_files(found, csv_path, png_path), as_json, _print, paths_first=True)
 
 
 def _tolerances(text: str) -> list[float]:
@@ -69,7 +68,7 @@ def _tolerances(text: str) -> list[float]:
 
 
 def _print(result: TradeoffResult) -> None:
-    from gimcli.cli.console import print_table
+    from gimcli.cli.console import print_table, tell_status
     from gimcli.comparison.tradeoff import advise
 
     head = (
@@ -87,8 +86,7 @@ def _print(result: TradeoffResult) -> None:
     if found.untold:
         typer.echo(f"{found.untold} positions are too near to a singular one for a true error and left out")
     if not found.reached:
-        worst = f" (worst: {found.motion.worst})" if found.motion.worst else ""
-        typer.echo(f"{found.motion.overall.word}: {found.motion.overall.text}{worst}")
+        tell_status(found.motion)
     for advice in advise(found):
         typer.echo(advice.text)
 

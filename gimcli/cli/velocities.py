@@ -24,7 +24,7 @@ def tell_velocities(found: Instant) -> None:
         typer.echo(SINGULAR)
         return
     mechanism = found.mechanism
-    length = mechanism.length_unit.replace("unit", "")
+    length = "" if mechanism.length_unit == "unit" else mechanism.length_unit
     for actuator, (name, rate) in zip(mechanism.actuators, input_rates(found).items(), strict=True):
         unit = mechanism.angle_unit if actuator.drive is Drive.ROTARY else length
         told = "unit rate" if math.isnan(rate["time"]) else f"its law at {rate['time']:.6g} s"

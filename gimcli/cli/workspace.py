@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath
+from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath, Out, Png
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -35,8 +35,8 @@ def command(
     ] = [],  # noqa: B006 - typer wants a list; nothing changes it
     grid: Annotated[int, typer.Option("--grid", min=0, help="Values of every input to solve; 0: none.")] = 0,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the --grid of an interrupted run.")] = False,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")] = Path(),
-    png: Annotated[bool, typer.Option("--png/--no-png", help="Draw the picture.")] = True,
+    out: Out = Path(),
+    png: Png = True,
     jit: JitOption = Jit.AUTO,
     as_json: Json = False,
 ) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.assemblies import ConfigurationConstants, Configurations, all_configurations, drawn_configuration
-from gimcli.library.inputs import in_file_units, inputs_of
+from gimcli.library.inputs import at_inputs, in_file_units, inputs_of
 from gimcli.library.places import angles, pairs, places
 from gimcli.library.result import ByName, Phases, Result, silent
 from gimcli.mechanism import Mechanism
@@ -90,8 +90,7 @@ class ConfigurationsResult(Result):
 
     def headline(self) -> str:
         """Return the result in one line."""
-        at = ", ".join(f"{k} = {v:.10g}" for k, v in self.inputs.items())
-        return f"{self.mechanism.name}{' at ' + at if at else ''}: {verdict(self.found)}"
+        return f"{at_inputs(self.mechanism.name, self.inputs)}: {verdict(self.found)}"
 
     def report(self) -> dict[str, Any]:
         """Return what --json prints."""

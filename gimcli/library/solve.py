@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.library.inputs import in_file_units, inputs_of
+from gimcli.library.inputs import at_inputs, in_file_units, inputs_of
 from gimcli.library.places import angles, places
 from gimcli.library.result import ByName, Result
 from gimcli.mechanism import Mechanism
@@ -107,8 +107,7 @@ class SolveResult(Result):
 
     def headline(self) -> str:
         """Return the result in one line."""
-        at = ", ".join(f"{name} = {value:.10g}" for name, value in self.inputs.items())
-        return f"{self.mechanism.name}{' at ' + at if at else ''}: {self.status}, residual {self.residual:.1e}"
+        return f"{at_inputs(self.mechanism.name, self.inputs)}: {self.status}, residual {self.residual:.1e}"
 
     def report(self) -> dict[str, Any]:
         """Return what --json prints."""
