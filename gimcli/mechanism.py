@@ -9,7 +9,6 @@ the normal frame and never sees the file's units.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import Enum
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -72,59 +71,58 @@ class Member:
         return complex(self.shape[self.nodes.index(node)])
 
 
-@dataclass(frozen=True)
-class Slide:
-    """One node that stays on a line carried by a member.
-
-    The line runs through `point` along `direction` (unit), both in the frame of `member`.
-    A true prismatic pair (no relative rotation) is two slides with the same `pair`.
-    """
-
-    name: str
-    pair: str
-    node: int
-    member: int
-    point: complex
-    direction: complex
-
-
-class Drive(Enum):
-    """What an actuator drives."""
-
-    ROTARY = "rotary"
-    DISTANCE = "distance"
-    TRAVEL = "travel"
+SPAN, ANGLE, HEIGHT, CLOSURE = range(4)
+"""Kinds of constraints; what a pair, an actuator or a gauge is about is one of the first three."""
 
 
 @dataclass(frozen=True)
-class Input:
-    """An input; which fields mean something depends on `drive`.
+class PairRow:
+    """One constraint of a pair, or what an actuator sets or a gauge reads; directions are unit complex numbers.
 
-    - ROTARY: the angle, about node `a`, from `reference_direction` in `reference_member`
-      to `arm_direction` in `arm_member` (unit complex numbers in the members' own frames).
-      The frame's +x direction is `reference_member` FRAME with direction 1.
-    - DISTANCE: the distance of nodes `a` and `b`.
-    - TRAVEL: the travel of node `a` along the line through `point` with `direction` (unit),
-      both in the frame of `reference_member`.
+    - SPAN: the distance of the two `nodes`.
+    - HEIGHT: how far the node is from `point` along `normal`, both in the frame of a member, the guide. The height of
+      a node on a guide is 0, with `normal` across the line; that of a travel is along the guide.
+    - ANGLE: the angle from the direction `reference` of the second member to `arm` of the first, each in its member's
+      own frame, about the node if it has one. The frame's +x direction is FRAME with direction 1.
     """
 
     name: str
-    drive: Drive
-    law: InputLaw = field(repr=False)
-    drawn: float  # value in the drawn position
-    a: int
-    b: int = -1
-    arm_member: int = -1
-    reference_member: int = FRAME
-    arm_direction: complex = 1.0 + 0.0j
-    reference_direction: complex = 1.0 + 0.0j
+    kind: int
+    nodes: tuple[int, ...]
+    members: tuple[int, ...] = ()  # none, the guide, or the arm's and the reference's
     point: complex = 0.0j
-    direction: complex = 1.0 + 0.0j
+    normal: complex = 1.0j
+    arm: complex = 1.0 + 0.0j
+    reference: complex = 1.0 + 0.0j
+    pair: str = ""  # the pair that it is of: a true prismatic pair (no relative rotation) has two heights
+
+    @property
+    def node(self) -> int:
+        """The first of its nodes: over the guide, or the vertex."""
+        return self.nodes[0]
+
+    @property
+    def guide(self) -> int:
+        """The last of its members: that which carries the line, or the reference; the frame for a distance."""
+        return self.members[-1] if self.members else FRAME
+
+    @property
+    def along(self) -> complex:
+        """The direction of the line that a node stays on."""
+        return -1j * self.normal
 
     @property
     def rotary(self) -> bool:
-        """Tell whether the value is an angle, not a length."""
-        return self.drive is Drive.ROTARY
+        """Tell whether it is about an angle, not a length."""
+        return self.kind == ANGLE
+
+
+@dataclass(frozen=True)
+class Input(PairRow):
+    """What an actuator sets, by its law; or what a gauge reads."""
+
+    law: InputLaw = field(default=ConstantLaw(), repr=False)
+    drawn: float = 0.0  # value in the drawn position
 
 
 @dataclass(frozen=True)
@@ -164,7 +162,7 @@ class Mechanism:
     nodes: tuple[str, ...]
     drawn: ComplexArray = field(repr=False)  # (len(nodes),) drawn position, normal frame
     members: tuple[Member, ...]
-    slides: tuple[Slide, ...]
+    pairs: tuple[PairRow, ...]
     actuators: tuple[Input, ...]
     points: tuple[Point, ...]
     traced: tuple[str, ...]  # names of nodes and points, in the order of the columns
@@ -178,6 +176,11 @@ class Mechanism:
     dynamics: Dynamics = field(default=Dynamics(), repr=False)
     gauges: tuple[Input, ...] = field(default=(), repr=False)  # what springs and dampers read; nothing drives them
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)  # what it was read from: never written over
+
+    @cached_property
+    def slides(self) -> tuple[PairRow, ...]:
+        """The nodes on guides."""
+        return tuple(row for row in self.pairs if row.kind == HEIGHT)
 
     @cached_property
     def shortest(self) -> float:

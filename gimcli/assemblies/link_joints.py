@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gimcli.errors import StructureError
-from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Input, Mechanism
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism
 from gimcli.structure.derived import derived
 from gimcli.structure.rotation import rotation_classes
 
@@ -135,7 +135,7 @@ class BodyLinkage:
 @derived
 def linkage_of(mechanism: Mechanism) -> BodyLinkage:
     """Return the bodies, nodes and joints of a mechanism; raise StructureError where an angle is driven twice."""
-    bars = [k for k, a in enumerate(mechanism.actuators) if a.drive is Drive.DISTANCE]
+    bars = [k for k, a in enumerate(mechanism.actuators) if a.kind == SPAN]
     classes, phases = _classes(mechanism, len(bars))
     joints = [
         BodyJoint(m.name, b, node, complex(m.shape[k]))
@@ -145,33 +145,35 @@ def linkage_of(mechanism: Mechanism) -> BodyLinkage:
     joints += _sliding(mechanism, rotation_classes(mechanism).implied)
     for body, k in enumerate(bars, start=len(mechanism.members)):
         a = mechanism.actuators[k]
-        joints += [BodyJoint(a.name, body, a.a, 0.0j), BodyJoint(a.name, body, a.b, 0.0j, actuator=k, along=1.0 + 0.0j)]
+        first, second = a.nodes
+        joints.append(BodyJoint(a.name, body, first, 0.0j))
+        joints.append(BodyJoint(a.name, body, second, 0.0j, actuator=k, along=1.0 + 0.0j))
     return _pruned(BodyLinkage(mechanism, (), (), classes, phases), joints)
 
 
-def _sliding(mechanism: Mechanism, implied: frozenset[int]) -> list[BodyJoint]:
+def _sliding(mechanism: Mechanism, implied: frozenset[str]) -> list[BodyJoint]:
     """Return the joints of slides and travels; both at once on one rail hold the node as a pin does."""
     joints = []
-    travels = {k: a for k, a in enumerate(mechanism.actuators) if a.drive is Drive.TRAVEL}
-    for number, slide in enumerate(mechanism.slides):
-        if number in implied:
+    travels = {k: a for k, a in enumerate(mechanism.actuators) if a.kind == HEIGHT}
+    for slide in mechanism.slides:
+        if slide.name in implied:
             continue
         for k, a in travels.items():
-            if a.a == slide.node and a.reference_member == slide.member and _parallel(a.direction, slide.direction):
-                height = (1j * a.direction).conjugate() * (slide.point - a.point)
-                held = a.point + 1j * a.direction * height.real
-                joints.append(BodyJoint(slide.name, slide.member, slide.node, held, actuator=k, along=a.direction))
+            if a.node == slide.node and a.guide == slide.guide and _parallel(a.normal, slide.along):
+                height = (1j * a.normal).conjugate() * (slide.point - a.point)
+                held = a.point + 1j * a.normal * height.real
+                joints.append(BodyJoint(slide.name, slide.guide, slide.node, held, actuator=k, along=a.normal))
                 del travels[k]
                 break
         else:
-            joints.append(BodyJoint(slide.name, slide.member, slide.node, slide.point, slide.direction))
+            joints.append(BodyJoint(slide.name, slide.guide, slide.node, slide.point, slide.along))
     joints += [_travel(k, a) for k, a in travels.items()]
     return joints
 
 
 def _travel(number: int, a: Input) -> BodyJoint:
     """Return a travel alone: the node stays on the line across the guide."""
-    return BodyJoint(a.name, a.reference_member, a.a, a.point, 1j * a.direction, actuator=number, along=a.direction)
+    return BodyJoint(a.name, a.guide, a.node, a.point, 1j * a.normal, actuator=number, along=a.normal)
 
 
 def _parallel(a: complex, b: complex) -> bool:
@@ -198,8 +200,8 @@ def _classes(mechanism: Mechanism, bars: int) -> tuple[tuple[int, ...], tuple[Ph
         if not a.rotary:
             continue
         turns = tuple(int(j == k) for j in range(len(still)))
-        ratio = Phase(a.reference_direction / a.arm_direction, turns)
-        (arm, own), (reference, its) = find(a.arm_member), find(a.reference_member)
+        ratio = Phase(a.reference / a.arm, turns)
+        (arm, own), (reference, its) = find(a.members[0]), find(a.guide)
         if arm == reference:
             raise StructureError(
                 f"over-driven: actuator '{a.name}' drives an angle that is held or driven already; remove it"

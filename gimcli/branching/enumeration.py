@@ -24,7 +24,7 @@ from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.visits import Visits
 from gimcli.errors import GimError, StructureError
-from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.mechanism import SPAN, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.mobility import refuse_unfit
 
 Progress = Callable[[int, int], None]
@@ -154,7 +154,7 @@ class CircuitSearch:
             return self.curve.laws
         spans = [float(np.max(np.abs(m.shape[:, None] - m.shape))) for m in self.mechanism.members]
         reach = sum(spans) + float(np.max(np.abs([s.point for s in self.mechanism.slides]), initial=0.0))
-        distance = self.mechanism.actuators[0].drive is Drive.DISTANCE
+        distance = self.mechanism.actuators[0].kind == SPAN
         return (0.0 if distance else -reach), reach
 
     def sample(self, low: float, high: float) -> None:

@@ -18,7 +18,7 @@ from gimcli.continuation.bifurcation import Crossing
 from gimcli.continuation.circuit import Circuit, ordered
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.folds import REST, Rate, between, folds, roots
-from gimcli.mechanism import FRAME, Drive, FloatArray
+from gimcli.mechanism import FRAME, HEIGHT, FloatArray
 
 TOGETHER = 9
 """Digits of the way, 0..1, to which two positions are at one place."""
@@ -186,15 +186,15 @@ def outputs(curve: PositionCurve) -> Iterator[tuple[str, Rate]]:
     """Yield members hinged to the frame and sliders on it, but those that an input drives, and their rates."""
     mechanism, column = curve.mechanism, {n: 2 * k for k, n in enumerate(curve.system.free)}
     frame = set(mechanism.members[FRAME].nodes)
-    driven = {a.arm_member for a in mechanism.actuators if a.rotary and a.reference_member == FRAME}
-    moved = {a.a for a in mechanism.actuators if a.drive is Drive.TRAVEL and a.reference_member == FRAME}
+    driven = {a.members[0] for a in mechanism.actuators if a.rotary and a.guide == FRAME}
+    moved = {a.node for a in mechanism.actuators if a.kind == HEIGHT and a.guide == FRAME}
     for index, member in enumerate(mechanism.members[FRAME + 1 :], start=FRAME + 1):
         hinges, free = [n for n in member.nodes if n in frame], [n for n in member.nodes if n in column]
         if hinges and free and index not in driven:
             yield member.name, _turning(curve, hinges[0], free[-1], column[free[-1]])
     for slide in mechanism.slides:
-        if slide.member == FRAME and slide.node in column and slide.node not in moved:
-            yield slide.pair, _sliding(column[slide.node], slide.direction)
+        if slide.guide == FRAME and slide.node in column and slide.node not in moved:
+            yield slide.pair, _sliding(column[slide.node], slide.along)
 
 
 def _turning(curve: PositionCurve, hinge: int, node: int, at: int) -> Rate:

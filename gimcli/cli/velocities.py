@@ -18,7 +18,6 @@ def tell_velocities(found: Instant) -> None:
 
     from gimcli.cli.console import number, print_table
     from gimcli.library.solve import input_rates
-    from gimcli.mechanism import Drive
 
     if found.singular:
         typer.echo(SINGULAR)
@@ -26,7 +25,7 @@ def tell_velocities(found: Instant) -> None:
     mechanism = found.mechanism
     length = "" if mechanism.length_unit == "unit" else mechanism.length_unit
     for actuator, (name, rate) in zip(mechanism.actuators, input_rates(found).items(), strict=True):
-        unit = mechanism.angle_unit if actuator.drive is Drive.ROTARY else length
+        unit = mechanism.angle_unit if actuator.rotary else length
         told = "unit rate" if math.isnan(rate["time"]) else f"its law at {rate['time']:.6g} s"
         typer.echo(f"{name}: {rate['rate']:.10g} {unit}/s, {rate['acceleration']:.10g} {unit}/s^2 ({told})")
     first, second = found.of_points(1), found.of_points(2)

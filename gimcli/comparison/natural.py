@@ -14,7 +14,7 @@ import numpy as np
 from gimcli.comparison.stop import Stop
 from gimcli.kernels import coordinates as kernels
 from gimcli.kernels.points import DISTANCE, LINE, RIGID
-from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism, PairRow
 from gimcli.positions.newton import Run
 from gimcli.structure.kinematic_nodes import free_nodes, kinematic_nodes
 from gimcli.structure.steps import NONE
@@ -31,7 +31,8 @@ class NaturalCoordinates:
         self.points = kinematic_nodes(mechanism)
         self.free = list(free_nodes(mechanism))
         self.base = [self._base(k) for k in range(len(mechanism.members))]
-        rows = [*self._members(), *self._slides(), *self._drivers()]
+        rows = [*self._members(), *(self._row(row, NONE) for row in mechanism.pairs)]
+        rows += [self._row(actuator, k) for k, actuator in enumerate(mechanism.actuators)]
         self.heads = np.array([head for head, _ in rows], dtype=np.int64).reshape(-1, 8)
         self.factors = np.array([factor for _, factor in rows], dtype=float).reshape(-1, 3)
         self.columns = np.full(len(mechanism.nodes), NONE, dtype=np.int64)
@@ -85,39 +86,31 @@ class NaturalCoordinates:
                 rows.append(((RIGID, node, u, u, v, NONE, NONE, 1), (w.real, w.imag, 0.0)))
         return rows
 
-    def _line(self, node: int, index: int, point: complex, normal: complex, actuator: int = NONE) -> Row:
+    def _row(self, row: PairRow, actuator: int) -> Row:
+        """Return the equation of a row of a pair, or of an actuator by its number."""
+        if row.kind == SPAN:
+            p, q = row.nodes
+            return (DISTANCE, q, p, NONE, NONE, actuator, NONE, 1), (0.0, 0.0, 0.0)
+        return self._line(row, actuator) if row.kind == HEIGHT else self._angle(row, actuator)
+
+    def _line(self, row: PairRow, actuator: int) -> Row:
         """Return normal . (node - point) = value, with the line in the frame of a member."""
-        member = self.mechanism.members[index]
-        if index == FRAME:
-            u, v, anchor, w = NONE, NONE, member.nodes[0], normal
+        member = self.mechanism.members[row.guide]
+        if row.guide == FRAME:
+            u, v, anchor, w = NONE, NONE, member.nodes[0], row.normal
         else:
-            u, v = self.base[index]
-            anchor, w = u, normal / (member.local(v) - member.local(u))
-        height = (normal.conjugate() * (point - member.local(anchor))).real
-        return (LINE, node, anchor, u, v, actuator, NONE, 1), (w.real, w.imag, height)
+            u, v = self.base[row.guide]
+            anchor, w = u, row.normal / (member.local(v) - member.local(u))
+        height = (row.normal.conjugate() * (row.point - member.local(anchor))).real
+        return (LINE, row.node, anchor, u, v, actuator, NONE, 1), (w.real, w.imag, height)
 
-    def _slides(self) -> list[Row]:
-        return [self._line(s.node, s.member, s.point, 1j * s.direction) for s in self.mechanism.slides]
-
-    def _drivers(self) -> list[Row]:
-        rows: list[Row] = []
-        for number, a in enumerate(self.mechanism.actuators):
-            if a.drive is Drive.DISTANCE:
-                rows.append(((DISTANCE, a.b, a.a, NONE, NONE, number, NONE, 1), (0.0, 0.0, 0.0)))
-            elif a.drive is Drive.TRAVEL:
-                rows.append(self._line(a.a, a.reference_member, a.point, a.direction, number))
-            else:
-                rows.append(self._angle(number))
-        return rows
-
-    def _angle(self, number: int) -> Row:
-        """Return that the arm has no part across the ray of its input."""
-        a = self.mechanism.actuators[number]
-        arm, reference = self.mechanism.members[a.arm_member], self.mechanism.members[a.reference_member]
-        p, q = self.base[a.arm_member]
-        across = 1j * a.reference_direction / a.arm_direction * (arm.local(q) - arm.local(p))
+    def _angle(self, row: PairRow, actuator: int) -> Row:
+        """Return that the arm has no part across the ray of the reference."""
+        arm, reference = (self.mechanism.members[k] for k in row.members)
+        p, q = self.base[row.members[0]]
+        across = 1j * row.reference / row.arm * (arm.local(q) - arm.local(p))
         across /= abs(across)
-        u, v = (NONE, NONE) if a.reference_member == FRAME else self.base[a.reference_member]
+        u, v = (NONE, NONE) if row.guide == FRAME else self.base[row.guide]
         if u != NONE:
             across /= reference.local(v) - reference.local(u)
-        return (LINE, q, p, u, v, NONE, number, 1), (across.real, across.imag, 0.0)
+        return (LINE, q, p, u, v, NONE, actuator, 1), (across.real, across.imag, 0.0)

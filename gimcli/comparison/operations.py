@@ -18,8 +18,7 @@ from gimcli.comparison.natural import NaturalCoordinates
 from gimcli.comparison.pairs import BodyPair
 from gimcli.gim.sequence import known_nodes
 from gimcli.kernels import bodies, points
-from gimcli.kernels.constraints import CLOSURE, HEIGHT, SPAN
-from gimcli.mechanism import FRAME, Mechanism
+from gimcli.mechanism import CLOSURE, FRAME, HEIGHT, SPAN, Mechanism
 from gimcli.structure.kinematic_nodes import free_nodes
 from gimcli.structure.restrictions import Move
 from gimcli.structure.steps import NONE, Circle, Coupled, Dyad, Equation, Line, Orient, Place, Plan, Tilt, Vector

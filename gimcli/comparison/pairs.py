@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.kernels import bodies as kernels
-from gimcli.mechanism import ComplexArray, Drive, Mechanism
+from gimcli.mechanism import SPAN, ComplexArray, Mechanism, PairRow
 from gimcli.structure.kinematic_nodes import loose_nodes
 from gimcli.structure.residual import pose
 from gimcli.structure.rotation import members_of
@@ -58,7 +58,12 @@ class Bodies:
         self.holders = list(members_of(mechanism))
         for k, node in enumerate(self.loose):
             self.holders[node] = (len(mechanism.members) + k,)
-        self.pairs = [*self._revolutes(), *self._slides(), *self._drivers()]
+        self._sliding: dict[str, set[int]] = {}  # bodies that may slide in each pair
+        for slide in mechanism.slides:
+            may = set(self.holders[slide.node]) - {slide.guide}
+            self._sliding[slide.pair] = self._sliding.get(slide.pair, may) & may
+        rows = [*((row, NONE) for row in mechanism.pairs), *((a, k) for k, a in enumerate(mechanism.actuators))]
+        self.pairs = [*self._revolutes(), *(self._row(*row) for row in rows)]
 
     def turns(self, body: int) -> bool:
         """Tell whether a body has an angle."""
@@ -98,33 +103,18 @@ class Bodies:
                 pairs.append(BodyPair(kernels.COINCIDENT, body, first, *at, name=self.mechanism.nodes[node]))
         return pairs
 
-    def _slides(self) -> list[BodyPair]:
-        counts: dict[str, list[set[int]]] = {}
-        for slide in self.mechanism.slides:
-            counts.setdefault(slide.pair, []).append(set(self.holders[slide.node]) - {slide.member})
-        pairs = []
-        for slide in self.mechanism.slides:
-            common = set.intersection(*counts[slide.pair])
-            body = min(common) if common else self._body_of(slide.node, slide.member)
-            at = self.local(body, slide.node), slide.point
-            pairs.append(BodyPair(kernels.ON_LINE, body, slide.member, *at, 1j * slide.direction, name=slide.pair))
-        return pairs
-
-    def _drivers(self) -> list[BodyPair]:
-        pairs = []
-        for number, a in enumerate(self.mechanism.actuators):
-            if a.rotary:
-                turn = cmath.phase(a.reference_direction) - cmath.phase(a.arm_direction)
-                pair = BodyPair(kernels.ANGLE, a.arm_member, a.reference_member, constant=turn, actuator=number)
-            elif a.drive is Drive.DISTANCE:
-                first = self._body_of(a.a)
-                second = next((b for b in self.holders[a.b] if b != first), self.holders[a.b][0])
-                pair = BodyPair(
-                    kernels.DISTANCE, second, first, self.local(second, a.b), self.local(first, a.a), actuator=number
-                )
-            else:
-                body = self._body_of(a.a, a.reference_member)
-                at = self.local(body, a.a), a.point
-                pair = BodyPair(kernels.ON_LINE, body, a.reference_member, *at, a.direction, actuator=number)
-            pairs.append(pair)
-        return pairs
+    def _row(self, row: PairRow, actuator: int) -> BodyPair:
+        """Return what a row of a pair, or of an actuator by its number, is between two bodies."""
+        if row.rotary:
+            turn = cmath.phase(row.reference) - cmath.phase(row.arm)
+            return BodyPair(kernels.ANGLE, row.members[0], row.guide, constant=turn, actuator=actuator, name=row.pair)
+        if row.kind == SPAN:
+            p, q = row.nodes
+            first = self._body_of(p)
+            second = next((b for b in self.holders[q] if b != first), self.holders[q][0])
+            at = self.local(second, q), self.local(first, p)
+            return BodyPair(kernels.DISTANCE, second, first, *at, actuator=actuator, name=row.pair)
+        common = self._sliding.get(row.pair)
+        body = min(common) if common else self._body_of(row.node, row.guide)
+        at = self.local(body, row.node), row.point
+        return BodyPair(kernels.ON_LINE, body, row.guide, *at, row.normal, actuator=actuator, name=row.pair)

@@ -17,7 +17,7 @@ import numpy as np
 
 from gimcli.dynamics.reduction import Reduction
 from gimcli.errors import UsageError
-from gimcli.mechanism import Drive, FloatArray
+from gimcli.mechanism import FloatArray
 
 TURN = 1e-9
 """Part of a turn by which a cycle may miss whole turns."""
@@ -79,7 +79,7 @@ def _without(inertia: FloatArray, work: FloatArray, speed: float) -> float:
 def _refuse(found: Reduction, speed: float, fluctuation: float) -> None:
     actuator = found.mechanism.actuators[found.actuator]
     turns = abs(float(found.q[-1] - found.q[0])) / (2.0 * math.pi)
-    whole = actuator.drive is Drive.ROTARY and turns > 0.5 and abs(turns - round(turns)) < TURN
+    whole = actuator.rotary and turns > 0.5 and abs(turns - round(turns)) < TURN
     if not whole or found.solved < len(found.q):
         raise UsageError(
             f"a flywheel is for an input that turns: let the law of '{actuator.name}' run over whole turns, all of them"

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.dynamics.forces import Forces
-from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.status import Status
 from gimcli.table import Column, Table
@@ -23,7 +23,7 @@ def force_table(motion: Motion, forces: Forces, first: int = 0) -> Table:
     rows = len(motion.time)
     columns = [Column("step", np.arange(first, first + rows)), Column("time", motion.time * mechanism.duration, "s")]
     for k, actuator in enumerate(mechanism.actuators):
-        unit = mechanism.angle_unit if actuator.drive is Drive.ROTARY else mechanism.length_unit
+        unit = mechanism.angle_unit if actuator.rotary else mechanism.length_unit
         columns.append(Column(actuator.name, mechanism.value_to_file(k, motion.inputs[k]), unit))
     columns += [*reaction_columns(forces), *_frame_columns(forces), *_power_columns(forces)]
     words = np.array([s.word for s in Status])[_codes(motion, forces)]
@@ -45,7 +45,7 @@ def reaction_columns(forces: Forces) -> list[Column]:
     mechanism = forces.mechanism
     columns = []
     for k, actuator in enumerate(mechanism.actuators):
-        unit = "N m" if actuator.drive is Drive.ROTARY else "N"
+        unit = "N m" if actuator.rotary else "N"
         columns.append(Column(f"{actuator.name}.effort", forces.effort(k), unit))
     for pin in forces.statics.pins:
         node, alone = mechanism.nodes[pin.node], len(pin.members) == 2 and not pin.loaded

@@ -20,7 +20,7 @@ from gimcli.dynamics.loading import Loading, loading
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Pin, Statics, statics
 from gimcli.kernels.equilibrium import ALONG, COUPLE, KNOWN, TURN, balance_rows
-from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
@@ -65,9 +65,8 @@ class Forces:
 
     def effort(self, actuator: int) -> FloatArray:
         """Return the driving torque [N m] or force [N] of an actuator (rows,)."""
-        drive = self.mechanism.actuators[actuator].drive
         effort = self._unknown(self.statics.efforts[actuator]).real.determined
-        return effort * (self._metre if drive is Drive.ROTARY else 1.0)
+        return effort * (self._metre if self.mechanism.actuators[actuator].rotary else 1.0)
 
     def pin(self, pin: Pin, member: int) -> ComplexArray:
         """Return the force [N] that a member receives at a node from the pin (rows,)."""
@@ -108,7 +107,7 @@ class Forces:
         total = np.zeros(len(self.course.time))
         for k, actuator in enumerate(self.mechanism.actuators):
             _, rate, _ = reading(self.mechanism, actuator, self.course)
-            total += self.effort(k) * rate * (1.0 if actuator.drive is Drive.ROTARY else self._metre)
+            total += self.effort(k) * rate * (1.0 if actuator.rotary else self._metre)
         return total
 
     @property

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Input, Mechanism
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism, PairRow
 from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import choose
 from gimcli.rates.derivatives import ORDERS, law_rates
@@ -99,19 +99,24 @@ def turning(mechanism: Mechanism, course: Course, index: int) -> FloatArray:
 
 def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatArray, FloatArray, ComplexArray]:
     """Return value, rate and unit direction of what a gauge or an actuator reads (rows,)."""
-    nodes, member = course.nodes, gauge.reference_member
-    if gauge.drive is Drive.ROTARY:
-        arm = unit_of(mechanism, nodes[0], gauge.arm_member) * gauge.arm_direction
-        reference = unit_of(mechanism, nodes[0], member) * gauge.reference_direction
-        speed = turning(mechanism, course, gauge.arm_member)[0] - turning(mechanism, course, member)[0]
+    nodes, member = course.nodes, gauge.guide
+    if gauge.rotary:
+        arm = unit_of(mechanism, nodes[0], gauge.members[0]) * gauge.arm
+        reference = unit_of(mechanism, nodes[0], member) * gauge.reference
+        speed = turning(mechanism, course, gauge.members[0])[0] - turning(mechanism, course, member)[0]
         return np.angle(arm * reference.conj()), speed, arm
-    if gauge.drive is Drive.DISTANCE:
-        arm, rate = nodes[0, gauge.b] - nodes[0, gauge.a], nodes[1, gauge.b] - nodes[1, gauge.a]
+    if gauge.kind == SPAN:
+        arm, rate = nodes[0, gauge.nodes[1]] - nodes[0, gauge.node], nodes[1, gauge.nodes[1]] - nodes[1, gauge.node]
         length = np.abs(arm)
         unit = np.divide(arm, length, out=np.full_like(arm, np.nan), where=length > 0.0)  # NaN: a row not solved
         return length, (unit.conj() * rate).real, unit
-    unit = unit_of(mechanism, nodes[0], member) * gauge.direction
+    unit = unit_of(mechanism, nodes[0], member) * gauge.normal
     origin = carried(mechanism, nodes[:2], member, gauge.point)
     omega = turning(mechanism, course, member)[0]
-    away, rate = nodes[0, gauge.a] - origin[0], nodes[1, gauge.a] - origin[1]
+    away, rate = nodes[0, gauge.node] - origin[0], nodes[1, gauge.node] - origin[1]
     return (unit.conj() * away).real, (unit.conj() * (rate - 1j * omega * away)).real, unit
+
+
+def travel_along(slide: PairRow, name: str) -> Input:
+    """Return a gauge that reads how far a node has slid along its guide."""
+    return Input(name, HEIGHT, slide.nodes, slide.members, slide.point, slide.along)

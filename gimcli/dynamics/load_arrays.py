@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from gimcli.dynamic_data import AppliedLoad
-from gimcli.kernels.reduction import ANGLE, LENGTH, TRAVEL, Acting
-from gimcli.mechanism import FRAME, ConstantLaw, Drive, FloatArray, Input, IntArray, Mechanism
+from gimcli.dynamics.kinematic_history import travel_along
+from gimcli.kernels.reduction import Acting
+from gimcli.mechanism import FRAME, FloatArray, Input, IntArray, Mechanism
 from gimcli.structure.checks import farthest
 from gimcli.structure.rotation import members_of, rotation_classes
 from gimcli.structure.steps import NONE
@@ -25,15 +26,8 @@ def with_rubbing(mechanism: Mechanism) -> Mechanism:
         if friction.slide >= 0:
             slide = mechanism.slides[friction.slide]
             away = complex(mechanism.drawn[slide.node])
-            gauge = Input(
-                RUBBED + friction.name, Drive.TRAVEL, ConstantLaw(), abs(away), slide.node,
-                reference_member=slide.member, point=slide.point, direction=slide.direction,
-            )  # fmt: skip
-            extra.append(gauge)
+            extra.append(replace(travel_along(slide, RUBBED + friction.name), drawn=abs(away)))
     return replace(mechanism, gauges=(*mechanism.gauges, *extra))
-
-
-READS = {Drive.ROTARY: ANGLE, Drive.DISTANCE: LENGTH, Drive.TRAVEL: TRAVEL}
 
 
 def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Acting:
@@ -43,7 +37,7 @@ def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Actin
     gauges = first + len(mechanism.actuators)
     inertias = [i for i in dynamics.inertias if i.member != FRAME]
     loads = moving_loads(mechanism)
-    springs = [(gauges + s.gauge, READS[mechanism.gauges[s.gauge].drive]) for s in dynamics.springs]
+    springs = [(gauges + s.gauge, mechanism.gauges[s.gauge].kind) for s in dynamics.springs]
     dampers = [(gauges + d.gauge, _angle(mechanism.gauges[d.gauge]), d.damping) for d in dynamics.dampers]
     slid = [f for f in dynamics.frictions if f.slide >= 0]
     own = len(mechanism.gauges) - len(slid)
@@ -108,7 +102,7 @@ def _load(mechanism: Mechanism, load: AppliedLoad) -> tuple[float, ...]:
 
 
 def _angle(gauge: Input) -> int:
-    return int(gauge.drive is Drive.ROTARY)
+    return int(gauge.rotary)
 
 
 def _arm(mechanism: Mechanism, index: int) -> tuple[int, int]:

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from gimcli.dynamic_data import TIME, AppliedLoad, Inertia
-from gimcli.dynamics.kinematic_history import Course, Turns, carried, reading, turning, unit_of
+from gimcli.dynamics.kinematic_history import Course, Turns, carried, reading, travel_along, turning, unit_of
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Statics
-from gimcli.mechanism import FRAME, ComplexArray, ConstantLaw, Drive, FloatArray, Input
+from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray
 from gimcli.structure.steps import NONE
 
 POWERS = ("load", "gravity", "spring", "damping")
@@ -135,8 +135,8 @@ class _Loader:
         """Apply what the springs and dampers on one gauge do: an effort along what it reads."""
         gauge = self.mechanism.gauges[number]
         value, rate, unit = reading(self.mechanism, gauge, self.course)
-        metre = 1.0 if gauge.drive is Drive.ROTARY else self.metre
-        if gauge.drive is Drive.ROTARY:
+        metre = 1.0 if gauge.rotary else self.metre
+        if gauge.rotary:
             value = self.turns.followed(number, value, gauge.drawn)
         for spring in (s for s in self.dynamics.springs if s.gauge == number):
             stretch = metre * (value - spring.free)
@@ -150,21 +150,21 @@ class _Loader:
     def _effort(self, number: int, effort: FloatArray, unit: ComplexArray) -> None:
         """Apply a torque [N m] or a force [N] that would drive what a gauge reads up."""
         gauge = self.mechanism.gauges[number]
-        if gauge.drive is Drive.ROTARY:
-            self._twist(gauge.arm_member, effort)
-            self._twist(gauge.reference_member, -effort)
+        if gauge.rotary:
+            self._twist(gauge.members[0], effort)
+            self._twist(gauge.guide, -effort)
             return
         nodes, force = self.course.nodes[0], effort * unit
-        if gauge.drive is Drive.DISTANCE:
-            self._pin(gauge.b, force)
-            self._pin(gauge.a, -force)
+        if gauge.kind == SPAN:
+            self._pin(gauge.nodes[1], force)
+            self._pin(gauge.node, -force)
             return
         pushed = self.statics.pushed[number]
         if pushed == NONE:
-            self._pin(gauge.a, force)
+            self._pin(gauge.node, force)
         else:
-            self._push(pushed, nodes[gauge.a], force)
-        self._push(self.statics.body_of_member[gauge.reference_member], nodes[gauge.a], -force)
+            self._push(pushed, nodes[gauge.node], force)
+        self._push(self.statics.body_of_member[gauge.guide], nodes[gauge.node], -force)
 
     def _pin(self, node: int, force: ComplexArray) -> None:
         self.found.pins[node] = self.found.pins.get(node, 0.0) + force
@@ -187,11 +187,7 @@ class _Loader:
     def _rub(self, number: int, damping: float) -> None:
         """Apply the friction of a sliding pair at its first node."""
         mechanism, slide = self.mechanism, self.mechanism.slides[number]
-        gauge = Input(
-            slide.name, Drive.TRAVEL, ConstantLaw(), 0.0, slide.node, reference_member=slide.member,
-            point=slide.point, direction=slide.direction,
-        )  # fmt: skip
-        _, rate, unit = reading(mechanism, gauge, self.course)
+        _, rate, unit = reading(mechanism, travel_along(slide, slide.name), self.course)
         force = -damping * self.metre * rate * unit
         reaction = self.statics.reactions[self.statics.normals[number]]
         self._push(reaction.plus, self.course.nodes[0, slide.node], force)

@@ -16,7 +16,7 @@ from gimcli.dynamics.windows import WEAK, WindowSearch, no_windows, with_window
 from gimcli.errors import StructureError
 from gimcli.kernels import influence, reduction
 from gimcli.kernels.windows import TOGETHER, window_of
-from gimcli.mechanism import ComplexArray, Drive, FloatArray, Input, Mechanism
+from gimcli.mechanism import SPAN, ComplexArray, FloatArray, Input, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.structure.checks import direction
@@ -304,23 +304,23 @@ def release_of(mechanism: Mechanism, actuator: int) -> Release:
 
 def reading(mechanism: Mechanism, gauge: Input, z: ComplexArray) -> float:
     """Return what a gauge reads at a position (nodes,), an angle next to the drawn one."""
-    if gauge.drive is Drive.DISTANCE:
-        return float(abs(z[gauge.b] - z[gauge.a]))
+    if gauge.kind == SPAN:
+        return float(abs(z[gauge.nodes[1]] - z[gauge.node]))
 
     def turn(index: int) -> complex:
         vector = direction(mechanism, index)
         return complex(vector.z * (z[vector.v] - z[vector.u])) if vector.u >= 0 else 1.0 + 0.0j
 
-    reference = turn(gauge.reference_member)
-    if gauge.drive is Drive.ROTARY:
-        arm = turn(gauge.arm_member) * gauge.arm_direction / (reference * gauge.reference_direction)
+    reference = turn(gauge.guide)
+    if gauge.rotary:
+        arm = turn(gauge.members[0]) * gauge.arm / (reference * gauge.reference)
         angle = math.atan2(arm.imag, arm.real)
         return angle + 2.0 * math.pi * round((gauge.drawn - angle) / (2.0 * math.pi))
-    member = mechanism.members[gauge.reference_member]
+    member = mechanism.members[gauge.guide]
     origin = gauge.point
-    if gauge.reference_member:
+    if gauge.guide:
         origin = complex(z[member.nodes[0]]) + reference * (gauge.point - complex(member.shape[0]))
-    return float(((complex(z[gauge.a]) - origin) * (reference * gauge.direction).conjugate()).real)
+    return float(((complex(z[gauge.node]) - origin) * (reference * gauge.normal).conjugate()).real)
 
 
 def _course(load: object) -> Callable[[float, float], float] | None:

@@ -17,7 +17,7 @@ from gimcli.dynamic_data import TIME, DrivingEffort
 from gimcli.dynamics.reducer import Reducer, holding, release_of
 from gimcli.errors import UsageError
 from gimcli.kernels.reduction import POTENTIAL
-from gimcli.mechanism import ConstantLaw, Drive, FloatArray, IntArray, Mechanism
+from gimcli.mechanism import ConstantLaw, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
@@ -89,7 +89,7 @@ def held(mechanism: Mechanism, actuator: int) -> Mechanism:
 def _reduction(mechanism: Mechanism, actuator: int, q: FloatArray, table: FloatArray, codes: IntArray) -> Reduction:
     """Return a reduction in SI units."""
     unit = 1.0
-    if mechanism.actuators[actuator].drive is not Drive.ROTARY:
+    if not mechanism.actuators[actuator].rotary:
         unit = mechanism.dynamics.metre or 1.0
     powers = unit ** np.array([2, 3, 1, 2, 0, 1])
     inertia, slope, torque, torque_slope, potential, potential_slope = table / powers[:, None]
@@ -122,7 +122,7 @@ def chosen_input(mechanism: Mechanism, name: str) -> int:
 
 def reduction_table(found: Reduction) -> Table:
     """Return q in the file's unit and what is reduced to it, in SI units."""
-    rotary = found.mechanism.actuators[found.actuator].drive is Drive.ROTARY
+    rotary = found.mechanism.actuators[found.actuator].rotary
     units = ("kg m2", "kg m2/rad", "N m", "N m/rad", "J", "N m") if rotary else ("kg", "kg/m", "N", "N/m", "J", "N")
     unit = found.mechanism.angle_unit if rotary else found.mechanism.length_unit
     names = ("J", "dJ_dq", "tau", "V", "dtau_dq", "dV_dq")

@@ -8,7 +8,7 @@ import numpy as np
 
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.simulation_types import Event, Simulation
-from gimcli.mechanism import Drive, FloatArray, Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
 from gimcli.status import Status
 from gimcli.table import Column, Table
@@ -31,7 +31,7 @@ def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None
     mechanism, rows = found.mechanism, len(found.time)
     columns = [Column("step", np.arange(len(times))), Column("time", times, "s")]
     for k, actuator in enumerate(mechanism.actuators):
-        unit = mechanism.angle_unit if actuator.drive is Drive.ROTARY else mechanism.length_unit
+        unit = mechanism.angle_unit if actuator.rotary else mechanism.length_unit
         for order, (suffix, per) in enumerate((("", ""), (".speed", "/s"), (".acceleration", "/s^2"))):
             values = mechanism.value_to_file(k, found.inputs[order, k])
             columns.append(Column(actuator.name + suffix, _filled(values, len(times)), unit + per))
@@ -54,7 +54,7 @@ def _efforts(found: Simulation, rows: int) -> list[Column]:
     columns = []
     for k, actuator in enumerate(found.mechanism.actuators):
         if not np.all(np.isnan(found.efforts[k])):
-            rotary = actuator.drive is Drive.ROTARY
+            rotary = actuator.rotary
             metre = 1.0 if rotary else found.mechanism.dynamics.metre or 1.0
             unit = "N m" if rotary else "N"
             columns.append(Column(f"{actuator.name}.effort", _filled(found.efforts[k] / metre, rows), unit))

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from gimcli.kernels.equilibrium import ALONG, COUPLE, MOMENT, PUSH, X, Y
-from gimcli.mechanism import FRAME, Drive, Input, Mechanism
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, Input, Mechanism
 from gimcli.structure.checks import farthest
 from gimcli.structure.derived import derived
 from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
@@ -179,8 +179,8 @@ class _StaticsBuilder:
         slide = self.mechanism.slides[number]
         sliding = self._sliding(number)
         plus = self.body_of_pin[slide.node] if sliding == NONE else self.body_of_member[sliding]
-        vector = carried_direction(self.mechanism, slide.member, 1j * slide.direction)
-        reaction = Reaction(PUSH, plus, self.body_of_member[slide.member], slide.node, slide.node, vector)
+        vector = carried_direction(self.mechanism, slide.guide, slide.normal)
+        reaction = Reaction(PUSH, plus, self.body_of_member[slide.guide], slide.node, slide.node, vector)
         return self._add(reaction, on_pin=sliding == NONE)
 
     def _sliding(self, number: int) -> int:
@@ -189,31 +189,31 @@ class _StaticsBuilder:
 
     def _effort(self, actuator: Input) -> int:
         body = self.body_of_member
-        if actuator.drive is Drive.ROTARY:
-            return self._add(Reaction(COUPLE, body[actuator.arm_member], body[actuator.reference_member]))
-        if actuator.drive is Drive.TRAVEL:
-            vector = carried_direction(self.mechanism, actuator.reference_member, actuator.direction)
-            slider, minus = self._slider(actuator), body[actuator.reference_member]
-            plus = self.body_of_pin[actuator.a] if slider == NONE else body[slider]
-            return self._add(Reaction(PUSH, plus, minus, actuator.a, actuator.a, vector), on_pin=slider == NONE)
-        plus, minus = self.body_of_pin[actuator.b], self.body_of_pin[actuator.a]
-        vector = Vector(1.0 + 0.0j, actuator.a, actuator.b)
-        return self._add(Reaction(ALONG, plus, minus, actuator.b, actuator.a, vector), on_pin=True)
+        if actuator.rotary:
+            return self._add(Reaction(COUPLE, body[actuator.members[0]], body[actuator.guide]))
+        if actuator.kind == HEIGHT:
+            vector = carried_direction(self.mechanism, actuator.guide, actuator.normal)
+            slider, minus = self._slider(actuator), body[actuator.guide]
+            plus = self.body_of_pin[actuator.node] if slider == NONE else body[slider]
+            return self._add(Reaction(PUSH, plus, minus, actuator.node, actuator.node, vector), on_pin=slider == NONE)
+        plus, minus = self.body_of_pin[actuator.nodes[1]], self.body_of_pin[actuator.node]
+        vector = Vector(1.0 + 0.0j, actuator.node, actuator.nodes[1])
+        return self._add(Reaction(ALONG, plus, minus, actuator.nodes[1], actuator.node, vector), on_pin=True)
 
     def _slider(self, actuator: Input) -> int:
         """Return the member of a true prismatic pair that an actuator or gauge moves along its guide, or NONE."""
-        if actuator.drive is not Drive.TRAVEL:
+        if actuator.kind != HEIGHT:
             return NONE
         for number, slide in enumerate(self.mechanism.slides):
-            if slide.node == actuator.a and slide.member == actuator.reference_member:
+            if slide.node == actuator.node and slide.guide == actuator.guide:
                 return self._sliding(number)
         return NONE
 
     def _ends(self, actuator: Input) -> Sequence[int]:
         """Return the nodes whose pins an actuator or a gauge pushes."""
-        if actuator.drive is Drive.DISTANCE:
-            return actuator.a, actuator.b
-        return (actuator.a,) if actuator.drive is Drive.TRAVEL and self._slider(actuator) == NONE else ()
+        if actuator.kind == SPAN:
+            return actuator.node, actuator.nodes[1]
+        return (actuator.node,) if actuator.kind == HEIGHT and self._slider(actuator) == NONE else ()
 
     def _busiest(self, member: int) -> int:
         """Return the node of a member at which most unknowns act: they leave the equation of moments."""

@@ -181,6 +181,6 @@ def _distance_between(mechanism: Mechanism, a: int, b: int, word: str) -> Restri
             name = f"{member.name} {mechanism.nodes[a]}-{mechanism.nodes[b]}"
             return distance(name, a, b, Value(abs(member.local(b) - member.local(a))))
     for number, actuator in enumerate(mechanism.actuators):
-        if {actuator.a, actuator.b} == {a, b}:
+        if set(actuator.nodes) == {a, b}:
             return distance(actuator.name, a, b, Value(0.0, number))
     raise UsageError(f"--sequence: no member or linear actuator holds the distance of '{word}'")

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.kernels import sweep as kernels
-from gimcli.kernels.constraints import ANGLE, HEIGHT, SPAN
-from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.mechanism import ANGLE, HEIGHT, SPAN, ComplexArray, FloatArray
 from gimcli.positions.newton import Run
 from gimcli.status import Status
 from gimcli.structure.restrictions import Move

@@ -1,4 +1,4 @@
-"""The kinds of constraints, and how far positions are from one: over arrays of rows, or of one row when compiled."""
+"""How far positions are from constraints of each kind: over arrays of rows, or of one row when compiled."""
 
 from __future__ import annotations
 
@@ -8,11 +8,6 @@ import numpy as np
 
 from gimcli.kernels.circular import angle_of
 from gimcli.kernels.jit import kernel
-
-SPAN = 0
-ANGLE = 1
-HEIGHT = 2
-CLOSURE = 3
 
 
 @kernel

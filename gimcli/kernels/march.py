@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 from gimcli.kernels.choice import where
 from gimcli.kernels.circular import cos_sin
-from gimcli.kernels.constraints import ANGLE, SPAN, angle_error, height_error, span_error
+from gimcli.kernels.constraints import angle_error, height_error, span_error
 from gimcli.kernels.jit import kernel, stage
 from gimcli.kernels.loci import circle_circle, circle_line, doubt, leaps, line_line, tilt
 from gimcli.kernels.newton import LAST_SIGN, GroupArrays, RowPosition, StopLimits, couple
-from gimcli.mechanism import FloatArray, IntArray
+from gimcli.mechanism import ANGLE, SPAN, FloatArray, IntArray
 
 HISTORY = 8
 ROWS = 512

@@ -19,11 +19,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gimcli.kernels.constraints import CLOSURE, HEIGHT, SPAN
 from gimcli.kernels.jit import kernel, stage
 from gimcli.kernels.linear import lu_factor, lu_solve, qr_factor, qr_solve
 from gimcli.kernels.vector import turned
-from gimcli.mechanism import FloatArray, IntArray
+from gimcli.mechanism import CLOSURE, HEIGHT, SPAN, FloatArray, IntArray
 
 RENEWED = 128
 """Rows after which the factors are renewed in any case, so that results do not depend on blocks of such a length."""

@@ -15,15 +15,12 @@ from gimcli.kernels.influence import Chart, InfluencePosition, InfluenceScratch,
 from gimcli.kernels.jit import kernel, stage
 from gimcli.kernels.linear import lu_factor, lu_solve
 from gimcli.kernels.windows import Windows, begin_beyond, interpolate, window_of
-from gimcli.mechanism import FloatArray, IntArray
+from gimcli.mechanism import ANGLE, SPAN, FloatArray, IntArray
 
 KINETIC, POTENTIAL, DISSIPATED, SUPPLIED = range(4)
 """Energies [J] and powers [W] of a state."""
 
 ENERGIES = 4
-
-TRAVEL, ANGLE, LENGTH = range(3)
-"""What a spring's variable reads."""
 
 SINGULAR = 1e-14
 """A reduced inertia below this, relative to the greatest, is none."""
@@ -131,7 +128,7 @@ def reduce_gauges(p: Acting, at: InfluencePosition, room: InfluenceScratch, out:
     for i in range(p.springs.shape[0]):
         r, unit = p.springs[i, 0], 1.0 if p.springs[i, 1] == ANGLE else p.metre
         stiffness = p.spring[i, 0] * unit * unit
-        beyond = p.springs[i, 1] == LENGTH and v[r] < 0.0  # its nodes have met: the length is the variable's amount
+        beyond = p.springs[i, 1] == SPAN and v[r] < 0.0  # its nodes have met: the length is the variable's amount
         stretch = v[r] + p.spring[i, 1] if beyond else v[r] - p.spring[i, 1]
         out.energy[POTENTIAL] += 0.5 * stiffness * stretch * stretch
         out.rate[0] -= stiffness * (w[r] * w[r] + stretch * a[r])

@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from gimcli.kernels.circular import cos_sin
-from gimcli.kernels.constraints import ANGLE, SPAN, angle_error, height_error, span_error
+from gimcli.kernels.constraints import angle_error, height_error, span_error
 from gimcli.kernels.jit import kernel, stage
 from gimcli.kernels.loci import circle_circle, circle_line, line_line, tilt
 from gimcli.kernels.march import CIRCLE_AND_LINE, ORIENT, PLACE, TILT, TWO_CIRCLES, Program
-from gimcli.mechanism import FloatArray
+from gimcli.mechanism import ANGLE, SPAN, FloatArray
 
 AX, AY, AC, AD, AE, BX, BY, BC, BD, BE, EX, EY = range(12)
 """Operands in the scratch `e`: two loci (point, then radius, or normal and height), and a vector."""

@@ -19,10 +19,9 @@ from __future__ import annotations
 
 import math
 
-from gimcli.kernels.constraints import ANGLE, HEIGHT, SPAN
 from gimcli.kernels.jit import kernel
 from gimcli.kernels.vector import turned
-from gimcli.mechanism import FloatArray, IntArray
+from gimcli.mechanism import ANGLE, HEIGHT, SPAN, FloatArray, IntArray
 
 AIM = 4
 

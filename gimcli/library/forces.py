@@ -15,7 +15,7 @@ from gimcli.dynamics.physical import require_action
 from gimcli.library.inputs import refuse_unmoved
 from gimcli.library.result import Phases, RowsResult, joined, silent
 from gimcli.measures.graphs import input_or_time
-from gimcli.mechanism import Drive, Mechanism
+from gimcli.mechanism import Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.positions.options import Options
 from gimcli.rates.motion_table import events, reachable
@@ -121,7 +121,7 @@ class ForcesResult(RowsResult):
         over = input_or_time(mechanism, time, inputs)
         panels: dict[str, list[Column]] = {}
         for k, actuator in enumerate(mechanism.actuators):
-            name, unit = ("driving torque", "N m") if actuator.drive is Drive.ROTARY else ("driving force", "N")
+            name, unit = ("driving torque", "N m") if actuator.rotary else ("driving force", "N")
             panels.setdefault(name, [over]).append(Column(actuator.name, efforts[k], unit))
         tables = {name: Table(tuple(columns)) for name, columns in panels.items()}
         return forces_sheet(tables, shaking, f"{mechanism.name}: forces")

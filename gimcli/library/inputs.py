@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from gimcli.errors import StructureError, UsageError
-from gimcli.mechanism import MOST_TURNS, Drive, FloatArray, Mechanism
+from gimcli.mechanism import MOST_TURNS, SPAN, FloatArray, Mechanism
 
 
 def inputs_of(mechanism: Mechanism, given: Mapping[str, float | str], before: str = "") -> FloatArray:
@@ -43,10 +43,10 @@ def _value(mechanism: Mechanism, k: int, text: str, value: float | str) -> float
         given = math.nan
     if not math.isfinite(given):
         raise UsageError(f"{text}: '{value}' is not a finite number")
-    drive, found = mechanism.actuators[k].drive, float(mechanism.value_from_file(k, given))
-    if drive is Drive.DISTANCE and found <= 0.0:
+    actuator, found = mechanism.actuators[k], float(mechanism.value_from_file(k, given))
+    if actuator.kind == SPAN and found <= 0.0:
         raise UsageError(f"{text}: a distance must be above 0")
-    if abs(found) > MOST_TURNS * (2.0 * math.pi if drive is Drive.ROTARY else mechanism.size):
+    if abs(found) > MOST_TURNS * (2.0 * math.pi if actuator.rotary else mechanism.size):
         raise UsageError(f"{text}: more than {MOST_TURNS:g} turns, or sizes of the mechanism, from 0")
     return found
 

@@ -18,7 +18,7 @@ from gimcli.dynamics.simulation_types import Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.library.places import angles, counted, pairs, places
 from gimcli.library.result import ByName, Phases, RowsResult, silent
-from gimcli.mechanism import Drive, FloatArray, Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.dispatch import choose
 from gimcli.structure.drive_check import explained
 
@@ -127,7 +127,7 @@ class SimulateResult(RowsResult):
         if len(found.time) < 2:
             return None
         for drive, unit in ((True, mechanism.angle_unit), (False, mechanism.length_unit)):
-            own = [k for k, a in enumerate(mechanism.actuators) if (a.drive is Drive.ROTARY) is drive]
+            own = [k for k, a in enumerate(mechanism.actuators) if a.rotary is drive]
             for order, what in enumerate((f"[{unit}]", f"[{unit}/s]")):
                 curves = [
                     (mechanism.actuators[k].name, found.time, mechanism.value_to_file(k, found.inputs[order, k]))

@@ -14,7 +14,7 @@ from gimcli.library.inputs import refuse_unmoved
 from gimcli.library.places import counted
 from gimcli.library.result import Phases, joined, silent
 from gimcli.library.trace_result import POSES, TraceResult
-from gimcli.mechanism import ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.motion.motion import trace as follow
 from gimcli.motion.summary import Summary
@@ -221,7 +221,7 @@ class MotionTraceResult(TraceResult):
 
     def turns(self, member: Callable[[ComplexArray], FloatArray]) -> FloatArray:
         """Return the angles of a member (rows,) counted through turns, by more rows where these are far apart."""
-        rotary = [k for k, a in enumerate(self.mechanism.actuators) if a.drive is Drive.ROTARY]
+        rotary = [k for k, a in enumerate(self.mechanism.actuators) if a.rotary]
         inputs = np.concatenate([m.inputs[rotary] for m in self.motions], axis=1)
         each = int(np.ceil(np.max(np.abs(np.diff(inputs)), initial=0.0) / COUNTED * (1.0 - 1e-12))) or 1
         z = self._z if each == 1 else self.found.again(each * self.found.steps).z

@@ -13,7 +13,7 @@ import numpy as np
 
 from gimcli.measures import naming
 from gimcli.measures.measure import Head, Kind, Measure, unit_of
-from gimcli.mechanism import FRAME, FloatArray, Mechanism, Slide
+from gimcli.mechanism import FRAME, FloatArray, Mechanism, PairRow
 from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.path_derivatives import PathDerivatives
 from gimcli.structure.residual import pose
@@ -60,18 +60,18 @@ class Advantage(Measure):
         return np.asarray(np.abs(rates.point(self.point)[1]))
 
 
-def sliding_rate(rates: MotionRates, slide: Slide) -> FloatArray:
+def sliding_rate(rates: MotionRates, slide: PairRow) -> FloatArray:
     """Return how fast a node slides along its guide (rows,), positive along the guide's direction."""
     z, v = rates.nodes[0], rates.nodes[1]
-    _, turn = pose(rates.mechanism, slide.member, z)
+    _, turn = pose(rates.mechanism, slide.guide, z)
     speed = v[slide.node]
-    if slide.member != FRAME:
-        carrier = rates.mechanism.members[slide.member].nodes[0]
-        speed = speed - v[carrier] - 1j * rates.angular(slide.member)[0] * (z[slide.node] - z[carrier])
-    return np.asarray((np.conj(slide.direction * turn) * speed).real)
+    if slide.guide != FRAME:
+        carrier = rates.mechanism.members[slide.guide].nodes[0]
+        speed = speed - v[carrier] - 1j * rates.angular(slide.guide)[0] * (z[slide.node] - z[carrier])
+    return np.asarray((np.conj(slide.along * turn) * speed).real)
 
 
-def _output(mechanism: Mechanism, spec: str, name: str) -> tuple[int | None, Slide | None, str | None]:
+def _output(mechanism: Mechanism, spec: str, name: str) -> tuple[int | None, PairRow | None, str | None]:
     """Return what an output's name means: a moving member, a sliding pair, or a point or node."""
     members = [m.name for m in mechanism.members]
     if name in members[FRAME + 1 :]:

@@ -21,7 +21,7 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.measures import naming
 from gimcli.measures.measure import Head, Kind, Measure, angle_to_file
-from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism, Slide
+from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray, Mechanism, PairRow
 from gimcli.rates.path_derivatives import PathDerivatives
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import pose
@@ -36,13 +36,13 @@ class ForceLine:
 
     name: str
     node: int = -1
-    slide: Slide | None = None
+    slide: PairRow | None = None
 
     def direction(self, mechanism: Mechanism, joint: int, z: ComplexArray) -> ComplexArray:
         """Return the direction (rows,) in the frame."""
         if self.slide is None:
             return np.asarray(z[self.node] - z[joint])
-        return np.asarray(1j * self.slide.direction * pose(mechanism, self.slide.member, z)[1])
+        return np.asarray(self.slide.normal * pose(mechanism, self.slide.guide, z)[1])
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def _joined(mechanism: Mechanism, joint: int) -> Iterator[tuple[ForceLine, Force
         if slide.node == joint:
             body = pair_of(mechanism, number).body
             for m, line in lines.items():
-                if m not in (slide.member, body):
+                if m not in (slide.guide, body):
                     yield line, ForceLine(slide.pair, slide=slide)
     for ram in _rams(mechanism):
         if joint in (ram.node, ram.other):
@@ -122,7 +122,7 @@ class _Ram:
 
 
 def _rams(mechanism: Mechanism) -> list[_Ram]:
-    return [_Ram(a.name, a.a, a.b) for a in mechanism.actuators if a.drive is Drive.DISTANCE]
+    return [_Ram(a.name, a.node, a.nodes[1]) for a in mechanism.actuators if a.kind == SPAN]
 
 
 def output_joints(mechanism: Mechanism) -> list[TransmissionJoint]:

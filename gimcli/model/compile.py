@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gimcli.mechanism import FRAME, Dynamics, Input, Mechanism, Slide
+from gimcli.mechanism import FRAME, Dynamics, Input, Mechanism, PairRow
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
 
@@ -16,12 +16,12 @@ def compile_model(model: schema.Model, folder: Path = Path()) -> Mechanism:
     frame = set(own.members[FRAME].nodes)
     moving = [n for k, n in enumerate(own.names) if k not in frame]
     traced = model.trace or list(model.points) or moving
-    slides = tuple(s for name, pair in model.prismatic.items() for s in own.slides(name, pair))
+    pairs = tuple(s for name, pair in model.prismatic.items() for s in own.slides(name, pair))
     actuators = tuple(own.actuator(name, a) for name, a in model.actuators.items())
-    dynamics, gauges = _dynamics(own, slides, actuators)
+    dynamics, gauges = _dynamics(own, pairs, actuators)
     return Mechanism(
         name=model.name or "mechanism", nodes=tuple(own.names), drawn=own.drawn, members=tuple(own.members),
-        slides=slides, actuators=actuators, dynamics=dynamics, gauges=gauges,
+        pairs=pairs, actuators=actuators, dynamics=dynamics, gauges=gauges,
         points=tuple(points), traced=tuple(traced), size=own.size / own.scale, scale=own.scale,
         origin=own.origin, length_unit=model.units.length, angle_unit=model.units.angle,
         duration=own.duration(), floating=model.ground.member is not None,
@@ -29,7 +29,7 @@ def compile_model(model: schema.Model, folder: Path = Path()) -> Mechanism:
 
 
 def _dynamics(
-    own: GeometryCompiler, slides: tuple[Slide, ...], actuators: tuple[Input, ...]
+    own: GeometryCompiler, pairs: tuple[PairRow, ...], actuators: tuple[Input, ...]
 ) -> tuple[Dynamics, tuple[Input, ...]]:
     """Return what acts on the mechanism, and what it reads; nothing where the file is silent."""
     model = own.model
@@ -37,4 +37,4 @@ def _dynamics(
         return Dynamics(), ()
     from gimcli.model.compile_dynamics import DynamicsCompiler
 
-    return DynamicsCompiler(own, slides, actuators).compile()
+    return DynamicsCompiler(own, pairs, actuators).compile()

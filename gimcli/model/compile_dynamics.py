@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gimcli.dynamic_data import TIME, AppliedLoad, DampingForce, DrivingEffort, Friction, Inertia, Release, SpringForce
-from gimcli.mechanism import FRAME, Drive, Dynamics, Input, Slide
+from gimcli.mechanism import FRAME, Dynamics, Input, PairRow
 from gimcli.model import schema
 from gimcli.model.check_dynamics import as_actuator
 from gimcli.model.compile_geometry import GeometryCompiler
@@ -17,7 +17,7 @@ KILOGRAMS = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}
 class DynamicsCompiler:
     """Compiles the dynamic sections of a model whose members have been compiled."""
 
-    def __init__(self, own: GeometryCompiler, slides: tuple[Slide, ...], actuators: tuple[Input, ...]) -> None:
+    def __init__(self, own: GeometryCompiler, slides: tuple[PairRow, ...], actuators: tuple[Input, ...]) -> None:
         self.model, self.folder, self.members, self.nodes, self.scale = (
             own.model, own.folder, own.members, own.names, own.scale,
         )  # fmt: skip
@@ -65,7 +65,7 @@ class DynamicsCompiler:
         return AppliedLoad(name, member, point, force, load.torque or 0.0, load.follower is not None, curve, over)
 
     def _unit(self, actuator: Input) -> float:
-        return self.turn if actuator.drive is Drive.ROTARY else 1.0 / self.scale
+        return self.turn if actuator.rotary else 1.0 / self.scale
 
     def _gauge(self, name: str, part: schema.Gauge) -> int:
         self.gauges.append(self.read(name, as_actuator(part)))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, ComplexArray, Drive, Input, InputLaw, Member, Point, Slide
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, InputLaw, Member, PairRow, Point
 from gimcli.model import schema
 from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, Scaled, TableLaw
 from gimcli.model.references import CLOSEST, used_nodes
@@ -88,13 +88,13 @@ class GeometryCompiler:
 
     # -- pairs and actuators ------------------------------------------------------------------
 
-    def slides(self, name: str, pair: schema.Prismatic) -> list[Slide]:
+    def slides(self, name: str, pair: schema.Prismatic) -> list[PairRow]:
         """Return the pairs that hold nodes on a guide."""
         member, point, direction = self._line(pair.guide)
         point += 1j * direction * pair.offset / self.scale
         if pair.node is not None:
-            return [Slide(name, name, self.index[pair.node], member, point, direction)]
-        return [Slide(f"{name} {node}", name, self.index[node], member, point, direction) for node in pair.nodes or []]
+            return [_on_line(name, name, self.index[pair.node], member, point, direction)]
+        return [_on_line(f"{name} {n}", name, self.index[n], member, point, direction) for n in pair.nodes or []]
 
     def actuator(self, name: str, actuator: schema.Actuator) -> Input:
         """Return an actuator, or what a gauge reads."""
@@ -104,7 +104,7 @@ class GeometryCompiler:
             a, b = (self.index[n] for n in actuator.nodes)
             drawn = abs(complex(self.drawn[b] - self.drawn[a]))
             law = self._law(actuator.law, drawn, 1.0 / self.scale, 0.0)
-            return Input(name, Drive.DISTANCE, law, drawn, a, b)
+            return Input(name, SPAN, (a, b), law=law, drawn=drawn)
         guide = list(actuator.guide or [])
         member, point, direction = self._line(guide)
         a = self.index[str(actuator.node)]
@@ -112,7 +112,7 @@ class GeometryCompiler:
         along = (v - u) / abs(v - u)
         drawn = ((complex(self.drawn[a]) - u) * along.conjugate()).real
         law = self._law(actuator.law, drawn, 1.0 / self.scale, 0.0)
-        return Input(name, Drive.TRAVEL, law, drawn, a, reference_member=member, point=point, direction=direction)
+        return Input(name, HEIGHT, (a,), (member,), point, direction, law=law, drawn=drawn)
 
     def _rotary(self, name: str, actuator: schema.Actuator) -> Input:
         pivot, arm, reference = str(actuator.pivot), str(actuator.arm), actuator.reference
@@ -128,8 +128,8 @@ class GeometryCompiler:
         drawn = cmath.phase(complex(ray.real, ray.imag + 0.0))  # half a turn is pi: -0.0 would make it -pi
         law = self._law(actuator.law, drawn, self.turn, 2.0 * math.pi)
         return Input(
-            name, Drive.ROTARY, law, drawn, self.index[pivot], arm_member=arm_member,
-            reference_member=reference_member, arm_direction=arm_direction, reference_direction=reference_direction,
+            name, ANGLE, (self.index[pivot],), (arm_member, reference_member), arm=arm_direction,
+            reference=reference_direction, law=law, drawn=drawn,
         )  # fmt: skip
 
     def _law(self, law: schema.Law | None, drawn: float, unit: float, default: float) -> InputLaw:
@@ -176,6 +176,10 @@ class GeometryCompiler:
             return Point(name, k, drawn)
         first, second = (complex(self.drawn[n]) for n in member.nodes[:2])
         return Point(name, k, complex(member.shape[0]) + (drawn - first) / _unit(second - first))
+
+
+def _on_line(name: str, pair: str, node: int, guide: int, point: complex, along: complex) -> PairRow:
+    return PairRow(name, HEIGHT, (node,), (guide,), point, 1j * along, pair=pair)
 
 
 def _unit(z: complex) -> complex:

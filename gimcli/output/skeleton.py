@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, ComplexArray, Drive, Input, Mechanism, Slide
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism, PairRow
 from gimcli.output import symbols
 from gimcli.output.picture import Picture
 from gimcli.output.style import (
@@ -69,7 +69,7 @@ class Skeleton:
         bodies = self.mechanism.members[0 if self.mechanism.floating else 1 :]
         nodes = {node for member in bodies for node in member.nodes}
         nodes |= {slide.node for slide in self.mechanism.slides}
-        nodes |= {n for a in self.mechanism.actuators if a.drive is Drive.DISTANCE for n in (a.a, a.b)}
+        nodes |= {n for a in self.mechanism.actuators if a.kind == SPAN for n in (a.node, a.nodes[1])}
         return frozenset(nodes)
 
     @property
@@ -82,13 +82,13 @@ class Skeleton:
             if len(pair) == 1:
                 count[pair[0].node] += 1
         for actuator in self.mechanism.actuators:
-            if actuator.drive is Drive.DISTANCE:
-                count[[actuator.a, actuator.b]] += 1
+            if actuator.kind == SPAN:
+                count[[actuator.node, actuator.nodes[1]]] += 1
         return tuple(int(node) for node in np.flatnonzero(count > 1) if int(node) in self.used)
 
-    def pairs(self) -> list[list[Slide]]:
+    def pairs(self) -> list[list[PairRow]]:
         """Return the slides, those of one prismatic pair together."""
-        pairs: dict[str, list[Slide]] = {}
+        pairs: dict[str, list[PairRow]] = {}
         for slide in self.mechanism.slides:
             pairs.setdefault(slide.pair, []).append(slide)
         return list(pairs.values())
@@ -99,22 +99,22 @@ class Skeleton:
         nodes = self.poses[pose][list(self.mechanism.members[member].nodes)]
         return hull(np.append(nodes, [self.place(member, local, pose) for local in carried]))
 
-    def reach(self, pair: Sequence[Slide]) -> tuple[complex, complex, complex]:
+    def reach(self, pair: Sequence[PairRow]) -> tuple[complex, complex, complex]:
         """Return the ends of a block's travel over all poses, at the first one, and the direction."""
         slide = pair[0]
-        line, along = self.place(slide.member, slide.point), slide.direction * self.turn(slide.member)
+        line, along = self.place(slide.guide, slide.point), slide.along * self.turn(slide.guide)
         travel: list[float] = []
         for pose in range(len(self.poses)):
-            start = self.place(slide.member, slide.point, pose)
-            back = (slide.direction * self.turn(slide.member, pose)).conjugate()
+            start = self.place(slide.guide, slide.point, pose)
+            back = (slide.along * self.turn(slide.guide, pose)).conjugate()
             travel += [((complex(self.poses[pose][s.node]) - start) * back).real for s in pair]
-        if slide.member != FRAME or self.mechanism.floating:
+        if slide.guide != FRAME or self.mechanism.floating:
             travel += self.bracket(slide, line, along)
         return line + along * min(travel), line + along * max(travel), along
 
-    def bracket(self, slide: Slide, line: complex, along: complex) -> list[float]:
+    def bracket(self, slide: PairRow, line: complex, along: complex) -> list[float]:
         """Return where the carrying member holds a guide that misses all its nodes."""
-        nodes = self.poses[0][list(self.mechanism.members[slide.member].nodes)]
+        nodes = self.poses[0][list(self.mechanism.members[slide.guide].nodes)]
         feet = (nodes - line) * along.conjugate()
         if np.min(np.abs(feet.imag)) < 1e-6 * self.mechanism.size * self.mechanism.scale:
             return []
@@ -167,10 +167,10 @@ def draw_ghost(picture: Picture, skeleton: Skeleton, pose: int) -> None:
         else:
             picture.stroke(GHOST, outline)
     for actuator in skeleton.mechanism.actuators:
-        if actuator.drive is Drive.DISTANCE:
-            picture.stroke(GHOST, z[[actuator.a, actuator.b]])
+        if actuator.kind == SPAN:
+            picture.stroke(GHOST, z[[actuator.node, actuator.nodes[1]]])
     for pair in skeleton.pairs():
-        along = pair[0].direction * skeleton.turn(pair[0].member, pose)
+        along = pair[0].along * skeleton.turn(pair[0].guide, pose)
         symbols.block(picture, *_span(z, pair, along), along, GHOST_BLOCK)
     moving = [n for n in skeleton.pins if n not in skeleton.fixed]
     picture.mark(GHOST_PIN, *z[moving].tolist())
@@ -201,15 +201,15 @@ def _draw_body(picture: Picture, skeleton: Skeleton, member: int) -> None:
     elif len(nodes) > 2:
         picture.stroke(BEAM, outline)
     else:
-        carried = [p for p in skeleton.pairs() if p[0].member != member and not {s.node for s in p} >= nodes]
+        carried = [p for p in skeleton.pairs() if p[0].guide != member and not {s.node for s in p} >= nodes]
         upper = any(slide.node in nodes for pair in carried for slide in pair)
         picture.stroke(UPPER if upper else LINK, outline)
 
 
-def _draw_pair(picture: Picture, skeleton: Skeleton, pair: Sequence[Slide]) -> None:
+def _draw_pair(picture: Picture, skeleton: Skeleton, pair: Sequence[PairRow]) -> None:
     """Draw a block and its guide."""
     first, second, along = skeleton.reach(pair)
-    z, carrier = skeleton.poses[0], pair[0].member
+    z, carrier = skeleton.poses[0], pair[0].guide
     if carrier == FRAME and not skeleton.mechanism.floating:
         symbols.frame_guide(picture, first, second, along, _away(skeleton, first, along))
     else:
@@ -218,16 +218,16 @@ def _draw_pair(picture: Picture, skeleton: Skeleton, pair: Sequence[Slide]) -> N
     symbols.block(picture, *_span(z, pair, along), along)
 
 
-def _draw_bracket(picture: Picture, skeleton: Skeleton, slide: Slide, along: complex) -> None:
+def _draw_bracket(picture: Picture, skeleton: Skeleton, slide: PairRow, along: complex) -> None:
     """Join a guide that misses all nodes of its member to the nearest one."""
-    line = skeleton.place(slide.member, slide.point)
+    line = skeleton.place(slide.guide, slide.point)
     for travel in skeleton.bracket(slide, line, along):
-        nodes = skeleton.poses[0][list(skeleton.mechanism.members[slide.member].nodes)]
+        nodes = skeleton.poses[0][list(skeleton.mechanism.members[slide.guide].nodes)]
         foot = line + along * travel
         picture.stroke(LINK, [foot, complex(nodes[np.argmin(np.abs(nodes - foot))])])
 
 
-def _span(z: ComplexArray, pair: Sequence[Slide], along: complex) -> tuple[complex, complex]:
+def _span(z: ComplexArray, pair: Sequence[PairRow], along: complex) -> tuple[complex, complex]:
     """Return the first and last node of a block along its guide."""
     nodes = sorted((complex(z[s.node]) for s in pair), key=lambda p: (p * along.conjugate()).real)
     return nodes[0], nodes[-1]
@@ -255,7 +255,7 @@ def _directions(skeleton: Skeleton, node: int) -> list[complex]:
     for member in _bodies(skeleton):
         if node in skeleton.mechanism.members[member].nodes:
             found += [complex(p) - at for p in skeleton.outline(member)]
-    ends = {a.a: a.b for a in skeleton.mechanism.actuators if a.drive is Drive.DISTANCE}
+    ends = {a.node: a.nodes[1] for a in skeleton.mechanism.actuators if a.kind == SPAN}
     ends |= {b: a for a, b in ends.items()}
     found += [complex(skeleton.poses[0][ends[node]]) - at] if node in ends else []
     return [d / abs(d) for d in found if d]
@@ -266,17 +266,17 @@ def _draw_actuator(picture: Picture, skeleton: Skeleton, actuator: Input) -> Non
     z = skeleton.poses[0]
     ends = actuator.law(np.array([0.0, 1.0]))
     sense = float(ends[1] - ends[0])
-    if actuator.drive is Drive.DISTANCE:
-        symbols.cylinder(picture, complex(z[actuator.a]), complex(z[actuator.b]))
-    elif actuator.drive is Drive.TRAVEL:
-        along = actuator.direction * skeleton.turn(actuator.reference_member)
-        aside = -_away(skeleton, complex(z[actuator.a]), along)
-        symbols.travel_arrow(picture, complex(z[actuator.a]), along, aside, sense)
+    if actuator.kind == SPAN:
+        symbols.cylinder(picture, complex(z[actuator.node]), complex(z[actuator.nodes[1]]))
+    elif actuator.kind == HEIGHT:
+        along = actuator.normal * skeleton.turn(actuator.guide)
+        aside = -_away(skeleton, complex(z[actuator.node]), along)
+        symbols.travel_arrow(picture, complex(z[actuator.node]), along, aside, sense)
     else:
-        taken = _directions(skeleton, actuator.a)
-        if actuator.a in skeleton.fixed:
+        taken = _directions(skeleton, actuator.node)
+        if actuator.node in skeleton.fixed:
             taken.append(1j if taken and max(d.imag for d in taken) < -0.2 else -1j)
-        symbols.turning_arrow(picture, complex(z[actuator.a]), taken, sense)
+        symbols.turning_arrow(picture, complex(z[actuator.node]), taken, sense)
 
 
 def _draw_nodes(picture: Picture, skeleton: Skeleton) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-from gimcli.kernels.constraints import CLOSURE, HEIGHT, SPAN
+from gimcli.mechanism import CLOSURE, HEIGHT, SPAN
 from gimcli.rates.slots import SlotValues
 from gimcli.rates.tape import Number, Term
 from gimcli.structure.steps import Circle, Equation, Locus, Value

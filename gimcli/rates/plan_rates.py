@@ -20,8 +20,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from gimcli.kernels import tape as kernels
-from gimcli.kernels.constraints import HEIGHT, SPAN
-from gimcli.mechanism import FRAME, Mechanism, Member, Point
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, Mechanism, Member, Point
 from gimcli.rates.constraint_rates import Imposed
 from gimcli.rates.slots import Slot, SlotValues
 from gimcli.rates.tape import ComplexLanes, Number

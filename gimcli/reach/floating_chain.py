@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, Drive, Dynamics, Input, Mechanism, Slide
+from gimcli.mechanism import FRAME, Dynamics, Mechanism, PairRow
+
+Row = TypeVar("Row", bound=PairRow)
 
 
 def chains(mechanism: Mechanism, point: str, members: Iterable[str] = ()) -> tuple[Mechanism, list[Mechanism]]:
@@ -42,16 +45,11 @@ def _groups(mechanism: Mechanism) -> list[set[int]]:
 def _ties(mechanism: Mechanism) -> Iterator[tuple[int, ...]]:
     """Yield the nodes that every member, sliding pair and input holds together."""
     yield from (m.nodes for m in mechanism.members[FRAME + 1 :])
-    yield from ((s.node, *_moving(mechanism, s.member)) for s in mechanism.slides)
-    yield from (_held(mechanism, a) for a in mechanism.actuators)
+    yield from (_held(mechanism, row) for row in (*mechanism.pairs, *mechanism.actuators))
 
 
-def _held(mechanism: Mechanism, actuator: Input) -> tuple[int, ...]:
-    if actuator.drive is Drive.DISTANCE:
-        return actuator.a, actuator.b
-    arms = (actuator.arm_member,) if actuator.rotary else ()
-    own = (actuator.a,) if actuator.drive is Drive.TRAVEL else ()
-    return (*own, *(n for k in (*arms, actuator.reference_member) for n in _moving(mechanism, k)))
+def _held(mechanism: Mechanism, row: PairRow) -> tuple[int, ...]:
+    return (*row.nodes, *(n for k in row.members for n in _moving(mechanism, k)))
 
 
 def _moving(mechanism: Mechanism, member: int) -> tuple[int, ...]:
@@ -61,16 +59,16 @@ def _moving(mechanism: Mechanism, member: int) -> tuple[int, ...]:
 def _cut_out(mechanism: Mechanism, own: set[int]) -> Mechanism:
     """Return the frame and the chain of some moving nodes, in the same normal frame."""
     kept = [n for n in range(len(mechanism.nodes)) if n in own or n in mechanism.members[FRAME].nodes]
-    node = {old: new for new, old in enumerate(kept)} | {-1: -1}
+    node = {old: new for new, old in enumerate(kept)}
     chosen = [k for k, m in enumerate(mechanism.members) if k == FRAME or set(m.nodes) & own]
-    member = {old: new for new, old in enumerate(chosen)} | {-1: -1}
+    member = {old: new for new, old in enumerate(chosen)}
 
-    def moved(actuator: Input) -> Input:
-        arm, reference = member[actuator.arm_member], member[actuator.reference_member]
-        return replace(actuator, a=node[actuator.a], b=node[actuator.b], arm_member=arm, reference_member=reference)
-
-    def slid(slide: Slide) -> Slide:
-        return replace(slide, node=node[slide.node], member=member[slide.member])
+    def moved(rows: Sequence[Row]) -> tuple[Row, ...]:
+        return tuple(
+            replace(row, nodes=tuple(node[n] for n in row.nodes), members=tuple(member[k] for k in row.members))
+            for row in rows
+            if own & set(_held(mechanism, row))
+        )
 
     members = [mechanism.members[k] for k in chosen]
     return replace(
@@ -78,8 +76,8 @@ def _cut_out(mechanism: Mechanism, own: set[int]) -> Mechanism:
         nodes=tuple(mechanism.nodes[n] for n in kept),
         drawn=np.ascontiguousarray(mechanism.drawn[kept]),
         members=tuple(replace(m, nodes=tuple(node[n] for n in m.nodes)) for m in members),
-        slides=tuple(slid(s) for s in mechanism.slides if own & {s.node, *_moving(mechanism, s.member)}),
-        actuators=tuple(moved(a) for a in mechanism.actuators if own & set(_held(mechanism, a))),
+        pairs=moved(mechanism.pairs),
+        actuators=moved(mechanism.actuators),
         points=tuple(replace(p, member=member[p.member]) for p in mechanism.points if p.member in chosen),
         dynamics=Dynamics(),
         gauges=(),

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
 from gimcli.measures.naming import guess
-from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, IntArray, Mechanism
+from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
 from gimcli.structure.quadric import Flat, Quadric
 from gimcli.structure.residual import holds
@@ -233,8 +233,8 @@ class WorkspaceTask:
     @cached_property
     def _kinds(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Tell of every actuator whether it is rotary, and whether it is a distance."""
-        drives = [a.drive for a in self.mechanism.actuators]
-        return np.array([d is Drive.ROTARY for d in drives]), np.array([d is Drive.DISTANCE for d in drives])
+        actuators = self.mechanism.actuators
+        return np.array([a.rotary for a in actuators]), np.array([a.kind == SPAN for a in actuators])
 
     @cached_property
     def _drives(self) -> Quadric:

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.kernels import constraints
-from gimcli.mechanism import FRAME, Drive, Input, Mechanism, Member
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, Mechanism, Member, PairRow
 from gimcli.structure.derived import derived
 from gimcli.structure.rotation import ties
 from gimcli.structure.steps import NONE, Value, Vector
@@ -27,7 +26,7 @@ class Check:
     """
 
     name: str
-    kind: int  # of kernels.constraints
+    kind: int
     p: int = NONE
     q: int = NONE  # NONE: the origin
     first: Vector | None = None  # arm, or normal
@@ -44,13 +43,14 @@ def checks(mechanism: Mechanism) -> tuple[Check, ...]:
 def _checks(mechanism: Mechanism) -> Iterator[Check]:
     for member in mechanism.members[FRAME + 1 :]:
         yield from _of_member(mechanism, member)
-    for slide in mechanism.slides:
-        yield _height(mechanism, slide.name, slide.node, slide.member, slide.point, 1j * slide.direction, NONE)
+    for row in mechanism.pairs:
+        if row.kind != ANGLE:
+            yield _of_row(mechanism, row, NONE)
     for tie in ties(mechanism):  # heights do not tell a member turned end for end
         held = direction(mechanism, tie.guide).times(tie.turn)
-        yield Check(tie.name, constraints.ANGLE, first=direction(mechanism, tie.body), second=held)
+        yield Check(tie.pair, ANGLE, first=direction(mechanism, tie.body), second=held)
     for number, actuator in enumerate(mechanism.actuators):
-        yield _of_actuator(mechanism, number, actuator)
+        yield _of_row(mechanism, actuator, number)
 
 
 def _of_member(mechanism: Mechanism, member: Member) -> Iterator[Check]:
@@ -58,34 +58,33 @@ def _of_member(mechanism: Mechanism, member: Member) -> Iterator[Check]:
     shape = member.shape - member.shape[0]
     for k, node in enumerate(nodes[1:], start=1):
         label = member.name if len(nodes) == 2 else f"{member.name} {names[nodes[0]]}-{names[node]}"
-        yield Check(label, constraints.SPAN, node, nodes[0], value=Value(float(np.abs(shape[k]))))
+        yield Check(label, SPAN, node, nodes[0], value=Value(float(np.abs(shape[k]))))
         if k > 1:
             label = f"{member.name} {names[nodes[1]]}-{names[nodes[0]]}-{names[node]}"
             arm = Vector(complex(1.0 / shape[k]), nodes[0], node)
-            yield Check(label, constraints.ANGLE, first=arm, second=Vector(complex(1.0 / shape[1]), nodes[0], nodes[1]))
+            yield Check(label, ANGLE, first=arm, second=Vector(complex(1.0 / shape[1]), nodes[0], nodes[1]))
 
 
-def _of_actuator(mechanism: Mechanism, number: int, actuator: Input) -> Check:
-    name = actuator.name
-    if actuator.drive is Drive.DISTANCE:
-        return Check(name, constraints.SPAN, actuator.b, actuator.a, value=Value(0.0, number))
-    if actuator.drive is Drive.TRAVEL:
-        guide = actuator.reference_member
-        return _height(mechanism, name, actuator.a, guide, actuator.point, actuator.direction, number)
-    arm = direction(mechanism, actuator.arm_member).times(actuator.arm_direction)
-    reference = direction(mechanism, actuator.reference_member).driven(actuator.reference_direction, number, 1)
-    return Check(name, constraints.ANGLE, first=arm, second=reference)
+def _of_row(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:
+    """Return the constraint of a pair, or of an actuator by its number."""
+    if row.kind == SPAN:
+        first, second = row.nodes
+        return Check(row.name, SPAN, second, first, value=Value(0.0, actuator))
+    if row.kind == HEIGHT:
+        return _height(mechanism, row, actuator)
+    arm, reference = (direction(mechanism, k) for k in row.members)
+    held = reference.driven(row.reference, actuator, 1)
+    return Check(row.name, ANGLE, first=arm.times(row.arm), second=held)
 
 
-def _height(
-    mechanism: Mechanism, name: str, node: int, guide: int, point: complex, normal: complex, actuator: int
-) -> Check:
-    """Return the height of a node over the line through `point` of a guide, along the guide's `normal`."""
-    origin = NONE if guide == FRAME else mechanism.members[guide].nodes[0]
-    away = point if guide == FRAME else point - complex(mechanism.members[guide].shape[0])
-    height = (away * normal.conjugate()).real
-    vector = direction(mechanism, guide).times(normal)
-    return Check(name, constraints.HEIGHT, node, origin, vector, value=Value(height, actuator))
+def _height(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:
+    """Return the height of a node over the line through a point of a guide."""
+    guide = mechanism.members[row.guide]
+    origin = NONE if row.guide == FRAME else guide.nodes[0]
+    away = row.point if row.guide == FRAME else row.point - complex(guide.shape[0])
+    height = (away * row.normal.conjugate()).real
+    vector = direction(mechanism, row.guide).times(row.normal)
+    return Check(row.name, HEIGHT, row.node, origin, vector, value=Value(height, actuator))
 
 
 def direction(mechanism: Mechanism, index: int) -> Vector:

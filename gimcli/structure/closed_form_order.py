@@ -10,10 +10,9 @@ import cmath
 from collections.abc import Iterator
 from heapq import heapify, heappop, heappush
 
-from gimcli.kernels.constraints import ANGLE, HEIGHT
-from gimcli.mechanism import FRAME, Mechanism, Slide
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Mechanism, PairRow
 from gimcli.structure.kinematic_nodes import kinematic_nodes, loose_nodes
-from gimcli.structure.pair_rows import PairRow, pair_rows
+from gimcli.structure.pair_rows import ImposedRow, pair_rows
 from gimcli.structure.rotation import members_of, rotation_classes
 from gimcli.structure.steps import NONE, Circle, Dyad, Line, Locus, Orient, Place, Step, Tilt, Value, Vector
 
@@ -35,8 +34,8 @@ class Layout:
         self.steps: list[Step] = []
         self.registers = 0
         self.branches = 0
-        self.rows_at: dict[int, list[PairRow]] = {}
-        self.rows_on: dict[int, list[PairRow]] = {}
+        self.rows_at: dict[int, list[ImposedRow]] = {}
+        self.rows_on: dict[int, list[ImposedRow]] = {}
         for row in pair_rows(mechanism):
             if row.kind != ANGLE and not row.implied:
                 for node in row.nodes:
@@ -55,7 +54,7 @@ class Layout:
         self.turnable: set[int] = set()  # members of which a node or the direction is new
         self.carriable: set[int] = set()
         self.tiltable: set[int] = set()  # slides of which something is new
-        self.drives = [row for row in pair_rows(self.mechanism) if row.kind == ANGLE]
+        self.drives = [row for row in pair_rows(self.mechanism) if row.kind == ANGLE and not row.implied]
         self.tied: dict[int, list[int]] = {}
         for index, group in enumerate(self.rotation.of):
             self.tied.setdefault(group, []).append(index)
@@ -63,7 +62,7 @@ class Layout:
         self.slides_on: dict[int, list[int]] = {}
         for number, slide in enumerate(self.mechanism.slides):
             self.slides_at.setdefault(slide.node, []).append(number)
-            self.slides_on.setdefault(slide.member, []).append(number)
+            self.slides_on.setdefault(slide.guide, []).append(number)
         for node in self.mechanism.members[FRAME].nodes:
             self.stand(node)
         for member in self.tied[self.rotation.of[FRAME]]:
@@ -168,7 +167,7 @@ class Layout:
             news |= self._drive(row)
         return news
 
-    def _drive(self, row: PairRow) -> bool:
+    def _drive(self, row: ImposedRow) -> bool:
         (arm, reference), number = row.members, row.value.actuator
         ratio = row.reference / row.arm
         known, free, factor, turn = self.source(reference), arm, ratio, 1
@@ -216,28 +215,28 @@ class Layout:
                 continue
             a, b, e = found
             register = self.register()
-            guide = self.mechanism.members[slide.member]
-            along = Vector(slide.direction / complex(guide.shape[1] - guide.shape[0]), *guide.nodes[:2])
+            guide = self.mechanism.members[slide.guide]
+            along = Vector(slide.along / complex(guide.shape[1] - guide.shape[0]), *guide.nodes[:2])
             self.steps.append(Tilt(register, a, b, e, along, self.branch(), slide.name))
-            self.orient(slide.member, Vector(1.0 / slide.direction, register=register))
+            self.orient(slide.guide, Vector(1.0 / slide.along, register=register))
             return True
         return False
 
-    def _tiltable(self, slide: Slide) -> tuple[int, int, float] | None:
-        if self.source(slide.member) is not None:
+    def _tiltable(self, slide: PairRow) -> tuple[int, int, float] | None:
+        if self.source(slide.guide) is not None:
             return None
-        a = self.anchor(slide.member)
+        a = self.anchor(slide.guide)
         if a is None:
             return None
-        across = 1j * slide.direction
-        e = (across.conjugate() * (slide.point - self.local(slide.member, a))).real
+        across = slide.normal
+        e = (across.conjugate() * (slide.point - self.local(slide.guide, a))).real
         if slide.node in self.placed:
             return a, slide.node, e
-        group = self.rotation.of[slide.member]
+        group = self.rotation.of[slide.guide]
         for body in self.members[slide.node]:
             b = self.anchor(body)
             if self.rotation.of[body] == group and b is not None:
-                turn = self.rotation.phase[body] / self.rotation.phase[slide.member]
+                turn = self.rotation.phase[body] / self.rotation.phase[slide.guide]
                 reach = (self.local(body, slide.node) - self.local(body, b)) * turn
                 return a, b, e - (across.conjugate() * reach).real
         return None
@@ -288,11 +287,11 @@ class Layout:
             if locus is not None:
                 yield locus
 
-    def _span(self, row: PairRow, node: int, offset: Vector | None) -> Circle | None:
+    def _span(self, row: ImposedRow, node: int, offset: Vector | None) -> Circle | None:
         other = next(n for n in row.nodes if n != node)
         return Circle(row.name, other, row.value, offset) if other in self.placed else None
 
-    def _line(self, row: PairRow, offset: Vector | None) -> Line | None:
+    def _line(self, row: ImposedRow, offset: Vector | None) -> Line | None:
         source, anchor = self.source(row.guide), self.anchor(row.guide)
         if source is None or anchor is None:
             return None

@@ -14,11 +14,10 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from gimcli.errors import StructureError
-from gimcli.kernels.constraints import ANGLE, CLOSURE, HEIGHT, SPAN
-from gimcli.mechanism import Mechanism
+from gimcli.mechanism import ANGLE, CLOSURE, HEIGHT, SPAN, Mechanism
 from gimcli.structure.closed_form_order import Layout
 from gimcli.structure.dulmage_mendelsohn import components, join, match, reached
-from gimcli.structure.pair_rows import PairRow, pair_rows
+from gimcli.structure.pair_rows import ImposedRow, pair_rows
 from gimcli.structure.steps import NONE, Coupled, Equation, Place, Value, Vector
 
 Unknown = tuple[str, int]
@@ -62,9 +61,11 @@ def structural_system(layout: Layout) -> CoupledSystem:
     for node in range(len(mechanism.nodes)):
         _join(layout, system, node)
     for row in pair_rows(mechanism):
+        if row.implied:
+            continue
         if row.kind == ANGLE:
             system.add(row.name, [u for m in row.members for u in system.bodies.get(m, []) if u[0] == "t"])
-        elif not row.implied:
+        else:
             held = [_body_at(layout, system, n) for n in row.nodes] + [system.bodies.get(m, []) for m in row.members]
             system.add(row.name, [u for part in held for u in part])
     return system
@@ -168,7 +169,7 @@ class Builder:
         self.equations: list[Equation] = []
         self.done: set[int] = set()
         self.used: set[int] = set()
-        self.angles = [row for row in pair_rows(self.mechanism) if row.kind == ANGLE]
+        self.angles = [row for row in pair_rows(self.mechanism) if row.kind == ANGLE and not row.implied]
 
     def build(self) -> Coupled:
         """Return the group as a step."""
@@ -273,9 +274,11 @@ class Builder:
         """Write the equations of slides and linear actuators, and of drives that found no use."""
         new, group = self.placed - self.layout.placed, set(self.bodies)
         for row in pair_rows(self.mechanism):
+            if row.implied:
+                continue
             if row.kind == ANGLE:
                 self._angle(row)
-            elif row.implied or not set(row.nodes) <= self.placed:
+            elif not set(row.nodes) <= self.placed:
                 continue
             elif row.kind == SPAN and set(row.nodes) & new:
                 a, b = row.nodes
@@ -283,7 +286,7 @@ class Builder:
             elif row.kind == HEIGHT and (row.node in new or row.guide in group):
                 self._line(row)
 
-    def _angle(self, row: PairRow) -> None:
+    def _angle(self, row: ImposedRow) -> None:
         """Hold a driven angle between two members that both have a direction of their own."""
         (arm, reference), number = row.members, row.value.actuator
         if number in self.used or not {arm, reference} & set(self.bodies):
@@ -297,7 +300,7 @@ class Builder:
         normal = normal.times(reach / abs(reach))
         self.equations.append(Equation(HEIGHT, pair[0], pair[1], normal, Value(0.0), row.name))
 
-    def _line(self, row: PairRow) -> None:
+    def _line(self, row: ImposedRow) -> None:
         source = self._source(row.guide)
         anchor = next((n for n in self.mechanism.members[row.guide].nodes if n in self.placed), None)
         if source is None or anchor is None:

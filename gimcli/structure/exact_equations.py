@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism, PairRow
 from gimcli.structure.rotation import members_of
 
 Numbers = Any
@@ -24,8 +24,8 @@ class Constraints:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         frame = set(mechanism.members[FRAME].nodes)
-        held = [s.node for s in mechanism.slides] + [n for a in mechanism.actuators for n in (a.a, a.b) if n >= 0]
-        tied = {n for n, holders in enumerate(members_of(mechanism)) if holders} | set(held)
+        rows = (*mechanism.pairs, *mechanism.actuators)
+        tied = {n for n, holders in enumerate(members_of(mechanism)) if holders} | {n for r in rows for n in r.nodes}
         self.free = sorted(tied - frame)
 
     def equations(
@@ -44,20 +44,22 @@ class Constraints:
             for k, node in enumerate(member.nodes):
                 if k not in (first, far):
                     yield "both", z[node] - z[u] - (exact(member.shape[k]) - exact(member.shape[first])) / reach * arm
-        for slide in self.mechanism.slides:
-            at = self._seen(slide.node, slide.member, slide.point, z, exact)
-            yield "imag", at * exact(slide.direction).conjugate()
-        for k, a in enumerate(self.mechanism.actuators):
-            if a.drive is Drive.DISTANCE:
-                arm = z[a.b] - z[a.a]
-                yield "real", arm * arm.conjugate() - inputs[k] * inputs[k]
-            elif a.drive is Drive.TRAVEL:
-                along = self._seen(a.a, a.reference_member, a.point, z, exact) * exact(a.direction).conjugate()
-                yield "real", along - inputs[k]
-            else:
-                arm = self._turn(a.arm_member, z, exact) * exact(a.arm_direction)
-                reference = self._turn(a.reference_member, z, exact) * exact(a.reference_direction)
-                yield "imag", arm * (reference * turns[k]).conjugate()
+        for row in self.mechanism.pairs:
+            yield self._row(row, z, exact, 0.0, 1.0)
+        for row, value, turn in zip(self.mechanism.actuators, inputs, turns, strict=True):
+            yield self._row(row, z, exact, value, turn)
+
+    def _row(self, row: PairRow, z: Numbers, exact: Any, value: Numbers, turn: Numbers) -> tuple[str, Numbers]:
+        """Return what a pair or an actuator is about, less its value."""
+        if row.kind == SPAN:
+            first, second = row.nodes
+            arm = z[second] - z[first]
+            return "real", arm * arm.conjugate() - value * value
+        if row.kind == HEIGHT:
+            return "real", self._seen(row.node, row.guide, row.point, z, exact) * exact(row.normal).conjugate() - value
+        arm, reference = (self._turn(k, z, exact) for k in row.members)
+        arm, reference = arm * exact(row.arm), reference * exact(row.reference)
+        return "imag", arm * (reference * turn).conjugate()
 
     def residual(self, z: ComplexArray, inputs: FloatArray) -> FloatArray:
         """Return the equations in double precision (equations, rows)."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gimcli.mechanism import FRAME, Drive, Mechanism
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, Mechanism
 from gimcli.structure.derived import derived
 from gimcli.structure.rotation import members_of
 from gimcli.structure.sliding_pairs import SlidingPair, sliding_pairs
@@ -62,19 +62,17 @@ class _LinkageBuilder:
         driven = {pair.actuator for pair in pairs}
         drivers = {k: a for k, a in enumerate(mechanism.actuators) if k not in driven}
         for k, actuator in drivers.items():
-            if actuator.drive is Drive.DISTANCE:
+            if actuator.kind == SPAN:
                 ram = self._link(actuator.name)
                 self.rams[ram] = k
-                self.parts[actuator.a].append(ram)
-                self.parts[actuator.b].append(ram)
-            elif actuator.drive is Drive.TRAVEL:
+                for node in actuator.nodes:
+                    self.parts[node].append(ram)
+            elif actuator.kind == HEIGHT:
                 block = self._link(actuator.name)
-                self.parts[actuator.a].append(block)
-                self.pairs.append(LowerPair(PRISMATIC, actuator.name, actuator.reference_member, block, k))
+                self.parts[actuator.node].append(block)
+                self.pairs.append(LowerPair(PRISMATIC, actuator.name, actuator.guide, block, k))
         pins = set(range(len(self.links), len(self.links) + self._revolutes()))
-        turns = tuple(
-            (k, a.arm_member, a.reference_member) for k, a in drivers.items() if a.rotary
-        )  # fmt: skip
+        turns = tuple((k, a.members[0], a.guide) for k, a in drivers.items() if a.rotary)
         return PairLinkage(tuple(self.links), tuple(self.pairs), turns, self.rams, frozenset(pins))
 
     def _link(self, name: str) -> int:

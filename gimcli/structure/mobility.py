@@ -80,8 +80,8 @@ def gruebler(mechanism: Mechanism) -> int:
     members = members_of(mechanism)
     moving = len(mechanism.members) - 1
     pairs = sum(len(at) - 1 for at in members if len(at) > 1)
-    slides = len(mechanism.slides) - 2 * len(loose_nodes(mechanism))
-    return 3 * moving - 2 * pairs - slides
+    rows = len(mechanism.pairs) - 2 * len(loose_nodes(mechanism))
+    return 3 * moving - 2 * pairs - rows
 
 
 class Jacobian:

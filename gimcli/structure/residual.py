@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from gimcli.kernels import constraints
 from gimcli.kernels.circular import cos_sin
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ANGLE, FRAME, SPAN, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.checks import Check, checks, farthest
 from gimcli.structure.steps import NONE, Vector
 
@@ -83,7 +83,7 @@ def errors(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Iterato
     x, y = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag)
     cos, sin = cos_sin(inputs)
     for check in checks(mechanism):
-        yield check.name, check.kind == constraints.ANGLE, _error(check, mechanism.size, x, y, inputs, cos, sin)
+        yield check.name, check.kind == ANGLE, _error(check, mechanism.size, x, y, inputs, cos, sin)
 
 
 def _error(
@@ -100,13 +100,13 @@ def _error(
         bx, by = x[vector.v] - x[vector.u], y[vector.v] - y[vector.u]
         return zr * bx - zi * by, zr * by + zi * bx
 
-    if check.kind == constraints.ANGLE:
+    if check.kind == ANGLE:
         return np.asarray(constraints.angle_error(*laid(check.first), *laid(check.second)))
     px, py = x[check.p], y[check.p]
     if check.q != NONE:
         px, py = px - x[check.q], py - y[check.q]
     value = check.value.at(inputs)
-    if check.kind == constraints.SPAN:
+    if check.kind == SPAN:
         return np.asarray(constraints.span_error(px, py, 1.0 / value))
     return np.asarray(constraints.height_error(*laid(check.first), px, py, value, size))
 

@@ -15,9 +15,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from gimcli.kernels.constraints import ANGLE, HEIGHT, SPAN
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.structure.pair_rows import PairRow, pair_rows
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism
+from gimcli.structure.pair_rows import ImposedRow, pair_rows
 from gimcli.structure.steps import NONE, Value, Vector
 
 COLLINEAR = 0.02
@@ -141,12 +140,12 @@ def pair_restrictions(mechanism: Mechanism, known: Set[int], kinematic: Sequence
     return [r for r in result if not set(r.nodes) <= known]
 
 
-def _span(_: Mechanism, row: PairRow, __: Sequence[Sequence[int]]) -> Restriction:
+def _span(_: Mechanism, row: ImposedRow, __: Sequence[Sequence[int]]) -> Restriction:
     a, b = row.nodes
     return distance(row.name, a, b, row.value)
 
 
-def _line(mechanism: Mechanism, row: PairRow, kinematic: Sequence[Sequence[int]]) -> Restriction:
+def _line(mechanism: Mechanism, row: ImposedRow, kinematic: Sequence[Sequence[int]]) -> Restriction:
     member, value = mechanism.members[row.guide], row.value
     movable: tuple[int, ...] = (row.node,)
     if row.guide == FRAME:
@@ -160,9 +159,10 @@ def _line(mechanism: Mechanism, row: PairRow, kinematic: Sequence[Sequence[int]]
     return Restriction(row.name, "RL", anchor, row.node, value.plus(height), vector, movable)
 
 
-def _driven_angle(mechanism: Mechanism, row: PairRow, kinematic: Sequence[Sequence[int]]) -> Restriction:
-    (arm_member, reference), pivot, number = row.members, row.node, row.value.actuator
+def _driven_angle(mechanism: Mechanism, row: ImposedRow, kinematic: Sequence[Sequence[int]]) -> Restriction:
+    (arm_member, reference), number = row.members, row.value.actuator
     member = mechanism.members[arm_member]
+    pivot = row.node if row.nodes else kinematic[arm_member][0]
     arm = next(n for n in kinematic[arm_member] if n != pivot)
     turn = (member.local(arm) - member.local(pivot)) / row.arm
     if reference == FRAME:
@@ -170,9 +170,11 @@ def _driven_angle(mechanism: Mechanism, row: PairRow, kinematic: Sequence[Sequen
         vector = Vector(turn / abs(turn), actuator=number)
         return Restriction(row.name, "RA", pivot, arm, Value(0.0), vector, (arm, pivot))
     body = mechanism.members[reference]
-    other = next(n for n in kinematic[reference] if n != pivot)
-    turn *= row.reference / (body.local(other) - body.local(pivot))
-    return angle(row.name, pivot, other, arm, turn / abs(turn), number)
+    u = pivot if pivot in body.nodes else kinematic[reference][0]
+    v = next(n for n in kinematic[reference] if n != u)
+    turn *= row.reference / (body.local(v) - body.local(u))
+    ray = Vector(turn / abs(turn), u, v, actuator=number)
+    return Restriction(row.name, "RA", pivot, arm, Value(0.0), ray, (arm, v if u == pivot else pivot))
 
 
 # -- linearisation --------------------------------------------------------------------------

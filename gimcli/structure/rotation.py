@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.mechanism import Mechanism, Member, Slide
+from gimcli.mechanism import ANGLE, Mechanism, Member, PairRow
 from gimcli.structure.derived import derived
 
 PARALLEL = 1e-9
@@ -18,19 +18,19 @@ PARALLEL = 1e-9
 
 @dataclass(frozen=True)
 class Rotation:
-    """Class and phase of every member, and the slides that the ties have made superfluous."""
+    """Class and phase of every member, and the rows that the ties have made superfluous."""
 
     of: tuple[int, ...]
     phase: tuple[complex, ...]
-    implied: frozenset[int]  # slides implied by the tie and the pair's other slide
+    implied: frozenset[str]  # heights implied by the tie and the pair's other one
 
 
 @dataclass(frozen=True)
 class Tie:
     """A member that its guide holds from turning: e^(i phi) of the body is `turn` times that of the guide."""
 
-    name: str  # of the pair
-    slide: int  # the slide that this makes superfluous
+    pair: str
+    row: str  # of the constraint that this makes superfluous
     body: int
     guide: int
     turn: complex
@@ -48,17 +48,18 @@ def members_of(mechanism: Mechanism) -> tuple[tuple[int, ...], ...]:
 
 @derived
 def ties(mechanism: Mechanism) -> tuple[Tie, ...]:
-    """Return what true prismatic pairs, and two pins in one slot, hold from turning."""
-    found: list[Tie] = []
-    earlier: dict[int, list[Slide]] = {}
-    for number, slide in enumerate(mechanism.slides):
-        for other in earlier.setdefault(slide.member, []):  # on the same guide
+    """Return what angles, true prismatic pairs and two pins in one slot hold from turning."""
+    angles = [row for row in mechanism.pairs if row.kind == ANGLE]
+    found = [Tie(r.pair, r.name, r.members[0], r.guide, r.reference / r.arm) for r in angles]
+    earlier: dict[int, list[PairRow]] = {}
+    for slide in mechanism.slides:
+        for other in earlier.setdefault(slide.guide, []):  # on the same guide
             body = _tied_body(mechanism, slide, other)
             if body is not None:
                 turn = _turn(mechanism, mechanism.members[body], other, slide)
-                found.append(Tie(slide.pair, number, body, slide.member, turn))
+                found.append(Tie(slide.pair, slide.name, body, slide.guide, turn))
                 break
-        earlier[slide.member].append(slide)
+        earlier[slide.guide].append(slide)
     return tuple(found)
 
 
@@ -78,7 +79,7 @@ def rotation_classes(mechanism: Mechanism) -> Rotation:
     implied = set()
     for tie in ties(mechanism):
         (a, fa), (b, fb) = find(tie.body), find(tie.guide)
-        implied.add(tie.slide)
+        implied.add(tie.row)
         if a != b:  # e_body = turn e_guide
             low, high = min(a, b), max(a, b)
             link = tie.turn * fb / fa if a == high else fa / (tie.turn * fb)
@@ -87,17 +88,17 @@ def rotation_classes(mechanism: Mechanism) -> Rotation:
     return Rotation(tuple(f[0] for f in found), tuple(f[1] for f in found), frozenset(implied))
 
 
-def _tied_body(mechanism: Mechanism, a: Slide, b: Slide) -> int | None:
+def _tied_body(mechanism: Mechanism, a: PairRow, b: PairRow) -> int | None:
     """Return the member that two slides hold parallel to their guide, if they are on one line."""
-    if a.member != b.member or a.node == b.node:
+    if a.guide != b.guide or a.node == b.node:
         return None
-    across = 1j * b.direction
-    skew = abs((a.direction.conjugate() * b.direction).imag)
+    across = b.normal
+    skew = abs((a.along.conjugate() * b.along).imag)
     height = abs((across.conjugate() * (a.point - b.point)).real)
     if skew > PARALLEL or height > PARALLEL * mechanism.size:
         return None
     members = members_of(mechanism)
-    common = [m for m in members[a.node] if m in members[b.node] and m != a.member]
+    common = [m for m in members[a.node] if m in members[b.node] and m != a.guide]
     return common[0] if common else None
 
 
@@ -107,11 +108,11 @@ def drawn_turn(mechanism: Mechanism, member: Member) -> complex:
     return complex(np.vdot(shape, drawn - drawn.mean()))
 
 
-def _turn(mechanism: Mechanism, body: Member, a: Slide, b: Slide) -> complex:
+def _turn(mechanism: Mechanism, body: Member, a: PairRow, b: PairRow) -> complex:
     """Return e^(i (phi_body - phi_guide)); the sense along the guide is the drawn one."""
     along = body.local(b.node) - body.local(a.node)
-    direction = a.direction * drawn_turn(mechanism, mechanism.members[a.member])
+    direction = a.along * drawn_turn(mechanism, mechanism.members[a.guide])
     run = complex(mechanism.drawn[b.node] - mechanism.drawn[a.node])
     sense = 1.0 if (run.conjugate() * direction).real >= 0.0 else -1.0
-    turn = sense * a.direction / along
+    turn = sense * a.along / along
     return turn / abs(turn)

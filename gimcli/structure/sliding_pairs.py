@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gimcli.mechanism import Drive, Input, Mechanism
+from gimcli.mechanism import HEIGHT, Input, Mechanism
 from gimcli.structure.derived import derived
 from gimcli.structure.rotation import PARALLEL, members_of
 from gimcli.structure.steps import NONE
@@ -31,7 +31,7 @@ def sliding_pairs(mechanism: Mechanism) -> tuple[SlidingPair, ...]:
     for name, slides in pairs.items():
         taken = {pair.actuator for pair in found}
         drivers = (k for k, a in enumerate(mechanism.actuators) if k not in taken and _along(mechanism, a, slides))
-        guide = mechanism.slides[slides[0]].member
+        guide = mechanism.slides[slides[0]].guide
         found.append(SlidingPair(name, tuple(slides), guide, _body(mechanism, slides), next(drivers, NONE)))
     return tuple(found)
 
@@ -45,14 +45,14 @@ def _body(mechanism: Mechanism, slides: list[int]) -> int:
     """Return the member that all nodes of a pair belong to, if they are more than one."""
     first, *others = (mechanism.slides[k] for k in slides)
     members = members_of(mechanism)
-    common = [m for m in members[first.node] if m != first.member and all(m in members[s.node] for s in others)]
+    common = [m for m in members[first.node] if m != first.guide and all(m in members[s.node] for s in others)]
     return common[0] if others and common else NONE
 
 
 def _along(mechanism: Mechanism, actuator: Input, slides: list[int]) -> bool:
     """Tell whether an actuator drives what slides in a pair."""
-    return actuator.drive is Drive.TRAVEL and any(
-        s.node == actuator.a and s.member == actuator.reference_member
-        and abs((s.direction.conjugate() * actuator.direction).imag) < PARALLEL
+    return actuator.kind == HEIGHT and any(
+        s.node == actuator.node and s.guide == actuator.guide
+        and abs((s.along.conjugate() * actuator.normal).imag) < PARALLEL
         for s in (mechanism.slides[k] for k in slides)
     )  # fmt: skip

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.kernels.constraints import CLOSURE
-from gimcli.mechanism import FloatArray
+from gimcli.mechanism import CLOSURE, FloatArray
 
 NONE = -1
 
@@ -148,7 +147,7 @@ class Equation:
     SPAN: |q - p| = value; HEIGHT: vector . (p - q) = value; CLOSURE: p = q + vector (two rows).
     """
 
-    kind: int  # of kernels.constraints
+    kind: int  # SPAN, HEIGHT or CLOSURE
     p: int
     q: int
     vector: Vector | None

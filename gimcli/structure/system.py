@@ -111,7 +111,7 @@ class System:
         """The member, sliding pair or actuator that each equation (m,) is of."""
         mechanism = self.mechanism
         members = [m.name for m in mechanism.members[1:] for _ in range(2 * len(m.nodes) - 3)]
-        return (*members, *(s.pair for s in mechanism.slides), *(a.name for a in mechanism.actuators))
+        return (*members, *(row.pair for row in mechanism.pairs), *(a.name for a in mechanism.actuators))
 
     def quadric(self, u: FloatArray) -> Quadric:
         """Return the equations where the inputs (actuators,) stand still; the actuators' own are the last ones."""

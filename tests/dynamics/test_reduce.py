@@ -18,7 +18,6 @@ from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.reduction import chosen_input, reduce_to_input
 from gimcli.errors import ModelError, StructureError, UsageError
 from gimcli.kernels.jit import compiled
-from gimcli.mechanism import Drive
 from gimcli.motion.motion import trace
 from gimcli.positions.options import Options
 from gimcli.status import Status
@@ -28,7 +27,7 @@ from gimcli.structure.assur import DYADS, formation
 def modular(mechanism, z):
     """Return J, dJ/dq and tau in SI units."""
     parts = modular_reduction(mechanism, z)
-    unit = 1.0 if mechanism.actuators[0].drive is Drive.ROTARY else mechanism.dynamics.metre
+    unit = 1.0 if mechanism.actuators[0].rotary else mechanism.dynamics.metre
     totals = (sum(p.inertia for p in parts), sum(p.inertia_slope for p in parts), sum(p.torque for p in parts))
     return [total / unit**power for total, power in zip(totals, (2, 3, 1), strict=True)]
 
@@ -138,7 +137,7 @@ def test_slopes_are_those_of_the_values(stem):
     found = reduce_to_input(mechanism, 0, 1440, compiled)
     rows = np.flatnonzero(np.isfinite(found.inertia[:-4]) & np.isfinite(found.inertia[4:]))[::37] + 2
     rows = rows[2:]  # the double butterfly begins near a dead point
-    unit = 1.0 if mechanism.actuators[0].drive is Drive.ROTARY else mechanism.dynamics.metre
+    unit = 1.0 if mechanism.actuators[0].rotary else mechanism.dynamics.metre
     h = (found.q[1] - found.q[0]) * unit
     assert len(rows) > 20
     for value, slope in (

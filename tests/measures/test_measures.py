@@ -520,11 +520,11 @@ def test_a_block_slides_on_its_moving_guide(model, pair, offset):
     run = run_model(model, 720, change=change)
     mechanism, motion = run.mechanism, run.motion
     slide = next(s for s in mechanism.slides if s.pair == pair)
-    carrier = mechanism.members[slide.member]
+    carrier = mechanism.members[slide.guide]
     a, b = (motion.z[n] for n in carrier.nodes[:2])
     turn = (b - a) / (carrier.shape[1] - carrier.shape[0])
     foot = a + turn * (slide.point - carrier.shape[0])
-    travel = ((motion.z[slide.node] - foot) * np.conj(turn * slide.direction)).real * mechanism.scale
+    travel = ((motion.z[slide.node] - foot) * np.conj(turn * slide.along)).real * mechanism.scale
     speed = (travel[2:] - travel[:-2]) / (motion.inputs[0, 2:] - motion.inputs[0, :-2])
     got = told(PathDerivatives(motion), f"advantage:{mechanism.actuators[0].name}/{pair}")["ratio"][1:-1]
     assert np.max(np.abs(speed)) > 0.1

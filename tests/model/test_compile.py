@@ -10,7 +10,7 @@ import pytest
 from bundled import FILES
 
 from gimcli import load
-from gimcli.mechanism import FRAME, Drive
+from gimcli.mechanism import FRAME
 from gimcli.model.schema import json_schema
 from gimcli.model.source import read_source
 
@@ -157,8 +157,8 @@ def test_an_offset_lies_to_the_left_of_the_guides_direction(guide, place, compil
     )
     (slide,) = mechanism.slides
     away = place / mechanism.scale - slide.point
-    assert (away * slide.direction.conjugate()).imag == pytest.approx(0.0, abs=1e-15)  # on the line
-    assert abs(slide.direction) == pytest.approx(1.0, rel=1e-15)
+    assert (away * slide.along.conjugate()).imag == pytest.approx(0.0, abs=1e-15)  # on the line
+    assert abs(slide.along) == pytest.approx(1.0, rel=1e-15)
 
 
 def test_a_prismatic_pair_of_a_member_is_two_slides(compiled):
@@ -223,7 +223,7 @@ def test_drawn_values(case, compiled):
     got = float(mechanism.value_to_file(0, np.array([actuator.drawn]))[0])
     assert got == pytest.approx(value, abs=1e-13)
     start, end = mechanism.value_to_file(0, np.array(law_ends(actuator)))
-    turn = 360.0 if actuator.drive is Drive.ROTARY else 0.0
+    turn = 360.0 if actuator.rotary else 0.0
     assert start == pytest.approx(value, abs=1e-13)
     assert end == pytest.approx(value + turn, abs=1e-13)
 
@@ -241,8 +241,8 @@ def test_a_rotary_actuators_drawn_value_is_the_angle_of_its_rays(compiled):
     (actuator,) = mechanism.actuators
     rays = [node(mechanism, n) - node(mechanism, "A") for n in ("B", "O")]
     assert actuator.drawn == pytest.approx(cmath.phase(rays[0] / rays[1]), abs=1e-15)
-    assert mechanism.members[actuator.arm_member].name == "rod"
-    assert mechanism.members[actuator.reference_member].name == "crank"
+    assert mechanism.members[actuator.members[0]].name == "rod"
+    assert mechanism.members[actuator.guide].name == "crank"
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ import numpy as np
 
 from gimcli.dynamics.physical import require_action
 from gimcli.errors import StructureError
-from gimcli.mechanism import FRAME, ComplexArray, Drive, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.assur import DYADS, AssurGroup, formation
 from gimcli.structure.checks import farthest
 from gimcli.structure.joints import PRISMATIC, LowerPair
@@ -188,15 +188,15 @@ class _Modules:
         (pair,), (number,) = group.outer, group.drivers
         link, base = self._sides(pair, group)
         actuator, rate = self.mechanism.actuators[number], float(number == self.actuator)
-        if actuator.drive is Drive.ROTARY:
-            other = actuator.reference_member if actuator.arm_member == link else actuator.arm_member
-            sense = 1.0 if actuator.arm_member == link else -1.0
+        if actuator.rotary:
+            other = actuator.guide if actuator.members[0] == link else actuator.members[0]
+            sense = 1.0 if actuator.members[0] == link else -1.0
             base_motion, reference = self.moved[base], self.moved[other]
             pivot = self._where(pair)
             return LinkVelocity(pivot, *base_motion.at(pivot), reference.turn + sense * rate, reference.gain)
-        u = self._turn(actuator.reference_member) * actuator.direction
-        sense = 1.0 if actuator.reference_member != link else -1.0
-        return sliding_driver(self.moved[base], self.z[actuator.a], u, sense * rate)
+        u = self._turn(actuator.guide) * actuator.normal
+        sense = 1.0 if actuator.guide != link else -1.0
+        return sliding_driver(self.moved[base], self.z[actuator.node], u, sense * rate)
 
     def _sides(self, pair: LowerPair, group: AssurGroup) -> tuple[int, int]:
         """Return the link of the group and the other one."""
@@ -207,7 +207,7 @@ class _Modules:
         if pair.kind != PRISMATIC:
             return self.z[self.mechanism.nodes.index(pair.name)]
         slide = next(s for s in self.mechanism.slides if s.pair == pair.name)
-        return self._turn(slide.member) * slide.direction
+        return self._turn(slide.guide) * slide.along
 
     def _turn(self, index: int) -> Places:
         """Return e^(i phi) of a member."""

@@ -11,7 +11,7 @@ from collections import defaultdict
 
 import numpy as np
 
-from gimcli.mechanism import Drive
+from gimcli.mechanism import SPAN
 
 # ------------------------------------------------------------------ a platform with three legs
 
@@ -91,18 +91,18 @@ class Absolute:
                 gap = self._in(poses, member, node) - z[:, node]
                 rows += [gap.real, gap.imag]
         for s in self.mechanism.slides:
-            turn = np.exp(1j * angle[:, s.member])
-            rows.append((np.conj(s.direction * turn) * (z[:, s.node] - origin[:, s.member] - turn * s.point)).imag)
+            turn = np.exp(1j * angle[:, s.guide])
+            rows.append((np.conj(s.along * turn) * (z[:, s.node] - origin[:, s.guide] - turn * s.point)).imag)
         for a, value in zip(self.mechanism.actuators, self.inputs, strict=True):
-            turn = np.exp(1j * angle[:, a.reference_member])
-            if a.drive is Drive.ROTARY:
-                offset = np.angle(a.arm_direction) - np.angle(a.reference_direction) - value
-                turned = angle[:, a.arm_member] - angle[:, a.reference_member] + offset
+            turn = np.exp(1j * angle[:, a.guide])
+            if a.rotary:
+                offset = np.angle(a.arm) - np.angle(a.reference) - value
+                turned = angle[:, a.members[0]] - angle[:, a.guide] + offset
                 rows.append((turned + np.pi) % (2 * np.pi) - np.pi)
-            elif a.drive is Drive.DISTANCE:
-                rows.append(np.abs(z[:, a.a] - z[:, a.b]) - value)
+            elif a.kind == SPAN:
+                rows.append(np.abs(z[:, a.node] - z[:, a.nodes[1]]) - value)
             else:
-                along = np.conj(a.direction * turn) * (z[:, a.a] - origin[:, a.reference_member] - turn * a.point)
+                along = np.conj(a.normal * turn) * (z[:, a.node] - origin[:, a.guide] - turn * a.point)
                 rows.append(along.real - value)
         return np.array(rows).T
 
@@ -161,18 +161,18 @@ class Vectors:
         joints = [
             (b, n, z, None) for b, m in enumerate(mechanism.members) for n, z in zip(m.nodes, m.shape, strict=True)
         ]
-        joints += [(s.member, s.node, s.point, s.direction) for s in mechanism.slides]
+        joints += [(s.guide, s.node, s.point, s.along) for s in mechanism.slides]
         root, phase = list(range(self.bodies)), [1.0 + 0.0j] * self.bodies
         for a, value in zip(mechanism.actuators, inputs, strict=True):
-            if a.drive is Drive.ROTARY:
+            if a.rotary:
                 self._tie(root, phase, a, np.exp(1j * value))
-            elif a.drive is Drive.DISTANCE:
-                joints += [(len(root), a.a, 0.0, None), (len(root), a.b, value, None)]
+            elif a.kind == SPAN:
+                joints += [(len(root), a.node, 0.0, None), (len(root), a.nodes[1], value, None)]
                 root.append(len(root))
                 phase.append(1.0 + 0.0j)
             else:
-                at = a.point + a.direction * value
-                joints.append((a.reference_member, a.a, at, 1j * a.direction))
+                at = a.point + a.normal * value
+                joints.append((a.guide, a.node, at, 1j * a.normal))
         count = defaultdict(int)
         for joint in joints:
             count[joint[1]] += 1
@@ -185,8 +185,8 @@ class Vectors:
 
     def _tie(self, root, phase, a, turn):
         """Give the arm's class the angle of the reference's: arm e^{iφ} = reference e^{iφ} e^{i value}."""
-        factor = a.reference_direction * phase[a.reference_member] * turn / (a.arm_direction * phase[a.arm_member])
-        old, new = root[a.arm_member], root[a.reference_member]
+        factor = a.reference * phase[a.guide] * turn / (a.arm * phase[a.members[0]])
+        old, new = root[a.members[0]], root[a.guide]
         if new != 0 and old == 0:
             old, new, factor = new, old, 1 / factor
         for b, r in enumerate(root):
@@ -279,7 +279,7 @@ def not_turned_over(mechanism, z):
     for first, *others in pairs.values():
         if not others:
             continue
-        a, b, rail = first.node, others[0].node, mechanism.members[first.member]
+        a, b, rail = first.node, others[0].node, mechanism.members[first.guide]
         drawn = mechanism.drawn[b] - mechanism.drawn[a]
         u, v = rail.nodes[0], rail.nodes[1]
         along = (z[:, v] - z[:, u]) / (rail.shape[1] - rail.shape[0]) * first.direction

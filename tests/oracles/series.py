@@ -17,8 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jets import Jet, constant, derivatives, dot, quotient, slope, times, turn
 
-from gimcli.kernels.constraints import HEIGHT, SPAN
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.checks import farthest
 from gimcli.structure.plan import make_plan
 from gimcli.structure.steps import (

@@ -15,7 +15,7 @@ import pytest
 
 from gimcli import output
 from gimcli.errors import OutputError, UsageError
-from gimcli.mechanism import Drive, Input, Mechanism, Member, Point, Slide
+from gimcli.mechanism import ANGLE, HEIGHT, SPAN, Input, Mechanism, Member, PairRow, Point
 from gimcli.output import CsvStream, write_csv, written_bytes, written_text
 from gimcli.output.curves import drawn_runs, thinned
 from gimcli.output.drawing import (
@@ -47,7 +47,9 @@ def mechanism(names, pose, members, slides=(), actuators=(), points=(), **more):
         shape = (z - origin) if still else (z - z[0]) * abs(z[1] - z[0]) / (z[1] - z[0])
         built.append(Member(name, tuple(nodes), shape / SCALE))
     at = (0.0 - origin) / SCALE
-    lines = [Slide(n, p, k, m, d / SCALE + (at if m == 0 else 0), u) for n, p, k, m, d, u in slides]
+    lines = [
+        PairRow(n, HEIGHT, (k,), (m,), d / SCALE + (at if m == 0 else 0), 1j * u, pair=p) for n, p, k, m, d, u in slides
+    ]
     carried = tuple(Point(name, member, local / SCALE) for name, member, local in points)
     normal = (drawn - origin) / SCALE
     traced = tuple(point.name for point in carried)
@@ -65,7 +67,7 @@ def dyad(a, b, left, right):
 
 
 CRANK = 30.0 * np.exp(1j * np.radians(np.linspace(60.0, 420.0, 37)))
-MOTOR = Input("motor", Drive.ROTARY, ramp(0.0, 6.0), 0.0, a=0, arm_member=1)
+MOTOR = Input("motor", ANGLE, (0,), (1, 0), law=ramp(0.0, 6.0))
 
 
 def four_bar(**more):
@@ -106,7 +108,7 @@ def offset_inverted_slider():
 def jack():
     turn = np.exp(1j * np.radians(np.linspace(20.0, 70.0, 9)))
     poses = np.column_stack([0 * turn, 0 * turn + 60 - 20j, 80 * turn, 150 * turn * (1 + 0.1j), 50j * turn])
-    drive = Input("jack", Drive.DISTANCE, ramp(1.0, 2.0), 1.0, a=1, b=2)
+    drive = Input("jack", SPAN, (1, 2), law=ramp(1.0, 2.0), drawn=1.0)
     return mechanism("PUQRS", poses[0], [("ground", (0, 1)), ("boom", (0, 2, 3, 4))], (), [drive]), poses, {}
 
 
@@ -115,7 +117,7 @@ def press():
     poses = np.column_stack([0 * p, dyad(0 * p, p, 30.0, 45.0), p, p + 20j])
     links = [("ground", (0,)), ("crank", (0, 1)), ("rod", (1, 2)), ("ram", (2, 3))]
     slides = [("r.P", "r", 2, 0, 30 + 0j, 1j), ("r.Q", "r", 3, 0, 30 + 0j, 1j)]
-    drive = Input("lift", Drive.TRAVEL, ramp(0.0, 1.0), 0.0, a=2, direction=1j)
+    drive = Input("lift", HEIGHT, (2,), (0,), normal=1j, law=ramp(0.0, 1.0))
     return mechanism("OAPQ", poses[0], links, slides, [drive], length_unit="unit"), poses, {}
 
 

@@ -265,7 +265,7 @@ def platform(mechanism):
     """Return the elbows of the legs, and the corners of the platform that they hold."""
     corners = next(m.nodes for m in mechanism.members[1:] if len(m.nodes) == 3)
     names = mechanism.nodes
-    driven = {a.arm_member for a in mechanism.actuators}
+    driven = {a.members[0] for a in mechanism.actuators}
     legs = [m.nodes for k, m in enumerate(mechanism.members) if k and k not in driven and len(m.nodes) == 2]
     pairs = [sorted(leg, key=lambda n: n in corners) for leg in legs]
     return [names[p[0]] for p in pairs], [names[p[1]] for p in pairs]

@@ -16,7 +16,7 @@ from gimcli.assemblies import all_configurations
 from gimcli.branching.enumeration import circuits
 from gimcli.branching.resampling import circuit_motion
 from gimcli.errors import UnassembledError
-from gimcli.mechanism import Drive, FloatArray, Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.model.source import read_source
 from gimcli.motion.coupler_points import carried_point
 from gimcli.reach.reach import Reach, ReachedPath, reach
@@ -49,7 +49,7 @@ def passes(found: Reach, run: ReachedPath, value: float) -> int:
     """Return how often the input has a value along a path: the ends of its pieces stand there twice."""
     u = np.concatenate([found.task.inputs(p.branch.x)[:, 0] for p in run.pieces])
     away = u - value
-    if found.task.mechanism.actuators[0].drive is Drive.ROTARY:
+    if found.task.mechanism.actuators[0].rotary:
         away = (away + math.pi) % (2.0 * math.pi) - math.pi
     return int(np.sum((away[:-1] * away[1:] < 0.0) & (np.abs(np.diff(away)) < 1.0)))
 
