@@ -23,7 +23,7 @@ def force_table(motion: Motion, forces: Forces, first: int = 0) -> Table:
     rows = len(motion.time)
     columns = [Column("step", np.arange(first, first + rows)), Column("time", motion.time * mechanism.duration, "s")]
     for k, actuator in enumerate(mechanism.actuators):
-        unit = mechanism.angle_unit if actuator.rotary else mechanism.length_unit
+        unit = mechanism.unit_of(actuator)
         columns.append(Column(actuator.name, mechanism.value_to_file(k, motion.inputs[k]), unit))
     columns += [*reaction_columns(forces), *_frame_columns(forces), *_power_columns(forces)]
     words = np.array([s.word for s in Status])[_codes(motion, forces)]

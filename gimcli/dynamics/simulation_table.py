@@ -31,7 +31,7 @@ def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None
     mechanism, rows = found.mechanism, len(found.time)
     columns = [Column("step", np.arange(len(times))), Column("time", times, "s")]
     for k, actuator in enumerate(mechanism.actuators):
-        unit = mechanism.angle_unit if actuator.rotary else mechanism.length_unit
+        unit = mechanism.unit_of(actuator)
         for order, (suffix, per) in enumerate((("", ""), (".speed", "/s"), (".acceleration", "/s^2"))):
             values = mechanism.value_to_file(k, found.inputs[order, k])
             columns.append(Column(actuator.name + suffix, _filled(values, len(times)), unit + per))

@@ -489,7 +489,7 @@ def test_a_linear_inputs_advantage_over_a_rotation_is_a_length():
     assert [h.unit for h in measure.heads] == [unit, f"1/{unit}" if unit else ""]
     advantage, ratio = measure.values(PathDerivatives(run.motion))
     assert advantage * ratio == pytest.approx(np.ones(7))
-    sides = [run.motion.z[n] for n in (ram.a, ram.b)]
+    sides = [run.motion.z[n] for n in ram.nodes]
     pivots = [n for n in member.nodes if n in run.mechanism.members[0].nodes]
     if pivots:  # the advantage is the arm of the ram's force about the pivot
         pivot = run.motion.z[pivots[0]]

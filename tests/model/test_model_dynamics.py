@@ -168,7 +168,7 @@ friction: {A: 0.02}
     assert torsion.free == pytest.approx(math.radians(30))
     gauge = mechanism.gauges[torsion.gauge]
     assert gauge.drawn == pytest.approx(math.atan2(1, 3) + math.pi / 2)  # from A -> O to A -> B
-    assert [mechanism.nodes[n] for n in (mechanism.gauges[d.dampers[0].gauge].a,)] == ["A"]
+    assert mechanism.nodes[mechanism.gauges[d.dampers[0].gauge].node] == "A"
     assert (d.frictions[0].node, d.frictions[0].damping) == (mechanism.nodes.index("A"), 0.02)
     (release,) = d.releases
     assert release.free

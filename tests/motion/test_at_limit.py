@@ -187,7 +187,7 @@ def test_a_limit_is_told_to_the_last_digits(name: str, tmp_path: Path) -> None:
     ends = sorted(float(r.place.p[-1]) for r in folds(drawn_circuit(mechanism, 1e-10)))
     start = float(mechanism.actuators[0].law(np.zeros(1))[0])
     above = [e for e in ends if e > start]
-    unit, scale = (math.degrees(1.0), 1.0) if mechanism.actuators[0].drive.value == "rotary" else (mechanism.scale, 1.0)
+    unit, scale = (math.degrees(1.0), 1.0) if mechanism.actuators[0].rotary else (mechanism.scale, 1.0)
     head, _, tail = text.partition("law: {from: ")
     begin, _, rest = tail.partition(", to: ")
     rest = rest.partition("}")[2]
