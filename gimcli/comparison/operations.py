@@ -18,10 +18,10 @@ from gimcli.comparison.natural import NaturalCoordinates
 from gimcli.comparison.pairs import BodyPair
 from gimcli.gim.sequence import known_nodes
 from gimcli.kernels import bodies, points
-from gimcli.mechanism import CLOSURE, FRAME, HEIGHT, SPAN, Mechanism
+from gimcli.mechanism import ANGLE, CLOSURE, FRAME, HEIGHT, SPAN, Mechanism
 from gimcli.structure.kinematic_nodes import free_nodes
 from gimcli.structure.restrictions import Move
-from gimcli.structure.steps import NONE, Circle, Coupled, Dyad, Equation, Line, Orient, Place, Plan, Tilt, Vector
+from gimcli.structure.steps import NONE, Circle, Constraint, Coupled, Dyad, Line, Orient, Place, Plan, Tilt, Vector
 
 MULTIPLY = 6
 """A product of two complex numbers."""
@@ -105,12 +105,12 @@ def _direction(vector: Vector) -> int:
 def _move(move: Move) -> int:
     """Count one move as `gimcli.kernels.sweep.impose` makes it."""
     r = move.restriction
-    if r.kind == "RD" or r.vector is None:
+    if r.kind == SPAN or r.vector is None:
         return 12 + _value(move)
-    if r.kind == "RA":
-        arm = move.node not in (r.a, r.b)
+    if r.kind == ANGLE:
+        arm = move.node not in (r.p, r.q)
         return _direction(r.vector) + 15 + (2 + MULTIPLY if arm else 0)
-    if move.node == r.b:
+    if move.node == r.p:
         return _direction(r.vector) + 17 + _value(move)
     return _direction(r.vector) + (23 if move.node == r.vector.u else 21) + _value(move)
 
@@ -118,9 +118,9 @@ def _move(move: Move) -> int:
 def _check(move: Move) -> int:
     """Count one error as `gimcli.kernels.sweep.error_of` takes it."""
     r = move.restriction
-    if r.kind == "RD" or r.vector is None:
+    if r.kind == SPAN or r.vector is None:
         return 8 + _value(move)
-    return _direction(r.vector) + (19 if r.kind == "RA" else 12) + _value(move)
+    return _direction(r.vector) + (19 if r.kind == ANGLE else 12) + _value(move)
 
 
 # -- closed forms and the library's Newton-Raphson ---------------------------------------------------
@@ -176,13 +176,13 @@ def group_iteration(group: Coupled) -> float:
     return carry + sum(_equation(e) for e in group.equations) + substitution(m, n) + 2.5 * n
 
 
-def _equation(e: Equation) -> int:
+def _equation(e: Constraint) -> int:
     value = 2 if e.value.actuator != NONE else 0
     own = {SPAN: 9, HEIGHT: 6, CLOSURE: 4}[e.kind]
     return own + value + _vector(e.vector)
 
 
-def _gradient(e: Equation, base: int) -> int:
+def _gradient(e: Constraint, base: int) -> int:
     vector = 0 if e.vector is None else _vector(e.vector) + (TURN if e.vector.actuator != NONE else 0)
     value = 2 if e.value.actuator != NONE else 0
     carried = 2 + MULTIPLY if e.vector is not None and e.vector.u != NONE else 0

@@ -13,7 +13,7 @@ from gimcli.mechanism import FloatArray
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options
 from gimcli.positions.position import Position
-from gimcli.structure.restrictions import gradient
+from gimcli.structure.gradients import gradient
 
 FLOOR = 1e-13
 """Errors below this are rounding and tell nothing of the rate."""

@@ -95,10 +95,10 @@ def _step(mechanism: Mechanism, sequence: Sequence, move: Move, states: dict[str
     carried = [mechanism.nodes[n] for n in move.about if n in sequence.carried_by_input]
     if carried:
         text += f" ({', '.join(carried)} carried by an input)"
-    what = {"RD": "its distance from", "RA": "its angle about", "RL": "its line by"}[move.restriction.kind]
+    what = {"RD": "its distance from", "RA": "its angle about", "RL": "its line by"}[move.restriction.letters]
     reason = f"{node} takes {what} {joined}; {text}"
     return StepReport(
-        node, move.node, about, move.about, move.restriction.name, move.restriction.kind, move.rule, states, reason
+        node, move.node, about, move.about, move.restriction.name, move.restriction.letters, move.rule, states, reason
     )
 
 

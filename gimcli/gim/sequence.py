@@ -16,13 +16,14 @@ from itertools import islice
 import numpy as np
 
 from gimcli.gim.rules import Walk
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ANGLE, FRAME, SPAN, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.closed_form_order import Layout
 from gimcli.structure.derived import derived
 from gimcli.structure.dulmage_mendelsohn import components, match
+from gimcli.structure.gradients import gradient
 from gimcli.structure.kinematic_nodes import free_nodes, kinematic_nodes
 from gimcli.structure.plan import make_plan
-from gimcli.structure.restrictions import Move, Restriction, gradient, member_models, pair_restrictions
+from gimcli.structure.restrictions import Move, Restriction, member_models, pair_restrictions
 from gimcli.structure.steps import Coupled, Dyad, Place, Plan, Tilt
 
 CANDIDATES = 400
@@ -277,8 +278,8 @@ class SequenceSearch:
 
 def _about_one(model: list[Restriction]) -> bool:
     """Tell whether all angles of a member's model are about one vertex, from which its distances are."""
-    angles = [r for r in model if r.kind == "RA"]
-    return bool(angles) and all(angles[0].a in (r.a, r.b) and (r.kind == "RD" or r.a == angles[0].a) for r in model)
+    angles = [r for r in model if r.kind == ANGLE]
+    return bool(angles) and all(angles[0].q in (r.p, r.q) and (r.kind == SPAN or r.q == angles[0].q) for r in model)
 
 
 def placement_order(plan: Plan) -> list[int]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.kernels import sweep as kernels
-from gimcli.mechanism import ANGLE, HEIGHT, SPAN, ComplexArray, FloatArray
+from gimcli.mechanism import HEIGHT, ComplexArray, FloatArray
 from gimcli.positions.newton import Run
 from gimcli.status import Status
 from gimcli.structure.restrictions import Move
@@ -56,12 +56,10 @@ def pack(moves: tuple[Move, ...]) -> tuple[NDArray[np.int64], FloatArray]:
     heads, factors = [], []
     for move in moves:
         r, vector = move.restriction, move.restriction.vector
-        kind = {"RD": SPAN, "RA": ANGLE, "RL": HEIGHT}[r.kind]
-        if kind == HEIGHT and move.node != r.b:
-            kind = kernels.AIM
+        kind = kernels.AIM if r.kind == HEIGHT and move.node != r.p else r.kind
         u, v, turning, turn = (vector.u, vector.v, vector.actuator, vector.turn) if vector else (NONE, NONE, NONE, 1)
         z = vector.z if vector else 0.0j
-        heads.append((kind, move.node, r.a, r.b, r.value.actuator, u, v, turning, turn))
+        heads.append((kind, move.node, r.q, r.p, r.value.actuator, u, v, turning, turn))
         factors.append((r.value.constant, r.value.gain, z.real, z.imag))
     return np.array(heads, dtype=np.int64).reshape(-1, 9), np.array(factors, dtype=float).reshape(-1, 4)
 

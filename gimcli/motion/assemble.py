@@ -223,7 +223,7 @@ class Assembler:
         block.x[base, 0], block.y[base, 0] = start.real, start.imag
         for place in group.places:
             closed_forms.place(place, block)
-        names = {e.constraint for e in group.equations}
+        names = {e.name for e in group.equations}
         z = block.x[:, :1] + 1j * block.y[:, :1]
         found = errors(self.mechanism, z, block.inputs[:, :1])
         return all(e[0] <= self.accuracy.tolerance for name, _, e in found if name in names and np.isfinite(e[0]))

@@ -14,7 +14,7 @@ from functools import partial
 from gimcli.mechanism import CLOSURE, HEIGHT, SPAN
 from gimcli.rates.slots import SlotValues
 from gimcli.rates.tape import Number, Term
-from gimcli.structure.steps import Circle, Equation, Locus, Value
+from gimcli.structure.steps import Circle, Constraint, Locus, Value
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Imposed:
         return Imposed(of, HEIGHT, away, partial(of.vector, locus.normal), locus.distance)
 
     @staticmethod
-    def equation(of: SlotValues, equation: Equation) -> Imposed:
+    def equation(of: SlotValues, equation: Constraint) -> Imposed:
         """Return an equation of a coupled group."""
 
         def away(k: int) -> Number:

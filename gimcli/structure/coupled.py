@@ -18,7 +18,7 @@ from gimcli.mechanism import ANGLE, CLOSURE, HEIGHT, SPAN, Mechanism
 from gimcli.structure.closed_form_order import Layout
 from gimcli.structure.dulmage_mendelsohn import components, join, match, reached
 from gimcli.structure.pair_rows import ImposedRow, pair_rows
-from gimcli.structure.steps import NONE, Coupled, Equation, Place, Value, Vector
+from gimcli.structure.steps import NONE, Constraint, Coupled, Place, Value, Vector
 
 Unknown = tuple[str, int]
 """("x", body), ("y", body) or ("t", rotation class); loose node n is body -1 - n."""
@@ -166,7 +166,7 @@ class Builder:
         self.direction = dict(layout.direction)
         self.base: list[int] = []
         self.places: list[Place] = []
-        self.equations: list[Equation] = []
+        self.equations: list[Constraint] = []
         self.done: set[int] = set()
         self.used: set[int] = set()
         self.angles = [row for row in pair_rows(self.mechanism) if row.kind == ANGLE and not row.implied]
@@ -223,7 +223,7 @@ class Builder:
         rotation = self.layout.rotation
         self.direction[rotation.of[body]] = Vector(1.0 / (reach * rotation.phase[body]), u, v)
         name = self.mechanism.members[body].name
-        self.equations.append(Equation(SPAN, u, v, None, Value(abs(reach)), name))
+        self.equations.append(Constraint(name, SPAN, u, v, Value(abs(reach))))
         return True
 
     def _finish(self, body: int) -> bool:
@@ -242,7 +242,7 @@ class Builder:
                 self.places.append(Place(node, anchor, vector, name))
                 self.placed.add(node)
             elif set(vector.nodes) != {node, anchor} or vector.actuator >= 0:
-                self.equations.append(Equation(CLOSURE, node, anchor, vector, Value(0.0), name))
+                self.equations.append(Constraint(name, CLOSURE, node, anchor, Value(0.0), vector))
         return True
 
     def _drives(self) -> bool:
@@ -282,7 +282,7 @@ class Builder:
                 continue
             elif row.kind == SPAN and set(row.nodes) & new:
                 a, b = row.nodes
-                self.equations.append(Equation(SPAN, a, b, None, row.value, row.name))
+                self.equations.append(Constraint(row.name, SPAN, a, b, row.value))
             elif row.kind == HEIGHT and (row.node in new or row.guide in group):
                 self._line(row)
 
@@ -298,7 +298,7 @@ class Builder:
             return
         reach = (self.layout.local(arm, pair[0]) - self.layout.local(arm, pair[1])) / row.arm
         normal = normal.times(reach / abs(reach))
-        self.equations.append(Equation(HEIGHT, pair[0], pair[1], normal, Value(0.0), row.name))
+        self.equations.append(Constraint(row.name, HEIGHT, pair[0], pair[1], Value(0.0), normal))
 
     def _line(self, row: ImposedRow) -> None:
         source = self._source(row.guide)
@@ -307,4 +307,4 @@ class Builder:
             return  # its guide belongs to a later group
         height = (row.normal.conjugate() * (row.point - self.layout.local(row.guide, anchor))).real
         vector = source.times(row.normal)
-        self.equations.append(Equation(HEIGHT, row.node, anchor, vector, row.value.plus(height), row.name))
+        self.equations.append(Constraint(row.name, HEIGHT, row.node, anchor, row.value.plus(height), vector))

@@ -14,11 +14,12 @@ from functools import cached_property
 import numpy as np
 
 from gimcli.errors import StructureError
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ANGLE, FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.derived import derived
+from gimcli.structure.gradients import gradient, measure
 from gimcli.structure.kinematic_nodes import carry, free_nodes, kinematic_nodes, loose_nodes
 from gimcli.structure.residual import errors
-from gimcli.structure.restrictions import Restriction, gradient, measure, member_models, pair_restrictions
+from gimcli.structure.restrictions import Restriction, member_models, pair_restrictions
 from gimcli.structure.rotation import members_of
 
 ROUNDING = 1e-14
@@ -329,4 +330,4 @@ def _fulfilled(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> boo
 
 
 def _target(restriction: Restriction) -> float:
-    return 0.0 if restriction.kind == "RA" else restriction.value.constant
+    return 0.0 if restriction.kind == ANGLE else restriction.value.constant

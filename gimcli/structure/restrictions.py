@@ -10,44 +10,29 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Set
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 
-import numpy as np
-
-from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, Mechanism
 from gimcli.structure.pair_rows import ImposedRow, pair_rows
-from gimcli.structure.steps import NONE, Value, Vector
+from gimcli.structure.steps import NONE, Constraint, Value, Vector
 
 COLLINEAR = 0.02
 """Sine below which three nodes count as in line: tangent circles converge like 1/sqrt(n)."""
 
 
 @dataclass(frozen=True)
-class Restriction:
-    """One restriction and the nodes that it can move while the others stand still.
+class Restriction(Constraint):
+    """A constraint and the nodes that it can move while the others stand still.
 
-    RD: distance of `b` from `a`. RA: `b` on the ray from vertex `a` along `vector`. RL: `b` at
-    `value` from `a` along the unit `vector`.
+    The paper's RD, distance, is a SPAN; its RA, p on the ray from vertex q, an ANGLE; RL, p on a line, a HEIGHT.
     """
 
-    name: str
-    kind: str
-    a: int
-    b: int
-    value: Value
-    vector: Vector | None
-    movable: tuple[int, ...]
-
-    @cached_property
-    def nodes(self) -> tuple[int, ...]:
-        """All nodes that it ties."""
-        return tuple(dict.fromkeys((self.a, self.b, *(self.vector.nodes if self.vector else ()))))
+    movable: tuple[int, ...] = ()
 
     @property
-    def driven(self) -> bool:
-        """Tell whether an actuator's law enters."""
-        return self.value.actuator != NONE or (self.vector is not None and self.vector.actuator != NONE)
+    def letters(self) -> str:
+        """RD, RA or RL."""
+        return {SPAN: "RD", ANGLE: "RA", HEIGHT: "RL"}[self.kind]
 
 
 @dataclass(frozen=True)
@@ -66,12 +51,12 @@ class Move:
 
 def distance(name: str, a: int, b: int, value: Value) -> Restriction:
     """Return a distance; either node can move."""
-    return Restriction(name, "RD", a, b, value, None, (a, b))
+    return Restriction(name, SPAN, b, a, value, None, (a, b))
 
 
 def angle(name: str, vertex: int, arm: int, b: int, turn: complex, actuator: int = NONE) -> Restriction:
     """Return the angle at a vertex from arm to b; either end can move."""
-    return Restriction(name, "RA", vertex, b, Value(0.0), Vector(turn, vertex, arm, actuator=actuator), (b, arm))
+    return Restriction(name, ANGLE, b, vertex, Value(0.0), Vector(turn, vertex, arm, actuator=actuator), (b, arm))
 
 
 def member_models(mechanism: Mechanism, index: int, nodes: Sequence[int], known: Set[int]) -> list[list[Restriction]]:
@@ -130,7 +115,7 @@ def member_models(mechanism: Mechanism, index: int, nodes: Sequence[int], known:
 
 
 def _names(model: list[Restriction]) -> set[tuple[str, tuple[int, ...]]]:
-    return {(r.kind, tuple(sorted(r.nodes)) if r.kind == "RD" else r.nodes) for r in model}
+    return {(r.letters, tuple(sorted(r.nodes)) if r.kind == SPAN else r.nodes) for r in model}
 
 
 def pair_restrictions(mechanism: Mechanism, known: Set[int], kinematic: Sequence[Sequence[int]]) -> list[Restriction]:
@@ -156,7 +141,7 @@ def _line(mechanism: Mechanism, row: ImposedRow, kinematic: Sequence[Sequence[in
         if value.actuator == NONE:
             movable = (row.node, v, anchor)
     height = (row.normal.conjugate() * (row.point - member.local(anchor))).real
-    return Restriction(row.name, "RL", anchor, row.node, value.plus(height), vector, movable)
+    return Restriction(row.name, HEIGHT, row.node, anchor, value.plus(height), vector, movable)
 
 
 def _driven_angle(mechanism: Mechanism, row: ImposedRow, kinematic: Sequence[Sequence[int]]) -> Restriction:
@@ -168,61 +153,10 @@ def _driven_angle(mechanism: Mechanism, row: ImposedRow, kinematic: Sequence[Seq
     if reference == FRAME:
         turn *= row.reference
         vector = Vector(turn / abs(turn), actuator=number)
-        return Restriction(row.name, "RA", pivot, arm, Value(0.0), vector, (arm, pivot))
+        return Restriction(row.name, ANGLE, arm, pivot, Value(0.0), vector, (arm, pivot))
     body = mechanism.members[reference]
     u = pivot if pivot in body.nodes else kinematic[reference][0]
     v = next(n for n in kinematic[reference] if n != u)
     turn *= row.reference / (body.local(v) - body.local(u))
     ray = Vector(turn / abs(turn), u, v, actuator=number)
-    return Restriction(row.name, "RA", pivot, arm, Value(0.0), ray, (arm, v if u == pivot else pivot))
-
-
-# -- linearisation --------------------------------------------------------------------------
-
-
-def gradient(r: Restriction, z: ComplexArray, inputs: FloatArray) -> dict[int, complex]:
-    """Return g of every node with d(restriction) = sum Re(conj(g) dz), as a length."""
-    a, b = complex(z[r.a]), complex(z[r.b])
-    if r.kind == "RD":
-        n = (b - a) / abs(b - a) if b != a else 1.0 + 0.0j  # no direction: any will do
-        return {r.b: n, r.a: -n}
-    assert r.vector is not None
-    w, factor = vector_value(r.vector, z, inputs)
-    if r.kind == "RA":  # where it is fulfilled; a drive's value need not fit the position
-        u = (b - a) / abs(b - a) if b != a else w / abs(w)
-        g = {r.b: 1j * u, r.a: -1j * u}
-        if r.vector.u != NONE:
-            arm = complex(z[r.vector.v] - z[r.vector.u])
-            reach = (u.conjugate() * (b - a)).real
-            turn = 1j * arm / abs(arm) ** 2 * reach  # the ray turns with the arm
-            g[r.vector.v] = g.get(r.vector.v, 0.0) - turn
-            g[r.vector.u] = g.get(r.vector.u, 0.0) + turn
-        return g
-    g = {r.b: w, r.a: -w}
-    if r.vector.u != NONE:
-        lever = factor.conjugate() * (b - a)
-        g[r.vector.v] = g.get(r.vector.v, 0.0) + lever
-        g[r.vector.u] = g.get(r.vector.u, 0.0) - lever
-    return g
-
-
-def measure(r: Restriction, z: ComplexArray, inputs: FloatArray) -> float:
-    """Return a restriction's measure, a length whose gradient is `gradient`."""
-    a, b = complex(z[r.a]), complex(z[r.b])
-    if r.kind == "RD":
-        return abs(b - a)
-    assert r.vector is not None
-    w, _ = vector_value(r.vector, z, inputs)
-    if r.kind == "RL":
-        return (w.conjugate() * (b - a)).real
-    turn = w.conjugate() * (b - a)
-    return float(np.angle(turn)) * abs(b - a)
-
-
-def vector_value(vector: Vector, z: ComplexArray, inputs: FloatArray) -> tuple[complex, complex]:
-    """Return a vector at a position, and its factor z e^(+-i theta)."""
-    factor = vector.z
-    if vector.actuator != NONE:
-        factor *= complex(np.exp(1j * vector.turn * inputs[vector.actuator]))
-    base = complex(z[vector.v] - z[vector.u]) if vector.u != NONE else 1.0 + 0.0j
-    return factor * base, factor
+    return Restriction(row.name, ANGLE, arm, pivot, Value(0.0), ray, (arm, v if u == pivot else pivot))

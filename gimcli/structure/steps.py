@@ -1,4 +1,4 @@
-"""What a plan consists of: vectors, loci and the steps that place nodes, as data.
+"""What a plan consists of: vectors, constraints, loci and the steps that place nodes, as data.
 
 A vector is a member's direction carried along: z (V - U) e^(+-i theta). Places, guide normals
 and offsets are all such vectors, so that a position is linear in the nodes placed before it.
@@ -7,6 +7,7 @@ and offsets are all such vectors, so that a position is linear in the nodes plac
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -62,6 +63,37 @@ class Value:
         if self.actuator == NONE:
             return self.constant
         return np.asarray(self.constant + self.gain * inputs[self.actuator])
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """One constraint between nodes, as every solver imposes it; the name is that of what it is of.
+
+    SPAN: the distance of p and q is the value. HEIGHT: vector . (p - q) is the value, with a unit vector.
+    ANGLE: p is on the ray from q along the vector. CLOSURE: p is q plus the vector, two equations.
+    """
+
+    name: str
+    kind: int
+    p: int
+    q: int
+    value: Value
+    vector: Vector | None = None
+
+    @cached_property
+    def nodes(self) -> tuple[int, ...]:
+        """All nodes that it ties."""
+        return tuple(dict.fromkeys((self.q, self.p, *(self.vector.nodes if self.vector else ()))))
+
+    @property
+    def rows(self) -> int:
+        """Number of scalar equations."""
+        return 2 if self.kind == CLOSURE else 1
+
+    @property
+    def driven(self) -> bool:
+        """Tell whether an actuator's law enters."""
+        return self.value.actuator != NONE or (self.vector is not None and self.vector.actuator != NONE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,32 +173,12 @@ class Dyad:
 
 
 @dataclass(frozen=True, eq=False)
-class Equation:
-    """One equation of a coupled group, in the nodes as numbered by the mechanism.
-
-    SPAN: |q - p| = value; HEIGHT: vector . (p - q) = value; CLOSURE: p = q + vector (two rows).
-    """
-
-    kind: int  # SPAN, HEIGHT or CLOSURE
-    p: int
-    q: int
-    vector: Vector | None
-    value: Value
-    constraint: str
-
-    @property
-    def rows(self) -> int:
-        """Number of scalar equations."""
-        return 2 if self.kind == CLOSURE else 1
-
-
-@dataclass(frozen=True, eq=False)
 class Coupled:
     """A strongly coupled Assur group: base nodes found together, other nodes carried along."""
 
     base: tuple[int, ...]
     places: tuple[Place, ...]
-    equations: tuple[Equation, ...]
+    equations: tuple[Constraint, ...]
     members: tuple[int, ...]
 
     @property

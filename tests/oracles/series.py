@@ -23,9 +23,9 @@ from gimcli.structure.plan import make_plan
 from gimcli.structure.steps import (
     NONE,
     Circle,
+    Constraint,
     Coupled,
     Dyad,
-    Equation,
     Locus,
     Orient,
     Place,
@@ -145,7 +145,7 @@ class _Series:
             return np.asarray(dot(away, away) - times(radius, radius).real)
         return np.asarray(dot(self.vector(locus.normal), away) - self.value(locus.distance).real)
 
-    def equation(self, equation: Equation) -> list[FloatArray]:
+    def equation(self, equation: Constraint) -> list[FloatArray]:
         """Return the series of one equation of a coupled group."""
         away = self.nodes[equation.p] - self.nodes[equation.q]
         value = self.value(equation.value)
