@@ -12,6 +12,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -214,23 +215,12 @@ def told(status: Status, good: NDArray[np.bool_]) -> str:
     return "" if good.all() else status.word
 
 
-def _sweeps(strategy: str) -> Callable[[MotionTask], Solver]:
-    return lambda task: Sweeps(task, strategy)
-
-
-def _following(method: str) -> Callable[[MotionTask], Solver]:
-    return lambda task: Following(task, method)
-
-
-def _reference(coordinates: str) -> Callable[[MotionTask], Solver]:
-    return lambda task: Reference(task, coordinates)
-
-
 METHODS: tuple[MotionMethod, ...] = (
-    MotionMethod("gim-classic", "gim, classic", "--method gim --strategy classic", _sweeps("classic")),
-    MotionMethod("gim-spectral", "gim, spectral", "--method gim --strategy spectral", _sweeps("spectral")),
-    MotionMethod("newton", "newton", "--method newton", _following("newton")),
-    MotionMethod("auto", "auto", "--method auto", _following("auto")),
-    *(MotionMethod(name, f"{name} coordinates", "", _reference(name)) for name in COORDINATES),
+    *(
+        MotionMethod(f"gim-{name}", f"gim, {name}", f"--method gim --strategy {name}", partial(Sweeps, strategy=name))
+        for name in ("classic", "spectral")
+    ),
+    *(MotionMethod(name, name, f"--method {name}", partial(Following, method=name)) for name in ("newton", "auto")),
+    *(MotionMethod(name, f"{name} coordinates", "", partial(Reference, coordinates=name)) for name in COORDINATES),
 )
 """All methods, in the order in which they are told."""

@@ -10,6 +10,7 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -44,6 +45,8 @@ SHARE = 0.08
 
 TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 DIGITS = (3, 6, 9, 12)
+UNITS = {"seconds": "s"}
+TIMING = Timing()
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,17 @@ class Entry:
         return max(self.error, ROUNDING)
 
     @property
+    def record(self) -> dict[str, Any]:
+        """What a table or a report holds of it, by name."""
+        return {
+            "method": self.method.name, "tolerance": self.tolerance, "unknowns": list(self.unknowns),
+            "iteration_operations": list(self.iterations), "iterations": self.work, "most_iterations": self.most,
+            "paper_operations": self.paper, "operations": self.operations, "seconds": self.seconds,
+            "error": self.error, "solved": self.solved, "positions": self.rows, "efficient": self.efficient,
+            "reason": self.reason,
+        }  # fmt: skip
+
+    @property
     def drawable(self) -> bool:
         """Tell whether there is a point (time, error) to draw."""
         return math.isfinite(self.error) and self.seconds > 0.0
@@ -100,7 +114,7 @@ class Tradeoff:
 def tradeoff(
     mechanism: Mechanism, steps: int = 72, tolerances: Sequence[float] = TOLERANCES, jit: str = "auto",
     tell: Tell | None = None, progress: Progress | None = None, methods: Sequence[MotionMethod] = METHODS,
-    timing: Timing | None = None, seconds: float = math.inf,
+    timing: Timing = TIMING, seconds: float = math.inf,
 ) -> Tradeoff:  # fmt: skip
     """Compare methods on the motion along the actuators' laws in some steps.
 
@@ -116,9 +130,12 @@ def tradeoff(
         methods = ()
     truth = refine(mechanism, motion.z, motion.inputs, motion.good)
     task = MotionTask(mechanism, steps, motion.inputs, motion.z, mode, "on" if fast else "off")
-    timing = timing or Timing()
     total = len(methods) * len(tolerances)
-    part = (lambda done: progress(done, (1 + timing.rounds) * total)) if progress is not None else _silent
+
+    def part(done: int) -> None:
+        if progress is not None:
+            progress(done, (1 + timing.rounds) * total)
+
     entries: list[tuple[Entry, Clock | None]] = []
     for method in methods:
         for found in _entries(method, task, truth, tolerances, timing, share):
@@ -137,10 +154,6 @@ def tradeoff(
     timed = [_timed(entry, clock) for entry, clock in entries]
     untold = int((motion.good & ~truth.known)[1:].sum())
     return Tradeoff(mechanism, tuple(mark_efficient(timed)), motion, fast, untold)
-
-
-def _silent(done: int) -> None:
-    pass
 
 
 def _work(mechanism: Mechanism, steps: int, tolerances: int) -> float:
@@ -287,26 +300,13 @@ def _fastest(entries: Sequence[Entry], digits: int) -> Entry | None:
 
 def tradeoff_table(found: Tradeoff) -> Table:
     """Return one row for every method and tolerance."""
-    e = found.entries
+    records = [entry.record for entry in found.entries]
+    columns = [Column(name, np.array([_cell(r[name]) for r in records]), UNITS.get(name, "")) for name in records[0]]
+    return Table(tuple(columns))
 
-    def floats(name: str, values: list[float], unit: str = "") -> Column:
-        return Column(name, np.array(values, dtype=float), unit)
 
-    return Table(
-        (
-            Column("method", np.array([x.method.name for x in e])),
-            floats("tolerance", [x.tolerance for x in e]),
-            Column("unknowns", np.array(["+".join(map(str, x.unknowns)) for x in e])),
-            Column("iteration_operations", np.array(["+".join(f"{n:.0f}" for n in x.iterations) for x in e])),
-            floats("iterations", [x.work for x in e]),
-            floats("most_iterations", [x.most for x in e]),
-            floats("paper_operations", [x.paper for x in e]),
-            floats("operations", [x.operations for x in e]),
-            floats("seconds", [x.seconds for x in e], "s"),
-            floats("error", [x.error for x in e]),
-            Column("solved", np.array([x.solved for x in e])),
-            Column("positions", np.array([x.rows for x in e])),
-            Column("efficient", np.array([int(x.efficient) for x in e])),
-            Column("reason", np.array([x.reason for x in e])),
-        )
-    )
+def _cell(value: Any) -> Any:
+    """Return a value as it stands in a table."""
+    if isinstance(value, list):
+        return "+".join(f"{part:.0f}" for part in value)
+    return int(value) if isinstance(value, bool) else value

@@ -71,19 +71,10 @@ class TradeoffResult(Result):
             }
             for a in advise(found)
         ]  # fmt: skip
-        entries = [
-            {
-                "method": e.method.name, "tolerance": e.tolerance, "unknowns": list(e.unknowns),
-                "iteration_operations": list(e.iterations), "iterations": e.work,
-                "most_iterations": e.most, "paper_operations": e.paper, "operations": e.operations,
-                "seconds": e.seconds,
-                "error": e.error, "solved": e.solved, "positions": e.rows, "efficient": e.efficient, "reason": e.reason,
-            }
-            for e in found.entries
-        ]  # fmt: skip
         return {
             "steps": self.steps, "solved": found.motion.solved, "status": found.motion.overall.word,
-            "compiled": found.compiled, "untold": found.untold, "entries": entries, "advice": advice,
+            "compiled": found.compiled, "untold": found.untold,
+            "entries": [e.record for e in found.entries], "advice": advice,
         }  # fmt: skip
 
     def table(self) -> Table:

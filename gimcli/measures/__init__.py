@@ -26,7 +26,9 @@ def measures_of(mechanism: Mechanism, spec: str) -> list[Measure]:
     kind, colon, names = spec.partition(":")
     if kind not in KINDS:
         raise naming.unknown(spec, "kind", kind, KINDS)
-    return KINDS[kind].make(mechanism, names.split("/") if colon else [])
+    found, words, spec = KINDS[kind], names.split("/") if colon else [], f"{kind}:{names}"
+    naming.refuse_count(spec, words, found.counts, f"{kind}:{found.arguments}")
+    return found.make(mechanism, spec, words)
 
 
 def help_lines() -> list[tuple[str, str]]:

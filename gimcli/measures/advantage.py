@@ -86,9 +86,7 @@ def _output(mechanism: Mechanism, spec: str, name: str) -> tuple[int | None, Pai
     raise naming.unknown(spec, "member, sliding pair, point or node", name, [*members[FRAME + 1 :], *pairs, *points])
 
 
-def _make(mechanism: Mechanism, names: Sequence[str]) -> list[Measure]:
-    spec = f"{KIND.name}:{'/'.join(names)}"
-    naming.refuse_count(spec, names, (2,), f"{KIND.name}:{KIND.arguments}")
+def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> list[Measure]:
     return [Advantage(mechanism, spec, naming.actuator(mechanism, spec, names[0]), names[1])]
 
 
@@ -96,5 +94,6 @@ KIND = Kind(
     "advantage",
     "ACTUATOR/OUTPUT",
     "force or torque of an output (member, sliding pair, point) over an input's; angles in rad, inf at rest",
+    (2,),
     _make,
 )

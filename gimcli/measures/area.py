@@ -78,9 +78,7 @@ def _signed_steps(rows: ComplexArray) -> FloatArray:
     return np.where(np.isfinite(steps), steps, 0.0)
 
 
-def _make(mechanism: Mechanism, names: Sequence[str]) -> list[Measure]:
-    spec = f"{KIND.name}:{'/'.join(names)}"
-    naming.refuse_count(spec, names, (1,), f"{KIND.name}:{KIND.arguments}")
+def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> list[Measure]:
     index = naming.member(mechanism, spec, names[0])
     if index == FRAME:
         raise UsageError(f"measure '{spec}': the frame sweeps nothing; name a moving member")
@@ -89,5 +87,6 @@ def _make(mechanism: Mechanism, names: Sequence[str]) -> list[Measure]:
 
 KIND = Kind(
     "area", "MEMBER",
-    "area that a member sweeps: signed by its line so far, and of the region passed over (told at the end)", _make,
+    "area that a member sweeps: signed by its line so far, and of the region passed over (told at the end)",
+    (1,), _make,
 )  # fmt: skip

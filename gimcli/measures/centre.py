@@ -114,9 +114,7 @@ def local_place(mechanism: Mechanism, index: int, place: ComplexArray, z: Comple
     return np.asarray((place - first) * np.conj(along))
 
 
-def _make(mechanism: Mechanism, names: Sequence[str]) -> list[Measure]:
-    spec = f"{KIND.name}:{'/'.join(names)}"
-    naming.refuse_count(spec, names, (2,), f"{KIND.name}:{KIND.arguments}")
+def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> list[Measure]:
     first, second = (naming.member(mechanism, spec, name) for name in names)
     if first == second:
         raise UsageError(f"measure '{spec}': two different members have an instant centre")
@@ -127,5 +125,6 @@ KIND = Kind(
     "centre",
     "MEMBER/MEMBER",
     "instant centre of two members (frame: the ground) and its centrodes; empty at infinity",
+    (2,),
     _make,
 )

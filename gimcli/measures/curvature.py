@@ -93,14 +93,12 @@ def _at_rest(derivatives: PathDerivatives, point: str, rows: IntArray, kappa: Fl
     kappa[rows[~(np.abs(a) > LIMITS.rest * size)]] = np.nan  # a point that does not move has no path
 
 
-def _make(mechanism: Mechanism, names: Sequence[str]) -> list[Measure]:
-    spec = f"{KIND.name}:{'/'.join(names)}"
-    naming.refuse_count(spec, names, (1,), f"{KIND.name}:{KIND.arguments}")
+def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> list[Measure]:
     naming.refuse_no_point(mechanism, spec, names[0])
     return [Curvature(mechanism, spec, names[0])]
 
 
 KIND = Kind(
     "curvature", "POINT", "radius (+ to the left of the motion, inf where straight), curvature and centre of a path",
-    _make,
+    (1,), _make,
 )  # fmt: skip

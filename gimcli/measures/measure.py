@@ -56,7 +56,8 @@ class Kind:
     name: str
     arguments: str  # as the user writes them
     text: str  # one line of help
-    make: Callable[[Mechanism, Sequence[str]], list[Measure]]
+    counts: tuple[int, ...]  # of names that it may have
+    make: Callable[[Mechanism, str, Sequence[str]], list[Measure]]  # from what was asked for and its names
 
 
 def unit_of(mechanism: Mechanism, text: str = "{}") -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -78,11 +78,7 @@ class Record:
         for measure in self.measures:
             columns = {}
             for head in measure.heads:
-                found = self.ranges[head.name]
-                columns[head.name] = {
-                    "unit": head.unit, "least": found.least, "greatest": found.greatest, "infinite": found.infinite,
-                    "empty": found.empty,
-                }  # fmt: skip
+                columns[head.name] = {"unit": head.unit, **asdict(self.ranges[head.name])}
             report[measure.spec] = {"columns": columns, **measure.whole(derivatives)}
         return report
 

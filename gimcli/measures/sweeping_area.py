@@ -17,6 +17,7 @@ from gimcli.measures.missing_rates import completed, quintic
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
 from gimcli.rates.path_derivatives import PathDerivatives
+from gimcli.structure.convex_hull import convex_hull
 
 
 @dataclass(frozen=True)
@@ -38,25 +39,8 @@ def corners_of(mechanism: Mechanism, index: int) -> list[str]:
     member = mechanism.members[index]
     places = {mechanism.nodes[n]: complex(z) for n, z in zip(member.nodes, member.shape, strict=True)}
     places |= {p.name: p.local for p in mechanism.points if p.member == index}
-    z = np.array(list(places.values()))
-    far = z[np.argmax(np.abs(z - z[0]))]
-    ends = np.array([z[np.argmax(np.abs(z - far))], far])
-    aside = ((z - ends[0]) / (ends[1] - ends[0])).imag
     names = list(places)
-    if np.ptp(aside) < FINENESS.thin:
-        return [names[int(np.argmin(np.abs(z - end)))] for end in ends]
-    ordered = sorted(range(len(z)), key=lambda k: (z[k].real, z[k].imag))
-    return [names[k] for k in _chain(z, ordered)[:-1] + _chain(z, ordered[::-1])[:-1]]
-
-
-def _chain(z: ComplexArray, ordered: Sequence[int]) -> list[int]:
-    """Return the lower half of a convex hull (A. M. Andrew, 1979)."""
-    chain: list[int] = []
-    for k in ordered:
-        while len(chain) > 1 and (np.conj(z[chain[-1]] - z[chain[-2]]) * (z[k] - z[chain[-2]])).imag <= 0.0:
-            chain.pop()
-        chain.append(k)
-    return chain
+    return [names[k] for k in convex_hull(np.array(list(places.values())), FINENESS.thin)]
 
 
 def swept_area(derivatives: PathDerivatives, corners: Sequence[str]) -> tuple[float, float]:

@@ -162,14 +162,12 @@ def joints_at(mechanism: Mechanism, node: int) -> list[TransmissionJoint]:
 # -- what the user asks for -----------------------------------------------------------------------------
 
 
-def _make(mechanism: Mechanism, names: Sequence[str]) -> list[Measure]:
-    spec = f"{KIND.name}:{'/'.join(names)}"
+def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> list[Measure]:
     if not names:
         found = output_joints(mechanism)
         if not found:
             raise UsageError(f"measure '{KIND.name}': no output joint was found; write {KIND.name}:NODE/JOINT/NODE")
         return [_measure(mechanism, joint) for joint in found]
-    naming.refuse_count(spec, names, (1, 2, 3), f"{KIND.name}:{KIND.arguments}")
     if len(names) == 1:
         return _at_node(mechanism, spec, naming.node(mechanism, spec, names[0]))
     if len(names) == 3:
@@ -218,5 +216,6 @@ KIND = Kind(
     "transmission",
     "JOINT, PART/PART or NODE/JOINT/NODE, or nothing for all output joints",
     "transmission angle (0 to 180 deg, best 90) of two members, a member and a sliding pair, or a ram and a member",
+    (0, 1, 2, 3),
     _make,
 )

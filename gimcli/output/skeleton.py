@@ -24,6 +24,7 @@ from gimcli.output.style import (
     TRACER,
     UPPER,
 )
+from gimcli.structure.convex_hull import convex_hull
 
 FLAT = 1e-3
 """Width over length below which an element is drawn as a beam."""
@@ -130,31 +131,7 @@ class Skeleton:
 
 def hull(z: ComplexArray) -> ComplexArray:
     """Return the convex hull counter-clockwise, or the two ends if the points are on a line."""
-    ends = _ends(z)
-    along = ends[1] - ends[0]
-    if len(z) < 3 or not along:
-        return ends
-    aside = ((z - ends[0]) / along).imag
-    if np.max(aside) - np.min(aside) < FLAT:
-        return ends
-    ordered = sorted(z.tolist(), key=lambda p: (p.real, p.imag))
-    return np.array(_chain(ordered)[:-1] + _chain(ordered[::-1])[:-1])
-
-
-def _ends(z: ComplexArray) -> ComplexArray:
-    """Return the two points farthest apart, seen from the first."""
-    far = z[np.argmax(np.abs(z - z[0]))]
-    return np.array([z[np.argmax(np.abs(z - far))], far])
-
-
-def _chain(ordered: list[complex]) -> list[complex]:
-    """Return the lower half of a hull (A. M. Andrew, 1979)."""
-    chain: list[complex] = []
-    for p in ordered:
-        while len(chain) > 1 and ((chain[-1] - chain[-2]).conjugate() * (p - chain[-2])).imag <= 0:
-            chain.pop()
-        chain.append(p)
-    return chain
+    return np.asarray(z[convex_hull(z, FLAT)])
 
 
 def draw_ghost(picture: Picture, skeleton: Skeleton, pose: int) -> None:
