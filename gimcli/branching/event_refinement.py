@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from gimcli.branching.singularities import interval, limits
-from gimcli.continuation.bifurcation import BifurcationConstants, crossing
+from gimcli.continuation.bifurcation import BRANCHING, crossing
 from gimcli.continuation.branches import first_circuit
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import GimError
@@ -71,7 +71,7 @@ def reach(motion: Motion) -> dict[str, list[float]]:
 def _change_point(curve: PositionCurve, time: float, z: ComplexArray, inputs: FloatArray) -> tuple[float, Meeting]:
     """Return time and place of a change point that was passed with nodes (nodes,) and inputs, all of them nearby."""
     q = curve.at_time(time) if curve.line is None else float(inputs[curve.line.main])
-    found = crossing(curve, curve.point(z, q), BifurcationConstants())
+    found = crossing(curve, curve.point(z, q))
     if found is None or not abs(found.p[-1] - q) <= NEAR:
         return time, (z, inputs)
     exact = float(found.p[-1])
@@ -81,8 +81,8 @@ def _change_point(curve: PositionCurve, time: float, z: ComplexArray, inputs: Fl
 def _time(curve: PositionCurve, near: float, q: float) -> float:
     """Return the time next to another at which the parameter has a value; the other one where none is."""
     time = near
-    for _ in range(BifurcationConstants().corrections):
-        if abs(q - curve.at_time(time)) <= BifurcationConstants().closeness:
+    for _ in range(BRANCHING.corrections):
+        if abs(q - curve.at_time(time)) <= BRANCHING.closeness:
             break  # a time that is right stays as it is
         rate = curve.rate_at(time)
         step = (q - curve.at_time(time)) / rate if rate else np.nan

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from gimcli.continuation.arclength import CurvePoint, correct
-from gimcli.continuation.circuit import Circuit, CircuitConstants, nearby
+from gimcli.continuation.circuit import CIRCUIT, Circuit, nearby
 from gimcli.continuation.hermite import hermite, hermite_slope
 from gimcli.mechanism import FloatArray
 from gimcli.motion.motion import Motion
@@ -22,10 +22,9 @@ def way(circuit: Circuit) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def along(circuit: Circuit, rows: int, constants: CircuitConstants | None = None) -> FloatArray:
+def along(circuit: Circuit, rows: int) -> FloatArray:
     """Return positions and parameter (n + 1, rows) at even distances, both ends among them."""
-    constants = constants or CircuitConstants()
-    return np.array([settled(circuit, k, part, constants) for k, part in sample_places(circuit, rows)]).T
+    return np.array([settled(circuit, k, part) for k, part in sample_places(circuit, rows)]).T
 
 
 def sample_places(circuit: Circuit, rows: int) -> Iterator[tuple[int, float]]:
@@ -49,22 +48,22 @@ def heading(circuit: Circuit, k: int, part: float) -> FloatArray:
     return between(here, there, part)[1]
 
 
-def settled(circuit: Circuit, k: int, part: float, constants: CircuitConstants) -> FloatArray:
+def settled(circuit: Circuit, k: int, part: float) -> FloatArray:
     """Return the position at a part (0..1) of the way from place k to the next."""
     here, there = circuit.places[k], circuit.places[k + 1]
     if part in (0.0, 1.0):
         return here.p if part == 0.0 else there.p
     guess, slope = between(here, there, part)
-    if beside(circuit, k, guess, constants):
+    if beside(circuit, k, guess):
         return guess
-    exact = correct(circuit.curve, guess, constants.steps, slope / np.linalg.norm(slope))
+    exact = correct(circuit.curve, guess, CIRCUIT.steps, slope / np.linalg.norm(slope))
     return guess if exact is None else exact
 
 
-def beside(circuit: Circuit, k: int, p: FloatArray, constants: CircuitConstants) -> bool:
+def beside(circuit: Circuit, k: int, p: FloatArray) -> bool:
     """Return whether p is so near to a crossing that the curve through the places is more exact than equations."""
     ends = [circuit.places[j].p for j in (k, k + 1) if j in circuit.crossings]
-    return any(float(np.linalg.norm(p - end)) <= constants.beside for end in ends)
+    return any(float(np.linalg.norm(p - end)) <= CIRCUIT.beside for end in ends)
 
 
 def between(here: CurvePoint, there: CurvePoint, part: float) -> tuple[FloatArray, FloatArray]:

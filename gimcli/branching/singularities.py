@@ -35,6 +35,9 @@ class Bounds:
     share: float = 0.05  # of the greatest entry of a null vector: what it is about
 
 
+BOUNDS = Bounds()
+
+
 @dataclass(frozen=True)
 class Singularity:
     """A position of a circuit that is singular, or in which something rests."""
@@ -50,21 +53,21 @@ class Singularity:
     loose: bool = False  # positions of more than one freedom meet the circuit there
 
 
-def singularities(circuit: Circuit, number: int = 0, bounds: Bounds | None = None) -> list[Singularity]:
+def singularities(circuit: Circuit, number: int = 0) -> list[Singularity]:
     """Return what is singular along a circuit, in its order."""
-    search = _SingularitySearch(circuit, number, bounds or Bounds())
+    search = _SingularitySearch(circuit, number)
     found = [*search.crossings(), *search.limits(), *search.dead_points(), *search.stationary()]
     return _in_order(found)
 
 
-def limits(circuit: Circuit, bounds: Bounds | None = None) -> list[Singularity]:
+def limits(circuit: Circuit) -> list[Singularity]:
     """Return the limits of the input alone."""
-    return _in_order(_SingularitySearch(circuit, 0, bounds or Bounds()).limits())
+    return _in_order(_SingularitySearch(circuit, 0).limits())
 
 
-def dead_points(circuit: Circuit, bounds: Bounds | None = None) -> list[Singularity]:
+def dead_points(circuit: Circuit) -> list[Singularity]:
     """Return where the input rests without turning back."""
-    return _in_order(_SingularitySearch(circuit, 0, bounds or Bounds()).dead_points())
+    return _in_order(_SingularitySearch(circuit, 0).dead_points())
 
 
 def _in_order(found: Iterable[Singularity]) -> list[Singularity]:
@@ -98,7 +101,7 @@ class BranchRates:
 def rates(curve: PositionCurve, p: FloatArray, v: FloatArray) -> BranchRates:
     """Return the rates along the tangent v (n + 1,) of a branch."""
     mechanism, turns = curve.mechanism, curve.turning(p, v)
-    driven = curve.travel(v, float(p[-1]))[curve.system.n :] * (abs(v[-1]) > Bounds().still)
+    driven = curve.travel(v, float(p[-1]))[curve.system.n :] * (abs(v[-1]) > BOUNDS.still)
     degree = float(np.degrees(1.0)) if mechanism.angle_unit == "deg" else 1.0
     inputs = {
         a.name: rate * (degree if a.rotary else mechanism.scale)
@@ -113,8 +116,8 @@ def rates(curve: PositionCurve, p: FloatArray, v: FloatArray) -> BranchRates:
 class _SingularitySearch:
     """What is found along one circuit."""
 
-    def __init__(self, circuit: Circuit, number: int, bounds: Bounds) -> None:
-        self.circuit, self.curve, self.number, self.bounds = circuit, circuit.curve, number, bounds
+    def __init__(self, circuit: Circuit, number: int) -> None:
+        self.circuit, self.curve, self.number = circuit, circuit.curve, number
         self.places = circuit.places
         steps = np.linalg.norm(np.diff(circuit.p, axis=1), axis=0)
         self.way = np.concatenate([[0.0], np.cumsum(steps)]) / max(float(steps.sum()), 1e-300)
@@ -126,9 +129,7 @@ class _SingularitySearch:
                 continue
             single = not met.loose and (len(met.tangents) == 1 or (met.touching and not met.tangents))
             here = self.places[index]
-            yield self._position(
-                TANGENCY if single else CHANGE, index, here, _involved(self.curve, met.left, self.bounds), met
-            )
+            yield self._position(TANGENCY if single else CHANGE, index, here, _involved(self.curve, met.left), met)
 
     def limits(self) -> Iterator[Singularity]:
         """Yield where the parameter turns back."""
@@ -139,17 +140,17 @@ class _SingularitySearch:
     def dead_points(self) -> Iterator[Singularity]:
         """Yield where the parameter rests without turning back, and once where it rests for good."""
         speed = np.abs([here.tangent[-1] for here in self.places])
-        if np.all(speed <= self.bounds.still):
+        if np.all(speed <= BOUNDS.still):
             yield self._position(DEAD, 0, self.places[0], self._held(self.places[0]))
             return
         inner = np.arange(1, len(speed) - 1)
         low = inner[(speed[inner] <= speed[inner - 1]) & (speed[inner] < speed[inner + 1])]
-        for k in low[speed[low] < self.bounds.slow].tolist():
+        for k in low[speed[low] < BOUNDS.slow].tolist():
             signs = np.sign([self.places[j].tangent[-1] for j in (k - 1, k + 1)])
             if signs[0] != signs[1] or k in self.circuit.crossings:
                 continue
             found = between(self.circuit, k - 1, k + 1, lambda at: float(bend(self.curve, at)[-1]))
-            if found is not None and abs(found.tangent[-1]) <= self.bounds.still:
+            if found is not None and abs(found.tangent[-1]) <= BOUNDS.still:
                 yield self._position(DEAD, k - 1, found, self._held(found))
 
     def stationary(self) -> Iterator[Singularity]:
@@ -172,7 +173,7 @@ class _SingularitySearch:
 
     def _held(self, here: CurvePoint) -> tuple[str, ...]:
         """Return the constraints whose forces hold each other while the input is held: they stop it."""
-        return _involved(self.curve, _null_left(here.jacobian[:, :-1], here.left.shape[1]), self.bounds)
+        return _involved(self.curve, _null_left(here.jacobian[:, :-1], here.left.shape[1]))
 
 
 def bend(curve: PositionCurve, here: CurvePoint) -> FloatArray:
@@ -215,8 +216,8 @@ def _null_left(table: FloatArray, rank: int) -> FloatArray:
     return np.asarray(left[:, rank - 1 : rank])
 
 
-def _involved(curve: PositionCurve, left: FloatArray, bounds: Bounds) -> tuple[str, ...]:
+def _involved(curve: PositionCurve, left: FloatArray) -> tuple[str, ...]:
     """Return the constraints that left null vectors (m, r) are about."""
     weight = np.linalg.norm(left, axis=1)
-    chosen = weight > bounds.share * float(weight.max(initial=1e-300))
+    chosen = weight > BOUNDS.share * float(weight.max(initial=1e-300))
     return tuple(dict.fromkeys(name for name, own in zip(curve.names, chosen, strict=True) if own))

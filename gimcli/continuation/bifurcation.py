@@ -10,7 +10,7 @@ and 8; Allgower & Georg 2003, section 8.3.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
@@ -45,6 +45,9 @@ class BifurcationConstants:
     apart: float = 1e-5  # rad: tangents that differ by less are one
 
 
+BRANCHING = BifurcationConstants()
+
+
 @dataclass(frozen=True)
 class Crossing:
     """A position at which the Jacobian of a curve loses rank."""
@@ -54,7 +57,6 @@ class Crossing:
     right: FloatArray  # (n + 1, k + 1) null space
     left: FloatArray  # (m, r)
     forms: FloatArray  # (., k + 1, k + 1) independent quadratic forms that are 0 along a branch
-    constants: BifurcationConstants = field(repr=False)
 
     @property
     def lost(self) -> int:
@@ -78,9 +80,9 @@ class Crossing:
 
     @cached_property
     def _branches(self) -> tuple[tuple[FloatArray, ...], bool, bool]:
-        if self.lost > self.constants.most:
+        if self.lost > BRANCHING.most:
             return (), False, False
-        found, touching, loose = _tangents(self.forms, self.constants)
+        found, touching, loose = _tangents(self.forms)
         return tuple(self.right @ a for a in found), touching, loose
 
     def near(self, v: FloatArray) -> FloatArray | None:
@@ -94,56 +96,54 @@ class Crossing:
         if self.lost == 1:
             found = max(self.tangents, key=lambda t: abs(float(t @ v)), default=None)
         else:
-            settled = _settled(self.forms, a / np.linalg.norm(a), self.constants)
-            found = (
-                self.right @ settled if settled is not None and _single(self.forms, settled, self.constants) else None
-            )
+            settled = _settled(self.forms, a / np.linalg.norm(a))
+            found = self.right @ settled if settled is not None and _single(self.forms, settled) else None
         return found if found is None or found @ v >= 0.0 else -found
 
 
-def crossing(curve: Bent, guess: FloatArray, constants: BifurcationConstants) -> Crossing | None:
+def crossing(curve: Bent, guess: FloatArray) -> Crossing | None:
     """Return the singular position next to a guess (n + 1,), or None."""
     n = len(guess) - 1
-    for lost in _losses(curve, guess, constants):
-        p = _refined(curve, guess, lost, constants)
+    for lost in _losses(curve, guess):
+        p = _refined(curve, guess, lost)
         if p is None:
             continue
         left, values, right = np.linalg.svd(curve.jacobian(p))
-        if int(np.sum(values[:n] <= constants.lost * values[0])) == lost:
+        if int(np.sum(values[:n] <= BRANCHING.lost * values[0])) == lost:
             null, normal = right[n - lost :].T, left[:, n - lost :]
             miss = float(np.linalg.norm(normal.T @ curve.residual(p)))
-            return Crossing(p, miss, null, normal, _independent(_forms(curve, p, null, normal), constants), constants)
+            return Crossing(p, miss, null, normal, _independent(_forms(curve, p, null, normal)))
     return None
 
 
-def _losses(curve: Bent, guess: FloatArray, constants: BifurcationConstants) -> list[int]:
+def _losses(curve: Bent, guess: FloatArray) -> list[int]:
     """Return the losses of rank that are tried: first that by the widest gap between singular values."""
     values = np.linalg.svd(curve.jacobian(guess), compute_uv=False)[: len(guess) - 1]
     gaps = values[:-1] / np.maximum(values[1:], np.finfo(float).eps * values[0])  # what rounding left of 0 is no gap
     likely = len(values) - 1 - int(np.argmax(gaps)) if len(gaps) else 1
-    return list(dict.fromkeys([likely, *range(1, min(constants.most, len(values)) + 1)]))
+    return list(dict.fromkeys([likely, *range(1, min(BRANCHING.most, len(values)) + 1)]))
 
 
-def _refined(curve: Bent, p: FloatArray, lost: int, constants: BifurcationConstants) -> FloatArray | None:
+def _refined(curve: Bent, p: FloatArray, lost: int) -> FloatArray | None:
     """Return the position that loses so much rank, by Newton's method."""
     n = len(p) - 1
     left, _, right = np.linalg.svd(curve.jacobian(p))
     b, c = left[:, n - lost :], right[n - lost :].T
     r, count, last = b.shape[1], 0, np.inf
     e = np.zeros(r)
-    for count in range(constants.corrections):
+    for count in range(BRANCHING.corrections):
         g, table = _augmented(curve, p, e, b, c)
         if not (np.all(np.isfinite(g)) and np.all(np.isfinite(table))):
             return None
-        step = np.linalg.lstsq(table, -g, rcond=constants.rank)[0]
+        step = np.linalg.lstsq(table, -g, rcond=BRANCHING.rank)[0]
         p, e = p + step[: n + 1], e + step[n + 1 :]
         size = float(np.linalg.norm(step))
-        if size <= constants.closeness or (size >= last and last <= constants.rounding):
+        if size <= BRANCHING.closeness or (size >= last and last <= BRANCHING.rounding):
             return p
         if size > 1.0 or (count > 8 and size > 0.9 * last):
             return None
         last = size
-    return p if last <= constants.lost else None
+    return p if last <= BRANCHING.lost else None
 
 
 def _augmented(
@@ -174,14 +174,14 @@ def _forms(curve: Bent, p: FloatArray, right: FloatArray, left: FloatArray) -> F
     return np.asarray(np.moveaxis(forms, 1, 0) / (scale or 1.0))
 
 
-def _independent(forms: FloatArray, constants: BifurcationConstants) -> FloatArray:
+def _independent(forms: FloatArray) -> FloatArray:
     """Return as many forms, of norm 1, as say something."""
     size = forms.shape[1]
     _, values, rows = np.linalg.svd(forms.reshape(len(forms), -1), full_matrices=False)
-    return np.asarray(rows[values > constants.none].reshape(-1, size, size))
+    return np.asarray(rows[values > BRANCHING.none].reshape(-1, size, size))
 
 
-def _tangents(forms: FloatArray, constants: BifurcationConstants) -> tuple[list[FloatArray], bool, bool]:
+def _tangents(forms: FloatArray) -> tuple[list[FloatArray], bool, bool]:
     """Return the single directions (k + 1,) in which all forms are 0, whether one is double, and if there are more.
 
     There is none where all forms vanish.
@@ -189,27 +189,27 @@ def _tangents(forms: FloatArray, constants: BifurcationConstants) -> tuple[list[
     if not len(forms):
         return [], True, False
     if forms.shape[1] == 2:
-        return (*_of_two(forms, constants), False)
-    found, loose = _of_many(forms, constants)
+        return (*_of_two(forms), False)
+    found, loose = _of_many(forms)
     return found, False, loose
 
 
-def _of_two(forms: FloatArray, constants: BifurcationConstants) -> tuple[list[FloatArray], bool]:
+def _of_two(forms: FloatArray) -> tuple[list[FloatArray], bool]:
     """Return the common directions of binary forms, and whether they are one double direction."""
     (a, b), (_, c) = forms[0]
     disc = float(b * b - a * c)
-    if disc < -constants.double:
+    if disc < -BRANCHING.double:
         return [], False
-    touching = disc <= constants.double
+    touching = disc <= BRANCHING.double
     root = 0.0 if touching else float(np.sqrt(disc))
     q = -(b + (root if b >= 0.0 else -root))  # of a x^2 + 2 b x y + c y^2, without cancelling
     pairs = [(q, a), (c, q)] if not touching else [(q, a) if abs(a) > abs(c) else (c, q)]
     found = [np.array(pair) / np.hypot(*pair) for pair in pairs if np.hypot(*pair) > 0.0]
-    bound = float(np.sqrt(constants.double)) if touching else constants.double
+    bound = float(np.sqrt(BRANCHING.double)) if touching else BRANCHING.double
     return [v for v in found if np.all(np.abs(_at(forms, v)) <= bound)], touching
 
 
-def _of_many(forms: FloatArray, constants: BifurcationConstants) -> tuple[list[FloatArray], bool]:
+def _of_many(forms: FloatArray) -> tuple[list[FloatArray], bool]:
     """Return the single common directions of forms in three or more variables, and whether there are others.
 
     Newton's method finds them from many starts; one at which the forms leave a direction free is not single.
@@ -218,33 +218,33 @@ def _of_many(forms: FloatArray, constants: BifurcationConstants) -> tuple[list[F
     rng = np.random.default_rng(0)
     found: list[FloatArray] = []
     loose = False
-    for start in rng.normal(size=(constants.starts * 2 ** (size - 2), size)):
-        v = _settled(forms, start / np.linalg.norm(start), constants)
+    for start in rng.normal(size=(BRANCHING.starts * 2 ** (size - 2), size)):
+        v = _settled(forms, start / np.linalg.norm(start))
         if v is None:
             continue
-        if not _single(forms, v, constants):
+        if not _single(forms, v):
             loose = True
-        elif all(np.arccos(min(1.0, abs(float(v @ other)))) > constants.apart for other in found):
+        elif all(np.arccos(min(1.0, abs(float(v @ other)))) > BRANCHING.apart for other in found):
             found.append(v)
     return sorted(found, key=lambda v: [round(part, 6) for part in v.tolist()]), loose
 
 
-def _single(forms: FloatArray, v: FloatArray, constants: BifurcationConstants) -> bool:
+def _single(forms: FloatArray, v: FloatArray) -> bool:
     """Return whether a common direction is not one of many."""
     size = forms.shape[1]
-    return bool(np.linalg.svd(forms @ v, compute_uv=False)[size - 2 : size - 1].sum() > constants.single)
+    return bool(np.linalg.svd(forms @ v, compute_uv=False)[size - 2 : size - 1].sum() > BRANCHING.single)
 
 
-def _settled(forms: FloatArray, v: FloatArray, constants: BifurcationConstants) -> FloatArray | None:
+def _settled(forms: FloatArray, v: FloatArray) -> FloatArray | None:
     """Return the common direction that Newton's method leads to."""
-    for _ in range(constants.corrections):
+    for _ in range(BRANCHING.corrections):
         value = np.append(_at(forms, v), v @ v - 1.0)
         step = np.linalg.lstsq(np.vstack([2.0 * forms @ v, 2.0 * v]), -value, rcond=None)[0]
         v = v + step
-        if np.linalg.norm(step) <= constants.closeness:
+        if np.linalg.norm(step) <= BRANCHING.closeness:
             break
     norm = float(np.linalg.norm(v))
-    good = norm > 0.0 and np.linalg.norm(_at(forms, v)) <= constants.rounding * norm**2
+    good = norm > 0.0 and np.linalg.norm(_at(forms, v)) <= BRANCHING.rounding * norm**2
     return v / norm if good else None
 
 

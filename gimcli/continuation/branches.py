@@ -14,9 +14,9 @@ import numpy as np
 from gimcli.continuation.arclength import CurvePoint, place
 from gimcli.continuation.bifurcation import Crossing
 from gimcli.continuation.circuit import (
+    CIRCUIT,
     RESTS,
     Circuit,
-    CircuitConstants,
     follow_circuit,
     landed,
     near,
@@ -95,14 +95,13 @@ def departure(curve: PositionCurve, z: ComplexArray, q: float, along: FloatArray
     did, else that on which an input moves the members least; at a limit that on which the first member to turn does so
     counter-clockwise.
     """
-    constants = CircuitConstants()
-    here, met = start_place(curve, z, q, constants)
+    here, met = start_place(curve, z, q)
     if met is not None:
         aside = here.p - met.p
         if along is None and abs(aside[-1]) > BEYOND * max(1.0, abs(q)):
             along = aside  # it stands beside the meeting, on one of the branches
         return Departure(curve, here, _first(curve, met, along), met)
-    if here.regular <= constants.singular:
+    if here.regular <= CIRCUIT.singular:
         return Departure(curve, here, None)
     first = sensible(curve, here.p, here.tangent)
     if abs(first[-1]) > RESTS:
@@ -128,15 +127,15 @@ def first_circuit(curve: PositionCurve, z: ComplexArray, q: float, along: FloatA
 
     `along`: the direction (n + 1,) of a motion that came there. Raises UnassembledError where the start cannot be left.
     """
-    constants, start = CircuitConstants(), departure(curve, z, q, along)
+    start = departure(curve, z, q, along)
     for k in range(MOST):
         way = start.first if k == 0 else dict(enumerate(start.ways)).get(k)
         if way is None:
             break
         if start.met is None:
-            found: Circuit | None = follow_circuit(curve, place(curve, start.place.p, way), constants)
+            found: Circuit | None = follow_circuit(curve, place(curve, start.place.p, way))
         else:
-            found = _from(curve, start.met, way, constants)
+            found = _from(curve, start.met, way)
         if found is not None and fulfilled(found):
             return found
     raise UnassembledError(f"{curve.mechanism.name}: {Status.SINGULAR.text}")
@@ -151,7 +150,6 @@ def fulfilled(circuit: Circuit) -> bool:
 
 def all_circuits(
     first: Circuit,
-    constants: CircuitConstants | None = None,
     progress: Callable[[int, int], None] | None = None,
     most: int = MOST,
 ) -> Branches:
@@ -159,7 +157,6 @@ def all_circuits(
 
     `progress` hears of circuits followed, and of these and the branches left.
     """
-    constants = constants or CircuitConstants()
     circuits, knots = [first], list[BranchPoint]()
     _note(first, 0, knots)
     complete = True
@@ -173,7 +170,7 @@ def all_circuits(
             if len(circuits) == most:
                 complete = False
                 break
-            found = _from(first.curve, knot.met, tangent, constants)
+            found = _from(first.curve, knot.met, tangent)
             if found is None:
                 continue
             if not fulfilled(found):
@@ -199,12 +196,12 @@ def _note(circuit: Circuit, number: int, knots: list[BranchPoint]) -> None:
         knots[int(np.argmin(apart))].take(circuit.places[index].tangent, number)
 
 
-def leaving(curve: PositionCurve, met: Crossing, ahead: FloatArray, constants: CircuitConstants) -> Circuit | None:
+def leaving(curve: PositionCurve, met: Crossing, ahead: FloatArray) -> Circuit | None:
     """Return the circuit that leaves a crossing along a tangent and is followed from there; None where none does."""
-    start = landed(curve, met, ahead, constants)
+    start = landed(curve, met, ahead)
     if start is None:
         return None
-    circuit = follow_circuit(curve, start, constants)
+    circuit = follow_circuit(curve, start)
     same = [k for k, own in circuit.crossings.items() if np.linalg.norm(own.p[:-1] - met.p[:-1]) <= SAME]
     before = [k for k in same if k < circuit.start]
     if circuit.closed and same:
@@ -212,8 +209,8 @@ def leaving(curve: PositionCurve, met: Crossing, ahead: FloatArray, constants: C
     return replace(circuit, start=max(before)) if before else circuit
 
 
-def _from(curve: PositionCurve, met: Crossing, tangent: FloatArray, constants: CircuitConstants) -> Circuit | None:
+def _from(curve: PositionCurve, met: Crossing, tangent: FloatArray) -> Circuit | None:
     """Return the circuit that leaves a crossing along a tangent, in the sense of the laws where it has one."""
-    sense = -1.0 if tangent[-1] * curve.forward() < -constants.singular else 1.0
-    ahead = leaving(curve, met, sense * tangent, constants)
-    return ahead if ahead is not None else leaving(curve, met, -sense * tangent, constants)
+    sense = -1.0 if tangent[-1] * curve.forward() < -CIRCUIT.singular else 1.0
+    ahead = leaving(curve, met, sense * tangent)
+    return ahead if ahead is not None else leaving(curve, met, -sense * tangent)

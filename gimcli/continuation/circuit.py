@@ -16,9 +16,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.continuation import arclength
-from gimcli.continuation.arclength import CurvePoint, advance, correct, grown, pinned, place
-from gimcli.continuation.bifurcation import BifurcationConstants, Crossing, crossing
+from gimcli.continuation.arclength import ArclengthConstants, CurvePoint, advance, correct, grown, pinned, place
+from gimcli.continuation.bifurcation import Crossing, crossing
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.gap_interpolation import lagrange
 from gimcli.errors import StructureError
@@ -32,10 +31,7 @@ RESTS = 1e-6
 class CircuitConstants:
     """Constants of following a circuit; lengths are those of positions and inputs together."""
 
-    steps: arclength.ArclengthConstants = field(
-        default_factory=lambda: arclength.ArclengthConstants(longest=0.1, shortest=1e-10, rounding=1e-8, noise=1e-8)
-    )
-    meeting: BifurcationConstants = field(default_factory=BifurcationConstants)
+    steps: ArclengthConstants = ArclengthConstants(longest=0.1, shortest=1e-10, rounding=1e-8, noise=1e-8)
     exact: float = 2e-14  # miss below which branches meet: some roundings of the equations
     ahead: float = 2.0  # steps within which a rank that falls is looked for
     near: float = 0.25  # of the distance to a missed meeting: longest step
@@ -51,6 +47,9 @@ class CircuitConstants:
     infinity: float = 1e6  # coordinate at which a curve that runs away has shown where to
     towards: int = 6  # places from which the parameter at infinity is extrapolated
     settled: float = 1e-10  # change of it with one place less, over its size
+
+
+CIRCUIT = CircuitConstants()
 
 
 class Ended:
@@ -116,12 +115,10 @@ def nearby(circuit: Circuit) -> tuple[int, int]:
 
 def near(circuit: Circuit) -> NDArray[np.bool_]:
     """Return which places (places,) are not far outside the mechanism's size."""
-    return np.asarray(np.max(np.abs(circuit.p[:-1]), axis=0, initial=0.0) <= CircuitConstants().outside)
+    return np.asarray(np.max(np.abs(circuit.p[:-1]), axis=0, initial=0.0) <= CIRCUIT.outside)
 
 
-def start_place(
-    curve: PositionCurve, z: ComplexArray, q: float, constants: CircuitConstants
-) -> tuple[CurvePoint, Crossing | None]:
+def start_place(curve: PositionCurve, z: ComplexArray, q: float) -> tuple[CurvePoint, Crossing | None]:
     """Return the place of positions z (nodes,) at a parameter, and the singular position if it is one.
 
     Raises StructureError where more than one freedom is left.
@@ -130,10 +127,10 @@ def start_place(
     if curve.system.m < curve.system.n:
         raise StructureError(f"{curve.mechanism.name} is not driven by its actuators alone: see `gim mobility`")
     here = place(curve, curve.point(z, q), along)
-    if here.regular > constants.singular:
-        settled = correct(curve, here.p, constants.steps, along)  # at the very input, where that can be
+    if here.regular > CIRCUIT.singular:
+        settled = correct(curve, here.p, CIRCUIT.steps, along)  # at the very input, where that can be
         return (here if settled is None else place(curve, settled, along)), None
-    return here, crossing(curve, here.p, constants.meeting)
+    return here, crossing(curve, here.p)
 
 
 def ordered(curve: PositionCurve, met: Crossing) -> tuple[FloatArray, ...]:
@@ -162,12 +159,12 @@ def sensible(curve: PositionCurve, p: FloatArray, tangent: FloatArray) -> FloatA
 class CircuitWalker:
     """Follows a curve place by place."""
 
-    def __init__(self, curve: PositionCurve, start: CurvePoint, constants: CircuitConstants) -> None:
-        self.curve, self.constants = curve, constants
+    def __init__(self, curve: PositionCurve, start: CurvePoint) -> None:
+        self.curve = curve
         self.places, self.crossings = [start], dict[int, Crossing]()
         self.missed: list[FloatArray] = []
         self.waiting: Crossing | None = None  # to be passed when the path through it is known from nearer by
-        self.step, self.length = constants.steps.first, 0.0
+        self.step, self.length = CIRCUIT.steps.first, 0.0
         self.infinite: float | None = None  # parameter at infinity
 
     def run(self, closes: bool = True) -> str:
@@ -175,13 +172,13 @@ class CircuitWalker:
         while True:
             before = len(self.places)
             if not self.go():
-                return Ended.LONG if _reach(self.places[-1]) > self.constants.outside else Ended.LOST
+                return Ended.LONG if _reach(self.places[-1]) > CIRCUIT.outside else Ended.LOST
             for index in range(before, len(self.places)):
                 if closes and index > 1 and self._comes_home(index):
                     return Ended.CLOSED
                 if self._leaves(index):
                     return Ended.LAW if self.curve.domain.ends else Ended.LONG
-            if _reach(self.places[-1]) > self.constants.outside:
+            if _reach(self.places[-1]) > CIRCUIT.outside:
                 if self.escaped:
                     self.infinite = self.at_infinity()
                     return Ended.LONG if self.infinite is None else Ended.INFINITE
@@ -189,28 +186,28 @@ class CircuitWalker:
             self.length += sum(
                 float(np.linalg.norm(self.places[k].p - self.places[k - 1].p)) for k in range(before, len(self.places))
             )
-            if self.length > self.constants.longest:
+            if self.length > CIRCUIT.longest:
                 return Ended.LONG
 
     @property
     def escaped(self) -> bool:
         """Return whether the curve has run so far that it runs to infinity."""
-        return _reach(self.places[-1]) > self.constants.infinity
+        return _reach(self.places[-1]) > CIRCUIT.infinity
 
     def at_infinity(self) -> float | None:
         """Return the parameter that a curve approaches as it runs to infinity; infinite if it runs there too."""
-        last = self.places[-self.constants.towards :]
+        last = self.places[-CIRCUIT.towards :]
         q, w = [float(at.p[-1]) for at in last], [1.0 / _reach(at) for at in last]
-        if abs(q[-1]) * w[-1] > 1.0 / self.constants.outside:
+        if abs(q[-1]) * w[-1] > 1.0 / CIRCUIT.outside:
             return math.copysign(math.inf, q[-1])
         one, other = (sum(a * b for a, b in zip(lagrange(w[k:], 0.0), q[k:], strict=True)) for k in (0, 1))
-        return one if abs(one - other) <= self.constants.settled * max(1.0, abs(one)) else None
+        return one if abs(one - other) <= CIRCUIT.settled * max(1.0, abs(one)) else None
 
     def go(self) -> bool:
         """Add the next place, or a singular position with the places before and after it."""
-        here, steps = self.places[-1], self.constants.steps
+        here, steps = self.places[-1], CIRCUIT.steps
         met = self.waiting
-        if met is not None and np.linalg.norm(met.p - here.p) <= self.constants.approach * self.constants.landing:
+        if met is not None and np.linalg.norm(met.p - here.p) <= CIRCUIT.approach * CIRCUIT.landing:
             self.waiting = None
             if self._pass(here, met):
                 return True
@@ -234,12 +231,12 @@ class CircuitWalker:
     def _longest(self, here: CurvePoint) -> float:
         """Return the longest step: far outside, where a curve runs to infinity, it grows with the distance."""
         far = _reach(here)
-        return self.constants.stride * far if far > self.constants.outside else self.constants.steps.longest
+        return CIRCUIT.stride * far if far > CIRCUIT.outside else CIRCUIT.steps.longest
 
     def _room(self, here: CurvePoint) -> float:
         """Return the longest step that cannot jump over a missed meeting."""
         gaps = [float(np.linalg.norm(self.curve.apart(here.p, p))) for p in self.missed]
-        return max(self.constants.near * min(gaps, default=math.inf), 2.0 * self.constants.steps.shortest)
+        return max(CIRCUIT.near * min(gaps, default=math.inf), 2.0 * CIRCUIT.steps.shortest)
 
     def _meets(self, here: CurvePoint, there: CurvePoint) -> str:
         """Return whether a step goes well, jumps over a missed meeting, or has passed a meeting (places are added)."""
@@ -249,46 +246,46 @@ class CircuitWalker:
             guess, found = here.p + way * (a / (a - b)), "jumps"
         else:
             fall = (here.values[-1] - there.values[-1]) / max(float(np.linalg.norm(way)), 1e-300)
-            if not fall * self.constants.ahead * self.step > there.values[-1]:
+            if not fall * CIRCUIT.ahead * self.step > there.values[-1]:
                 return "well"
             guess, found = there.p + there.tangent * (there.values[-1] / fall), "well"
-        met = crossing(self.curve, guess, self.constants.meeting)
-        if met is None or np.linalg.norm(met.p - here.p) > 4.0 * self.constants.ahead * self.step:
+        met = crossing(self.curve, guess)
+        if met is None or np.linalg.norm(met.p - here.p) > 4.0 * CIRCUIT.ahead * self.step:
             return found
         gap = float(np.linalg.norm(met.p - here.p))
-        if met.miss <= self.constants.exact:
+        if met.miss <= CIRCUIT.exact:
             if self._pass(here, met):
                 return "passed"
             self.waiting = met
         if not any(np.linalg.norm(self.curve.apart(met.p, p)) <= 0.1 * gap for p in self.missed):
             self.missed.append(met.p)
-        return "well" if found == "well" and self.step <= self.constants.near * gap else "jumps"
+        return "well" if found == "well" and self.step <= CIRCUIT.near * gap else "jumps"
 
     def _pass(self, here: CurvePoint, met: Crossing) -> bool:
         """Go straight through a singular position; return whether it is on the way."""
         way = met.p - here.p
         gap = float(np.linalg.norm(way))
-        along = way / gap if gap > self.constants.shortest_landing else here.tangent
+        along = way / gap if gap > CIRCUIT.shortest_landing else here.tangent
         if here.tangent @ along < 0.5:
             return False
-        ahead = _straight_on(met, along, self.constants)
+        ahead = _straight_on(met, along)
         if ahead is None:  # not determined by the second order, but by the path from the last place, nearer by
-            if gap > self.constants.approach * self.constants.landing:
+            if gap > CIRCUIT.approach * CIRCUIT.landing:
                 return False
-            ahead = _through(self.curve, met, along, self.constants)
+            ahead = _through(self.curve, met, along)
         middle = at_crossing(self.curve, met, ahead)
-        after = landed(self.curve, met, ahead, self.constants)
+        after = landed(self.curve, met, ahead)
         if after is None:
             return False
         size = float(np.linalg.norm(after.p - met.p))
         if gap > 2.0 * size:
-            before = landed(self.curve, met, -ahead, self.constants)
+            before = landed(self.curve, met, -ahead)
             if before is None:
                 return False
             self.places.append(place(self.curve, before.p, ahead))
         self.crossings[len(self.places)] = met
         self.places += [middle, after]
-        self.missed = [p for p in self.missed if np.linalg.norm(self.curve.apart(met.p, p)) > self.constants.landing]
+        self.missed = [p for p in self.missed if np.linalg.norm(self.curve.apart(met.p, p)) > CIRCUIT.landing]
         self.waiting, self.step = None, size
         return True
 
@@ -303,13 +300,13 @@ class CircuitWalker:
             return float(curve.apart(at.p, home.p) @ normal)
 
         step = float(np.linalg.norm(there.p - here.p))
-        at_home = -self.constants.home
+        at_home = -CIRCUIT.home
         if not (over(here) < at_home <= over(there) and np.linalg.norm(curve.apart(there.p, home.p)) < 3.0 * step):
             return False
         if there.tangent @ home.tangent < 0.5:
             return False
-        found = pinned(curve, here, 1.5 * step, over, self.constants.steps)
-        if found is None or not np.linalg.norm(curve.apart(found[1].p, home.p)) <= self.constants.home:
+        found = pinned(curve, here, 1.5 * step, over, CIRCUIT.steps)
+        if found is None or not np.linalg.norm(curve.apart(found[1].p, home.p)) <= CIRCUIT.home:
             return False
         del self.places[index:]
         for k in [k for k in self.crossings if k >= index]:
@@ -324,7 +321,7 @@ class CircuitWalker:
             return False
         end, here = min(max(q, domain.low), domain.high), self.places[index - 1]
         step = float(np.linalg.norm(self.places[index].p - here.p))
-        found = pinned(self.curve, here, 1.5 * step, lambda at: float(at.p[-1]) - end, self.constants.steps)
+        found = pinned(self.curve, here, 1.5 * step, lambda at: float(at.p[-1]) - end, CIRCUIT.steps)
         del self.places[index:]
         if found is not None:
             self.places.append(found[1])
@@ -336,16 +333,16 @@ def _reach(here: CurvePoint) -> float:
     return float(np.max(np.abs(here.p[:-1]), initial=0.0))
 
 
-def _straight_on(met: Crossing, along: FloatArray, constants: CircuitConstants) -> FloatArray | None:
+def _straight_on(met: Crossing, along: FloatArray) -> FloatArray | None:
     """Return the branch tangent next to a direction, in its sense; None where none is near."""
     ahead = met.near(along)
-    return ahead if ahead is not None and ahead @ along >= math.cos(2.0 * constants.steps.bend) else None
+    return ahead if ahead is not None and ahead @ along >= math.cos(2.0 * CIRCUIT.steps.bend) else None
 
 
-def _through(curve: PositionCurve, met: Crossing, along: FloatArray, constants: CircuitConstants) -> FloatArray:
+def _through(curve: PositionCurve, met: Crossing, along: FloatArray) -> FloatArray:
     """Return the tangent at a singular position of the branch next to a direction, from its places on both sides."""
     ahead = _flattened(met, along)
-    one, other = landed(curve, met, ahead, constants), landed(curve, met, -ahead, constants)
+    one, other = landed(curve, met, ahead), landed(curve, met, -ahead)
     if one is None or other is None:
         return ahead
     span = float((one.p - other.p) @ ahead)  # the slope of the cubic through both in its middle
@@ -364,28 +361,28 @@ def at_crossing(curve: PositionCurve, met: Crossing, ahead: FloatArray) -> Curve
     return CurvePoint(met.p, ahead, found.jacobian, found.values, found.left)
 
 
-def landed(curve: PositionCurve, met: Crossing, ahead: FloatArray, constants: CircuitConstants) -> CurvePoint | None:
+def landed(curve: PositionCurve, met: Crossing, ahead: FloatArray) -> CurvePoint | None:
     """Return a place next to a singular position on the branch along a tangent; None where none is."""
-    size = constants.landing
-    while size >= constants.shortest_landing:
+    size = CIRCUIT.landing
+    while size >= CIRCUIT.shortest_landing:
         target = met.p + size * ahead
-        found = correct(curve, target, constants.steps, ahead)
-        if found is not None and np.linalg.norm(found - target) <= constants.steps.pull * size:
+        found = correct(curve, target, CIRCUIT.steps, ahead)
+        if found is not None and np.linalg.norm(found - target) <= CIRCUIT.steps.pull * size:
             there = place(curve, found, ahead)
-            if there.tangent @ ahead >= math.cos(constants.steps.bend):
+            if there.tangent @ ahead >= math.cos(CIRCUIT.steps.bend):
                 return there
         size *= 0.25
     return None
 
 
-def follow_circuit(curve: PositionCurve, start: CurvePoint, constants: CircuitConstants) -> Circuit:
+def follow_circuit(curve: PositionCurve, start: CurvePoint) -> Circuit:
     """Follow the circuit through a place, in the sense of its tangent; where it is not closed, to both ends."""
-    walker = CircuitWalker(curve, start, constants)
+    walker = CircuitWalker(curve, start)
     ended = walker.run()
     places, crossings = walker.places, walker.crossings
     if ended == Ended.CLOSED:
         return Circuit(curve, tuple(places), crossings, ended, _turns(curve, places))
-    back = CircuitWalker(curve, place(curve, start.p, -start.tangent), constants)
+    back = CircuitWalker(curve, place(curve, start.p, -start.tangent))
     other = back.run(closes=False)
     if ended != Ended.INFINITE == other:
         ended = other

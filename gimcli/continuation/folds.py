@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from gimcli.continuation.arclength import CurvePoint, correct, pinned, place
-from gimcli.continuation.circuit import Circuit, CircuitConstants
+from gimcli.continuation.circuit import CIRCUIT, Circuit
 from gimcli.continuation.curve import PositionCurve
 
 Rate = Callable[[CurvePoint], float]
@@ -47,11 +47,11 @@ def roots(circuit: Circuit, rate: Rate) -> Iterator[Root]:
 
 def between(circuit: Circuit, i: int, j: int, rate: Rate) -> CurvePoint | None:
     """Return where a rate is 0 between two places."""
-    here, constants = circuit.places[i], CircuitConstants().steps
+    here = circuit.places[i]
     step = float((circuit.places[j].p - here.p) @ here.tangent)
-    found = pinned(circuit.curve, here, step, rate, constants)
+    found = pinned(circuit.curve, here, step, rate, CIRCUIT.steps)
     if found is None:  # the plane through the other place cuts the curve beside it
-        found = pinned(circuit.curve, here, 1.5 * step, rate, constants)
+        found = pinned(circuit.curve, here, 1.5 * step, rate, CIRCUIT.steps)
     return None if found is None else found[1]
 
 
@@ -62,14 +62,13 @@ def folds(circuit: Circuit) -> list[Root]:
 
 def fold_beside(curve: PositionCurve, here: CurvePoint, reach: float) -> CurvePoint | None:
     """Return the limit of the parameter within a distance of a place, on either side; None where there is none."""
-    constants = CircuitConstants().steps
 
     def rate(at: CurvePoint) -> float:
         return float(at.tangent[-1])
 
-    behind = correct(curve, here.p - reach * here.tangent, constants, here.tangent)
+    behind = correct(curve, here.p - reach * here.tangent, CIRCUIT.steps, here.tangent)
     if behind is None:
         return None
     back = place(curve, behind, here.tangent)
-    found = pinned(curve, back, 2.0 * reach, rate, constants)
+    found = pinned(curve, back, 2.0 * reach, rate, CIRCUIT.steps)
     return None if found is None else found[1]

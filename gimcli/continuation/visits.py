@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,25 +16,21 @@ SETTLING = gauss_newton.GaussNewtonConstants(iterations=8)
 """A cubic between two places is at most some 1e-5 beside the circuit."""
 
 
-@dataclass(frozen=True)
-class VisitConstants:
-    """Constants of the comparison."""
-
-    same: float = 1e-7  # distance within which a position lies on a circuit
-    near: float = 0.5  # part of a step of the circuit within which that is worth asking
+SAME, NEAR = 1e-7, 0.5
+"""Distance within which a position lies on a circuit; part of a step of it within which that is worth asking."""
 
 
 class Visits:
     """The places of a circuit as arrays. `turning`: its parameter is an angle that may turn fully."""
 
-    def __init__(self, circuit: Circuit, turning: bool, constants: VisitConstants | None = None) -> None:
-        self.curve, self.constants = circuit.curve, constants or VisitConstants()
+    def __init__(self, circuit: Circuit, turning: bool) -> None:
+        self.curve = circuit.curve
         self.p = circuit.p.T
         self.tangent = np.array([here.tangent for here in circuit.places])
         self.step = np.linalg.norm(np.diff(self.p, axis=0), axis=1)
         self.marks = np.concatenate([[0.0], np.cumsum(self.step)])
         around = abs(float(self.p[-1, -1] - self.p[0, -1]))
-        closes = circuit.closed and around > self.constants.same
+        closes = circuit.closed and around > SAME
         self.period = 2.0 * math.pi if turning else around if closes else math.inf
 
     def ways(self, x: FloatArray, q: float) -> FloatArray:
@@ -57,7 +52,7 @@ class Visits:
     def _near(self, guess: FloatArray, x: FloatArray, step: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Return how far guesses (steps, n) are from positions (rows, n), and whether that may be one place."""
         apart = np.linalg.norm(guess[:, None] - x, axis=2)
-        return apart, apart <= (self.constants.near * step + self.constants.same)[:, None]
+        return apart, apart <= (NEAR * step + SAME)[:, None]
 
     def _meets(self, k: IntArray, part: FloatArray, x: FloatArray, q: float) -> NDArray[np.bool_]:
         """Return whether the circuit, settled at the parameter on some steps, is at positions (rows, n)."""
@@ -65,7 +60,7 @@ class Visits:
         form = self.curve.system.quadric(self.curve.inputs(q))
         exact, good = gauss_newton.settle(lambda at, _: (form.value(at), form.slope(at)), guess, SETTLING)
         corrected = np.where(good[:, None], exact, guess)
-        room = np.where(good, self.constants.same, self.constants.near * self.step[k])
+        room = np.where(good, SAME, NEAR * self.step[k])
         return np.asarray(np.linalg.norm(corrected[:, None] - x, axis=2) <= room[:, None])
 
     def _passing(self, q: float) -> IntArray:

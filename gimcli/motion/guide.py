@@ -16,7 +16,7 @@ from gimcli.continuation.arc import NODES, ArcPassage, SingularArc, make_arc
 from gimcli.continuation.arclength import place
 from gimcli.continuation.bifurcation import crossing
 from gimcli.continuation.branches import Departure, departure
-from gimcli.continuation.circuit import RESTS, Circuit, CircuitConstants, CircuitWalker, Ended
+from gimcli.continuation.circuit import CIRCUIT, RESTS, Circuit, CircuitWalker, Ended
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.folds import between, fold_beside
 from gimcli.continuation.gap_interpolation import Gap, Row
@@ -66,7 +66,7 @@ class Guide:
         start = next((row for row in reversed(rows) if row.time <= last - ASTERN * turn), rows[0])
         way = np.append(np.zeros(curve.system.n), sense)
         p = curve.point(start.x + 1j * start.y, sense * start.time * curve.span)
-        walker = CircuitWalker(curve, place(curve, p, way), CircuitConstants())
+        walker = CircuitWalker(curve, place(curve, p, way))
         for _ in range(MOST):
             known = len(walker.places)
             if not walker.go():
@@ -118,7 +118,7 @@ class Guide:
         """Return the way in at the other limit of the arc that a limit ends; None where it has no other."""
         arc, curve = passage.arc, passage.arc.curve
         outer = arc.p[:, -1 if passage.side > 0.0 else 0]
-        walker = CircuitWalker(curve, place(curve, outer, outer - arc.p[:, NODES]), CircuitConstants())
+        walker = CircuitWalker(curve, place(curve, outer, outer - arc.p[:, NODES]))
         for k in range(1, MOST):
             if len(walker.places) <= k and not walker.go():
                 return None
@@ -130,9 +130,9 @@ class Guide:
 
     def _beside(self, curve: PositionCurve, start: Departure, sense: float) -> ArcPassage | None:
         """Return the way through a meeting of branches beside a regular place, on the branch that it is on."""
-        constants, here = CircuitConstants(), start.place.p
-        met = crossing(curve, here, constants.meeting)
-        if met is None or met.miss > constants.exact or not 0.0 < np.linalg.norm(met.p - here) <= ABOUT:
+        here = start.place.p
+        met = crossing(curve, here)
+        if met is None or met.miss > CIRCUIT.exact or not 0.0 < np.linalg.norm(met.p - here) <= ABOUT:
             return None
         way = met.near(here - met.p)
         arc = None if way is None else make_arc(curve, met.p, way, met)
@@ -173,9 +173,7 @@ class Guide:
         curve, row = self.curve, gap.at(gap.centre)
         if curve is None:
             return gap.centre
-        found = crossing(
-            curve, curve.point(row.x + 1j * row.y, sense * gap.centre * curve.span), CircuitConstants().meeting
-        )
+        found = crossing(curve, curve.point(row.x + 1j * row.y, sense * gap.centre * curve.span))
         return gap.centre if found is None else sense * float(found.p[-1]) / curve.span
 
     def assembled(self, p: FloatArray, at: float) -> Row | None:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.continuation.arclength import correct, place
-from gimcli.continuation.circuit import CircuitConstants
+from gimcli.continuation.circuit import CIRCUIT
 from gimcli.continuation.curve import PositionCurve
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray
 from gimcli.motion.motion import Motion
@@ -80,9 +80,7 @@ class ArclengthDerivatives(PathDerivatives):
         found = np.full((3, *series.shape[1:]), np.nan)
         for k, near in enumerate(np.moveaxis(series, 2, 0)):
             guess = np.asarray(sum(near[i] * step**i / math.factorial(i) for i in range(4)))
-            exact = (
-                correct(self.curve, guess, CircuitConstants().steps, near[1]) if np.all(np.isfinite(guess)) else None
-            )
+            exact = correct(self.curve, guess, CIRCUIT.steps, near[1]) if np.all(np.isfinite(guess)) else None
             if exact is not None:
                 found[:, :, k] = _derivatives(self.curve, exact, near[1])[:3]
         return self._rates(found, self.curve.nodes(found[0]))
@@ -130,7 +128,7 @@ def _derivatives(curve: PositionCurve, p: FloatArray, heading: FloatArray) -> Fl
     if not (np.all(np.isfinite(p)) and np.all(np.isfinite(heading))):
         return found
     here = place(curve, p, heading)
-    if here.regular <= CircuitConstants().singular:
+    if here.regular <= CIRCUIT.singular:
         found[1] = heading / np.linalg.norm(heading)
         return found
     t = here.tangent

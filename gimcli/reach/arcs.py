@@ -185,16 +185,19 @@ class Meeting:
     least: float = 1e-7  # path that is a point
 
 
-def footpoints(arc: PathArc, z: FloatArray, meeting: Meeting) -> list[Cut | None]:
+MEETING = Meeting()
+
+
+def footpoints(arc: PathArc, z: FloatArray) -> list[Cut | None]:
     """Return where a path passes places (rows, 2), nearer than `same`."""
     low, high = arc.boxes
-    near = np.all((low <= z[:, None] + meeting.same) & (high >= z[:, None] - meeting.same), axis=2)
+    near = np.all((low <= z[:, None] + MEETING.same) & (high >= z[:, None] - MEETING.same), axis=2)
     found: list[Cut | None] = [None] * len(z)
     row, piece = np.nonzero(near)
     if len(row):
-        gap, t = _feet(arc.hull[piece], z[row], meeting)
+        gap, t = _feet(arc.hull[piece], z[row])
         for k in np.argsort(gap, kind="stable")[::-1]:  # the nearest comes last
-            if gap[k] < meeting.same:
+            if gap[k] < MEETING.same:
                 found[row[k]] = int(piece[k]), float(t[k])
     return found
 
@@ -210,12 +213,12 @@ class Crowd:
         self.closed = np.array([arc.closed for arc in arcs])
         self.low, self.high = self.hull.min(axis=1), self.hull.max(axis=1)
 
-    def room(self, z: FloatArray, but: IntArray, most: float, meeting: Meeting) -> FloatArray:
+    def room(self, z: FloatArray, but: IntArray, most: float) -> FloatArray:
         """Return the distances of places (rows, 2) from the nearest path but one, `most` where none is nearer."""
         pairs = [self._near(place, own, most) for place, own in zip(z, but.tolist(), strict=True)]
         row, near = np.repeat(np.arange(len(z)), [len(found) for found in pairs]), np.concatenate(pairs)
         room = np.full(len(z), most)
-        np.minimum.at(room, row, _feet(self.hull[near], z[row], meeting)[0])
+        np.minimum.at(room, row, _feet(self.hull[near], z[row])[0])
         return room
 
     def _near(self, z: FloatArray, but: int, most: float) -> IntArray:
@@ -223,12 +226,12 @@ class Crowd:
         close = np.flatnonzero(np.all((self.low < z + most) & (self.high > z - most), axis=1))
         return np.asarray(close[self.owner[close] != but])
 
-    def crossings(self, meeting: Meeting) -> Iterator[tuple[int, Cut]]:
+    def crossings(self) -> Iterator[tuple[int, Cut]]:
         """Yield the path and the cut of every place at which paths cross others or themselves."""
         found = [self._overlapping(k) for k in range(len(self.closed))]
         i, j = np.concatenate(found, axis=1)
         a, b, t, u = self.hull[i], self.hull[j], np.full(len(i), 0.5), np.full(len(i), 0.5)
-        for _ in range(meeting.rounds):
+        for _ in range(MEETING.rounds):
             gap = _cubic(a, t) - _cubic(b, u)
             p, q = _cubic_slope(a, t), -_cubic_slope(b, u)
             det = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
@@ -239,7 +242,7 @@ class Crowd:
         p, q = _cubic_slope(a, t), _cubic_slope(b, u)
         sine = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
         sine /= np.maximum(np.linalg.norm(p, axis=1) * np.linalg.norm(q, axis=1), np.finfo(float).tiny)
-        good = (gap < meeting.exact) & (sine > meeting.parallel)
+        good = (gap < MEETING.exact) & (sine > MEETING.parallel)
         good &= (t >= 0.0) & (t < 1.0) & (u >= 0.0) & (u < 1.0)
         for k in np.flatnonzero(good):
             for piece, part in ((i[k], t[k]), (j[k], u[k])):
@@ -259,10 +262,10 @@ class Crowd:
         return np.array([i[keep], j[keep]])
 
 
-def _feet(hull: FloatArray, z: FloatArray, meeting: Meeting) -> tuple[FloatArray, FloatArray]:
+def _feet(hull: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the distances (rows,) of places (rows, 2) from cubics (rows, 4, 2), and the parts where the feet are."""
     t = np.full(len(hull), 0.5)
-    for _ in range(meeting.rounds):
+    for _ in range(MEETING.rounds):
         slope = _cubic_slope(hull, t)
         square = np.maximum(np.sum(slope**2, axis=1), np.finfo(float).tiny)
         t = np.clip(t - np.sum((_cubic(hull, t) - z) * slope, axis=1) / square, 0.0, 1.0)

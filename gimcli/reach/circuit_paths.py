@@ -14,7 +14,7 @@ import numpy as np
 from gimcli.branching.enumeration import CircuitSearch, EnumerationConstants
 from gimcli.branching.resampling import beside, between, settled
 from gimcli.continuation.arclength import CurvePoint, place
-from gimcli.continuation.circuit import Circuit, CircuitConstants, nearby
+from gimcli.continuation.circuit import Circuit, nearby
 from gimcli.continuation.curve import PositionCurve
 from gimcli.mechanism import FloatArray
 from gimcli.positions.inputs import InputLine
@@ -66,8 +66,8 @@ def _knots(task: WorkspaceTask, circuit: Circuit) -> Iterator[CriticalPoint]:
         yield _knot(task, here.p, here.tangent)
         count = _parts(here, there)
         for part in np.arange(1, count) / count:
-            p, slope = settled(circuit, k, part, CircuitConstants()), between(here, there, part)[1]
-            near = beside(circuit, k, p, CircuitConstants())
+            p, slope = settled(circuit, k, part), between(here, there, part)[1]
+            near = beside(circuit, k, p)
             yield _knot(task, p, slope if near else place(circuit.curve, p, slope).tangent)
     yield _knot(task, circuit.places[last].p, circuit.places[last].tangent)
 

@@ -34,6 +34,9 @@ class CriticalCurveConstants:
     fitted: float = 1e-6  # what the polynomial may be off the curve
 
 
+LOCATING = CriticalCurveConstants()
+
+
 @dataclass(frozen=True, eq=False)
 class CriticalPoint:
     """A point of a walked curve with its unit tangent."""
@@ -63,8 +66,8 @@ Tests = Callable[[CriticalPoint], FloatArray]
 class CriticalWalker:
     """Finds the curves of critical positions from seeds."""
 
-    def __init__(self, task: WorkspaceTask, curve: Critical, constants: CriticalCurveConstants | None = None) -> None:
-        self.task, self.curve, self.constants = task, curve, constants or CriticalCurveConstants()
+    def __init__(self, task: WorkspaceTask, curve: Critical) -> None:
+        self.task, self.curve = task, curve
         self.n = curve.stratum.n
         self.found: list[CriticalCurve] = []
         held = {actuator for actuator, _ in curve.stratum.held}
@@ -91,7 +94,7 @@ class CriticalWalker:
         if found is None:
             return None
         start = arclength.place(self.curve, found, np.ones(len(found)))
-        moving = np.linalg.norm(start.tangent[: self.n]) > self.constants.still
+        moving = np.linalg.norm(start.tangent[: self.n]) > LOCATING.still
         return start if moving and start.regular > WALK.rank else None
 
     def _walked(self, start: CurvePoint) -> CriticalCurve | None:
@@ -112,7 +115,7 @@ class CriticalWalker:
             if np.any(beyond):
                 if np.any(self._margins(here)[beyond] <= SLACK):
                     return knots, False
-                end = first_zero(self.curve, here, next_knot, self._margins, self.constants)
+                end = first_zero(self.curve, here, next_knot, self._margins)
                 return (knots if end is None else [*knots, end]), False
             if len(knots) > 2 and self._closes(start, here, next_knot):
                 return [*knots, self._matched(start, here)], True
@@ -153,12 +156,12 @@ class CriticalWalker:
         """Return whether a position lies on a curve that is walked already."""
         apart = x - self._points
         far = np.linalg.norm(apart, axis=1)
-        near = far < self.constants.near * WALK.longest
+        near = far < LOCATING.near * WALK.longest
         if not near.any():
             return False
         apart, tangents, far = apart[near], self._tangents[near], far[near]
         aside = np.linalg.norm(apart - np.sum(apart * tangents, axis=1)[:, None] * tangents, axis=1)
-        return bool(np.any(aside <= self.constants.same * far + WALK.rounding))
+        return bool(np.any(aside <= LOCATING.same * far + WALK.rounding))
 
     def _remember(self, branch: CriticalCurve) -> None:
         tangents = np.array([k.tangent[: self.n] for k in branch.knots])
@@ -167,24 +170,20 @@ class CriticalWalker:
         self._tangents = np.concatenate([self._tangents, tangents / np.maximum(length, 1e-300)])
 
 
-def first_zero(
-    curve: Critical, here: CriticalPoint, there: CriticalPoint, tests: Tests, constants: CriticalCurveConstants
-) -> CriticalPoint | None:
+def first_zero(curve: Critical, here: CriticalPoint, there: CriticalPoint, tests: Tests) -> CriticalPoint | None:
     """Return the first place between two knots at which a test passes 0."""
-    return next(zeros(curve, here, there, tests, constants), None)
+    return next(zeros(curve, here, there, tests), None)
 
 
-def zeros(
-    curve: Critical, here: CriticalPoint, there: CriticalPoint, tests: Tests, constants: CriticalCurveConstants
-) -> Iterator[CriticalPoint]:
+def zeros(curve: Critical, here: CriticalPoint, there: CriticalPoint, tests: Tests) -> Iterator[CriticalPoint]:
     """Yield the places between two knots at which a test changes its sign, in order.
 
     They are read off a polynomial through corrected places, so that branches may meet right there.
     """
     from numpy.polynomial import chebyshev as poly
 
-    grid, knots = _sampled(curve, here, there, constants)
-    if len(grid) < constants.least:
+    grid, knots = _sampled(curve, here, there)
+    if len(grid) < LOCATING.least:
         return
     values = np.array([tests(k) for k in knots])
     if not np.any(np.diff(np.sign(values), axis=0)):
@@ -192,7 +191,7 @@ def zeros(
     degree = len(grid) - 1
     table = poly.chebfit(grid, np.array([k.p for k in knots]), degree)
     rates = poly.chebder(table)
-    edge = 1.0 - constants.within
+    edge = 1.0 - LOCATING.within
     met: list[float] = []
     for column in values.T:
         if (column[0] or column[-1]) and np.any(np.diff(np.sign(column))):
@@ -202,17 +201,15 @@ def zeros(
         p, tangent = np.asarray(poly.chebval(at, table)), np.asarray(poly.chebval(at, rates))
         tangent = tangent / np.linalg.norm(tangent)
         exact = arclength.correct(curve, p, WALK, tangent)
-        if exact is not None and np.linalg.norm(exact - p) <= constants.fitted:
+        if exact is not None and np.linalg.norm(exact - p) <= LOCATING.fitted:
             p = exact
         yield CriticalPoint(p, tangent)
 
 
-def _sampled(
-    curve: Critical, here: CriticalPoint, there: CriticalPoint, constants: CriticalCurveConstants
-) -> tuple[FloatArray, list[CriticalPoint]]:
+def _sampled(curve: Critical, here: CriticalPoint, there: CriticalPoint) -> tuple[FloatArray, list[CriticalPoint]]:
     """Return places between two knots, in planes across the first one's tangent, and where they are in -1..1."""
     span = float((there.p - here.p) @ here.tangent)
-    grid = -np.cos(np.pi * np.arange(constants.degree + 1) / constants.degree)
+    grid = -np.cos(np.pi * np.arange(LOCATING.degree + 1) / LOCATING.degree)
     found, at = [here], [-1.0]
     for t in grid[1:-1]:
         guess = point_between(here, there, 0.5 * (1.0 + t))
@@ -243,18 +240,15 @@ def _ends(here: CriticalPoint, there: CriticalPoint) -> tuple[FloatArray, FloatA
     return here.p, h * here.tangent, there.p, h * there.tangent
 
 
-def split(branch: CriticalCurve, tests: Tests, constants: CriticalCurveConstants | None = None) -> list[CriticalCurve]:
+def split(branch: CriticalCurve, tests: Tests) -> list[CriticalCurve]:
     """Return the pieces of a branch between the places at which a test changes its sign."""
-    constants = constants or CriticalCurveConstants()
     values = np.array([tests(k) for k in branch.knots])
     pieces: list[CriticalCurve] = []
     run: list[CriticalPoint] = [branch.knots[0]]
     for k, there in enumerate(branch.knots[1:]):
         here = branch.knots[k]
         changes = np.sign(values[k]) != np.sign(values[k + 1])
-        cuts: Sequence[CriticalPoint] = (
-            list(zeros(branch.curve, here, there, tests, constants)) if changes.any() else ()
-        )
+        cuts: Sequence[CriticalPoint] = list(zeros(branch.curve, here, there, tests)) if changes.any() else ()
         for cut in cuts:
             pieces.append(CriticalCurve(branch.curve, (*run, cut)))
             run = [cut]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
-from gimcli.reach.arcs import Crowd, Cut, Meeting, PathArc
+from gimcli.reach.arcs import Crowd, Cut, PathArc
 from gimcli.reach.sampling import Bank
 
 OUTER, HOLE, INNER, ALONE, OPEN = "outer", "hole", "inner", "alone", "open"
@@ -32,6 +32,9 @@ class RegionConstants:
     checked: int = 400  # positions that must lie within the boundary
     margin: float = 1e-4  # but those nearer to it than this
     dense: int = 6  # points a cubic of the outlines for that check
+
+
+REGION = RegionConstants()
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,16 +82,15 @@ class Loop:
         return np.concatenate([edge.points(parts)[:-1] for edge in self.edges])
 
 
-def sorted_edges(arcs: Sequence[PathArc], bank: Bank, constants: RegionConstants | None = None) -> list[Edge]:
+def sorted_edges(arcs: Sequence[PathArc], bank: Bank) -> list[Edge]:
     """Return every path with what it is: the places beside it are tried, those of a loop that does not close again."""
-    constants = constants or RegionConstants()
     if not arcs:
         return []
     crowd = Crowd(arcs)
     reached = np.array([[arc.inside > 0.0, arc.inside < 0.0] for arc in arcs])  # by the curve's own curvatures
     chosen = np.arange(len(arcs))
-    for _ in range(constants.rounds):
-        _ask(arcs, chosen, reached, crowd, bank, constants)
+    for _ in range(REGION.rounds):
+        _ask(arcs, chosen, reached, crowd, bank)
         edges = [_edge(arc, bool(left), bool(right)) for arc, (left, right) in zip(arcs, reached, strict=True)]
         doubtful = {id(e.arc) for loop in loops(edges) if not loop.closed for e in loop.edges}
         chosen = np.array([k for k, e in enumerate(edges) if e.kind == OPEN or id(e.arc) in doubtful], dtype=int)
@@ -103,15 +105,14 @@ def _ask(
     reached: NDArray[np.bool_],
     crowd: Crowd,
     bank: Bank,
-    constants: RegionConstants,
 ) -> None:
     """Try the places beside some paths that are not known to be reached; note in `reached` (paths, 2) what is."""
     asked = [(k, side) for k in chosen.tolist() for side in (0, 1) if not reached[k, side]]
     if not asked:
         return
-    marks = _marks(list(dict(asked)), arcs, crowd, constants)
+    marks = _marks(list(dict(asked)), arcs, crowd)
     places = np.array([marks[k][0] + (1.0, -1.0)[side] * marks[k][2] * marks[k][1] for k, side in asked])
-    hints = np.array([_hints(marks[k][3], marks[k][2], bank, constants) for k, _ in asked])
+    hints = np.array([_hints(marks[k][3], marks[k][2], bank) for k, _ in asked])
     for (k, side), found in zip(asked, bank.reaches(places, hints).tolist(), strict=True):
         reached[k, side] |= found
 
@@ -128,48 +129,47 @@ Mark = tuple[FloatArray, FloatArray, float, FloatArray]
 """A place (2,) of a path, the normal to its left, how far to go, and the position."""
 
 
-def _marks(chosen: Sequence[int], arcs: Sequence[PathArc], crowd: Crowd, constants: RegionConstants) -> dict[int, Mark]:
+def _marks(chosen: Sequence[int], arcs: Sequence[PathArc], crowd: Crowd) -> dict[int, Mark]:
     """Return the place with most room about it of every chosen path."""
-    cuts = [[arcs[k].halfway(part) for part in constants.parts] for k in chosen]
+    cuts = [[arcs[k].halfway(part) for part in REGION.parts] for k in chosen]
     places = np.array([arcs[k].at(*cut) for k, own in zip(chosen, cuts, strict=True) for cut in own])
-    but = np.repeat(chosen, len(constants.parts))
-    rooms = crowd.room(places, but, constants.aside / constants.clear, Meeting()).reshape(len(chosen), -1)
-    return {k: _mark(arcs[k], own, room.tolist(), constants) for k, own, room in zip(chosen, cuts, rooms, strict=True)}
+    but = np.repeat(chosen, len(REGION.parts))
+    rooms = crowd.room(places, but, REGION.aside / REGION.clear).reshape(len(chosen), -1)
+    return {k: _mark(arcs[k], own, room.tolist()) for k, own, room in zip(chosen, cuts, rooms, strict=True)}
 
 
-def _mark(arc: PathArc, cuts: Sequence[Cut], rooms: Sequence[float], constants: RegionConstants) -> Mark:
+def _mark(arc: PathArc, cuts: Sequence[Cut], rooms: Sequence[float]) -> Mark:
     best = 0
     for k, room in enumerate(rooms):
         best = k if room > 1.2 * rooms[best] else best
     cut = cuts[best]
     z, slope = arc.at(*cut), arc.slope(*cut)
     normal = np.array([-slope[1], slope[0]]) / max(float(np.linalg.norm(slope)), 1e-300)
-    step = min(constants.aside, constants.clear * rooms[best], constants.short * arc.length)
+    step = min(REGION.aside, REGION.clear * rooms[best], REGION.short * arc.length)
     return z, normal, step, arc.knot(cut).p[: arc.table.shape[1]]
 
 
-def _hints(x: FloatArray, step: float, bank: Bank, constants: RegionConstants) -> FloatArray:
+def _hints(x: FloatArray, step: float, bank: Bank) -> FloatArray:
     """Return starts next to a position and farther off: the way on may be by another configuration close by."""
-    spread = np.geomspace(np.sqrt(step), constants.farthest, constants.hints)
-    return np.asarray(x + spread[:, None] * bank.rng.normal(size=(constants.hints, len(x))))
+    spread = np.geomspace(np.sqrt(step), REGION.farthest, REGION.hints)
+    return np.asarray(x + spread[:, None] * bank.rng.normal(size=(REGION.hints, len(x))))
 
 
-def loops(edges: Sequence[Edge], constants: RegionConstants | None = None) -> list[Loop]:
+def loops(edges: Sequence[Edge]) -> list[Loop]:
     """Return the boundary's edges in their order around the region, outer ones first."""
-    constants = constants or RegionConstants()
     rest = [e for e in edges if e.kind == OUTER]
     found: list[Loop] = []
     while rest:
         chain = [rest.pop()]
         closed = chain[0].arc.closed
         while not closed:
-            following = _following(chain[-1], rest, constants)
-            closed = _meets(chain[-1], chain[0], constants) and (following is None or len(chain) > 1)
+            following = _following(chain[-1], rest)
+            closed = _meets(chain[-1], chain[0]) and (following is None or len(chain) > 1)
             if closed or following is None:
                 break
             rest.remove(following)
             chain.append(following)
-        if not closed or sum(e.arc.length for e in chain) > constants.joined:  # what is shorter is a corner
+        if not closed or sum(e.arc.length for e in chain) > REGION.joined:  # what is shorter is a corner
             found.append(Loop(tuple(chain), closed))
     return [_named(loop) for loop in sorted(found, key=lambda loop: -loop.area)]
 
@@ -180,13 +180,13 @@ def _named(loop: Loop) -> Loop:
     return replace(loop, edges=tuple(replace(e, kind=kind) for e in loop.edges))
 
 
-def _meets(first: Edge, second: Edge, constants: RegionConstants) -> bool:
-    return float(np.linalg.norm(first.ends[1] - second.ends[0])) <= constants.joined
+def _meets(first: Edge, second: Edge) -> bool:
+    return float(np.linalg.norm(first.ends[1] - second.ends[0])) <= REGION.joined
 
 
-def _following(edge: Edge, rest: Sequence[Edge], constants: RegionConstants) -> Edge | None:
+def _following(edge: Edge, rest: Sequence[Edge]) -> Edge | None:
     """Return the edge that begins where one ends: of several, the leftmost, so that loops touch but do not cross."""
-    offers = [other for other in rest if _meets(edge, other, constants)]
+    offers = [other for other in rest if _meets(edge, other)]
     if len(offers) < 2:
         return offers[0] if offers else None
     come = edge.points(1)
@@ -200,26 +200,23 @@ def _following(edge: Edge, rest: Sequence[Edge], constants: RegionConstants) -> 
     return max(offers, key=turn)
 
 
-def outside(
-    found: Sequence[Loop], others: Sequence[Edge], y: FloatArray, constants: RegionConstants | None = None
-) -> int:
+def outside(found: Sequence[Loop], others: Sequence[Edge], y: FloatArray) -> int:
     """Return how many of some reached places (rows, 2) the loops do not enclose, nor lie on other curves.
 
     0 if all of the boundary is known.
     """
-    constants = constants or RegionConstants()
-    y = y[: constants.checked]
+    y = y[: REGION.checked]
     winding, gap, z = np.zeros(len(y)), np.full(len(y), np.inf), y @ np.array([1.0, 1.0j])
     for loop in found:
-        outline = loop.points(constants.dense) @ np.array([1.0, 1.0j])
+        outline = loop.points(REGION.dense) @ np.array([1.0, 1.0j])
         seen = np.append(outline, outline[0]) - z[:, None]
         gap = np.minimum(gap, np.min(_distances(seen[:, :-1], seen[:, 1:]), axis=1))
         safe = np.where(seen == 0.0, 1.0, seen)
         winding += np.sum(np.angle(safe[:, 1:] / safe[:, :-1]), axis=1) / (2.0 * np.pi)
     for edge in others:
-        seen = edge.points(constants.dense) @ np.array([1.0, 1.0j]) - z[:, None]
+        seen = edge.points(REGION.dense) @ np.array([1.0, 1.0j]) - z[:, None]
         gap = np.minimum(gap, np.min(_distances(seen[:, :-1], seen[:, 1:]), axis=1))
-    return int(np.sum((np.round(winding) < 1.0) & (gap > constants.margin)))
+    return int(np.sum((np.round(winding) < 1.0) & (gap > REGION.margin)))
 
 
 def _distances(first: ComplexArray, second: ComplexArray) -> FloatArray:

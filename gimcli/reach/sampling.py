@@ -81,7 +81,6 @@ class Bank:
             return found
         near, far = self.constants.near, self.constants.near + self.constants.far
         order = np.argsort(np.linalg.norm(places[:, None, :] - self.y, axis=2), axis=1)
-        near, far = self.constants.near, self.constants.near + self.constants.far
         found |= self._any(places, self.x[order[:, : self.constants.first]])
         rest = np.flatnonzero(~found)
         first = self.x[order[rest, :near]]

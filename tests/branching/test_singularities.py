@@ -21,7 +21,7 @@ from gimcli.branching.singular_positions import Found, Survey, survey
 from gimcli.branching.singularities import CHANGE, DEAD, LIMIT, STATIONARY, TANGENCY, dead_points, limits, rates
 from gimcli.cli import app
 from gimcli.continuation.arclength import ArclengthConstants, place, walk
-from gimcli.continuation.bifurcation import BifurcationConstants, crossing
+from gimcli.continuation.bifurcation import crossing
 from gimcli.continuation.circuit import Circuit
 from gimcli.mechanism import FloatArray
 from gimcli.model.source import read_source
@@ -202,7 +202,7 @@ def plane(a: float, b: float, c: float, excess: float = 0.0) -> Plane:
 
 
 def test_a_crossing_has_the_roots_of_its_form() -> None:
-    found = crossing(plane(1.0, 0.5, -2.0), np.array([0.03, -0.02, 0.0]), BifurcationConstants())
+    found = crossing(plane(1.0, 0.5, -2.0), np.array([0.03, -0.02, 0.0]))
     assert found is not None
     assert np.abs(found.p).max() < 1e-14
     slopes = sorted(float(t[1] / t[0]) for t in found.tangents)
@@ -211,13 +211,13 @@ def test_a_crossing_has_the_roots_of_its_form() -> None:
 
 
 def test_a_missed_crossing_tells_by_how_much() -> None:
-    found = crossing(plane(1.0, 0.0, -1.0, excess=1e-7), np.array([0.01, 0.02, 0.0]), BifurcationConstants())
+    found = crossing(plane(1.0, 0.0, -1.0, excess=1e-7), np.array([0.01, 0.02, 0.0]))
     assert found is not None
     assert found.miss == pytest.approx(1e-7, rel=1e-9)
 
 
 def test_an_isolated_point_has_no_branches() -> None:
-    found = crossing(plane(1.0, 0.2, 2.0), np.array([0.01, 0.02, 0.0]), BifurcationConstants())
+    found = crossing(plane(1.0, 0.2, 2.0), np.array([0.01, 0.02, 0.0]))
     assert found is not None
     assert found.tangents == ()
     assert not found.touching
@@ -225,7 +225,7 @@ def test_an_isolated_point_has_no_branches() -> None:
 
 def test_a_cusp_has_one_tangent_told_twice() -> None:
     """Semicubical parabola y^2 = -x^3: its singular position is found to half the digits at least."""
-    found = crossing(plane(0.0, 0.0, 1.0), np.array([-0.02, 0.01, 0.0]), BifurcationConstants())
+    found = crossing(plane(0.0, 0.0, 1.0), np.array([-0.02, 0.01, 0.0]))
     assert found is not None
     assert np.abs(found.p).max() < 1e-6
     assert found.touching
