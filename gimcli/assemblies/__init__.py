@@ -7,9 +7,9 @@ import numpy as np
 from gimcli.assemblies.assemblies import ConfigurationFinder, Configurations
 from gimcli.assemblies.configuration_sweep import configurations_over
 from gimcli.assemblies.constants import ConfigurationConstants
-from gimcli.assemblies.generic import Progress
 from gimcli.errors import GimError
 from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.progress import Progress, unheard
 from gimcli.structure.mobility import refuse_unfit
 
 __all__ = [
@@ -25,7 +25,7 @@ def all_configurations(
     mechanism: Mechanism,
     inputs: FloatArray,
     constants: ConfigurationConstants | None = None,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
 ) -> Configurations:
     """Return every configuration at inputs (actuators,).
 

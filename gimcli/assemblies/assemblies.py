@@ -18,7 +18,6 @@ from gimcli.assemblies.assur_loops import independent, parts
 from gimcli.assemblies.certificate import Proven, real_form
 from gimcli.assemblies.constants import ConfigurationConstants
 from gimcli.assemblies.dyads import DyadRoots, dyad_roots
-from gimcli.assemblies.generic import Progress
 from gimcli.assemblies.group_loops import LoopGroup, LoopState, group_of
 from gimcli.assemblies.link_joints import NONE, BodyJoint, BodyLinkage, linkage_of
 from gimcli.assemblies.loops import Loops
@@ -27,6 +26,7 @@ from gimcli.assemblies.roots import OPEN, REACHED, REALS, Roots, all_roots
 from gimcli.assemblies.start_cache import known_count
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.progress import Progress, unheard
 from gimcli.structure.residual import holds, residual
 
 DIGITS = 7
@@ -116,7 +116,7 @@ class ConfigurationFinder:
 
     def __init__(self, mechanism: Mechanism, constants: ConfigurationConstants | None = None) -> None:
         self.mechanism, self.constants = mechanism, constants or ConfigurationConstants()
-        self.progress: Progress | None = None
+        self.progress: Progress = unheard
         whole = linkage_of(mechanism)
         self.linkage = independent(whole)
         self.surplus = _left_out(whole, self.linkage)

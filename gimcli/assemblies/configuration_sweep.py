@@ -13,12 +13,13 @@ import numpy as np
 from gimcli.assemblies.assemblies import ConfigurationFinder, Configurations
 from gimcli.assemblies.certificate import distances, prove
 from gimcli.assemblies.constants import ConfigurationConstants
-from gimcli.assemblies.generic import Progress, random_member
+from gimcli.assemblies.generic import random_member
 from gimcli.assemblies.group_loops import LoopGroup
 from gimcli.assemblies.loops import Loops
 from gimcli.assemblies.root_paths import corrected, track
 from gimcli.assemblies.roots import AGREED, REACHED, Roots
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.progress import Progress, unheard
 
 SEED = 360
 
@@ -81,7 +82,7 @@ def configurations_over(
     mechanism: Mechanism,
     inputs: FloatArray,
     constants: ConfigurationConstants | None = None,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
 ) -> list[Configurations]:
     """Return all configurations at every column of inputs (actuators, rows).
 
@@ -91,6 +92,5 @@ def configurations_over(
     found = []
     for row, now in enumerate(inputs.T):
         found.append(follower.row(np.ascontiguousarray(now)))
-        if progress is not None:
-            progress(row + 1, inputs.shape[1])
+        progress(row + 1, inputs.shape[1])
     return found

@@ -8,7 +8,6 @@ systems via homotopy continuation and monodromy, IMA J. Numer. Anal. 39 (2019).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -19,8 +18,7 @@ from gimcli.assemblies.constants import ConfigurationConstants
 from gimcli.assemblies.loops import Family, factors
 from gimcli.assemblies.root_paths import corrected, track
 from gimcli.mechanism import ComplexArray
-
-Progress = Callable[[int, int], None]
+from gimcli.progress import Progress, unheard
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,7 @@ def _normal(generator: np.random.Generator, count: int) -> ComplexArray:
 
 
 def generic_start(
-    family: Family, seed: int, count: int | None, constants: ConfigurationConstants, progress: Progress | None = None
+    family: Family, seed: int, count: int | None, constants: ConfigurationConstants, progress: Progress = unheard
 ) -> Generic:
     """Return a generic linkage with its roots: `count` of them, or all that monodromy finds."""
     generator = np.random.default_rng([seed, 20041])
@@ -70,8 +68,7 @@ def generic_start(
         found = _round_trip(family, H, w, generator, constants)
         idle = 0 if len(found) > len(w) else idle + 1
         w = found
-        if progress is not None:
-            progress(len(w), count or 2 * len(w))
+        progress(len(w), count or 2 * len(w))
     return Generic(H, w)
 
 

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from gimcli.assemblies.certificate import Proven, distances, distinct, mirror_distance, prove
 from gimcli.assemblies.constants import ConfigurationConstants
-from gimcli.assemblies.generic import Progress
 from gimcli.assemblies.loops import Family, Loops
 from gimcli.assemblies.pencil import candidates, pencil_of
 from gimcli.assemblies.root_paths import Tracked, corrected, track
 from gimcli.assemblies.start_cache import known_count, known_start
 from gimcli.mechanism import ComplexArray
+from gimcli.progress import Progress, unheard
 
 REACHED, REALS, AGREED, OPEN = 1, 2, 3, 4
 """Levels: count reached; proved for the reals; two starts agree, nothing left over; something is singular."""
@@ -44,7 +44,7 @@ class Roots:
 
 
 def all_roots(
-    loops: Loops, constants: ConfigurationConstants, progress: Progress | None = None, near: Roots | None = None
+    loops: Loops, constants: ConfigurationConstants, progress: Progress = unheard, near: Roots | None = None
 ) -> Roots:
     """Return the roots of a group's loops.
 
@@ -101,7 +101,7 @@ def _by_paths(
     count: int | None,
     proven: Proven,
     constants: ConfigurationConstants,
-    progress: Progress | None,
+    progress: Progress,
 ) -> Roots:
     """Return the union of what the paths from independent generic linkages prove."""
     ends: list[_Ends] = []

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from gimcli.assemblies.certificate import distinct, prove
 from gimcli.assemblies.constants import ConfigurationConstants
 from gimcli.assemblies.count import root_count
-from gimcli.assemblies.generic import Generic, Progress, generic_start
+from gimcli.assemblies.generic import Generic, generic_start
 from gimcli.assemblies.loops import Family
 from gimcli.kernels.jit import user_folder
+from gimcli.progress import Progress, unheard
 
 FOLDER = "starts-1"
 """Changes with the form of the files."""
@@ -33,9 +34,7 @@ def known_count(family: Family, constants: ConfigurationConstants) -> int | None
     return _count(_Topology(family), constants) or None
 
 
-def known_start(
-    family: Family, seed: int, constants: ConfigurationConstants, progress: Progress | None = None
-) -> Generic:
+def known_start(family: Family, seed: int, constants: ConfigurationConstants, progress: Progress = unheard) -> Generic:
     """Return a generic linkage with its roots, from the cache where it has been found before."""
     key = (family.key, seed, constants)
     if key not in _STARTS:
@@ -75,7 +74,7 @@ def _count(topology: _Topology, constants: ConfigurationConstants) -> int | None
 _STARTS: dict[tuple[str, int, ConfigurationConstants], Generic] = {}
 
 
-def _start(family: Family, seed: int, constants: ConfigurationConstants, progress: Progress | None) -> Generic:
+def _start(family: Family, seed: int, constants: ConfigurationConstants, progress: Progress) -> Generic:
     path, count = _path(f"{family.key}-{seed}"), known_count(family, constants)
     stored = _read(path)
     if stored is not None:

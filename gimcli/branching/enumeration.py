@@ -9,7 +9,7 @@ and branches of single-degree-of-freedom planar linkages, J. Mech. Design 115, 1
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -25,9 +25,8 @@ from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.visits import Visits
 from gimcli.errors import GimError, StructureError
 from gimcli.mechanism import SPAN, ComplexArray, FloatArray, Mechanism
+from gimcli.progress import Progress, unheard
 from gimcli.structure.mobility import refuse_unfit
-
-Progress = Callable[[int, int], None]
 
 TOLERANCE = 1e-10
 """Of the drawn position, relative to the size."""
@@ -91,7 +90,7 @@ class Circuits:
 
 
 def circuits(
-    mechanism: Mechanism, constants: EnumerationConstants | None = None, progress: Progress | None = None
+    mechanism: Mechanism, constants: EnumerationConstants | None = None, progress: Progress = unheard
 ) -> Circuits:
     """Find the circuits of a mechanism driven by one input, or by several that follow their laws together.
 
@@ -115,7 +114,7 @@ class CircuitSearch:
     """The strands found so far. `turning`: the parameter is an angle that may turn fully."""
 
     def __init__(
-        self, curve: PositionCurve, turning: bool, constants: EnumerationConstants, progress: Progress | None
+        self, curve: PositionCurve, turning: bool, constants: EnumerationConstants, progress: Progress
     ) -> None:
         self.curve, self.turning, self.constants, self.progress = curve, turning, constants, progress
         self.strands: list[Strand] = []
@@ -177,9 +176,8 @@ class CircuitSearch:
 
     def _report(self, listed: int, of_values: int, followed: int, of_configurations: int) -> None:
         """Report how far a sample has come: half of it is to list configurations, half to follow them."""
-        if self.progress is not None:
-            part = listed / of_values + followed / of_configurations
-            self.progress(int(50.0 * part), 100)
+        part = listed / of_values + followed / of_configurations
+        self.progress(int(50.0 * part), 100)
 
     def _sure(self, found: Configurations) -> FloatArray:
         """Return the coordinates (rows, n) of the configurations that are proved."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from gimcli.continuation.arclength import CurvePoint, correct
-from gimcli.continuation.circuit import CIRCUIT, Circuit, nearby
+from gimcli.continuation.circuit import CIRCUIT, STEPS, Circuit, nearby
 from gimcli.continuation.hermite import hermite, hermite_slope
 from gimcli.mechanism import FloatArray
 from gimcli.motion.motion import Motion
@@ -56,7 +56,7 @@ def settled(circuit: Circuit, k: int, part: float) -> FloatArray:
     guess, slope = between(here, there, part)
     if beside(circuit, k, guess):
         return guess
-    exact = correct(circuit.curve, guess, CIRCUIT.steps, slope / np.linalg.norm(slope))
+    exact = correct(circuit.curve, guess, STEPS, slope / np.linalg.norm(slope))
     return guess if exact is None else exact
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,12 +16,11 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.guide import arrival
 from gimcli.motion.start import settled, start_position
 from gimcli.positions.dispatch import plain
+from gimcli.progress import Progress, unheard
 from gimcli.status import Status
 from gimcli.structure.drive_check import refuse_contradiction, refuse_doubtful
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import holds
-
-Progress = Callable[[int, int], None]
 
 MOST_NODES = 100
 """Nodes of the largest mechanism whose circuits are followed."""
@@ -86,7 +84,7 @@ def _refuse_contradiction(mechanism: Mechanism, z: ComplexArray, u: FloatArray, 
     refuse_contradiction(mechanism, z, u, Status.OK if good else Status.CONTRADICTORY, tolerance)
 
 
-def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress | None = None) -> Survey:
+def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress = unheard) -> Survey:
     """Follow all circuits that meet the drawn one and list what is singular on them."""
     branches = all_circuits(drawn_circuit(mechanism, tolerance), progress=progress)
     found: list[Found] = []

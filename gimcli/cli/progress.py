@@ -6,11 +6,10 @@ A spinner and the time turn whether or not the work reports how far it has come.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from threading import RLock, Timer
 from typing import Any
 
-Progress = Callable[[int, int], None]
+from gimcli.progress import Progress, unheard
 
 DRAWING = "drawing"
 """Name of the last phase of most commands."""
@@ -26,7 +25,7 @@ _lock = RLock()
 def progress_bar(label: str) -> Progress:
     """Begin a phase of the work and end the one before; return a function of (done, of) for its bar."""
     if not sys.stderr.isatty():
-        return lambda done, of: None
+        return unheard
     end_bars()
     phase = _Phase(label)
     _phases.append(phase)

@@ -21,9 +21,10 @@ from gimcli.comparison.true_error import Truth, refine
 from gimcli.errors import StructureError
 from gimcli.kernels.jit import compiled, is_cached
 from gimcli.mechanism import Mechanism
-from gimcli.motion.motion import Motion, Progress, Tell, trace
+from gimcli.motion.motion import Motion, trace
 from gimcli.positions.dispatch import choose, gim_work
 from gimcli.positions.options import Options
+from gimcli.progress import Progress, Tell, unheard
 from gimcli.status import Status
 from gimcli.structure.drive_check import refuse_contradiction
 from gimcli.table import Column, Table
@@ -113,7 +114,7 @@ class Tradeoff:
 
 def tradeoff(
     mechanism: Mechanism, steps: int = 72, tolerances: Sequence[float] = TOLERANCES, jit: str = "auto",
-    tell: Tell | None = None, progress: Progress | None = None, methods: Sequence[MotionMethod] = METHODS,
+    tell: Tell | None = None, progress: Progress = unheard, methods: Sequence[MotionMethod] = METHODS,
     timing: Timing = TIMING, seconds: float = math.inf,
 ) -> Tradeoff:  # fmt: skip
     """Compare methods on the motion along the actuators' laws in some steps.
@@ -133,8 +134,7 @@ def tradeoff(
     total = len(methods) * len(tolerances)
 
     def part(done: int) -> None:
-        if progress is not None:
-            progress(done, (1 + timing.rounds) * total)
+        progress(done, (1 + timing.rounds) * total)
 
     entries: list[tuple[Entry, Clock | None]] = []
     for method in methods:

@@ -5,7 +5,6 @@ A circuit goes straight through the crossings on its way, so that a branch belon
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -29,6 +28,7 @@ from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.gap_interpolation import BEYOND
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.progress import Progress, unheard
 from gimcli.status import Status
 from gimcli.structure.residual import holds
 
@@ -150,7 +150,7 @@ def fulfilled(circuit: Circuit) -> bool:
 
 def all_circuits(
     first: Circuit,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress = unheard,
     most: int = MOST,
 ) -> Branches:
     """Follow all circuits that meet the first one, or each other.
@@ -179,8 +179,7 @@ def all_circuits(
             knot.taken[index] = len(circuits)
             circuits.append(found)
             _note(found, len(circuits) - 1, knots)
-            if progress is not None:
-                progress(len(circuits), len(circuits) + sum(own.taken.count(None) for own in knots))
+            progress(len(circuits), len(circuits) + sum(own.taken.count(None) for own in knots))
     return Branches(tuple(circuits), tuple(knots), complete)
 
 

@@ -27,11 +27,14 @@ RESTS = 1e-6
 """Part of a unit tangent below which the input, or a member, rests."""
 
 
+STEPS = ArclengthConstants(longest=0.1, shortest=1e-10, rounding=1e-8, noise=1e-8)
+"""Constants of the steps along a circuit."""
+
+
 @dataclass(frozen=True)
 class CircuitConstants:
     """Constants of following a circuit; lengths are those of positions and inputs together."""
 
-    steps: ArclengthConstants = ArclengthConstants(longest=0.1, shortest=1e-10, rounding=1e-8, noise=1e-8)
     exact: float = 2e-14  # miss below which branches meet: some roundings of the equations
     ahead: float = 2.0  # steps within which a rank that falls is looked for
     near: float = 0.25  # of the distance to a missed meeting: longest step
@@ -128,7 +131,7 @@ def start_place(curve: PositionCurve, z: ComplexArray, q: float) -> tuple[CurveP
         raise StructureError(f"{curve.mechanism.name} is not driven by its actuators alone: see `gim mobility`")
     here = place(curve, curve.point(z, q), along)
     if here.regular > CIRCUIT.singular:
-        settled = correct(curve, here.p, CIRCUIT.steps, along)  # at the very input, where that can be
+        settled = correct(curve, here.p, STEPS, along)  # at the very input, where that can be
         return (here if settled is None else place(curve, settled, along)), None
     return here, crossing(curve, here.p)
 
@@ -164,7 +167,7 @@ class CircuitWalker:
         self.places, self.crossings = [start], dict[int, Crossing]()
         self.missed: list[FloatArray] = []
         self.waiting: Crossing | None = None  # to be passed when the path through it is known from nearer by
-        self.step, self.length = CIRCUIT.steps.first, 0.0
+        self.step, self.length = STEPS.first, 0.0
         self.infinite: float | None = None  # parameter at infinity
 
     def run(self, closes: bool = True) -> str:
@@ -205,15 +208,15 @@ class CircuitWalker:
 
     def go(self) -> bool:
         """Add the next place, or a singular position with the places before and after it."""
-        here, steps = self.places[-1], CIRCUIT.steps
+        here = self.places[-1]
         met = self.waiting
         if met is not None and np.linalg.norm(met.p - here.p) <= CIRCUIT.approach * CIRCUIT.landing:
             self.waiting = None
             if self._pass(here, met):
                 return True
-        while self.step >= steps.shortest:
+        while self.step >= STEPS.shortest:
             self.step = min(self.step, self._room(here))
-            there = advance(self.curve, here, self.step, steps)
+            there = advance(self.curve, here, self.step, STEPS)
             if there is None:
                 self.step *= 0.5
                 continue
@@ -223,7 +226,7 @@ class CircuitWalker:
             if verdict == "jumps":
                 self.step *= 0.5
                 continue
-            self.step = grown(self.step, here, there, steps, self._longest(there))
+            self.step = grown(self.step, here, there, STEPS, self._longest(there))
             self.places.append(there)
             return True
         return False
@@ -231,12 +234,12 @@ class CircuitWalker:
     def _longest(self, here: CurvePoint) -> float:
         """Return the longest step: far outside, where a curve runs to infinity, it grows with the distance."""
         far = _reach(here)
-        return CIRCUIT.stride * far if far > CIRCUIT.outside else CIRCUIT.steps.longest
+        return CIRCUIT.stride * far if far > CIRCUIT.outside else STEPS.longest
 
     def _room(self, here: CurvePoint) -> float:
         """Return the longest step that cannot jump over a missed meeting."""
         gaps = [float(np.linalg.norm(self.curve.apart(here.p, p))) for p in self.missed]
-        return max(CIRCUIT.near * min(gaps, default=math.inf), 2.0 * CIRCUIT.steps.shortest)
+        return max(CIRCUIT.near * min(gaps, default=math.inf), 2.0 * STEPS.shortest)
 
     def _meets(self, here: CurvePoint, there: CurvePoint) -> str:
         """Return whether a step goes well, jumps over a missed meeting, or has passed a meeting (places are added)."""
@@ -305,7 +308,7 @@ class CircuitWalker:
             return False
         if there.tangent @ home.tangent < 0.5:
             return False
-        found = pinned(curve, here, 1.5 * step, over, CIRCUIT.steps)
+        found = pinned(curve, here, 1.5 * step, over, STEPS)
         if found is None or not np.linalg.norm(curve.apart(found[1].p, home.p)) <= CIRCUIT.home:
             return False
         del self.places[index:]
@@ -321,7 +324,7 @@ class CircuitWalker:
             return False
         end, here = min(max(q, domain.low), domain.high), self.places[index - 1]
         step = float(np.linalg.norm(self.places[index].p - here.p))
-        found = pinned(self.curve, here, 1.5 * step, lambda at: float(at.p[-1]) - end, CIRCUIT.steps)
+        found = pinned(self.curve, here, 1.5 * step, lambda at: float(at.p[-1]) - end, STEPS)
         del self.places[index:]
         if found is not None:
             self.places.append(found[1])
@@ -336,7 +339,7 @@ def _reach(here: CurvePoint) -> float:
 def _straight_on(met: Crossing, along: FloatArray) -> FloatArray | None:
     """Return the branch tangent next to a direction, in its sense; None where none is near."""
     ahead = met.near(along)
-    return ahead if ahead is not None and ahead @ along >= math.cos(2.0 * CIRCUIT.steps.bend) else None
+    return ahead if ahead is not None and ahead @ along >= math.cos(2.0 * STEPS.bend) else None
 
 
 def _through(curve: PositionCurve, met: Crossing, along: FloatArray) -> FloatArray:
@@ -366,10 +369,10 @@ def landed(curve: PositionCurve, met: Crossing, ahead: FloatArray) -> CurvePoint
     size = CIRCUIT.landing
     while size >= CIRCUIT.shortest_landing:
         target = met.p + size * ahead
-        found = correct(curve, target, CIRCUIT.steps, ahead)
-        if found is not None and np.linalg.norm(found - target) <= CIRCUIT.steps.pull * size:
+        found = correct(curve, target, STEPS, ahead)
+        if found is not None and np.linalg.norm(found - target) <= STEPS.pull * size:
             there = place(curve, found, ahead)
-            if there.tangent @ ahead >= math.cos(CIRCUIT.steps.bend):
+            if there.tangent @ ahead >= math.cos(STEPS.bend):
                 return there
         size *= 0.25
     return None

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from gimcli.continuation.arclength import CurvePoint, correct, pinned, place
-from gimcli.continuation.circuit import CIRCUIT, Circuit
+from gimcli.continuation.circuit import STEPS, Circuit
 from gimcli.continuation.curve import PositionCurve
 
 Rate = Callable[[CurvePoint], float]
@@ -49,9 +49,9 @@ def between(circuit: Circuit, i: int, j: int, rate: Rate) -> CurvePoint | None:
     """Return where a rate is 0 between two places."""
     here = circuit.places[i]
     step = float((circuit.places[j].p - here.p) @ here.tangent)
-    found = pinned(circuit.curve, here, step, rate, CIRCUIT.steps)
+    found = pinned(circuit.curve, here, step, rate, STEPS)
     if found is None:  # the plane through the other place cuts the curve beside it
-        found = pinned(circuit.curve, here, 1.5 * step, rate, CIRCUIT.steps)
+        found = pinned(circuit.curve, here, 1.5 * step, rate, STEPS)
     return None if found is None else found[1]
 
 
@@ -66,9 +66,9 @@ def fold_beside(curve: PositionCurve, here: CurvePoint, reach: float) -> CurvePo
     def rate(at: CurvePoint) -> float:
         return float(at.tangent[-1])
 
-    behind = correct(curve, here.p - reach * here.tangent, CIRCUIT.steps, here.tangent)
+    behind = correct(curve, here.p - reach * here.tangent, STEPS, here.tangent)
     if behind is None:
         return None
     back = place(curve, behind, here.tangent)
-    found = pinned(curve, back, 2.0 * reach, rate, CIRCUIT.steps)
+    found = pinned(curve, back, 2.0 * reach, rate, STEPS)
     return None if found is None else found[1]

@@ -17,9 +17,9 @@ from gimcli.errors import UsageError
 from gimcli.library.extras import Extras
 from gimcli.library.inputs import in_file_units
 from gimcli.library.places import counted
-from gimcli.library.result import Phases
 from gimcli.library.trace_result import POSES, TraceResult
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.progress import Phases
 from gimcli.rates.motion_table import motion_table, traced_paths
 from gimcli.table import Column, Table
 

@@ -10,8 +10,9 @@ from gimcli.branching.enumeration import Circuits, EnumerationConstants, Strand
 from gimcli.branching.enumeration import circuits as all_circuits
 from gimcli.errors import UsageError
 from gimcli.library.inputs import in_file_units
-from gimcli.library.result import Phases, Result, silent
+from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
+from gimcli.progress import Phases, silent
 from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table
 

@@ -11,9 +11,10 @@ import numpy as np
 from gimcli.assemblies import ConfigurationConstants, Configurations, all_configurations, drawn_configuration
 from gimcli.library.inputs import at_inputs, in_file_units, inputs_of
 from gimcli.library.places import angles, pairs, places
-from gimcli.library.result import ByName, Phases, Result, silent
+from gimcli.library.result import ByName, Result
 from gimcli.mechanism import Mechanism
 from gimcli.positions.options import Options
+from gimcli.progress import Phases, silent
 from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -13,11 +13,12 @@ from gimcli.dynamics.force_table import force_table
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.physical import require_action
 from gimcli.library.inputs import refuse_unmoved
-from gimcli.library.result import Phases, RowsResult, joined, silent
+from gimcli.library.result import RowsResult, joined
 from gimcli.measures.graphs import input_or_time
 from gimcli.mechanism import Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.positions.options import Options
+from gimcli.progress import Phases, Tell, silent
 from gimcli.rates.motion_table import events, reachable
 from gimcli.structure.drive_check import explained, refuse_contradiction
 from gimcli.table import Column, Table
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 def forces(
     mechanism: Mechanism, steps: int = 360, *, tolerance: float = 1e-10, jit: str = "auto",
-    tell: Callable[[str], None] | None = None, progress: Phases = silent,
+    tell: Tell | None = None, progress: Phases = silent,
 ) -> ForcesResult:  # fmt: skip
     """Find efforts, reactions and shaking force along the actuators' laws.
 
@@ -43,7 +44,7 @@ class ForcesAlong:
     """The forces of a motion that is under way: tables of its pieces, then the result."""
 
     def __init__(
-        self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, tell: Callable[[str], None] | None,
+        self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, tell: Tell | None,
         progress: Phases,
     ) -> None:  # fmt: skip
         chosen = Options.checked("auto", "spectral", tolerance, jit)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gimcli.library.result import Progress
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.scatter import Scatterer, readied, scattered
 from gimcli.output.parts import Parts
+from gimcli.progress import Progress, Tell
 from gimcli.reach.grid import carried_by, input_grid
 from gimcli.version import __version__
 
@@ -56,7 +55,7 @@ class Grid:
 
 
 def solve_grid(
-    mechanism: Mechanism, name: str, count: int, jit: str, kept: Kept | None, tell: Callable[[str], None] | None,
+    mechanism: Mechanism, name: str, count: int, jit: str, kept: Kept | None, tell: Tell | None,
     progress: Progress,
 ) -> Grid:  # fmt: skip
     """Solve `count` values of every input in all combinations, for the place of a node or point."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +10,10 @@ from gimcli.dynamics.flywheel import Flywheel, flywheel
 from gimcli.dynamics.reduction import Reduction, chosen_input, reduce_to_input, reduction_table
 from gimcli.errors import UsageError
 from gimcli.library.inputs import refuse_unmoved
-from gimcli.library.result import Phases, RowsResult, silent
+from gimcli.library.result import RowsResult
 from gimcli.mechanism import Mechanism
 from gimcli.positions.dispatch import choose
+from gimcli.progress import Phases, Tell, silent
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
 from gimcli.structure.mobility import refuse_unfit
@@ -27,7 +27,7 @@ WORK = 6e-4
 
 def reduce(
     mechanism: Mechanism, input: str = "", steps: int = 360, *, fluctuation: float | None = None,
-    rpm: float | None = None, jit: str = "auto", tell: Callable[[str], None] | None = None, progress: Phases = silent,
+    rpm: float | None = None, jit: str = "auto", tell: Tell | None = None, progress: Phases = silent,
 ) -> ReduceResult:  # fmt: skip
     """Reduce a mechanism to an input, by default the first: inertia, torque, potential and their derivatives.
 

@@ -18,17 +18,8 @@ from gimcli.table import Column, Table, labelled
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
 
-Progress = Callable[[int, int], None]
-Phases = Callable[[str], Progress]
-"""It hears the name of each phase of the work, and returns what is told of the rows done and of all rows."""
-
 SHOWN = 10
 """Rows of a table that `repr` shows."""
-
-
-def silent(phase: str) -> Progress:
-    """Tell nobody how the work goes on."""
-    return lambda done, total: None
 
 
 class Result(Mapping[str, NDArray[Any]]):

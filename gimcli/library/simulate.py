@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -17,9 +16,10 @@ from gimcli.dynamics.simulation_table import reactions as find_reactions
 from gimcli.dynamics.simulation_types import Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.library.places import angles, counted, pairs, places
-from gimcli.library.result import ByName, Phases, RowsResult, silent
+from gimcli.library.result import ByName, RowsResult
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.dispatch import choose
+from gimcli.progress import Phases, Tell, silent
 from gimcli.structure.drive_check import explained
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ A_SECOND = 1500
 def simulate(
     mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, method: str = "dop853", rtol: float = 1e-9,
     step: float = 1e-3, standstills: int = 0, reactions: bool = False, jit: str = "auto",
-    tell: Callable[[str], None] | None = None, progress: Phases = silent,
+    tell: Tell | None = None, progress: Phases = silent,
 ) -> SimulateResult:  # fmt: skip
     """Simulate `time` seconds of the motion of the inputs that are free, with a row every `dt` (default: time / 200).
 

@@ -9,8 +9,9 @@ import numpy as np
 from gimcli.branching.singular_positions import Found, Survey, inputs_of, survey
 from gimcli.branching.singularities import BranchRates, rates
 from gimcli.library.inputs import in_file_units
-from gimcli.library.result import Phases, Result, silent
+from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
+from gimcli.progress import Phases, silent
 from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table
 

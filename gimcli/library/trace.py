@@ -12,13 +12,14 @@ from gimcli.errors import UsageError
 from gimcli.library.extras import Extras
 from gimcli.library.inputs import refuse_unmoved
 from gimcli.library.places import counted
-from gimcli.library.result import Phases, joined, silent
+from gimcli.library.result import joined
 from gimcli.library.trace_result import POSES, TraceResult
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.motion.motion import trace as follow
 from gimcli.motion.summary import Summary
 from gimcli.positions.options import Options
+from gimcli.progress import Phases, Tell, silent
 from gimcli.rates.motion_table import events, motion_table, reachable, traced_paths
 from gimcli.structure.drive_check import explained, refuse_contradiction
 from gimcli.structure.plan import make_plan
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
     from gimcli.library.circuit_trace import CircuitTrace
     from gimcli.output.picture import Content
     from gimcli.rates.derivatives import TracedRates
-
-Tell = Callable[[str], None]
 
 AT_LIMIT = ("stop", "skip", "reverse")
 

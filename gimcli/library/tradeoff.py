@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,8 +11,9 @@ from gimcli.comparison.tradeoff import TOLERANCES, Tradeoff, advise, tradeoff_ta
 from gimcli.comparison.tradeoff import tradeoff as compare
 from gimcli.errors import UsageError
 from gimcli.library.inputs import refuse_unmoved
-from gimcli.library.result import Phases, Result, silent
+from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
+from gimcli.progress import Phases, Tell, silent
 from gimcli.structure.drive_check import explained
 from gimcli.table import Table
 
@@ -24,7 +25,7 @@ FINEST, COARSEST = 1e-14, 1.0
 
 def tradeoff(
     mechanism: Mechanism, steps: int = 72, *, tolerances: Sequence[float] = (), seconds: float = 10.0,
-    jit: str = "auto", tell: Callable[[str], None] | None = None, progress: Phases = silent,
+    jit: str = "auto", tell: Tell | None = None, progress: Phases = silent,
 ) -> TradeoffResult:  # fmt: skip
     """Compare every method at every tolerance, by default 1e-2 to 1e-14, on the motion along the actuators' laws.
 

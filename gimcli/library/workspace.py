@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 from gimcli.errors import UsageError
 from gimcli.library.grid import Grid, Kept, solve_grid
 from gimcli.library.inputs import refuse_unmoved
-from gimcli.library.result import Phases, Result, silent
+from gimcli.library.result import Result
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
+from gimcli.progress import Phases, Tell, silent
 from gimcli.reach.boundary import Workspace, survey, task_of
 from gimcli.reach.reach import Reach, reach
 from gimcli.reach.report import outlines, placed, reach_report, reach_table, region_report, region_table
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
 def workspace(
     mechanism: Mechanism, point: str = "", *, orientation: Mapping[str, float] | None = None, grid: int = 0,
-    jit: str = "auto", keep: Path | str | None = None, resume: bool = False, tell: Callable[[str], None] | None = None,
+    jit: str = "auto", keep: Path | str | None = None, resume: bool = False, tell: Tell | None = None,
     progress: Phases = silent,
 ) -> WorkspaceResult:  # fmt: skip
     """Find what a node or point reaches, over all configurations: by default the first that is traced.

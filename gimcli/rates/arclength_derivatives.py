@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.continuation.arclength import correct, place
-from gimcli.continuation.circuit import CIRCUIT
+from gimcli.continuation.circuit import CIRCUIT, STEPS
 from gimcli.continuation.curve import PositionCurve
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray
 from gimcli.motion.motion import Motion
@@ -80,7 +80,7 @@ class ArclengthDerivatives(PathDerivatives):
         found = np.full((3, *series.shape[1:]), np.nan)
         for k, near in enumerate(np.moveaxis(series, 2, 0)):
             guess = np.asarray(sum(near[i] * step**i / math.factorial(i) for i in range(4)))
-            exact = correct(self.curve, guess, CIRCUIT.steps, near[1]) if np.all(np.isfinite(guess)) else None
+            exact = correct(self.curve, guess, STEPS, near[1]) if np.all(np.isfinite(guess)) else None
             if exact is not None:
                 found[:, :, k] = _derivatives(self.curve, exact, near[1])[:3]
         return self._rates(found, self.curve.nodes(found[0]))

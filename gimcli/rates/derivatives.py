@@ -5,7 +5,7 @@ The equations are differentiated in `plan_rates`; never by differences.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -15,6 +15,7 @@ from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.newton import Run
+from gimcli.progress import Tell
 from gimcli.rates.differentiator import Differentiator
 from gimcli.rates.plan_rates import carrier
 from gimcli.rates.slots import Slot
@@ -86,7 +87,7 @@ class TracedRates:
 
     def __init__(
         self, mechanism: Mechanism, names: Sequence[str], order: int, rows: int = 0, jit: str = "off",
-        tell: Callable[[str], None] | None = None,
+        tell: Tell | None = None,
     ) -> None:  # fmt: skip
         self.mechanism, self.names, self.order = mechanism, tuple(names), order
         self._made = Differentiator(mechanism, make_plan(mechanism), ORDERS[:order], names, position=False)

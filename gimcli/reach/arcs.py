@@ -11,7 +11,7 @@ import numpy as np
 
 from gimcli.continuation.arclength import correct, place
 from gimcli.mechanism import FloatArray, IntArray
-from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, point_between, spacing
+from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, point_between, seamless, spacing
 
 GAUSS = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)]), np.array([5.0, 8.0, 5.0]) / 18.0
 """Nodes and weights on 0..1, exact for the area under a cubic."""
@@ -152,7 +152,7 @@ class PathArc:
         runs.append(run)
         if self.closed and len(runs) > 1:
             last = runs.pop()
-            runs[0] = [*last[:-1], *self._seamless(last[-1], runs[0])]
+            runs[0] = [*last[:-1], *seamless(last[-1], runs[0], self.table.shape[1])]
         closed = self.closed and not cuts
         return [self._part(run, closed) for run in runs if len(run) > 1]
 
@@ -161,14 +161,6 @@ class PathArc:
         k, t = cut
         knots = self.branch.knots
         return knots[k] if t <= 0.0 else knots[k + 1] if t >= 1.0 else None
-
-    def _seamless(self, seam: CriticalPoint, run: list[CriticalPoint]) -> list[CriticalPoint]:
-        """Return knots with the multipliers' sign that the seam has on its other side."""
-        n, first = self.table.shape[1], run[0].p
-        if len(first) == n or float(first[n:] @ seam.p[n:]) > 0.0:
-            return run
-        turn = np.concatenate([np.ones(n), -np.ones(len(first) - n)])
-        return [CriticalPoint(k.p * turn, k.tangent * turn) for k in run]
 
     def _part(self, knots: Sequence[CriticalPoint], closed: bool) -> PathArc:
         return replace(self, branch=CriticalCurve(self.branch.curve, tuple(knots), closed))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -10,17 +10,16 @@ import numpy as np
 
 from gimcli.errors import UnassembledError, UsageError
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
+from gimcli.progress import Progress, unheard
 from gimcli.reach.arcs import PathArc
 from gimcli.reach.arrangement import arranged
 from gimcli.reach.critical_curves import CriticalCurve, CriticalPoint, CriticalWalker, split
 from gimcli.reach.critical_positions import Critical, CriticalPath, Stratum, critical, sides
 from gimcli.reach.floating_chain import chains
-from gimcli.reach.region import ALONE, HOLE, INNER, OPEN, OUTER, Edge, Loop, loops, outside, sorted_edges
+from gimcli.reach.region import ALONE, INNER, OPEN, Edge, Loop, loops, outside, sorted_edges
 from gimcli.reach.sampling import Bank, SamplingConstants
 from gimcli.reach.task import SLACK, WorkspaceTask
 from gimcli.structure.mobility import refuse_unfit
-
-Progress = Callable[[int, int], None]
 
 ROUNDS = 3
 """Times that more starts are made where the boundary is not closed or leaves reached places out."""
@@ -102,7 +101,7 @@ class Workspace:
 
 
 def survey(
-    mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None, progress: Progress | None = None
+    mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None, progress: Progress = unheard
 ) -> Workspace:
     """Return the workspace of a node or point that two or more inputs move; all configurations count.
 
@@ -191,21 +190,19 @@ def _confined(stratum: Stratum, x: FloatArray) -> bool:
     return bool(np.all(moved[:, 1] <= RANK * moved[:, 0]))
 
 
-def _surveyed(task: WorkspaceTask, bank: Bank, progress: Progress | None) -> Workspace:
+def _surveyed(task: WorkspaceTask, bank: Bank, progress: Progress) -> Workspace:
     arcs: list[PathArc] = []
     every = [stratum for stratum in strata(task) if not _confined(stratum, bank.x)]
     for k, stratum in enumerate(every):
         curve = critical(stratum)
         for branch in _walked(task, curve, bank):
             arcs += _one_sided(task, stratum, curve, branch)
-        if progress is not None:
-            progress(k + 1, len(every) + 1)
+        progress(k + 1, len(every) + 1)
     pieces = arranged(arcs)
     good = [piece for piece in pieces if task.fulfilled(piece.branch.x).all()]
     edges = sorted_edges(good, bank)
     around = loops(edges)
-    if progress is not None:
-        progress(len(every) + 1, len(every) + 1)
+    progress(len(every) + 1, len(every) + 1)
     inner = tuple(e for e in edges if e.kind == INNER)
     unsorted = tuple(e for e in edges if e.kind in (OPEN, ALONE))
     missed = outside(around, unsorted, bank.y) + len(pieces) - len(good)
@@ -255,6 +252,3 @@ def _speed(curve: Critical, knot: CriticalPoint) -> float:
     alpha = curve.multipliers(knot.p, knot.tangent)[-2:]
     velocity = curve.stratum.table @ knot.tangent[: curve.stratum.n]
     return float(velocity[0] * alpha[1] - velocity[1] * alpha[0])
-
-
-__all__ = ["ALONE", "HOLE", "INNER", "OPEN", "OUTER", "Workspace", "strata", "survey", "task_of", "unreached"]

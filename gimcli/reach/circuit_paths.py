@@ -6,7 +6,7 @@ They run through every configuration that `gim solve --all` lists at many values
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from gimcli.continuation.circuit import Circuit, nearby
 from gimcli.continuation.curve import PositionCurve
 from gimcli.mechanism import FloatArray
 from gimcli.positions.inputs import InputLine
+from gimcli.progress import Progress, unheard
 from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, point_between, split
 from gimcli.reach.critical_positions import CriticalPath, Stratum
 from gimcli.reach.task import InputRange, WorkspaceTask, law_range
@@ -25,10 +26,8 @@ from gimcli.reach.task import InputRange, WorkspaceTask, law_range
 ROUNDING = 1e-13
 """Of what is 0 where a range ends."""
 
-Progress = Callable[[int, int], None]
 
-
-def along_circuits(task: WorkspaceTask, progress: Progress | None = None) -> tuple[list[CriticalCurve], bool]:
+def along_circuits(task: WorkspaceTask, progress: Progress = unheard) -> tuple[list[CriticalCurve], bool]:
     """Return the curves of positions within the input's range, and whether they are proved to be all."""
     (actuator,) = task.moving
     turning = not task.limited

@@ -115,10 +115,11 @@ class CriticalWalker:
             if np.any(beyond):
                 if np.any(self._margins(here)[beyond] <= SLACK):
                     return knots, False
-                end = first_zero(self.curve, here, next_knot, self._margins)
+                end = next(zeros(self.curve, here, next_knot, self._margins), None)
                 return (knots if end is None else [*knots, end]), False
             if len(knots) > 2 and self._closes(start, here, next_knot):
-                return [*knots, self._matched(start, here)], True
+                ends = (turned(start, self.n, sign) for sign in (1.0, -1.0))
+                return [*knots, min(ends, key=lambda k: float(np.linalg.norm(k.p - here.p)))], True
             knots.append(next_knot)
             if np.abs(there.p[: self.n]).max() > FAR:
                 break
@@ -138,19 +139,10 @@ class CriticalWalker:
         if not (-0.5 * length < gone <= 1.5 * length and aside <= 0.1 * length):
             return False
         for sign in (1.0, -1.0):
-            back = self._turned(start, sign)
+            back = turned(start, self.n, sign)
             if np.linalg.norm(back.p - here.p) <= 2.0 * np.linalg.norm(there.p - here.p):
                 return float(back.tangent @ here.tangent) > 0.5
         return False
-
-    def _turned(self, start: CurvePoint, sign: float) -> CriticalPoint:
-        """Return a place with its multipliers times a sign."""
-        turn = np.concatenate([np.ones(self.n), np.full(len(start.p) - self.n, sign)])
-        return CriticalPoint(start.p * turn, start.tangent * turn)
-
-    def _matched(self, start: CurvePoint, last: CriticalPoint) -> CriticalPoint:
-        both = [self._turned(start, sign) for sign in (1.0, -1.0)]
-        return min(both, key=lambda k: float(np.linalg.norm(k.p - last.p)))
 
     def _known(self, x: FloatArray) -> bool:
         """Return whether a position lies on a curve that is walked already."""
@@ -168,11 +160,6 @@ class CriticalWalker:
         length = np.linalg.norm(tangents, axis=1, keepdims=True)
         self._points = np.concatenate([self._points, branch.x])
         self._tangents = np.concatenate([self._tangents, tangents / np.maximum(length, 1e-300)])
-
-
-def first_zero(curve: Critical, here: CriticalPoint, there: CriticalPoint, tests: Tests) -> CriticalPoint | None:
-    """Return the first place between two knots at which a test passes 0."""
-    return next(zeros(curve, here, there, tests), None)
 
 
 def zeros(curve: Critical, here: CriticalPoint, there: CriticalPoint, tests: Tests) -> Iterator[CriticalPoint]:
@@ -260,15 +247,21 @@ def split(branch: CriticalCurve, tests: Tests) -> list[CriticalCurve]:
         pieces.append(CriticalCurve(branch.curve, tuple(run)))
     if branch.closed and len(pieces) > 1:  # the seam is no end
         last = pieces.pop()
-        pieces[0] = CriticalCurve(branch.curve, (*last.knots[:-1], *_carried(last.knots[-1], pieces[0])))
+        pieces[0] = CriticalCurve(
+            branch.curve, (*last.knots[:-1], *seamless(last.knots[-1], pieces[0].knots, branch.curve.stratum.n))
+        )
         return pieces
     return [replace(pieces[0], closed=branch.closed)] if len(pieces) == 1 else pieces
 
 
-def _carried(seam: CriticalPoint, piece: CriticalCurve) -> tuple[CriticalPoint, ...]:
-    """Return the knots of a piece with the multipliers' sign that its seam has on the other side."""
-    n, first = piece.curve.stratum.n, piece.knots[0]
-    if len(first.p) == n or float(first.p[n:] @ seam.p[n:]) > 0.0:
-        return piece.knots
-    turn = np.concatenate([np.ones(n), -np.ones(len(first.p) - n)])
-    return tuple(CriticalPoint(k.p * turn, k.tangent * turn) for k in piece.knots)
+def seamless(seam: CriticalPoint, knots: Sequence[CriticalPoint], n: int) -> Sequence[CriticalPoint]:
+    """Return knots of n coordinates with the multipliers' sign that the seam before them has on its other side."""
+    if len(seam.p) == n or float(knots[0].p[n:] @ seam.p[n:]) > 0.0:
+        return knots
+    return [turned(k, n, -1.0) for k in knots]
+
+
+def turned(place: CurvePoint | CriticalPoint, n: int, sign: float) -> CriticalPoint:
+    """Return a place of n coordinates with its multipliers times a sign."""
+    turn = np.concatenate([np.ones(n), np.full(len(place.p) - n, sign)])
+    return CriticalPoint(place.p * turn, place.tangent * turn)

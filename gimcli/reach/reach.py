@@ -11,9 +11,10 @@ import numpy as np
 from gimcli.errors import UnassembledError, UsageError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.inputs import law_inputs
+from gimcli.progress import Progress, unheard
 from gimcli.reach.arcs import PathArc
 from gimcli.reach.boundary import task_of, unreached
-from gimcli.reach.circuit_paths import Progress, along_circuits
+from gimcli.reach.circuit_paths import along_circuits
 from gimcli.reach.critical_curves import CriticalCurve, CriticalPoint, CriticalWalker, split
 from gimcli.reach.critical_positions import CriticalPath, Stratum
 from gimcli.reach.sampling import Bank
@@ -74,7 +75,7 @@ class Reach:
 
 
 def reach(
-    mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None, progress: Progress | None = None
+    mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None, progress: Progress = unheard
 ) -> Reach:
     """Return the paths of a node or point that one freedom moves.
 

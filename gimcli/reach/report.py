@@ -22,14 +22,14 @@ def placed(mechanism: Mechanism, y: FloatArray) -> ComplexArray:
     return mechanism.to_file(y @ np.array([1.0, 1.0j]))
 
 
-def held_text(task: WorkspaceTask, edge: Edge) -> str:
-    """Return which inputs stand at which end along a curve: empty where the mechanism itself is singular."""
-    parts = []
+def held_inputs(task: WorkspaceTask, edge: Edge) -> dict[str, float]:
+    """Return the inputs that stand at an end along a curve, to 12 digits: none where the mechanism is singular."""
+    held = {}
     for actuator, inward in edge.arc.held:
         span = next(r for r in task.limited if r.actuator == actuator)
         value = _value(task.mechanism, actuator, span.low if inward > 0.0 else span.high)
-        parts.append(f"{task.mechanism.actuators[actuator].name}={value:.12g}")
-    return " ".join(parts)
+        held[task.mechanism.actuators[actuator].name] = float(f"{value:.12g}")
+    return held
 
 
 def _value(mechanism: Mechanism, actuator: int, value: float) -> float:
@@ -43,7 +43,8 @@ def region_table(found: Workspace) -> Table:
     columns: list[list[Any]] = [[] for _ in REGION_COLUMNS]
     for k, edge in enumerate(found.edges):
         z = placed(task.mechanism, edge.points(1))
-        same = (k, number.get(id(edge), -1), edge.kind, held_text(task, edge))
+        held = " ".join(f"{name}={value:.12g}" for name, value in held_inputs(task, edge).items())
+        same = (k, number.get(id(edge), -1), edge.kind, held)
         for column, value in zip(columns, same, strict=False):
             column.extend([value] * len(z))
         columns[-2].extend(z.real)
@@ -65,17 +66,12 @@ def region_report(found: Workspace) -> dict[str, Any]:
         "barriers": len(found.inner),
         "curves": [
             {
-                "kind": edge.kind, "held": _held(found.task, edge), "length": edge.arc.length * scale,
+                "kind": edge.kind, "held": held_inputs(found.task, edge), "length": edge.arc.length * scale,
                 "points": len(edge.arc.y),
             }
             for edge in found.edges
         ],
     }  # fmt: skip
-
-
-def _held(task: WorkspaceTask, edge: Edge) -> dict[str, float]:
-    pairs = (part.rsplit("=", 1) for part in held_text(task, edge).split())
-    return {name: float(value) for name, value in pairs}
 
 
 def outlines(found: Workspace) -> dict[str, list[ComplexArray]]:
@@ -96,7 +92,7 @@ def reach_table(found: Reach) -> Table:
     columns.append(Column("path", np.concatenate([np.full(len(path), k) for k, path in knots])))
     for k, actuator in enumerate(mechanism.actuators):
         values = [_along(found, k, number, path) for number, path in knots]
-        columns.append(Column(actuator.name, np.concatenate(values), _unit(mechanism, k)))
+        columns.append(Column(actuator.name, np.concatenate(values), mechanism.unit_of(actuator)))
     columns += [Column("x", z.real, mechanism.length_unit), Column("y", z.imag, mechanism.length_unit)]
     return Table(tuple(columns))
 
@@ -109,10 +105,6 @@ def _along(found: Reach, k: int, number: int, path: FloatArray) -> FloatArray:
         u = np.unwrap(u)
         u += 2.0 * np.pi * np.round((0.5 * (interval.low + interval.high) - 0.5 * (u.min() + u.max())) / (2.0 * np.pi))
     return np.asarray(mechanism.value_to_file(k, u))
-
-
-def _unit(mechanism: Mechanism, k: int) -> str:
-    return mechanism.unit_of(mechanism.actuators[k])
 
 
 def reach_report(found: Reach) -> dict[str, Any]:
