@@ -6,14 +6,13 @@ import numpy as np
 
 from gimcli.assemblies.assemblies import ConfigurationFinder, Configurations
 from gimcli.assemblies.configuration_sweep import configurations_over
-from gimcli.assemblies.constants import ConfigurationConstants
+from gimcli.assemblies.constants import FITS
 from gimcli.errors import GimError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.progress import Progress, unheard
 from gimcli.structure.mobility import refuse_unfit
 
 __all__ = [
-    "ConfigurationConstants",
     "Configurations",
     "all_configurations",
     "configurations_over",
@@ -24,16 +23,16 @@ __all__ = [
 def all_configurations(
     mechanism: Mechanism,
     inputs: FloatArray,
-    constants: ConfigurationConstants | None = None,
+    tolerance: float = FITS,
     progress: Progress = unheard,
 ) -> Configurations:
-    """Return every configuration at inputs (actuators,).
+    """Return every configuration at inputs (actuators,) that fulfils the constraints to a tolerance.
 
     `progress` is told how many roots of how many are known where a structure is met for the first time.
     Raises StructureError where the mechanism is not driven or over-driven.
     """
     refuse_unfit(mechanism)
-    assembler = ConfigurationFinder(mechanism, constants)
+    assembler = ConfigurationFinder(mechanism, tolerance)
     assembler.progress = progress
     return assembler.at(inputs)
 

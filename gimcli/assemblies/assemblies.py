@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gimcli.assemblies.assur_loops import independent, parts
 from gimcli.assemblies.certificate import Proven, real_form
-from gimcli.assemblies.constants import ConfigurationConstants
+from gimcli.assemblies.constants import FITS, SEARCH
 from gimcli.assemblies.dyads import DyadRoots, dyad_roots
 from gimcli.assemblies.group_loops import LoopGroup, LoopState, group_of
 from gimcli.assemblies.link_joints import NONE, BodyJoint, BodyLinkage, linkage_of
@@ -114,8 +114,8 @@ class _Leaves:
 class ConfigurationFinder:
     """What is the same for all inputs of a mechanism: its groups in the order of solution."""
 
-    def __init__(self, mechanism: Mechanism, constants: ConfigurationConstants | None = None) -> None:
-        self.mechanism, self.constants = mechanism, constants or ConfigurationConstants()
+    def __init__(self, mechanism: Mechanism, tolerance: float = FITS) -> None:
+        self.mechanism, self.tolerance = mechanism, tolerance
         self.progress: Progress = unheard
         whole = linkage_of(mechanism)
         self.linkage = independent(whole)
@@ -142,7 +142,7 @@ class ConfigurationFinder:
         self, number: int, branch: tuple[int, ...], group: LoopGroup, loops: Loops, near: Roots | None = None
     ) -> Roots:
         """Return the roots of a group, in an order of their own; `near` are those of almost the same loops."""
-        roots = all_roots(loops, self.constants, self.progress, near)
+        roots = all_roots(loops, self.progress, near)
         return replace(roots, proven=roots.proven.take(_order(group, roots.proven)))
 
     def _ground(self, inputs: FloatArray) -> LoopState:
@@ -157,15 +157,15 @@ class ConfigurationFinder:
     def _branched(self, number: int, group: LoopGroup, leaves: _Leaves, solver: Solver) -> tuple[RootReport, _Leaves]:
         """Solve a group on every partial configuration."""
         p = group.values(leaves.state)
-        report = RootReport(self._names(group), group.family.loops, known_count(group.family, self.constants))
+        report = RootReport(self._names(group), group.family.loops, known_count(group.family))
         if group.family.loops == 1:
             H = group.family.member(p, p)
             H[:, 1] = H[:, 0].conj()
-            report, found = _dyads(report, group, H, self.constants)
+            report, found = _dyads(report, group, H)
         else:
             report, found = self._coupled(report, number, group, p, leaves, solver)
         parents = np.array([f[0] for f in found], dtype=int)
-        most = self.constants.positions
+        most = SEARCH.positions
         if len(found) > most:
             raise StructureError(
                 f"{self.mechanism.name} has more than {most} configurations: follow one by `gim trace`"
@@ -189,7 +189,7 @@ class ConfigurationFinder:
             real = np.flatnonzero(roots.proven.real).tolist()
             placed = real_form(group.family, loops.H, roots.proven.w[real])
             found += [(parent, k, w, float(roots.proven.small[k])) for k, w in zip(real, placed, strict=True)]
-            maybe = doubtful_real(group.family, loops.H, roots.doubtful, self.constants)
+            maybe = doubtful_real(group.family, loops.H, roots.doubtful)
             found += [(parent, len(roots.proven.w) + k, w, np.inf) for k, w in enumerate(maybe)]
         return report, found
 
@@ -201,7 +201,7 @@ class ConfigurationFinder:
         z = self._places(leaves.state, inputs)
         rows = np.broadcast_to(inputs[:, None], (len(inputs), len(leaves.branches)))
         check = residual(self.mechanism, z, np.ascontiguousarray(rows)).total if z.shape[1] else np.zeros(0)
-        fits = holds(self.mechanism, z, rows, self.constants.fits, error=check)
+        fits = holds(self.mechanism, z, rows, self.tolerance, error=check)
         chosen = np.flatnonzero(fits)
         return Configurations(
             self.mechanism, inputs, z.T[chosen], check[chosen], leaves.radius[chosen],
@@ -253,9 +253,7 @@ def _left_out(whole: BodyLinkage, kept: BodyLinkage) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def _dyads(
-    report: RootReport, group: LoopGroup, H: ComplexArray, constants: ConfigurationConstants
-) -> tuple[RootReport, list[_Root]]:
+def _dyads(report: RootReport, group: LoopGroup, H: ComplexArray) -> tuple[RootReport, list[_Root]]:
     """Solve a dyad on all partial configurations at once."""
     roots: DyadRoots = dyad_roots(group.family, H)
     proven, each = roots.proven, roots.each
@@ -270,7 +268,7 @@ def _dyads(
     ]
     doubtful = 0
     for dyad in np.flatnonzero(open_):
-        maybe = doubtful_real(group.family, H[dyad], proven.w[dyad * each : (dyad + 1) * each], constants)
+        maybe = doubtful_real(group.family, H[dyad], proven.w[dyad * each : (dyad + 1) * each])
         found += [(int(dyad), k, w, np.inf) for k, w in enumerate(maybe)]
         doubtful += len(maybe)
     found.sort(key=lambda f: f[:2])

@@ -12,7 +12,7 @@ import numpy as np
 
 from gimcli.assemblies.assemblies import ConfigurationFinder, Configurations
 from gimcli.assemblies.certificate import distances, prove
-from gimcli.assemblies.constants import ConfigurationConstants
+from gimcli.assemblies.constants import SEARCH
 from gimcli.assemblies.generic import random_member
 from gimcli.assemblies.group_loops import LoopGroup
 from gimcli.assemblies.loops import Loops
@@ -57,13 +57,13 @@ class RootFollower:
 
     def _followed(self, group: LoopGroup, before: ComplexArray, roots: Roots, H: ComplexArray) -> Roots | None:
         """Follow all roots to new coefficients; None where one is lost."""
-        family, constants = group.family, self.assembler.constants
+        family = group.family
         change = float(np.max(np.abs(H - before)))
         if change == 0.0:
             return roots
         aside = random_member(family, self.generator)
-        between = 0.5 * (before + H) + constants.aside * change * aside
-        tracking = replace(constants.tracking, first=constants.along)
+        between = 0.5 * (before + H) + SEARCH.aside * change * aside
+        tracking = replace(SEARCH.tracking, first=SEARCH.along)
         done = track(family, before, between, roots.proven.w, tracking)
         done = track(family, between, H, done.w, tracking)
         w = done.w
@@ -81,14 +81,13 @@ class RootFollower:
 def configurations_over(
     mechanism: Mechanism,
     inputs: FloatArray,
-    constants: ConfigurationConstants | None = None,
     progress: Progress = unheard,
 ) -> list[Configurations]:
     """Return all configurations at every column of inputs (actuators, rows).
 
     Raises StructureError where the mechanism is not driven or over-driven.
     """
-    follower = RootFollower(ConfigurationFinder(mechanism, constants))
+    follower = RootFollower(ConfigurationFinder(mechanism))
     found = []
     for row, now in enumerate(inputs.T):
         found.append(follower.row(np.ascontiguousarray(now)))

@@ -46,5 +46,10 @@ class ConfigurationConstants:
     aside: float = 1.0  # how far the linkage half-way between two rows is off the real ones, over their distance
     along: float = 0.5  # first step between two rows
     seconds: float = 10.0  # of intervals, where the count is not reached; a minute would rarely tell more
-    fits: float = 1e-10  # residual of the constraints as written, that of `gim solve`
     positions: int = 16_384  # configurations that are listed: 14 dyads
+
+
+SEARCH = ConfigurationConstants()
+
+FITS = 1e-10
+"""Residual of the constraints as written, that of `gim solve`."""

@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from gimcli.assemblies.constants import ConfigurationConstants
+from gimcli.assemblies.constants import SEARCH
 from gimcli.assemblies.loops import Family
 from gimcli.mechanism import FloatArray
 
@@ -28,13 +28,13 @@ CHUNK = 200_000
 """Pairs of cones that are intersected at once."""
 
 
-def root_count(family: Family, constants: ConfigurationConstants) -> int | None:
+def root_count(family: Family) -> int | None:
     """Return the number of complex roots of a generic member, or None where it costs too much."""
     if not family.square:
         return 0
     if family.slides:
-        return _with_slides(family) if family.loops <= constants.count_slides else None
-    return _Recursion(Matroid(family)).count() if family.loops <= constants.count_loops else None
+        return _with_slides(family) if family.loops <= SEARCH.count_slides else None
+    return _Recursion(Matroid(family)).count() if family.loops <= SEARCH.count_loops else None
 
 
 class Matroid:

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from gimcli.assemblies.certificate import distinct, prove
-from gimcli.assemblies.constants import ConfigurationConstants
+from gimcli.assemblies.constants import SEARCH
 from gimcli.assemblies.loops import Family, factors
 from gimcli.assemblies.root_paths import corrected, track
 from gimcli.mechanism import ComplexArray
@@ -55,33 +55,29 @@ def _normal(generator: np.random.Generator, count: int) -> ComplexArray:
     return np.asarray((generator.standard_normal(count) + 1j * generator.standard_normal(count)) / np.sqrt(2.0))
 
 
-def generic_start(
-    family: Family, seed: int, count: int | None, constants: ConfigurationConstants, progress: Progress = unheard
-) -> Generic:
+def generic_start(family: Family, seed: int, count: int | None, progress: Progress = unheard) -> Generic:
     """Return a generic linkage with its roots: `count` of them, or all that monodromy finds."""
     generator = np.random.default_rng([seed, 20041])
     H, w = generic_member(family, generator)
     idle = 0
-    for _ in range(constants.monodromy):
-        if len(w) == count or ((count is None or family.rails_shared) and idle >= constants.idle):
+    for _ in range(SEARCH.monodromy):
+        if len(w) == count or ((count is None or family.rails_shared) and idle >= SEARCH.idle):
             break
-        found = _round_trip(family, H, w, generator, constants)
+        found = _round_trip(family, H, w, generator)
         idle = 0 if len(found) > len(w) else idle + 1
         w = found
         progress(len(w), count or 2 * len(w))
     return Generic(H, w)
 
 
-def _round_trip(
-    family: Family, H: ComplexArray, w: ComplexArray, generator: np.random.Generator, constants: ConfigurationConstants
-) -> ComplexArray:
+def _round_trip(family: Family, H: ComplexArray, w: ComplexArray, generator: np.random.Generator) -> ComplexArray:
     """Take the roots round a triangle; return those that are known then."""
     corners = [H, random_member(family, generator), random_member(family, generator), H]
-    tracking = replace(constants.tracking, correction=constants.tracking.correction * constants.tighter[0])
+    tracking = replace(SEARCH.tracking, correction=SEARCH.tracking.correction * SEARCH.tighter[0])
     there = w
     for start, end in pairwise(corners):
         done = track(family, start, end, there, tracking)
         there = done.w[done.arrived]
-    there = corrected(family, H, there, constants.polish)
+    there = corrected(family, H, there, SEARCH.polish)
     both = np.concatenate([w, there[np.isfinite(there).all(axis=1)]])
     return distinct(family, prove(family, H, both)).w

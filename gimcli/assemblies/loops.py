@@ -25,9 +25,9 @@ GROUND = -1
 """Rail of a slide whose direction is known."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Family:
-    """Which coefficients each parameter enters: C0 = T0 p, C = TC p, U = TU p."""
+    """Which coefficients each parameter enters: C0 = T0 p, C = TC p, U = TU p; one with the same tensors is equal."""
 
     T0: FloatArray = field(repr=False)  # (L, parameters) small integers
     TC: FloatArray = field(repr=False)  # (L, n, parameters)
@@ -67,6 +67,12 @@ class Family:
         for tensor in (self.T0, self.TC, self.TU):
             digest.update(np.ascontiguousarray(tensor, dtype=np.int8).tobytes())
         return digest.hexdigest()[:32]
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Family) and self.key == other.key
 
     @cached_property
     def carried(self) -> FloatArray:

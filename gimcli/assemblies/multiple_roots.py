@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.assemblies.certificate import Proven, distances, mirror_distance
-from gimcli.assemblies.constants import ConfigurationConstants
+from gimcli.assemblies.constants import SEARCH
 from gimcli.assemblies.loops import Family, values_and_jacobian
 from gimcli.mechanism import ComplexArray
 
@@ -17,19 +17,17 @@ TIMES = 60
 """Corrections: a double root halves its error in each."""
 
 
-def doubtful_real(
-    family: Family, H: ComplexArray, w: ComplexArray, constants: ConfigurationConstants
-) -> list[ComplexArray]:
+def doubtful_real(family: Family, H: ComplexArray, w: ComplexArray) -> list[ComplexArray]:
     """Return the real points among candidates for multiple roots (candidates, n + q), each once."""
     w = w[np.isfinite(w).all(axis=1)]
-    w = w[mirror_distance(family, w) < constants.real] if len(w) else w
+    w = w[mirror_distance(family, w) < SEARCH.real] if len(w) else w
     found: list[ComplexArray] = []
     for point in w:
         settled = _settled(family, H, point)
         value, _ = values_and_jacobian(family, H, settled[None])
-        if not np.max(np.abs(value), initial=0.0) <= constants.residual * np.max(np.abs(H)):
+        if not np.max(np.abs(value), initial=0.0) <= SEARCH.residual * np.max(np.abs(H)):
             continue
-        if all(float(distances(family, settled[None], other[None])[0, 0]) > constants.near for other in found):
+        if all(float(distances(family, settled[None], other[None])[0, 0]) > SEARCH.near for other in found):
             found.append(settled)
     return found
 

@@ -10,12 +10,12 @@ of planar mechanisms by Dixon determinant and a complex-plane formulation, J. Me
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import combinations
 
 import numpy as np
 
-from gimcli.assemblies.constants import ConfigurationConstants
+from gimcli.assemblies.constants import SEARCH
 from gimcli.assemblies.loops import GROUND, Family
 from gimcli.mechanism import ComplexArray, IntArray
 
@@ -158,21 +158,12 @@ def _pair(lists: tuple[list[int], list[int]]) -> tuple[IntArray, IntArray]:
     return np.array(lists[0], dtype=int), np.array(lists[1], dtype=int)
 
 
-_PLANS: dict[tuple[str, ConfigurationConstants], Pencil | None] = {}
-
-
-def pencil_of(family: Family, constants: ConfigurationConstants) -> Pencil | None:
+@cache
+def pencil_of(family: Family) -> Pencil | None:
     """Return a pencil that has full rank for a random member of the family, or None where none was found."""
-    key = (family.key, constants)
-    if key not in _PLANS:
-        _PLANS[key] = _searched(family, constants)
-    return _PLANS[key]
-
-
-def _searched(family: Family, constants: ConfigurationConstants) -> Pencil | None:
     from gimcli.assemblies.generic import random_member
 
-    if family.loops > constants.pencil_loops or family.angles == 0:
+    if family.loops > SEARCH.pencil_loops or family.angles == 0:
         return None
     H = random_member(family, np.random.default_rng(SEED))
     L, n = family.loops, family.angles
@@ -183,7 +174,7 @@ def _searched(family: Family, constants: ConfigurationConstants) -> Pencil | Non
     for hidden in rails or range(n):
         for low, high in windows:
             pencil = _pencil(family, hidden, low, high)
-            if pencil is not None and len(pencil.basis) <= constants.pencil_unknowns and _full(pencil, H):
+            if pencil is not None and len(pencil.basis) <= SEARCH.pencil_unknowns and _full(pencil, H):
                 return pencil
     return None
 

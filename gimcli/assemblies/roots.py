@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.assemblies.certificate import Proven, distances, distinct, mirror_distance, prove
-from gimcli.assemblies.constants import ConfigurationConstants
+from gimcli.assemblies.constants import SEARCH
 from gimcli.assemblies.loops import Family, Loops
 from gimcli.assemblies.pencil import candidates, pencil_of
 from gimcli.assemblies.root_paths import Tracked, corrected, track
@@ -43,25 +43,23 @@ class Roots:
         return max(0, (self.count or len(self.proven.w)) - len(self.proven.w) - self.infinite)
 
 
-def all_roots(
-    loops: Loops, constants: ConfigurationConstants, progress: Progress = unheard, near: Roots | None = None
-) -> Roots:
+def all_roots(loops: Loops, progress: Progress = unheard, near: Roots | None = None) -> Roots:
     """Return the roots of a group's loops.
 
     `progress` is told how many roots of how many a generic linkage has so far, where one has to be found. `near` are
     the roots of almost the same loops: where intervals alone proved those, they are tried before the paths.
     """
     family, H = loops.family, loops.H
-    count = known_count(family, constants)
-    proven = _by_pencil(family, H, constants)
+    count = known_count(family)
+    proven = _by_pencil(family, H)
     if count is not None and _whole(proven, count):
         return _reached(family, proven, count)
     if count is None or (near is not None and near.level == REALS):  # paths cost most, and cannot prove the list
-        real = _by_intervals(loops, Roots(proven, count, OPEN, _none(family)), constants)
+        real = _by_intervals(loops, Roots(proven, count, OPEN, _none(family)))
         if real.level == REALS:
             return real
-    found = _by_paths(family, H, count, proven, constants, progress)
-    return found if found.level == REACHED else _by_intervals(loops, found, constants)
+    found = _by_paths(family, H, count, proven, progress)
+    return found if found.level == REACHED else _by_intervals(loops, found)
 
 
 def _reached(family: Family, proven: Proven, count: int) -> Roots:
@@ -78,21 +76,21 @@ def _whole(proven: Proven, count: int) -> bool:
     return len(proven.w) == count and bool((proven.real | proven.complex).all())
 
 
-def _by_pencil(family: Family, H: ComplexArray, constants: ConfigurationConstants) -> Proven:
-    pencil = pencil_of(family, constants)
+def _by_pencil(family: Family, H: ComplexArray) -> Proven:
+    pencil = pencil_of(family)
     w = np.zeros((0, family.angles + family.slides), dtype=complex)
     if pencil is not None:
         found = candidates(pencil, H)
-        w = corrected(family, H, found, constants.polish)
-        w = w[np.isfinite(w).all(axis=1) & (np.max(np.abs(w - found), axis=1, initial=0.0) < constants.moved)]
-    return _sound(family, H, w, constants)
+        w = corrected(family, H, found, SEARCH.polish)
+        w = w[np.isfinite(w).all(axis=1) & (np.max(np.abs(w - found), axis=1, initial=0.0) < SEARCH.moved)]
+    return _sound(family, H, w)
 
 
-def _sound(family: Family, H: ComplexArray, w: ComplexArray, constants: ConfigurationConstants) -> Proven:
+def _sound(family: Family, H: ComplexArray, w: ComplexArray) -> Proven:
     """Return the different roots that are proved among some points."""
-    w = w[np.isfinite(w).all(axis=1) & (np.abs(w[:, : family.angles].real) < constants.tracking.far).all(axis=1)]
+    w = w[np.isfinite(w).all(axis=1) & (np.abs(w[:, : family.angles].real) < SEARCH.tracking.far).all(axis=1)]
     proven = prove(family, H, w)
-    return distinct(family, proven.take(proven.residual < constants.residual))
+    return distinct(family, proven.take(proven.residual < SEARCH.residual))
 
 
 def _by_paths(
@@ -100,14 +98,13 @@ def _by_paths(
     H: ComplexArray,
     count: int | None,
     proven: Proven,
-    constants: ConfigurationConstants,
     progress: Progress,
 ) -> Roots:
     """Return the union of what the paths from independent generic linkages prove."""
     ends: list[_Ends] = []
-    for seed in range(constants.starts):
-        start = known_start(family, seed, constants, progress)
-        found = _tracked(family, start.H, H, start.w, constants)
+    for seed in range(SEARCH.starts):
+        start = known_start(family, seed, progress)
+        found = _tracked(family, start.H, H, start.w)
         ends.append(found)
         proven = distinct(family, proven.joined(found.proven))
         if count is not None and _whole(proven, count):
@@ -124,20 +121,20 @@ def _by_paths(
     return Roots(proven, count, AGREED if settled else OPEN, last.doubtful, last.infinite)
 
 
-def _by_intervals(loops: Loops, found: Roots, constants: ConfigurationConstants) -> Roots:
+def _by_intervals(loops: Loops, found: Roots) -> Roots:
     """Return the roots with the real ones proved complete, where intervals can; a multiple root they cannot decide."""
     from gimcli.assemblies.intervals import IntervalConstants, real_roots
 
     family, n = loops.family, loops.family.angles
-    if (mirror_distance(family, found.doubtful) < constants.real).any():
+    if (mirror_distance(family, found.doubtful) < SEARCH.real).any():
         return found
-    limits = IntervalConstants(seconds=constants.seconds)
+    limits = IntervalConstants(seconds=SEARCH.seconds)
     boxes = real_roots(loops.C0, loops.C, loops.U, loops.rail, None, limits)
     told = boxes.complete and boxes.everywhere
     if len(boxes.roots) == 0:
         return replace(found, level=REALS) if told and not found.proven.real.any() else found
     w = np.concatenate([1j * boxes.roots[:, :n], boxes.roots[:, n:].astype(complex)], axis=1)
-    proven = distinct(family, found.proven.joined(_sound(family, loops.H, w, constants)))
+    proven = distinct(family, found.proven.joined(_sound(family, loops.H, w)))
     whole = told and int(proven.real.sum()) == len(boxes.roots)
     return replace(found, proven=proven, level=REALS if whole else found.level)
 
@@ -156,22 +153,20 @@ def _same(a: _Ends, b: _Ends) -> bool:
     return len(a.proven.w) == len(b.proven.w) and a.infinite == b.infinite and a.lost == b.lost
 
 
-def _tracked(
-    family: Family, start: ComplexArray, H: ComplexArray, w: ComplexArray, constants: ConfigurationConstants
-) -> _Ends:
+def _tracked(family: Family, start: ComplexArray, H: ComplexArray, w: ComplexArray) -> _Ends:
     """Follow all roots of a start; those that met or were lost again, with smaller steps."""
-    tracking = constants.tracking
+    tracking = SEARCH.tracking
     done = track(family, start, H, w, tracking)
-    point = corrected(family, H, done.w, constants.polish // 2)
-    for tighter in constants.tighter:
-        again = ~_alone(family, H, done, point, constants)
+    point = corrected(family, H, done.w, SEARCH.polish // 2)
+    for tighter in SEARCH.tighter:
+        again = ~_alone(family, H, done, point)
         if not again.any():
             break
         finer = track(family, start, H, w[again], replace(tracking, correction=tracking.correction * tighter))
         done = _replaced(done, again, finer)
-        point[again] = corrected(family, H, finer.w, constants.polish // 2)
-    alone = _alone(family, H, done, point, constants)
-    return _judged(family, H, done, point, alone, constants)
+        point[again] = corrected(family, H, finer.w, SEARCH.polish // 2)
+    alone = _alone(family, H, done, point)
+    return _judged(family, H, done, point, alone)
 
 
 def _replaced(done: Tracked, chosen: NDArray[np.bool_], new: Tracked) -> Tracked:
@@ -180,17 +175,15 @@ def _replaced(done: Tracked, chosen: NDArray[np.bool_], new: Tracked) -> Tracked
     return Tracked(w, arrived, time, rate)
 
 
-def _alone(
-    family: Family, H: ComplexArray, done: Tracked, point: ComplexArray, constants: ConfigurationConstants
-) -> NDArray[np.bool_]:
+def _alone(family: Family, H: ComplexArray, done: Tracked, point: ComplexArray) -> NDArray[np.bool_]:
     """Tell which paths arrived at a proved root that no other path arrived at."""
     safe = np.where(np.isfinite(point).all(axis=1, keepdims=True), point, 0.0)
     proven = prove(family, H, safe)
     good = np.asarray(done.arrived & np.isfinite(point).all(axis=1), dtype=bool)
-    good = np.asarray(good & proven.sure & (proven.residual < constants.residual), dtype=bool)
+    good = np.asarray(good & proven.sure & (proven.residual < SEARCH.residual), dtype=bool)
     gap = distances(family, safe, safe)
     np.fill_diagonal(gap, np.inf)
-    met = (gap <= constants.near) & good[:, None] & good[None, :]
+    met = (gap <= SEARCH.near) & good[:, None] & good[None, :]
     met &= gap <= proven.small[:, None] + proven.small[None, :]
     return np.asarray(good & ~met.any(axis=1))
 
@@ -201,32 +194,31 @@ def _judged(
     done: Tracked,
     point: ComplexArray,
     alone: NDArray[np.bool_],
-    constants: ConfigurationConstants,
 ) -> _Ends:
     """Tell roots at infinity from multiple ones, and those from paths that were lost."""
-    proven = _sound(family, H, point[np.isfinite(point).all(axis=1) & (done.arrived | alone)], constants)
+    proven = _sound(family, H, point[np.isfinite(point).all(axis=1) & (done.arrived | alone)])
     left = np.flatnonzero(~alone)
-    infinite = _diverging(family, done, constants)[left]
+    infinite = _diverging(family, done)[left]
     rest = left[~infinite]
     near = point[rest]
     with np.errstate(all="ignore"):
         near = near[np.isfinite(near).all(axis=1)]
-        near = near[prove(family, H, near).residual < constants.residual] if len(near) else near
+        near = near[prove(family, H, near).residual < SEARCH.residual] if len(near) else near
     if len(near) and len(proven.w):  # a path that met a proved root
-        near = near[np.min(distances(family, near, proven.w), axis=1) > constants.near]
-    doubtful = _clusters(family, near, constants.near)
+        near = near[np.min(distances(family, near, proven.w), axis=1) > SEARCH.near]
+    doubtful = _clusters(family, near, SEARCH.near)
     return _Ends(proven, doubtful, int(infinite.sum()), len(rest) - len(near))
 
 
-def _diverging(family: Family, done: Tracked, constants: ConfigurationConstants) -> NDArray[np.bool_]:
+def _diverging(family: Family, done: Tracked) -> NDArray[np.bool_]:
     """Tell which paths go to infinity: with t = 1 - e^-tau they end on a straight line in log theta, log s."""
     n = family.angles
     with np.errstate(all="ignore"):
         slope = np.abs(done.rate * (1.0 - done.time)[:, None])
         slope[:, n:] /= np.maximum(np.abs(done.w[:, n:]), 1.0)
-        far = np.max(np.abs(done.w[:, :n].real), axis=1, initial=0.0) > constants.tracking.far
-        straight = np.max(np.where(np.isfinite(slope), slope, 0.0), axis=1, initial=0.0) > constants.slope
-    late = done.time > constants.late
+        far = np.max(np.abs(done.w[:, :n].real), axis=1, initial=0.0) > SEARCH.tracking.far
+        straight = np.max(np.where(np.isfinite(slope), slope, 0.0), axis=1, initial=0.0) > SEARCH.slope
+    late = done.time > SEARCH.late
     return np.asarray(~done.arrived & np.asarray(far | (straight & late)))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.assemblies.certificate import distinct, prove
-from gimcli.assemblies.constants import ConfigurationConstants
+from gimcli.assemblies.constants import SEARCH
 from gimcli.assemblies.count import root_count
 from gimcli.assemblies.generic import Generic, generic_start
 from gimcli.assemblies.loops import Family
@@ -26,62 +26,48 @@ UNKNOWN = -1
 KEPT = 64
 
 
-def known_count(family: Family, constants: ConfigurationConstants) -> int | None:
+def known_count(family: Family) -> int | None:
     """Return the exact number of complex roots, from the cache where it has been told before; None if not known.
 
     A structure that counts none has no generic configuration, though its dimensions may allow some.
     """
-    return _count(_Topology(family), constants) or None
+    return _count(family) or None
 
 
-def known_start(family: Family, seed: int, constants: ConfigurationConstants, progress: Progress = unheard) -> Generic:
+def known_start(family: Family, seed: int, progress: Progress = unheard) -> Generic:
     """Return a generic linkage with its roots, from the cache where it has been found before."""
-    key = (family.key, seed, constants)
+    key = (family.key, seed)
     if key not in _STARTS:
         if len(_STARTS) >= KEPT:
             _STARTS.clear()
-        _STARTS[key] = _start(family, seed, constants, progress)
+        _STARTS[key] = _start(family, seed, progress)
     return _STARTS[key]
 
 
-class _Topology:
-    """A family that equals every other with the same tensors."""
-
-    def __init__(self, family: Family) -> None:
-        self.family = family
-
-    def __hash__(self) -> int:
-        return hash(self.family.key)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Topology) and self.family.key == other.family.key
-
-
 @lru_cache(KEPT)
-def _count(topology: _Topology, constants: ConfigurationConstants) -> int | None:
-    family = topology.family
-    cheap = not family.slides or family.loops < constants.count_slides
+def _count(family: Family) -> int | None:
+    cheap = not family.slides or family.loops < SEARCH.count_slides
     path = None if cheap else _path(f"{family.key}-count")
     stored = _read(path)
     if stored is not None and "count" in stored and stored["count"].shape == ():
         value = int(stored["count"])
         return None if value == UNKNOWN else value
-    count = root_count(family, constants)
+    count = root_count(family)
     _write(path, count=np.array(UNKNOWN if count is None else count))
     return count
 
 
-_STARTS: dict[tuple[str, int, ConfigurationConstants], Generic] = {}
+_STARTS: dict[tuple[str, int], Generic] = {}
 
 
-def _start(family: Family, seed: int, constants: ConfigurationConstants, progress: Progress) -> Generic:
-    path, count = _path(f"{family.key}-{seed}"), known_count(family, constants)
+def _start(family: Family, seed: int, progress: Progress) -> Generic:
+    path, count = _path(f"{family.key}-{seed}"), known_count(family)
     stored = _read(path)
     if stored is not None:
         generic = _checked(family, stored, count)
         if generic is not None:
             return generic
-    generic = generic_start(family, seed, count, constants, progress)
+    generic = generic_start(family, seed, count, progress)
     _write(path, H=generic.H, w=generic.w)
     return generic
 

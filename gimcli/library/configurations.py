@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.assemblies import ConfigurationConstants, Configurations, all_configurations, drawn_configuration
+from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
 from gimcli.library.inputs import at_inputs, in_file_units, inputs_of
 from gimcli.library.places import angles, pairs, places
 from gimcli.library.result import ByName, Result
@@ -37,9 +37,7 @@ def configurations(
     Options.checked("auto", "spectral", tolerance, "auto")
     values = inputs_of(mechanism, {**(at or {}), **inputs}, "--at ")
     with explained(mechanism):
-        found = all_configurations(
-            mechanism, values, ConfigurationConstants(fits=tolerance), progress("configurations")
-        )
+        found = all_configurations(mechanism, values, tolerance, progress("configurations"))
     return ConfigurationsResult(found, drawn_configuration(found))
 
 

@@ -14,8 +14,6 @@ from gimcli.assemblies.generic import generic_member, generic_start, random_memb
 from gimcli.assemblies.loops import Family, Loops, values, values_and_jacobian
 from gimcli.assemblies.root_paths import corrected, track
 
-POLICY = constants.ConfigurationConstants()
-
 
 def family_of(rows, rail=()):
     """Return the family of loops whose every coefficient named in `rows` is a parameter of its own.
@@ -49,7 +47,7 @@ FAMILIES = {
 @cache
 def started(name):
     """Return a generic member of a family with all its roots."""
-    return generic_start(FAMILIES[name], 0, root_count(FAMILIES[name], POLICY), POLICY)
+    return generic_start(FAMILIES[name], 0, root_count(FAMILIES[name]))
 
 
 # ------------------------------------------------------------------ counts
@@ -58,7 +56,7 @@ def started(name):
 @pytest.mark.parametrize(("name", "count"), [("RRR", 2), ("RRP", 2), ("RPR", 2), ("PRP", 1), ("dense", 20)])
 def test_counts_by_closed_forms(name, count):
     """A dyad has two, two slides one, and dense loops binomial(2 L, L): Wampler 2001."""
-    assert root_count(FAMILIES[name], POLICY) == count
+    assert root_count(FAMILIES[name]) == count
 
 
 @pytest.mark.few(2)
@@ -67,11 +65,11 @@ def test_counts_by_closed_forms(name, count):
 def test_counts_are_those_of_monodromy(name, seed):
     """Left to itself, without the count, monodromy stops at the same number."""
     family = FAMILIES[name]
-    assert len(generic_start(family, seed, None, POLICY).w) == root_count(family, POLICY)
+    assert len(generic_start(family, seed, None).w) == root_count(family)
 
 
 def test_an_angle_in_no_loop_counts_nothing():
-    assert root_count(family_of(["xx.xx", "xx.xx"]), POLICY) == 0
+    assert root_count(family_of(["xx.xx", "xx.xx"])) == 0
 
 
 def test_rank_is_that_of_integers():
@@ -99,21 +97,22 @@ def same(family, a, b):
 @pytest.mark.parametrize("seed", range(4))
 def test_pencil_and_paths_agree(name, seed):
     family = FAMILIES[name]
-    loops, count, start = real_member(family, seed), root_count(family, POLICY), started(name)
-    found = roots._by_pencil(family, loops.H, POLICY)
-    followed = roots._tracked(family, start.H, loops.H, start.w, POLICY)
-    assert pencil.pencil_of(family, POLICY) is not None
+    loops, count, start = real_member(family, seed), root_count(family), started(name)
+    found = roots._by_pencil(family, loops.H)
+    followed = roots._tracked(family, start.H, loops.H, start.w)
+    assert pencil.pencil_of(family) is not None
     assert len(found.w) == count
     assert (followed.infinite, followed.lost) == (0, 0)
     assert same(family, found.w, followed.proven.w)
 
 
-def test_paths_alone_find_every_root_in_the_same_order():
+def test_paths_alone_find_every_root_in_the_same_order(monkeypatch):
     edges = [(1, 2), (1, 3), (2, 3), (1, 4), (3, 6), (2, 5), (4, 5), (4, 6), (5, 6)]
     lengths = dict(zip(edges, [2, 2, 2, 7 / 4, 27 / 10, 197 / 100, 11 / 5, 29 / 10, 43 / 20], strict=True))
     mechanism = loaded(bars(edges, (1, 2), lengths))
-    found = ConfigurationFinder(mechanism, constants.ConfigurationConstants(pencil_loops=0)).at(np.zeros(0))
     usual = ConfigurationFinder(mechanism).at(np.zeros(0))
+    monkeypatch.setattr(roots, "pencil_of", lambda family: None)
+    found = ConfigurationFinder(mechanism).at(np.zeros(0))
     assert (found.level, usual.level, len(usual)) == (1, 1, 24)
     np.testing.assert_allclose(found.z, usual.z, atol=1e-10)
 
@@ -154,8 +153,8 @@ def test_a_generic_member_has_its_root():
 def test_paths_there_and_back_end_where_they_began():
     start = started("dense")
     away = random_member(DENSE, np.random.default_rng(8))
-    there = track(DENSE, start.H, away, start.w, POLICY.tracking)
-    back = track(DENSE, away, start.H, corrected(DENSE, away, there.w, 3), POLICY.tracking)
+    there = track(DENSE, start.H, away, start.w, constants.SEARCH.tracking)
+    back = track(DENSE, away, start.H, corrected(DENSE, away, there.w, 3), constants.SEARCH.tracking)
     assert back.arrived.all()
     assert np.max(np.abs(back.w - start.w)) < 1e-6  # the same straight line: each to itself
 
@@ -227,11 +226,11 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def test_a_start_is_found_once(own_cache, monkeypatch):
-    first = start_cache.known_start(RRR, 0, POLICY)
+    first = start_cache.known_start(RRR, 0)
     files = sorted(own_cache.iterdir())
     monkeypatch.setattr(start_cache, "_STARTS", {})
     monkeypatch.setattr(start_cache, "generic_start", lambda *_: pytest.fail("found again"))
-    again = start_cache.known_start(RRR, 0, POLICY)
+    again = start_cache.known_start(RRR, 0)
     assert len(files) == 1
     assert np.array_equal(first.w, again.w)
     assert np.array_equal(first.H, again.H)
@@ -239,7 +238,7 @@ def test_a_start_is_found_once(own_cache, monkeypatch):
 
 @pytest.mark.parametrize("damage", [b"", b"not a file of arrays", "roots lost", "other numbers", "no number"])
 def test_a_damaged_start_is_found_again(own_cache, monkeypatch, damage):
-    first = start_cache.known_start(RRR, 0, POLICY)
+    first = start_cache.known_start(RRR, 0)
     path = next(own_cache.iterdir())
     if isinstance(damage, bytes):
         path.write_bytes(damage)
@@ -247,11 +246,11 @@ def test_a_damaged_start_is_found_again(own_cache, monkeypatch, damage):
         spoilt = {"roots lost": first.w[1:], "other numbers": first.w + 0.3, "no number": first.w * np.nan}[damage]
         start_cache._write(path, H=first.H, w=spoilt)
     monkeypatch.setattr(start_cache, "_STARTS", {})
-    again = start_cache.known_start(RRR, 0, POLICY)
+    again = start_cache.known_start(RRR, 0)
     np.testing.assert_array_equal(first.w, again.w)
 
 
 def test_without_a_folder_starts_are_found_each_time(own_cache, monkeypatch):
     monkeypatch.setattr(start_cache, "user_folder", lambda name: None)
-    assert len(start_cache.known_start(RRR, 0, POLICY).w) == 2
+    assert len(start_cache.known_start(RRR, 0).w) == 2
     assert not own_cache.exists()
