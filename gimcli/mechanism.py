@@ -70,6 +70,10 @@ class Member:
         """Return the place of a node in the member's own frame."""
         return complex(self.shape[self.nodes.index(node)])
 
+    def reach(self, a: int, b: int) -> complex:
+        """Return the way from node a to node b in the member's own frame."""
+        return self.local(b) - self.local(a)
+
 
 SPAN, ANGLE, HEIGHT, CLOSURE = range(4)
 """Kinds of constraints; what a pair, an actuator or a gauge is about is one of the first three."""
@@ -105,6 +109,10 @@ class PairRow:
     def guide(self) -> int:
         """The last of its members: that which carries the line, or the reference; the frame for a distance."""
         return self.members[-1] if self.members else FRAME
+
+    def height(self, place: complex) -> float:
+        """Return how far the line is over a place of the guide, in its own frame."""
+        return (self.normal.conjugate() * (self.point - place)).real
 
     @property
     def along(self) -> complex:

@@ -64,7 +64,7 @@ class NaturalCoordinates:
         """Place the nodes that no equation holds: they are linear in their member's points."""
         for member, nodes, (u, v) in zip(self.mechanism.members[1:], self.points[1:], self.base[1:], strict=True):
             for node in set(member.nodes) - set(nodes):
-                ratio = (member.local(node) - member.local(u)) / (member.local(v) - member.local(u))
+                ratio = member.reach(u, node) / member.reach(u, v)
                 z[node] = z[u] + ratio * (z[v] - z[u])
         return z
 
@@ -72,17 +72,17 @@ class NaturalCoordinates:
         """Return the two points of a member that are farthest apart."""
         member = self.mechanism.members[index]
         pairs = combinations(self.points[index], 2)
-        far = max(pairs, key=lambda p: abs(member.local(p[1]) - member.local(p[0])), default=(NONE, NONE))
+        far = max(pairs, key=lambda p: abs(member.reach(*p)), default=(NONE, NONE))
         return far
 
     def _members(self) -> list[Row]:
         rows: list[Row] = []
         for index, member in enumerate(self.mechanism.members[1:], start=1):
             u, v = self.base[index]
-            reach = member.local(v) - member.local(u)
+            reach = member.reach(u, v)
             rows.append(((DISTANCE, v, u, NONE, NONE, NONE, NONE, 1), (0.0, 0.0, abs(reach))))
             for node in set(self.points[index]) - {u, v}:
-                w = (member.local(node) - member.local(u)) / reach
+                w = member.reach(u, node) / reach
                 rows.append(((RIGID, node, u, u, v, NONE, NONE, 1), (w.real, w.imag, 0.0)))
         return rows
 
@@ -100,17 +100,17 @@ class NaturalCoordinates:
             u, v, anchor, w = NONE, NONE, member.nodes[0], row.normal
         else:
             u, v = self.base[row.guide]
-            anchor, w = u, row.normal / (member.local(v) - member.local(u))
-        height = (row.normal.conjugate() * (row.point - member.local(anchor))).real
+            anchor, w = u, row.normal / member.reach(u, v)
+        height = row.height(member.local(anchor))
         return (LINE, row.node, anchor, u, v, actuator, NONE, 1), (w.real, w.imag, height)
 
     def _angle(self, row: PairRow, actuator: int) -> Row:
         """Return that the arm has no part across the ray of the reference."""
         arm, reference = (self.mechanism.members[k] for k in row.members)
         p, q = self.base[row.members[0]]
-        across = 1j * row.reference / row.arm * (arm.local(q) - arm.local(p))
+        across = 1j * row.reference / row.arm * arm.reach(p, q)
         across /= abs(across)
         u, v = (NONE, NONE) if row.guide == FRAME else self.base[row.guide]
         if u != NONE:
-            across /= reference.local(v) - reference.local(u)
+            across /= reference.reach(u, v)
         return (LINE, q, p, u, v, NONE, actuator, 1), (across.real, across.imag, 0.0)

@@ -170,7 +170,7 @@ def parse_moves(mechanism: Mechanism, text: str) -> tuple[Move, ...]:
 def _angle_between(mechanism: Mechanism, arm: int, vertex: int, b: int, word: str) -> Restriction:
     for member in mechanism.members[1:]:
         if {arm, vertex, b} <= set(member.nodes):
-            turn = (member.local(b) - member.local(vertex)) / (member.local(arm) - member.local(vertex))
+            turn = member.reach(vertex, b) / member.reach(vertex, arm)
             return angle(f"{member.name} {word}", vertex, arm, b, turn / abs(turn))
     raise UsageError(f"--sequence: no member holds the angle of '{word}'")
 
@@ -179,7 +179,7 @@ def _distance_between(mechanism: Mechanism, a: int, b: int, word: str) -> Restri
     for member in mechanism.members[1:]:
         if a in member.nodes and b in member.nodes:
             name = f"{member.name} {mechanism.nodes[a]}-{mechanism.nodes[b]}"
-            return distance(name, a, b, Value(abs(member.local(b) - member.local(a))))
+            return distance(name, a, b, Value(abs(member.reach(a, b))))
     for number, actuator in enumerate(mechanism.actuators):
         if set(actuator.nodes) == {a, b}:
             return distance(actuator.name, a, b, Value(0.0, number))

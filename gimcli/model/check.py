@@ -13,15 +13,16 @@ from pydantic import ValidationError
 
 from gimcli.model import wording
 from gimcli.model.check_dynamics import check_dynamics
-from gimcli.model.check_inputs import check_inputs, check_span
+from gimcli.model.check_inputs import check_inputs
 from gimcli.model.check_places import check_drawn, check_place
-from gimcli.model.references import CLOSEST, References, used_nodes
+from gimcli.model.pairs import PAIRS, used_nodes
+from gimcli.model.references import CLOSEST, References
 from gimcli.model.schema import Element, Link, Model, long_form
 from gimcli.model.source import Source, Where
 
-SECTIONS = ("nodes", "links", "elements", "prismatic", "actuators", "points", "masses", "loads",
+SECTIONS = ("nodes", "links", "elements", *PAIRS, "actuators", "points", "masses", "loads",
             "springs", "dampers", "friction")  # fmt: skip
-CONSTRAINTS = ("links", "elements", "prismatic", "actuators")
+CONSTRAINTS = ("links", "elements", *PAIRS, "actuators")
 FORMULA = ("=", "+", "-", "@")
 """Signs with which a cell of a spreadsheet becomes a formula; names stand in the heads of tables."""
 COLUMNS = ("step", "time", "residual", "sweeps", "status")
@@ -96,8 +97,9 @@ def check(refs: References) -> None:
         _check_member(refs, ("elements", name), element)
     if refs.every and refs.sure and not SIZES[0] < refs.size < SIZES[1]:
         refs.fault(("nodes",), f"the mechanism is {refs.size:g} in size; choose another unit of length")
-    for name in refs.model.prismatic:
-        _check_prismatic(refs, name)
+    for section, kind in PAIRS.items():
+        for name in getattr(refs.model, section):
+            kind.check(refs, name)
     check_inputs(refs)
     _check_points(refs)
     check_dynamics(refs)
@@ -165,27 +167,6 @@ def _check_shape(refs: References, where: Where, nodes: list[str], shape: dict[s
             refs.fault((*where, "shape", node), f"'{node}' is no node of '{where[1]}'{hint}", key=True)
     for a, b in refs.coincident({n: shape[n] for n in nodes if n in shape}):
         refs.fault((*where, "shape"), f"nodes {a} and {b} of '{where[1]}' coincide in its shape; move one")
-
-
-def _check_prismatic(refs: References, name: str) -> None:
-    where: Where = ("prismatic", name)
-    pair = refs.model.prismatic[name]
-    if (pair.node is None) == (pair.nodes is None):
-        text = f"'{name}' needs either `node` (pin in a slot) or `nodes` (no relative rotation)"
-        refs.lack(where, ("node", "nodes"), text)
-        return
-    if pair.node is not None:
-        if refs.node((*where, "node"), pair.node):
-            check_span(refs, where, pair.guide, [pair.node])
-        return
-    sliding = pair.nodes or []
-    if refs.nodes((*where, "nodes"), sliding):
-        check_span(refs, where, pair.guide, sliding)
-        if refs.sure and not refs.carriers(*sliding):
-            text = (
-                f"nodes {sliding[0]} and {sliding[1]} belong to no common member; name two nodes of the one that slides"
-            )
-            refs.fault((*where, "nodes"), text)
 
 
 def _check_points(refs: References) -> None:

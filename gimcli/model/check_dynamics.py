@@ -6,7 +6,8 @@ from collections.abc import Iterable
 
 from gimcli.model.check_inputs import check_nodes, check_reach
 from gimcli.model.check_places import check_place
-from gimcli.model.references import References, used_nodes
+from gimcli.model.pairs import used_nodes
+from gimcli.model.references import References
 from gimcli.model.schema import Actuator, Damper, Effort, Gauge, Load, Spring
 from gimcli.model.source import Where
 from gimcli.model.tables import read_table

@@ -7,6 +7,7 @@ from pathlib import Path
 from gimcli.mechanism import FRAME, Dynamics, Input, Mechanism, PairRow
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
+from gimcli.model.pairs import PAIRS
 
 
 def compile_model(model: schema.Model, folder: Path = Path()) -> Mechanism:
@@ -16,7 +17,12 @@ def compile_model(model: schema.Model, folder: Path = Path()) -> Mechanism:
     frame = set(own.members[FRAME].nodes)
     moving = [n for k, n in enumerate(own.names) if k not in frame]
     traced = model.trace or list(model.points) or moving
-    pairs = tuple(s for name, pair in model.prismatic.items() for s in own.slides(name, pair))
+    pairs = tuple(
+        row
+        for section, kind in PAIRS.items()
+        for name, pair in getattr(model, section).items()
+        for row in kind.rows(own, name, pair)
+    )
     actuators = tuple(own.actuator(name, a) for name, a in model.actuators.items())
     dynamics, gauges = _dynamics(own, pairs, actuators)
     return Mechanism(

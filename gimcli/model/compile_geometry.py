@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, InputLaw, Member, PairRow, Point
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, InputLaw, Member, Point
 from gimcli.model import schema
 from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, Scaled, TableLaw
-from gimcli.model.references import CLOSEST, used_nodes
+from gimcli.model.pairs import used_nodes
+from gimcli.model.references import CLOSEST
 from gimcli.model.tables import read_table
 
 
@@ -80,21 +81,13 @@ class GeometryCompiler:
     def _local(self, member: int, name: str) -> complex:
         return self.members[member].local(self.index[name])
 
-    def _line(self, guide: list[str]) -> tuple[int, complex, complex]:
+    def line(self, guide: list[str]) -> tuple[int, complex, complex]:
         """Return the member that carries a guide, its first node there, and its direction."""
         member = self._common(*guide)
         first, second = (self._local(member, n) for n in guide)
         return member, first, (second - first) / abs(second - first)
 
-    # -- pairs and actuators ------------------------------------------------------------------
-
-    def slides(self, name: str, pair: schema.Prismatic) -> list[PairRow]:
-        """Return the pairs that hold nodes on a guide."""
-        member, point, direction = self._line(pair.guide)
-        point += 1j * direction * pair.offset / self.scale
-        if pair.node is not None:
-            return [_on_line(name, name, self.index[pair.node], member, point, direction)]
-        return [_on_line(f"{name} {n}", name, self.index[n], member, point, direction) for n in pair.nodes or []]
+    # -- actuators ------------------------------------------------------------------
 
     def actuator(self, name: str, actuator: schema.Actuator) -> Input:
         """Return an actuator, or what a gauge reads."""
@@ -106,7 +99,7 @@ class GeometryCompiler:
             law = self._law(actuator.law, drawn, 1.0 / self.scale, 0.0)
             return Input(name, SPAN, (a, b), law=law, drawn=drawn)
         guide = list(actuator.guide or [])
-        member, point, direction = self._line(guide)
+        member, point, direction = self.line(guide)
         a = self.index[str(actuator.node)]
         u, v = (complex(self.drawn[self.index[n]]) for n in guide)
         along = (v - u) / abs(v - u)
@@ -176,10 +169,6 @@ class GeometryCompiler:
             return Point(name, k, drawn)
         first, second = (complex(self.drawn[n]) for n in member.nodes[:2])
         return Point(name, k, complex(member.shape[0]) + (drawn - first) / _unit(second - first))
-
-
-def _on_line(name: str, pair: str, node: int, guide: int, point: complex, along: complex) -> PairRow:
-    return PairRow(name, HEIGHT, (node,), (guide,), point, 1j * along, pair=pair)
 
 
 def _unit(z: complex) -> complex:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Sequence
 from itertools import pairwise
 
-from gimcli.model.schema import Actuator, Element, Link, Model, Prismatic
+from gimcli.model.schema import Model
 from gimcli.model.source import Source, Where
 from gimcli.model.wording import near, written
 
@@ -96,12 +96,3 @@ def _span(places: list[list[float]]) -> float:
         return 0.0
     x, y = zip(*places, strict=True)
     return math.hypot(max(x) - min(x), max(y) - min(y))
-
-
-def used_nodes(model: Model) -> set[str]:
-    """Return the nodes that a member, the ground, a slide or an actuator uses: the others are left out."""
-    members: list[Link | Element] = [*model.links.values(), *model.elements.values()]
-    others: list[Prismatic | Actuator] = [*model.prismatic.values(), *model.actuators.values()]
-    named = [name for part in members for name in part.nodes]
-    named += [name for part in others for name in part.nodes or []]
-    return {*model.ground.nodes, *named, *(part.node for part in others if part.node is not None)}

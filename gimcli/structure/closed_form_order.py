@@ -120,6 +120,10 @@ class Layout:
         """Return the place of a node in a member's own frame."""
         return self.mechanism.members[member].local(node)
 
+    def reach(self, member: int, a: int, b: int) -> complex:
+        """Return the way from node a to node b in a member's own frame."""
+        return self.mechanism.members[member].reach(a, b)
+
     # -- steps ----------------------------------------------------------------------
 
     def place(self, node: int, anchor: int, vector: Vector, constraint: str) -> None:
@@ -161,7 +165,7 @@ class Layout:
                 pair = [n for n in self.mechanism.members[index].nodes if n in self.placed][:2]
                 if len(pair) == 2:
                     u, v = pair
-                    self.orient(index, Vector(1.0 / (self.local(index, v) - self.local(index, u)), u, v))
+                    self.orient(index, Vector(1.0 / (self.reach(index, u, v)), u, v))
                     news = True
         for row in self.drives.copy():
             news |= self._drive(row)
@@ -196,7 +200,7 @@ class Layout:
             if index == FRAME or source is None or anchor is None:
                 continue
             for node in self.wanted(index):
-                reach = self.local(index, node) - self.local(index, anchor)
+                reach = self.reach(index, anchor, node)
                 self.place(node, anchor, source.times(reach), self.mechanism.members[index].name)
                 news = True
             later = {k for k in self.carriable if k > index}
@@ -228,8 +232,7 @@ class Layout:
         a = self.anchor(slide.guide)
         if a is None:
             return None
-        across = slide.normal
-        e = (across.conjugate() * (slide.point - self.local(slide.guide, a))).real
+        e = slide.height(self.local(slide.guide, a))
         if slide.node in self.placed:
             return a, slide.node, e
         group = self.rotation.of[slide.guide]
@@ -237,8 +240,8 @@ class Layout:
             b = self.anchor(body)
             if self.rotation.of[body] == group and b is not None:
                 turn = self.rotation.phase[body] / self.rotation.phase[slide.guide]
-                reach = (self.local(body, slide.node) - self.local(body, b)) * turn
-                return a, b, e - (across.conjugate() * reach).real
+                reach = self.reach(body, b, slide.node) * turn
+                return a, b, e - (slide.normal.conjugate() * reach).real
         return None
 
     def dyad(self, good: float = GOOD_CROSSING) -> bool:
@@ -270,7 +273,7 @@ class Layout:
                 continue
             for other in self.kinematic[body]:  # a translating member hands its nodes' loci on
                 if other != node:
-                    offset = source.times(self.local(body, node) - self.local(body, other))
+                    offset = source.times(self.reach(body, other, node))
                     yield from self.own_loci(other, offset)
             yield from self._carried_lines(node, body, source)
 
@@ -280,7 +283,7 @@ class Layout:
         for body in self.members[node]:
             centre = self.anchor(body)
             if centre is not None and self.source(body) is None:
-                radius = abs(self.local(body, node) - self.local(body, centre))
+                radius = abs(self.reach(body, centre, node))
                 yield Circle(mechanism.members[body].name, centre, Value(radius), offset)
         for row in self.rows_at.get(node, []):
             locus = self._line(row, offset) if row.kind == HEIGHT else self._span(row, node, offset)
@@ -295,14 +298,14 @@ class Layout:
         source, anchor = self.source(row.guide), self.anchor(row.guide)
         if source is None or anchor is None:
             return None
-        height = (row.normal.conjugate() * (row.point - self.local(row.guide, anchor))).real
+        height = row.height(self.local(row.guide, anchor))
         return Line(row.name, anchor, source.times(row.normal), row.value.plus(height), offset)
 
     def _carried_lines(self, node: int, body: int, source: Vector) -> Iterator[Line]:
         """Yield what placed nodes on the lines of a translating member tell of its node."""
         for row in self.rows_on.get(body, []):
             if row.node in self.placed:
-                height = (row.normal.conjugate() * (row.point - self.local(body, node))).real
+                height = row.height(self.local(body, node))
                 value = Value(-height, row.value.actuator, -row.value.gain)
                 yield Line(row.name, row.node, source.times(row.normal), value)
 

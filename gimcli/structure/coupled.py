@@ -219,7 +219,7 @@ class Builder:
         if self._source(body) is not None or len(pair) < 2:
             return False
         u, v = pair
-        reach = self.layout.local(body, v) - self.layout.local(body, u)
+        reach = self.layout.reach(body, u, v)
         rotation = self.layout.rotation
         self.direction[rotation.of[body]] = Vector(1.0 / (reach * rotation.phase[body]), u, v)
         name = self.mechanism.members[body].name
@@ -237,7 +237,7 @@ class Builder:
         for node in self._nodes(body):
             if node == anchor:
                 continue
-            vector = source.times(self.layout.local(body, node) - self.layout.local(body, anchor))
+            vector = source.times(self.layout.reach(body, anchor, node))
             if node not in self.placed:
                 self.places.append(Place(node, anchor, vector, name))
                 self.placed.add(node)
@@ -267,7 +267,7 @@ class Builder:
         pair = [n for n in self._nodes(body) if n in self.placed][:2]
         if len(pair) < 2:
             return None
-        reach = self.layout.local(body, pair[1]) - self.layout.local(body, pair[0])
+        reach = self.layout.reach(body, *pair)
         return Vector(factor / reach, pair[0], pair[1], actuator=number, turn=turn)
 
     def _pairs(self) -> None:
@@ -296,7 +296,7 @@ class Builder:
         pair = [n for n in self._nodes(arm) if n in self.placed][:2]
         if normal is None or len(pair) < 2:
             return
-        reach = (self.layout.local(arm, pair[0]) - self.layout.local(arm, pair[1])) / row.arm
+        reach = self.layout.reach(arm, pair[1], pair[0]) / row.arm
         normal = normal.times(reach / abs(reach))
         self.equations.append(Constraint(row.name, HEIGHT, pair[0], pair[1], Value(0.0), normal))
 
@@ -305,6 +305,6 @@ class Builder:
         anchor = next((n for n in self.mechanism.members[row.guide].nodes if n in self.placed), None)
         if source is None or anchor is None:
             return  # its guide belongs to a later group
-        height = (row.normal.conjugate() * (row.point - self.layout.local(row.guide, anchor))).real
+        height = row.height(self.layout.local(row.guide, anchor))
         vector = source.times(row.normal)
         self.equations.append(Constraint(row.name, HEIGHT, row.node, anchor, row.value.plus(height), vector))

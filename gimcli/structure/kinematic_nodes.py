@@ -50,6 +50,6 @@ def carry(mechanism: Mechanism, z: ComplexArray) -> ComplexArray:
     for member, nodes in zip(mechanism.members, kinematic_nodes(mechanism), strict=True):
         for node in set(member.nodes) - set(nodes):
             u, v = nodes[:2]
-            ratio = (member.local(node) - member.local(u)) / (member.local(v) - member.local(u))
+            ratio = member.reach(u, node) / member.reach(u, v)
             z[node] = z[u] + ratio * (z[v] - z[u])
     return z

@@ -55,7 +55,7 @@ def _carried(layout: Layout) -> None:
         source, anchor = layout.source(index), layout.anchor(index)
         for node in member.nodes:
             if node not in layout.placed and source is not None and anchor is not None:
-                reach = layout.local(index, node) - layout.local(index, anchor)
+                reach = layout.reach(index, anchor, node)
                 layout.place(node, anchor, source.times(reach), member.name)
 
 

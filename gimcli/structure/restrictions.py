@@ -137,10 +137,10 @@ def _line(mechanism: Mechanism, row: ImposedRow, kinematic: Sequence[Sequence[in
         anchor, vector = member.nodes[0], Vector(row.normal)
     else:
         anchor, v = kinematic[row.guide][:2]
-        vector = Vector(row.normal / (member.local(v) - member.local(anchor)), anchor, v)
+        vector = Vector(row.normal / (member.reach(anchor, v)), anchor, v)
         if value.actuator == NONE:
             movable = (row.node, v, anchor)
-    height = (row.normal.conjugate() * (row.point - member.local(anchor))).real
+    height = row.height(member.local(anchor))
     return Restriction(row.name, HEIGHT, row.node, anchor, value.plus(height), vector, movable)
 
 
@@ -149,7 +149,7 @@ def _driven_angle(mechanism: Mechanism, row: ImposedRow, kinematic: Sequence[Seq
     member = mechanism.members[arm_member]
     pivot = row.node if row.nodes else kinematic[arm_member][0]
     arm = next(n for n in kinematic[arm_member] if n != pivot)
-    turn = (member.local(arm) - member.local(pivot)) / row.arm
+    turn = member.reach(pivot, arm) / row.arm
     if reference == FRAME:
         turn *= row.reference
         vector = Vector(turn / abs(turn), actuator=number)
@@ -157,6 +157,6 @@ def _driven_angle(mechanism: Mechanism, row: ImposedRow, kinematic: Sequence[Seq
     body = mechanism.members[reference]
     u = pivot if pivot in body.nodes else kinematic[reference][0]
     v = next(n for n in kinematic[reference] if n != u)
-    turn *= row.reference / (body.local(v) - body.local(u))
+    turn *= row.reference / body.reach(u, v)
     ray = Vector(turn / abs(turn), u, v, actuator=number)
     return Restriction(row.name, ANGLE, arm, pivot, Value(0.0), ray, (arm, v if u == pivot else pivot))

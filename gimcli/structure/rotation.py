@@ -110,7 +110,7 @@ def drawn_turn(mechanism: Mechanism, member: Member) -> complex:
 
 def _turn(mechanism: Mechanism, body: Member, a: PairRow, b: PairRow) -> complex:
     """Return e^(i (phi_body - phi_guide)); the sense along the guide is the drawn one."""
-    along = body.local(b.node) - body.local(a.node)
+    along = body.reach(a.node, b.node)
     direction = a.along * drawn_turn(mechanism, mechanism.members[a.guide])
     run = complex(mechanism.drawn[b.node] - mechanism.drawn[a.node])
     sense = 1.0 if (run.conjugate() * direction).real >= 0.0 else -1.0
