@@ -19,7 +19,7 @@ from gimcli.assemblies.certificate import Proven, real_form
 from gimcli.assemblies.constants import FITS, SEARCH
 from gimcli.assemblies.dyads import DyadRoots, dyad_roots
 from gimcli.assemblies.group_loops import LoopGroup, LoopState, group_of
-from gimcli.assemblies.link_joints import NONE, BodyJoint, BodyLinkage, linkage_of
+from gimcli.assemblies.link_joints import NONE, BodyJoint, Linkage, linkage
 from gimcli.assemblies.loops import Loops
 from gimcli.assemblies.multiple_roots import doubtful_real, kept_apart
 from gimcli.assemblies.roots import OPEN, REACHED, REALS, Roots, all_roots
@@ -117,7 +117,7 @@ class ConfigurationFinder:
     def __init__(self, mechanism: Mechanism, tolerance: float = FITS) -> None:
         self.mechanism, self.tolerance = mechanism, tolerance
         self.progress: Progress = unheard
-        whole = linkage_of(mechanism)
+        whole = linkage(mechanism)
         self.linkage = independent(whole)
         self.surplus = _left_out(whole, self.linkage)
         loose = [mechanism.nodes[node] for node in self.linkage.loose]
@@ -243,7 +243,7 @@ _Root = tuple[int, int, ComplexArray, float]
 """Parent, branch, w, radius."""
 
 
-def _left_out(whole: BodyLinkage, kept: BodyLinkage) -> tuple[str, ...]:
+def _left_out(whole: Linkage, kept: Linkage) -> tuple[str, ...]:
     """Return the names of the constraints that were left out."""
     names = [whole.mechanism.members[b].name for b in sorted(kept.dropped)]
     left = {(j.body, j.node, j.name) for j in (*kept.joints, *kept.carried)}

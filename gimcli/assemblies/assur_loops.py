@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gimcli.assemblies.count import PRIME
-from gimcli.assemblies.link_joints import NONE, BodyLinkage
+from gimcli.assemblies.link_joints import NONE, Linkage
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, IntArray
 from gimcli.structure.dulmage_mendelsohn import components, match
@@ -40,7 +40,7 @@ class GroupPart:
 class Unknowns:
     """Columns: ("p", vertex) twice, ("t", class), ("s", joint)."""
 
-    linkage: BodyLinkage
+    linkage: Linkage
     column: dict[tuple[str, int], int] = field(default_factory=dict)
     count: int = 0
 
@@ -68,7 +68,7 @@ class Unknowns:
         return [u for u in asked if u in self.column]
 
 
-def independent(linkage: BodyLinkage) -> BodyLinkage:
+def independent(linkage: Linkage) -> Linkage:
     """Return the linkage without surplus constraints, one after the other.
 
     A bar goes as a whole, a slide as a joint; any other pin is let slide. What is left out is told by the
@@ -84,13 +84,13 @@ def independent(linkage: BodyLinkage) -> BodyLinkage:
         linkage = next(found for found in _reduced(linkage) if len(found.loose) == loose and _determined(found))
 
 
-def _determined(linkage: BodyLinkage) -> bool:
+def _determined(linkage: Linkage) -> bool:
     """Tell whether the joints determine all unknowns."""
     rank, _, columns = _rank(linkage)
     return rank == columns
 
 
-def _reduced(linkage: BodyLinkage) -> Iterator[BodyLinkage]:
+def _reduced(linkage: Linkage) -> Iterator[Linkage]:
     """Yield the linkage with one constraint less: the last bars first."""
     pins = Counter(j.body for j in linkage.joints)
     members = len(linkage.mechanism.members)
@@ -108,13 +108,13 @@ def _reduced(linkage: BodyLinkage) -> Iterator[BodyLinkage]:
     raise StructureError(f"{linkage.mechanism.name} is over-driven: its actuators contradict each other; remove one")
 
 
-def _rank(linkage: BodyLinkage) -> tuple[int, int, int]:
+def _rank(linkage: Linkage) -> tuple[int, int, int]:
     """Return rank, equations and unknowns at random dimensions."""
     table = generic_jacobian(linkage)
     return len(_eliminated(table)[1]), table.shape[0], table.shape[1]
 
 
-def generic_jacobian(linkage: BodyLinkage) -> IntArray:
+def generic_jacobian(linkage: Linkage) -> IntArray:
     """Return the derivatives of all joints (2 joints, unknowns) at a random position that they close.
 
     Places are integers: the rank is told modulo a prime, exactly, however long a chain is.
@@ -138,7 +138,7 @@ def generic_jacobian(linkage: BodyLinkage) -> IntArray:
     return table % PRIME
 
 
-def _rail(linkage: BodyLinkage, index: int, place: IntArray, generator: np.random.Generator) -> IntArray:
+def _rail(linkage: Linkage, index: int, place: IntArray, generator: np.random.Generator) -> IntArray:
     """Return a rail's direction: random, but through the pin that it runs through."""
     joint = linkage.joints[index]
     if joint.through == NONE:
@@ -164,7 +164,7 @@ def _eliminated(table: IntArray) -> tuple[IntArray, list[int]]:
     return rows[: len(pivots)], pivots
 
 
-def _refuse(linkage: BodyLinkage) -> None:
+def _refuse(linkage: Linkage) -> None:
     """Raise StructureError with the nodes that nothing drives."""
     unknowns = Unknowns(linkage)
     reduced, pivots = _eliminated(generic_jacobian(linkage))
@@ -181,7 +181,7 @@ def _refuse(linkage: BodyLinkage) -> None:
     )
 
 
-def parts(linkage: BodyLinkage) -> list[GroupPart]:
+def parts(linkage: Linkage) -> list[GroupPart]:
     """Return the Assur groups of a linkage without surplus constraints, in the order of solution."""
     unknowns = Unknowns(linkage)
     rows: list[list[int]] = []  # columns of every equation

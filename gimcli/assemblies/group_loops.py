@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gimcli.assemblies.assur_loops import GroupPart
-from gimcli.assemblies.link_joints import NONE, BodyLinkage
+from gimcli.assemblies.link_joints import NONE, Linkage
 from gimcli.assemblies.loops import GROUND, Family
 from gimcli.mechanism import ComplexArray, IntArray
 
@@ -40,7 +40,7 @@ class LoopState:
 class LoopGroup:
     """One Assur group: its family, and the way from parameters to places."""
 
-    linkage: BodyLinkage = field(repr=False)
+    linkage: Linkage = field(repr=False)
     part: GroupPart
     family: Family = field(repr=False)
     parameters: tuple[tuple[str, int], ...]
@@ -94,7 +94,7 @@ class LoopGroup:
 class _LoopWriter:
     """Adds up the terms of places and loops."""
 
-    def __init__(self, linkage: BodyLinkage, part: GroupPart) -> None:
+    def __init__(self, linkage: Linkage, part: GroupPart) -> None:
         self.linkage, self.part = linkage, part
         self.new = set(part.vertices)
         self.angle = {c: 1 + k for k, c in enumerate(part.classes)}
@@ -124,7 +124,7 @@ def _sum(a: Counter[Term], b: Counter[Term], factor: int = 1) -> Counter[Term]:
     return total
 
 
-def group_of(linkage: BodyLinkage, part: GroupPart) -> LoopGroup:
+def group_of(linkage: Linkage, part: GroupPart) -> LoopGroup:
     """Return the group that finds a part."""
     writer = _LoopWriter(linkage, part)
     tree, place = _spanning(writer)

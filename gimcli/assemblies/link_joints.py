@@ -17,6 +17,7 @@ from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism
 from gimcli.structure.derived import derived
 from gimcli.structure.rotation import rotation_classes
+from gimcli.structure.sliding_pairs import sliding_pairs
 
 NONE = -1
 PARALLEL = 1e-12
@@ -62,7 +63,7 @@ class Phase:
 
 
 @dataclass(frozen=True)
-class BodyLinkage:
+class Linkage:
     """Bodies, nodes and joints; body 0 is the frame. Vertices are the bodies, then the nodes."""
 
     mechanism: Mechanism
@@ -116,16 +117,16 @@ class BodyLinkage:
         first = [self.joints[k].parallel if self.joints[k].parallel != NONE else k for k in (a, b)]
         return first[0] == first[1]
 
-    def without_body(self, body: int) -> BodyLinkage:
+    def without_body(self, body: int) -> Linkage:
         """Return the linkage without a bar; it is told by its nodes afterwards."""
         kept = [j for j in self.joints if j.body != body]
         return _pruned(replace(self, dropped=self.dropped | {body}), kept)
 
-    def without_joint(self, index: int) -> BodyLinkage:
+    def without_joint(self, index: int) -> Linkage:
         """Return the linkage without one joint."""
         return _pruned(self, [j for k, j in enumerate(self.joints) if k != index])
 
-    def slackened(self, index: int) -> BodyLinkage:
+    def slackened(self, index: int) -> Linkage:
         """Return the linkage with a pin that may slide: one constraint less."""
         joints = list(self.joints)
         joints[index] = replace(joints[index], direction=1.0 + 0.0j, slack=True)
@@ -133,7 +134,7 @@ class BodyLinkage:
 
 
 @derived
-def linkage_of(mechanism: Mechanism) -> BodyLinkage:
+def linkage(mechanism: Mechanism) -> Linkage:
     """Return the bodies, nodes and joints of a mechanism; raise StructureError where an angle is driven twice."""
     bars = [k for k, a in enumerate(mechanism.actuators) if a.kind == SPAN]
     classes, phases = _classes(mechanism, len(bars))
@@ -148,36 +149,31 @@ def linkage_of(mechanism: Mechanism) -> BodyLinkage:
         first, second = a.nodes
         joints.append(BodyJoint(a.name, body, first, 0.0j))
         joints.append(BodyJoint(a.name, body, second, 0.0j, actuator=k, along=1.0 + 0.0j))
-    return _pruned(BodyLinkage(mechanism, (), (), classes, phases), joints)
+    return _pruned(Linkage(mechanism, (), (), classes, phases), joints)
 
 
 def _sliding(mechanism: Mechanism, implied: frozenset[str]) -> list[BodyJoint]:
     """Return the joints of slides and travels; both at once on one rail hold the node as a pin does."""
     joints = []
     travels = {k: a for k, a in enumerate(mechanism.actuators) if a.kind == HEIGHT}
-    for slide in mechanism.slides:
-        if slide.name in implied:
-            continue
-        for k, a in travels.items():
-            if a.node == slide.node and a.guide == slide.guide and _parallel(a.normal, slide.along):
-                height = (1j * a.normal).conjugate() * (slide.point - a.point)
-                held = a.point + 1j * a.normal * height.real
-                joints.append(BodyJoint(slide.name, slide.guide, slide.node, held, actuator=k, along=a.normal))
-                del travels[k]
-                break
-        else:
-            joints.append(BodyJoint(slide.name, slide.guide, slide.node, slide.point, slide.along))
-    joints += [_travel(k, a) for k, a in travels.items()]
-    return joints
+    for pair in sliding_pairs(mechanism):
+        for slide in (mechanism.slides[k] for k in pair.slides):
+            a = travels.get(pair.actuator)
+            if slide.name in implied:
+                continue
+            if a is None or a.node != slide.node:
+                joints.append(BodyJoint(slide.name, slide.guide, slide.node, slide.point, slide.along))
+                continue
+            height = (1j * a.normal).conjugate() * (slide.point - a.point)
+            held = a.point + 1j * a.normal * height.real
+            joints.append(BodyJoint(slide.name, slide.guide, slide.node, held, actuator=pair.actuator, along=a.normal))
+            del travels[pair.actuator]
+    return joints + [_travel(k, a) for k, a in travels.items()]
 
 
 def _travel(number: int, a: Input) -> BodyJoint:
     """Return a travel alone: the node stays on the line across the guide."""
     return BodyJoint(a.name, a.guide, a.node, a.point, 1j * a.normal, actuator=number, along=a.normal)
-
-
-def _parallel(a: complex, b: complex) -> bool:
-    return abs((a.conjugate() * b).imag) <= PARALLEL
 
 
 def _classes(mechanism: Mechanism, bars: int) -> tuple[tuple[int, ...], tuple[Phase, ...]]:
@@ -217,7 +213,7 @@ def _classes(mechanism: Mechanism, bars: int) -> tuple[tuple[int, ...], tuple[Ph
     return tuple(names.get(r, NONE) for r, _ in found), tuple(over)
 
 
-def _pruned(linkage: BodyLinkage, joints: list[BodyJoint]) -> BodyLinkage:
+def _pruned(linkage: Linkage, joints: list[BodyJoint]) -> Linkage:
     """Keep the joints that bind; a node with a single one only goes along with its body."""
     carried = list(linkage.carried)
     while True:
@@ -230,7 +226,7 @@ def _pruned(linkage: BodyLinkage, joints: list[BodyJoint]) -> BodyLinkage:
     return replace(linkage, joints=tuple(_related(linkage, joints)), carried=tuple(carried))
 
 
-def _related(linkage: BodyLinkage, joints: list[BodyJoint]) -> list[BodyJoint]:
+def _related(linkage: Linkage, joints: list[BodyJoint]) -> list[BodyJoint]:
     """Mark rails that run through a pin of their own body, or parallel to an earlier rail that turns with them."""
     result: list[BodyJoint] = []
     for k, joint in enumerate(joints):

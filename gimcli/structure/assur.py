@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.dulmage_mendelsohn import split
-from gimcli.structure.joints import REVOLUTE, LowerPair, PairLinkage, linkage
+from gimcli.structure.lower_pairs import REVOLUTE, LowerPair, LowerPairs, lower_pairs
 from gimcli.structure.steps import NONE
 
 DYADS = ("RRR", "RRP", "RPR", "PRP", "RPP")
@@ -91,7 +91,7 @@ class Formation:
 
 def formation(mechanism: Mechanism) -> Formation:
     """Return the driving links and Assur groups; raise StructureError where something is left undriven."""
-    parts = linkage(mechanism)
+    parts = lower_pairs(mechanism)
     ends = _rows(parts)
     columns, drivers = _constraints(parts, ends)
     count = sum(len(rows) for rows in ends.values())
@@ -107,7 +107,7 @@ def formation(mechanism: Mechanism) -> Formation:
     return Formation(parts.links, tuple(_ordered(_groups(parts, found))))
 
 
-def _rows(parts: PairLinkage) -> dict[int, list[int]]:
+def _rows(parts: LowerPairs) -> dict[int, list[int]]:
     """Return the freedoms of every moving link: x, y and an angle, without which a pin is."""
     ends: dict[int, list[int]] = {}
     count = 0
@@ -118,7 +118,7 @@ def _rows(parts: PairLinkage) -> dict[int, list[int]]:
     return ends
 
 
-def _constraints(parts: PairLinkage, ends: dict[int, list[int]]) -> tuple[list[list[int]], dict[int, int]]:
+def _constraints(parts: LowerPairs, ends: dict[int, list[int]]) -> tuple[list[list[int]], dict[int, int]]:
     """Return the freedoms that each constraint binds, and the actuators that are constraints."""
     columns: list[list[int]] = []
     drivers: dict[int, int] = {}
@@ -135,12 +135,13 @@ def _constraints(parts: PairLinkage, ends: dict[int, list[int]]) -> tuple[list[l
                 drivers[len(columns)] = pair.actuator
                 columns.append(bound((0, 1, 2), pair.a, pair.b))
     for actuator, arm, reference in parts.turns:
-        drivers[len(columns)] = actuator
+        if actuator != NONE:
+            drivers[len(columns)] = actuator
         columns.append(bound((2,), arm, reference))
     return columns, drivers
 
 
-def _groups(parts: PairLinkage, found: list[tuple[list[int], list[int], int]]) -> list[AssurGroup]:
+def _groups(parts: LowerPairs, found: list[tuple[list[int], list[int], int]]) -> list[AssurGroup]:
     """Return the groups with their pairs; what meets at a pin is joined to the link that is there first."""
     rank = {link: k for k, (links, _, _) in enumerate(found) for link in links} | {FRAME: -1}
     base: dict[int, int] = {}

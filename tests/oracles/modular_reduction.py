@@ -29,7 +29,7 @@ from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.assur import DYADS, AssurGroup, formation
 from gimcli.structure.checks import farthest
-from gimcli.structure.joints import PRISMATIC, LowerPair
+from gimcli.structure.lower_pairs import PRISMATIC, LowerPair
 
 Places = Any
 """Places or directions: a complex number, or an array of them (rows,)."""

@@ -1,4 +1,4 @@
-"""A mechanism as links and lower pairs, as the theory of Assur groups has it.
+"""The lower pairs of a mechanism, as the theory of Assur groups has them.
 
 A pin in a slot is a slider of its own: a revolute pair with the pin, a prismatic one with the guide. A linear actuator
 between two nodes is a binary link whose length it sets. Where three or more parts meet, the pin is a part of its own
@@ -30,23 +30,23 @@ class LowerPair:
 
 
 @dataclass(frozen=True)
-class PairLinkage:
+class LowerPairs:
     """Links by number, the frame first: members, then sliders, rams and pins."""
 
     links: tuple[str, ...]
     pairs: tuple[LowerPair, ...]
-    turns: tuple[tuple[int, int, int], ...]  # actuator, arm and reference link of every driven angle
+    turns: tuple[tuple[int, int, int], ...]  # actuator or NONE, arm and reference link of every angle
     rams: dict[int, int]  # actuator of each link whose length is an input
     pins: frozenset[int]  # links that are pins only
 
 
 @derived
-def linkage(mechanism: Mechanism) -> PairLinkage:
-    """Return the links and pairs of a mechanism."""
-    return _LinkageBuilder(mechanism).build()
+def lower_pairs(mechanism: Mechanism) -> LowerPairs:
+    """Return the links and lower pairs of a mechanism."""
+    return _LowerPairsBuilder(mechanism).build()
 
 
-class _LinkageBuilder:
+class _LowerPairsBuilder:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.holders = members_of(mechanism)
@@ -55,7 +55,7 @@ class _LinkageBuilder:
         self.pairs: list[LowerPair] = []
         self.rams: dict[int, int] = {}
 
-    def build(self) -> PairLinkage:
+    def build(self) -> LowerPairs:
         mechanism, pairs = self.mechanism, sliding_pairs(self.mechanism)
         for pair in pairs:
             self._slide(pair)
@@ -72,8 +72,9 @@ class _LinkageBuilder:
                 self.parts[actuator.node].append(block)
                 self.pairs.append(LowerPair(PRISMATIC, actuator.name, actuator.guide, block, k))
         pins = set(range(len(self.links), len(self.links) + self._revolutes()))
-        turns = tuple((k, a.members[0], a.guide) for k, a in drivers.items() if a.rotary)
-        return PairLinkage(tuple(self.links), tuple(self.pairs), turns, self.rams, frozenset(pins))
+        angles = [*((NONE, row) for row in mechanism.pairs), *drivers.items()]
+        turns = tuple((k, row.members[0], row.guide) for k, row in angles if row.rotary)
+        return LowerPairs(tuple(self.links), tuple(self.pairs), turns, self.rams, frozenset(pins))
 
     def _link(self, name: str) -> int:
         self.links.append(name)
