@@ -7,12 +7,12 @@ from pathlib import Path
 from gimcli.mechanism import FRAME, Dynamics, Input, Mechanism, PairRow
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
-from gimcli.model.pairs import PAIRS
+from gimcli.model.pairs import PAIRS, used_nodes
 
 
 def compile_model(model: schema.Model, folder: Path = Path()) -> Mechanism:
     """Return the mechanism of a validated model; `folder` is where tables of laws are looked for."""
-    own = GeometryCompiler(model, folder)
+    own = GeometryCompiler(model, folder, used_nodes(model))
     points = [own.point(name, point) for name, point in model.points.items()]
     frame = set(own.members[FRAME].nodes)
     moving = [n for k, n in enumerate(own.names) if k not in frame]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Set
 from pathlib import Path
 
 import numpy as np
@@ -11,17 +12,15 @@ import numpy as np
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, InputLaw, Member, Point
 from gimcli.model import schema
 from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, Scaled, TableLaw
-from gimcli.model.pairs import used_nodes
 from gimcli.model.references import CLOSEST
 from gimcli.model.tables import read_table
 
 
 class GeometryCompiler:
-    """Compiles the geometry of a validated model, part by part."""
+    """Compiles the geometry of a validated model, part by part; nodes that nothing uses are left out."""
 
-    def __init__(self, model: schema.Model, folder: Path) -> None:
+    def __init__(self, model: schema.Model, folder: Path, used: Set[str]) -> None:
         self.model, self.folder = model, folder
-        used = used_nodes(model)
         self.names = [name for name in model.nodes if name in used]
         self.index = {name: k for k, name in enumerate(self.names)}
         raw = np.array([complex(*model.nodes[n]) for n in self.names])
