@@ -9,7 +9,7 @@ import copy
 from collections import Counter
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic_core import ValidationError
 
 from gimcli.model import wording
 from gimcli.model.check_dynamics import check_dynamics

@@ -81,7 +81,7 @@ def _check_gauge(refs: References, where: Where, part: Spring | Damper, what: st
 
 def as_actuator(gauge: Gauge) -> Actuator:
     """Return the actuator that would drive what a gauge reads."""
-    keys = {key: getattr(gauge, key) for key in Gauge.model_fields}
+    keys = {key: getattr(gauge, key) for key in Gauge.fields}
     turns = gauge.pivot is not None or gauge.arm is not None
     return Actuator(type="rotary" if turns else "linear", **keys)
 
@@ -103,7 +103,7 @@ def _check_pair(refs: References, name: str) -> None:
 
 def _check_release(refs: References, where: Where, actuator: Actuator) -> None:
     if not actuator.free and (*where, "free") not in refs.doubtful:
-        for key in sorted({"start", "speed", "effort"} & actuator.model_fields_set):
+        for key in sorted({"start", "speed", "effort"} & actuator.given):
             text = f"`{key}` is for an input that moves freely, not by its law; add `free: true`, or remove `{key}`"
             refs.fault((*where, key), text, key=True)
     if actuator.start is not None:

@@ -129,8 +129,8 @@ def _check_telescope(refs: References, where: Where, nodes: Sequence[str]) -> No
 def _check_law(refs: References, where: Where, actuator: Actuator, law: Law, tables: list[Times]) -> None:
     at: Where = (*where, "law")
     profile = law.profile
-    if len(profile.model_fields_set) > 1:
-        keys = " and ".join(f"`{key}`" for key in sorted(profile.model_fields_set))
+    if len(profile.given) > 1:
+        keys = " and ".join(f"`{key}`" for key in sorted(profile.given))
         refs.fault((*at, "profile"), f"met {keys}; choose one of them")
         return
     if profile.name not in PROFILES:

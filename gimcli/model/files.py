@@ -6,19 +6,19 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from gimcli.model.part import Part
 from gimcli.model.schema import Model
 
 
 def files_read(model: Model, path: Path | None, folder: Path) -> tuple[Path, ...]:
     """Return the model file, if there is one, and every table of laws, efforts and loads."""
-    return (*([path] if path else []), *(folder / name for name in dict.fromkeys(_tables(model.model_dump()))))
+    return (*([path] if path else []), *(folder / name for name in dict.fromkeys(_tables(model))))
 
 
 def _tables(data: Any) -> Iterator[str]:
     """Give the text of every key `table`, wherever it stands."""
-    if not isinstance(data, dict):
-        return
-    for key, value in data.items():
+    parts: dict[str, Any] = vars(data) if isinstance(data, Part) else data if isinstance(data, dict) else {}
+    for key, value in parts.items():
         if key == "table" and isinstance(value, str):
             yield value
         else:

@@ -42,8 +42,8 @@ def read_data(data: Mapping[str, Any], folder: Path) -> Mechanism:
 def _mechanism(source: Source, folder: Path, name: str, path: Path | None = None) -> Mechanism:
     source.folder = folder
     model = checked(source)
-    named = model if model.name else model.model_copy(update={"name": name})
-    return replace(compile_model(named, folder), files=files_read(model, path, folder))
+    model.name = model.name or name
+    return replace(compile_model(model, folder), files=files_read(model, path, folder))
 
 
 def _plain(value: Any, where: tuple[Any, ...]) -> Any:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Annotated, Any, Literal
+from typing import Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr, WithJsonSchema
+from pydantic_core import core_schema
+
+from gimcli.model.part import Part
 
 SHORTEST, LONGEST = 1e-12, 1e12
 """Seconds that a motion may take: beyond, powers of them no longer are numbers."""
@@ -16,179 +18,204 @@ MOST_COEFFICIENTS = 100
 PROFILES = ("uniform", "cubic", "quintic", "cycloidal", "harmonic")
 
 
+# -- values ---------------------------------------------------------------------------------
+
+
 def _word(value: Any) -> Any:
     return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
-_WORD = WithJsonSchema({"type": ["string", "integer"]})
-Name = Annotated[str, BeforeValidator(_word), Field(min_length=1), _WORD]
-Text = Annotated[str, BeforeValidator(_word), _WORD]
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Length = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=LARGEST)]
-Amount = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]
-Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=SHORTEST, le=LONGEST)]
-Place = Annotated[list[Number], Field(min_length=2, max_length=2)]
-Vector = Annotated[list[Amount], Field(min_length=2, max_length=2)]
+def _number(**limits: float) -> Any:
+    return core_schema.float_schema(strict=True, allow_inf_nan=False, **limits)
 
 
-class Part(BaseModel):
-    """A mapping whose keys are all known."""
+def _list(entry: Any, least: int | None = None, most: int | None = None) -> Any:
+    return core_schema.list_schema(entry, min_length=least, max_length=most)
 
-    model_config = ConfigDict(extra="forbid", defer_build=True)
+
+def _default(schema: Any, value: Any) -> Any:
+    return core_schema.with_default_schema(schema, default=value)
+
+
+def _optional(schema: Any) -> Any:
+    return _default(core_schema.nullable_schema(schema), None)
+
+
+def _by_name(schema: Any) -> Any:
+    return core_schema.dict_schema(core_schema.str_schema(), schema)
+
+
+def _section(schema: Any) -> Any:
+    return _default(_by_name(schema), {})
+
+
+NAME: Any = core_schema.no_info_before_validator_function(_word, core_schema.str_schema(min_length=1))
+TEXT: Any = core_schema.no_info_before_validator_function(_word, core_schema.str_schema())
+FILE: Any = core_schema.str_schema()
+NUMBER = _number()
+LENGTH = _number(gt=0)
+POSITIVE = _number(ge=0, le=LARGEST)
+AMOUNT = _number(ge=-LARGEST, le=LARGEST)
+SECONDS = _number(ge=SHORTEST, le=LONGEST)
+PLACE, VECTOR = _list(NUMBER, 2, 2), _list(AMOUNT, 2, 2)
+NAMES, PAIR = _list(NAME), _list(NAME, 2, 2)
+
+
+# -- parts ----------------------------------------------------------------------------------
 
 
 class Units(Part):
     """Units of the file, in and out."""
 
-    length: Literal["m", "mm", "cm", "um", "km", "in", "ft", "unit"] = "m"
-    angle: Literal["deg", "rad"] = "deg"
-    mass: Literal["kg", "g", "t", "lb"] = "kg"
+    length: str = _default(core_schema.literal_schema(["m", "mm", "cm", "um", "km", "in", "ft", "unit"]), "m")
+    angle: str = _default(core_schema.literal_schema(["deg", "rad"]), "deg")
+    mass: str = _default(core_schema.literal_schema(["kg", "g", "t", "lb"]), "kg")
 
 
 class Ground(Part):
     """Nodes fixed to the frame, or the member held in a floating mechanism."""
 
-    nodes: list[Name] = []
-    member: Name | None = None
+    nodes: list[str] = _default(NAMES, [])
+    member: str | None = _optional(NAME)
 
 
 class Link(Part):
     """Binary member: two nodes; the length is the drawn one unless given."""
 
-    nodes: Annotated[list[Name], Field(min_length=2, max_length=2)]
-    length: Length | None = None
+    nodes: list[str] = PAIR
+    length: float | None = _optional(LENGTH)
 
 
 class Element(Part):
     """n-ary rigid member; the shape is the drawn one unless given in the member's own frame."""
 
-    nodes: Annotated[list[Name], Field(min_length=3)]
-    shape: dict[str, Place] | None = None
+    nodes: list[str] = _list(NAME, 3)
+    shape: dict[str, list[float]] | None = _optional(_by_name(PLACE))
 
 
 class Prismatic(Part):
     """Sliding pair: `node`, a pin in a slot, or `nodes`, no relative rotation, on the line of `guide`."""
 
-    node: Name | None = None
-    nodes: Annotated[list[Name], Field(min_length=2, max_length=2)] | None = None
-    guide: Annotated[list[Name], Field(min_length=2, max_length=2)]
-    offset: Number = 0.0
+    node: str | None = _optional(NAME)
+    nodes: list[str] | None = _optional(PAIR)
+    guide: list[str] = PAIR
+    offset: float = _default(NUMBER, 0.0)
 
 
 class Profile(Part):
     """How an input runs from its first to its last value."""
 
-    name: str = "uniform"
-    polynomial: Annotated[list[Number], Field(min_length=1, max_length=MOST_COEFFICIENTS)] | None = None
-    table: str | None = None
+    name: str = _default(FILE, "uniform")
+    polynomial: list[float] | None = _optional(_list(NUMBER, 1, MOST_COEFFICIENTS))
+    table: str | None = _optional(FILE)
 
 
 class Law(Part):
     """Absolute values `from`, `to`, or an increment `by` on the drawn value."""
 
-    from_: Number | None = Field(default=None, alias="from")
-    to: Number | None = None
-    by: Number | None = None
-    profile: Profile = Profile()
+    from_: float | None = _optional(NUMBER)
+    to: float | None = _optional(NUMBER)
+    by: float | None = _optional(NUMBER)
+    profile: Profile = _default(Profile.schema, Profile())
 
 
 class Gauge(Part):
     """An angle about a pivot, a distance of two nodes, or the travel of a node along a guide."""
 
-    pivot: Name | None = None
-    arm: Name | None = None
-    reference: Name | None = None
-    nodes: Annotated[list[Name], Field(min_length=2, max_length=2)] | None = None
-    node: Name | None = None
-    guide: Annotated[list[Name], Field(min_length=2, max_length=2)] | None = None
+    pivot: str | None = _optional(NAME)
+    arm: str | None = _optional(NAME)
+    reference: str | None = _optional(NAME)
+    nodes: list[str] | None = _optional(PAIR)
+    node: str | None = _optional(NAME)
+    guide: list[str] | None = _optional(PAIR)
 
 
 class Effort(Part):
     """Driving torque or force: constant, from a table, or falling with speed from `stall` to 0 at `idle`."""
 
-    constant: Number | None = None
-    table: str | None = None
-    over: Literal["time", "value", "speed"] = "time"
-    stall: Number | None = None
-    idle: Number | None = None
+    constant: float | None = _optional(NUMBER)
+    table: str | None = _optional(FILE)
+    over: str = _default(core_schema.literal_schema(["time", "value", "speed"]), "time")
+    stall: float | None = _optional(NUMBER)
+    idle: float | None = _optional(NUMBER)
 
 
 class Actuator(Gauge):
     """An input: a rotary or a linear actuator."""
 
-    type: Literal["rotary", "linear"]
-    law: Law | None = None
-    free: Annotated[bool, Field(strict=True)] = False
-    start: Number | None = None
-    speed: Number = 0.0
-    effort: Effort | None = None
+    type: str = core_schema.literal_schema(["rotary", "linear"])  # type: ignore[assignment]
+    law: Law | None = _optional(Law.schema)
+    free: bool = _default(core_schema.bool_schema(strict=True), False)
+    start: float | None = _optional(NUMBER)
+    speed: float = _default(NUMBER, 0.0)
+    effort: Effort | None = _optional(Effort.schema)
 
 
 class Tracer(Part):
     """A point carried by a member, at a drawn position or in the member's own frame."""
 
-    on: Name
-    at: Place | None = None
-    local: Place | None = None
+    on: str = NAME
+    at: list[float] | None = _optional(PLACE)
+    local: list[float] | None = _optional(PLACE)
 
 
 class Mass(Part):
     """Mass, moment of inertia about the centre of mass, and its place in the member's own frame."""
 
-    mass: Positive
-    inertia: Positive | None = None
-    centre: Place | None = None
+    mass: float = POSITIVE
+    inertia: float | None = _optional(POSITIVE)
+    centre: list[float] | None = _optional(PLACE)
 
 
 class Load(Part):
     """A force at a point of a member, or a torque on it; a table multiplies it."""
 
-    on: Name
-    at: Place | None = None
-    local: Place | None = None
-    force: Vector | None = None
-    follower: Vector | None = None
-    torque: Amount | None = None
-    table: str | None = None
-    over: Name = "time"
+    on: str = NAME
+    at: list[float] | None = _optional(PLACE)
+    local: list[float] | None = _optional(PLACE)
+    force: list[float] | None = _optional(VECTOR)
+    follower: list[float] | None = _optional(VECTOR)
+    torque: float | None = _optional(AMOUNT)
+    table: str | None = _optional(FILE)
+    over: str = _default(NAME, "time")
 
 
 class Spring(Gauge):
     """A linear spring between two nodes or along a guide, or a torsion spring about a pivot."""
 
-    stiffness: Length
-    free: Number | None = None
+    stiffness: float = LENGTH
+    free: float | None = _optional(NUMBER)
 
 
 class Damper(Gauge):
     """A viscous damper between two nodes or along a guide, or about a pivot."""
 
-    damping: Positive
+    damping: float = POSITIVE
 
 
 class Model(Part):
     """A planar mechanism."""
 
-    name: Text = ""
-    source: Text = ""
-    units: Units = Units()
-    nodes: dict[str, Place]
-    ground: Ground
-    links: dict[str, Link] = {}
-    elements: dict[str, Element] = {}
-    prismatic: dict[str, Prismatic] = {}
-    actuators: dict[str, Actuator] = {}
-    points: dict[str, Tracer] = {}
-    trace: list[Name] = []
-    duration: Seconds | None = None
-    masses: dict[str, Mass] = {}
-    gravity: Vector | None = None
-    loads: dict[str, Load] = {}
-    springs: dict[str, Spring] = {}
-    dampers: dict[str, Damper] = {}
-    friction: dict[str, Positive] = {}
-    _elements_first: bool = PrivateAttr(default=False)
+    name: str = _default(TEXT, "")
+    source: str = _default(TEXT, "")
+    units: Units = _default(Units.schema, Units())
+    nodes: dict[str, list[float]] = _by_name(PLACE)
+    ground: Ground = Ground.schema
+    links: dict[str, Link] = _section(Link.schema)
+    elements: dict[str, Element] = _section(Element.schema)
+    prismatic: dict[str, Prismatic] = _section(Prismatic.schema)
+    actuators: dict[str, Actuator] = _section(Actuator.schema)
+    points: dict[str, Tracer] = _section(Tracer.schema)
+    trace: list[str] = _default(NAMES, [])
+    duration: float | None = _optional(SECONDS)
+    masses: dict[str, Mass] = _section(Mass.schema)
+    gravity: list[float] | None = _optional(VECTOR)
+    loads: dict[str, Load] = _section(Load.schema)
+    springs: dict[str, Spring] = _section(Spring.schema)
+    dampers: dict[str, Damper] = _section(Damper.schema)
+    friction: dict[str, float] = _section(POSITIVE)
+
+    _elements_first = False
 
     def written_in(self, keys: Iterable[str]) -> None:
         """Note the order of the file's sections: which of two members is named first depends on it."""
@@ -235,20 +262,6 @@ def _long_actuator(actuator: Any) -> Any:
 
 def json_schema() -> dict[str, Any]:
     """Return the JSON Schema of the file, short forms included, for editors."""
-    from gimcli.model.descriptions import describe
+    from gimcli.model.json_schema import short_forms_too
 
-    schema = Model.model_json_schema(by_alias=True)
-    parts = schema["$defs"]
-    names = {"type": "array", "items": {"type": ["string", "integer"]}}
-    for section, part in (("links", "Link"), ("elements", "Element")):
-        count = {"minItems": 2, "maxItems": 2} if part == "Link" else {"minItems": 3}
-        options = [{**names, **count}, {"$ref": f"#/$defs/{part}"}]
-        schema["properties"][section]["additionalProperties"] = {"anyOf": options}
-    schema["properties"]["ground"] = {"anyOf": [names, {"$ref": "#/$defs/Ground"}]}
-    profile = {"anyOf": [{"enum": list(PROFILES)}, {"$ref": "#/$defs/Profile"}]}
-    parts["Law"]["properties"]["profile"] = profile
-    for key in ("polynomial", "table"):
-        parts["Law"]["properties"][key] = parts["Profile"]["properties"][key]
-    parts["Actuator"]["properties"]["effort"] = {"anyOf": [{"type": "number"}, {"$ref": "#/$defs/Effort"}]}
-    describe(schema)
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "gim model file"}
+    return short_forms_too(Model)

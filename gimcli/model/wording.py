@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Collection, Sequence
-from functools import cache
 from typing import Any
 
 from gimcli.model.schema import Model
@@ -67,24 +66,21 @@ def shown(met: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-@cache
-def _schema() -> dict[str, Any]:
-    return Model.model_json_schema(by_alias=True)
-
-
 def known_keys(where: Sequence[Any]) -> list[str]:
     """Return the keys that the mapping at a path may have."""
-    node: dict[str, Any] = _schema()
+    schema = Model.schema
     for part in where:
-        if part in node.get("properties", {}):
-            node = node["properties"][part]
-        elif isinstance(node.get("additionalProperties"), dict):
-            node = node["additionalProperties"]
-        for option in [*node.get("anyOf", []), *node.get("allOf", []), node]:
-            if "$ref" in option:
-                node = _schema()["$defs"][option["$ref"].rsplit("/", 1)[-1]]
-                break
-    return list(node.get("properties", {}))
+        if schema["type"] == "model":
+            field = schema["schema"]["fields"].get(part)
+            schema = _bare(field["schema"]) if field else schema
+        elif schema["type"] == "dict":
+            schema = _bare(schema["values_schema"])
+    return [field["validation_alias"] for field in schema["cls"].fields.values()] if schema["type"] == "model" else []
+
+
+def _bare(schema: Any) -> Any:
+    """Return a core schema without its default and null."""
+    return _bare(schema["schema"]) if schema["type"] in ("default", "nullable") else schema
 
 
 # -- sentences ------------------------------------------------------------------------------

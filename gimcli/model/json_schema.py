@@ -1,0 +1,48 @@
+"""The JSON Schema of the model file, from the core schemas of its parts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic.json_schema import GenerateJsonSchema
+
+from gimcli.model.descriptions import describe
+from gimcli.model.part import Part
+from gimcli.model.schema import PROFILES
+
+
+class Generator(GenerateJsonSchema):
+    """Names may be numbers, and parts are described by their docstrings."""
+
+    def function_before_schema(self, schema: Any) -> dict[str, Any]:
+        """Return the schema of a name."""
+        return {"type": ["string", "integer"]}
+
+    def model_schema(self, schema: Any) -> dict[str, Any]:
+        """Return the schema of a part."""
+        part = schema["cls"]
+        own = {"title": part.__name__, "description": part.__doc__, "additionalProperties": False}
+        return {**self.generate_inner(schema["schema"]), **own}
+
+    def encode_default(self, dft: Any) -> Any:
+        """Return a default as plain data."""
+        return vars(dft) if isinstance(dft, Part) else super().encode_default(dft)
+
+
+def short_forms_too(model: type[Part]) -> dict[str, Any]:
+    """Return the JSON Schema of a model file, short forms included, for editors."""
+    schema = Generator(by_alias=True).generate(model.schema)
+    parts = schema["$defs"]
+    names = {"type": "array", "items": {"type": ["string", "integer"]}}
+    for section, part in (("links", "Link"), ("elements", "Element")):
+        count = {"minItems": 2, "maxItems": 2} if part == "Link" else {"minItems": 3}
+        options = [{**names, **count}, {"$ref": f"#/$defs/{part}"}]
+        schema["properties"][section]["additionalProperties"] = {"anyOf": options}
+    schema["properties"]["ground"] = {"anyOf": [names, {"$ref": "#/$defs/Ground"}]}
+    profile = {"anyOf": [{"enum": list(PROFILES)}, {"$ref": "#/$defs/Profile"}]}
+    parts["Law"]["properties"]["profile"] = profile
+    for key in ("polynomial", "table"):
+        parts["Law"]["properties"][key] = parts["Profile"]["properties"][key]
+    parts["Actuator"]["properties"]["effort"] = {"anyOf": [{"type": "number"}, {"$ref": "#/$defs/Effort"}]}
+    describe(schema)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "gim model file"}
