@@ -10,9 +10,10 @@ from types import FrameType
 from typing import Any, cast
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from gimcli import __version__
+from gimcli.cli.plain_values import taking_plain_values
 from gimcli.cli.progress import end_bars, progress_bar
 from gimcli.errors import GimError
 
@@ -28,12 +29,24 @@ SETTINGS: dict[str, Any] = {
 }  # fmt: skip
 
 
+class _Command(TyperCommand):
+    """A command whose plain values typer does not check."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the arguments and options."""
+        return taking_plain_values(super().get_params(ctx))
+
+
 class _Commands(TyperGroup):
     """The commands, each imported when it is asked for; a reader that has gone away is no failure of theirs."""
 
     def __init__(self, *given: Any, **named: Any) -> None:
         super().__init__(*given, **named)
         self.commands = cast(Any, dict.fromkeys(COMMANDS))  # names are enough to suggest one
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the options before a command."""
+        return taking_plain_values(super().get_params(ctx))
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names of all commands."""
@@ -45,7 +58,7 @@ class _Commands(TyperGroup):
             return None
         module = import_module(f"gimcli.cli.{cmd_name}")
         alone = typer.Typer(**SETTINGS)
-        alone.command(module.NAME, help=module.HELP)(module.command)
+        alone.command(module.NAME, help=module.HELP, cls=_Command)(module.command)
         found = typer.main.get_command(alone)
         found.name = cmd_name
         return found

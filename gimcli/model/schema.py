@@ -25,8 +25,12 @@ def _word(value: Any) -> Any:
     return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
-def _number(**limits: float) -> Any:
+def _number(**limits: Any) -> Any:
     return core_schema.float_schema(strict=True, allow_inf_nan=False, **limits)
+
+
+def _choice(*words: str) -> Any:
+    return core_schema.literal_schema(list(words))
 
 
 def _list(entry: Any, least: int | None = None, most: int | None = None) -> Any:
@@ -51,7 +55,7 @@ def _section(schema: Any) -> Any:
 
 NAME: Any = core_schema.no_info_before_validator_function(_word, core_schema.str_schema(min_length=1))
 TEXT: Any = core_schema.no_info_before_validator_function(_word, core_schema.str_schema())
-FILE: Any = core_schema.str_schema()
+STRING: Any = core_schema.str_schema()
 NUMBER = _number()
 LENGTH = _number(gt=0)
 POSITIVE = _number(ge=0, le=LARGEST)
@@ -67,9 +71,9 @@ NAMES, PAIR = _list(NAME), _list(NAME, 2, 2)
 class Units(Part):
     """Units of the file, in and out."""
 
-    length: str = _default(core_schema.literal_schema(["m", "mm", "cm", "um", "km", "in", "ft", "unit"]), "m")
-    angle: str = _default(core_schema.literal_schema(["deg", "rad"]), "deg")
-    mass: str = _default(core_schema.literal_schema(["kg", "g", "t", "lb"]), "kg")
+    length: str = _default(_choice("m", "mm", "cm", "um", "km", "in", "ft", "unit"), "m")
+    angle: str = _default(_choice("deg", "rad"), "deg")
+    mass: str = _default(_choice("kg", "g", "t", "lb"), "kg")
 
 
 class Ground(Part):
@@ -105,9 +109,9 @@ class Prismatic(Part):
 class Profile(Part):
     """How an input runs from its first to its last value."""
 
-    name: str = _default(FILE, "uniform")
+    name: str = _default(STRING, "uniform")
     polynomial: list[float] | None = _optional(_list(NUMBER, 1, MOST_COEFFICIENTS))
-    table: str | None = _optional(FILE)
+    table: str | None = _optional(STRING)
 
 
 class Law(Part):
@@ -134,8 +138,8 @@ class Effort(Part):
     """Driving torque or force: constant, from a table, or falling with speed from `stall` to 0 at `idle`."""
 
     constant: float | None = _optional(NUMBER)
-    table: str | None = _optional(FILE)
-    over: str = _default(core_schema.literal_schema(["time", "value", "speed"]), "time")
+    table: str | None = _optional(STRING)
+    over: str = _default(_choice("time", "value", "speed"), "time")
     stall: float | None = _optional(NUMBER)
     idle: float | None = _optional(NUMBER)
 
@@ -143,7 +147,7 @@ class Effort(Part):
 class Actuator(Gauge):
     """An input: a rotary or a linear actuator."""
 
-    type: str = core_schema.literal_schema(["rotary", "linear"])  # type: ignore[assignment]
+    type: str = _choice("rotary", "linear")
     law: Law | None = _optional(Law.schema)
     free: bool = _default(core_schema.bool_schema(strict=True), False)
     start: float | None = _optional(NUMBER)
@@ -176,7 +180,7 @@ class Load(Part):
     force: list[float] | None = _optional(VECTOR)
     follower: list[float] | None = _optional(VECTOR)
     torque: float | None = _optional(AMOUNT)
-    table: str | None = _optional(FILE)
+    table: str | None = _optional(STRING)
     over: str = _default(NAME, "time")
 
 

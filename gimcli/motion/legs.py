@@ -161,7 +161,7 @@ def legs(mechanism: Mechanism) -> list[Leg]:
         return [straight(mechanism, values[:, 0], values[:, 0]) if still else Leg(mechanism, None, 0.0, 1.0, 0.0, 1.0)]
     law = mechanism.actuators[line.main].law
     stops = [a.law.stops() for a in mechanism.actuators]
-    times = np.unique(np.concatenate([[0.0], *stops, [1.0]]))
+    times = np.array(sorted({0.0, 1.0, *np.concatenate(stops).tolist()}))
     values = law(times)
     least = DWELL * float(np.max(np.abs(values), initial=0.0))
     ends = _turnings(values, least)

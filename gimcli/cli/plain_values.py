@@ -1,0 +1,60 @@
+"""Values of the command line that need no check, taken as they are.
+
+Typer checks each value, and each default, by adapters of pydantic: importing and building them takes longer than
+a short motion takes to solve. A value that is not plain is left to typer, and with it every message.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+UNCHECKED = object()
+DIGITS = 9
+"""Of a number that is taken as it is."""
+
+
+def taking_plain_values(params: Iterable[Any]) -> list[Any]:
+    """Return the parameters of a command, which take plain values without typer's check."""
+    return [_taking(param) for param in params]
+
+
+def _taking(param: Any) -> Any:
+    checked = param.process_value
+
+    def process_value(ctx: Any, value: Any) -> Any:
+        found = plain_value(param, value)
+        if found is UNCHECKED:
+            return checked(ctx, value)
+        return param.callback(ctx, param, found) if param.callback else found
+
+    if "process_value" not in vars(param):
+        param.process_value = process_value
+    return param
+
+
+def plain_value(param: Any, value: Any) -> Any:
+    """Return the value of a parameter, or UNCHECKED; its type is that of the default."""
+    kind = type(param.default)
+    if value is None:
+        return UNCHECKED if param.required or param.multiple or param.nargs != 1 else None
+    if type(value) is kind and value == param.default:
+        return value
+    return _from_text(param, kind, value) if isinstance(value, str) and value.isprintable() else UNCHECKED
+
+
+def _from_text(param: Any, kind: type[Any], text: str) -> Any:
+    if kind is str:
+        return text
+    if issubclass(kind, Path) and (os.access(text, os.R_OK) or not os.path.lexists(text)):
+        return kind(text)
+    if kind is int and text.isascii() and text.isdigit() and len(text) <= DIGITS:
+        low, high = getattr(param, "min", None), getattr(param, "max", None)
+        if low is not None and low <= int(text) and (high is None or int(text) <= high):
+            return int(text)
+    if issubclass(kind, Enum) and text in {one.value for one in kind}:
+        return kind(text)
+    return UNCHECKED

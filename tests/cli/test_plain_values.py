@@ -1,0 +1,28 @@
+"""A value of the command line that is taken as it is: typer's own check gives the same."""
+
+import pytest
+import typer
+
+from gimcli.cli import COMMANDS, app
+from gimcli.cli.plain_values import UNCHECKED, plain_value
+
+TEXTS = ("", "0", "1", "3", "12", "007", "-1", "1.5", "1e-8", "10000001", "9999999999", "auto", "gim", "GIM", "rk4",
+         "stop", "a=1", " x", "x\ny", "\udcff", "models", "none.yaml", "٣")  # fmt: skip
+
+
+def parameters():
+    group = typer.main.get_command(app)
+    for name in COMMANDS:
+        context = typer.Context(group.get_command(typer.Context(group), name))
+        for param in context.command.params:
+            yield pytest.param(context, param, id=f"{name}-{param.name}")
+
+
+@pytest.mark.parametrize(("context", "param"), [*parameters()])
+def test_it_is_what_typer_makes_of_it(context, param):
+    param.callback = None  # either way it is called with the value
+    for value in (None, param.default, *TEXTS):
+        found = plain_value(param, value)
+        if found is not UNCHECKED:
+            expected = param.process_value(context, value)
+            assert (type(found), found) == (type(expected), expected)
