@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from gimcli.kernels.equilibrium import ALONG, COUPLE, MOMENT, PUSH, X, Y
-from gimcli.mechanism import FRAME, HEIGHT, SPAN, Input, Mechanism
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, Mechanism, PairRow
 from gimcli.structure.checks import farthest
 from gimcli.structure.derived import derived
 from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
@@ -137,8 +137,8 @@ class _StaticsBuilder:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.holders = members_of(mechanism)
-        attached = [n for a in (*mechanism.actuators, *mechanism.gauges) for n in self._ends(a)]
-        attached += [s.node for k, s in enumerate(mechanism.slides) if self._sliding(k) == NONE]
+        rows = (*mechanism.pairs, *mechanism.actuators, *mechanism.gauges)
+        attached = [n for row in rows for n in self._ends(row)]
         self.attached = set(attached)
         self.reactions: list[Reaction] = []
         self.on_pins: set[int] = set()
@@ -151,8 +151,9 @@ class _StaticsBuilder:
     def build(self) -> Statics:
         mechanism = self.mechanism
         pins = tuple(self._pin(n) for n, members in enumerate(self.holders) if len(members) > 1)
-        normals = {k: self._normal(k) for k in range(len(mechanism.slides))}
-        efforts = tuple(self._effort(a) for a in mechanism.actuators)
+        held = [self._row(row) for row in mechanism.pairs]
+        normals = dict(enumerate(k for k, row in zip(held, mechanism.pairs, strict=True) if row.kind == HEIGHT))
+        efforts = tuple(self._row(actuator) for actuator in mechanism.actuators)
         bodies = [Body(k, self._busiest(k)) for k in range(1, len(mechanism.members))]
         bodies += [Body(NONE, n) for n in self.loose]
         pushed = tuple(self.body_of_member.get(self._slider(gauge), NONE) for gauge in mechanism.gauges)
@@ -175,45 +176,30 @@ class _StaticsBuilder:
                 self._add(Reaction(PUSH, body[member], body[members[0]], node, node, Vector(z)))
         return Pin(node, tuple(members), first, node in self.attached)
 
-    def _normal(self, number: int) -> int:
-        slide = self.mechanism.slides[number]
-        sliding = self._sliding(number)
-        plus = self.body_of_pin[slide.node] if sliding == NONE else self.body_of_member[sliding]
-        vector = carried_direction(self.mechanism, slide.guide, slide.normal)
-        reaction = Reaction(PUSH, plus, self.body_of_member[slide.guide], slide.node, slide.node, vector)
-        return self._add(reaction, on_pin=sliding == NONE)
-
-    def _sliding(self, number: int) -> int:
-        """Return the member that a true prismatic pair holds, or NONE for a pin in a slot."""
-        return pair_of(self.mechanism, number).body
-
-    def _effort(self, actuator: Input) -> int:
+    def _row(self, row: PairRow) -> int:
+        """Add what a row of a pair, or an actuator, bears: a couple, a force between nodes, or one on a guide."""
         body = self.body_of_member
-        if actuator.rotary:
-            return self._add(Reaction(COUPLE, body[actuator.members[0]], body[actuator.guide]))
-        if actuator.kind == HEIGHT:
-            vector = carried_direction(self.mechanism, actuator.guide, actuator.normal)
-            slider, minus = self._slider(actuator), body[actuator.guide]
-            plus = self.body_of_pin[actuator.node] if slider == NONE else body[slider]
-            return self._add(Reaction(PUSH, plus, minus, actuator.node, actuator.node, vector), on_pin=slider == NONE)
-        plus, minus = self.body_of_pin[actuator.nodes[1]], self.body_of_pin[actuator.node]
-        vector = Vector(1.0 + 0.0j, actuator.node, actuator.nodes[1])
-        return self._add(Reaction(ALONG, plus, minus, actuator.nodes[1], actuator.node, vector), on_pin=True)
+        if row.rotary:
+            return self._add(Reaction(COUPLE, body[row.members[0]], body[row.guide]))
+        if row.kind == HEIGHT:
+            vector, slider = carried_direction(self.mechanism, row.guide, row.normal), self._slider(row)
+            plus = self.body_of_pin[row.node] if slider == NONE else body[slider]
+            return self._add(Reaction(PUSH, plus, body[row.guide], row.node, row.node, vector), on_pin=slider == NONE)
+        first, second = row.nodes
+        vector = Vector(1.0 + 0.0j, first, second)
+        plus, minus = self.body_of_pin[second], self.body_of_pin[first]
+        return self._add(Reaction(ALONG, plus, minus, second, first, vector), on_pin=True)
 
-    def _slider(self, actuator: Input) -> int:
-        """Return the member of a true prismatic pair that an actuator or gauge moves along its guide, or NONE."""
-        if actuator.kind != HEIGHT:
-            return NONE
-        for number, slide in enumerate(self.mechanism.slides):
-            if slide.node == actuator.node and slide.guide == actuator.guide:
-                return self._sliding(number)
+    def _slider(self, row: PairRow) -> int:
+        """Return the member of a true prismatic pair whose height, or travel, a row is; or NONE."""
+        for number, slide in enumerate(self.mechanism.slides if row.kind == HEIGHT else ()):
+            if slide.node == row.node and slide.guide == row.guide:
+                return pair_of(self.mechanism, number).body
         return NONE
 
-    def _ends(self, actuator: Input) -> Sequence[int]:
-        """Return the nodes whose pins an actuator or a gauge pushes."""
-        if actuator.kind == SPAN:
-            return actuator.node, actuator.nodes[1]
-        return (actuator.node,) if actuator.kind == HEIGHT and self._slider(actuator) == NONE else ()
+    def _ends(self, row: PairRow) -> Sequence[int]:
+        """Return the nodes whose pins a row pushes."""
+        return row.nodes if row.kind == SPAN or (row.kind == HEIGHT and self._slider(row) == NONE) else ()
 
     def _busiest(self, member: int) -> int:
         """Return the node of a member at which most unknowns act: they leave the equation of moments."""
