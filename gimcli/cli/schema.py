@@ -17,7 +17,7 @@ HELP = (
 def command() -> None:
     """Print the schema."""
     from gimcli.cli.progress import end_bars
-    from gimcli.model.schema import json_schema
+    from gimcli.model.json_schema import json_schema
 
     end_bars()
     typer.echo(json.dumps(json_schema(), indent=2))

@@ -8,7 +8,7 @@ from pydantic.json_schema import GenerateJsonSchema
 
 from gimcli.model.descriptions import describe
 from gimcli.model.part import Part
-from gimcli.model.schema import PROFILES
+from gimcli.model.schema import PROFILES, Model
 
 
 class Generator(GenerateJsonSchema):
@@ -29,9 +29,9 @@ class Generator(GenerateJsonSchema):
         return vars(dft) if isinstance(dft, Part) else super().encode_default(dft)
 
 
-def short_forms_too(model: type[Part]) -> dict[str, Any]:
-    """Return the JSON Schema of a model file, short forms included, for editors."""
-    schema = Generator(by_alias=True).generate(model.schema)
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema of the model file, short forms included, for editors."""
+    schema = Generator(by_alias=True).generate(Model.schema)
     parts = schema["$defs"]
     names = {"type": "array", "items": {"type": ["string", "integer"]}}
     for section, part in (("links", "Link"), ("elements", "Element")):

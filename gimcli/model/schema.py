@@ -262,10 +262,3 @@ def _long_actuator(actuator: Any) -> Any:
         if key in law and "profile" not in law:
             law["profile"] = {key: law.pop(key)}
     return {**actuator, "law": law}
-
-
-def json_schema() -> dict[str, Any]:
-    """Return the JSON Schema of the file, short forms included, for editors."""
-    from gimcli.model.json_schema import short_forms_too
-
-    return short_forms_too(Model)

@@ -12,7 +12,7 @@ from typer.main import get_command
 from gimcli.branching import singularities
 from gimcli.cli import app
 from gimcli.dynamics import simulation_types
-from gimcli.model.schema import json_schema
+from gimcli.model.json_schema import json_schema
 from gimcli.status import Status
 
 KNOWN = json.loads((TABLES / "interface.json").read_text(encoding="utf-8"))

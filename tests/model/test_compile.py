@@ -11,7 +11,7 @@ from bundled import FILES
 
 from gimcli import load
 from gimcli.mechanism import FRAME
-from gimcli.model.schema import json_schema
+from gimcli.model.json_schema import json_schema
 from gimcli.model.source import read_source
 
 PLAIN = """\

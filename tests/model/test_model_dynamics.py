@@ -11,7 +11,7 @@ from bundled import README
 from gimcli import load
 from gimcli.dynamic_data import TIME
 from gimcli.errors import ModelError
-from gimcli.model.schema import json_schema
+from gimcli.model.json_schema import json_schema
 
 TOP = """\
 nodes: {O: [0, 0], G: [3, 0], A: [0, 1], B: [3, 2], K: [9, 9]}
