@@ -23,6 +23,11 @@ def labelled(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit not in ("", "unit") else name
 
 
+def xy_columns(name: str, z: NDArray[np.complexfloating], unit: str) -> list[Column]:
+    """Return the columns of places or vectors x + iy (rows,): a name and the letter of the axis."""
+    return [Column(f"{name}x", z.real, unit), Column(f"{name}y", z.imag, unit)]
+
+
 @dataclass(frozen=True)
 class Table:
     """Columns of equal length."""

@@ -5,13 +5,18 @@ Source: Fraczek & Wojtyra, lecture notes on multibody methods; Nikravesh 1988, c
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from gimcli.comparison.pairs import Bodies
+from gimcli.comparison.pairs import Bodies, BodyPair
 from gimcli.comparison.stop import Stop
 from gimcli.kernels import coordinates as kernels
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.positions.newton import Run
+
+if TYPE_CHECKING:
+    from gimcli.comparison.joint import JointCoordinates
 
 NO_JOINTS = np.zeros((0, 9), dtype=np.int64), np.zeros((0, 10)), np.zeros(0, dtype=np.int64)
 
@@ -44,14 +49,22 @@ class AbsoluteCoordinates:
         self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
     ) -> tuple[ComplexArray, FloatArray, FloatArray]:
         """Follow inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 where it settled."""
-        rows = inputs.shape[1]
-        pose, iterations, good = frame_poses(rows, self.bodies.count), np.zeros(rows), np.zeros(rows)
-        run(kernels.follow_bodies)(
-            self.start(start), np.ascontiguousarray(inputs.T), self.layout, *self.bodies.arrays(self.bodies.pairs),
-            *NO_JOINTS, kernels.room(self.equations, self.unknowns), self.weights(stop.length), stop.tolerance,
-            stop.iterations, pose, iterations, good,
-        )  # fmt: skip
-        return read_positions(self.bodies, pose), iterations, good
+        return follow_bodies(self, inputs, start, stop, run, self.layout, self.bodies.pairs, NO_JOINTS)
+
+
+def follow_bodies(
+    system: AbsoluteCoordinates | JointCoordinates, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run,
+    layout: IntArray, pairs: list[BodyPair], joints: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> tuple[ComplexArray, FloatArray, FloatArray]:  # fmt: skip
+    """Follow inputs by pairs between bodies and joints (ji, jz and above of the kernel); as `follow`."""
+    bodies, rows = system.bodies, inputs.shape[1]
+    pose, iterations, good = frame_poses(rows, bodies.count), np.zeros(rows), np.zeros(rows)
+    run(kernels.follow_bodies)(
+        system.start(start), np.ascontiguousarray(inputs.T), layout, *bodies.arrays(pairs), *joints,
+        kernels.room(system.equations, system.unknowns), system.weights(stop.length), stop.tolerance,
+        stop.iterations, pose, iterations, good,
+    )  # fmt: skip
+    return read_positions(bodies, pose), iterations, good
 
 
 def frame_poses(rows: int, bodies: int) -> FloatArray:

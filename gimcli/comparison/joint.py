@@ -13,11 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gimcli.comparison.absolute import frame_poses, read_positions
+from gimcli.comparison.absolute import follow_bodies
 from gimcli.comparison.pairs import Bodies, BodyPair
 from gimcli.comparison.stop import Stop
 from gimcli.kernels import bodies as pairs
-from gimcli.kernels import coordinates as kernels
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.newton import Run
 from gimcli.structure.steps import NONE
@@ -203,12 +202,5 @@ class JointCoordinates:
         self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
     ) -> tuple[ComplexArray, FloatArray, FloatArray]:
         """Follow inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 where it settled."""
-        rows = inputs.shape[1]
-        pose, iterations, good = frame_poses(rows, self.bodies.count), np.zeros(rows), np.zeros(rows)
         layout = np.zeros((self.bodies.count, 2), dtype=np.int64)
-        run(kernels.follow_bodies)(
-            self.start(start), np.ascontiguousarray(inputs.T), layout, *self.bodies.arrays(self.cut), *self.arrays(),
-            kernels.room(self.equations, self.unknowns), self.weights(stop.length), stop.tolerance,
-            stop.iterations, pose, iterations, good,
-        )  # fmt: skip
-        return read_positions(self.bodies, pose), iterations, good
+        return follow_bodies(self, inputs, start, stop, run, layout, self.cut, self.arrays())

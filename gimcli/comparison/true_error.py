@@ -33,6 +33,9 @@ class Precision:
     sure: float = 1e-6  # error, relative to the size, below which a position is on the branch
 
 
+PRECISION = Precision()
+
+
 @dataclass(frozen=True)
 class Truth:
     """Traced points to twice the digits of a double, and where they are known."""
@@ -43,7 +46,6 @@ class Truth:
     points: ComplexArray = field(repr=False)  # (traced, rows) rounded
     rest: ComplexArray = field(repr=False)  # (traced, rows) what rounding took
     known: Flags  # (rows,) rows with a true position
-    precision: Precision
 
     def errors(self, z: ComplexArray) -> FloatArray:
         """Return the greatest error of a traced point (rows,) of positions z (nodes, rows), relative to the size."""
@@ -56,12 +58,12 @@ class Truth:
 
         A rough position belongs to the branch that Newton-Raphson leads it to.
         """
-        same = np.asarray(error <= self.precision.sure)
+        same = np.asarray(error <= PRECISION.sure)
         rough = np.flatnonzero(~same & self.known & np.all(np.isfinite(z), axis=0))
         if len(rough):
-            there = polished(self.mechanism, z[:, rough], self.inputs[:, rough], self.precision.polish)
+            there = polished(self.mechanism, z[:, rough], self.inputs[:, rough], PRECISION.polish)
             apart = np.max(np.abs(there - self.z[:, rough]), axis=0)
-            same[rough] = apart <= self.precision.sure * self.mechanism.size
+            same[rough] = apart <= PRECISION.sure * self.mechanism.size
         return same
 
 
@@ -85,29 +87,27 @@ def polished(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, steps: i
     return z
 
 
-def refine(
-    mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, good: Flags, precision: Precision | None = None
-) -> Truth:
+def refine(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, good: Flags) -> Truth:
     """Refine the good ones of positions z (nodes, rows) at inputs (actuators, rows)."""
     import mpmath
 
-    precision, rows = precision or Precision(), np.flatnonzero(good)
-    close = polished(mechanism, z[:, rows], inputs[:, rows], precision.polish)
+    rows = np.flatnonzero(good)
+    close = polished(mechanism, z[:, rows], inputs[:, rows], PRECISION.polish)
     nodes = np.full(z.shape, complex(np.nan, np.nan))
     points = np.full((len(mechanism.traced), z.shape[1]), complex(np.nan, np.nan))
     rest, known = points.copy(), np.zeros(z.shape[1], dtype=bool)
-    with mpmath.workdps(precision.digits):
+    with mpmath.workdps(PRECISION.digits):
         for k, row in enumerate(rows):
-            fine = _refined(mechanism, close[:, k], inputs[:, row], precision)
-            if fine is None or np.max(np.abs(_rounded(fine) - z[:, row])) > precision.near * mechanism.size:
+            fine = _refined(mechanism, close[:, k], inputs[:, row])
+            if fine is None or np.max(np.abs(_rounded(fine) - z[:, row])) > PRECISION.near * mechanism.size:
                 continue
             traced = np.array([_point(mechanism, name, fine) for name in mechanism.traced], dtype=object)
             nodes[:, row], points[:, row], known[row] = _rounded(fine), _rounded(traced), True
             rest[:, row] = _rounded(traced - np.array([_exact(p) for p in points[:, row]], dtype=object))
-    return Truth(mechanism, inputs, nodes, points, rest, known, precision)
+    return Truth(mechanism, inputs, nodes, points, rest, known)
 
 
-def _refined(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, precision: Precision) -> Any:
+def _refined(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Any:
     """Return one position (nodes,) in high precision, None where it is singular or does not settle."""
     import mpmath
 
@@ -115,13 +115,13 @@ def _refined(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, precisio
         return None
     system = Constraints(mechanism)
     u, s, v = np.linalg.svd(system.jacobian(z[:, None], inputs[:, None])[0], full_matrices=False)
-    if len(s) and not s[-1] > precision.rank * s[0]:
+    if len(s) and not s[-1] > PRECISION.rank * s[0]:
         return None
     inverse = (v.T / s) @ u.T if len(s) else np.zeros((0, u.shape[0]))
     fine = np.array([_exact(p) for p in z], dtype=object)
     values = [mpmath.mpf(float(value)) for value in inputs]
     turns = [mpmath.expj(value) for value in values]
-    for _ in range(precision.steps):
+    for _ in range(PRECISION.steps):
         residual = []
         for part, value in system.equations(fine, values, turns, _exact):
             residual += [value.real] * (part != "imag") + [value.imag] * (part != "real")
@@ -131,7 +131,7 @@ def _refined(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, precisio
         change = inverse @ np.array([float(r / scale) for r in residual])  # scaled: a double has no such exponents
         steps = change[0::2] + 1j * change[1::2]
         fine[system.free] -= np.array([_exact(c) * scale for c in steps], dtype=object)
-        if float(scale) * float(np.max(np.abs(change), initial=0.0)) <= precision.settled * mechanism.size:
+        if float(scale) * float(np.max(np.abs(change), initial=0.0)) <= PRECISION.settled * mechanism.size:
             return fine
     return None
 
@@ -147,7 +147,7 @@ def _rounded(z: Any) -> ComplexArray:
 
 
 def _point(mechanism: Mechanism, name: str, z: Any) -> Any:
-    """Return a node or a carried point of a position in high precision."""
+    """Return a node or a carried point of a position in high PRECISION."""
     if name in mechanism.nodes:
         return z[mechanism.nodes.index(name)]
     point = next(p for p in mechanism.points if p.name == name)

@@ -6,11 +6,14 @@ At the position itself the equations determine a node to only half the digits.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from gimcli.mechanism import FloatArray
+
+if TYPE_CHECKING:
+    from gimcli.continuation.arc import ArcPassage
 
 AT_LIMIT = 8.0 * float(np.finfo(float).eps)
 """Distance from a limit, over the parameter, at which an input stands at it."""
@@ -30,41 +33,8 @@ class Row:
     error: float = 0.0
 
 
-class Gap(Protocol):
-    """A stretch about a singular position on which rows are interpolated."""
-
-    @property
-    def centre(self) -> float:
-        """Return the time of the singular position."""
-        ...
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Return the first and the last time that it spans."""
-        ...
-
-    @property
-    def limit(self) -> bool:
-        """Return whether the input turns back there."""
-        ...
-
-    @property
-    def inwards(self) -> bool:
-        """Return whether it leads to a limit, and not out again."""
-        ...
-
-    @property
-    def exit(self) -> Row | None:
-        """Return the regular row at its last time; None where there is none."""
-        ...
-
-    def at(self, time: float) -> Row:
-        """Return the row at a time that it spans."""
-        ...
-
-    def mirrored(self) -> Gap:
-        """Return the way back, in times of the other sign."""
-        ...
+Gap: TypeAlias = "GapInterpolation | ArcPassage"
+"""A stretch about a singular position on which rows are interpolated."""
 
 
 @dataclass(frozen=True)

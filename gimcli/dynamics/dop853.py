@@ -12,6 +12,7 @@ import numpy as np
 
 from gimcli.dynamics.integrators import Slopes
 from gimcli.dynamics.reducer import Reducer
+from gimcli.dynamics.simulation_types import SIMULATION
 from gimcli.kernels import dormand_prince as kernels
 from gimcli.mechanism import FloatArray
 
@@ -20,25 +21,27 @@ class Strider:
     """Steps until one holds a row, an event, or leads to a dead point; the others are accepted on the way."""
 
     def __init__(
-        self, reducer: Reducer, fun: Slopes, start: float, y: FloatArray, end: float, rtol: float, atol: float,
-        steep: float, moving: float, energy: tuple[float, float], least: tuple[float, float], near: float, creep: float,
+        self, reducer: Reducer, fun: Slopes, start: float, y: FloatArray, end: float, rtol: float,
+        energy: tuple[float, float], shortest: float, creep: float,
     ) -> None:  # fmt: skip
         from scipy.integrate import DOP853
 
         self.reducer, self.fun, self.status = reducer, fun, "running"
-        n = len(y)
+        n, atol = len(y), SIMULATION.absolute * rtol
         self.tableau = kernels.Tableau(*(np.ascontiguousarray(t) for t in (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)))
         clock = np.zeros(kernels.CLOCK)
         self.states = kernels.States(
             np.array(y), np.array(y), np.zeros(n), np.zeros((kernels.STAGES + 1, n)), clock, np.zeros(2, dtype=np.int64)
         )
         clock[[kernels.NOW, kernels.BEFORE, kernels.DUE, kernels.END]] = start, start, end, end
-        clock[[kernels.RTOL, kernels.ATOL, kernels.STEEP, kernels.MOVING]] = rtol, atol, steep, moving
-        clock[[kernels.START, kernels.GREATEST_KINETIC, kernels.SHORTEST]] = *energy, least[0]
-        clock[[kernels.NEAR, kernels.CREEP]] = near, creep
+        clock[[kernels.RTOL, kernels.ATOL, kernels.SHORTEST, kernels.CREEP]] = rtol, atol, shortest, creep
+        clock[[kernels.START, kernels.GREATEST_KINETIC]] = energy
+        clock[[kernels.STEEP, kernels.MOVING]] = SIMULATION.steep, SIMULATION.moving
+        clock[kernels.NEAR] = SIMULATION.beside
         self.stride = reducer.run(kernels.stride)
         self.f = fun(start, self.y)
-        clock[kernels.STEP] = min(max(self._first_step(start, end, rtol, atol), least[1]), end - start)
+        first = max(self._first_step(start, end, rtol, atol), SIMULATION.beginning * shortest)
+        clock[kernels.STEP] = min(first, end - start)
 
     def _first_step(self, start: float, end: float, rtol: float, atol: float) -> float:
         """Return a step at which an explicit step is about as good as the tolerance: Hairer et al. 1993, II.4."""

@@ -6,7 +6,7 @@ Source: Hairer, Lubich & Wanner, Geometric Numerical Integration, 2006, algorith
 from __future__ import annotations
 
 from gimcli.dynamics.reducer import Reducer
-from gimcli.dynamics.simulation_types import SimulationConstants
+from gimcli.dynamics.simulation_types import SIMULATION
 from gimcli.kernels.reduction import KINETIC, POTENTIAL
 from gimcli.mechanism import FloatArray
 
@@ -14,8 +14,8 @@ from gimcli.mechanism import FloatArray
 class Projection:
     """Brings states back to the energy of the start."""
 
-    def __init__(self, reducer: Reducer, allowed: bool, constants: SimulationConstants) -> None:
-        self.reducer, self.constants = reducer, constants
+    def __init__(self, reducer: Reducer, allowed: bool) -> None:
+        self.reducer = reducer
         self.serves = allowed and reducer.conservative
         self.start: float | None = None  # J
         self.greatest_kinetic = 0.0  # greatest kinetic energy met, J
@@ -37,7 +37,7 @@ class Projection:
             return y, 0.0
         kinetic, potential = self._energies
         self.greatest_kinetic = max(self.greatest_kinetic, kinetic)
-        if not kinetic > self.constants.moving * max(self.greatest_kinetic, abs(potential)):
+        if not kinetic > SIMULATION.moving * max(self.greatest_kinetic, abs(potential)):
             return y, 0.0
         excess, own = kinetic + potential - self.start, len(self.reducer.free)
         y = y.copy()

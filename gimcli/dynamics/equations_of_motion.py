@@ -11,7 +11,7 @@ import numpy as np
 
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reducer import Reducer, free_inputs
-from gimcli.dynamics.simulation_types import SimulationConstants
+from gimcli.dynamics.simulation_types import SIMULATION
 from gimcli.kernels.reduction import DISSIPATED, SUPPLIED
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.newton import Run
@@ -25,9 +25,9 @@ NOTHING: FloatArray = np.zeros(0)
 class Equations:
     """A mechanism's equations of motion, and which variables are independent in them."""
 
-    def __init__(self, mechanism: Mechanism, run: Run, constants: SimulationConstants) -> None:
+    def __init__(self, mechanism: Mechanism, run: Run) -> None:
         require_masses(mechanism)
-        self.mechanism, self.constants = mechanism, constants
+        self.mechanism = mechanism
         self.free = free_inputs(mechanism)
         self.reducer = Reducer(mechanism, self.free, run)
         self.reducer.continues = True
@@ -78,7 +78,7 @@ class Equations:
     @property
     def is_steep(self) -> bool:
         """Return whether other variables should be independent."""
-        return bool(np.max(np.abs(self.reducer.base.b[: len(self.free)])) > self.constants.steep)
+        return bool(np.max(np.abs(self.reducer.base.b[: len(self.free)])) > SIMULATION.steep)
 
     @property
     def is_gentle(self) -> bool:
@@ -88,9 +88,9 @@ class Equations:
             return False
         b = reducer.base.b[:own]
         inner = b[:, [reducer.terms.first_reading + k for k in self.free]]
-        if not abs(np.linalg.det(inner)) > 1.0 / self.constants.steep**own:
+        if not abs(np.linalg.det(inner)) > 1.0 / SIMULATION.steep**own:
             return False
-        return bool(np.max(np.abs(np.linalg.solve(inner, b))) < self.constants.gentle)
+        return bool(np.max(np.abs(np.linalg.solve(inner, b))) < SIMULATION.gentle)
 
     def change(self, y: FloatArray, asked: bool) -> FloatArray | None:
         """Stand on other independent variables; return them and their speeds, None where there are none."""

@@ -86,8 +86,7 @@ class EulerIntegration(Integration):
             time += 2.0 * way / (speed + after)
             q, speed, (inertia, torque) = q + way, after, ahead
             self.reducer.accept()
-            if self.progress is not None:
-                self.progress(min(999, int(1000 * time / self.times[-1])), 1000)
+            self.progress(min(999, int(1000 * time / self.times[-1])), 1000)
         self.steps = len(sweeps)
         sweeps.append(Sweep(time, q, speed, 0.0))
         return sweeps

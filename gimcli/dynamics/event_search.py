@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.dynamics.equations_of_motion import Equations
-from gimcli.dynamics.simulation_types import DEAD_POINT, STANDSTILL, Event
+from gimcli.dynamics.simulation_types import DEAD_POINT, SIMULATION, STANDSTILL, Event
 from gimcli.mechanism import FloatArray
 
 Begin = Callable[[float, FloatArray, float], Any]
@@ -69,7 +69,7 @@ class EventSearch:
         """Find an event by bisection of the states between, then by one step that ends there."""
         low, high = solver.t_old, solver.t
         sign, free = self.standing[signal], self.equations.free
-        for _ in range(self.equations.constants.bisections):
+        for _ in range(SIMULATION.bisections):
             middle = 0.5 * (low + high)
             if not low < middle < high:
                 break
@@ -102,7 +102,7 @@ class EventSearch:
             if not reducer.on_inputs and len(equations.free) == 1:
                 gain = slopes[1]
             rest = -speed / gain if gain else 0.0
-            if not abs(rest) < equations.constants.landing * (solver.t - start):
+            if not abs(rest) < SIMULATION.landing * (solver.t - start):
                 return near, path(near)
             time += rest
         return time, fine.y + rest * slopes

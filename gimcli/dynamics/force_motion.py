@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from gimcli.dynamics.force_table import Peaks, determined_rows, open_reactions
@@ -14,6 +12,7 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.motion.summary import DRAWN, Summary
 from gimcli.positions.dispatch import choose, plain
+from gimcli.progress import Tell
 
 EACH = 2.5e-6
 """Seconds that a term of the equations takes without compiling, about."""
@@ -22,7 +21,7 @@ EACH = 2.5e-6
 class ForceMotion:
     """The forces of one piece of a motion after the other."""
 
-    def __init__(self, mechanism: Mechanism, rows: int, jit: str = "auto", tell: Callable[[str], None] | None = None):
+    def __init__(self, mechanism: Mechanism, rows: int, jit: str = "auto", tell: Tell | None = None):
         self.statics: Statics = statics(mechanism)
         work = EACH * rows * sum(map(len, self.statics.columns))
         self.run = plain if self.statics.surplus else choose(jit, work, tell, ("balance_rows",))

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.dynamics.forces import Forces
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion
+from gimcli.rates.motion_table import first_columns, status_column
 from gimcli.status import Status
-from gimcli.table import Column, Table
+from gimcli.table import Column, Table, xy_columns
 
 SHARED = "unique"
 """Word in columns of the component of a reaction that is unique where the reaction is not."""
@@ -19,25 +20,15 @@ SHARED = "unique"
 
 def force_table(motion: Motion, forces: Forces, first: int = 0) -> Table:
     """Return one row a step: time, inputs, efforts, reactions, shaking force, power, energy, status."""
-    mechanism = motion.mechanism
-    rows = len(motion.time)
-    columns = [Column("step", np.arange(first, first + rows)), Column("time", motion.time * mechanism.duration, "s")]
-    for k, actuator in enumerate(mechanism.actuators):
-        unit = mechanism.unit_of(actuator)
-        columns.append(Column(actuator.name, mechanism.value_to_file(k, motion.inputs[k]), unit))
-    columns += [*reaction_columns(forces), *_frame_columns(forces), *_power_columns(forces)]
-    words = np.array([s.word for s in Status])[_codes(motion, forces)]
-    return Table((*columns, Column("residual", motion.residual), Column("status", words)))
+    columns = [*reaction_columns(forces), *_frame_columns(forces), *_power_columns(forces)]
+    singular = motion.good & ~forces.good  # without velocities or reactions of its own
+    status = status_column(np.where(singular, int(Status.SINGULAR), motion.codes))
+    return Table((*first_columns(motion, first), *columns, Column("residual", motion.residual), status))
 
 
 def determined_rows(motion: Motion, forces: Forces) -> NDArray[np.bool_]:
     """Return for every row whether its forces are determined."""
     return np.asarray(motion.good & forces.good)
-
-
-def _codes(motion: Motion, forces: Forces) -> NDArray[np.int64]:
-    """Return each row's status; a position without velocities or reactions of its own is singular."""
-    return np.where(motion.good & ~forces.good, int(Status.SINGULAR), motion.codes)
 
 
 def reaction_columns(forces: Forces) -> list[Column]:
@@ -51,9 +42,9 @@ def reaction_columns(forces: Forces) -> list[Column]:
         node, alone = mechanism.nodes[pin.node], len(pin.members) == 2 and not pin.loaded
         for member in pin.members[1:] if alone else pin.members:
             name = node if alone else f"{node}.{mechanism.members[member].name}"
-            columns += _components(name, forces.pin(pin, member))
+            columns += xy_columns(f"{name}.f", forces.pin(pin, member), "N")
             if pin.node in forces.statics.open_pins:
-                columns += _components(f"{name}.{SHARED}", forces.pin_shared(pin, member))
+                columns += xy_columns(f"{name}.{SHARED}.f", forces.pin_shared(pin, member), "N")
     for pair in dict.fromkeys(slide.pair for slide in mechanism.slides):
         columns.append(Column(f"{pair}.normal", forces.normal(pair), "N"))
         if sum(slide.pair == pair for slide in mechanism.slides) > 1:
@@ -61,12 +52,9 @@ def reaction_columns(forces: Forces) -> list[Column]:
     return columns
 
 
-def _components(name: str, force: ComplexArray) -> list[Column]:
-    return [Column(f"{name}.fx", force.real, "N"), Column(f"{name}.fy", force.imag, "N")]
-
-
 def _frame_columns(forces: Forces) -> list[Column]:
-    return [*_components("shaking", forces.shaking_force), Column("shaking.moment", forces.shaking_moment, "N m")]
+    moment = Column("shaking.moment", forces.shaking_moment, "N m")
+    return [*xy_columns("shaking.f", forces.shaking_force, "N"), moment]
 
 
 def _power_columns(forces: Forces) -> list[Column]:

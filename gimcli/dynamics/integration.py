@@ -16,12 +16,12 @@ from gimcli.dynamics.reducer import ReducedState, release_of
 from gimcli.dynamics.simulation_types import (
     DEAD_POINT,
     LIMIT,
+    SIMULATION,
     SINGULAR,
     STANDSTILL,
     Event,
     Settings,
     Simulation,
-    SimulationConstants,
 )
 from gimcli.errors import UsageError
 from gimcli.kernels.dormand_prince import DOUBLE, FREELY
@@ -31,19 +31,21 @@ from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.positions.options import Options
+from gimcli.progress import Progress
 from gimcli.status import Status
 
 
 class Integration:
     """One simulation; each piece has its own independent variables."""
 
-    def __init__(self, mechanism: Mechanism, times: FloatArray, settings: Settings, run: Run, progress: Any) -> None:
+    def __init__(
+        self, mechanism: Mechanism, times: FloatArray, settings: Settings, run: Run, progress: Progress
+    ) -> None:
         self.mechanism, self.times, self.settings, self.progress = mechanism, times, settings, progress
-        self.constants = SimulationConstants()
-        self.equations = Equations(mechanism, run, self.constants)
+        self.equations = Equations(mechanism, run)
         self.free, self.reducer = self.equations.free, self.equations.reducer
         self.integrator = INTEGRATORS[settings.method]
-        self.projection = Projection(self.reducer, self.integrator.corrected, self.constants)
+        self.projection = Projection(self.reducer, self.integrator.corrected)
         self.search = EventSearch(self.equations, self._solver, self.integrator.lands)
         self.rows: list[ReducedState] = []
         self.exchanged: list[tuple[float, float]] = []  # dissipated and supplied at the rows
@@ -126,11 +128,10 @@ class Integration:
                 break
             self._keep_energy(solver)
             crept = crept + 1 if solver.t - solver.t_old < self._creep else 0
-            if crept > self.constants.patience:
+            if crept > SIMULATION.patience:
                 break
             changed = not self.reducer.is_within and (self.equations.is_steep or self.equations.is_gentle)
-            if self.progress is not None:
-                self.progress(int(1000 * solver.t / end), 1000)
+            self.progress(int(1000 * solver.t / end), 1000)
         self._count(solver)
         return None, changed
 
@@ -151,28 +152,26 @@ class Integration:
         return True
 
     def _solver(self, time: float, y: FloatArray, end: float) -> Any:
-        settings, least = self.settings, self.constants.beginning * self._shortest
+        settings, least = self.settings, SIMULATION.beginning * self._shortest
         control = StepControl(settings.rtol, self.tolerances, settings.step, least)
         return self.integrator.begin(self.equations.slopes, time, y, end, control)
 
     @property
     def tolerances(self) -> FloatArray:
         """Absolute tolerances of a state."""
-        constants = self.constants
-        return np.array([constants.absolute * self.settings.rtol] * 2 * len(self.free) + [constants.energies] * 2)
+        return np.array([SIMULATION.absolute * self.settings.rtol] * 2 * len(self.free) + [SIMULATION.energies] * 2)
 
     def _strider(self, time: float, y: FloatArray, end: float) -> Strider | None:
         """Return the solver that takes many steps in one compiled call, where nothing has to be asked between."""
-        reducer, settings, constants = self.reducer, self.settings, self.constants
+        reducer, settings = self.reducer, self.settings
         compiled = reducer.run is not plain and self.integrator.compiled
         if not compiled or reducer.given or not reducer.constant or not reducer.on_inputs:
             return None
         if self.projection.start is None:
             return None
         return Strider(
-            reducer, self.equations.slopes, time, y, end, settings.rtol, constants.absolute * settings.rtol,
-            constants.steep, constants.moving, (self.projection.start, self.projection.greatest_kinetic),
-            (self._shortest, constants.beginning * self._shortest), constants.beside, self._creep,
+            reducer, self.equations.slopes, time, y, end, settings.rtol,
+            (self.projection.start, self.projection.greatest_kinetic), self._shortest, self._creep,
         )  # fmt: skip
 
     @property
@@ -186,12 +185,12 @@ class Integration:
     @property
     def _shortest(self) -> float:
         """Step below which the motion is stuck [s]."""
-        return self.constants.shortest * float(self.times[-1] - self.times[0])
+        return SIMULATION.shortest * float(self.times[-1] - self.times[0])
 
     @property
     def _creep(self) -> float:
         """Step of which no long row may follow [s]."""
-        return self.constants.creep * float(self.times[-1] - self.times[0])
+        return SIMULATION.creep * float(self.times[-1] - self.times[0])
 
     def _count(self, solver: Any) -> None:
         self.evaluations += solver.nfev

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism, PairRow
 from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import choose
+from gimcli.progress import Tell
 from gimcli.rates.derivatives import ORDERS, law_rates
 from gimcli.rates.differentiator import Differentiator
 from gimcli.structure.checks import farthest
@@ -29,9 +29,7 @@ class Course:
 class Courses:
     """Velocities and accelerations of a motion that comes in pieces."""
 
-    def __init__(
-        self, mechanism: Mechanism, rows: int = 0, jit: str = "off", tell: Callable[[str], None] | None = None
-    ) -> None:
+    def __init__(self, mechanism: Mechanism, rows: int = 0, jit: str = "off", tell: Tell | None = None) -> None:
         self.mechanism = mechanism
         self._made = Differentiator(mechanism, make_plan(mechanism), ORDERS[:2], mechanism.nodes)
         self._run = choose(jit, self._made.plain_seconds(rows), tell, ("play",))

@@ -9,7 +9,6 @@ with the influence coefficients B, w and their exact derivatives by q: no differ
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -22,6 +21,8 @@ from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.positions.options import Options
+from gimcli.progress import Progress, unheard
+from gimcli.rates.motion_table import status_column
 from gimcli.status import Status
 from gimcli.table import Column, Table
 
@@ -48,7 +49,7 @@ class Reduction:
 
 
 def reduce_to_input(
-    mechanism: Mechanism, actuator: int, steps: int, run: Run = plain, progress: Any = None
+    mechanism: Mechanism, actuator: int, steps: int, run: Run = plain, progress: Progress = unheard
 ) -> Reduction:
     """Reduce a mechanism to one input along its law, in `steps` steps; the other inputs stand where theirs begin.
 
@@ -72,8 +73,7 @@ def reduce_to_input(
         table[:, row] = (
             state.m[0, 0], 2.0 * state.h[0], state.q[0], state.rate, state.energy[POTENTIAL], -weights.out.q[0],
         )  # fmt: skip
-        if progress is not None:
-            progress(row, steps)
+        progress(row, steps)
     if any(load.over in (actuator, TIME) and load.curve is not None for load in mechanism.dynamics.loads):
         table[3] = np.nan
     return _reduction(mechanism, actuator, motion.inputs[actuator], table, codes)
@@ -122,15 +122,14 @@ def chosen_input(mechanism: Mechanism, name: str) -> int:
 
 def reduction_table(found: Reduction) -> Table:
     """Return q in the file's unit and what is reduced to it, in SI units."""
-    rotary = found.mechanism.actuators[found.actuator].rotary
-    units = ("kg m2", "kg m2/rad", "N m", "N m/rad", "J", "N m") if rotary else ("kg", "kg/m", "N", "N/m", "J", "N")
-    unit = found.mechanism.angle_unit if rotary else found.mechanism.length_unit
-    names = ("J", "dJ_dq", "tau", "V", "dtau_dq", "dV_dq")
-    values = (
-        found.inertia, found.inertia_slope, found.torque, found.potential, found.torque_slope, found.potential_slope,
+    actuator = found.mechanism.actuators[found.actuator]
+    quantities = (
+        ("J", found.inertia, "kg m2", "kg"), ("dJ_dq", found.inertia_slope, "kg m2/rad", "kg/m"),
+        ("tau", found.torque, "N m", "N"), ("V", found.potential, "J", "J"),
+        ("dtau_dq", found.torque_slope, "N m/rad", "N/m"), ("dV_dq", found.potential_slope, "N m", "N"),
     )  # fmt: skip
-    order = (0, 1, 2, 4, 3, 5)
-    columns = [Column("q", found.mechanism.value_to_file(found.actuator, found.q), unit)]
-    columns += [Column(n, v, units[k]) for n, v, k in zip(names, values, order, strict=True)]
-    words = np.array([s.word for s in Status])[found.codes]
-    return Table((*columns, Column("status", words)))
+    columns = [
+        Column(name, values, turning if actuator.rotary else sliding) for name, values, turning, sliding in quantities
+    ]
+    q = found.mechanism.value_to_file(found.actuator, found.q)
+    return Table((Column("q", q, found.mechanism.unit_of(actuator)), *columns, status_column(found.codes)))

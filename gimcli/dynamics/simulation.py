@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from gimcli.errors import UsageError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
+from gimcli.progress import Progress, unheard
 from gimcli.status import Status
 from gimcli.structure.residual import holds
 
@@ -23,7 +23,11 @@ TOLERANCE = 1e-10
 
 
 def simulate(
-    mechanism: Mechanism, times: FloatArray, settings: Settings | None = None, run: Run = plain, progress: Any = None
+    mechanism: Mechanism,
+    times: FloatArray,
+    settings: Settings | None = None,
+    run: Run = plain,
+    progress: Progress = unheard,
 ) -> Simulation:
     """Let a mechanism move from its start; return it at `times` (rows,) [s], ascending from the start's."""
     settings = settings or Settings()

@@ -11,7 +11,7 @@ from gimcli.dynamics.simulation_types import Event, Simulation
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
 from gimcli.status import Status
-from gimcli.table import Column, Table
+from gimcli.table import Column, Table, xy_columns
 
 ENERGIES = ("kinetic", "potential", "dissipated", "supplied")
 
@@ -28,28 +28,32 @@ def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None
 
     Rows that the simulation did not reach keep their time and the reason.
     """
-    mechanism, rows = found.mechanism, len(found.time)
-    columns = [Column("step", np.arange(len(times))), Column("time", times, "s")]
+    mechanism, rows, columns = found.mechanism, len(found.time), list[Column]()
     for k, actuator in enumerate(mechanism.actuators):
         unit = mechanism.unit_of(actuator)
         for order, (suffix, per) in enumerate((("", ""), (".speed", "/s"), (".acceleration", "/s^2"))):
             values = mechanism.value_to_file(k, found.inputs[order, k])
-            columns.append(Column(actuator.name + suffix, _filled(values, len(times)), unit + per))
+            columns.append(Column(actuator.name + suffix, values, unit + per))
     for name in mechanism.traced:
         path = np.asarray(mechanism.to_file(carried_point(mechanism, name, found.nodes[0])))
-        columns += [
-            Column(f"{name}.x", _filled(path.real, len(times)), mechanism.length_unit),
-            Column(f"{name}.y", _filled(path.imag, len(times)), mechanism.length_unit),
-        ]
+        columns += xy_columns(f"{name}.", path, mechanism.length_unit)
     for name, values in zip((*ENERGIES, "drift"), (*found.energy, found.drift), strict=True):
-        columns.append(Column(f"energy.{name}", _filled(values, len(times)), "J"))
-    columns += _efforts(found, len(times)) if forces is None else _reactions(forces, len(times))
+        columns.append(Column(f"energy.{name}", values, "J"))
+    if forces is None:
+        columns += _efforts(found)
+    else:
+        from gimcli.dynamics.force_table import reaction_columns
+
+        columns += reaction_columns(forces)
     reason = found.status if found.status is not Status.OK else Status.NOT_CONVERGED
     words = np.array([Status.OK.word] * rows + [reason.word] * (len(times) - rows))
-    return Table((*columns, Column("status", words)))
+    head = Column("step", np.arange(len(times))), Column("time", times, "s")
+    missing = np.full(len(times) - rows, np.nan)
+    columns = [Column(c.name, np.concatenate([c.values, missing]), c.unit) for c in columns]
+    return Table((*head, *columns, Column("status", words)))
 
 
-def _efforts(found: Simulation, rows: int) -> list[Column]:
+def _efforts(found: Simulation) -> list[Column]:
     """Return what the inputs that follow laws ask for."""
     columns = []
     for k, actuator in enumerate(found.mechanism.actuators):
@@ -57,19 +61,8 @@ def _efforts(found: Simulation, rows: int) -> list[Column]:
             rotary = actuator.rotary
             metre = 1.0 if rotary else found.mechanism.dynamics.metre or 1.0
             unit = "N m" if rotary else "N"
-            columns.append(Column(f"{actuator.name}.effort", _filled(found.efforts[k] / metre, rows), unit))
+            columns.append(Column(f"{actuator.name}.effort", found.efforts[k] / metre, unit))
     return columns
-
-
-def _reactions(forces: Forces, rows: int) -> list[Column]:
-    from gimcli.dynamics.force_table import reaction_columns
-
-    return [Column(c.name, _filled(np.asarray(c.values), rows), c.unit) for c in reaction_columns(forces)]
-
-
-def _filled(values: FloatArray, rows: int) -> FloatArray:
-    """Return values with NaN for the rows that were not reached."""
-    return np.concatenate([values, np.full(rows - len(values), np.nan)])
 
 
 def event_report(mechanism: Mechanism, event: Event) -> dict[str, Any]:

@@ -42,6 +42,9 @@ class SimulationConstants:
     moving: float = 1e-2  # part of the greatest energies above which the kinetic one determines speeds to enough digits
 
 
+SIMULATION = SimulationConstants()
+
+
 @dataclass(frozen=True)
 class Event:
     """Something that happened on the way."""

@@ -16,7 +16,7 @@ from gimcli.mechanism import Mechanism
 from gimcli.positions.options import Options
 from gimcli.progress import Phases, silent
 from gimcli.structure.drive_check import explained
-from gimcli.table import Column, Table
+from gimcli.table import Column, Table, xy_columns
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
@@ -134,7 +134,7 @@ class ConfigurationsResult(Result):
             (
                 Column("configuration", np.repeat(np.arange(1, len(found) + 1), each)),
                 Column("node", np.array(names * len(found), dtype=str)),
-                Column("x", z.real, unit), Column("y", z.imag, unit),
+                *xy_columns("", z, unit),
                 Column("residual", np.repeat(found.residual, each)),
             )
         )  # fmt: skip

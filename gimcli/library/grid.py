@@ -60,27 +60,20 @@ def solve_grid(
 ) -> Grid:  # fmt: skip
     """Solve `count` values of every input in all combinations, for the place of a node or point."""
     job = readied(Scatterer(mechanism, carried_by(mechanism, name), input_grid(mechanism, count)), jit, tell)
-    if kept is None:
-        parts: dict[int, ComplexArray] = {}
-        for k, values in scattered(job, list(range(job.parts))):
+    store = None if kept is None else Parts(kept.folder, _header(job, mechanism, name), kept.resume)
+    done = set[int]() if store is None else store.done
+    parts: dict[int, ComplexArray] = {}
+    asked = [k for k in range(job.parts) if k not in done]
+    for solved, (k, values) in enumerate(scattered(job, asked), start=len(done) + 1):
+        if store is None:
             parts[k] = values
-            progress(len(parts), job.parts)
-        return _whole(job, [parts[k] for k in range(job.parts)], 0)
-    store = Parts(kept.folder, _header(job, mechanism, name), kept.resume)
-    done = store.done
-    count = len(done)
-    for k, values in scattered(job, [k for k in range(job.parts) if k not in done]):
-        store.put(k, values)
-        count += 1
-        progress(count, job.parts)
-    return _whole(job, [store.get(k) for k in range(job.parts)], len(done), store)
-
-
-def _whole(job: Scatterer, parts: list[ComplexArray], resumed: int, store: Parts | None = None) -> Grid:
-    mechanism, z = job.mechanism, np.concatenate(parts, axis=1)
+        else:
+            store.put(k, values)
+        progress(solved, job.parts)
+    z = np.concatenate([parts[k] if store is None else store.get(k) for k in range(job.parts)], axis=1)
     places = mechanism.to_file(z).reshape(len(z), *job.grid.counts)
     axes = {a.name: mechanism.value_to_file(k, job.grid.axis(k)) for k, a in enumerate(mechanism.actuators)}
-    return Grid(places, axes, resumed, job.parts, store)
+    return Grid(places, axes, len(done), job.parts, store)
 
 
 def _header(job: Scatterer, mechanism: Mechanism, name: str) -> dict[str, Any]:

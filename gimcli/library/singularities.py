@@ -13,7 +13,7 @@ from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.progress import Phases, silent
 from gimcli.structure.drive_check import explained
-from gimcli.table import Column, Table
+from gimcli.table import Column, Table, xy_columns
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
@@ -106,8 +106,7 @@ class SingularitiesResult(Result):
         for a in mechanism.actuators:
             columns.append(Column(a.name, np.array([u[a.name] for u in at], dtype=float), mechanism.unit_of(a)))
         for k, name in enumerate(mechanism.nodes):
-            for axis, values in (("x", z[:, k].real), ("y", z[:, k].imag)):
-                columns.append(Column(f"{name}.{axis}", values, mechanism.length_unit))
+            columns += xy_columns(f"{name}.", z[:, k], mechanism.length_unit)
         return Table(tuple(columns))
 
     def picture(self) -> Content:

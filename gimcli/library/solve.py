@@ -17,7 +17,7 @@ from gimcli.motion.solve import solve as solve_position
 from gimcli.positions.options import Options
 from gimcli.positions.position import Position
 from gimcli.structure.drive_check import explained, refuse_contradiction
-from gimcli.table import Column, Table
+from gimcli.table import Column, Table, xy_columns
 
 if TYPE_CHECKING:
     from gimcli.gim.convergence import ErrorLaw
@@ -139,7 +139,7 @@ class SolveResult(Result):
         z = np.array(list(found.values()) if not self.position.status.value else [bad] * len(found))
         return Table(
             (
-                Column("node", np.array(list(found))), Column("x", z.real, unit), Column("y", z.imag, unit),
+                Column("node", np.array(list(found))), *xy_columns("", z, unit),
                 Column("status", np.array([self.status] * len(z))),
             )
         )  # fmt: skip

@@ -7,7 +7,6 @@ in rad. Source: Norton, Design of Machinery, section 6.6; Uicker, Pennock & Shig
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,15 +17,8 @@ from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.path_derivatives import PathDerivatives
 from gimcli.structure.residual import pose
 
-
-@dataclass(frozen=True)
-class Dead:
-    """Where an output stands still."""
-
-    still: float = 1e-12  # rate of the output for a unit rate of the input, normal frame: rounding of a dead centre
-
-
-DEAD = Dead()
+STILL = 1e-12
+"""Rate of an output at rest for a unit rate of the input, normal frame: rounding of a dead centre."""
 
 
 class Advantage(Measure):
@@ -46,7 +38,7 @@ class Advantage(Measure):
     def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
         """Return d(in) / d(out) (inf where the output stands still) and d(out) / d(in)."""
         ratio = self._rate(derivatives.of_input(self.actuator))
-        ratio = np.where(np.abs(ratio) <= DEAD.still, 0.0, ratio)
+        ratio = np.where(np.abs(ratio) <= STILL, 0.0, ratio)
         with np.errstate(all="ignore"):
             return [np.where(ratio == 0.0, np.inf, 1.0 / (ratio * self.scale)), ratio * self.scale]
 

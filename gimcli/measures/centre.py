@@ -20,7 +20,7 @@ from gimcli.measures.measure import Head, Kind, Measure
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.path_derivatives import PathDerivatives
-from gimcli.structure.checks import farthest
+from gimcli.structure.residual import pose
 
 
 @dataclass(frozen=True)
@@ -100,12 +100,10 @@ def _spin(rates: MotionRates, index: int) -> tuple[ComplexArray, FloatArray]:
 
 def _frame_of(mechanism: Mechanism, index: int, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """Return a member's first node and the direction (unit) to its second, as `local` in a file; (rows,)."""
-    member = mechanism.members[index]
-    far, shape = farthest(member), member.shape
+    member, unit = mechanism.members[index], pose(mechanism, index, z)[1]
+    along = member.shape[1] - member.shape[0]
     with np.errstate(all="ignore"):
-        turn = (z[member.nodes[far]] - z[member.nodes[0]]) / (shape[far] - shape[0])
-        along = (shape[1] - shape[0]) / np.abs(shape[1] - shape[0])
-        return z[member.nodes[0]], turn / np.abs(turn) * along
+        return z[member.nodes[0]], unit * (along / np.abs(along))
 
 
 def local_place(mechanism: Mechanism, index: int, place: ComplexArray, z: ComplexArray) -> ComplexArray:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray
 from gimcli.motion.coupler_points import carried_point
 from gimcli.motion.motion import Motion
 from gimcli.positions.inputs import law_inputs
 from gimcli.status import Status
-from gimcli.table import Column, Table
+from gimcli.table import Column, Table, xy_columns
 
 if TYPE_CHECKING:
     from gimcli.rates.derivatives import TracedRates
@@ -27,17 +27,9 @@ def motion_table(
     `order` asks for the points' derivatives by the real time, up to jerk (3), and the members' angular ones;
     `rates` too, ready for the pieces of a motion; `more` are columns of measures, which stand after them.
     """
-    mechanism = motion.mechanism
-    rows = len(motion.time)
-    columns = [Column("step", np.arange(first, first + rows)), Column("time", motion.time * mechanism.duration, "s")]
-    for k, actuator in enumerate(mechanism.actuators):
-        unit = mechanism.unit_of(actuator)
-        columns.append(Column(actuator.name, mechanism.value_to_file(k, motion.inputs[k]), unit))
+    mechanism, columns = motion.mechanism, first_columns(motion, first)
     for name, path in traced_paths(motion, names).items():
-        columns += [
-            Column(f"{name}.x", path.real, mechanism.length_unit),
-            Column(f"{name}.y", path.imag, mechanism.length_unit),
-        ]
+        columns += xy_columns(f"{name}.", path, mechanism.length_unit)
     if order and rates is None:
         from gimcli.rates.derivatives import TracedRates
 
@@ -45,11 +37,22 @@ def motion_table(
     if rates is not None:
         columns += _rate_columns(motion, rates)
     columns += more
-    words = np.array([s.word for s in Status])[motion.codes]
-    columns += [
-        Column("residual", motion.residual), Column("sweeps", motion.work.astype(np.int64)), Column("status", words),
-    ]  # fmt: skip
-    return Table(tuple(columns))
+    last = Column("residual", motion.residual), Column("sweeps", motion.work.astype(np.int64))
+    return Table((*columns, *last, status_column(motion.codes)))
+
+
+def first_columns(motion: Motion, first: int) -> list[Column]:
+    """Return the columns that every motion begins with: steps counted from `first`, time, inputs."""
+    mechanism, steps = motion.mechanism, np.arange(first, first + len(motion.time))
+    columns = [Column("step", steps), Column("time", motion.time * mechanism.duration, "s")]
+    for k, a in enumerate(mechanism.actuators):
+        columns.append(Column(a.name, mechanism.value_to_file(k, motion.inputs[k]), mechanism.unit_of(a)))
+    return columns
+
+
+def status_column(codes: IntArray) -> Column:
+    """Return the status words of rows (rows,)."""
+    return Column("status", np.array([s.word for s in Status])[codes])
 
 
 def _rate_columns(motion: Motion, rates: TracedRates) -> list[Column]:
@@ -63,7 +66,7 @@ def _rate_columns(motion: Motion, rates: TracedRates) -> list[Column]:
         for k in range(rates.order):
             unit, path = f"{mechanism.length_unit}/s{('', '^2', '^3')[k]}", points[k, number]
             label = f"{name}.{'vaj'[k]}"
-            columns += [Column(f"{label}x", path.real, unit), Column(f"{label}y", path.imag, unit)]
+            columns += xy_columns(label, path, unit)
     for number, member in enumerate(mechanism.members[FRAME + 1 :]):
         for k in range(rates.order):
             unit = f"{mechanism.angle_unit}/s{('', '^2', '^3')[k]}"

@@ -11,7 +11,7 @@ from gimcli.reach.boundary import Workspace
 from gimcli.reach.reach import Interval, Reach, ReachedPath
 from gimcli.reach.region import HOLE, INNER, OUTER, Edge
 from gimcli.reach.task import WorkspaceTask
-from gimcli.table import Column, Table
+from gimcli.table import Column, Table, xy_columns
 
 REGION_COLUMNS = ("curve", "loop", "kind", "held", "x", "y")
 """Columns of the curves of a region."""
@@ -93,8 +93,7 @@ def reach_table(found: Reach) -> Table:
     for k, actuator in enumerate(mechanism.actuators):
         values = [_along(found, k, number, path) for number, path in knots]
         columns.append(Column(actuator.name, np.concatenate(values), mechanism.unit_of(actuator)))
-    columns += [Column("x", z.real, mechanism.length_unit), Column("y", z.imag, mechanism.length_unit)]
-    return Table(tuple(columns))
+    return Table((*columns, *xy_columns("", z, mechanism.length_unit)))
 
 
 def _along(found: Reach, k: int, number: int, path: FloatArray) -> FloatArray:
