@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gimcli.dynamic_data import TIME, AppliedLoad, DampingForce, DrivingEffort, Friction, Inertia, Release, SpringForce
-from gimcli.mechanism import FRAME, Dynamics, Input, PairRow
+from gimcli.mechanism import FRAME, HEIGHT, Dynamics, Input, PairRow
 from gimcli.model import schema
 from gimcli.model.check_dynamics import as_actuator
 from gimcli.model.compile_geometry import GeometryCompiler
@@ -17,11 +17,12 @@ KILOGRAMS = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}
 class DynamicsCompiler:
     """Compiles the dynamic sections of a model whose members have been compiled."""
 
-    def __init__(self, own: GeometryCompiler, slides: tuple[PairRow, ...], actuators: tuple[Input, ...]) -> None:
+    def __init__(self, own: GeometryCompiler, pairs: tuple[PairRow, ...], actuators: tuple[Input, ...]) -> None:
         self.model, self.folder, self.members, self.nodes, self.scale = (
             own.model, own.folder, own.members, own.names, own.scale,
         )  # fmt: skip
-        self.slides, self.actuators, self.turn = slides, actuators, own.turn
+        self.slides = [row for row in pairs if row.kind == HEIGHT]
+        self.actuators, self.turn = actuators, own.turn
         self.read, self.place = own.actuator, own.point
         self.number = {m.name: k for k, m in enumerate(self.members)} | {"ground": FRAME}
         self.gauges: list[Input] = []
