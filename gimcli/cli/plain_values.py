@@ -37,13 +37,19 @@ def _taking(param: Any) -> Any:
 
 
 def plain_value(param: Any, value: Any) -> Any:
-    """Return the value of a parameter, or UNCHECKED; its type is that of the default."""
+    """Return the value of a parameter, or UNCHECKED; its type is that of the default, and lists are of texts."""
     kind = type(param.default)
     if value is None:
         return UNCHECKED if param.required or param.multiple or param.nargs != 1 else None
     if type(value) is kind and value == param.default:
         return value
-    return _from_text(param, kind, value) if isinstance(value, str) and value.isprintable() else UNCHECKED
+    if kind is list and isinstance(value, list | tuple) and all(_printable(one) for one in value):
+        return list(value)
+    return _from_text(param, kind, value) if _printable(value) else UNCHECKED
+
+
+def _printable(value: Any) -> bool:
+    return isinstance(value, str) and value.isprintable()
 
 
 def _from_text(param: Any, kind: type[Any], text: str) -> Any:

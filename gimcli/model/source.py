@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -33,8 +33,7 @@ _INVISIBLE = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 """Control characters and those that change the direction of the text, which a quoted scalar may hold."""
 
 
-@dataclass(frozen=True, order=True)
-class Fault:
+class Fault(NamedTuple):
     """What is wrong, and where; faults are listed in the order of their lines."""
 
     line: int
@@ -147,8 +146,7 @@ def _syntax(text: str, error: yaml.MarkedYAMLError) -> tuple[Spot, str]:
     return (line, column), f"not readable as YAML: {error.problem or error.context}; mend the line"
 
 
-@dataclass(frozen=True)
-class _Anchor:
+class _Anchor(NamedTuple):
     data: Any
     parts: int
     height: int

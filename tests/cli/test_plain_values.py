@@ -21,7 +21,7 @@ def parameters():
 @pytest.mark.parametrize(("context", "param"), [*parameters()])
 def test_it_is_what_typer_makes_of_it(context, param):
     param.callback = None  # either way it is called with the value
-    for value in (None, param.default, *TEXTS):
+    for value in (None, param.default, *TEXTS, [], [*TEXTS[:12]], ["a=1", "\udcff"]):
         found = plain_value(param, value)
         if found is not UNCHECKED:
             expected = param.process_value(context, value)
