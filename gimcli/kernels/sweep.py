@@ -78,9 +78,13 @@ def impose(
             turn_onto(x, y, b, a, wx, wy)
         elif moved == a:
             turn_onto(x, y, a, b, -wx, -wy)
-        else:  # the arm: turned back from b
+        else:  # a node of the arm u-v: turned back from b
             ex, ey = x[b] - x[a], y[b] - y[a]
-            turn_onto(x, y, moved, a, zr * ex + zi * ey, zr * ey - zi * ex)
+            wx, wy = zr * ex + zi * ey, zr * ey - zi * ex
+            if moved == v:
+                turn_onto(x, y, v, u, wx, wy)
+            else:
+                turn_onto(x, y, u, v, -wx, -wy)
     elif kind == HEIGHT:
         norm = math.sqrt(wx * wx + wy * wy)
         if norm == 0.0:

@@ -159,4 +159,4 @@ def _driven_angle(mechanism: Mechanism, row: ImposedRow, kinematic: Sequence[Seq
     v = next(n for n in kinematic[reference] if n != u)
     turn *= row.reference / body.reach(u, v)
     ray = Vector(turn / abs(turn), u, v, actuator=number)
-    return Restriction(row.name, ANGLE, arm, pivot, Value(0.0), ray, (arm, v if u == pivot else pivot))
+    return Restriction(row.name, ANGLE, arm, pivot, Value(0.0), ray, (arm, v) if u == pivot else (arm, pivot, v, u))

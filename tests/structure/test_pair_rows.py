@@ -90,17 +90,18 @@ def test_a_belt_carries_a_torque():
     assert found.effort(0) == pytest.approx(expected, rel=1e-8, abs=1e-7)
 
 
-def test_a_belt_between_floating_members():
+@pytest.mark.parametrize("method", ["auto", "newton", "gim"])
+def test_a_belt_between_floating_members(method):
     """Two members that nothing pivots are held parallel within a coupled group; both their links keep their lengths."""
     mechanism = belted(COUPLED, "s", "l")
     body, guide = mechanism.pairs[0].members
-    motion = trace(mechanism, 12)
+    motion = trace(mechanism, 12, Options(method=method, tolerance=1e-13))
     assert set(motion.status) == {Status.OK}
     turn = way(mechanism, motion.z, body) / way(mechanism, motion.z, guide)
-    assert np.angle(turn / turn[0]) == pytest.approx(np.zeros(13), abs=1e-12)
+    assert np.angle(turn / turn[0]) == pytest.approx(np.zeros(13), abs=1e-11)
     for index, member in enumerate(mechanism.members[1:], start=1):
         length = abs(member.shape[1] - member.shape[0])
-        assert abs(way(mechanism, motion.z, index)) == pytest.approx(np.full(13, length), rel=1e-12)
+        assert abs(way(mechanism, motion.z, index)) == pytest.approx(np.full(13, length), rel=1e-11)
 
 
 @pytest.mark.parametrize("data", [(DYAD, "arm", "crank"), (COUPLED, "s", "l")], ids=["dyad", "coupled"])
