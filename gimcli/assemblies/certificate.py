@@ -8,6 +8,8 @@ Rounding is bounded by terms of eps, not by directed rounding; the proof is for 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -103,15 +105,18 @@ def real_form(family: Family, H: ComplexArray, w: ComplexArray) -> ComplexArray:
 
 
 def _inverse(J: NDArray[Any]) -> NDArray[Any]:
+    return each_of(np.linalg.inv, J, J)
+
+
+def each_of(solve: Callable[..., NDArray[Any]], like: NDArray[Any], *stacks: NDArray[Any]) -> NDArray[Any]:
+    """Return what numpy solves stacks of matrices for, NaN as `like` has them where one is exactly singular."""
     try:
-        return np.asarray(np.linalg.inv(J))
-    except np.linalg.LinAlgError:  # one exactly singular: each by itself
-        result = np.full_like(J, np.nan)
-        for k, one in enumerate(J):
-            try:
-                result[k] = np.linalg.inv(one)
-            except np.linalg.LinAlgError:
-                continue
+        return np.asarray(solve(*stacks))
+    except np.linalg.LinAlgError:
+        result = np.full_like(like, np.nan)
+        for k, own in enumerate(zip(*stacks, strict=True)):
+            with suppress(np.linalg.LinAlgError):
+                result[k] = solve(*own)
         return result
 
 

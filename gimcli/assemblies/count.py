@@ -12,7 +12,7 @@ fans are intersected.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -34,7 +34,7 @@ def root_count(family: Family) -> int | None:
         return 0
     if family.slides:
         return _with_slides(family) if family.loops <= SEARCH.count_slides else None
-    return _Recursion(Matroid(family)).count() if family.loops <= SEARCH.count_loops else None
+    return _recursion(Matroid(family)) if family.loops <= SEARCH.count_loops else None
 
 
 class Matroid:
@@ -80,44 +80,36 @@ def rank_modulo(vectors: list[tuple[int, ...]]) -> int:
     return len(basis)
 
 
-class _Recursion:
-    """N(G, H) on a set of elements, G and H being the matroid with some elements contracted."""
+def _recursion(matroid: Matroid) -> int:
+    """Return N(G, H) of all elements, G and H being the matroid with some elements contracted: none at first."""
+    rank = matroid.rank
 
-    def __init__(self, matroid: Matroid) -> None:
-        self.rank = matroid.rank
-        self.everything = matroid.everything
-        self.known: dict[tuple[int, int, int], int] = {}
+    def of(elements: int, g: int, h: int) -> int:
+        """Return N on some elements with g and h contracted: the same either way round."""
+        return ordered(elements, min(g, h), max(g, h))
 
-    def count(self) -> int:
-        """Return the count of the whole."""
-        return self.of(self.everything, 0, 0)
-
-    def of(self, elements: int, g: int, h: int) -> int:
-        """Return N on some elements with g and h contracted."""
-        key = (elements, min(g, h), max(g, h))
-        if key not in self.known:
-            self.known[key] = self._of(elements, g, h)
-        return self.known[key]
-
-    def _of(self, elements: int, g: int, h: int) -> int:
-        rg, rh = self.rank(g), self.rank(h)
-        if self.rank(elements | g) - rg + self.rank(elements | h) - rh != elements.bit_count() + 1:
+    @cache
+    def ordered(elements: int, g: int, h: int) -> int:
+        rg, rh = rank(g), rank(h)
+        if rank(elements | g) - rg + rank(elements | h) - rh != elements.bit_count() + 1:
             return 0
         bits = [1 << k for k in range(elements.bit_length()) if elements >> k & 1]
-        if any(self.rank(g | b) == rg or self.rank(h | b) == rh for b in bits):
+        if any(rank(g | b) == rg or rank(h | b) == rh for b in bits):
             return 0
         if len(bits) == 1:
             return 1
         e, rest = bits[0], elements & ~bits[0]
-        total = self.of(rest, g | e, h) + self.of(rest, g, h | e)
+        total = of(rest, g | e, h) + of(rest, g, h | e)
         part = (rest - 1) & rest  # proper subsets of the rest
         while part:
             m, k = part | e, rest & ~part | e
-            one = self.of(k & ~e, g | m, h)
+            one = of(k & ~e, g | m, h)
             if one:
-                total += one * self.of(m & ~e, g, h | k)
+                total += one * of(m & ~e, g, h | k)
             part = (part - 1) & rest
         return total
+
+    return of(matroid.everything, 0, 0)
 
 
 def _with_slides(family: Family) -> int:
@@ -164,13 +156,10 @@ def _flags(matroid: Matroid) -> Iterator[list[list[float]]]:
         own = matroid.rank(mask)
         return sum(1 << k for k in range(matroid.size) if matroid.rank(mask | 1 << k) == own)
 
-    above: dict[int, list[int]] = {}
-
+    @cache
     def covers(flat: int) -> list[int]:
-        if flat not in above:
-            left = matroid.everything & ~flat
-            above[flat] = sorted({closure(flat | 1 << k) for k in range(matroid.size) if left >> k & 1})
-        return above[flat]
+        left = matroid.everything & ~flat
+        return sorted({closure(flat | 1 << k) for k in range(matroid.size) if left >> k & 1})
 
     def chains(flat: int, rank: int) -> Iterator[list[int]]:
         if rank == top - 1:

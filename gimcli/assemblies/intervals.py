@@ -15,10 +15,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.assemblies.box_clusters import hulls
 from gimcli.assemblies.contraction import contract
 from gimcli.assemblies.cosine_rows import EPS, CosineRows, RowConstants, cosine_rows
-from gimcli.assemblies.isolated_roots import BoolArray, IsolatedRoots, centred, wrap
+from gimcli.assemblies.isolated_roots import BoolArray, IsolatedRoots, centred
 from gimcli.assemblies.krawczyk import Coefficients, image, local, narrow
 from gimcli.assemblies.slide_bounds import proved_reach
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
@@ -73,18 +72,6 @@ class Enclosures:
     def complete(self) -> bool:
         """Whether there provably is no other real solution within reach."""
         return len(self.undecided) == 0
-
-    def same_as(self, points: FloatArray) -> bool:
-        """Tell whether points (R, n + q), good to less than the unique boxes, are these solutions, one for one."""
-        if len(points) != len(self.roots):
-            return False
-        apart = np.abs(wrap(points[:, None] - self.roots, self.angles))
-        near = np.all(apart <= self.unique, axis=2)
-        return bool(np.all(near.sum(axis=0) == 1) and np.all(near.sum(axis=1) == 1))
-
-    def clusters(self) -> FloatArray:
-        """Return hulls (M, 2, n + q) of undecided boxes that touch: one for a double root or a continuum."""
-        return hulls(self.undecided, self.angles)
 
 
 def real_roots(

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.assemblies.certificate import each_of
 from gimcli.assemblies.constants import TrackingConstants
 from gimcli.assemblies.loops import Family, values, values_and_jacobian
 from gimcli.mechanism import ComplexArray, FloatArray
@@ -29,16 +30,7 @@ class Tracked:
 
 def solve_each(J: ComplexArray, right: ComplexArray) -> ComplexArray:
     """Return J^-1 right for stacks (roots, m, m) and (roots, m); NaN where J is exactly singular."""
-    try:
-        return np.asarray(np.linalg.solve(J, right[..., None])[..., 0])
-    except np.linalg.LinAlgError:
-        result = np.full_like(right, np.nan)
-        for k, (a, b) in enumerate(zip(J, right, strict=True)):
-            try:
-                result[k] = np.linalg.solve(a, b)
-            except np.linalg.LinAlgError:
-                continue
-        return result
+    return each_of(np.linalg.solve, right[..., None], J, right[..., None])[..., 0]
 
 
 def corrected(family: Family, H: ComplexArray, w: ComplexArray, times: int) -> ComplexArray:

@@ -15,7 +15,7 @@ from gimcli.continuation.branches import all_circuits
 from gimcli.continuation.circuit import Circuit
 from gimcli.errors import UsageError
 from gimcli.library.extras import Extras
-from gimcli.library.inputs import in_file_units
+from gimcli.library.inputs import in_file_units, interval_of
 from gimcli.library.places import counted
 from gimcli.library.trace_result import POSES, TraceResult
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
@@ -156,15 +156,13 @@ class CircuitTraceResult(TraceResult):
 
 def _of_circuit(mechanism: Mechanism, number: int, circuit: Circuit, found: list[Any]) -> dict[str, Any]:
     """Return what is told of a circuit: how it ends, what its inputs reach, its limits and change points."""
-    low, high = (circuit.curve.inputs(q) for q in interval(circuit, found))
-    reach, events = {}, []
-    ends = in_file_units(mechanism, low), in_file_units(mechanism, high)
-    for name in ends[0]:
-        reach[name] = sorted(end[name] for end in ends)
-    for one in found:
-        if one.kind != STATIONARY:
-            u = circuit.curve.inputs(float(one.p[-1]))
-            events.append({"kind": one.kind, "at": in_file_units(mechanism, u), "way": one.way})
+
+    def at(q: float) -> dict[str, float]:
+        return in_file_units(mechanism, circuit.curve.inputs(q))
+
+    reach = interval_of(*(at(q) for q in interval(circuit, found)))
+    own = [one for one in found if one.kind != STATIONARY]
+    events = [{"kind": one.kind, "at": at(float(one.p[-1])), "way": one.way} for one in own]
     return {
         "branch": number, "closed": circuit.closed, "ended": circuit.ended, "turns": abs(circuit.turns),
         "interval": reach, "events": events,

@@ -9,7 +9,7 @@ import numpy as np
 from gimcli.branching.enumeration import Circuits, EnumerationConstants, Strand
 from gimcli.branching.enumeration import circuits as all_circuits
 from gimcli.errors import UsageError
-from gimcli.library.inputs import in_file_units
+from gimcli.library.inputs import in_file_units, interval_of
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.progress import Phases, silent
@@ -165,8 +165,7 @@ def curve_label(found: Circuits, index: int) -> str:
 
 def span(found: Circuits, strand: Strand) -> dict[str, list[float]]:
     """Return the least and the greatest value of every input along a strand."""
-    low, high = (inputs_at(found, q) for q in strand.interval)
-    return {name: sorted([low[name], high[name]]) for name in low}
+    return interval_of(*(inputs_at(found, q) for q in strand.interval))
 
 
 def spacing(found: Circuits) -> tuple[float, str]:

@@ -57,6 +57,11 @@ def in_file_units(mechanism: Mechanism, inputs: FloatArray, zero: float = 0.0) -
     return {a.name: float(mechanism.value_to_file(k, kept[k : k + 1])[0]) for k, a in enumerate(mechanism.actuators)}
 
 
+def interval_of(low: Mapping[str, float], high: Mapping[str, float]) -> dict[str, list[float]]:
+    """Return the least and the greatest value of every input between two ends."""
+    return {name: sorted([low[name], high[name]]) for name in low}
+
+
 def at_inputs(name: str, inputs: Mapping[str, float]) -> str:
     """Return the name of a mechanism and the inputs that it stands at."""
     return f"{name} at {', '.join(f'{k} = {v:.10g}' for k, v in inputs.items())}" if inputs else name

@@ -8,7 +8,7 @@ import numpy as np
 
 from gimcli.branching.singular_positions import Found, Survey, inputs_of, survey
 from gimcli.branching.singularities import BranchRates, rates
-from gimcli.library.inputs import in_file_units
+from gimcli.library.inputs import in_file_units, interval_of
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.progress import Phases, silent
@@ -62,8 +62,7 @@ class SingularitiesResult(Result):
 
     def interval(self, reach: tuple[float, float]) -> dict[str, list[float]]:
         """Return the least and the greatest value of every input between two parameters."""
-        low, high = (in_file_units(self.mechanism, self.found.curve.inputs(q), DUST) for q in reach)
-        return {name: sorted([low[name], high[name]]) for name in low}
+        return interval_of(*(in_file_units(self.mechanism, self.found.curve.inputs(q), DUST) for q in reach))
 
     def tangents(self, one: Found) -> list[BranchRates]:
         """Return how inputs and members move on each branch through a singular position."""

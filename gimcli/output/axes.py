@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -111,6 +112,11 @@ def _write_text(axes: Any, text: Text) -> None:
         parse_math=False,
         bbox=ring if text.ring else None,
     )
+
+
+def title_lines(title: str, width: float) -> list[str]:
+    """Return a title in lines that fit a width [in]."""
+    return textwrap.wrap(title, int(width / (LETTER * (FONT + 2))))
 
 
 def write_title(figure: Any, lines: list[str], x: float, y: float) -> None:

@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
-import textwrap
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from gimcli.output.axes import BOTTOM, LEFT, LETTER, LINE, RIGHT, TOP, dash, dress, fill, mark_style, write_title
+from gimcli.output.axes import (
+    BOTTOM,
+    LEFT,
+    LETTER,
+    LINE,
+    RIGHT,
+    TOP,
+    dash,
+    dress,
+    fill,
+    mark_style,
+    title_lines,
+    write_title,
+)
 from gimcli.output.gallery import gallery_figure
 from gimcli.output.picture import Content, Gallery, Key, Picture, Sheet
 from gimcli.output.style import DPI, FONT, PAPER, Mark
@@ -41,7 +53,7 @@ def figure_of(content: Picture | Sheet) -> Any:
 
     pictures = content.pictures if isinstance(content, Sheet) else (content,)
     width = max([NARROWEST, *(LEFT + picture.frame.width + RIGHT for picture in pictures)])
-    heading = _lines(content.title, width) if isinstance(content, Sheet) else []
+    heading = title_lines(content.title, width) if isinstance(content, Sheet) else []
     heights = [_height(picture, width) for picture in pictures]
     height = sum(heights) + len(heading) * LINE
     figure = Figure((width, height), dpi=DPI, facecolor=PAPER)
@@ -53,21 +65,17 @@ def figure_of(content: Picture | Sheet) -> Any:
     return figure
 
 
-def _lines(title: str, width: float) -> list[str]:
-    return textwrap.wrap(title, int(width / (LETTER * (FONT + 2))))
-
-
 def _height(picture: Picture, width: float) -> float:
     """Return the height [in] of a picture with its title and legend."""
     _, rows = _legend_shape(picture, width)
-    bottom, top = BOTTOM + rows * LINE + (0.04 if rows else 0.0), TOP + len(_lines(picture.title, width)) * LINE
+    bottom, top = BOTTOM + rows * LINE + (0.04 if rows else 0.0), TOP + len(title_lines(picture.title, width)) * LINE
     return bottom + picture.frame.height + top
 
 
 def _add_picture(figure: Any, picture: Picture, base: float, own: float, size: tuple[float, float]) -> None:
     """Add a picture whose lower edge is at `base` [in] of a figure."""
     width, height = size
-    frame, title = picture.frame, _lines(picture.title, width)
+    frame, title = picture.frame, title_lines(picture.title, width)
     columns, rows = _legend_shape(picture, width)
     bottom = base + BOTTOM + rows * LINE + (0.04 if rows else 0.0)
     left = LEFT + (width - LEFT - RIGHT - frame.width) / 2

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
-from gimcli.output.axes import LEFT, LETTER, LINE, RIGHT, TOP, dress, fill, write_title
+from gimcli.output.axes import LEFT, LINE, RIGHT, TOP, dress, fill, title_lines, write_title
 from gimcli.output.drawing import length_labels
 from gimcli.output.labels import Labels
 from gimcli.output.picture import Frame, Gallery, Picture
@@ -86,7 +85,7 @@ def gallery_figure(gallery: Gallery) -> Any:
     columns, frame = gallery.columns, gallery.panels[0].frame
     rows = -(-len(gallery.panels) // columns)
     width = LEFT + columns * (frame.width + GAP) + RIGHT
-    lines = textwrap.wrap(gallery.title, int(width / (LETTER * (FONT + 2)))) or [""]
+    lines = title_lines(gallery.title, width) or [""]
     top = TOP + len(lines) * LINE
     height = top + rows * (frame.height + HEAD) + FOOT
     dpi = max(FINE, min(DPI, DPI * (WIDTH + LEFT + RIGHT) / width))

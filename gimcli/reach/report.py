@@ -56,12 +56,11 @@ def region_table(found: Workspace) -> Table:
 def region_report(found: Workspace) -> dict[str, Any]:
     """Return what scripts count on."""
     mechanism, scale = found.task.mechanism, found.task.mechanism.scale
-    low, high = (placed(mechanism, corner[None, :])[0] for corner in found.bounds)
     return {
         "point": found.task.point, "freedoms": found.task.freedoms, "complete": found.complete,
         "area": found.area * scale**2, "area_error": found.area_error * scale**2,
         "perimeter": found.perimeter * scale,
-        "bounds": {"x": [low.real, high.real], "y": [low.imag, high.imag]},
+        "bounds": _bounds(mechanism, found.bounds),
         "regions": sum(loop.area > 0.0 for loop in found.loops), "holes": sum(loop.area < 0.0 for loop in found.loops),
         "barriers": len(found.inner),
         "curves": [
@@ -116,12 +115,16 @@ def reach_report(found: Reach) -> dict[str, Any]:
 
 
 def _run_report(mechanism: Mechanism, run: ReachedPath) -> dict[str, Any]:
-    low, high = (placed(mechanism, corner[None, :])[0] for corner in run.bounds)
     return {
         "drawn": run.drawn, "closed": run.closed, "length": run.length * mechanism.scale,
-        "bounds": {"x": [low.real, high.real], "y": [low.imag, high.imag]},
+        "bounds": _bounds(mechanism, run.bounds),
         "inputs": {mechanism.actuators[i.actuator].name: _interval(mechanism, i) for i in run.intervals},
     }  # fmt: skip
+
+
+def _bounds(mechanism: Mechanism, corners: tuple[FloatArray, FloatArray]) -> dict[str, list[float]]:
+    low, high = (placed(mechanism, corner[None, :])[0] for corner in corners)
+    return {"x": [low.real, high.real], "y": [low.imag, high.imag]}
 
 
 def _interval(mechanism: Mechanism, interval: Interval) -> dict[str, Any]:

@@ -558,25 +558,6 @@ def test_without_a_reach_the_list_is_proved_everywhere():
         assert not short.everywhere
 
 
-def test_lists_are_compared_one_for_one():
-    result = real_roots(*innocenti(), 1.0)
-    shifted = result.roots + TURN * np.arange(6) + 1e-9
-    assert result.same_as(shifted[::-1])
-    assert not result.same_as(shifted[1:])
-    assert not result.same_as(np.vstack([shifted[:7], shifted[:1]]))
-    assert not result.same_as(shifted + 0.5)
-
-
-def test_undecided_boxes_that_touch_are_put_together():
-    double = real_roots(*two_bars(-3.5, 2.0, -1.5), 1.0).clusters()  # at pi, where angles jump
-    assert len(double) == 1
-    assert (double[0, 1] - double[0, 0] < 1e-6).all()
-    assert (np.abs(wrapped(double.mean(axis=1) - np.pi)) < 1e-6).all()
-    rhombus = real_roots(*peaucellier(0.0), 1.0, IntervalConstants(narrowest=0.01)).clusters()
-    assert len(rhombus) == 2
-    assert (np.max(rhombus[:, 1] - rhombus[:, 0], axis=1) > 6.0).all()
-
-
 def test_a_slot_whose_pin_is_at_its_pivot_turns_freely():
     """s θ = 0."""
     result = real_roots([0.0], [[0.0]], [[1.0]], [0], 1.0, IntervalConstants(narrowest=0.05))
