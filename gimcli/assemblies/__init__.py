@@ -21,10 +21,7 @@ __all__ = [
 
 
 def all_configurations(
-    mechanism: Mechanism,
-    inputs: FloatArray,
-    tolerance: float = FITS,
-    progress: Progress = unheard,
+    mechanism: Mechanism, inputs: FloatArray, tolerance: float = FITS, progress: Progress = unheard
 ) -> Configurations:
     """Return every configuration at inputs (actuators,) that fulfils the constraints to a tolerance.
 

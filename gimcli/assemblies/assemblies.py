@@ -226,13 +226,9 @@ class ConfigurationFinder:
         return z
 
     def _carry(
-        self,
-        z: ComplexArray,
-        place: ComplexArray,
-        turn: ComplexArray,
-        inputs: FloatArray,
+        self, z: ComplexArray, place: ComplexArray, turn: ComplexArray, inputs: FloatArray,
         which: Callable[[BodyJoint], bool],
-    ) -> None:
+    ) -> None:  # fmt: skip
         for joint in self.linkage.carried:
             if which(joint) and np.isnan(z[joint.node]).any():
                 reach = joint.point + (joint.along * inputs[joint.actuator] if joint.actuator != NONE else 0.0)

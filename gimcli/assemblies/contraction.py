@@ -94,14 +94,9 @@ def _terms(
 
 
 def _advance(
-    rows: CosineRows,
-    low: FloatArray,
-    high: FloatArray,
-    start: FloatArray,
-    end: FloatArray,
-    from_: FloatArray,
+    rows: CosineRows, low: FloatArray, high: FloatArray, start: FloatArray, end: FloatArray, from_: FloatArray,
     to: FloatArray,
-) -> None:
+) -> None:  # fmt: skip
     """Advance the ends of the angles' intervals in place."""
     turning = np.nonzero(rows.slide < 0)[0]
     scale = rows.amplitude[turning, None]
@@ -135,14 +130,9 @@ def _wrap(angle: FloatArray) -> FloatArray:
 
 
 def _divide(
-    rows: CosineRows,
-    low: FloatArray,
-    high: FloatArray,
-    least: FloatArray,
-    most: FloatArray,
-    from_: FloatArray,
+    rows: CosineRows, low: FloatArray, high: FloatArray, least: FloatArray, most: FloatArray, from_: FloatArray,
     to: FloatArray,
-) -> None:
+) -> None:  # fmt: skip
     """Narrow the slides' intervals in place, where the factor of the slide does not vanish."""
     for slide in range(len(low)):
         own = np.nonzero(rows.slide == slide)[0]

@@ -75,13 +75,9 @@ class Enclosures:
 
 
 def real_roots(
-    C0: ComplexArray,
-    C: ComplexArray,
-    U: ComplexArray,
-    rail: IntArray,
-    reach: FloatArray | float | None = None,
+    C0: ComplexArray, C: ComplexArray, U: ComplexArray, rail: IntArray, reach: FloatArray | float | None = None,
     constants: IntervalConstants | None = None,
-) -> Enclosures:
+) -> Enclosures:  # fmt: skip
     """Return all real solutions of C0 + Σ C_c θ_c + Σ U_q s_q θ_rail(q) = 0, |θ| = 1, |s| <= reach.
 
     Shapes (L,), (L, n), (L, q), (q,) with n + q = 2 L; `rail` -1 is the frame. `reach` is one length or one for each

@@ -92,13 +92,9 @@ def _predicted(
 
 
 def _corrected(
-    family: Family,
-    start: ComplexArray,
-    change: ComplexArray,
-    w: ComplexArray,
-    t: FloatArray,
+    family: Family, start: ComplexArray, change: ComplexArray, w: ComplexArray, t: FloatArray,
     constants: TrackingConstants,
-) -> tuple[NDArray[np.bool_], FloatArray, ComplexArray]:
+) -> tuple[NDArray[np.bool_], FloatArray, ComplexArray]:  # fmt: skip
     """Return whether two corrections settle, the first one's size, and the points."""
     H = _at(start, change, t)
     value, J = values_and_jacobian(family, H, w)

@@ -93,13 +93,7 @@ def _sound(family: Family, H: ComplexArray, w: ComplexArray) -> Proven:
     return distinct(family, proven.take(proven.residual < SEARCH.residual))
 
 
-def _by_paths(
-    family: Family,
-    H: ComplexArray,
-    count: int | None,
-    proven: Proven,
-    progress: Progress,
-) -> Roots:
+def _by_paths(family: Family, H: ComplexArray, count: int | None, proven: Proven, progress: Progress) -> Roots:
     """Return the union of what the paths from independent generic linkages prove."""
     ends: list[_Ends] = []
     for seed in range(SEARCH.starts):
@@ -188,13 +182,7 @@ def _alone(family: Family, H: ComplexArray, done: Tracked, point: ComplexArray) 
     return np.asarray(good & ~met.any(axis=1))
 
 
-def _judged(
-    family: Family,
-    H: ComplexArray,
-    done: Tracked,
-    point: ComplexArray,
-    alone: NDArray[np.bool_],
-) -> _Ends:
+def _judged(family: Family, H: ComplexArray, done: Tracked, point: ComplexArray, alone: NDArray[np.bool_]) -> _Ends:
     """Tell roots at infinity from multiple ones, and those from paths that were lost."""
     proven = _sound(family, H, point[np.isfinite(point).all(axis=1) & (done.arrived | alone)])
     left = np.flatnonzero(~alone)

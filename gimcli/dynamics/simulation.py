@@ -23,12 +23,9 @@ TOLERANCE = 1e-10
 
 
 def simulate(
-    mechanism: Mechanism,
-    times: FloatArray,
-    settings: Settings | None = None,
-    run: Run = plain,
+    mechanism: Mechanism, times: FloatArray, settings: Settings | None = None, run: Run = plain,
     progress: Progress = unheard,
-) -> Simulation:
+) -> Simulation:  # fmt: skip
     """Let a mechanism move from its start; return it at `times` (rows,) [s], ascending from the start's."""
     settings = settings or Settings()
     if settings.method not in INTEGRATORS:

@@ -64,22 +64,10 @@ def correct(q: FloatArray, j: FloatArray, f: FloatArray, order: FloatArray, weig
 
 @kernel
 def follow_bodies(
-    q: FloatArray,
-    values: FloatArray,
-    bi: IntArray,
-    pi: IntArray,
-    pz: FloatArray,
-    ji: IntArray,
-    jz: FloatArray,
-    above: IntArray,
-    room: CoordinateScratch,
-    weight: FloatArray,
-    tolerance: float,
-    most: int,
-    pose: FloatArray,
-    iterations: FloatArray,
-    good: FloatArray,
-) -> None:
+    q: FloatArray, values: FloatArray, bi: IntArray, pi: IntArray, pz: FloatArray, ji: IntArray, jz: FloatArray,
+    above: IntArray, room: CoordinateScratch, weight: FloatArray, tolerance: float, most: int, pose: FloatArray,
+    iterations: FloatArray, good: FloatArray,
+) -> None:  # fmt: skip
     """Follow a motion in absolute coordinates, or in joint coordinates where there are joints.
 
     q (unknowns,) is the start; values (rows, actuators). Filled: pose (rows, bodies, 5), iterations,
@@ -120,22 +108,10 @@ def follow_bodies(
 
 @kernel
 def follow_points(
-    q: FloatArray,
-    values: FloatArray,
-    cos: FloatArray,
-    sin: FloatArray,
-    ei: IntArray,
-    ez: FloatArray,
-    col: IntArray,
-    room: CoordinateScratch,
-    weight: FloatArray,
-    tolerance: float,
-    most: int,
-    x: FloatArray,
-    y: FloatArray,
-    iterations: FloatArray,
-    good: FloatArray,
-) -> None:
+    q: FloatArray, values: FloatArray, cos: FloatArray, sin: FloatArray, ei: IntArray, ez: FloatArray, col: IntArray,
+    room: CoordinateScratch, weight: FloatArray, tolerance: float, most: int, x: FloatArray, y: FloatArray,
+    iterations: FloatArray, good: FloatArray,
+) -> None:  # fmt: skip
     """Follow a motion in natural coordinates; as `follow_bodies`, x, y (rows, nodes) filled.
 
     cos, sin (rows, actuators) of the values.

@@ -358,13 +358,9 @@ def try_step(
 
 @kernel
 def follow(
-    c: Chart,
-    last: InfluencePosition,
-    to: InfluencePosition,
-    target: FloatArray,
-    speeds: FloatArray,
+    c: Chart, last: InfluencePosition, to: InfluencePosition, target: FloatArray, speeds: FloatArray,
     room: InfluenceScratch,
-) -> bool:
+) -> bool:  # fmt: skip
     """Follow the motion from the last place to independent variables `target`; `last` moves along.
 
     Steps are halved until they lead straight on. Where not even the finest does, the other side of the weakest block

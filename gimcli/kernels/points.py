@@ -41,17 +41,9 @@ def add_gradient(j: FloatArray, row: int, c: int, gx: float, gy: float) -> None:
 
 @kernel
 def point_rows(
-    x: FloatArray,
-    y: FloatArray,
-    values: FloatArray,
-    cos: FloatArray,
-    sin: FloatArray,
-    ei: IntArray,
-    ez: FloatArray,
-    col: IntArray,
-    f: FloatArray,
-    j: FloatArray,
-) -> None:
+    x: FloatArray, y: FloatArray, values: FloatArray, cos: FloatArray, sin: FloatArray, ei: IntArray, ez: FloatArray,
+    col: IntArray, f: FloatArray, j: FloatArray,
+) -> None:  # fmt: skip
     """Fill the residuals f and their gradients j."""
     j[:, :] = 0.0
     row = 0

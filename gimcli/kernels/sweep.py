@@ -45,15 +45,9 @@ def turn_onto(x: FloatArray, y: FloatArray, b: int, a: int, ux: float, uy: float
 
 @kernel
 def impose(
-    k: int,
-    x: FloatArray,
-    y: FloatArray,
-    values: FloatArray,
-    cos: FloatArray,
-    sin: FloatArray,
-    mi: IntArray,
+    k: int, x: FloatArray, y: FloatArray, values: FloatArray, cos: FloatArray, sin: FloatArray, mi: IntArray,
     mz: FloatArray,
-) -> None:
+) -> None:  # fmt: skip
     """Impose one restriction by moving its node."""
     kind, moved, a, b = mi[k, 0], mi[k, 1], mi[k, 2], mi[k, 3]
     value = mz[k, 0]
@@ -98,18 +92,9 @@ def impose(
 
 @kernel
 def aim(
-    x: FloatArray,
-    y: FloatArray,
-    moved: int,
-    b: int,
-    u: int,
-    v: int,
-    zr: float,
-    zi: float,
-    wx: float,
-    wy: float,
+    x: FloatArray, y: FloatArray, moved: int, b: int, u: int, v: int, zr: float, zi: float, wx: float, wy: float,
     value: float,
-) -> None:
+) -> None:  # fmt: skip
     """Move a node of a guide u-v, normal n = z (v - u), the shortest way that lets its line pass node b.
 
     With f = n.(b - u) - value, v goes along conj(z) (b - u) and u along its negative minus n.
@@ -127,16 +112,9 @@ def aim(
 
 @kernel
 def error_of(
-    k: int,
-    x: FloatArray,
-    y: FloatArray,
-    values: FloatArray,
-    cos: FloatArray,
-    sin: FloatArray,
-    mi: IntArray,
-    mz: FloatArray,
-    size: float,
-) -> float:
+    k: int, x: FloatArray, y: FloatArray, values: FloatArray, cos: FloatArray, sin: FloatArray, mi: IntArray,
+    mz: FloatArray, size: float,
+) -> float:  # fmt: skip
     """Return the error of a restriction: relative for lengths, in rad for angles (their sine)."""
     kind, a, b = mi[k, 0], mi[k, 2], mi[k, 3]
     value = mz[k, 0]
@@ -170,16 +148,9 @@ def sweep(
 
 @kernel
 def worst_errors(
-    x: FloatArray,
-    y: FloatArray,
-    values: FloatArray,
-    cos: FloatArray,
-    sin: FloatArray,
-    mi: IntArray,
-    mz: FloatArray,
-    size: float,
-    out: FloatArray,
-) -> None:
+    x: FloatArray, y: FloatArray, values: FloatArray, cos: FloatArray, sin: FloatArray, mi: IntArray, mz: FloatArray,
+    size: float, out: FloatArray,
+) -> None:  # fmt: skip
     """Put eq. (1) and eq. (2) in out[0], out[1]; a NaN is infinite."""
     out[0], out[1] = 0.0, 0.0
     for k in range(mi.shape[0]):
@@ -210,19 +181,9 @@ def keep(x: FloatArray, y: FloatArray, mark: FloatArray) -> None:
 
 @kernel
 def settle(
-    x: FloatArray,
-    y: FloatArray,
-    values: FloatArray,
-    cos: FloatArray,
-    sin: FloatArray,
-    mi: IntArray,
-    mz: FloatArray,
-    size: float,
-    limits: FloatArray,
-    mark: FloatArray,
-    history: FloatArray,
-    out: FloatArray,
-) -> int:
+    x: FloatArray, y: FloatArray, values: FloatArray, cos: FloatArray, sin: FloatArray, mi: IntArray, mz: FloatArray,
+    size: float, limits: FloatArray, mark: FloatArray, history: FloatArray, out: FloatArray,
+) -> int:  # fmt: skip
     """Sweep until eqs (1) and (2) are met; return how it ended.
 
     limits: tolerance, sweeps, sweeps within which the error must fall, factor by which, distance
@@ -265,23 +226,10 @@ def settle(
 
 @kernel
 def settle_rows(
-    x: FloatArray,
-    y: FloatArray,
-    values: FloatArray,
-    cos: FloatArray,
-    sin: FloatArray,
-    free: IntArray,
-    mi: IntArray,
-    mz: FloatArray,
-    size: float,
-    start: int,
-    slow: float,
-    limits: FloatArray,
-    mark: FloatArray,
-    history: FloatArray,
-    sweeps: FloatArray,
-    out: FloatArray,
-) -> int:
+    x: FloatArray, y: FloatArray, values: FloatArray, cos: FloatArray, sin: FloatArray, free: IntArray, mi: IntArray,
+    mz: FloatArray, size: float, start: int, slow: float, limits: FloatArray, mark: FloatArray, history: FloatArray,
+    sweeps: FloatArray, out: FloatArray,
+) -> int:  # fmt: skip
     """Follow a motion from row `start` on, each row from the one before; return the first that is not solved.
 
     x, y (rows, nodes); `free` are the nodes to be moved, all others stand in every row already.

@@ -43,13 +43,9 @@ REACH = 0.4
 
 
 def motion_picture(
-    mechanism: Mechanism,
-    positions: ComplexArray,
-    curves: Mapping[str, ComplexArray],
-    title: str,
-    measured: Mapping[str, ComplexArray] | None = None,
-    areas: Sequence[ComplexArray] = (),
-) -> Picture:
+    mechanism: Mechanism, positions: ComplexArray, curves: Mapping[str, ComplexArray], title: str,
+    measured: Mapping[str, ComplexArray] | None = None, areas: Sequence[ComplexArray] = (),
+) -> Picture:  # fmt: skip
     """Return some poses, the first strong and the rest light, the traced curves, and what was measured."""
     skeleton = solved(mechanism, positions)
     traced = [np.asarray(curve, dtype=np.complex128) for curve in curves.values()]
@@ -82,12 +78,9 @@ def _within(curve: ComplexArray, shown: Sequence[ComplexArray]) -> ComplexArray:
 
 
 def position_picture(
-    mechanism: Mechanism,
-    position: ComplexArray,
-    title: str,
-    points: Mapping[str, complex],
+    mechanism: Mechanism, position: ComplexArray, title: str, points: Mapping[str, complex],
     arrows: Sequence[Arrows] = (),
-) -> Picture:
+) -> Picture:  # fmt: skip
     """Return one pose with the names of its nodes and points, and vectors there."""
     skeleton = solved(mechanism, position)
     named = np.array(list(points.values()), dtype=np.complex128)

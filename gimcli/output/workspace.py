@@ -30,13 +30,9 @@ CELLS = 110
 
 
 def workspace_picture(
-    mechanism: Mechanism,
-    pose: ComplexArray | None,
-    curves: Mapping[str, Sequence[ComplexArray]],
-    point: tuple[str, complex | None],
-    density: ComplexArray | None,
-    title: str,
-) -> Picture:
+    mechanism: Mechanism, pose: ComplexArray | None, curves: Mapping[str, Sequence[ComplexArray]],
+    point: tuple[str, complex | None], density: ComplexArray | None, title: str,
+) -> Picture:  # fmt: skip
     """Return the region between the curves of each kind, over a pose (nodes,), in the file's units.
 
     `density` (rows,) are reached places, drawn as cells; without it the region is filled.

@@ -99,13 +99,7 @@ def sorted_edges(arcs: Sequence[PathArc], bank: Bank) -> list[Edge]:
     return edges
 
 
-def _ask(
-    arcs: Sequence[PathArc],
-    chosen: IntArray,
-    reached: NDArray[np.bool_],
-    crowd: Crowd,
-    bank: Bank,
-) -> None:
+def _ask(arcs: Sequence[PathArc], chosen: IntArray, reached: NDArray[np.bool_], crowd: Crowd, bank: Bank) -> None:
     """Try the places beside some paths that are not known to be reached; note in `reached` (paths, 2) what is."""
     asked = [(k, side) for k in chosen.tolist() for side in (0, 1) if not reached[k, side]]
     if not asked:
