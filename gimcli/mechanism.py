@@ -70,6 +70,12 @@ class Member:
         """Return the place of a node in the member's own frame."""
         return complex(self.shape[self.nodes.index(node)])
 
+    @cached_property
+    def ends(self) -> tuple[int, int, complex]:
+        """The first node, the one farthest from it, and the vector between them in the member's own frame."""
+        far = int(np.argmax(np.abs(self.shape - self.shape[0])))
+        return self.nodes[0], self.nodes[far], complex(self.shape[far] - self.shape[0])
+
     def reach(self, a: int, b: int) -> complex:
         """Return the way from node a to node b in the member's own frame."""
         return self.local(b) - self.local(a)

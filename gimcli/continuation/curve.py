@@ -16,7 +16,6 @@ import numpy as np
 
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times
-from gimcli.structure.checks import farthest
 from gimcli.structure.system import system_of
 
 EVEN = 1e-9
@@ -133,7 +132,7 @@ class PositionCurve:
         rate[self.system.free] = np.ascontiguousarray(v[:-1]).view(complex)
         turns = {}
         for member in self.mechanism.members[FRAME + 1 :]:
-            a, b = member.nodes[0], member.nodes[farthest(member)]
+            a, b, _ = member.ends
             arm = z[b] - z[a]
             turns[member.name] = float((arm.conjugate() * (rate[b] - rate[a])).imag / abs(arm) ** 2)
         return turns

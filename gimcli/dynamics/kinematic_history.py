@@ -12,7 +12,6 @@ from gimcli.positions.dispatch import choose
 from gimcli.progress import Tell
 from gimcli.rates.derivatives import ORDERS, law_rates
 from gimcli.rates.differentiator import Differentiator
-from gimcli.structure.checks import farthest
 from gimcli.structure.plan import make_plan
 
 
@@ -66,9 +65,8 @@ def carried(mechanism: Mechanism, nodes: ComplexArray, index: int, local: comple
         jet[0] = local
         return jet
     member = mechanism.members[index]
-    far, first = farthest(member), complex(member.shape[0])
-    share = (local - first) / complex(member.shape[far] - member.shape[0])
-    z, other = nodes[:, member.nodes[0]], nodes[:, member.nodes[far]]
+    u, v, way = member.ends
+    share, z, other = (local - complex(member.shape[0])) / way, nodes[:, u], nodes[:, v]
     return np.asarray(z + share * (other - z)) if share else np.asarray(z)
 
 
@@ -76,10 +74,8 @@ def unit_of(mechanism: Mechanism, z: ComplexArray, index: int) -> ComplexArray:
     """Return e^(i phi) of a member (rows,) at positions z (nodes, rows)."""
     if index == FRAME:
         return np.ones(z.shape[1], dtype=complex)
-    member = mechanism.members[index]
-    far = farthest(member)
-    arm = z[member.nodes[far]] - z[member.nodes[0]]
-    return np.asarray(arm / complex(member.shape[far] - member.shape[0]))
+    u, v, way = mechanism.members[index].ends
+    return np.asarray((z[v] - z[u]) / way)
 
 
 def turning(mechanism: Mechanism, course: Course, index: int) -> FloatArray:
@@ -88,11 +84,9 @@ def turning(mechanism: Mechanism, course: Course, index: int) -> FloatArray:
         return np.zeros((2, len(course.time)))
     if course.angles is not None:
         return np.asarray(course.angles[:, index - 1])
-    member, nodes = mechanism.members[index], course.nodes
-    far = farthest(member)
-    arm = nodes[:, member.nodes[far]] - nodes[:, member.nodes[0]]
-    square = abs(complex(member.shape[far] - member.shape[0])) ** 2
-    return np.asarray((arm[0].conj() * arm[1:]).imag / square)  # a = (i alpha - omega^2) arm
+    u, v, way = mechanism.members[index].ends
+    arm = course.nodes[:, v] - course.nodes[:, u]
+    return np.asarray((arm[0].conj() * arm[1:]).imag / abs(way) ** 2)  # a = (i alpha - omega^2) arm
 
 
 def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatArray, FloatArray, ComplexArray]:

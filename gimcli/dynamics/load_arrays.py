@@ -11,7 +11,6 @@ from gimcli.dynamic_data import AppliedLoad
 from gimcli.dynamics.kinematic_history import travel_along
 from gimcli.kernels.reduction import Acting
 from gimcli.mechanism import FRAME, FloatArray, Input, IntArray, Mechanism
-from gimcli.structure.checks import farthest
 from gimcli.structure.rotation import members_of, rotation_classes
 from gimcli.structure.steps import NONE
 
@@ -96,7 +95,7 @@ def _load(mechanism: Mechanism, load: AppliedLoad) -> tuple[float, ...]:
     member = mechanism.members[load.member]
     force = load.force
     if load.follows:  # turned by the arm as it is, not made a unit vector there
-        force /= complex(member.shape[farthest(member)] - member.shape[0])
+        force /= member.ends[2]
     z = _local(mechanism, load.member, load.point) if not load.torque else (0.0, 0.0)
     return (*z, force.real, force.imag, load.torque, _square(mechanism, load.member))
 
@@ -108,20 +107,16 @@ def _angle(gauge: Input) -> int:
 def _arm(mechanism: Mechanism, index: int) -> tuple[int, int]:
     if index == FRAME:
         return NONE, NONE
-    member = mechanism.members[index]
-    return member.nodes[0], member.nodes[farthest(member)]
+    return mechanism.members[index].ends[:2]
 
 
 def _square(mechanism: Mechanism, index: int) -> float:
-    if index == FRAME:
-        return 1.0
-    member = mechanism.members[index]
-    return float(abs(complex(member.shape[farthest(member)] - member.shape[0])) ** 2)
+    return 1.0 if index == FRAME else float(abs(mechanism.members[index].ends[2]) ** 2)
 
 
 def _local(mechanism: Mechanism, index: int, local: complex) -> tuple[float, float]:
     member = mechanism.members[index]
-    z = (local - complex(member.shape[0])) / complex(member.shape[farthest(member)] - member.shape[0])
+    z = (local - complex(member.shape[0])) / member.ends[2]
     return z.real, z.imag
 
 

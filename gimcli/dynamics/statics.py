@@ -15,7 +15,6 @@ from functools import cached_property
 
 from gimcli.kernels.equilibrium import ALONG, COUPLE, MOMENT, PUSH, X, Y
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, Mechanism, PairRow
-from gimcli.structure.checks import farthest
 from gimcli.structure.derived import derived
 from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
 from gimcli.structure.rotation import members_of
@@ -216,6 +215,5 @@ def carried_direction(mechanism: Mechanism, index: int, direction: complex) -> V
     """Return a direction of a member's own frame as a vector that is carried along."""
     if index == FRAME:
         return Vector(direction)
-    member = mechanism.members[index]
-    far = farthest(member)
-    return Vector(direction / complex(member.shape[far] - member.shape[0]), member.nodes[0], member.nodes[far])
+    u, v, way = mechanism.members[index].ends
+    return Vector(direction / way, u, v)

@@ -37,6 +37,9 @@ class SwitchingConstants:
     halfway: float = 8.0  # error halfway, in units of the one at the ends, that tells two branches
 
 
+SWITCHING = SwitchingConstants()
+
+
 @dataclass
 class Swept:
     """A motion by sweeps; rows after the first that is not solved are left as that one."""
@@ -49,28 +52,23 @@ class Swept:
 
 def off_branch(
     mechanism: Mechanism, z: ComplexArray, other: ComplexArray, inputs: FloatArray, tolerance: float,
-    constants: SwitchingConstants | None = None,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Tell of positions z (nodes, rows) whether they lie on another branch than exact ones.
 
     Two roots that are nearer than the root of the tolerance cannot be told apart by a residual.
     """
-    constants = constants or SwitchingConstants()
-    far = np.max(np.abs(z - other), axis=0) > constants.apart * mechanism.size
+    far = np.max(np.abs(z - other), axis=0) > SWITCHING.apart * mechanism.size
     ends = np.maximum(residual(mechanism, z, inputs).total, allowed(mechanism, tolerance))
     halfway = residual(mechanism, 0.5 * (z + other), inputs).total
     known = np.all(np.isfinite(z) & np.isfinite(other), axis=0)
-    return np.asarray(known & (far | (halfway > constants.halfway * ends)))
+    return np.asarray(known & (far | (halfway > SWITCHING.halfway * ends)))
 
 
 class SwitchingState:
     """The state of a motion: how far it has come, and when it is slow."""
 
-    def __init__(
-        self, sweeper: Sweeper, inputs: FloatArray, exact: ComplexArray, constants: SwitchingConstants | None = None
-    ) -> None:
+    def __init__(self, sweeper: Sweeper, inputs: FloatArray, exact: ComplexArray) -> None:
         self.sweeper, self.inputs, self.exact = sweeper, inputs, exact
-        self.constants = constants or SwitchingConstants()
         rows = inputs.shape[1]
         empty = np.full(exact.shape, complex(math.nan, math.nan))
         self.swept = Swept(empty, np.zeros(rows), np.full(rows, int(Status.NOT_CONVERGED)))
@@ -111,10 +109,10 @@ class SwitchingState:
         way = pace(sweeper.mechanism, np.stack([begin, inputs], axis=1))
         if not way > 0.0:
             return None
-        parts = max(8, math.ceil(way * self.constants.steps_a_turn))
+        parts = max(8, math.ceil(way * SWITCHING.steps_a_turn))
         between = _straight(begin, inputs, parts)
         unknown = np.full((len(sweeper.mechanism.nodes), parts + 1), complex(math.nan, math.nan))
-        path = SwitchingState(sweeper, between, unknown, self.constants).run()
+        path = SwitchingState(sweeper, between, unknown).run()
         self.swept.work[0] += path.work.sum()
         return path.z[:, -1] if path.codes[-1] == Status.OK else None
 
@@ -133,7 +131,7 @@ class SwitchingState:
         astray = np.flatnonzero(
             off_branch(
                 self.sweeper.mechanism, z[:, 1:stop], self.exact[:, rows], self.inputs[:, rows],
-                self.sweeper.options.tolerance, self.constants,
+                self.sweeper.options.tolerance,
             )
         )  # fmt: skip
         if len(astray):
@@ -155,11 +153,11 @@ class SwitchingState:
                 return
         elif self.slow > 0.0:
             return
-        self.slow = max(float(self.constants.least), self.constants.slower * sweeps)
+        self.slow = max(float(SWITCHING.least), SWITCHING.slower * sweeps)
 
     def _exchange(self) -> bool:
         """Exchange the sequence for one that is better in the row ahead; tell whether there was one."""
-        taken = self.sweeper.exchange(self._ahead(), self.inputs[:, self.done], self.constants.gain)
+        taken = self.sweeper.exchange(self._ahead(), self.inputs[:, self.done], SWITCHING.gain)
         if taken:
             self.swept.exchanged.append(self.done - 1)
         return taken
@@ -181,7 +179,7 @@ class SwitchingState:
                 self.swept.work[row] += spent
                 return Status.OK  # a later row that failed is tried again, and mended in its turn
             status = again
-        for parts in self.constants.parts:
+        for parts in SWITCHING.parts:
             z = self._steps(self.inputs[:, row - 1], self.inputs[:, row], self.swept.z[:, row - 1], parts, row)
             if z is None:
                 continue
@@ -204,7 +202,7 @@ class SwitchingState:
             return status
         astray = off_branch(
             self.sweeper.mechanism, z[:, None], self.exact[:, [row]], self.inputs[:, [row]],
-            self.sweeper.options.tolerance, self.constants,
+            self.sweeper.options.tolerance,
         )  # fmt: skip
         return Status.JUMPED if astray[0] else Status.OK
 

@@ -7,7 +7,6 @@ nodes that are only carried last. A row starts from the row before it.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import lru_cache
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from gimcli.positions.block import RowBlock
 from gimcli.positions.newton import Run
 from gimcli.positions.options import Options
 from gimcli.status import Status
+from gimcli.structure.derived import derived
 from gimcli.structure.kinematic_nodes import carry, free_nodes
 from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move, Restriction, angle, distance
@@ -31,25 +31,10 @@ DISTURBANCE = 1e-2
 """Disturbance of a start from which sweeps do not settle, relative to the size."""
 
 
-class _Drawn:
-    """A mechanism as drawn; equal to itself alone."""
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
-
-    def __hash__(self) -> int:
-        return id(self.mechanism)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Drawn) and self.mechanism is other.mechanism
-
-
-@lru_cache(4)
-def _first_sequence(drawn: _Drawn, strategy: str) -> Sequence:
+@derived
+def _first_sequence(mechanism: Mechanism, strategy: str) -> Sequence:
     """Return the sequence in the drawn position: a comparison of methods asks for it time and again."""
-    mechanism = drawn.mechanism
-    inputs = np.array([a.drawn for a in mechanism.actuators], dtype=float)
-    return find_sequence(mechanism, mechanism.drawn, inputs, strategy)
+    return find_sequence(mechanism, mechanism.drawn, mechanism.drawn_inputs, strategy)
 
 
 @dataclass
@@ -73,7 +58,7 @@ class Sweeper:
         if self.options.moves:
             self.moves = parse_moves(mechanism, self.options.moves)
         else:
-            self.sequence = _first_sequence(_Drawn(mechanism), self.options.strategy)
+            self.sequence = _first_sequence(mechanism, self.options.strategy)
             self.moves = self.sequence.moves
 
     def held(self, inputs: FloatArray) -> RowBlock:

@@ -24,7 +24,6 @@ from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray
 from gimcli.motion.motion import Motion
 from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.path_derivatives import PathDerivatives
-from gimcli.structure.checks import farthest
 
 ROUNDS = 3
 """Of the length between two rows, each of which adds two orders."""
@@ -102,7 +101,7 @@ class ArclengthDerivatives(PathDerivatives):
         nodes[1:, self.curve.system.free] = series[1:, :-1:2] + 1j * series[1:, 1:-1:2]
         nodes[1:] = np.where(np.isfinite(series[1:, :1]), nodes[1:], complex(np.nan, np.nan))
         members = self.mechanism.members[FRAME + 1 :]
-        turns = [_turning(nodes[:, m.nodes[farthest(m)]] - nodes[:, m.nodes[0]]) for m in members]
+        turns = [_turning(nodes[:, m.ends[1]] - nodes[:, m.ends[0]]) for m in members]
         return MotionRates(self.mechanism, len(series) - 1, nodes, np.moveaxis(np.array(turns), 0, 1))
 
 

@@ -179,7 +179,7 @@ class Differentiated(SlotValues):
 
         A third derivative: (i phi_3 - 3 phi_1 phi_2 - i phi_1^3) w.
         """
-        tape, u, v = self.tape, member.nodes[0], member.nodes[farthest(member)]
+        tape, (u, v, _) = self.tape, member.ends
         with tape.step():
             arms = [tape.plus(self.nodes[v][k], self.nodes[u][k], -1.0) for k in range(len(self.slots))]
             inverse = tape.real(kernels.INVERSE, tape.lane(arms[0]))
