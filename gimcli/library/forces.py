@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -66,11 +67,9 @@ class ForcesAlong:
 
     def tables(self) -> Iterator[Table]:
         """Yield the table of each piece."""
-        piece: Motion | None = self._first
-        while piece is not None:
+        for piece in chain((self._first,), self._pieces):
             first = self.found.summary.seen
             yield force_table(piece, self.found.take(piece), first)
-            piece = next(self._pieces, None)
 
     def result(self, table: Table | None) -> ForcesResult:
         """Return the result, when all tables have been taken; without its table where that went to a file."""

@@ -26,13 +26,13 @@ def inputs_of(mechanism: Mechanism, given: Mapping[str, float | str], before: st
     return values
 
 
-def near(name: str, names: Iterable[str]) -> str:
+def near(name: str, names: Iterable[str], what: str = "actuators") -> str:
     """Return what was probably meant, or what there is."""
     import difflib
 
     known = list(names)
     found = difflib.get_close_matches(name, known, 1)
-    return f"; did you mean '{found[0]}'?" if found else f"; actuators: {', '.join(known) or 'none'}"
+    return f"; did you mean '{found[0]}'?" if found else f"; {what}: {', '.join(known) or 'none'}"
 
 
 def _value(mechanism: Mechanism, k: int, text: str, value: float | str) -> float:

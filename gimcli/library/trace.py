@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property, partial
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -137,14 +138,12 @@ class MotionTrace:
 
     def tables(self) -> Iterator[Table]:
         """Yield the table of each piece."""
-        piece: Motion | None = self._first
-        while piece is not None:
+        for piece in chain((self._first,), self._pieces):
             more = self.extras.columns(piece)
             yield motion_table(piece, first=self.summary.seen, rates=self._rates, more=more)
             self.summary.add(piece)
             if self.kept is not None:
                 self.kept.append(piece)
-            piece = next(self._pieces, None)
 
     def result(self, table: Table | None) -> MotionTraceResult:
         """Return the result, when all tables have been taken; without its table where that went to a file."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 from functools import cached_property
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from gimcli.errors import UsageError
 from gimcli.library.grid import Grid, Kept, solve_grid
-from gimcli.library.inputs import refuse_unmoved
+from gimcli.library.inputs import near, refuse_unmoved
 from gimcli.library.result import Result
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
@@ -108,9 +107,7 @@ def _point(mechanism: Mechanism, given: str) -> str:
     if not given:
         return mechanism.traced[0]
     if given not in names:
-        near = difflib.get_close_matches(given, names, 1)
-        hint = f"; did you mean '{near[0]}'?" if near else f"; nodes and points: {', '.join(names)}"
-        raise UsageError(f"--point {given}: no such node or point{hint}")
+        raise UsageError(f"--point {given}: no such node or point{near(given, names, 'nodes and points')}")
     return given
 
 
