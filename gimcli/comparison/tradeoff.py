@@ -46,6 +46,11 @@ SHARE = 0.08
 
 TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 DIGITS = (3, 6, 9, 12)
+RECORD = (
+    "method", "tolerance", "unknowns", "iteration_operations", "iterations", "most_iterations", "paper_operations",
+    "operations", "seconds", "error", "solved", "positions", "efficient", "reason",
+)  # fmt: skip
+"""Names of what a table or a report holds of a method at a tolerance."""
 UNITS = {"seconds": "s"}
 TIMING = Timing()
 
@@ -82,13 +87,11 @@ class Entry:
     @property
     def record(self) -> dict[str, Any]:
         """What a table or a report holds of it, by name."""
-        return {
-            "method": self.method.name, "tolerance": self.tolerance, "unknowns": list(self.unknowns),
-            "iteration_operations": list(self.iterations), "iterations": self.work, "most_iterations": self.most,
-            "paper_operations": self.paper, "operations": self.operations, "seconds": self.seconds,
-            "error": self.error, "solved": self.solved, "positions": self.rows, "efficient": self.efficient,
-            "reason": self.reason,
-        }  # fmt: skip
+        values = (
+            self.method.name, self.tolerance, list(self.unknowns), list(self.iterations), self.work, self.most, self.paper,
+            self.operations, self.seconds, self.error, self.solved, self.rows, self.efficient, self.reason,
+        )  # fmt: skip
+        return dict(zip(RECORD, values, strict=True))
 
     @property
     def drawable(self) -> bool:
@@ -301,7 +304,7 @@ def _fastest(entries: Sequence[Entry], digits: int) -> Entry | None:
 def tradeoff_table(found: Tradeoff) -> Table:
     """Return one row for every method and tolerance."""
     records = [entry.record for entry in found.entries]
-    columns = [Column(name, np.array([_cell(r[name]) for r in records]), UNITS.get(name, "")) for name in records[0]]
+    columns = [Column(name, np.array([_cell(r[name]) for r in records]), UNITS.get(name, "")) for name in RECORD]
     return Table(tuple(columns))
 
 

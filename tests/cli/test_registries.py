@@ -45,7 +45,10 @@ class Heun:
 
 
 def test_measure(monkeypatch, tmp_path):
-    kind = Kind("height", "NODE", "how high a node stands", lambda mechanism, names: [Height(mechanism, names[0])])
+    def make(mechanism, spec, names):
+        return [Height(mechanism, names[0])]
+
+    kind = Kind("height", "NODE", "how high a node stands", (1,), make)
     monkeypatch.setitem(KINDS, "height", kind)
     model = MODELS / "crank_rocker.yaml"
     assert gim("trace", model, "--steps", 12, "-m", "height:B", "--no-png", "-o", tmp_path).code == 0
