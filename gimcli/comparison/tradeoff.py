@@ -88,8 +88,8 @@ class Entry:
     def record(self) -> dict[str, Any]:
         """What a table or a report holds of it, by name."""
         values = (
-            self.method.name, self.tolerance, list(self.unknowns), list(self.iterations), self.work, self.most, self.paper,
-            self.operations, self.seconds, self.error, self.solved, self.rows, self.efficient, self.reason,
+            self.method.name, self.tolerance, list(self.unknowns), list(self.iterations), self.work, self.most,
+            self.paper, self.operations, self.seconds, self.error, self.solved, self.rows, self.efficient, self.reason,
         )  # fmt: skip
         return dict(zip(RECORD, values, strict=True))
 
