@@ -13,11 +13,8 @@ from gimcli.progress import Progress, unheard
 from gimcli.structure.mobility import refuse_unfit
 
 __all__ = [
-    "Configurations",
-    "all_configurations",
-    "configurations_over",
-    "drawn_configuration",
-]
+    "Configurations", "all_configurations", "configurations_over", "drawn_configuration",
+]  # fmt: skip
 
 
 def all_configurations(

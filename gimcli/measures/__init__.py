@@ -7,14 +7,7 @@ from gimcli.measures.measure import Kind, Measure
 from gimcli.mechanism import Mechanism
 
 KINDS: dict[str, Kind] = {
-    kind.name: kind
-    for kind in (
-        centre.KIND,
-        curvature.KIND,
-        transmission.KIND,
-        advantage.KIND,
-        area.KIND,
-    )
+    kind.name: kind for kind in (centre.KIND, curvature.KIND, transmission.KIND, advantage.KIND, area.KIND)
 }
 
 

@@ -24,19 +24,9 @@ if TYPE_CHECKING:
     from gimcli.output.picture import Content
 
 __all__ = [
-    "PICTURE_FORMATS",
-    "TABLE_FORMATS",
-    "CsvStream",
-    "Parts",
-    "refuse_files",
-    "refuse_repeated",
-    "refuse_unwritable",
-    "write",
-    "write_csv",
-    "write_npz",
-    "written_bytes",
-    "written_text",
-]
+    "PICTURE_FORMATS", "TABLE_FORMATS", "CsvStream", "Parts", "refuse_files", "refuse_repeated", "refuse_unwritable",
+    "write", "write_csv", "write_npz", "written_bytes", "written_text",
+]  # fmt: skip
 
 Written = TypeVar("Written")
 Formats = dict[str, Callable[[Written, Path], None]]

@@ -10,16 +10,7 @@ from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray
 from gimcli.output.picture import Picture, Text
-from gimcli.output.style import FONT, INK, PAPER, Mark, Pen
-
-LEFT, RIGHT, BOTTOM, TOP = 0.85, 0.3, 0.5, 0.2
-"""Borders about the axes [in]."""
-
-LINE = 0.19
-"""Height of a line of the title or of the legend [in]."""
-
-LETTER = 0.0087
-"""Width of a letter [in] per point of its size."""
+from gimcli.output.style import FONT, INK, LETTER, PAPER, Mark, Pen
 
 
 def dress(axes: Any, picture: Picture) -> None:
@@ -88,30 +79,17 @@ def _xy(z: ComplexArray) -> NDArray[np.float64]:
 def mark_style(mark: Mark) -> dict[str, Any]:
     """Return a mark as arguments of matplotlib's."""
     return {
-        "linestyle": "none",
-        "marker": mark.shape,
-        "markersize": mark.size,
-        "markerfacecolor": mark.face,
-        "markeredgecolor": mark.edge,
-        "markeredgewidth": mark.width,
-        "zorder": mark.layer,
-    }
+        "linestyle": "none", "marker": mark.shape, "markersize": mark.size, "markerfacecolor": mark.face,
+        "markeredgecolor": mark.edge, "markeredgewidth": mark.width, "zorder": mark.layer,
+    }  # fmt: skip
 
 
 def _write_text(axes: Any, text: Text) -> None:
     ring = {"boxstyle": "circle,pad=0.18", "facecolor": PAPER, "edgecolor": text.color, "linewidth": 0.8}
     axes.text(
-        text.at.real,
-        text.at.imag,
-        text.text,
-        fontsize=text.size,
-        color=text.color,
-        ha="center",
-        va="center_baseline",
-        zorder=10,
-        parse_math=False,
-        bbox=ring if text.ring else None,
-    )
+        text.at.real, text.at.imag, text.text, fontsize=text.size, color=text.color, ha="center", va="center_baseline",
+        zorder=10, parse_math=False, bbox=ring if text.ring else None,
+    )  # fmt: skip
 
 
 def title_lines(title: str, width: float) -> list[str]:

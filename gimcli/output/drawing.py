@@ -8,23 +8,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.output import symbols
+from gimcli.output import style, symbols
 from gimcli.output.curves import drawn_runs
 from gimcli.output.labels import Labels
 from gimcli.output.picture import HIGHEST, WIDEST, Frame, Picture
 from gimcli.output.skeleton import Skeleton, draw_ghost, draw_markers, draw_strong
-from gimcli.output.style import (
-    DOT,
-    INK,
-    STEP_ARROW,
-    STEP_HEAD,
-    STEP_SECOND,
-    SWEPT,
-    TRACER,
-    Mark,
-    Pen,
-    curve_pen,
-)
+from gimcli.output.style import Mark, Pen, curve_pen
 from gimcli.output.vectors import Arrows, Field
 from gimcli.table import labelled
 
@@ -53,8 +42,8 @@ def motion_picture(
     more = {name: _within(curve, shown) for name, curve in (measured or {}).items()}
     picture = plot(mechanism, title, [*shown, *more.values(), *(np.ravel(area) for area in areas)])
     if areas:
-        picture.area(SWEPT, *areas)
-        picture.legend.append(("area swept", Pen(7.0, SWEPT.face)))
+        picture.area(style.SWEPT, *areas)
+        picture.legend.append(("area swept", Pen(7.0, style.SWEPT.face)))
     if skeleton:
         for pose in range(1, len(skeleton.poses)):
             draw_ghost(picture, skeleton, pose)
@@ -88,7 +77,7 @@ def position_picture(
     field = Field(arrows, np.concatenate(shown))
     picture = plot(mechanism, title, [*shown, field.extent()])
     own = {point.name for point in mechanism.points} if skeleton else set()
-    picture.mark(TRACER, *(z for name, z in points.items() if name not in own and np.isfinite(z)))
+    picture.mark(style.TRACER, *(z for name, z in points.items() if name not in own and np.isfinite(z)))
     if skeleton:
         draw_strong(picture, skeleton)
         draw_markers(picture, skeleton)
@@ -110,7 +99,7 @@ def sequence_picture(mechanism: Mechanism, position: ComplexArray, steps: Sequen
     offers = [_draw_step(picture, skeleton.poses[0], step, drawn) for step in steps]
     labels = Labels(picture)
     for number, places in enumerate(offers, start=1):
-        labels.at_best(places, str(number), STEP_ARROW.color, 6.5, ring=True)
+        labels.at_best(places, str(number), style.STEP_ARROW.color, 6.5, ring=True)
     _name(labels, skeleton, range(len(mechanism.nodes)), {})
     return picture
 
@@ -124,10 +113,10 @@ def history_picture(
         curve = sweeps + 1j * np.log10(np.asarray(errors, dtype=np.float64))
     curve = curve[np.isfinite(curve)]
     picture = Picture(title, _window(curve), ("sweep", "error"), logarithmic=True)
-    picture.mark(DOT, *curve.tolist())
-    picture.legend.append(("error", DOT))
+    picture.mark(style.DOT, *curve.tolist())
+    picture.legend.append(("error", style.DOT))
     c1, c2 = fit if fit is not None else (float("nan"), float("nan"))
-    _draw_decay(picture, c1, c2, Pen(1.3, INK), f"fit {c1:.3g} exp(−{c2:.4g} n)")
+    _draw_decay(picture, c1, c2, Pen(1.3, style.INK), f"fit {c1:.3g} exp(−{c2:.4g} n)")
     if np.isfinite(predicted) and predicted > 0 and len(curve):
         start = c1 if np.isfinite(c1) and c1 > 0 else 10.0 ** curve[0].imag * predicted ** -curve[0].real
         pen = Pen(1.6, "#a50f15", (4.0, 2.5), layer=5)
@@ -190,7 +179,7 @@ def _draw_step(picture: Picture, z: ComplexArray, step: Step, drawn: Counter[Ste
     for order, start in enumerate(about):
         path = _bow(picture, z, start, node, drawn)
         if len(path):
-            symbols.arrow(picture, path, STEP_SECOND if order else STEP_ARROW, STEP_HEAD, 5.0)
+            symbols.arrow(picture, path, style.STEP_SECOND if order else style.STEP_ARROW, style.STEP_HEAD, 5.0)
         if len(path) and order == 0:
             ahead = np.array([0.72, 0.6, 0.5, 0.4, 0.3, 0.2, 0.8])
             offers.insert(0, path[(ahead * (len(path) - 1)).astype(int)])

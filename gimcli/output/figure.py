@@ -7,23 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from gimcli.output.axes import (
-    BOTTOM,
-    LEFT,
-    LETTER,
-    LINE,
-    RIGHT,
-    TOP,
-    dash,
-    dress,
-    fill,
-    mark_style,
-    title_lines,
-    write_title,
-)
+from gimcli.output.axes import dash, dress, fill, mark_style, title_lines, write_title
 from gimcli.output.gallery import gallery_figure
 from gimcli.output.picture import Content, Gallery, Key, Picture, Sheet
-from gimcli.output.style import DPI, FONT, PAPER, Mark
+from gimcli.output.style import BOTTOM, DPI, FONT, LEFT, LETTER, LINE, PAPER, RIGHT, TOP, Mark
 
 NARROWEST = 4.8
 """Least width of a figure [in]."""
@@ -108,18 +95,9 @@ def _add_legend(figure: Any, picture: Picture, columns: int, at: tuple[float, fl
 
     keys = [Line2D([], [], **_key_style(style)) for _, style in picture.legend]
     legend = figure.legend(
-        keys,
-        [""] * len(keys),
-        loc="lower center",
-        bbox_to_anchor=at,
-        ncols=columns,
-        frameon=False,
-        fontsize=FONT,
-        borderpad=0.0,
-        borderaxespad=0.0,
-        handlelength=3.2,
-        columnspacing=1.5,
-    )
+        keys, [""] * len(keys), loc="lower center", bbox_to_anchor=at, ncols=columns, frameon=False, fontsize=FONT,
+        borderpad=0.0, borderaxespad=0.0, handlelength=3.2, columnspacing=1.5,
+    )  # fmt: skip
     for text, (name, _) in zip(legend.get_texts(), picture.legend, strict=True):
         text.set(parse_math=False, text=_cut(name))
 

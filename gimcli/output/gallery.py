@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
-from gimcli.output.axes import LEFT, LINE, RIGHT, TOP, dress, fill, title_lines, write_title
+from gimcli.output.axes import dress, fill, title_lines, write_title
 from gimcli.output.drawing import length_labels
 from gimcli.output.labels import Labels
 from gimcli.output.picture import Frame, Gallery, Picture
 from gimcli.output.skeleton import Skeleton, draw_markers, draw_strong
-from gimcli.output.style import DPI, FONT, PAPER
+from gimcli.output.style import DPI, FONT, LEFT, LINE, PAPER, RIGHT, TOP
 
 NAMED = 6
 """Panels up to which the nodes are named in each."""

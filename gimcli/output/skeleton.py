@@ -8,22 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism, PairRow
-from gimcli.output import symbols
+from gimcli.output import style, symbols
 from gimcli.output.picture import Picture
-from gimcli.output.style import (
-    BEAM,
-    CROSS,
-    DOT,
-    GHOST,
-    GHOST_BLOCK,
-    GHOST_PIN,
-    GHOST_PLATE,
-    LINK,
-    PIN,
-    PLATE,
-    TRACER,
-    UPPER,
-)
 from gimcli.structure.convex_hull import convex_hull
 
 FLAT = 1e-3
@@ -140,17 +126,17 @@ def draw_ghost(picture: Picture, skeleton: Skeleton, pose: int) -> None:
     for member in _bodies(skeleton):
         outline = skeleton.outline(member, pose)
         if len(outline) > 2:
-            picture.area(GHOST_PLATE, outline)
+            picture.area(style.GHOST_PLATE, outline)
         else:
-            picture.stroke(GHOST, outline)
+            picture.stroke(style.GHOST, outline)
     for actuator in skeleton.mechanism.actuators:
         if actuator.kind == SPAN:
-            picture.stroke(GHOST, z[[actuator.node, actuator.nodes[1]]])
+            picture.stroke(style.GHOST, z[[actuator.node, actuator.nodes[1]]])
     for pair in skeleton.pairs():
         along = pair[0].along * skeleton.turn(pair[0].guide, pose)
-        symbols.block(picture, *_span(z, pair, along), along, GHOST_BLOCK)
+        symbols.block(picture, *_span(z, pair, along), along, style.GHOST_BLOCK)
     moving = [n for n in skeleton.pins if n not in skeleton.fixed]
-    picture.mark(GHOST_PIN, *z[moving].tolist())
+    picture.mark(style.GHOST_PIN, *z[moving].tolist())
 
 
 def draw_strong(picture: Picture, skeleton: Skeleton) -> None:
@@ -174,13 +160,13 @@ def _draw_body(picture: Picture, skeleton: Skeleton, member: int) -> None:
     """Draw a plate, a beam or a link; a link is pinned on top of another member's block."""
     outline, nodes = skeleton.outline(member), set(skeleton.mechanism.members[member].nodes)
     if len(outline) > 2:
-        picture.area(PLATE, outline)
+        picture.area(style.PLATE, outline)
     elif len(nodes) > 2:
-        picture.stroke(BEAM, outline)
+        picture.stroke(style.BEAM, outline)
     else:
         carried = [p for p in skeleton.pairs() if p[0].guide != member and not {s.node for s in p} >= nodes]
         upper = any(slide.node in nodes for pair in carried for slide in pair)
-        picture.stroke(UPPER if upper else LINK, outline)
+        picture.stroke(style.UPPER if upper else style.LINK, outline)
 
 
 def _draw_pair(picture: Picture, skeleton: Skeleton, pair: Sequence[PairRow]) -> None:
@@ -201,7 +187,7 @@ def _draw_bracket(picture: Picture, skeleton: Skeleton, slide: PairRow, along: c
     for travel in skeleton.bracket(slide, line, along):
         nodes = skeleton.poses[0][list(skeleton.mechanism.members[slide.guide].nodes)]
         foot = line + along * travel
-        picture.stroke(LINK, [foot, complex(nodes[np.argmin(np.abs(nodes - foot))])])
+        picture.stroke(style.LINK, [foot, complex(nodes[np.argmin(np.abs(nodes - foot))])])
 
 
 def _span(z: ComplexArray, pair: Sequence[PairRow], along: complex) -> tuple[complex, complex]:
@@ -261,11 +247,11 @@ def _draw_nodes(picture: Picture, skeleton: Skeleton) -> None:
     z, pins = skeleton.poses[0], set(skeleton.pins)
     covered = {slide.node for pair in skeleton.pairs() if len(pair) > 1 for slide in pair} - pins
     plain = skeleton.used - pins - covered
-    picture.mark(PIN, *z[sorted(pins)].tolist())
-    picture.mark(DOT, *z[sorted(plain)].tolist())
-    picture.mark(TRACER, *(skeleton.place(p.member, p.local) for p in skeleton.mechanism.points))
+    picture.mark(style.PIN, *z[sorted(pins)].tolist())
+    picture.mark(style.DOT, *z[sorted(plain)].tolist())
+    picture.mark(style.TRACER, *(skeleton.place(p.member, p.local) for p in skeleton.mechanism.points))
 
 
 def draw_markers(picture: Picture, skeleton: Skeleton) -> None:
     """Draw the frame's nodes to which nothing is attached, such as those that only give a guide."""
-    picture.mark(CROSS, *skeleton.poses[0][sorted(skeleton.fixed - skeleton.used)].tolist())
+    picture.mark(style.CROSS, *skeleton.poses[0][sorted(skeleton.fixed - skeleton.used)].tolist())

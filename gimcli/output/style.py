@@ -17,6 +17,15 @@ FONT = 8.0
 
 DPI = 110
 
+LEFT, RIGHT, BOTTOM, TOP = 0.85, 0.3, 0.5, 0.2
+"""Borders about the axes [in]."""
+
+LINE = 0.19
+"""Height of a line of the title or of the legend [in]."""
+
+LETTER = 0.0087
+"""Width of a letter [in] per point of its size."""
+
 
 @dataclass(frozen=True)
 class Pen:
@@ -81,13 +90,8 @@ STEP_HEAD = Fill("#20508c", "#20508c", 0.3, layer=7)
 
 _COLOURS = ("#a50f15", "#20508c", "#20713a", "#6a3d9a")
 _DASHES: tuple[tuple[float, ...], ...] = (
-    (),
-    (5.0, 2.0),
-    (1.2, 1.5),
-    (7.0, 1.8, 1.2, 1.8),
-    (10.0, 2.5),
-    (3.0, 1.2, 1.2, 1.2, 1.2, 1.2),
-)
+    (), (5.0, 2.0), (1.2, 1.5), (7.0, 1.8, 1.2, 1.8), (10.0, 2.5), (3.0, 1.2, 1.2, 1.2, 1.2, 1.2),
+)  # fmt: skip
 _WEIGHTS = (1.5, 0.8, 2.4)
 
 

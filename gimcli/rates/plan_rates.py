@@ -25,18 +25,7 @@ from gimcli.rates.constraint_rates import Imposed
 from gimcli.rates.slots import Slot, SlotValues
 from gimcli.rates.tape import ComplexLanes, Number
 from gimcli.structure.checks import farthest
-from gimcli.structure.steps import (
-    NONE,
-    Coupled,
-    Dyad,
-    Orient,
-    Place,
-    Plan,
-    Step,
-    Tilt,
-    Value,
-    Vector,
-)
+from gimcli.structure.steps import NONE, Coupled, Dyad, Orient, Place, Plan, Step, Tilt, Value, Vector
 
 Ways = dict[int, dict[int, Number]]
 """Of nodes, how they move with each base node."""
