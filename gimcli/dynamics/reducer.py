@@ -10,16 +10,16 @@ from functools import cached_property
 import numpy as np
 
 from gimcli.dynamic_data import TIME, Release
+from gimcli.dynamics.kinematic_history import Course, reading
 from gimcli.dynamics.load_arrays import acting, moving_loads, with_rubbing
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.windows import WEAK, WindowSearch, no_windows, with_window
 from gimcli.errors import StructureError
 from gimcli.kernels import influence, reduction
 from gimcli.kernels.windows import TOGETHER, window_of
-from gimcli.mechanism import SPAN, ComplexArray, FloatArray, Input, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
-from gimcli.structure.checks import direction
 from gimcli.structure.coordinate_partitioning import Choice, free_choice, gradients, input_choice, make_chart, residuals
 from gimcli.structure.polynomials import is_rotary, make_terms, with_gauges
 
@@ -104,7 +104,7 @@ class Reducer:
         v[0:first:2], v[1:first:2], v[-1] = z.real, z.imag, 1.0
         v[first : first + len(inputs)] = inputs
         gauges = self.terms.mechanism.actuators[len(inputs) :]
-        v[first + len(inputs) : -1] = [reading(self.terms.mechanism, gauge, z) for gauge in gauges]
+        v[first + len(inputs) : -1] = [_read(self.terms.mechanism, gauge, z) for gauge in gauges]
         return v
 
     def start_singular(self, inputs: FloatArray) -> bool:
@@ -302,25 +302,11 @@ def release_of(mechanism: Mechanism, actuator: int) -> Release:
     return next((r for r in mechanism.dynamics.releases if r.actuator == actuator), Release(actuator))
 
 
-def reading(mechanism: Mechanism, gauge: Input, z: ComplexArray) -> float:
+def _read(mechanism: Mechanism, gauge: Input, z: ComplexArray) -> float:
     """Return what a gauge reads at a position (nodes,), an angle next to the drawn one."""
-    if gauge.kind == SPAN:
-        return float(abs(z[gauge.nodes[1]] - z[gauge.node]))
-
-    def turn(index: int) -> complex:
-        vector = direction(mechanism, index)
-        return complex(vector.z * (z[vector.v] - z[vector.u])) if vector.u >= 0 else 1.0 + 0.0j
-
-    reference = turn(gauge.guide)
-    if gauge.rotary:
-        arm = turn(gauge.members[0]) * gauge.arm / (reference * gauge.reference)
-        angle = math.atan2(arm.imag, arm.real)
-        return angle + 2.0 * math.pi * round((gauge.drawn - angle) / (2.0 * math.pi))
-    member = mechanism.members[gauge.guide]
-    origin = gauge.point
-    if gauge.guide:
-        origin = complex(z[member.nodes[0]]) + reference * (gauge.point - complex(member.shape[0]))
-    return float(((complex(z[gauge.node]) - origin) * (reference * gauge.normal).conjugate()).real)
+    still = Course(np.zeros(1), np.zeros((0, 1)), np.array([z, np.zeros_like(z)])[:, :, None])
+    value = float(reading(mechanism, gauge, still)[0][0])
+    return value + 2.0 * math.pi * round((gauge.drawn - value) / (2.0 * math.pi)) if gauge.rotary else value
 
 
 def _course(load: object) -> Callable[[float, float], float] | None:
