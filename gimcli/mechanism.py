@@ -226,6 +226,10 @@ class Mechanism:
             return np.degrees(value) if self.angle_unit == "deg" else value
         return value * self.scale
 
+    def inputs_to_file(self, inputs: FloatArray) -> dict[str, float]:
+        """Return values of all actuators (actuators,) by their names in the file's units."""
+        return {a.name: float(self.value_to_file(k, inputs[k : k + 1])[0]) for k, a in enumerate(self.actuators)}
+
     def value_from_file(self, actuator: int, value: float) -> float:
         """Return a value given in the file's unit in rad or in the normal frame's length."""
         if self.actuators[actuator].rotary:

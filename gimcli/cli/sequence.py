@@ -13,7 +13,6 @@ from gimcli.cli.arguments import MODEL, At, Json, ModelPath, Strategy, StrategyO
 if TYPE_CHECKING:
     from gimcli.gim.report import SequenceGroupReport
     from gimcli.library.sequence import SequenceResult
-    from gimcli.mechanism import Mechanism
 
 NAME = "sequence"
 HELP = (
@@ -43,10 +42,10 @@ def command(
 def _print(explain: bool, found: SequenceResult) -> None:
     typer.echo(found.headline())
     for number, group in enumerate(found.groups, start=1):
-        _print_group(found.mechanism, number, group, explain)
+        _print_group(number, group, explain)
 
 
-def _print_group(mechanism: Mechanism, number: int, group: SequenceGroupReport, explain: bool) -> None:
+def _print_group(number: int, group: SequenceGroupReport, explain: bool) -> None:
     from gimcli.cli.console import print_table
 
     predicted = "never" if group.predicted_sweeps is None else f"{group.predicted_sweeps:.0f}"

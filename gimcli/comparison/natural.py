@@ -72,8 +72,7 @@ class NaturalCoordinates:
         """Return the two points of a member that are farthest apart."""
         member = self.mechanism.members[index]
         pairs = combinations(self.points[index], 2)
-        far = max(pairs, key=lambda p: abs(member.reach(*p)), default=(NONE, NONE))
-        return far
+        return max(pairs, key=lambda p: abs(member.reach(*p)), default=(NONE, NONE))
 
     def _members(self) -> list[Row]:
         rows: list[Row] = []

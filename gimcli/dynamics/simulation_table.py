@@ -70,11 +70,7 @@ def event_report(mechanism: Mechanism, event: Event) -> dict[str, Any]:
     report: dict[str, Any] = {"kind": event.kind, "time": event.time}
     if event.actuator >= 0 and len(mechanism.actuators) > 1:
         report["actuator"] = mechanism.actuators[event.actuator].name
-    for key, values in (("at", event.inputs), ("speed", event.speeds)):
-        report[key] = {
-            a.name: float(mechanism.value_to_file(k, values[k : k + 1])[0]) for k, a in enumerate(mechanism.actuators)
-        }
-    return report
+    return report | {"at": mechanism.inputs_to_file(event.inputs), "speed": mechanism.inputs_to_file(event.speeds)}
 
 
 def reactions(found: Simulation) -> Forces:

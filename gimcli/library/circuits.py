@@ -10,6 +10,7 @@ from gimcli.branching.enumeration import Circuits, EnumerationConstants, Strand
 from gimcli.branching.enumeration import circuits as all_circuits
 from gimcli.errors import UsageError
 from gimcli.library.inputs import in_file_units, interval_of
+from gimcli.library.places import coordinates
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.progress import Phases, silent
@@ -84,15 +85,14 @@ class CircuitsResult(Result):
             }
             for k, s in enumerate(found.strands)
         ]  # fmt: skip
-        listed = []
-        for z, at in zip(mechanism.to_file(found.start.z), found.places, strict=True):
-            nodes = {n: [float(v.real), float(v.imag)] for n, v in zip(mechanism.nodes, z, strict=True)}
-            listed.append(
-                {
-                    "circuit": found.strands[at[0][0]].number + 1 if at else None,
-                    "branches": [f"{curve_label(found, k)}.{b + 1}" for k, b in at], "nodes": nodes,
-                }
-            )  # fmt: skip
+        listed = [
+            {
+                "circuit": found.strands[at[0][0]].number + 1 if at else None,
+                "branches": [f"{curve_label(found, k)}.{b + 1}" for k, b in at],
+                "nodes": coordinates(dict(zip(mechanism.nodes, z, strict=True))),
+            }
+            for z, at in zip(mechanism.to_file(found.start.z), found.places, strict=True)
+        ]
         return {
             "circuits": found.count, "complete": found.complete, "samples": len(found.sampled),
             "spacing": spacing(found)[0], "lost": found.lost,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
 from gimcli.library.inputs import at_inputs, in_file_units, inputs_of
-from gimcli.library.places import angles, pairs, places
+from gimcli.library.places import angles, coordinates, pairs, places
 from gimcli.library.result import ByName, Result
 from gimcli.mechanism import Mechanism
 from gimcli.positions.options import Options
@@ -96,16 +96,16 @@ class ConfigurationsResult(Result):
         found, mechanism = self.found, self.mechanism
         points = [p.name for p in mechanism.points]
 
-        def pairs_of(names: Any, k: int) -> dict[str, list[float]]:
-            return {n: [float(self.places[n][k].real), float(self.places[n][k].imag)] for n in names}
+        def of(names: Iterable[str], k: int) -> dict[str, list[float]]:
+            return coordinates({name: self.places[name][k] for name in names})
 
         return {
             "complete": found.complete,
             "bound": found.bound,
             "configurations": [
                 {
-                    "residual": float(found.residual[k]), "nodes": pairs_of(mechanism.nodes, k),
-                    "points": pairs_of(points, k), "assembly": found.signs[k], "radius": float(found.radius[k]),
+                    "residual": float(found.residual[k]), "nodes": of(mechanism.nodes, k),
+                    "points": of(points, k), "assembly": found.signs[k], "radius": float(found.radius[k]),
                     "drawn": k == self.drawn,
                 }
                 for k in range(len(found))

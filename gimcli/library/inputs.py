@@ -53,8 +53,7 @@ def _value(mechanism: Mechanism, k: int, text: str, value: float | str) -> float
 
 def in_file_units(mechanism: Mechanism, inputs: FloatArray, zero: float = 0.0) -> dict[str, float]:
     """Return inputs (actuators,) by name in the file's units; what is at most `zero` in the normal frame is 0."""
-    kept = np.where(np.abs(inputs) > zero, inputs, 0.0) if zero else inputs
-    return {a.name: float(mechanism.value_to_file(k, kept[k : k + 1])[0]) for k, a in enumerate(mechanism.actuators)}
+    return mechanism.inputs_to_file(np.where(np.abs(inputs) > zero, inputs, 0.0) if zero else inputs)
 
 
 def interval_of(low: Mapping[str, float], high: Mapping[str, float]) -> dict[str, list[float]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,11 @@ def places(mechanism: Mechanism, z: ComplexArray, shape: Callable[[ComplexArray]
 def pairs(z: ComplexArray) -> FloatArray:
     """Return complex numbers (rows,) as x and y (rows, 2)."""
     return np.stack([z.real, z.imag], axis=-1)
+
+
+def coordinates(found: Mapping[str, complex]) -> dict[str, list[float]]:
+    """Return complex numbers by name as x and y, for a report."""
+    return {name: [float(z.real), float(z.imag)] for name, z in found.items()}
 
 
 def angles(mechanism: Mechanism, z: ComplexArray, shape: Callable[[FloatArray], Any]) -> ByName:

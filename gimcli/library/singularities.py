@@ -9,6 +9,7 @@ import numpy as np
 from gimcli.branching.singular_positions import Found, Survey, inputs_of, survey
 from gimcli.branching.singularities import BranchRates, rates
 from gimcli.library.inputs import in_file_units, interval_of
+from gimcli.library.places import coordinates
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.progress import Phases, silent
@@ -84,16 +85,14 @@ class SingularitiesResult(Result):
                     "kind": one.what.kind, "at": self.inputs(one), "end": one.what.end or None,
                     "about": list(one.what.about), "freer": one.what.loose, "branches": [k + 1 for k in one.circuits],
                     "tangents": [{"inputs": t.inputs, "members": t.members} for t in self.tangents(one)],
-                     "nodes": dict(zip(mechanism.nodes, _pairs(z), strict=True)),
+                     "nodes": coordinates(dict(zip(mechanism.nodes, z, strict=True))),
                 }
             )  # fmt: skip
         circuits = [
             {"branch": k + 1, "closed": c.closed, "ended": c.ended, "turns": abs(c.turns), "interval": self.interval(r)}
             for k, (c, r) in enumerate(zip(found.branches.circuits, found.reach, strict=True))
         ]
-        return {
-            "circuits": circuits, "singularities": listed, "complete": found.complete,
-        }  # fmt: skip
+        return {"circuits": circuits, "singularities": listed, "complete": found.complete}
 
     def table(self) -> Table:
         """Return one row a singular position: kind, inputs, end, places of the nodes."""
@@ -130,7 +129,3 @@ class SingularitiesResult(Result):
             at = tuple(complex(mechanism.to_file(carried_point(mechanism, n, z[:, None]))[0]) for n in names[:1])
             shown.append(Shown(number, one.what.kind, mechanism.to_file(z), at))
         return singular_picture(mechanism, shown, curves, f"{mechanism.name}: singular positions")
-
-
-def _pairs(z: Any) -> list[list[float]]:
-    return [[float(v.real), float(v.imag)] for v in z]

@@ -10,7 +10,7 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.library.inputs import at_inputs, in_file_units, inputs_of
-from gimcli.library.places import angles, places
+from gimcli.library.places import angles, coordinates, places
 from gimcli.library.result import ByName, Result
 from gimcli.mechanism import Mechanism
 from gimcli.motion.solve import solve as solve_position
@@ -118,8 +118,8 @@ class SolveResult(Result):
             "status": position.status.word,
             "residual": self.residual,
             "sweeps": position.sweeps,
-            "nodes": {k: [v.real, v.imag] for k, v in nodes.items()} if good else {},
-            "points": {k: [v.real, v.imag] for k, v in points.items()} if good else {},
+            "nodes": coordinates(nodes) if good else {},
+            "points": coordinates(points) if good else {},
             "inputs": self.inputs,
         }
         if not good:
@@ -166,8 +166,7 @@ def velocities_report(found: Instant) -> dict[str, Any]:
         "velocity_status": "singular" if found.singular else "ok", "input_rates": input_rates(found),
     }  # fmt: skip
     for order, (linear, angular) in enumerate((("velocities", "omega"), ("accelerations", "alpha")), start=1):
-        points = {} if found.singular else found.of_points(order)
-        report[linear] = {name: [v.real, v.imag] for name, v in points.items()}
+        report[linear] = {} if found.singular else coordinates(found.of_points(order))
         report[angular] = {} if found.singular else dict(found.of_members(order))
     return report
 

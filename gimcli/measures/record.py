@@ -76,9 +76,7 @@ class Record:
         """Return the results of the measures for the whole motion, of which some rows have been kept."""
         derivatives, report = sight_of(motion), {}
         for measure in self.measures:
-            columns = {}
-            for head in measure.heads:
-                columns[head.name] = {"unit": head.unit, **asdict(self.ranges[head.name])}
+            columns = {head.name: {"unit": head.unit, **asdict(self.ranges[head.name])} for head in measure.heads}
             report[measure.spec] = {"columns": columns, **measure.whole(derivatives)}
         return report
 

@@ -76,11 +76,8 @@ def _rate_columns(motion: Motion, rates: TracedRates) -> list[Column]:
 
 def traced_paths(motion: Motion, names: tuple[str, ...] | None = None) -> dict[str, ComplexArray]:
     """Return the paths of the traced points in the file's coordinates; NaN where not solved."""
-    mechanism = motion.mechanism
-    paths = {}
-    for name in names or mechanism.traced:
-        paths[name] = np.asarray(mechanism.to_file(carried_point(mechanism, name, motion.z)))
-    return paths
+    mechanism, chosen = motion.mechanism, names or motion.mechanism.traced
+    return {name: np.asarray(mechanism.to_file(carried_point(mechanism, name, motion.z))) for name in chosen}
 
 
 def reachable(motion: Motion) -> dict[str, list[list[float]]]:
@@ -113,11 +110,4 @@ def events(motion: Motion) -> list[dict[str, Any]]:
     events = [("change point", at) for _, at in motion.meetings]
     events += [(kind, law_inputs(motion.mechanism)(np.array([time]))[:, 0]) for kind, time in times]
     events += [("limit", np.array(at)) for _, at in sorted((*motion.turned_back, *motion.touched))]
-    result = []
-    for kind, at in events:
-        values = {
-            a.name: float(motion.mechanism.value_to_file(k, at[k : k + 1])[0])
-            for k, a in enumerate(motion.mechanism.actuators)
-        }
-        result.append({"kind": kind, "at": values})
-    return result
+    return [{"kind": kind, "at": motion.mechanism.inputs_to_file(at)} for kind, at in events]
