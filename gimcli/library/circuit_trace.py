@@ -17,7 +17,7 @@ from gimcli.errors import UsageError
 from gimcli.library.extras import Extras
 from gimcli.library.inputs import in_file_units, interval_of
 from gimcli.library.places import counted
-from gimcli.library.trace_result import POSES, TraceResult
+from gimcli.library.trace_result import TraceResult
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.progress import Phases
 from gimcli.rates.motion_table import motion_table, traced_paths
@@ -136,9 +136,7 @@ class CircuitTraceResult(TraceResult):
         from gimcli.output.drawing import motion_picture
         from gimcli.output.panels import with_panels
 
-        first, mechanism, several = self.motions[0], self.mechanism, len(self.motions) > 1
-        chosen = np.flatnonzero(first.good)
-        chosen = chosen[np.unique(np.linspace(0, len(chosen), POSES, endpoint=False).astype(int))]
+        mechanism, several = self.mechanism, len(self.motions) > 1
         paths: dict[str, ComplexArray] = {}
         more: dict[str, ComplexArray] = {}
         outlines: list[ComplexArray] = []
@@ -149,8 +147,7 @@ class CircuitTraceResult(TraceResult):
             more |= {name + tail: curve for name, curve in extras.curves(motion).items()}
             outlines += extras.outlines(motion)
             panels |= {name + tail: table for name, table in extras.panels(motion).items()}
-        poses = mechanism.to_file(first.z[:, chosen].T)
-        title = f"{mechanism.name}: circuit"
+        poses, title = self.poses(self.motions[0]), f"{mechanism.name}: circuit"
         return with_panels(motion_picture(mechanism, poses, paths, title, more, outlines), panels)
 
 

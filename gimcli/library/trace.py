@@ -14,7 +14,7 @@ from gimcli.library.extras import Extras
 from gimcli.library.inputs import refuse_unmoved
 from gimcli.library.places import counted
 from gimcli.library.result import joined
-from gimcli.library.trace_result import POSES, TraceResult
+from gimcli.library.trace_result import TraceResult
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.motion.motion import trace as follow
@@ -233,9 +233,7 @@ class MotionTraceResult(TraceResult):
         if not self.solved:
             return None
         motion, mechanism, extras = self.summary.motion, self.mechanism, self.found.extras
-        good = np.flatnonzero(motion.good)
-        chosen = good[np.unique(np.linspace(0, len(good), POSES, endpoint=False).astype(int))]
-        poses, paths = mechanism.to_file(motion.z[:, chosen].T), traced_paths(motion)
         curves, outlines = extras.curves(motion), extras.outlines(motion)
+        poses, paths = self.poses(motion), traced_paths(motion)
         picture = motion_picture(mechanism, poses, paths, mechanism.name, curves, outlines)
         return with_panels(picture, extras.panels(motion))

@@ -65,6 +65,12 @@ class TraceResult(RowsResult):
     def turns(self, member: Callable[[ComplexArray], FloatArray]) -> FloatArray:
         """Return the angles of a member (rows,) counted through turns."""
 
+    def poses(self, motion: Motion) -> ComplexArray:
+        """Return some positions (poses, nodes) for a picture, evenly spread over the solved ones, in file units."""
+        good = np.flatnonzero(motion.good)
+        chosen = good[np.unique(np.linspace(0, len(good), POSES, endpoint=False).astype(int))]
+        return self.mechanism.to_file(motion.z[:, chosen].T)
+
     @cached_property
     def _z(self) -> ComplexArray:
         return np.concatenate([m.z for m in self.motions], axis=1)
