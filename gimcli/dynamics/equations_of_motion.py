@@ -98,7 +98,8 @@ class Equations:
         v = reducer.base.v.copy()
         speeds = y[own : 2 * own] @ reducer.base.b[:own]
         if reducer.given:
-            speeds = speeds + self._given_speeds @ reducer.base.b[own:]
+            given = [reducer.terms.first_reading + k for k in reducer.given]
+            speeds = speeds + reducer.room.velocity[given] @ reducer.base.b[own:]
         if asked and not reducer.on_inputs and self.is_gentle:
             choice = input_choice(reducer.terms, v, self.free, reducer.given)
         else:
@@ -108,11 +109,6 @@ class Equations:
         if not reducer.stand(v, choice):
             return None
         return np.concatenate([v[reducer.own[:own]], speeds[reducer.own[:own]]])
-
-    @property
-    def _given_speeds(self) -> FloatArray:
-        first = self.reducer.terms.first_reading
-        return np.array([self.reducer.room.velocity[first + k] for k in self.reducer.given])
 
     def reason(self) -> Status:
         """Return why there is no way on: the law of an input asks too much, or the position is singular."""

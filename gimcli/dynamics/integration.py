@@ -146,7 +146,8 @@ class Integration:
             self.search.stand_on_inputs(solver.before)
         elif hasattr(solver, "h_abs") and len(self.free) == 1:
             solver.h_abs = min(solver.h_abs, max(DOUBLE * (solver.t - solver.t_old), FREELY * self._creep))
-        if failed or self._is_stuck(solver):
+        stuck = 0.0 < solver.t - solver.t_old < self._shortest and solver.status == "running"
+        if failed or stuck:
             return False
         self.steps += 0 if strides else 1
         return True
@@ -178,9 +179,6 @@ class Integration:
     def _due(self) -> float:
         """Time of the next row."""
         return float(self.times[len(self.rows)]) if len(self.rows) < len(self.times) else math.inf
-
-    def _is_stuck(self, solver: Any) -> bool:
-        return bool(0.0 < solver.t - solver.t_old < self._shortest and solver.status == "running")
 
     @property
     def _shortest(self) -> float:

@@ -163,9 +163,6 @@ def _mark(mechanism: Mechanism, event: Any, k: int, order: int) -> complex:
 
 def _reached(found: Simulation) -> dict[str, list[list[float]]]:
     """Return the interval that each input has passed over at the rows, in the file's unit."""
-    rows = [found.mechanism.value_to_file(k, found.inputs[0, k]) for k in range(len(found.mechanism.actuators))]
-    names = [a.name for a in found.mechanism.actuators]
-    return {
-        name: [[float(values.min()), float(values.max())]] if len(values) else []
-        for name, values in zip(names, rows, strict=True)
-    }
+    mechanism = found.mechanism
+    rows = {a.name: mechanism.value_to_file(k, found.inputs[0, k]) for k, a in enumerate(mechanism.actuators)}
+    return {name: [[float(u.min()), float(u.max())]] if len(u) else [] for name, u in rows.items()}

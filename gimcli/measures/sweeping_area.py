@@ -74,16 +74,13 @@ def swept(derivatives: PathDerivatives, corners: Sequence[str], parts: int, ever
     ]  # where v is unknown too
     good = np.flatnonzero(derivatives.motion.good)
     found = [np.zeros((0, 3), dtype=complex)]
+    edges = range(1, 2) if len(corners) == 2 else range(len(corners))
     for run in np.split(good, np.flatnonzero(np.diff(good) > 1) + 1):
         chosen = np.union1d(run[::every], run[-1:])
         if len(chosen):
             outline = _between(time[chosen], completed(time[chosen], paths[:, :, chosen]), parts)
-            found += [_fan(outline[:, 0]), *(_sides(outline[k - 1], outline[k]) for k in _edges(len(corners)))]
+            found += [_fan(outline[:, 0]), *(_sides(outline[k - 1], outline[k]) for k in edges)]
     return np.concatenate(found)
-
-
-def _edges(corners: int) -> range:
-    return range(1, 2) if corners == 2 else range(corners)
 
 
 def _between(time: FloatArray, paths: ComplexArray, parts: int) -> ComplexArray:

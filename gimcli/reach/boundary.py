@@ -132,14 +132,10 @@ def task_of(mechanism: Mechanism, point: str, orientation: Mapping[str, float]) 
     """
     own, others = chains(mechanism, point, orientation)
     for other in others:
-        if not len(Bank(WorkspaceTask(other, _moved_node(other)), ANYWHERE).x):
+        moved = next(n for k, n in enumerate(other.nodes) if k not in other.members[FRAME].nodes)
+        if not len(Bank(WorkspaceTask(other, moved), ANYWHERE).x):
             raise UnassembledError(unreached(WorkspaceTask(mechanism, point)))
     return checked(WorkspaceTask(own, point, orientation))
-
-
-def _moved_node(mechanism: Mechanism) -> str:
-    """Return a node that moves."""
-    return next(n for k, n in enumerate(mechanism.nodes) if k not in mechanism.members[FRAME].nodes)
 
 
 def checked(task: WorkspaceTask) -> WorkspaceTask:

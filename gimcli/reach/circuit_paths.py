@@ -21,7 +21,7 @@ from gimcli.positions.inputs import InputLine
 from gimcli.progress import Progress, unheard
 from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, point_between, split
 from gimcli.reach.critical_positions import CriticalPath, Stratum
-from gimcli.reach.task import InputRange, WorkspaceTask, law_range
+from gimcli.reach.task import WorkspaceTask, law_range
 
 ROUNDING = 1e-13
 """Of what is 0 where a range ends."""
@@ -47,14 +47,10 @@ def along_circuits(task: WorkspaceTask, progress: Progress = unheard) -> tuple[l
 
 def _line(task: WorkspaceTask, actuator: int) -> InputLine:
     """Return the line along which one input moves and the others stand still."""
-    base = np.array([r.low for r in _spans(task)])
+    base = np.array([law_range(task.mechanism, k).low for k in range(len(task.mechanism.actuators))])
     along = np.zeros(len(base))
     base[actuator], along[actuator] = 0.0, 1.0
     return InputLine(base, along, actuator)
-
-
-def _spans(task: WorkspaceTask) -> list[InputRange]:
-    return [law_range(task.mechanism, k) for k in range(len(task.mechanism.actuators))]
 
 
 def _knots(task: WorkspaceTask, circuit: Circuit) -> Iterator[CriticalPoint]:

@@ -82,7 +82,7 @@ class WorkspaceTask:
     def ranges(self) -> tuple[InputRange, ...]:
         """Ranges of the inputs that have one: the others turn fully."""
         found = (law_range(self.mechanism, k) for k in range(len(self.mechanism.actuators)))
-        return tuple(r for r in found if not (self._rotary(r.actuator) and 2.0 * r.half >= FULL))
+        return tuple(r for r in found if not (self._kinds[0][r.actuator] and 2.0 * r.half >= FULL))
 
     @cached_property
     def limited(self) -> tuple[InputRange, ...]:
@@ -226,9 +226,6 @@ class WorkspaceTask:
             z = self._arm(name, self._parted[0].lift(x))
             fits &= (z * cmath.exp(-1j * angle)).real > 0.0
         return np.asarray(fits)
-
-    def _rotary(self, actuator: int) -> bool:
-        return self.mechanism.actuators[actuator].rotary
 
     @cached_property
     def _kinds(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
