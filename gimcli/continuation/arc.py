@@ -16,8 +16,9 @@ import numpy as np
 from gimcli.continuation.arclength import ArclengthConstants, correct, place
 from gimcli.continuation.bifurcation import Crossing
 from gimcli.continuation.curve import PositionCurve
-from gimcli.continuation.gap_interpolation import AT_LIMIT, BEYOND, Row, lagrange
+from gimcli.continuation.gap_interpolation import AT_LIMIT, BEYOND, lagrange
 from gimcli.mechanism import FloatArray
+from gimcli.positions.row import Row
 
 EPS = float(np.finfo(float).eps)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from gimcli.mechanism import FloatArray
+from gimcli.positions.row import Row
 
 if TYPE_CHECKING:
     from gimcli.continuation.arc import ArcPassage
@@ -20,17 +20,6 @@ AT_LIMIT = 8.0 * float(np.finfo(float).eps)
 
 BEYOND = 1e-12
 """Distance beyond a limit, over the parameter, at which an input still stands at it: limits are known to so much."""
-
-
-@dataclass
-class Row:
-    """One solved position and the measures that identify its branch."""
-
-    time: float
-    x: FloatArray
-    y: FloatArray
-    g: FloatArray
-    error: float = 0.0
 
 
 Gap: TypeAlias = "GapInterpolation | ArcPassage"

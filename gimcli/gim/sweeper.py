@@ -15,17 +15,18 @@ from gimcli.gim import sweeps
 from gimcli.gim.sequence import Sequence, find_sequence, known_nodes
 from gimcli.gim.sweeps import SweptPosition
 from gimcli.kernels import sweep as kernels
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.positions import closed_forms
-from gimcli.positions.block import RowBlock
+from gimcli.kernels.plan_steps import ORIENT, PLACE
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.newton import Run
 from gimcli.positions.options import Options
+from gimcli.positions.program import plan_program
 from gimcli.status import Status
 from gimcli.structure.derived import derived
 from gimcli.structure.kinematic_nodes import carry, free_nodes
 from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move, Restriction, angle, distance
-from gimcli.structure.steps import Orient, Place, Plan, Value
+from gimcli.structure.steps import Plan, Value
 
 DISTURBANCE = 1e-2
 """Disturbance of a start from which sweeps do not settle, relative to the size."""
@@ -63,16 +64,12 @@ class Sweeper:
 
     def held(self, inputs: FloatArray) -> RowBlock:
         """Return a block over inputs (actuators, rows) in which the nodes P stand."""
-        rows = inputs.shape[1]
-        block = RowBlock.empty(self.plan, len(self.mechanism.nodes), np.arange(rows, dtype=float), inputs, 0)
-        frame = self.mechanism.members[FRAME]
-        fixed = list(frame.nodes)
-        block.x[fixed, :], block.y[fixed, :] = frame.shape.real[:, None], frame.shape.imag[:, None]
-        for step in self.plan.steps:
-            if isinstance(step, Place) and step.node in self.known:
-                closed_forms.place(step, block)
-            elif isinstance(step, Orient):
-                closed_forms.orient(step, block)
+        program = plan_program(self.mechanism, self.plan)
+        block = RowBlock(program, np.arange(inputs.shape[1], dtype=float), inputs)
+        with np.errstate(all="ignore"):
+            for k, (kind, to, *_) in enumerate(program.tables.steps):
+                if kind == ORIENT or (kind == PLACE and to in self.known):
+                    block.step(k, np.ones(self.plan.branches), 0.0)
         return block
 
     def settle(self, inputs: FloatArray, guess: ComplexArray, record: int = 0) -> SweptPosition:
@@ -80,7 +77,7 @@ class Sweeper:
         block = self.held(inputs[:, None])
         z = guess.copy()
         known = sorted(self.known)
-        z[known] = block.x[known, 0] + 1j * block.y[known, 0]
+        z[known] = block.x[known, NEW] + 1j * block.y[known, NEW]
         constants = sweeps.SweepConstants(sweeps=self.options.sweeps)
         size, tolerance = self.mechanism.size, self.options.tolerance
         done = sweeps.settle(self.moves, z, inputs, size, tolerance, self.run, constants, record)
@@ -103,19 +100,19 @@ class Sweeper:
         """
         block = self.held(inputs)
         standing = sorted(self.known)
-        x, y = np.zeros((2, *block.x.shape[::-1]))
-        x[:, standing], y[:, standing] = block.x[standing].T, block.y[standing].T
+        x, y = np.zeros((2, inputs.shape[1], len(start)))
+        x[:, standing], y[:, standing] = block.x[standing, NEW:].T, block.y[standing, NEW:].T
         x[0], y[0] = start.real, start.imag
         mi, mz = sweeps.pack(self.moves)
         spent, mark, out = np.zeros(inputs.shape[1]), np.zeros((2, x.shape[1])), np.zeros(4)
         limits = sweeps.limits(self.options.tolerance, sweeps.SweepConstants(sweeps=self.options.sweeps))
-        values, cos, sin = (np.ascontiguousarray(a.T) for a in (inputs, block.cos, block.sin))
+        values, cos, sin = (np.ascontiguousarray(a.T) for a in (inputs, block.cos[:, NEW:], block.sin[:, NEW:]))
         with np.errstate(all="ignore"):
             stop = self.run(kernels.settle_rows)(
                 x, y, values, cos, sin, np.array(self.free, dtype=np.int64), mi, mz, self.mechanism.size, 1,
                 float(slow), limits, mark, np.zeros((0, 2)), spent, out,
             )  # fmt: skip
-        z = np.full(block.x.shape, complex(np.nan, np.nan))
+        z = np.full((len(start), inputs.shape[1]), complex(np.nan, np.nan))
         z[:, :stop] = carry(self.mechanism, (x[:stop] + 1j * y[:stop]).T)
         return z, spent, stop, sweeps.ENDS[int(out[3])]
 

@@ -9,12 +9,24 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from gimcli.kernels.jit import kernel, scalar_form, stage
 from gimcli.mechanism import FloatArray
 
 ROWS = 256
 WIDTH = ROWS + 8
 """One line of the cache more than a power of two: lanes do not push each other out."""
+
+LINE = 64
+"""Bytes of a line of the cache."""
+
+
+def aligned(count: int) -> FloatArray:
+    """Return zeros that begin where a line of the cache does."""
+    room = np.zeros(count + LINE // 8)
+    skip = (-room.ctypes.data % LINE) // 8
+    return room[skip : skip + count]
 
 
 @scalar_form(range)

@@ -12,18 +12,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.continuation.gap_interpolation import Gap, Row
+from gimcli.continuation.gap_interpolation import Gap
 from gimcli.errors import StructureError
+from gimcli.kernels.plan_steps import ORIENT, TILT
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.backtracking import Backtracking, RandomPlaces
-from gimcli.positions import closed_forms, newton
-from gimcli.positions.block import RowBlock
+from gimcli.positions import newton
+from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.branch_signs import sides
 from gimcli.positions.newton import Packed, Run
+from gimcli.positions.program import plan_program
+from gimcli.positions.row import Row
 from gimcli.status import Status
 from gimcli.structure.residual import allowed, errors
 from gimcli.structure.restrictions import Move
-from gimcli.structure.steps import NONE, Coupled, Dyad, Orient, Place, Plan, Tilt
+from gimcli.structure.steps import NONE, Plan
 
 NEAR = 0.2
 """A position is taken at once when no node is farther from its guess, relative to the size."""
@@ -65,36 +68,33 @@ class Assembler:
         self.mechanism, self.plan, self.run, self.anywhere = mechanism, plan, run, anywhere
         self.tolerance = tolerance * mechanism.size
         self.accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest)
-        self.packed = {k: Packed(s) for k, s in enumerate(plan.steps) if isinstance(s, Coupled)}
+        self.program = plan_program(mechanism, plan)
         self._sequences: dict[tuple[int, ...], tuple[Move, ...]] = {}
 
     def assemble(
         self, inputs: FloatArray, guess: ComplexArray, time: float = 0.0, signs: FloatArray | None = None
     ) -> Assembly:
         """Assemble at inputs (actuators,) from a guess (nodes,), on the sides of the guess or as `signs` say."""
-        block = RowBlock.empty(self.plan, len(self.mechanism.nodes), np.array([time]), inputs[:, None], 0)
-        frame = self.mechanism.members[0]
-        block.x[list(frame.nodes), 0], block.y[list(frame.nodes), 0] = frame.shape.real, frame.shape.imag
-        drawn = RowBlock.empty(self.plan, len(self.mechanism.nodes), np.array([time]), inputs[:, None], 0)
-        drawn.x[:, 0], drawn.y[:, 0] = guess.real, guess.imag
-        signs = sides(self.plan, drawn, self.mechanism.size) if signs is None else signs
+        block, drawn = (RowBlock(self.program, np.array([time]), inputs[:, None]) for _ in range(2))
+        drawn.x[:, NEW], drawn.y[:, NEW] = guess.real, guess.imag
+        signs = sides(drawn, self.mechanism.size) if signs is None else signs
         with np.errstate(all="ignore"):
             status = self._take(block, drawn, signs)
-        row = Row(time, block.x[:, 0].copy(), block.y[:, 0].copy(), block.g[:, 0].copy())
-        return Assembly(status, row, signs, float(block.error[0]), float(block.work[0]), self.plan.surplus > 0)
+        row = Row(time, block.x[:, NEW].copy(), block.y[:, NEW].copy(), block.g[:, NEW].copy())
+        return Assembly(status, row, signs, float(block.error[NEW]), float(block.work[NEW]), self.plan.surplus > 0)
 
     def _take(self, block: RowBlock, drawn: RowBlock, signs: FloatArray) -> Status:
         """Take all steps in order; `signs` then holds the sides taken."""
-        steps, k, failed = self.plan.steps, 0, Status.OK
-        before = [0.0] * len(steps)  # error that each step started with
-        ways = Backtracking(self.plan, signs, drawn, self._random(np.random.default_rng(0))) if self.anywhere else None
+        k, failed, count = 0, Status.OK, len(self.plan.steps)
+        before = [0.0] * count  # error that each step started with
+        ways = Backtracking(signs, drawn, self._random(np.random.default_rng(0))) if self.anywhere else None
         while True:
-            if k == len(steps):
+            if k == count:
                 if ways is None or self._holds(self.plan.surplus, block):
                     return Status.OK
             else:
-                before[k] = float(block.error[0])
-                if self._step(k, steps[k], block, drawn, signs):
+                before[k] = float(block.error[NEW])
+                if self._step(k, block, drawn, signs):
                     k += 1
                     continue
                 if failed is Status.OK:
@@ -103,39 +103,31 @@ class Assembler:
             if k == NONE:
                 return failed
             self._forget(k, block)
-            block.end, block.blocked, block.singular, block.error[0] = 1, False, False, before[k]
+            block.end, block.blocked, block.singular, block.error[NEW] = NEW + 1, False, False, before[k]
 
     def _forget(self, k: int, block: RowBlock) -> None:
         """Take back what the steps from k on have placed."""
-        for step in self.plan.steps[k:]:
-            if isinstance(step, Orient | Tilt):
-                block.rx[step.register, 0] = block.ry[step.register, 0] = np.nan
-            else:
-                nodes = list(step.nodes) if isinstance(step, Coupled) else [step.node]
-                block.x[nodes, 0] = block.y[nodes, 0] = np.nan
+        for later, (kind, to, *_) in enumerate(self.program.tables.steps[k:], start=k):
+            x, y = (block.rx, block.ry) if kind in (ORIENT, TILT) else (block.x, block.y)
+            placed = list(self.program.packed[later].group.nodes) if later in self.program.packed else [to]
+            x[placed, NEW] = y[placed, NEW] = np.nan
 
-    def _step(self, k: int, step: object, block: RowBlock, drawn: RowBlock, signs: FloatArray) -> bool:
-        if isinstance(step, Place):
-            closed_forms.place(step, block)
-        elif isinstance(step, Orient):
-            closed_forms.orient(step, block)
-        elif isinstance(step, Tilt):
-            closed_forms.tilt(step, block, signs, self.tolerance)
-        elif isinstance(step, Dyad):
-            closed_forms.dyad(step, block, signs, self.tolerance)
-        elif isinstance(step, Coupled):
-            return self._couple(self.packed[k], block, drawn)
-        return block.end > 0
+    def _step(self, k: int, block: RowBlock, drawn: RowBlock, signs: FloatArray) -> bool:
+        packed = self.program.packed.get(k)
+        if packed is not None:
+            return self._couple(packed, block, drawn)
+        block.step(k, signs, self.tolerance)
+        return block.end > NEW
 
     def _couple(self, packed: Packed, block: RowBlock, drawn: RowBlock) -> bool:
         """Settle a group: the assembled position nearest to the guess of those that the first starts find."""
         base, nodes = list(packed.group.base), list(packed.group.nodes)
-        drawing = drawn.x[nodes, 0] + 1j * drawn.y[nodes, 0]
+        drawing = drawn.x[nodes, NEW] + 1j * drawn.y[nodes, NEW]
         best: tuple[tuple[bool, float], ComplexArray] | None = None
         for number, start in enumerate(self._starts(packed, block, drawn)):
-            block.x[base, 0], block.y[base, 0] = start.real, start.imag
-            if newton.settle(packed, block, 0, self.run, self.accuracy):
-                z = block.x[nodes, 0] + 1j * block.y[nodes, 0]
+            block.x[base, NEW], block.y[base, NEW] = start.real, start.imag
+            if block.settle(packed, self.run, self.accuracy):
+                z = block.x[nodes, NEW] + 1j * block.y[nodes, NEW]
                 loose = self.anywhere and not self._holds(packed.group.surplus, block)
                 rank = loose, float(np.max(np.abs(z - drawing)))
                 if self._faithful(block) and (best is None or rank < best[0]):
@@ -145,7 +137,7 @@ class Assembler:
             if best is not None and self._enough(best[0], number):
                 break
         if best is not None:
-            block.x[nodes, 0], block.y[nodes, 0] = best[1].real, best[1].imag
+            block.x[nodes, NEW], block.y[nodes, NEW] = best[1].real, best[1].imag
             block.singular = False
         return best is not None
 
@@ -158,15 +150,15 @@ class Assembler:
         """Return whether surplus constraints, which nothing imposes exactly, hold among what is placed."""
         if surplus <= 0:
             return True
-        z = block.x[:, :1] + 1j * block.y[:, :1]
+        z = block.x[:, NEW : NEW + 1] + 1j * block.y[:, NEW : NEW + 1]
         enough = allowed(self.mechanism, self.accuracy.tolerance)
-        found = (e[0] for _, _, e in errors(self.mechanism, z, block.inputs[:, :1]))
+        found = (e[0] for _, _, e in errors(self.mechanism, z, block.inputs[:, NEW : NEW + 1]))
         return all(e <= enough for e in found if np.isfinite(e))
 
     def _starts(self, packed: Packed, block: RowBlock, drawn: RowBlock) -> Iterator[ComplexArray]:
         """Yield starts of the base nodes: the guess, the guess after some sweeps, the guess disturbed, any."""
         base, size = list(packed.group.base), self.mechanism.size
-        guess = drawn.x[:, 0] + 1j * drawn.y[:, 0]
+        guess = drawn.x[:, NEW] + 1j * drawn.y[:, NEW]
         yield guess[base]
         swept = self._swept(packed, block, guess)
         if swept is not None:
@@ -195,11 +187,11 @@ class Assembler:
         from gimcli.gim.sequence import group_sequence
 
         own = list(packed.group.nodes)
-        z = np.where(np.isfinite(block.x[:, 0]), block.x[:, 0] + 1j * block.y[:, 0], guess)
+        z = np.where(np.isfinite(block.x[:, NEW]), block.x[:, NEW] + 1j * block.y[:, NEW], guess)
         z[own] = guess[own]
         if packed.group.base not in self._sequences:
             try:
-                found = group_sequence(self.mechanism, own, self.mechanism.drawn, block.inputs[:, 0], self.plan)
+                found = group_sequence(self.mechanism, own, self.mechanism.drawn, block.inputs[:, NEW], self.plan)
             except StructureError:
                 found = ()
             self._sequences[packed.group.base] = found
@@ -207,23 +199,22 @@ class Assembler:
         if not moves:
             return None
         constants = sweeps.SweepConstants(sweeps=SWEEPS)
-        done = sweeps.settle(moves, z, block.inputs[:, 0], self.mechanism.size, 1e-6, self.run, constants)
-        block.work[0] += done.sweeps
+        done = sweeps.settle(moves, z, block.inputs[:, NEW], self.mechanism.size, 1e-6, self.run, constants)
+        block.work[NEW] += done.sweeps
         return done.z if np.all(np.isfinite(done.z)) else None
 
     def _faithful(self, block: RowBlock) -> bool:
         """Return whether no driven angle is a half turn off: a line does not know its two ends apart."""
-        z = block.x[:, :1] + 1j * block.y[:, :1]
-        angles = [e[0] for _, is_angle, e in errors(self.mechanism, z, block.inputs[:, :1]) if is_angle]
+        z = block.x[:, NEW : NEW + 1] + 1j * block.y[:, NEW : NEW + 1]
+        angles = [e[0] for _, is_angle, e in errors(self.mechanism, z, block.inputs[:, NEW : NEW + 1]) if is_angle]
         return not any(np.isfinite(e) and e > 1.0 for e in angles)
 
     def _fits(self, packed: Packed, block: RowBlock, start: ComplexArray) -> bool:
         """Return whether the members of a group fit at its start already, which is then left in the block."""
         base, group = list(packed.group.base), packed.group
-        block.x[base, 0], block.y[base, 0] = start.real, start.imag
-        for place in group.places:
-            closed_forms.place(place, block)
+        block.x[base, NEW], block.y[base, NEW] = start.real, start.imag
+        block.carry(packed)
         names = {e.name for e in group.equations}
-        z = block.x[:, :1] + 1j * block.y[:, :1]
-        found = errors(self.mechanism, z, block.inputs[:, :1])
+        z = block.x[:, NEW : NEW + 1] + 1j * block.y[:, NEW : NEW + 1]
+        found = errors(self.mechanism, z, block.inputs[:, NEW : NEW + 1])
         return all(e[0] <= self.accuracy.tolerance for name, _, e in found if name in names and np.isfinite(e[0]))

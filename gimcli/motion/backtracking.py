@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.positions.block import RowBlock
-from gimcli.structure.steps import NONE, Coupled, Dyad, Plan, Tilt
+from gimcli.positions.block import NEW, RowBlock
+from gimcli.structure.steps import NONE
 
 TURNS = 1024
 """Sides that are exchanged before dyads count as impossible to assemble."""
@@ -25,10 +25,10 @@ RandomPlaces = Callable[[int], ComplexArray]
 class Backtracking:
     """What is left to try where steps have led nowhere: other sides, and other starts of groups."""
 
-    def __init__(self, plan: Plan, signs: FloatArray, drawn: RowBlock, random: RandomPlaces) -> None:
-        self.steps, self.signs, self.drawn, self.random = plan.steps, signs, drawn, random
+    def __init__(self, signs: FloatArray, drawn: RowBlock, random: RandomPlaces) -> None:
+        self.program, self.signs, self.drawn, self.random = drawn.program, signs, drawn, random
         self.begun, self.turns = signs.copy(), TURNS
-        self.chances = {k: CHANCES for k, step in enumerate(plan.steps) if isinstance(step, Coupled)}
+        self.chances = dict.fromkeys(self.program.packed, CHANCES)
 
     def other(self, k: int) -> int:
         """Change the last choice before step k that can be, reset those after it; return its step or NONE."""
@@ -39,15 +39,15 @@ class Backtracking:
         return NONE
 
     def _changed(self, k: int) -> bool:
-        step = self.steps[k]
-        if isinstance(step, Coupled) and self.chances[k]:
-            base = list(step.base)
+        branch = self.program.tables.steps[k][5]
+        if self.chances.get(k, 0):
+            base = list(self.program.packed[k].group.base)
             places = self.random(len(base))
-            self.drawn.x[base, 0], self.drawn.y[base, 0] = places.real, places.imag
+            self.drawn.x[base, NEW], self.drawn.y[base, NEW] = places.real, places.imag
             self.chances[k] -= 1
             return True
-        if isinstance(step, Dyad | Tilt) and step.branch != NONE:
-            first = self.signs[step.branch] == self.begun[step.branch]
-            self.signs[step.branch] *= -1.0  # back to the side begun with, if both have been tried
+        if branch != NONE:
+            first = self.signs[branch] == self.begun[branch]
+            self.signs[branch] *= -1.0  # back to the side begun with, if both have been tried
             return bool(first)
         return False

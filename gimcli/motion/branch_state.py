@@ -9,14 +9,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.continuation.gap_interpolation import Gap, Row
+from gimcli.continuation.gap_interpolation import Gap
 from gimcli.mechanism import FloatArray, Mechanism
-from gimcli.positions import closed_forms, newton
-from gimcli.positions.block import RowBlock
+from gimcli.positions import newton
+from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.branch_signs import sides
 from gimcli.positions.inputs import Inputs
-from gimcli.positions.newton import Packed, Run
-from gimcli.structure.steps import Coupled, Dyad, Orient, Place, Plan, Tilt
+from gimcli.positions.newton import Run
+from gimcli.positions.program import plan_program
+from gimcli.positions.row import Row
+from gimcli.structure.steps import Plan
 
 
 @dataclass(frozen=True)
@@ -53,8 +55,8 @@ class BranchState:
         self.accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest)
         self.loose = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest, self.constants.loosest)
         self.sign = np.ones(plan.branches)
-        self.packed = {k: Packed(s) for k, s in enumerate(plan.steps) if isinstance(s, Coupled)}
-        self.determinant = dict.fromkeys(self.packed, 0.0)
+        self.program = plan_program(mechanism, plan)
+        self.determinant = dict.fromkeys(self.program.packed, 0.0)
         self.log: list[Row] = []
         self.bridges: list[Gap] = []
         self.passed = 0  # bridges that stand
@@ -64,50 +66,38 @@ class BranchState:
     def begin(self, row: Row, signs: FloatArray) -> None:
         """Start from a solved position."""
         self.log, self.sign = [row], signs.copy()
-        self.determinant = dict.fromkeys(self.packed, 0.0)
+        self.determinant = dict.fromkeys(self.program.packed, 0.0)
         self.bridges, self.passed = [], 0
 
     def sides(self, row: Row) -> FloatArray:
         """Return the signs of the branch that a row is on."""
         when = np.array([row.time])
-        guess = RowBlock.empty(self.plan, len(self.mechanism.nodes), when, self.inputs(when), 0)
-        guess.x[:, 0], guess.y[:, 0] = row.x, row.y
-        return sides(self.plan, guess, self.mechanism.size)
+        guess = RowBlock(self.program, when, self.inputs(when))
+        guess.x[:, NEW], guess.y[:, NEW] = row.x, row.y
+        return sides(guess, self.mechanism.size)
 
     def evaluate(self, times: FloatArray, history: list[Row], values: FloatArray | None = None) -> RowBlock:
         """Solve rows at times, and their inputs (actuators, rows) if given, that go on from some history."""
-        history = self.useful(times, history)
-        when = np.concatenate([[row.time for row in history], times])
-        inputs = self.inputs(when)
+        past = self.useful(times, history)
+        inputs = self.inputs(np.concatenate([[row.time for row in past], times]))
         if values is not None:
-            inputs[:, len(history) :] = values
-        block = RowBlock.empty(self.plan, len(self.mechanism.nodes), when, inputs, len(history))
-        for k, row in enumerate(history):
-            block.x[:, k], block.y[:, k], block.g[:, k] = row.x, row.y, row.g
-        fixed = list(self.mechanism.members[0].nodes)
-        drawn = self.mechanism.members[0].shape
-        block.x[fixed, :], block.y[fixed, :] = drawn.real[:, None], drawn.imag[:, None]
+            inputs[:, len(past) :] = values
+        block = RowBlock(self.program, times, inputs, past)
         block.lenient = self.lenient
         with np.errstate(all="ignore"):
             self._solve(block)
         return block
 
     def _solve(self, block: RowBlock) -> None:
-        for k, step in enumerate(self.plan.steps):
-            if block.end <= block.history:
+        accuracy = self.loose if block.lenient else self.accuracy
+        for k in range(len(self.plan.steps)):
+            if block.end <= NEW:
                 return
-            if isinstance(step, Place):
-                closed_forms.place(step, block)
-            elif isinstance(step, Dyad):
-                closed_forms.dyad(step, block, self.sign, self.tolerance)
-            elif isinstance(step, Orient):
-                closed_forms.orient(step, block)
-            elif isinstance(step, Tilt):
-                closed_forms.tilt(step, block, self.sign, self.tolerance)
+            packed = self.program.packed.get(k)
+            if packed is None:
+                block.step(k, self.sign, self.tolerance)
             else:
-                packed, sign = self.packed[k], self.determinant[k]
-                accuracy = self.loose if block.lenient else self.accuracy
-                self.determinant[k] = newton.follow(packed, block, self.run, sign, accuracy)
+                self.determinant[k] = block.follow(packed, self.run, self.determinant[k], accuracy)
 
     def useful(self, times: FloatArray, history: list[Row]) -> list[Row]:
         """Choose up to four rows of history spaced like what is to come, or else the first and the last."""
@@ -121,20 +111,6 @@ class BranchState:
         if len(chosen) == 1 < len(history):
             chosen.append(history[0])
         return chosen[::-1]
-
-    def rows(self, block: RowBlock) -> list[Row]:
-        """Return the solved rows of a block."""
-        span = range(block.history, block.end)
-        return [
-            Row(
-                float(block.time[k]),
-                block.x[:, k].copy(),
-                block.y[:, k].copy(),
-                block.g[:, k].copy(),
-                float(block.error[k]),
-            )
-            for k in span
-        ]
 
     def remember(self, rows: list[Row]) -> None:
         """Append solved rows to the history."""

@@ -10,21 +10,21 @@ given over: the place on a leg of the laws, or the time.
 from __future__ import annotations
 
 from collections.abc import Callable
-from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from gimcli.continuation.gap_interpolation import Gap, Row
+from gimcli.continuation.gap_interpolation import Gap
 from gimcli.kernels import jit
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.branch_state import BranchState, FollowingConstants
 from gimcli.motion.singular_crossing import SingularCrossing
-from gimcli.positions.block import RowBlock
+from gimcli.positions.block import NEW
 from gimcli.positions.inputs import Inputs
 from gimcli.positions.newton import Run
+from gimcli.positions.row import Row
 from gimcli.status import Status
 from gimcli.structure.steps import Plan
 
@@ -187,29 +187,28 @@ class BranchFollower(BranchState):
         """Solve rows from row i on as arrays; return how many, and whether the next is doubtful."""
         rows = slice(i, i + self.constants.rows)
         block = self.evaluate(path.time[rows], self.log, path.inputs[:, rows])
-        good = block.end - block.history
-        span, into = slice(block.history, block.end), slice(i, i + good)
+        good = block.end - NEW
+        span, into = slice(NEW, block.end), slice(i, i + good)
         path.z.real[:, into], path.z.imag[:, into] = block.x[:, span], block.y[:, span]
         path.work[into] = block.work[span]
-        self.remember(self.rows(_tail(block, block.end - min(good, 8))))
+        self.remember(block.rows(8))
         return good, block.end < len(block.time)
 
     @cached_property
     def _marcher(self) -> Marcher:
         from gimcli.positions.program import Marcher
 
-        return Marcher(self.mechanism, self.plan, self.accuracy)
+        return Marcher(self.program, self.accuracy)
 
     def _march(self, path: FollowedPath, i: int) -> tuple[int, bool]:
         """Solve all rows from row i on in one call; return how many, and whether the next is doubtful."""
         marcher = self._marcher
-        history = self.useful(path.time[i:], self.log)
-        when = np.array([row.time for row in history])
-        marcher.recall(when, self.inputs(when), *(np.array([getattr(row, part) for row in history]) for part in "xyg"))
+        past = self.useful(path.time[i:], self.log)
+        marcher.recall(self.inputs(np.array([row.time for row in past])), past)
         determinant = np.array([*self.determinant.values()])
         good, kept = marcher.go(i, path.time, path.inputs, path.z, path.residual, path.work, self.sign, determinant)
         self.determinant = dict(zip(self.determinant, determinant.tolist(), strict=True))
-        self.remember([Row(*parts) for parts in kept if parts[0] > self.log[-1].time])
+        self.remember([row for row in kept if row.time > self.log[-1].time])
         return good, i + good < len(path.time)
 
     def _fill(self, path: FollowedPath, i: int) -> int:
@@ -245,7 +244,7 @@ class BranchFollower(BranchState):
                 return row
         before = [row for row in self.log if row.time < time]
         block = self.evaluate(np.array([time]), before)
-        return self.rows(block)[0]
+        return block.rows()[0]
 
     def _set_out(self, time: float) -> bool:
         """Go to the first row in steps that grow from very small ones: nothing is known of the pace yet."""
@@ -253,15 +252,8 @@ class BranchFollower(BranchState):
         growing = start + (time - start) * self.constants.growth ** np.arange(-self.constants.steps, 1.0)
         growing[-1] = time
         block = self.evaluate(growing, self.log)
-        self.remember(self.rows(block))
+        self.remember(block.rows())
         if block.end == len(block.time):
             return True
         ends = start + (time - start) * np.array(self.constants.first)
         return all(self._crosses(float(end)) for end in ends if end > self.log[-1].time)
-
-
-def _tail(block: RowBlock, first: int) -> RowBlock:
-    """Return the block with only its last rows counted as new."""
-    tail = copy(block)
-    tail.history = max(first, block.history)
-    return tail

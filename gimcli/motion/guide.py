@@ -19,11 +19,12 @@ from gimcli.continuation.branches import Departure, departure
 from gimcli.continuation.circuit import CIRCUIT, RESTS, Circuit, CircuitWalker, Ended
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.folds import between, fold_beside
-from gimcli.continuation.gap_interpolation import Gap, Row
+from gimcli.continuation.gap_interpolation import Gap
 from gimcli.errors import GimError, UsageError
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.assemble import Assembler, Assembly
 from gimcli.positions.inputs import InputLine
+from gimcli.positions.row import Row
 from gimcli.status import Status
 
 LARGEST = 120

@@ -11,6 +11,7 @@ from itertools import product
 import numpy as np
 
 from gimcli.kernels import scatter as kernels
+from gimcli.kernels.plan_steps import WIDTH
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembly
 from gimcli.motion.follow import BranchFollower
@@ -18,7 +19,8 @@ from gimcli.motion.legs import STEPS_A_TURN
 from gimcli.motion.start import start_position
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.inputs import pace, straight_inputs
-from gimcli.positions.newton import Accuracy, Run
+from gimcli.positions.newton import Run
+from gimcli.positions.program import by_numbers, plan_program
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed, residual
@@ -27,7 +29,7 @@ from gimcli.structure.steps import Plan
 MOST_SIDES = 6
 """Steps with two solutions up to which all their combinations are solved; of more, those that are drawn."""
 
-POSITION = 3e-5
+POSITION = 4e-7
 """Seconds that a step of one position takes without compiling."""
 
 PART = 1 << 15
@@ -133,20 +135,15 @@ class Scatterer:
         self._in_closed_form(self.grid.values(0, 0))
 
     def _in_closed_form(self, values: FloatArray) -> ComplexArray:
-        from gimcli.positions.program import Marcher
-
-        mechanism = self.mechanism
-        program = Marcher(mechanism, self.plan, Accuracy(self.tolerance, mechanism.size, mechanism.shortest)).program
-        counts = [len(mechanism.nodes)] * 2 + [self.plan.registers] * 2 + [len(values)] * 3 + [12]
-        scratch = kernels.Scratch(*(np.zeros(count) for count in counts))
-        frame = mechanism.members[0]
-        scratch.x[list(frame.nodes)], scratch.y[list(frame.nodes)] = frame.shape.real, frame.shape.imag
+        program = plan_program(self.mechanism, self.plan)
+        compiled, lanes = self.run is not plain, program.lanes(WIDTH)
+        w, tables = (lanes.reshape(-1), program.arrays) if compiled else (by_numbers(lanes), program.tables)
         on = np.array([self.on.u, self.on.v, self.on.factor.real, self.on.factor.imag])
         found = np.empty((len(self.sides), values.shape[1], 2))
-        bound = allowed(mechanism, self.tolerance)
+        bound = allowed(self.mechanism, self.tolerance)
         with np.errstate(all="ignore"):
             for sign, out in zip(self.sides, found, strict=True):
-                self.run(kernels.scatter)(program, scratch, values, sign, on, bound, out)
+                self.run(kernels.scatter)(w, tables, program.at, values, sign, on, bound, out)
         return np.asarray(found[..., 0] + 1j * found[..., 1])
 
     def _drawn_sides(self) -> FloatArray:

@@ -11,10 +11,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from gimcli.continuation.gap_interpolation import GapInterpolation, Row, lagrange
+from gimcli.continuation.gap_interpolation import GapInterpolation, lagrange
 from gimcli.mechanism import FloatArray
 from gimcli.motion.branch_state import BranchState
-from gimcli.positions.block import RowBlock
+from gimcli.positions.block import NEW, RowBlock
+from gimcli.positions.row import Row
 from gimcli.structure.residual import allowed, residual
 from gimcli.structure.steps import NONE
 
@@ -36,8 +37,8 @@ class SingularCrossing:
         grid[-1] = time
         while len(grid := grid[grid > state.log[-1].time]):
             block = state.evaluate(grid, state.log)
-            state.remember(state.rows(block))
-            good = block.end - block.history
+            state.remember(block.rows())
+            good = block.end - NEW
             if good == len(grid):
                 break
             if not self._pass(float(grid[good]), block):
@@ -93,7 +94,7 @@ class SingularCrossing:
         lenient, state.lenient = state.lenient, True
         block = state.evaluate(times, state.log)
         state.lenient = lenient
-        return block.quality[branch, block.history :]
+        return block.quality.get(branch, np.array([np.nan]))
 
     def _leap(self, centre: float) -> bool:
         """Pass a singular position: solve beyond it what is predicted from before it."""
@@ -138,7 +139,7 @@ class SingularCrossing:
         if not history:
             return None
         block = state.evaluate(times, history)
-        return state.rows(block) if block.end == len(block.time) else None
+        return block.rows() if block.end == len(block.time) else None
 
     def _land(self, centre: float, delta: float, before: list[Row]) -> bool:
         """Solve beyond a singular position with the signs predicted there."""
@@ -154,7 +155,7 @@ class SingularCrossing:
         block = state.evaluate(np.array([centre + delta]), self._fan(before, predicted))
         if block.end < len(block.time):
             return False
-        first = state.rows(block)[0]
+        first = block.rows()[0]
         distance = np.hypot(predicted.x - before[-1].x, predicted.y - before[-1].y)
         miss = np.hypot(predicted.x - first.x, predicted.y - first.y)
         if not np.all(miss <= state.constants.agreement * np.nanmax(distance)):
@@ -164,7 +165,7 @@ class SingularCrossing:
         block = state.evaluate(centre + delta * np.arange(2.0, 5.0), rows)
         if block.end < len(block.time):
             return False
-        state.log = rows + state.rows(block)
+        state.log = rows + block.rows()
         bridge = GapInterpolation(centre, state.log.copy())
         state.bridges.append(GapInterpolation(bridge.turning(), bridge.rows))
         return True

@@ -1,81 +1,130 @@
-"""A stretch of a motion as arrays: what the solvers read and fill, row by row.
+"""A stretch of a motion as lanes: what the solvers read and fill, row by row.
 
-The first `history` rows are solved already; they are what the branch is continued from.
+The rows before NEW are solved already, or not there (a time of -inf); they are what the branch is continued from.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from gimcli.kernels import loci, newton
+from gimcli.kernels import plan_steps as kernels
 from gimcli.kernels.circular import cos_sin
+from gimcli.kernels.plan_steps import MEASURE, NOISE, SQUARE
 from gimcli.mechanism import FloatArray
-from gimcli.structure.steps import NONE, Plan, Vector
+from gimcli.positions.newton import Accuracy, NewtonConstants, Packed, Run
+from gimcli.positions.program import PlanProgram, by_numbers
+from gimcli.positions.row import Row
+from gimcli.structure.steps import NONE
+
+NEW = kernels.HISTORY
+"""First row to solve."""
 
 
-@dataclass
 class RowBlock:
     """Rows of one stretch; `end` shrinks to the first row that could not be solved safely."""
 
-    time: FloatArray  # (rows,)
-    inputs: FloatArray  # (actuators, rows)
-    history: int
-    x: FloatArray  # (nodes, rows)
-    y: FloatArray
-    g: FloatArray  # (branches, rows) signed measures of the steps with two solutions
-    rx: FloatArray  # (registers, rows) directions
-    ry: FloatArray
-    quality: FloatArray  # (branches, rows) square of the measure over its rounding: |quality| < 1 tells nothing
-    error: FloatArray  # (rows,) estimated error of the nodes
-    work: FloatArray  # (rows,) sweeps or iterations
-    end: int
-    blocked: bool = False  # the row at `end` has no solution at all
-    singular: bool = False  # the row at `end` is solved, but not to the tolerance
-    weak_branch: int = NONE  # the branch that ended the block
-    lenient: bool = False  # go on as long as the branches can be told apart, whatever the tolerance
-    cos: FloatArray = field(init=False)
-    sin: FloatArray = field(init=False)
+    def __init__(self, program: PlanProgram, time: FloatArray, inputs: FloatArray, history: Sequence[Row] = ()) -> None:
+        """Begin at times (rows,), with nothing solved but a history; inputs (actuators, rows of both)."""
+        self.program, at, w = program, program.at, program.lanes(NEW + len(time))
+        self.lanes: dict[int, Any] = by_numbers(w)
+        self.time, self.error, self.work = w[kernels.TIME], w[kernels.ERROR], w[kernels.WORK]
+        self.x, self.y, self.g = w[at.x : at.y], w[at.y : at.rx], w[at.g :]  # (nodes, rows), (branches, rows)
+        self.rx, self.ry = w[at.rx : at.ry], w[at.ry : at.values]  # (registers, rows) directions
+        self.inputs, self.cos, self.sin = w[at.values : at.cos], w[at.cos : at.sin], w[at.sin : at.g]
+        self.followed = len(history) > 0
+        program.recall(w, history)
+        self.time[NEW:], self.inputs[:, NEW - len(history) :] = time, inputs
+        self.cos[:], self.sin[:] = cos_sin(self.inputs)
+        self.end = NEW + len(time)
+        self.blocked = False  # the row at `end` has no solution at all
+        self.singular = False  # the row at `end` is solved, but not to the tolerance
+        self.weak_branch = NONE  # the branch that ended the block
+        self.lenient = False  # go on as long as the branches can be told apart, whatever the tolerance
+        self.quality: dict[int, FloatArray] = {}  # then of branches, over the new rows: see `_telling`
 
-    def __post_init__(self) -> None:
-        self.cos, self.sin = cos_sin(self.inputs)
+    def step(self, k: int, sign: FloatArray, tolerance: float) -> None:
+        """Take a step in closed form; end before a row that has no solution, is singular, or may have jumped."""
+        w, q, at = self.lanes, self.program.tables, self.program.at
+        if not kernels.place(w, q, at, k, sign, self.end):
+            return
+        end = kernels.guard(w, q, at, k, math.inf if self.lenient else tolerance, self.followed, self.end)
+        branch = q.steps[k][5]
+        if self.lenient:
+            end = min(end, self._telling(branch))
+        if end < self.end:
+            g, g2, noise = (self.value(lane, end) for lane in (MEASURE, SQUARE, NOISE))
+            blocked = not g2 >= -noise
+            singular = g2 / noise <= 1.0 if self.lenient else not loci.doubt(g, noise) <= tolerance
+            self.stop(end, bool(blocked), bool(singular and not blocked), branch)
 
-    @staticmethod
-    def empty(plan: Plan, nodes: int, time: FloatArray, inputs: FloatArray, history: int) -> RowBlock:
-        """Return a block with nothing solved."""
-        rows = len(time)
+    def value(self, lane: int, row: int = NEW) -> Any:
+        """Return what stands in a row of a lane."""
+        whole = self.lanes[lane * kernels.WIDTH]
+        return whole[row] if getattr(whole, "ndim", 0) else whole
 
-        def room(count: int) -> FloatArray:
-            return np.full((count, rows), np.nan)
+    def _telling(self, branch: int) -> int:
+        """Return the first row in which the last step's branches cannot be told apart.
 
-        return RowBlock(
-            time, inputs, history, room(nodes), room(nodes), room(plan.branches), room(plan.registers),
-            room(plan.registers), room(plan.branches), np.zeros(rows), np.zeros(rows), rows,
-        )  # fmt: skip
+        The square of the measure over its rounding tells nothing where it is between -1 and 1.
+        """
+        quality = np.full(len(self.time) - NEW, np.nan)
+        g2, noise = (kernels.earlier(self.lanes, lane, slice(NEW, self.end), 0) for lane in (SQUARE, NOISE))
+        quality[: self.end - NEW] = g2 / noise
+        self.quality[branch] = quality
+        vague = np.flatnonzero(quality <= 1.0)
+        return NEW + int(vague[0]) if len(vague) else self.end
+
+    def follow(self, packed: Packed, run: Run, sign: float, accuracy: Accuracy) -> float:
+        """Solve a coupled group in all rows; return the determinant's sign at the last good row."""
+        constants = NewtonConstants()
+        limits, room = constants.limits(accuracy, constants.iterations, near=True), self._room(packed)
+        stop = run(newton.couple)(
+            *self._known, self.time, NEW, self.end, packed.arrays, room, sign, limits, self.work, self.error, True
+        )
+        self.stop(stop, singular=bool(room.out[newton.SINGULAR]))
+        return float(room.out[newton.LAST_SIGN])
+
+    def settle(self, packed: Packed, run: Run, accuracy: Accuracy) -> bool:
+        """Solve a coupled group in the first new row from its base nodes there; tell whether it settled."""
+        constants = NewtonConstants()
+        limits, room = constants.limits(accuracy, constants.far, near=False), self._room(packed)
+        with np.errstate(all="ignore"):
+            stop = run(newton.couple)(
+                *self._known, self.time, NEW, NEW + 1, packed.arrays, room, 0.0, limits, self.work, self.error, False
+            )
+        good = bool(stop > NEW)
+        self.singular = bool(room.out[newton.SINGULAR]) and not good
+        return good
+
+    def carry(self, packed: Packed) -> None:
+        """Carry the nodes of a group that hang on its base nodes, in the first new row."""
+        group, room = packed.arrays, self._room(packed)
+        known: tuple[Any, ...] = (*self._known, NEW, group, room)
+        newton.take(*known)
+        newton.stand(self.x, self.y, NEW, group, room)
+        newton.carry(group, room)
+        newton.give(self.x, self.y, NEW, group, room)
+
+    def _room(self, packed: Packed) -> newton.RowPosition:
+        return newton.room([packed.arrays], len(self.rx), len(self.inputs))
 
     @property
-    def span(self) -> slice:
-        """Rows to solve."""
-        return slice(self.history, self.end)
-
-    def vector(self, vector: Vector, rows: slice) -> tuple[FloatArray, FloatArray]:
-        """Return a vector's components over some rows."""
-        zr: FloatArray | float = vector.z.real
-        zi: FloatArray | float = vector.z.imag
-        if vector.actuator != NONE:
-            c, s = self.cos[vector.actuator, rows], self.sin[vector.actuator, rows] * vector.turn
-            zr, zi = zr * c - zi * s, zr * s + zi * c
-        if vector.u != NONE:
-            bx = self.x[vector.v, rows] - self.x[vector.u, rows]
-            by = self.y[vector.v, rows] - self.y[vector.u, rows]
-        elif vector.register != NONE:
-            bx, by = self.rx[vector.register, rows], self.ry[vector.register, rows]
-        else:
-            full = np.ones(len(self.time[rows]))
-            return zr * full, zi * full
-        return zr * bx - zi * by, zr * by + zi * bx
+    def _known(self) -> tuple[Any, ...]:
+        return self.x, self.y, self.rx, self.ry, self.inputs, self.cos, self.sin
 
     def stop(self, row: int, blocked: bool = False, singular: bool = False, weak_branch: int = NONE) -> None:
         """Let the block end before a row, if it does not end earlier."""
         if row < self.end:
             self.end, self.blocked, self.singular, self.weak_branch = row, blocked, singular, weak_branch
+
+    def rows(self, last: int | None = None) -> list[Row]:
+        """Return the solved rows, or so many at the end."""
+        span = slice(NEW if last is None else max(NEW, self.end - last), self.end)
+        time, error = self.time[span].tolist(), self.error[span].tolist()
+        x, y, g = (part[:, span].T.copy() for part in (self.x, self.y, self.g))
+        return [Row(time[k], x[k], y[k], g[k], error[k]) for k in range(len(time))]

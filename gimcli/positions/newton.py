@@ -1,4 +1,4 @@
-"""Newton-Raphson on the base nodes of a coupled group: packing, and one call for many rows."""
+"""Newton-Raphson on the base nodes of a coupled group: its constants, and the group as arrays."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 
 from gimcli.kernels import newton as kernels
-from gimcli.mechanism import FloatArray
-from gimcli.positions.block import RowBlock
 from gimcli.structure.steps import NONE, Coupled, Vector
 
 Run = Callable[[Callable[..., Any]], Callable[..., Any]]
@@ -96,44 +94,3 @@ class Packed:
             np.array(equations, dtype=np.int64).reshape(-1, 5),
             np.array(values, dtype=float).reshape(-1, 2),
         )
-
-
-def follow(packed: Packed, block: RowBlock, run: Run, sign: float, accuracy: Accuracy) -> float:
-    """Solve the group in all rows of a block; return the determinant's sign at the last good row."""
-    policy = NewtonConstants()
-    limits = policy.limits(accuracy, policy.iterations, near=True)
-    room = kernels.room([packed.arrays], len(block.rx), len(block.inputs))
-    stop = run(kernels.couple)(
-        *_known(block),
-        block.time,
-        block.history,
-        block.end,
-        packed.arrays,
-        room,
-        sign,
-        limits,
-        block.work,
-        block.error,
-        True,
-    )
-    out = room.out
-    block.stop(stop, singular=bool(out[kernels.SINGULAR]))
-    return float(out[kernels.LAST_SIGN])
-
-
-def settle(packed: Packed, block: RowBlock, row: int, run: Run, accuracy: Accuracy) -> bool:
-    """Solve the group in one row from the base nodes in the block; tell whether it settled."""
-    policy = NewtonConstants()
-    limits = policy.limits(accuracy, policy.far, near=False)
-    room = kernels.room([packed.arrays], len(block.rx), len(block.inputs))
-    with np.errstate(all="ignore"):
-        stop = run(kernels.couple)(
-            *_known(block), block.time, row, row + 1, packed.arrays, room, 0.0, limits, block.work, block.error, False
-        )
-    good = bool(stop > row)
-    block.singular = bool(room.out[kernels.SINGULAR]) and not good
-    return good
-
-
-def _known(block: RowBlock) -> tuple[FloatArray, ...]:
-    return block.x, block.y, block.rx, block.ry, block.inputs, block.cos, block.sin

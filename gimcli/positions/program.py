@@ -1,20 +1,25 @@
-"""A plan in the flat arrays of the kernel that follows a whole motion in one call."""
+"""A plan as flat tables for the kernels, and the scratch in which its rows are solved."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from gimcli.kernels import jit, newton
-from gimcli.kernels import march as kernels
+from gimcli.kernels import march as marching
+from gimcli.kernels import plan_steps as kernels
 from gimcli.kernels.circular import cos_sin
-from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.kernels.lanes import aligned
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.newton import Accuracy, NewtonConstants, Packed
+from gimcli.positions.row import Row
 from gimcli.structure.checks import checks
+from gimcli.structure.derived import derived
 from gimcli.structure.steps import (
     NONE,
     Circle,
@@ -32,12 +37,6 @@ from gimcli.structure.steps import (
 RING = 80
 """Rows kept to continue from."""
 
-LINE = 64
-"""Bytes of a line of the cache."""
-
-Kept = tuple[float, FloatArray, FloatArray, FloatArray, float]
-"""Time, x, y (nodes,), g (branches,) and error of a row."""
-
 
 @dataclass
 class _ProgramWriter:
@@ -45,7 +44,7 @@ class _ProgramWriter:
 
     vectors: list[Vector] = field(default_factory=list)
     loci: list[Locus] = field(default_factory=list)
-    groups: list[newton.GroupArrays] = field(default_factory=list)
+    groups: list[Packed] = field(default_factory=list)
 
     def vector(self, vector: Vector | None) -> int:
         return NONE if vector is None else _add(self.vectors, vector)
@@ -60,9 +59,9 @@ class _ProgramWriter:
         if isinstance(step, Orient):
             return kernels.ORIENT, step.register, NONE, self.vector(step.vector), NONE, NONE
         if isinstance(step, Tilt):
-            return kernels.TILT, step.register, step.a, step.b, NONE, step.branch
+            return kernels.TILT, step.register, step.a, step.b, self.vector(step.along), step.branch
         if isinstance(step, Coupled):
-            return kernels.COUPLED, NONE, _add(self.groups, Packed(step).arrays), NONE, NONE, NONE
+            return kernels.COUPLED, NONE, _add(self.groups, Packed(step)), NONE, NONE, NONE
         first, second = step.first, step.second
         if isinstance(first, Line) and isinstance(second, Circle):
             first, second = second, first
@@ -71,7 +70,7 @@ class _ProgramWriter:
             kind = kernels.CIRCLE_AND_LINE if isinstance(first, Circle) else kernels.TWO_LINES
         return kind, step.node, self.locus(first), self.locus(second), NONE, step.branch
 
-    def loci_arrays(self) -> tuple[IntArray, FloatArray]:
+    def loci_tables(self) -> tuple[list[Any], list[Any]]:
         heads, values = [], []
         for locus in self.loci:
             value = locus.radius if isinstance(locus, Circle) else locus.distance
@@ -79,27 +78,7 @@ class _ProgramWriter:
             node = locus.centre if isinstance(locus, Circle) else locus.anchor
             heads.append((node, self.vector(locus.offset), normal, value.actuator))
             values.append((value.constant, value.gain))
-        return _ints(heads, 4), _floats(values, 2)
-
-    def vector_arrays(self) -> tuple[IntArray, FloatArray]:
-        heads = [(v.u, v.v, v.register, v.actuator, v.turn) for v in self.vectors]
-        return _ints(heads, 5), _floats([(v.z.real, v.z.imag) for v in self.vectors], 2)
-
-    def group_arrays(self) -> tuple[Any, ...]:
-        heads, parts = [], [[g.nodes, g.vi, g.vz, g.pi, g.ei, g.ev] for g in self.groups]
-        ends = [np.cumsum([0, *(len(part[k]) for part in parts)]) for k in (0, 1, 3, 4)]
-        for n, group in enumerate(self.groups):
-            spans = [end[n + k] for end in ends for k in (0, 1)]
-            heads.append((group.base, group.rows, int(group.turning), *spans, 0))
-        shapes: list[tuple[tuple[int, ...], Any]] = [
-            ((0,), np.int64), ((0, 5), np.int64), ((0, 2), float),
-            ((0, 3), np.int64), ((0, 5), np.int64), ((0, 2), float),
-        ]  # fmt: skip
-        joined = [
-            np.concatenate([np.zeros(shape, dtype=kind), *(part[k] for part in parts)])
-            for k, (shape, kind) in enumerate(shapes)
-        ]
-        return _ints(heads, 12), *joined
+        return heads, values
 
 
 def _add(items: list[Any], item: Any) -> int:
@@ -107,48 +86,128 @@ def _add(items: list[Any], item: Any) -> int:
     return len(items) - 1
 
 
-def _ints(rows: Sequence[Sequence[int]], width: int) -> IntArray:
-    return np.array(rows, dtype=np.int64).reshape(-1, width)
+def _array(rows: Sequence[Any], width: int, kind: type) -> Any:
+    return np.array(rows, dtype=kind).reshape(-1, width)
 
 
-def _floats(rows: Sequence[Sequence[float]], width: int) -> FloatArray:
-    return np.array(rows, dtype=float).reshape(-1, width)
+@derived
+def plan_program(mechanism: Mechanism, plan: Plan) -> PlanProgram:
+    """Return a plan of a mechanism as the kernels take it."""
+    writer = _ProgramWriter()
+    steps = [writer.step(step) for step in plan.steps]
+    reach = [step.distance if isinstance(step, Tilt) else 0.0 for step in plan.steps]
+    heads, values = [], []
+    for check in checks(mechanism):
+        first, second = writer.vector(check.first), writer.vector(check.second)
+        heads.append((check.kind, check.p, check.q, first, second, check.value.actuator))
+        values.append((check.value.constant, check.value.gain))
+    loci, lengths = writer.loci_tables()
+    vectors = [(v.u, v.v, v.register, v.actuator, v.turn) for v in writer.vectors]
+    factors = [(v.z.real, v.z.imag) for v in writer.vectors]
+    tables = kernels.Program(steps, reach, vectors, factors, loci, lengths, heads, values, mechanism.size)
+    return PlanProgram(mechanism, plan, tables, tuple(writer.groups))
+
+
+class PlanProgram:
+    """A plan as flat tables, and where what it places stands in the lanes of the kernels."""
+
+    def __init__(self, mechanism: Mechanism, plan: Plan, tables: kernels.Program, groups: tuple[Packed, ...]) -> None:
+        self.tables, self.groups = tables, groups
+        counts = [len(mechanism.nodes)] * 2 + [plan.registers] * 2 + [len(mechanism.actuators)] * 3 + [plan.branches]
+        firsts = np.cumsum([kernels.FIXED, *counts]).tolist()
+        self.at, self.count = kernels.Lanes(*firsts[:-1]), firsts[-1]
+        self.registers, self.actuators = plan.registers, len(mechanism.actuators)
+        self.frame = mechanism.members[FRAME]
+
+    @cached_property
+    def packed(self) -> dict[int, Packed]:
+        """Coupled groups by the numbers of their steps."""
+        return {k: self.groups[step[2]] for k, step in enumerate(self.tables.steps) if step[0] == kernels.COUPLED}
+
+    @cached_property
+    def arrays(self) -> kernels.Program:
+        """The tables as arrays."""
+        q = self.tables
+        return kernels.Program(
+            _array(q.steps, 6, int), np.array(q.reach), _array(q.vi, 5, int), _array(q.vz, 2, float),
+            _array(q.li, 4, int), _array(q.lv, 2, float), _array(q.ci, 6, int), _array(q.cv, 2, float), q.size,
+        )  # fmt: skip
+
+    @cached_property
+    def group_arrays(self) -> marching.Groups:
+        """The coupled groups as arrays."""
+        heads, groups = [], [packed.arrays for packed in self.groups]
+        parts = [[g.nodes, g.vi, g.vz, g.pi, g.ei, g.ev] for g in groups]
+        ends = [np.cumsum([0, *(len(part[k]) for part in parts)]) for k in (0, 1, 3, 4)]
+        for n, group in enumerate(groups):
+            spans = [end[n + k] for end in ends for k in (0, 1)]
+            heads.append((group.base, group.rows, int(group.turning), *spans))
+        shapes: list[tuple[tuple[int, ...], type]] = [
+            ((0,), int), ((0, 5), int), ((0, 2), float), ((0, 3), int), ((0, 5), int), ((0, 2), float),
+        ]  # fmt: skip
+        joined = [
+            np.concatenate([np.zeros(shape, dtype=kind), *(part[k] for part in parts)])
+            for k, (shape, kind) in enumerate(shapes)
+        ]
+        return marching.Groups(_array(heads, 11, int), *joined)
+
+    def room(self) -> newton.RowPosition:
+        """Return room for one row of the largest of its groups."""
+        return newton.room([packed.arrays for packed in self.groups], self.registers, self.actuators)
+
+    def lanes(self, width: int) -> FloatArray:
+        """Return lanes (lanes, width) in which the frame's nodes stand, and nothing else."""
+        lanes = aligned(self.count * width).reshape(self.count, width)
+        lanes[kernels.TIME :] = self.blank
+        return lanes
+
+    @cached_property
+    def blank(self) -> FloatArray:
+        """What stands in each lane from that of the time on, before anything is solved (lanes, 1)."""
+        blank, nodes = np.full((self.count, 1), np.nan), list(self.frame.nodes)
+        blank[kernels.TIME : kernels.FIXED], blank[kernels.TIME] = 0.0, -math.inf
+        blank[self.at.x : self.at.y][nodes] = self.frame.shape.real[:, None]
+        blank[self.at.y : self.at.rx][nodes] = self.frame.shape.imag[:, None]
+        return blank[kernels.TIME :]
+
+    def recall(self, lanes: FloatArray, history: Sequence[Row]) -> None:
+        """Begin from solved rows; rows that are missing stand as the first."""
+        at, missing = self.at, kernels.HISTORY - len(history)
+        for k, row in enumerate(history, start=missing):
+            to = slice(k if k > missing else 0, k + 1)
+            lanes[kernels.TIME, k] = row.time
+            lanes[at.x : at.y, to], lanes[at.y : at.rx, to] = row.x[:, None], row.y[:, None]
+            lanes[at.g :, to] = row.g[:, None]
+
+
+def by_numbers(lanes: FloatArray) -> dict[int, Any]:
+    """Return lanes as kernels that are not compiled take them."""
+    return dict(zip(range(0, len(lanes) * kernels.WIDTH, kernels.WIDTH), lanes, strict=True))
 
 
 class Marcher:
     """A plan ready to be followed over many rows in one call."""
 
-    def __init__(self, mechanism: Mechanism, plan: Plan, accuracy: Accuracy) -> None:
-        self.program, groups = _program(mechanism, plan)
-        counts = [len(mechanism.nodes)] * 2 + [plan.registers] * 2 + [len(mechanism.actuators)] * 3 + [plan.branches]
-        firsts = kernels.FIXED + np.concatenate([[0], np.cumsum(counts)])
-        self.at = kernels.Lanes(*(int(f) for f in firsts[:-1]))
-        self.lanes = _aligned(int(firsts[-1]), kernels.WIDTH)
-        self.room = newton.room(groups, plan.registers, len(mechanism.actuators))
+    def __init__(self, program: PlanProgram, accuracy: Accuracy) -> None:
+        self.program, self.room = program, program.room()
+        self.lanes = program.lanes(kernels.WIDTH)
         constants = NewtonConstants()
         self.limits = constants.limits(accuracy, constants.iterations, near=True)
         self.tolerance = accuracy.tolerance * accuracy.size
-        fixed = mechanism.members[0]
-        for node, z in zip(fixed.nodes, fixed.shape, strict=True):
-            self.lanes[self.at.x + node], self.lanes[self.at.y + node] = z.real, z.imag
 
-    def recall(self, times: FloatArray, inputs: FloatArray, xs: FloatArray, ys: FloatArray, gs: FloatArray) -> None:
-        """Begin from solved rows: inputs (actuators, rows), xs, ys (rows, nodes), gs (rows, branches)."""
-        lanes, at = self.lanes, self.at
-        cos, sin = cos_sin(inputs)
-        for k in range(kernels.HISTORY):
-            n = len(times) - kernels.HISTORY + k
-            lanes[kernels.TIME, k] = times[n] if n >= 0 else -math.inf
-            n = max(n, 0)
-            lanes[at.x : at.y, k], lanes[at.y : at.rx, k], lanes[at.g :, k] = xs[n], ys[n], gs[n]
-            lanes[at.values : at.cos, k], lanes[at.cos : at.sin, k] = inputs[:, n], cos[:, n]
-            lanes[at.sin : at.g, k] = sin[:, n]
-        lanes[at.rx : at.values, : kernels.HISTORY] = 0.0  # directions are found from the nodes
+    def recall(self, inputs: FloatArray, history: Sequence[Row]) -> None:
+        """Begin from solved rows at inputs (actuators, rows)."""
+        at, past = self.program.at, slice(0, kernels.HISTORY)
+        self.lanes[kernels.TIME, past] = -math.inf
+        self.program.recall(self.lanes, history)
+        inputs = inputs[:, np.maximum(np.arange(-kernels.HISTORY, 0), -len(history))]
+        self.lanes[at.values : at.cos, past] = inputs
+        self.lanes[at.cos : at.sin, past], self.lanes[at.sin : at.g, past] = cos_sin(inputs)
 
     def go(
         self, first: int, time: FloatArray, inputs: FloatArray, z: ComplexArray, residual: FloatArray,
         work: FloatArray, sign: FloatArray, determinant: FloatArray,
-    ) -> tuple[int, Iterator[Kept]]:  # fmt: skip
+    ) -> tuple[int, Iterator[Row]]:  # fmt: skip
         """Solve rows from `first` on until one is doubtful; return how many, and rows to continue from.
 
         time (rows,), inputs (actuators, rows); z (nodes, rows), residual and work (rows,) are filled,
@@ -156,39 +215,17 @@ class Marcher:
         """
         kept, mark = np.zeros((RING, len(self.lanes))), np.zeros(2, dtype=np.int64)
         pairs = z.view(float).reshape(*z.shape, 2)
-        rows = kernels.Rows(time, inputs, pairs, residual, work, kept, mark)
+        rows = marching.Rows(time, inputs, pairs, residual, work, kept, mark)
         with np.errstate(all="ignore"):
-            done = jit.compiled(kernels.march)(
-                self.lanes.reshape(-1), self.lanes, self.program, self.at, rows, first, sign, determinant, self.room,
-                self.limits, self.tolerance,
+            done = jit.compiled(marching.march)(
+                self.lanes.reshape(-1), self.lanes, self.program.arrays, self.program.group_arrays, self.program.at,
+                rows, first, sign, determinant, self.room, self.limits, self.tolerance,
             )  # fmt: skip
         written = int(mark[0])
         return int(done), self._rows(kept[np.arange(max(0, written - RING), written) % RING])
 
-    def _rows(self, kept: FloatArray) -> Iterator[Kept]:
-        at = self.at
+    def _rows(self, kept: FloatArray) -> Iterator[Row]:
+        at = self.program.at
         for row in kept:
             error = float(row[kernels.ERROR])
-            yield float(row[kernels.TIME]), row[at.x : at.y], row[at.y : at.rx], row[at.g :], error
-
-
-def _aligned(lanes: int, width: int) -> FloatArray:
-    """Return zeros whose rows begin where a line of the cache does."""
-    room = np.zeros(lanes * width + LINE // 8)
-    skip = (-room.ctypes.data % LINE) // 8
-    return room[skip : skip + lanes * width].reshape(lanes, width)
-
-
-def _program(mechanism: Mechanism, plan: Plan) -> tuple[kernels.Program, list[newton.GroupArrays]]:
-    writer = _ProgramWriter()
-    steps = _ints([writer.step(step) for step in plan.steps], 6)
-    reach = np.array([step.distance if isinstance(step, Tilt) else 0.0 for step in plan.steps])
-    heads, values = [], []
-    for check in checks(mechanism):
-        vectors = writer.vector(check.first), writer.vector(check.second)
-        heads.append((check.kind, check.p, check.q, *vectors, check.value.actuator))
-        values.append((check.value.constant, check.value.gain))
-    loci = writer.loci_arrays()
-    parts = [steps, reach, *writer.vector_arrays(), *loci, *writer.group_arrays(), _ints(heads, 6), _floats(values, 2)]
-    program = kernels.Program._make([*parts, mechanism.size])
-    return program, writer.groups
+            yield Row(float(row[kernels.TIME]), row[at.x : at.y], row[at.y : at.rx], row[at.g :], error)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.kernels import tape as kernels
-from gimcli.kernels.lanes import WIDTH
+from gimcli.kernels.lanes import WIDTH, aligned
 from gimcli.mechanism import FloatArray, IntArray
 
 
@@ -42,9 +42,6 @@ CONSTANT = 1 << 41
 
 MAKING = (kernels.SCALE, kernels.LINEAR, kernels.CARRY, kernels.TIMES, kernels.CONJUGATE, kernels.UNIT)
 """Operations that fill two lanes at once."""
-
-LINE = 64
-"""Bytes of a line of the cache."""
 
 
 class Tape:
@@ -186,10 +183,3 @@ class Tape:
         else:
             self.put(to, value)
         return ComplexLanes(to)
-
-
-def aligned(count: int) -> FloatArray:
-    """Return zeros that begin where a line of the cache does."""
-    room = np.zeros(count + LINE // 8)
-    skip = (-room.ctypes.data % LINE) // 8
-    return room[skip : skip + count]

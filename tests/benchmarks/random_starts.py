@@ -30,7 +30,7 @@ from gimcli.kernels import jit
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler
 from gimcli.motion.start import random_guess
-from gimcli.positions.block import RowBlock
+from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.newton import Packed, Run
 from gimcli.positions.options import Options
 from gimcli.status import Status
@@ -56,7 +56,7 @@ class Alone(Assembler):
     """Newton-Raphson from the start given and from nowhere else."""
 
     def _starts(self, packed: Packed, block: RowBlock, drawn: RowBlock) -> Iterator[ComplexArray]:
-        yield (drawn.x[:, 0] + 1j * drawn.y[:, 0])[list(packed.group.base)]
+        yield (drawn.x[:, NEW] + 1j * drawn.y[:, NEW])[list(packed.group.base)]
 
 
 def solver(mechanism: Mechanism, method: str, run: Run) -> Solver:

@@ -1,0 +1,451 @@
+"""The steps of a plan in closed form and its checks, over a short stretch of rows that stays in the cache.
+
+The scratch `w` holds lanes, one lane a coordinate: HISTORY rows, solved where rows are followed, then new ones.
+Operands of a formula are copied to lanes with fixed numbers, so that the compiler knows how far apart they are and
+works on several rows at once. One source serves both forms: as it stands numpy works on all rows of a lane at once,
+and lanes that are not those of the plan are put in each other's place instead of copied.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gimcli.kernels.choice import larger, mark, unless, where
+from gimcli.kernels.circular import cos_sin
+from gimcli.kernels.constraints import angle_error, height_error, span_error
+from gimcli.kernels.jit import kernel, scalar_form, stage
+from gimcli.kernels.loci import circle_circle, circle_line, doubt, leaps, line_line, tilt
+from gimcli.mechanism import ANGLE, SPAN, FloatArray
+
+HISTORY = 8
+ROWS = 512
+WIDTH = HISTORY + ROWS
+
+PLACE, ORIENT, TILT, TWO_CIRCLES, CIRCLE_AND_LINE, TWO_LINES, COUPLED = range(7)
+
+# lanes with fixed numbers: operands a..j, results, and what is known of every row
+(
+    A, B, C, D, E, F, G, H, I, J, EX, EY, BX, BY, CO, SI, X, Y, MEASURE, SQUARE, NOISE, DOUBT, TIME, ERROR, WORK, WORST,
+) = range(26)  # fmt: skip
+FIXED = 26
+
+Scratch = Any
+"""Lanes: arrays over the rows, or constants, by WIDTH times their numbers; when compiled one flat array."""
+
+Table = Any
+"""Rows of numbers: an array when compiled, a list as it stands."""
+
+
+class Lanes(NamedTuple):
+    """First lanes of what a plan has several of."""
+
+    x: int
+    y: int
+    rx: int
+    ry: int
+    values: int
+    cos: int
+    sin: int
+    g: int
+
+
+class Program(NamedTuple):
+    """A plan and the checks of its mechanism as flat tables; -1 stands for none."""
+
+    steps: Table  # (steps, 6) kind, node or register, three operands, branch
+    reach: Table  # (steps,) distance of a turned line
+    vi: Table  # (vectors, 5) u, v, register, actuator, turn
+    vz: Table  # (vectors, 2)
+    li: Table  # (loci, 4) node, offset, normal, actuator
+    lv: Table  # (loci, 2) constant, gain
+    ci: Table  # (checks, 6) kind, p, q, first vector, second vector, actuator
+    cv: Table  # (checks, 2) constant, gain
+    size: float
+
+
+@scalar_form(range)
+def rows(high: int) -> Any:
+    """Return the rows of a stretch, whose numbers follow a lane's first in `w`; as it stands, 0: the whole lane."""
+    return (0,)
+
+
+@scalar_form(range)
+def new_rows(first: int, high: int) -> Any:
+    """Return the rows from the first on; as they stand, one slice."""
+    return (slice(first, high),)
+
+
+def _index(lane: int, r: int) -> np.uint64:
+    return np.uint64(lane * WIDTH + r)
+
+
+@scalar_form(_index)
+def cell(lane: int, r: Any) -> Any:
+    """Return where row r of a lane stands in `w`; as it stands, the whole lane."""
+    return lane * WIDTH
+
+
+def _row(w: Scratch, lane: int, r: int, n: int) -> Any:
+    return w[cell(lane, r - n)]
+
+
+@scalar_form(_row)
+def earlier(w: Scratch, lane: int, r: slice, n: int) -> Any:
+    """Return what stands in a lane n rows before row r."""
+    whole = w[lane * WIDTH]
+    return whole[r.start - n : r.stop - n] if getattr(whole, "ndim", 0) else whole  # a constant
+
+
+def _put(w: Scratch, lane: int, r: int, value: float) -> None:
+    w[cell(lane, r)] = value
+
+
+@scalar_form(_put)
+def put(w: Scratch, lane: int, r: slice, value: Any) -> None:
+    """Put a value into row r of a lane, whose other rows stay."""
+    w[lane * WIDTH][r] = value
+
+
+def _back(r: int, n: int) -> int:
+    return r - n
+
+
+@scalar_form(_back)
+def before(r: slice, n: int) -> slice:
+    """Return the row n rows before row r."""
+    return slice(r.start - n, r.stop - n)
+
+
+def _first(w: Scratch, lane: int, high: int) -> int:
+    for r in range(HISTORY, high):
+        if w[lane * WIDTH + r] != 0.0:
+            return r
+    return high
+
+
+@scalar_form(_first)
+def first_marked(w: Scratch, lane: int, high: int) -> int:
+    """Return the first new row that is marked in a lane of new rows."""
+    marks = w[lane * WIDTH]
+    return HISTORY + int(np.argmax(marks)) if marks.any() else high
+
+
+@stage
+def take(w: Scratch, to: int, lane: int, high: int) -> None:
+    """Take a lane as an operand."""
+    for r in rows(high):
+        w[cell(to, r)] = w[cell(lane, r)]
+
+
+@stage
+def give(w: Scratch, to: int, lane: int, first: int, high: int) -> None:
+    """Copy the rows of a lane from the first on."""
+    for r in new_rows(first, high):
+        put(w, to, r, earlier(w, lane, r, 0))
+
+
+@stage
+def add(w: Scratch, to: int, lane: int, high: int) -> None:
+    """Add a lane."""
+    for r in rows(high):
+        w[cell(to, r)] = w[cell(to, r)] + w[cell(lane, r)]
+
+
+@stage
+def subtract(w: Scratch, to: int, plus: int, minus: int, high: int) -> None:
+    """Lay out the difference of two lanes."""
+    for r in rows(high):
+        w[cell(to, r)] = w[cell(plus, r)] - w[cell(minus, r)]
+
+
+@stage
+def fill(w: Scratch, to: int, value: float, high: int) -> None:
+    """Fill a lane."""
+    for r in rows(high):
+        w[cell(to, r)] = value
+
+
+@stage
+def lay_inputs(w: Scratch, at: Lanes, values: FloatArray, done: int, high: int) -> None:
+    """Lay out the inputs (actuators, rows) from row `done` on as new rows, with their cosines and sines."""
+    for a in range(len(values)):
+        given = values[a, done : done + high - HISTORY]
+        for r in new_rows(HISTORY, high):
+            put(w, at.values + a, r, given[before(r, HISTORY)])
+        take(w, A, at.values + a, high)
+        for r in rows(high):
+            w[CO * WIDTH + r], w[SI * WIDTH + r] = cos_sin(w[A * WIDTH + r])
+        give(w, at.cos + a, CO, HISTORY, high)
+        give(w, at.sin + a, SI, HISTORY, high)
+
+
+@stage
+def lay_vector(w: Scratch, q: Program, at: Lanes, k: int, high: int) -> None:
+    """Lay out vector k in lanes EX and EY."""
+    head = q.vi[k]
+    u, v, register, actuator = head[0], head[1], head[2], head[3]
+    zr, zi = q.vz[k][0], q.vz[k][1]
+    if u >= 0:
+        subtract(w, BX, at.x + v, at.x + u, high)
+        subtract(w, BY, at.y + v, at.y + u, high)
+    elif register >= 0:
+        take(w, BX, at.rx + register, high)
+        take(w, BY, at.ry + register, high)
+    else:
+        fill(w, BX, 1.0, high)
+        fill(w, BY, 0.0, high)
+    if actuator >= 0:
+        take(w, CO, at.cos + actuator, high)
+        take(w, SI, at.sin + actuator, high)
+        turn = head[4]
+        for r in rows(high):
+            c, s = w[CO * WIDTH + r], w[SI * WIDTH + r] * turn
+            a, b = zr * c - zi * s, zr * s + zi * c
+            x, y = w[BX * WIDTH + r], w[BY * WIDTH + r]
+            w[EX * WIDTH + r] = a * x - b * y
+            w[EY * WIDTH + r] = a * y + b * x
+    else:
+        for r in rows(high):
+            x, y = w[BX * WIDTH + r], w[BY * WIDTH + r]
+            w[EX * WIDTH + r] = zr * x - zi * y
+            w[EY * WIDTH + r] = zr * y + zi * x
+
+
+@stage
+def lay_value(w: Scratch, at: Lanes, to: int, constant: float, gain: float, actuator: int, high: int) -> None:
+    """Lay out a length that may follow an actuator."""
+    if actuator >= 0:
+        for r in rows(high):
+            w[cell(to, r)] = constant + gain * w[cell(at.values + actuator, r)]
+    else:
+        fill(w, to, constant, high)
+
+
+@stage
+def lay_inverse(w: Scratch, at: Lanes, to: int, constant: float, gain: float, actuator: int, high: int) -> None:
+    """Lay out one over a length that may follow an actuator."""
+    if actuator >= 0:
+        lay_value(w, at, to, constant, gain, actuator, high)
+        for r in rows(high):
+            w[cell(to, r)] = 1.0 / w[cell(to, r)]
+    else:
+        fill(w, to, 1.0 / constant, high)
+
+
+@stage
+def lay_locus(w: Scratch, q: Program, at: Lanes, k: int, to: int, high: int) -> None:
+    """Lay out locus k: centre and radius, or a point, the normal and the height of a line."""
+    head = q.li[k]
+    node, offset, normal = head[0], head[1], head[2]
+    take(w, to, at.x + node, high)
+    take(w, to + 1, at.y + node, high)
+    if offset >= 0:
+        lay_vector(w, q, at, offset, high)
+        add(w, to, EX, high)
+        add(w, to + 1, EY, high)
+    if normal >= 0:
+        lay_vector(w, q, at, normal, high)
+        take(w, to + 2, EX, high)
+        take(w, to + 3, EY, high)
+    lay_value(w, at, to + 2 if normal < 0 else to + 4, q.lv[k][0], q.lv[k][1], head[3], high)
+
+
+@stage
+def carry(w: Scratch, q: Program, at: Lanes, k: int, high: int) -> None:
+    """Carry a node along, or keep a direction in its register."""
+    head = q.steps[k]
+    lay_vector(w, q, at, head[3], high)
+    if head[0] == PLACE:
+        add(w, EX, at.x + head[2], high)
+        add(w, EY, at.y + head[2], high)
+        give(w, at.x + head[1], EX, HISTORY, high)
+        give(w, at.y + head[1], EY, HISTORY, high)
+    else:  # of the history too: whether lines have turned is found from it
+        give(w, at.rx + head[1], EX, 0, high)
+        give(w, at.ry + head[1], EY, 0, high)
+
+
+@kernel
+def note(w: Scratch, r: Any, x: Any, y: Any, g: Any, g2: Any, noise: Any) -> None:
+    """Keep what two loci give."""
+    w[X * WIDTH + r], w[Y * WIDTH + r], w[MEASURE * WIDTH + r] = x, y, g
+    w[SQUARE * WIDTH + r], w[NOISE * WIDTH + r] = g2, noise
+
+
+@stage
+def meet_circles(w: Scratch, sign: float, high: int) -> None:
+    """Meet the circles A, B, C and D, E, F; A and B become the way between their centres."""
+    for r in rows(high):
+        x, y, g, g2, noise = circle_circle(
+            w[A * WIDTH + r], w[B * WIDTH + r], w[C * WIDTH + r], w[D * WIDTH + r], w[E * WIDTH + r],
+            w[F * WIDTH + r], sign,
+        )  # fmt: skip
+        note(w, r, x, y, g, g2, noise)
+    for r in rows(high):
+        w[A * WIDTH + r] = w[D * WIDTH + r] - w[A * WIDTH + r]
+        w[B * WIDTH + r] = w[E * WIDTH + r] - w[B * WIDTH + r]
+
+
+@stage
+def meet_circle_and_line(w: Scratch, sign: float, high: int) -> None:
+    """Meet the circle C, D, E and the line F ... J; A and B become the line's normal."""
+    for r in rows(high):
+        x, y, g, g2, noise = circle_line(
+            w[C * WIDTH + r], w[D * WIDTH + r], w[E * WIDTH + r], w[F * WIDTH + r], w[G * WIDTH + r],
+            w[H * WIDTH + r], w[I * WIDTH + r], w[J * WIDTH + r], sign,
+        )  # fmt: skip
+        note(w, r, x, y, g, g2, noise)
+    for r in rows(high):
+        w[A * WIDTH + r] = w[H * WIDTH + r]
+        w[B * WIDTH + r] = w[I * WIDTH + r]
+
+
+@stage
+def meet_lines(w: Scratch, high: int) -> None:
+    """Meet the lines A ... E and F ... J; A and B become the sine between them and 0."""
+    for r in rows(high):
+        x, y, g, g2, noise = line_line(
+            w[A * WIDTH + r], w[B * WIDTH + r], w[C * WIDTH + r], w[D * WIDTH + r], w[E * WIDTH + r],
+            w[F * WIDTH + r], w[G * WIDTH + r], w[H * WIDTH + r], w[I * WIDTH + r], w[J * WIDTH + r],
+        )  # fmt: skip
+        note(w, r, x, y, g, g2, noise)
+    for r in rows(high):
+        w[A * WIDTH + r] = w[MEASURE * WIDTH + r]
+        w[B * WIDTH + r] = 0.0
+
+
+@stage
+def meet(w: Scratch, q: Program, at: Lanes, k: int, sign: float, high: int) -> None:
+    """Meet two loci; lanes A and B keep what the side refers to."""
+    head = q.steps[k]
+    kind, first, second = head[0], head[2], head[3]
+    if kind == TWO_CIRCLES:
+        lay_locus(w, q, at, first, A, high)
+        lay_locus(w, q, at, second, D, high)
+        meet_circles(w, sign, high)
+    elif kind == CIRCLE_AND_LINE:
+        lay_locus(w, q, at, first, C, high)
+        lay_locus(w, q, at, second, F, high)
+        meet_circle_and_line(w, sign, high)
+    else:
+        lay_locus(w, q, at, first, A, high)
+        lay_locus(w, q, at, second, F, high)
+        meet_lines(w, high)
+
+
+@stage
+def turn_line(w: Scratch, q: Program, at: Lanes, k: int, sign: float, high: int) -> None:
+    """Turn a line so that it passes a node."""
+    a, b, e = q.steps[k][2], q.steps[k][3], q.reach[k]
+    subtract(w, A, at.x + b, at.x + a, high)
+    subtract(w, B, at.y + b, at.y + a, high)
+    for r in rows(high):
+        x, y, g, g2, noise = tilt(w[A * WIDTH + r], w[B * WIDTH + r], e, sign)
+        note(w, r, x, y, g, g2, noise)
+
+
+@stage
+def place(w: Scratch, q: Program, at: Lanes, k: int, sign: FloatArray, high: int) -> bool:
+    """Place what a step in closed form does; return whether it may have no solution, or two."""
+    kind, node, branch = q.steps[k][0], q.steps[k][1], q.steps[k][5]
+    if kind in (PLACE, ORIENT):
+        carry(w, q, at, k, high)
+        return False
+    side = sign[branch] if branch >= 0 else 1.0
+    if kind == TILT:
+        turn_line(w, q, at, k, side, high)
+        give(w, at.rx + node, X, 0, high)  # of the history too, as `carry`
+        give(w, at.ry + node, Y, 0, high)
+    else:
+        meet(w, q, at, k, side, high)
+        give(w, at.x + node, X, HISTORY, high)
+        give(w, at.y + node, Y, HISTORY, high)
+    if branch >= 0:
+        give(w, at.g + branch, MEASURE, HISTORY, high)
+    return True
+
+
+@stage
+def guard(w: Scratch, q: Program, at: Lanes, k: int, tolerance: float, followed: bool, high: int) -> int:
+    """Return the first row in which a step has no solution, is singular, or may have jumped.
+
+    `followed`: the row before the first new one is solved, and a jump from it is not safe.
+    """
+    for r in new_rows(HISTORY, high):
+        noise = earlier(w, NOISE, r, 0)
+        error = doubt(earlier(w, MEASURE, r, 0), noise)
+        put(w, ERROR, r, larger(error, earlier(w, ERROR, r, 0)))
+        w[cell(DOUBT, r)] = unless((earlier(w, SQUARE, r, 0) >= -noise) & (error <= tolerance))
+    branch = q.steps[k][5]
+    if branch >= 0 and followed:
+        give(w, MEASURE, at.g + branch, 0, HISTORY)
+        for r in new_rows(HISTORY, high):
+            time, last = earlier(w, TIME, r, 0), earlier(w, TIME, r, 1)
+            leap = leaps(
+                earlier(w, MEASURE, r, 0), earlier(w, MEASURE, r, 1), earlier(w, MEASURE, r, 2),
+                time - last, last - earlier(w, TIME, r, 2),
+            )  # fmt: skip
+            w[cell(DOUBT, r)] = mark(leap, w[cell(DOUBT, r)])
+    if q.steps[k][0] != TILT:
+        for r in new_rows(HISTORY, high):
+            along = earlier(w, A, r, 0) * earlier(w, A, r, 1) + earlier(w, B, r, 0) * earlier(w, B, r, 1)
+            w[cell(DOUBT, r)] = mark(along < 0.0, w[cell(DOUBT, r)])
+    return first_marked(w, DOUBT, high)
+
+
+@stage
+def check_angle(w: Scratch, high: int) -> None:
+    """Fill the angles between A, B and EX, EY."""
+    for r in rows(high):
+        w[X * WIDTH + r] = angle_error(w[A * WIDTH + r], w[B * WIDTH + r], w[EX * WIDTH + r], w[EY * WIDTH + r])
+
+
+@stage
+def check_span(w: Scratch, high: int) -> None:
+    """Fill the errors of the length of A, B, one over which is C."""
+    for r in rows(high):
+        w[X * WIDTH + r] = span_error(w[A * WIDTH + r], w[B * WIDTH + r], w[C * WIDTH + r])
+
+
+@stage
+def check_height(w: Scratch, size: float, high: int) -> None:
+    """Fill the errors of the height C of A, B over the normal EX, EY."""
+    for r in rows(high):
+        w[X * WIDTH + r] = height_error(
+            w[EX * WIDTH + r], w[EY * WIDTH + r], w[A * WIDTH + r], w[B * WIDTH + r], w[C * WIDTH + r], size
+        )  # fmt: skip
+
+
+@stage
+def check(w: Scratch, q: Program, at: Lanes, high: int) -> None:
+    """Fill the worst error of all constraints, as written in the model."""
+    fill(w, WORST, 0.0, high)
+    for k in range(len(q.ci)):
+        head, value = q.ci[k], q.cv[k]
+        kind, p, o = head[0], head[1], head[2]
+        if kind == ANGLE:
+            lay_vector(w, q, at, head[3], high)
+            take(w, A, EX, high)
+            take(w, B, EY, high)
+            lay_vector(w, q, at, head[4], high)
+            check_angle(w, high)
+        else:
+            if o >= 0:
+                subtract(w, A, at.x + p, at.x + o, high)
+                subtract(w, B, at.y + p, at.y + o, high)
+            else:
+                take(w, A, at.x + p, high)
+                take(w, B, at.y + p, high)
+            if kind == SPAN:
+                lay_inverse(w, at, C, value[0], value[1], head[5], high)
+                check_span(w, high)
+            else:
+                lay_value(w, at, C, value[0], value[1], head[5], high)
+                lay_vector(w, q, at, head[3], high)
+                check_height(w, q.size, high)
+        for r in rows(high):
+            error, worst = w[X * WIDTH + r], w[WORST * WIDTH + r]
+            w[WORST * WIDTH + r] = where(error <= worst, worst, where(error <= math.inf, error, math.inf))
