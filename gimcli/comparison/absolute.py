@@ -5,7 +5,7 @@ Source: Fraczek & Wojtyra, lecture notes on multibody methods; Nikravesh 1988, c
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -15,10 +15,23 @@ from gimcli.kernels import coordinates as kernels
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.positions.newton import Run
 
-if TYPE_CHECKING:
-    from gimcli.comparison.joint import JointCoordinates
-
 NO_JOINTS = np.zeros((0, 9), dtype=np.int64), np.zeros((0, 10)), np.zeros(0, dtype=np.int64)
+
+
+class BodyCoordinates(Protocol):
+    """Coordinates of bodies, with pairs as equations."""
+
+    bodies: Bodies
+    unknowns: int
+    equations: int
+
+    def weights(self, length: float) -> FloatArray:
+        """Return what a correction of each unknown (unknowns,) is worth."""
+        ...
+
+    def start(self, z: ComplexArray) -> FloatArray:
+        """Return the unknowns at a position z (nodes,)."""
+        ...
 
 
 class AbsoluteCoordinates:
@@ -53,7 +66,7 @@ class AbsoluteCoordinates:
 
 
 def follow_bodies(
-    system: AbsoluteCoordinates | JointCoordinates, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run,
+    system: BodyCoordinates, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run,
     layout: IntArray, pairs: list[BodyPair], joints: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> tuple[ComplexArray, FloatArray, FloatArray]:  # fmt: skip
     """Follow inputs by pairs between bodies and joints (ji, jz and above of the kernel); as `follow`."""

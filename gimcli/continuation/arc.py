@@ -16,7 +16,7 @@ import numpy as np
 from gimcli.continuation.arclength import ArclengthConstants, correct, place
 from gimcli.continuation.bifurcation import Crossing
 from gimcli.continuation.curve import PositionCurve
-from gimcli.continuation.gap_interpolation import AT_LIMIT, BEYOND, lagrange
+from gimcli.continuation.gap_interpolation import AT_LIMIT, BEYOND, GapInterpolation, lagrange
 from gimcli.mechanism import FloatArray
 from gimcli.positions.row import Row
 
@@ -203,3 +203,7 @@ class ArcPassage:
 
     def _place(self, q: float) -> float:
         return self.sense * q / self.arc.curve.span
+
+
+Gap = GapInterpolation | ArcPassage
+"""A stretch about a singular position on which rows are interpolated."""

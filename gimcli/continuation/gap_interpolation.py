@@ -6,24 +6,16 @@ At the position itself the equations determine a node to only half the digits.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from gimcli.positions.row import Row
-
-if TYPE_CHECKING:
-    from gimcli.continuation.arc import ArcPassage
 
 AT_LIMIT = 8.0 * float(np.finfo(float).eps)
 """Distance from a limit, over the parameter, at which an input stands at it."""
 
 BEYOND = 1e-12
 """Distance beyond a limit, over the parameter, at which an input still stands at it: limits are known to so much."""
-
-
-Gap: TypeAlias = "GapInterpolation | ArcPassage"
-"""A stretch about a singular position on which rows are interpolated."""
 
 
 @dataclass(frozen=True)

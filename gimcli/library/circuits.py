@@ -8,8 +8,7 @@ import numpy as np
 
 from gimcli.branching.enumeration import Circuits, EnumerationConstants, Strand
 from gimcli.branching.enumeration import circuits as all_circuits
-from gimcli.errors import UsageError
-from gimcli.library.inputs import in_file_units, interval_of
+from gimcli.library.inputs import in_file_units, interval_of, refuse_count
 from gimcli.library.places import coordinates
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
@@ -39,8 +38,7 @@ def circuits(mechanism: Mechanism, *, samples: int = 72, progress: Phases = sile
     All configurations are listed at `samples` values of the input, and each is followed until it is home.
     Raises UsageError, and StructureError where the mechanism is over-driven or not driven.
     """
-    if not LEAST <= samples <= MOST:
-        raise UsageError(f"--samples {samples}: a number from {LEAST} to {MOST} is needed")
+    refuse_count("samples", samples, LEAST, MOST)
     with explained(mechanism):
         found = all_circuits(
             mechanism, EnumerationConstants(samples=samples), progress("configurations and their circuits")

@@ -13,7 +13,7 @@ from gimcli.dynamics.force_motion import ForceMotion
 from gimcli.dynamics.force_table import force_table
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.physical import require_action
-from gimcli.library.inputs import refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
 from gimcli.library.result import RowsResult, joined
 from gimcli.measures.graphs import input_or_time
 from gimcli.mechanism import Mechanism
@@ -48,6 +48,7 @@ class ForcesAlong:
         self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, tell: Tell | None,
         progress: Phases,
     ) -> None:  # fmt: skip
+        refuse_count("steps", steps, 1, MOST_STEPS)
         chosen = Options.checked("auto", "spectral", tolerance, jit)
         require_action(mechanism)
         self.steps = steps

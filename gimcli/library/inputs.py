@@ -10,6 +10,14 @@ import numpy as np
 from gimcli.errors import StructureError, UsageError
 from gimcli.mechanism import MOST_TURNS, SPAN, FloatArray, Mechanism
 
+MOST_STEPS = 10_000_000
+
+
+def refuse_count(option: str, value: int, least: int, most: int) -> None:
+    """Raise UsageError where what is counted is no whole number within its bounds."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
+        raise UsageError(f"--{option} {value}: a whole number from {least} to {most} is needed")
+
 
 def inputs_of(mechanism: Mechanism, given: Mapping[str, float | str], before: str = "") -> FloatArray:
     """Return the inputs (actuators,): the start of every law, replaced by the values given.

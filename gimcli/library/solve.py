@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.library.inputs import at_inputs, in_file_units, inputs_of
+from gimcli.library.inputs import at_inputs, in_file_units, inputs_of, refuse_count
 from gimcli.library.places import angles, coordinates, places
 from gimcli.library.result import ByName, Result
 from gimcli.mechanism import Mechanism
@@ -36,6 +36,7 @@ def solve(
     `seed`; `history` keeps the error of every sweep (method "gim"), `velocities` adds velocities and accelerations.
     A position that was not solved has a status; raises UsageError and StructureError.
     """
+    refuse_count("seed", seed, 0, 2**63)
     if start not in ("drawn", "random"):
         raise UsageError(f"--start {start}: choose drawn or random")
     if history and method != "gim":

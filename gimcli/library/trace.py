@@ -11,7 +11,7 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.library.extras import Extras
-from gimcli.library.inputs import refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
 from gimcli.library.places import counted
 from gimcli.library.result import joined
 from gimcli.library.trace_result import TraceResult
@@ -66,6 +66,9 @@ def traced(
     jit: str = "auto", sequence: str = "", tell: Tell | None = None, progress: Phases = silent, keep: bool = False,
 ) -> MotionTrace | CircuitTrace:  # fmt: skip
     """Begin a trace as `trace` does, for rows that are written while it goes on; `keep` keeps them all."""
+    refuse_count("steps", steps, 1, MOST_STEPS)
+    refuse_count("derivatives", derivatives, 0, 3)
+    refuse_count("branch", branch, 1, MOST_STEPS)
     if at_limit not in AT_LIMIT:
         raise UsageError(f"--at-limit {at_limit}: choose {', '.join(AT_LIMIT)}")
     chosen = Options.checked(method, strategy, tolerance, jit, sequence)

@@ -10,7 +10,7 @@ import numpy as np
 from gimcli.comparison.tradeoff import TOLERANCES, Tradeoff, advise, tradeoff_table
 from gimcli.comparison.tradeoff import tradeoff as compare
 from gimcli.errors import UsageError
-from gimcli.library.inputs import refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.progress import Phases, Tell, silent
@@ -31,6 +31,7 @@ def tradeoff(
 
     It is meant to take `seconds` of processor time. Raises UsageError and StructureError.
     """
+    refuse_count("steps", steps, 1, MOST_STEPS)
     for value in tolerances:
         if not FINEST <= value < COARSEST:
             raise UsageError(f"--tolerances: '{value:g}' is not a number from 1e-14 to below 1")

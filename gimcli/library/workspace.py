@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from gimcli.errors import UsageError
 from gimcli.library.grid import Grid, Kept, solve_grid
-from gimcli.library.inputs import near, refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, near, refuse_count, refuse_unmoved
 from gimcli.library.result import Result
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
@@ -38,6 +38,7 @@ def workspace(
     input in all combinations; their parts are kept in the folder `keep` until all are done, and `resume` goes on with
     them. Raises UsageError, and StructureError where the mechanism is over-driven or not driven.
     """
+    refuse_count("grid", grid, 0, MOST_STEPS)
     name, held = _point(mechanism, point), _held(mechanism, orientation or {})
     if resume and not (grid and keep is not None):
         raise UsageError("--resume goes on with a grid: add --grid N as before")

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.continuation.gap_interpolation import Gap
+from gimcli.continuation.arc import Gap
 from gimcli.errors import StructureError
 from gimcli.kernels.plan_steps import ORIENT, TILT
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism

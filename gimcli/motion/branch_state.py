@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.continuation.gap_interpolation import Gap
+from gimcli.continuation.arc import Gap
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions import newton
 from gimcli.positions.block import NEW, RowBlock

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from gimcli.continuation.gap_interpolation import Gap
 from gimcli.kernels import jit
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.branch_state import BranchState, FollowingConstants
@@ -29,7 +28,7 @@ from gimcli.status import Status
 from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
-    from gimcli.continuation.arc import ArcPassage
+    from gimcli.continuation.arc import ArcPassage, Gap
     from gimcli.motion.guide import Guide
     from gimcli.positions.program import Marcher
 

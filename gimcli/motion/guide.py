@@ -12,14 +12,13 @@ from functools import cached_property
 
 import numpy as np
 
-from gimcli.continuation.arc import NODES, ArcPassage, SingularArc, make_arc
+from gimcli.continuation.arc import NODES, ArcPassage, Gap, SingularArc, make_arc
 from gimcli.continuation.arclength import place
 from gimcli.continuation.bifurcation import crossing
 from gimcli.continuation.branches import Departure, departure
 from gimcli.continuation.circuit import CIRCUIT, RESTS, Circuit, CircuitWalker, Ended
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.folds import between, fold_beside
-from gimcli.continuation.gap_interpolation import Gap
 from gimcli.errors import GimError, UsageError
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.assemble import Assembler, Assembly

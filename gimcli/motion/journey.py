@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from gimcli.continuation.gap_interpolation import BEYOND, Gap
+from gimcli.continuation.gap_interpolation import BEYOND
 from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
@@ -27,7 +27,7 @@ from gimcli.status import Status
 from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
-    from gimcli.continuation.arc import ArcPassage
+    from gimcli.continuation.arc import ArcPassage, Gap
 
 AT_LIMIT = ("stop", "skip", "reverse")
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimcli.continuation.gap_interpolation import Gap
+from gimcli.continuation.arc import Gap
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler, Assembly
 from gimcli.motion.follow import BranchFollower

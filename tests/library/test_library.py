@@ -230,3 +230,17 @@ def untimed(report):
         return report
     entries = [{k: v for k, v in e.items() if k not in ("seconds", "efficient")} for e in report["entries"]]
     return {**report, "entries": entries, "advice": None}
+
+
+COUNTS = [
+    ("trace", {"steps": 0}), ("trace", {"steps": 12.5}), ("trace", {"derivatives": 4}), ("trace", {"branch": 0}),
+    ("forces", {"steps": -1}), ("reduce", {"steps": True}), ("tradeoff", {"steps": 0}), ("workspace", {"grid": -1}),
+    ("circuits", {"samples": 3}), ("solve", {"seed": -1}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("verb", "given"), COUNTS)
+def test_a_count_out_of_its_bounds_is_refused_as_on_the_command_line(verb, given):
+    mechanism = gimcli.load(MODELS / "watt_durango.yaml")
+    with pytest.raises(gimcli.UsageError, match="a whole number from"):
+        getattr(gimcli, verb)(mechanism, **given)
