@@ -58,7 +58,7 @@ class ConstantLaw:
         return np.empty(0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Member:
     """A rigid link or n-ary element; member 0 is the frame."""
 
@@ -168,7 +168,7 @@ class Dynamics:
         return not any(parts)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mechanism:
     """Everything that the analyses know of a model file."""
 

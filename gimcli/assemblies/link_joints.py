@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gimcli.errors import StructureError
-from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism, PairRow
 from gimcli.structure.derived import derived
 from gimcli.structure.rotation import rotation_classes
 from gimcli.structure.sliding_pairs import sliding_pairs
@@ -152,14 +152,14 @@ def linkage(mechanism: Mechanism) -> Linkage:
     return _pruned(Linkage(mechanism, (), (), classes, phases), joints)
 
 
-def _sliding(mechanism: Mechanism, implied: frozenset[str]) -> list[BodyJoint]:
+def _sliding(mechanism: Mechanism, implied: frozenset[PairRow]) -> list[BodyJoint]:
     """Return the joints of slides and travels; both at once on one rail hold the node as a pin does."""
     joints = []
     travels = {k: a for k, a in enumerate(mechanism.actuators) if a.kind == HEIGHT}
     for pair in sliding_pairs(mechanism):
         for slide in (mechanism.slides[k] for k in pair.slides):
             a = travels.get(pair.actuator)
-            if slide.name in implied:
+            if slide in implied:
                 continue
             if a is None or a.node != slide.node:
                 joints.append(BodyJoint(slide.name, slide.guide, slide.node, slide.point, slide.along))

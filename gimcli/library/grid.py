@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, Dynamics, FloatArray, Mechanism
 from gimcli.motion.scatter import Scatterer, readied, scattered
 from gimcli.output.parts import Parts
 from gimcli.progress import Progress, Tell
@@ -78,9 +79,29 @@ def solve_grid(
 
 def _header(job: Scatterer, mechanism: Mechanism, name: str) -> dict[str, Any]:
     """Return what parts of a grid belong to: the model's contents, its laws' ranges, and the options."""
-    model = mechanism.files[0].read_bytes() if mechanism.files else repr(mechanism).encode()
+    model = hashlib.sha256()
+    for part in _contents(replace(mechanism, files=(), dynamics=Dynamics(), gauges=())):
+        model.update(part)
     return {
-        "version": __version__, "model": hashlib.sha256(model).hexdigest(), "point": name,
+        "version": __version__, "model": model.hexdigest(), "point": name,
         "grid": job.grid.count, "low": job.grid.low.tolist(), "high": job.grid.high.tolist(),
         "configurations": len(job.sides), "positions a part": job.part,
     }  # fmt: skip
+
+
+def _contents(value: Any) -> Iterator[bytes]:
+    """Yield every number and name of what moves, those of its laws and tables too."""
+    if isinstance(value, np.ndarray):
+        yield value.tobytes()
+    elif isinstance(value, tuple | list):
+        for part in value:
+            yield from _contents(part)
+    elif is_dataclass(value) or type(value).__module__.startswith("gimcli."):
+        own = [field.name for field in fields(value)] if is_dataclass(value) else sorted(vars(value))
+        yield type(value).__name__.encode()
+        for name in own:
+            yield from _contents(getattr(value, name))
+    elif hasattr(value, "c") and hasattr(value, "x"):  # a piecewise polynomial
+        yield value.x.tobytes() + value.c.tobytes()
+    else:
+        yield repr(value).encode()

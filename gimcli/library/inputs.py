@@ -19,6 +19,12 @@ def refuse_count(option: str, value: int, least: int, most: int) -> None:
         raise UsageError(f"--{option} {value}: a whole number from {least} to {most} is needed")
 
 
+def refuse_choice(option: str, value: str, known: Iterable[str]) -> None:
+    """Raise UsageError where a word is none of those known."""
+    if value not in known:
+        raise UsageError(f"--{option} {value}: choose {', '.join(known)}")
+
+
 def inputs_of(mechanism: Mechanism, given: Mapping[str, float | str], before: str = "") -> FloatArray:
     """Return the inputs (actuators,): the start of every law, replaced by the values given.
 

@@ -40,8 +40,25 @@ def angles(mechanism: Mechanism, z: ComplexArray, shape: Callable[[FloatArray], 
     return ByName(tuple(members), direction)
 
 
-def counted(mechanism: Mechanism, angle: FloatArray) -> FloatArray:
-    """Return angles (rows,) counted through turns; rows without a position stay NaN."""
-    found, good = angle.copy(), np.isfinite(angle)
-    found[good] = np.unwrap(angle[good], period=360.0 if mechanism.angle_unit == "deg" else 2.0 * np.pi)
+def counted(mechanism: Mechanism, angle: FloatArray, ahead: FloatArray | float = 0.0) -> FloatArray:
+    """Return angles (rows,) counted through turns; rows without a position stay NaN.
+
+    `ahead` (rows - 1,) is about how far each row is from the one before, where that is known.
+    """
+    found, good, turn = angle.copy(), np.isfinite(angle), _turn(mechanism)
+    change = np.diff(angle[good])
+    found[good] = (
+        angle[good] + turn * np.cumsum(np.concatenate([[0.0], np.round((ahead - change) / turn)]))[: good.sum()]
+    )
     return found
+
+
+def widest(mechanism: Mechanism, angle: FloatArray) -> float:
+    """Return the greatest change [rad] of an angle (rows,) between two rows, the shorter way round."""
+    turn = _turn(mechanism)
+    change = np.abs((np.diff(angle) + 0.5 * turn) % turn - 0.5 * turn) / turn
+    return 2.0 * np.pi * float(np.max(change[np.isfinite(change)], initial=0.0))
+
+
+def _turn(mechanism: Mechanism) -> float:
+    return 360.0 if mechanism.angle_unit == "deg" else 2.0 * np.pi

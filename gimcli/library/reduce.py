@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 from gimcli.dynamics.flywheel import Flywheel, flywheel
 from gimcli.dynamics.reduction import Reduction, chosen_input, reduce_to_input, reduction_table
 from gimcli.errors import UsageError
-from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_unmoved
 from gimcli.library.result import RowsResult
 from gimcli.mechanism import Mechanism
 from gimcli.positions.dispatch import choose
+from gimcli.positions.options import JIT
 from gimcli.progress import Phases, Tell, silent
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
@@ -36,6 +37,7 @@ def reduce(
     """
     if (fluctuation is None) != (rpm is None):
         raise UsageError("a flywheel needs both --fluctuation and --rpm")
+    refuse_choice("jit", jit, JIT)
     refuse_count("steps", steps, 1, MOST_STEPS)
     refuse_unmoved(mechanism, "add one")
     actuator = chosen_input(mechanism, input)

@@ -40,6 +40,11 @@ class Result(Mapping[str, NDArray[Any]]):
         return None
 
     @property
+    def events(self) -> list[dict[str, Any]]:
+        """What happened on the way; nothing where there is no way."""
+        return []
+
+    @property
     def complete(self) -> bool:
         """Tell whether nothing is missing."""
         return True
@@ -70,6 +75,12 @@ class Result(Mapping[str, NDArray[Any]]):
             if path.suffix.lower() not in known:
                 raise UsageError(f"{path}: nothing is written as '{path.suffix}'; choose {', '.join(known)}")
         refuse_unwritable(self.mechanism.files, *named)
+        drawn: dict[Path, Content] = {}
+        for path in (path for path in named if path.suffix.lower() in PICTURE_FORMATS):
+            content = self.picture()
+            if content is None:
+                raise UsageError(f"{path}: there is nothing to draw: {self.headline()}")
+            drawn[path] = content
         for path in named:
             suffix = path.suffix.lower()
             if suffix == ".json":
@@ -78,10 +89,7 @@ class Result(Mapping[str, NDArray[Any]]):
             elif suffix in TABLE_FORMATS:
                 write(self.table(), path)
             else:
-                content = self.picture()
-                if content is None:
-                    raise UsageError(f"{path}: there is nothing to draw: {self.headline()}")
-                write(content, path)
+                write(drawn[path], path)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         return self.table()[name]
@@ -96,6 +104,9 @@ class Result(Mapping[str, NDArray[Any]]):
         return self is other
 
     __hash__ = object.__hash__
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if not isinstance(value, ByName)}  # read again
 
     def __repr__(self) -> str:
         return "\n".join([self.headline(), *lines(self.table())])

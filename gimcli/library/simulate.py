@@ -15,10 +15,12 @@ from gimcli.dynamics.simulation_table import ENERGIES, event_report, simulation_
 from gimcli.dynamics.simulation_table import reactions as find_reactions
 from gimcli.dynamics.simulation_types import Settings, Simulation
 from gimcli.errors import UsageError
+from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count
 from gimcli.library.places import angles, counted, pairs, places
 from gimcli.library.result import ByName, RowsResult
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.positions.dispatch import choose
+from gimcli.positions.options import JIT
 from gimcli.progress import Phases, Tell, silent
 from gimcli.structure.drive_check import explained
 
@@ -51,8 +53,9 @@ def simulate(
         raise UsageError(f"--rtol {rtol:g}: a number from 1e-14 to 1e-2 is needed")
     if not 0.0 < step <= time:
         raise UsageError(f"--step {step:g}: a number above 0 and at most --time is needed")
-    if method not in INTEGRATORS:
-        raise UsageError(f"--method {method}: choose {', '.join(INTEGRATORS)}")
+    refuse_choice("method", method, INTEGRATORS)
+    refuse_choice("jit", jit, JIT)
+    refuse_count("standstills", standstills, 0, MOST_STEPS)
     run = choose(jit, time * A_SECOND * WORK, tell, ("move",))
     settings = Settings(method, max(rtol, LEAST), step, standstills)
     with explained(mechanism):
@@ -91,7 +94,16 @@ class SimulateResult(RowsResult):
     @cached_property
     def angle(self) -> ByName:
         """Directions (rows,) of the members, from their first node to their second, counted through turns."""
-        return angles(self.mechanism, self._z, lambda a: counted(self.mechanism, a))
+        each = angles(self.mechanism, self._z, np.asarray)
+        return ByName(tuple(each), lambda name: self._counted(name, each[name]))
+
+    def _counted(self, name: str, angle: FloatArray) -> FloatArray:
+        """Return the angles of a member (rows,), turns between two rows counted by its angular velocities."""
+        first, second = next(m for m in self.mechanism.members[FRAME + 1 :] if m.name == name).nodes[:2]
+        arm, rate = (self.found.nodes[k, second] - self.found.nodes[k, first] for k in (0, 1))
+        omega = (arm.conj() * rate).imag / np.abs(arm) ** 2
+        ahead = 0.5 * (omega[1:] + omega[:-1]) * np.diff(self.found.time)
+        return counted(self.mechanism, angle, np.degrees(ahead) if self.mechanism.angle_unit == "deg" else ahead)
 
     @cached_property
     def _z(self) -> Any:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.library.inputs import at_inputs, in_file_units, inputs_of, refuse_count
+from gimcli.library.inputs import at_inputs, in_file_units, inputs_of, refuse_choice, refuse_count
 from gimcli.library.places import angles, coordinates, places
 from gimcli.library.result import ByName, Result
 from gimcli.mechanism import Mechanism
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from gimcli.rates.instant import Instant
 
 
+STARTS = ("drawn", "random")
+
+
 def solve(
     mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, method: str = "auto",
     strategy: str = "spectral", tolerance: float = 1e-10, start: str = "drawn", seed: int = 0, history: bool = False,
@@ -37,8 +40,7 @@ def solve(
     A position that was not solved has a status; raises UsageError and StructureError.
     """
     refuse_count("seed", seed, 0, 2**63)
-    if start not in ("drawn", "random"):
-        raise UsageError(f"--start {start}: choose drawn or random")
+    refuse_choice("start", start, STARTS)
     if history and method != "gim":
         raise UsageError("--history tells the error per sweep: add --method gim")
     chosen = Options.checked(method, strategy, tolerance, jit, sequence, seed if start == "random" else None)

@@ -11,14 +11,15 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.library.extras import Extras
-from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
-from gimcli.library.places import counted
+from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_unmoved
+from gimcli.library.places import counted, widest
 from gimcli.library.result import joined
 from gimcli.library.trace_result import TraceResult
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.motion.motion import trace as follow
 from gimcli.motion.summary import Summary
+from gimcli.positions.inputs import scales
 from gimcli.positions.options import Options
 from gimcli.progress import Phases, Tell, silent
 from gimcli.rates.motion_table import events, motion_table, reachable, traced_paths
@@ -34,7 +35,10 @@ if TYPE_CHECKING:
 AT_LIMIT = ("stop", "skip", "reverse")
 
 COUNTED = np.pi / 36.0
-"""Turning of an input between two rows up to which no member is taken to turn by more than half a turn [rad]."""
+"""Turning of an input [rad], or travel over the size, between two rows that are used to count turns."""
+
+CLEAR, DENSEST = 1.0, 4096
+"""Turning of a member [rad] between such rows from which more are used, and how many for one row at the most."""
 
 
 def trace(
@@ -69,8 +73,7 @@ def traced(
     refuse_count("steps", steps, 1, MOST_STEPS)
     refuse_count("derivatives", derivatives, 0, 3)
     refuse_count("branch", branch, 1, MOST_STEPS)
-    if at_limit not in AT_LIMIT:
-        raise UsageError(f"--at-limit {at_limit}: choose {', '.join(AT_LIMIT)}")
+    refuse_choice("at-limit", at_limit, AT_LIMIT)
     chosen = Options.checked(method, strategy, tolerance, jit, sequence)
     specs = [measure] if isinstance(measure, str) else list(measure)
     extras = partial(Extras, mechanism, specs, plot, derivatives)
@@ -150,6 +153,7 @@ class MotionTrace:
 
     def result(self, table: Table | None) -> MotionTraceResult:
         """Return the result, when all tables have been taken; without its table where that went to a file."""
+        self._pieces = iter(())
         return MotionTraceResult(self, table)
 
 
@@ -222,11 +226,14 @@ class MotionTraceResult(TraceResult):
 
     def turns(self, member: Callable[[ComplexArray], FloatArray]) -> FloatArray:
         """Return the angles of a member (rows,) counted through turns, by more rows where these are far apart."""
-        rotary = [k for k, a in enumerate(self.mechanism.actuators) if a.rotary]
-        inputs = np.concatenate([m.inputs[rotary] for m in self.motions], axis=1)
+        inputs = np.concatenate([m.inputs for m in self.motions], axis=1) / scales(self.mechanism)[:, None]
         each = int(np.ceil(np.max(np.abs(np.diff(inputs)), initial=0.0) / COUNTED * (1.0 - 1e-12))) or 1
-        z = self._z if each == 1 else self.found.again(each * self.found.steps).z
-        return counted(self.mechanism, member(z))[::each]
+        angle = member(self._z if each == 1 else self.found.again(each * self.found.steps).z)
+        while widest(self.mechanism, angle) > CLEAR and each < DENSEST:
+            each *= 4
+            angle = member(self.found.again(each * self.found.steps).z)
+        own = member(self._z)
+        return np.where(np.isfinite(own), counted(self.mechanism, angle)[::each], np.nan)
 
     def picture(self) -> Content | None:
         """Return some positions, the curves of the traced points and the graphs; None where nothing is solved."""

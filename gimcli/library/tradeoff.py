@@ -10,9 +10,10 @@ import numpy as np
 from gimcli.comparison.tradeoff import TOLERANCES, Tradeoff, advise, tradeoff_table
 from gimcli.comparison.tradeoff import tradeoff as compare
 from gimcli.errors import UsageError
-from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_unmoved
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
+from gimcli.positions.options import JIT
 from gimcli.progress import Phases, Tell, silent
 from gimcli.structure.drive_check import explained
 from gimcli.table import Table
@@ -31,6 +32,9 @@ def tradeoff(
 
     It is meant to take `seconds` of processor time. Raises UsageError and StructureError.
     """
+    refuse_choice("jit", jit, JIT)
+    if not seconds >= 1.0:
+        raise UsageError(f"--seconds {seconds:g}: a number of at least 1 is needed")
     refuse_count("steps", steps, 1, MOST_STEPS)
     for value in tolerances:
         if not FINEST <= value < COARSEST:

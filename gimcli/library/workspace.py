@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from gimcli.errors import UsageError
 from gimcli.library.grid import Grid, Kept, solve_grid
-from gimcli.library.inputs import MOST_STEPS, near, refuse_count, refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, near, refuse_choice, refuse_count, refuse_unmoved
 from gimcli.library.result import Result
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
+from gimcli.positions.options import JIT
 from gimcli.progress import Phases, Tell, silent
 from gimcli.reach.boundary import Workspace, survey, task_of
 from gimcli.reach.reach import Reach, reach
@@ -38,6 +39,7 @@ def workspace(
     input in all combinations; their parts are kept in the folder `keep` until all are done, and `resume` goes on with
     them. Raises UsageError, and StructureError where the mechanism is over-driven or not driven.
     """
+    refuse_choice("jit", jit, JIT)
     refuse_count("grid", grid, 0, MOST_STEPS)
     name, held = _point(mechanism, point), _held(mechanism, orientation or {})
     if resume and not (grid and keep is not None):

@@ -12,7 +12,8 @@ from gimcli.model.schema import Model
 
 def files_read(model: Model, path: Path | None, folder: Path) -> tuple[Path, ...]:
     """Return the model file, if there is one, and every table of laws, efforts and loads."""
-    return (*([path] if path else []), *(folder / name for name in dict.fromkeys(_tables(model))))
+    found = (*([path] if path else []), *(folder / name for name in dict.fromkeys(_tables(model))))
+    return tuple(file.absolute() for file in found)
 
 
 def _tables(data: Any) -> Iterator[str]:

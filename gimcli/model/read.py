@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from numbers import Integral, Real
@@ -33,10 +34,17 @@ def read_text(text: str, folder: Path) -> Mechanism:
 
 def read_data(data: Mapping[str, Any], folder: Path) -> Mechanism:
     """Validate and compile a model given as plain data; faults name keys instead of lines."""
-    text = yaml.safe_dump(_plain(data, ()), sort_keys=False, allow_unicode=True, width=float("inf"))
+    text = yaml.dump(_plain(data, ()), Dumper=_Quoting, sort_keys=False, allow_unicode=True, width=float("inf"))
     source = read_yaml(text, Path("<dict>"))
     source.by_line = False
     return _mechanism(source, folder, NAME)
+
+
+class _Quoting(yaml.SafeDumper):
+    """Writes text in quotes, so that none is read as a number."""
+
+
+_Quoting.add_representer(str, lambda dumper, text: dumper.represent_scalar("tag:yaml.org,2002:str", text, style='"'))
 
 
 def _mechanism(source: Source, folder: Path, name: str, path: Path | None = None) -> Mechanism:
@@ -51,17 +59,21 @@ def _plain(value: Any, where: tuple[Any, ...]) -> Any:
     if len(where) > DEEPEST:
         raise ModelError([f"<dict>: {'.'.join(map(str, where[:4]))}...: nested too deeply for a model"])
     if isinstance(value, Mapping):
-        named = {("on" if key is True else str(key)): part for key, part in value.items()}  # YAML 1.1 reads `on` so
-        return {key: _plain(part, (*where, key)) for key, part in named.items()}
-    if value is None or isinstance(value, bool | str):
+        names = ["on" if key is True else str(key) for key in value]  # YAML 1.1 reads `on` so
+        for twice in (name for name, count in Counter(names).items() if count > 1):
+            raise ModelError([f"<dict>: {'.'.join(map(str, (*where, twice)))}: given twice; remove one"])
+        return {name: _plain(part, (*where, name)) for name, part in zip(names, value.values(), strict=True)}
+    if value is None or isinstance(value, bool):
         return value
+    if isinstance(value, str):
+        return str.__str__(value)
     if isinstance(value, Integral):
         return int(value)
     if isinstance(value, Real):
         return float(value)
     if hasattr(value, "tolist"):
         return _plain(value.tolist(), where)
-    if isinstance(value, Sequence):
+    if isinstance(value, Sequence) and not isinstance(value, bytes | bytearray):
         return [_plain(part, (*where, k)) for k, part in enumerate(value)]
     if isinstance(value, Path):
         return str(value)

@@ -75,8 +75,8 @@ class Source:
 
 def _keys(at: dict[Spot, Where], fault: Fault) -> list[str]:
     """Return the keys that lead to a fault, if any do."""
-    where = at.get((fault.line, fault.column), ())
-    return [".".join(map(str, where))] if where else []
+    name = ".".join(map(str, at.get((fault.line, fault.column), ())))
+    return [name] if name and not fault.text.startswith(f"{name}: ") else []
 
 
 def read_source(path: Path) -> Source:

@@ -22,7 +22,7 @@ class ImposedRow(PairRow):
 def pair_rows(mechanism: Mechanism) -> tuple[ImposedRow, ...]:
     """Return the constraints of all pairs, then those of all actuators."""
     implied = rotation_classes(mechanism).implied
-    pairs = [_imposed(row, NONE, row.kind == ANGLE or row.name in implied) for row in mechanism.pairs]
+    pairs = [_imposed(row, NONE, row.kind == ANGLE or row in implied) for row in mechanism.pairs]
     return (*pairs, *(_imposed(actuator, k, False) for k, actuator in enumerate(mechanism.actuators)))
 
 

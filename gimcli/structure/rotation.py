@@ -22,7 +22,7 @@ class Rotation:
 
     of: tuple[int, ...]
     phase: tuple[complex, ...]
-    implied: frozenset[str]  # heights implied by the tie and the pair's other one
+    implied: frozenset[PairRow]  # heights implied by the tie and the pair's other one
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Tie:
     """A member that its guide holds from turning: e^(i phi) of the body is `turn` times that of the guide."""
 
     pair: str
-    row: str  # of the constraint that this makes superfluous
+    row: PairRow  # that this makes superfluous
     body: int
     guide: int
     turn: complex
@@ -50,14 +50,14 @@ def members_of(mechanism: Mechanism) -> tuple[tuple[int, ...], ...]:
 def ties(mechanism: Mechanism) -> tuple[Tie, ...]:
     """Return what angles, true prismatic pairs and two pins in one slot hold from turning."""
     angles = [row for row in mechanism.pairs if row.kind == ANGLE]
-    found = [Tie(r.pair, r.name, r.members[0], r.guide, r.reference / r.arm) for r in angles]
+    found = [Tie(r.pair, r, r.members[0], r.guide, r.reference / r.arm) for r in angles]
     earlier: dict[int, list[PairRow]] = {}
     for slide in mechanism.slides:
         for other in earlier.setdefault(slide.guide, []):  # on the same guide
             body = _tied_body(mechanism, slide, other)
             if body is not None:
                 turn = _turn(mechanism, mechanism.members[body], other, slide)
-                found.append(Tie(slide.pair, slide.name, body, slide.guide, turn))
+                found.append(Tie(slide.pair, slide, body, slide.guide, turn))
                 break
         earlier[slide.guide].append(slide)
     return tuple(found)

@@ -259,7 +259,7 @@ def test_a_prismatic_pair_turned_end_for_end_is_seen():
     motion = trace(mechanism, 8)
     tie = next(iter(ties(mechanism)))
     nodes = list(mechanism.members[tie.body].nodes)
-    pivot = motion.z[next(row.node for row in mechanism.pairs if row.name == tie.row), :1]
+    pivot = motion.z[tie.row.node, :1]
     turned = motion.z[:, :1].copy()
     turned[nodes] = 2.0 * pivot - turned[nodes]
     names = {name for name, _, error in errors(mechanism, turned, motion.inputs[:, :1]) if error[0] > 3.0}

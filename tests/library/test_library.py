@@ -244,3 +244,138 @@ def test_a_count_out_of_its_bounds_is_refused_as_on_the_command_line(verb, given
     mechanism = gimcli.load(MODELS / "watt_durango.yaml")
     with pytest.raises(gimcli.UsageError, match="a whole number from"):
         getattr(gimcli, verb)(mechanism, **given)
+
+
+WORDS = [
+    ("trace", {"at_limit": "q"}), ("solve", {"start": "q"}), ("simulate", {"jit": "q"}), ("simulate", {"method": "q"}),
+    ("reduce", {"jit": "q"}), ("tradeoff", {"jit": "q"}), ("workspace", {"jit": "q"}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("verb", "given"), WORDS)
+def test_a_word_that_is_not_known_is_refused_with_the_known_ones(verb, given):
+    mechanism = gimcli.load(MODELS / "watt_durango.yaml")
+    with pytest.raises(gimcli.UsageError, match=f"--{next(iter(given)).replace('_', '-')} q: choose "):
+        getattr(gimcli, verb)(mechanism, **given)
+
+
+def crank_rocker():
+    return yaml.safe_load((MODELS / "crank_rocker.yaml").read_text())
+
+
+def test_a_grid_is_resumed_for_the_same_lengths_only(tmp_path):
+    data = crank_rocker()
+    data["actuators"]["motor"]["law"] = {"from": 0, "to": 360}
+    first = gimcli.load(data)
+    data["links"]["rocker"]["length"] = 81
+    second = gimcli.load(data)
+    gimcli.workspace(first, "B", grid=4, keep=tmp_path / "kept")
+    with pytest.raises(gimcli.UsageError, match="differs in model"):
+        gimcli.workspace(second, "B", grid=4, keep=tmp_path / "kept", resume=True)
+    assert gimcli.workspace(gimcli.load(MODELS / "crank_rocker.yaml"), "B", grid=4).complete
+
+
+def test_a_model_is_not_written_over_from_another_folder(tmp_path, monkeypatch):
+    folder = tmp_path / "models"
+    folder.mkdir()
+    (folder / "m.json").write_text((MODELS / "crank_rocker.yaml").read_text())
+    monkeypatch.chdir(folder)
+    result = gimcli.trace(gimcli.load("m.json"), 6)
+    monkeypatch.chdir(tmp_path)
+    before = (folder / "m.json").read_text()
+    with pytest.raises(gimcli.UsageError, match="read from this file"):
+        result.save("models/m.json")
+    assert (folder / "m.json").read_text() == before
+
+
+def test_a_pair_may_have_the_name_of_another_pair_and_its_node():
+    """`rail W` is what errors call the height of node W over the guide of `rail`: it is a name like any other."""
+    data = yaml.safe_load((MODELS / "scotch_yoke.yaml").read_text())
+    expected = gimcli.solve(gimcli.load(data))
+    data["prismatic"]["rail W"] = data["prismatic"].pop("slot")
+    found = gimcli.solve(gimcli.load(data))
+    assert found.status == expected.status == "ok"
+    assert all(found.xy[name] == pytest.approx(expected.xy[name]) for name in expected.xy)
+
+
+def test_turns_of_a_fast_flywheel_are_counted_by_its_speed():
+    data = {
+        "nodes": {"O": [0, 0], "A": [1, 0]}, "ground": ["O"], "links": {"c": ["O", "A"]},
+        "masses": {"c": {"mass": 1, "inertia": 1}},
+        "actuators": {"motor": {"type": "rotary", "pivot": "O", "arm": "A", "free": True, "speed": 9000}},
+    }  # fmt: skip
+    found = gimcli.simulate(gimcli.load(data), 5.0, dt=0.5)
+    assert found.angle["c"] == pytest.approx(9000.0 * np.arange(0.0, 5.25, 0.5), rel=1e-9)
+
+
+@pytest.mark.parametrize("steps", [1, 2, 7])
+def test_turns_are_counted_for_linear_inputs(steps):
+    """However few rows there are, the last angle is that of many."""
+    mechanism = gimcli.load(MODELS / "excavator.yaml")
+    assert gimcli.trace(mechanism, steps).angle["bucket"][-1] == pytest.approx(
+        gimcli.trace(mechanism, 500).angle["bucket"][-1]
+    )
+
+
+def test_turns_are_counted_through_a_near_change_point():
+    """A crank-rocker almost a kite: its follower turns by more than half a turn within 5 degrees of the crank."""
+    data = {
+        "nodes": {"O": [0, 0], "D": [1, 0], "A": [0.3, 0.95], "B": [1.6, 1.9]}, "ground": ["O", "D"],
+        "links": {
+            "crank": {"nodes": ["O", "A"], "length": 1.00001}, "cp": {"nodes": ["A", "B"], "length": 2},
+            "fo": {"nodes": ["D", "B"], "length": 2},
+        },
+        "actuators": {"m": {"type": "rotary", "pivot": "O", "arm": "A", "law": {"by": 720}}},
+    }  # fmt: skip
+    coarse, fine = (gimcli.trace(gimcli.load(data), steps).angle["fo"] for steps in (144, 14400))
+    assert coarse == pytest.approx(fine[::100], abs=1e-6)
+
+
+def test_rows_that_are_not_solved_have_no_angle():
+    found = gimcli.trace(gimcli.load(MODELS / "gim_fig13c.yaml"), 9, method="gim")
+    bad = np.array([word != "ok" for word in found.status])
+    assert bad.any()
+    assert np.isnan(found.angle["QU"][bad]).all()
+    assert np.isfinite(found.angle["QU"][~bad]).all()
+
+
+def test_nothing_is_written_where_there_is_nothing_to_draw(tmp_path):
+    found = gimcli.mobility(gimcli.load(MODELS / "crank_rocker.yaml"))
+    with pytest.raises(gimcli.UsageError, match="nothing to draw"):
+        found.save(tmp_path / "m.csv", tmp_path / "m.png")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("verb", ["solve", "trace", "configurations", "circuits", "workspace", "mobility"])
+def test_results_are_pickled_and_copied(verb):
+    import copy
+    import pickle
+
+    mechanism = gimcli.load(MODELS / "crank_rocker.yaml")
+    found = getattr(gimcli, verb)(mechanism, **({"steps": 6} if verb == "trace" else {}))
+    if verb in ("solve", "trace"):
+        assert np.isfinite(found.xy["B"]).all()
+    assert pickle.loads(pickle.dumps(found)).report() == found.report() == copy.deepcopy(found).report()
+    assert len({mechanism, gimcli.load(MODELS / "crank_rocker.yaml")}) == 2
+
+
+FAULTY = [
+    (lambda d: d["nodes"].update(O2=[float("nan"), 0.0]), "<dict>: nodes.O2.0: a finite number is needed, met nan"),
+    (lambda d: d["links"].update({7: ["O2", "A"], "7": ["O4", "B"]}), "<dict>: links.7: given twice; remove one"),
+    (lambda d: d.update(ground=b"O2"), "<dict>: ground: met a bytes; write a number, a word, a list or a dict"),
+]
+
+
+@pytest.mark.parametrize(("spoil", "text"), FAULTY)
+def test_faults_of_a_dict_name_its_keys_once(spoil, text):
+    data = crank_rocker()
+    spoil(data)
+    with pytest.raises(gimcli.ModelError) as found:
+        gimcli.load(data)
+    assert str(found.value) == text
+
+
+def test_words_of_a_dict_are_words_whatever_they_look_like():
+    data = crank_rocker()
+    data["name"] = np.str_("1e3")
+    assert gimcli.load(data).name == "1e3"
