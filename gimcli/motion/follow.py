@@ -242,6 +242,8 @@ class BranchFollower(BranchState):
             if row.time == time:
                 return row
         before = [row for row in self.log if row.time < time]
+        if not before and self.bridges:  # roundings before the way in to a limit begins
+            return self.bridges[0].at(time)
         block = self.evaluate(np.array([time]), before)
         return block.rows()[0]
 
