@@ -37,8 +37,8 @@ AT_LIMIT = ("stop", "skip", "reverse")
 COUNTED = np.pi / 36.0
 """Turning of an input [rad], or travel over the size, between two rows that are used to count turns."""
 
-CLEAR, DENSEST = 1.0, 4096
-"""Turning of a member [rad] between such rows from which more are used, and how many for one row at the most."""
+CLEAR, DENSEST = 1.0, 20_000
+"""Turning of a member [rad] between such rows from which more are used, and up to how many rows."""
 
 
 def trace(
@@ -229,7 +229,7 @@ class MotionTraceResult(TraceResult):
         inputs = np.concatenate([m.inputs for m in self.motions], axis=1) / scales(self.mechanism)[:, None]
         each = int(np.ceil(np.max(np.abs(np.diff(inputs)), initial=0.0) / COUNTED * (1.0 - 1e-12))) or 1
         angle = member(self._z if each == 1 else self.found.again(each * self.found.steps).z)
-        while widest(self.mechanism, angle) > CLEAR and each < DENSEST:
+        while widest(self.mechanism, angle) > CLEAR and 4 * each * self.found.steps <= DENSEST:
             each *= 4
             angle = member(self.found.again(each * self.found.steps).z)
         own = member(self._z)
