@@ -82,7 +82,7 @@ class Member:
 
 
 SPAN, ANGLE, HEIGHT, CLOSURE = range(4)
-"""Kinds of constraints; what a pair, an actuator or a gauge is about is one of the first three."""
+"""Kinds of constraints; what a pair, an actuator or a gauge is about is one of the first three, never a CLOSURE."""
 
 
 @dataclass(frozen=True)

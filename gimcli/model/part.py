@@ -21,6 +21,7 @@ class Part:
     fields: ClassVar[dict[str, Any]] = {}
     schema: ClassVar[Any]
     validator: ClassVar[SchemaValidator]
+    __pydantic_fields_set__: set[str]
 
     def __init_subclass__(cls) -> None:
         own = {
@@ -43,5 +44,4 @@ class Part:
     @property
     def given(self) -> set[str]:
         """Attributes that the data have."""
-        found: set[str] = self.__pydantic_fields_set__  # type: ignore[attr-defined]
-        return found
+        return self.__pydantic_fields_set__

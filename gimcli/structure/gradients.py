@@ -1,4 +1,4 @@
-"""Measures of constraints at a position, and their gradients in the places of the nodes."""
+"""Measures of constraints of one equation (no CLOSURE) at a position, and their gradients in the nodes' places."""
 
 from __future__ import annotations
 
