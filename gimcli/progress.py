@@ -1,23 +1,23 @@
-"""Who hears how far a long work has come, and what it has to say on the way."""
+"""Callbacks that report the progress of long computations."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 Progress = Callable[[int, int], None]
-"""It hears how much is done, and of how much."""
+"""Called with the number of rows done and the total number of rows."""
 
 Phases = Callable[[str], Progress]
-"""It hears the name of each phase of the work, and returns what is told of the rows done and of all rows."""
+"""Called with the name of each phase of a computation; returns the callback for the progress of that phase."""
 
-Tell = Callable[[str], None]
-"""It hears a line for the user's eyes."""
-
-
-def unheard(done: int, of: int) -> None:
-    """Tell nobody how far the work has come."""
+Notify = Callable[[str], None]
+"""Called with a one-line notice for the user."""
 
 
-def silent(phase: str) -> Progress:
-    """Tell nobody how the work goes on."""
-    return unheard
+def no_progress(done: int, of: int) -> None:
+    """Report nothing."""
+
+
+def no_phases(phase: str) -> Progress:
+    """Report nothing of any phase."""
+    return no_progress

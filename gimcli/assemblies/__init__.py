@@ -9,7 +9,7 @@ from gimcli.assemblies.configuration_sweep import configurations_over
 from gimcli.assemblies.constants import FITS
 from gimcli.errors import GimError
 from gimcli.mechanism import FloatArray, Mechanism
-from gimcli.progress import Progress, unheard
+from gimcli.progress import Progress, no_progress
 from gimcli.structure.mobility import refuse_unfit
 
 __all__ = [
@@ -18,7 +18,7 @@ __all__ = [
 
 
 def all_configurations(
-    mechanism: Mechanism, inputs: FloatArray, tolerance: float = FITS, progress: Progress = unheard
+    mechanism: Mechanism, inputs: FloatArray, tolerance: float = FITS, progress: Progress = no_progress
 ) -> Configurations:
     """Return every configuration at inputs (actuators,) that fulfils the constraints to a tolerance.
 

@@ -26,7 +26,7 @@ from gimcli.assemblies.roots import OPEN, REACHED, REALS, Roots, all_roots
 from gimcli.assemblies.start_cache import known_count
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.progress import Progress, unheard
+from gimcli.progress import Progress, no_progress
 from gimcli.structure.residual import holds, residual
 
 DIGITS = 7
@@ -116,7 +116,7 @@ class ConfigurationFinder:
 
     def __init__(self, mechanism: Mechanism, tolerance: float = FITS) -> None:
         self.mechanism, self.tolerance = mechanism, tolerance
-        self.progress: Progress = unheard
+        self.progress: Progress = no_progress
         whole = linkage(mechanism)
         self.linkage = independent(whole)
         self.surplus = _left_out(whole, self.linkage)

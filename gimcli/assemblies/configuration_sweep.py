@@ -19,7 +19,7 @@ from gimcli.assemblies.loops import Loops
 from gimcli.assemblies.root_paths import corrected, track
 from gimcli.assemblies.roots import AGREED, REACHED, Roots
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.progress import Progress, unheard
+from gimcli.progress import Progress, no_progress
 
 SEED = 360
 
@@ -81,7 +81,7 @@ class RootFollower:
 def configurations_over(
     mechanism: Mechanism,
     inputs: FloatArray,
-    progress: Progress = unheard,
+    progress: Progress = no_progress,
 ) -> list[Configurations]:
     """Return all configurations at every column of inputs (actuators, rows).
 

@@ -18,7 +18,7 @@ from gimcli.assemblies.constants import SEARCH
 from gimcli.assemblies.loops import Family, factors
 from gimcli.assemblies.root_paths import corrected, track
 from gimcli.mechanism import ComplexArray
-from gimcli.progress import Progress, unheard
+from gimcli.progress import Progress, no_progress
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def _normal(generator: np.random.Generator, count: int) -> ComplexArray:
     return np.asarray((generator.standard_normal(count) + 1j * generator.standard_normal(count)) / np.sqrt(2.0))
 
 
-def generic_start(family: Family, seed: int, count: int | None, progress: Progress = unheard) -> Generic:
+def generic_start(family: Family, seed: int, count: int | None, progress: Progress = no_progress) -> Generic:
     """Return a generic linkage with its roots: `count` of them, or all that monodromy finds."""
     generator = np.random.default_rng([seed, 20041])
     H, w = generic_member(family, generator)

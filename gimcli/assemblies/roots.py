@@ -21,7 +21,7 @@ from gimcli.assemblies.pencil import candidates, pencil_of
 from gimcli.assemblies.root_paths import Tracked, corrected, track
 from gimcli.assemblies.start_cache import known_count, known_start
 from gimcli.mechanism import ComplexArray
-from gimcli.progress import Progress, unheard
+from gimcli.progress import Progress, no_progress
 
 REACHED, REALS, AGREED, OPEN = 1, 2, 3, 4
 """Levels: count reached; proved for the reals; two starts agree, nothing left over; something is singular."""
@@ -43,7 +43,7 @@ class Roots:
         return max(0, (self.count or len(self.proven.w)) - len(self.proven.w) - self.infinite)
 
 
-def all_roots(loops: Loops, progress: Progress = unheard, near: Roots | None = None) -> Roots:
+def all_roots(loops: Loops, progress: Progress = no_progress, near: Roots | None = None) -> Roots:
     """Return the roots of a group's loops.
 
     `progress` is told how many roots of how many a generic linkage has so far, where one has to be found. `near` are

@@ -17,7 +17,7 @@ from gimcli.assemblies.count import root_count
 from gimcli.assemblies.generic import Generic, generic_start
 from gimcli.assemblies.loops import Family
 from gimcli.kernels.jit import user_folder
-from gimcli.progress import Progress, unheard
+from gimcli.progress import Progress, no_progress
 
 FOLDER = "starts-1"
 """Changes with the form of the files."""
@@ -34,7 +34,7 @@ def known_count(family: Family) -> int | None:
     return _count(family) or None
 
 
-def known_start(family: Family, seed: int, progress: Progress = unheard) -> Generic:
+def known_start(family: Family, seed: int, progress: Progress = no_progress) -> Generic:
     """Return a generic linkage with its roots, from the cache where it has been found before."""
     key = (family.key, seed)
     if key not in _STARTS:

@@ -25,7 +25,7 @@ from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.visits import Visits
 from gimcli.errors import GimError, StructureError
 from gimcli.mechanism import SPAN, ComplexArray, FloatArray, Mechanism
-from gimcli.progress import Progress, unheard
+from gimcli.progress import Progress, no_progress
 from gimcli.structure.mobility import refuse_unfit
 
 TOLERANCE = 1e-10
@@ -90,7 +90,7 @@ class Circuits:
 
 
 def circuits(
-    mechanism: Mechanism, constants: EnumerationConstants | None = None, progress: Progress = unheard
+    mechanism: Mechanism, constants: EnumerationConstants | None = None, progress: Progress = no_progress
 ) -> Circuits:
     """Find the circuits of a mechanism driven by one input, or by several that follow their laws together.
 

@@ -16,7 +16,7 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.guide import arrival
 from gimcli.motion.start import settled, start_position
 from gimcli.positions.dispatch import plain
-from gimcli.progress import Progress, unheard
+from gimcli.progress import Progress, no_progress
 from gimcli.status import Status
 from gimcli.structure.drive_check import refuse_contradiction, refuse_doubtful
 from gimcli.structure.plan import make_plan
@@ -84,7 +84,7 @@ def _refuse_contradiction(mechanism: Mechanism, z: ComplexArray, u: FloatArray, 
     refuse_contradiction(mechanism, z, u, Status.OK if good else Status.CONTRADICTORY, tolerance)
 
 
-def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress = unheard) -> Survey:
+def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress = no_progress) -> Survey:
     """Follow all circuits that meet the drawn one and list what is singular on them."""
     branches = all_circuits(drawn_circuit(mechanism, tolerance), progress=progress)
     found: list[Found] = []

@@ -36,7 +36,7 @@ def solve_all(
 def _print(png: Path | None, result: ConfigurationsResult) -> None:
     import math
 
-    from gimcli.cli.console import number, print_table, room, tell_more
+    from gimcli.cli.console import number, print_more, print_table, room
     from gimcli.cli.progress import end_bars
     from gimcli.library.configurations import verdict
     from gimcli.library.inputs import at_inputs
@@ -59,7 +59,7 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
         mark = f"{k + 1}{' *' if k == drawn else ''}"
         rows.append((mark, found.signs[k] or "-", f"{found.residual[k]:.0e}", radius, *z))
     print_table("", head, rows, right=(0, 2, 3, *range(4, len(head))))
-    tell_more(len(found), ROWS, "--json and --csv hold all")
+    print_more(len(found), ROWS, "--json and --csv hold all")
     if drawn is not None:
         typer.echo("* is the drawn one, moved to these inputs")
     if result.undrawn and png is not None:

@@ -154,25 +154,25 @@ def finish(
     else:
         end_bars()
         show(found)
-        tell_written(*paths.values())
+        print_written(*paths.values())
     if not found.answered:
         raise typer.Exit(5)
 
 
-def tell_written(*paths: Any) -> None:
+def print_written(*paths: Any) -> None:
     """Say which files were written, if any; None stands for one that was not."""
     told = [str(path) for path in paths if path is not None]
     if told:
         typer.echo("wrote " + ", ".join(told[:-1]) + " and " * (len(told) > 1) + told[-1])
 
 
-def tell_more(count: int, shown: int, where: str = "--json names all") -> None:
+def print_more(count: int, shown: int, where: str = "--json names all") -> None:
     """Say how many rows are not shown, if any, and where they are."""
     if count > shown:
         typer.echo(f"... and {count - shown} more ({where})")
 
 
-def tell_status(motion: Motion) -> None:
+def print_status(motion: Motion) -> None:
     """Say what ended the first row of a motion that is not solved, and the cure."""
     worst = f" (worst: {motion.worst})" if motion.worst else ""
     typer.echo(f"{motion.overall.word}: {motion.overall.text}{worst}")

@@ -61,11 +61,11 @@ def _print(result: ForcesResult) -> None:
         f" energy: {peaks.power_error:.1e} W at most, {peaks.drift:.0e} of the greatest power"
     )
     if found.open:
-        tell_open(found.open)
+        print_open(found.open)
     _tell_missing(found, result.steps)
 
 
-def tell_open(names: list[str]) -> None:
+def print_open(names: list[str]) -> None:
     """Print which reactions are not unique."""
     typer.echo(
         f"redundant constraints leave open the reactions at {', '.join(names)}; NODE.unique is the component of a pin's"
@@ -74,7 +74,7 @@ def tell_open(names: list[str]) -> None:
 
 
 def _print_peaks(found: ForceMotion) -> None:
-    from gimcli.cli.console import number, print_table, tell_more
+    from gimcli.cli.console import number, print_more, print_table
 
     mechanism = found.statics.mechanism
     rows = [
@@ -83,7 +83,7 @@ def _print_peaks(found: ForceMotion) -> None:
     ]
     inputs = ", ".join(a.name for a in mechanism.actuators)
     print_table(f"{mechanism.name}: peak values", ("", "peak", "", f"at {inputs}"), rows[:SHOWN], (1, 3))
-    tell_more(len(rows), SHOWN)
+    print_more(len(rows), SHOWN)
     if found.peaks.left_out:
         typer.echo(
             f"{found.peaks.left_out} rows beside singular positions, where forces grow without bound, are in the table,"
@@ -92,10 +92,10 @@ def _print_peaks(found: ForceMotion) -> None:
 
 
 def _tell_missing(found: ForceMotion, steps: int) -> None:
-    from gimcli.cli.console import tell_status
+    from gimcli.cli.console import print_status
 
     if found.summary.solved < steps + 1:
-        tell_status(found.summary.motion)
+        print_status(found.summary.motion)
     elif found.told < steps + 1:
         typer.echo(
             "singular: where the mechanism passes a singular position or a dead point of its drive, velocities or"

@@ -30,7 +30,7 @@ PlotOption = Annotated[
 ]
 
 
-def tell_measures() -> None:
+def print_measures() -> None:
     """Print the kinds of measures and end."""
     from gimcli.cli.console import print_table
     from gimcli.measures import help_lines
@@ -39,7 +39,7 @@ def tell_measures() -> None:
     raise typer.Exit
 
 
-def tell_ranges(report: dict[str, Any]) -> None:
+def print_ranges(report: dict[str, Any]) -> None:
     """Print the measures' ranges."""
     from gimcli.cli.console import number, print_table
 

@@ -9,7 +9,7 @@ import sys
 from threading import RLock, Timer
 from typing import Any
 
-from gimcli.progress import Progress, unheard
+from gimcli.progress import Progress, no_progress
 
 DRAWING = "drawing"
 """Name of the last phase of most commands."""
@@ -25,7 +25,7 @@ _lock = RLock()
 def progress_bar(label: str) -> Progress:
     """Begin a phase of the work and end the one before; return a function of (done, of) for its bar."""
     if not sys.stderr.isatty():
-        return unheard
+        return no_progress
     end_bars()
     phase = _Phase(label)
     _phases.append(phase)
@@ -70,18 +70,18 @@ class _Phase:
                 return
             self.bar = _started()
             self.task = self.bar.add_task(self.label, total=None, part="")
-            self.tell()
+            self.report()
 
     def show(self, done: int, of: int) -> None:
         """Tell how far the work has come."""
         with _lock:
             self.known = done, of
             if self.bar is not None:
-                self.tell()
+                self.report()
             elif self.clock() - self.start >= DELAY:
                 self.open()
 
-    def tell(self) -> None:
+    def report(self) -> None:
         """Move the bar to where the work is known to be; where all is done, something follows that does not report."""
         done, of = self.known
         if done < of:

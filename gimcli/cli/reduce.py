@@ -48,7 +48,7 @@ def command(
     csv_path, png_path = files_in(out, f"{model.stem}.reduced", png, mechanism)
     note_point_masses(mechanism)
     found = reduce(
-        mechanism, name, steps, fluctuation=fluctuation, rpm=rpm, jit=jit.value, tell=note, progress=progress_bar
+        mechanism, name, steps, fluctuation=fluctuation, rpm=rpm, jit=jit.value, notify=note, progress=progress_bar
     )
     finish(found, write_files(found, csv_path, png_path), as_json, _print, paths_first=True)
 

@@ -65,13 +65,13 @@ def command(
     note_point_masses(mechanism)
     found = simulate(
         mechanism, time, dt=dt, method=method, rtol=rtol, step=step, standstills=until, reactions=reactions,
-        jit=jit.value, tell=note, progress=progress_bar,
+        jit=jit.value, notify=note, progress=progress_bar,
     )  # fmt: skip
     finish(found, write_files(found, csv_path, png_path), as_json, _print, paths_first=True)
 
 
 def _print(result: SimulateResult) -> None:
-    from gimcli.cli.forces import tell_open
+    from gimcli.cli.forces import print_open
     from gimcli.cli.progress import end_bars
 
     end_bars()
@@ -82,13 +82,13 @@ def _print(result: SimulateResult) -> None:
         f" {found.evaluations} evaluations; energy drift {found.worst_drift:.1e} of the greatest energy"
     )
     if result.open:
-        tell_open(result.open)
+        print_open(result.open)
     if found.status.word != "ok":
         typer.echo(f"ended at {found.end:.10g} s, {found.status.word}: {found.status.plain_text}")
 
 
 def _tell_events(events: list[dict[str, Any]]) -> None:
-    from gimcli.cli.console import number, print_table, tell_more
+    from gimcli.cli.console import number, print_more, print_table
 
     if not events:
         return
@@ -100,4 +100,4 @@ def _tell_events(events: list[dict[str, Any]]) -> None:
     ]  # fmt: skip
     head = ("event", "time [s]", *names, *(f"{n}.speed" for n in names))
     print_table("", head, rows, range(1, len(head)))
-    tell_more(len(events), EVENTS)
+    print_more(len(events), EVENTS)

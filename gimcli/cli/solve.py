@@ -22,7 +22,7 @@ from gimcli.cli.arguments import (
     Tolerance,
     pairs,
 )
-from gimcli.cli.velocities import tell_velocities
+from gimcli.cli.velocities import print_velocities
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -127,4 +127,4 @@ def _print(found: SolveResult) -> None:
             f" predicted spectral radius {law.radius:.4f}"
         )
     if found.moving is not None:
-        tell_velocities(found.moving)
+        print_velocities(found.moving)

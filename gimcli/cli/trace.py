@@ -23,7 +23,7 @@ from gimcli.cli.arguments import (
     StrategyOption,
     Tolerance,
 )
-from gimcli.cli.measures import MEASURE_HELP, MeasureOption, PlotOption, tell_measures, tell_ranges
+from gimcli.cli.measures import MEASURE_HELP, MeasureOption, PlotOption, print_measures, print_ranges
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def command(
 ) -> None:
     """Trace a motion."""
     if "help" in measure:
-        tell_measures()
+        print_measures()
     from gimcli.cli.console import files_in, finish, note, write_stream
     from gimcli.cli.progress import progress_bar
     from gimcli.library.load import load
@@ -106,7 +106,7 @@ def command(
     begun = traced(
         mechanism, steps, derivatives=derivatives, measure=measure, plot=plot, at_limit=at_limit.value, circuit=circuit,
         branch=branch, all_branches=all_branches, method=method.value, strategy=strategy.value, tolerance=tolerance,
-        jit=jit.value, sequence=sequence, tell=note, progress=progress_bar,
+        jit=jit.value, sequence=sequence, notify=note, progress=progress_bar,
     )  # fmt: skip
     found, paths = write_stream(begun, csv_path, png_path)
     law = isinstance(found, MotionTraceResult)
@@ -114,7 +114,7 @@ def command(
 
 
 def _print(found: MotionTraceResult) -> None:
-    from gimcli.cli.console import tell_status
+    from gimcli.cli.console import print_status
 
     motion, events = found.motion, found.events
     typer.echo(found.headline())
@@ -132,9 +132,9 @@ def _print(found: MotionTraceResult) -> None:
         meetings = meetings[1:]
     _tell_events(meetings, "passed straight through a change point")
     _tell_events([e for e in events if e["kind"] == "sequence exchanged"], "sequence exchanged for a faster one")
-    tell_ranges(found.measured)
+    print_ranges(found.measured)
     if not found.complete:
-        tell_status(motion)
+        print_status(motion)
 
 
 def _print_circuits(found: CircuitTraceResult) -> None:
@@ -146,16 +146,16 @@ def _print_circuits(found: CircuitTraceResult) -> None:
         typer.echo(f"branch {one['branch']}: {how}; {intervals(one['interval'])}")
         for e in one["events"]:
             typer.echo(f"  {e['kind']} at " + ", ".join(f"{n} = {v:.12g}" for n, v in e["at"].items()))
-        tell_ranges(one)
+        print_ranges(one)
 
 
 def _tell_events(found: list[dict[str, Any]], what: str) -> None:
-    from gimcli.cli.console import tell_more
+    from gimcli.cli.console import print_more
 
     for event in found[:EVENTS]:
         at = ", ".join(f"{k} = {v:.8g}" for k, v in event["at"].items())
         typer.echo(f"{what} at {at}")
-    tell_more(len(found), EVENTS)
+    print_more(len(found), EVENTS)
 
 
 def _tell_reach(found: MotionTraceResult) -> None:

@@ -51,7 +51,7 @@ def command(
     mechanism = load(model)
     csv_path, png_path = files_in(out, f"{model.stem}.tradeoff", png, mechanism)
     found = tradeoff(
-        mechanism, steps, tolerances=chosen, seconds=seconds, jit=jit.value, tell=note, progress=progress_bar
+        mechanism, steps, tolerances=chosen, seconds=seconds, jit=jit.value, notify=note, progress=progress_bar
     )
     finish(found, write_files(found, csv_path, png_path), as_json, _print, paths_first=True)
 
@@ -68,7 +68,7 @@ def _tolerances(text: str) -> list[float]:
 
 
 def _print(result: TradeoffResult) -> None:
-    from gimcli.cli.console import print_table, tell_status
+    from gimcli.cli.console import print_status, print_table
     from gimcli.comparison.tradeoff import advise
 
     head = (
@@ -86,7 +86,7 @@ def _print(result: TradeoffResult) -> None:
     if found.untold:
         typer.echo(f"{found.untold} positions are too near to a singular one for a true error and left out")
     if not found.reached:
-        tell_status(found.motion)
+        print_status(found.motion)
     for advice in advise(found):
         typer.echo(advice.text)
 

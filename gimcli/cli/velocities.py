@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 SINGULAR = "singular: the equations tell no velocity in this position; take one beside it"
 
 
-def tell_velocities(found: Instant) -> None:
+def print_velocities(found: Instant) -> None:
     """Print the tables of points and members."""
     import math
 

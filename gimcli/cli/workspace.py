@@ -54,14 +54,14 @@ def command(
     refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []), *([npz_path] if grid else []))
     found = workspace(
         mechanism, point, orientation=_orientations(orientation), grid=grid, jit=jit.value,
-        keep=npz_path.with_suffix(".parts") if grid else None, resume=resume, tell=note, progress=progress_bar,
+        keep=npz_path.with_suffix(".parts") if grid else None, resume=resume, notify=note, progress=progress_bar,
     )  # fmt: skip
     paths = write_files(found, csv_path, png_path if png else None)
     if found.grid is not None:
         write_npz(found.grid.arrays(), npz_path)
         found.grid.clear()
         paths["npz"] = npz_path
-    finish(found, paths, as_json, lambda found: _tell(mechanism, found.report()))
+    finish(found, paths, as_json, lambda found: _print_report(mechanism, found.report()))
 
 
 def _orientations(given: list[str]) -> dict[str, float]:
@@ -83,7 +83,7 @@ def _orientations(given: list[str]) -> dict[str, float]:
     return held
 
 
-def _tell(mechanism: Mechanism, report: dict[str, Any]) -> None:
+def _print_report(mechanism: Mechanism, report: dict[str, Any]) -> None:
     if "paths" in report:
         _tell_paths(mechanism, report)
     else:

@@ -24,7 +24,7 @@ from gimcli.mechanism import Mechanism
 from gimcli.motion.motion import Motion, trace
 from gimcli.positions.dispatch import choose, gim_work
 from gimcli.positions.options import Options
-from gimcli.progress import Progress, Tell, unheard
+from gimcli.progress import Notify, Progress, no_progress
 from gimcli.status import Status
 from gimcli.structure.drive_check import refuse_contradiction
 from gimcli.table import Column, Table
@@ -117,7 +117,7 @@ class Tradeoff:
 
 def tradeoff(
     mechanism: Mechanism, steps: int = 72, tolerances: Sequence[float] = TOLERANCES, jit: str = "auto",
-    tell: Tell | None = None, progress: Progress = unheard, methods: Sequence[MotionMethod] = METHODS,
+    notify: Notify | None = None, progress: Progress = no_progress, methods: Sequence[MotionMethod] = METHODS,
     timing: Timing = TIMING, seconds: float = math.inf,
 ) -> Tradeoff:  # fmt: skip
     """Compare methods on the motion along the actuators' laws in some steps.
@@ -125,7 +125,7 @@ def tradeoff(
     seconds: processor time that is meant for it; a method that has taken its share is not run at finer tolerances.
     """
     ready = is_cached(*KERNELS)
-    mode = choose(jit, _work(mechanism, steps, len(tolerances)), tell, KERNELS)
+    mode = choose(jit, _work(mechanism, steps, len(tolerances)), notify, KERNELS)
     fast = mode is compiled
     share = SHARE * seconds if ready or not fast else math.inf  # a compilation is no method's time
     motion = trace(mechanism, steps, Options(jit="on" if fast else "off"))

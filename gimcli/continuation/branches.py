@@ -28,7 +28,7 @@ from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.gap_interpolation import BEYOND
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.progress import Progress, unheard
+from gimcli.progress import Progress, no_progress
 from gimcli.status import Status
 from gimcli.structure.residual import holds
 
@@ -150,7 +150,7 @@ def fulfilled(circuit: Circuit) -> bool:
 
 def all_circuits(
     first: Circuit,
-    progress: Progress = unheard,
+    progress: Progress = no_progress,
     most: int = MOST,
 ) -> Branches:
     """Follow all circuits that meet the first one, or each other.

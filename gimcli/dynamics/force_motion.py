@@ -12,7 +12,7 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.motion.summary import DRAWN, Summary
 from gimcli.positions.dispatch import choose, plain
-from gimcli.progress import Tell
+from gimcli.progress import Notify
 
 EACH = 2.5e-6
 """Seconds that a term of the equations takes without compiling, about."""
@@ -21,11 +21,11 @@ EACH = 2.5e-6
 class ForceMotion:
     """The forces of one piece of a motion after the other."""
 
-    def __init__(self, mechanism: Mechanism, rows: int, jit: str = "auto", tell: Tell | None = None):
+    def __init__(self, mechanism: Mechanism, rows: int, jit: str = "auto", notify: Notify | None = None):
         self.statics: Statics = statics(mechanism)
         work = EACH * rows * sum(map(len, self.statics.columns))
-        self.run = plain if self.statics.surplus else choose(jit, work, tell, ("balance_rows",))
-        self.courses, self.turns = Courses(mechanism, rows, jit, tell), Turns()
+        self.run = plain if self.statics.surplus else choose(jit, work, notify, ("balance_rows",))
+        self.courses, self.turns = Courses(mechanism, rows, jit, notify), Turns()
         self.summary, self.peaks = Summary(rows), Peaks(mechanism)
         self.told = 0
         self.open: list[str] = []  # reactions that redundant constraints leave open

@@ -9,7 +9,7 @@ import numpy as np
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism, PairRow
 from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import choose
-from gimcli.progress import Tell
+from gimcli.progress import Notify
 from gimcli.rates.derivatives import ORDERS, law_rates
 from gimcli.rates.differentiator import Differentiator
 from gimcli.structure.plan import make_plan
@@ -28,10 +28,10 @@ class Course:
 class Courses:
     """Velocities and accelerations of a motion that comes in pieces."""
 
-    def __init__(self, mechanism: Mechanism, rows: int = 0, jit: str = "off", tell: Tell | None = None) -> None:
+    def __init__(self, mechanism: Mechanism, rows: int = 0, jit: str = "off", notify: Notify | None = None) -> None:
         self.mechanism = mechanism
         self._made = Differentiator(mechanism, make_plan(mechanism), ORDERS[:2], mechanism.nodes)
-        self._run = choose(jit, self._made.plain_seconds(rows), tell, ("play",))
+        self._run = choose(jit, self._made.plain_seconds(rows), notify, ("play",))
 
     def __call__(self, motion: Motion) -> Course:
         """Return the course of a piece along its laws."""

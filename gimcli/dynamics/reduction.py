@@ -21,7 +21,7 @@ from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.positions.options import Options
-from gimcli.progress import Progress, unheard
+from gimcli.progress import Progress, no_progress
 from gimcli.rates.motion_table import status_column
 from gimcli.status import Status
 from gimcli.table import Column, Table
@@ -49,7 +49,7 @@ class Reduction:
 
 
 def reduce_to_input(
-    mechanism: Mechanism, actuator: int, steps: int, run: Run = plain, progress: Progress = unheard
+    mechanism: Mechanism, actuator: int, steps: int, run: Run = plain, progress: Progress = no_progress
 ) -> Reduction:
     """Reduce a mechanism to one input along its law, in `steps` steps; the other inputs stand where theirs begin.
 

@@ -14,7 +14,7 @@ from gimcli.errors import UsageError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
-from gimcli.progress import Progress, unheard
+from gimcli.progress import Progress, no_progress
 from gimcli.status import Status
 from gimcli.structure.residual import holds
 
@@ -24,7 +24,7 @@ TOLERANCE = 1e-10
 
 def simulate(
     mechanism: Mechanism, times: FloatArray, settings: Settings | None = None, run: Run = plain,
-    progress: Progress = unheard,
+    progress: Progress = no_progress,
 ) -> Simulation:  # fmt: skip
     """Let a mechanism move from its start; return it at `times` (rows,) [s], ascending from the start's."""
     settings = settings or Settings()

@@ -33,7 +33,7 @@ from gimcli.mechanism import FloatArray
 
 
 @stage
-def tell(w: Scratch, at: Lanes, on: FloatArray, bound: float, out: FloatArray, high: int) -> None:
+def write_positions(w: Scratch, at: Lanes, on: FloatArray, bound: float, out: FloatArray, high: int) -> None:
     """Fill the point (rows, 2), NaN where the loci of a step do not meet or a check fails."""
     u, v = int(on[0]), int(on[1])
     subtract(w, A, at.x + v, at.x + u, high)
@@ -64,4 +64,4 @@ def scatter(
                     g2, noise, doubt = w[SQUARE * WIDTH + r], w[NOISE * WIDTH + r], w[DOUBT * WIDTH + r]
                     w[DOUBT * WIDTH + r] = where(g2 >= -noise, doubt, 1.0)
         check(w, q, at, high)
-        tell(w, at, on, bound, out[done : done + high - HISTORY], high)
+        write_positions(w, at, on, bound, out[done : done + high - HISTORY], high)

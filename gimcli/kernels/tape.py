@@ -43,8 +43,8 @@ from gimcli.mechanism import FloatArray, IntArray
     NEGATIVE,  # -p, -q
     FACTOR,  # gradients of a group
     SOLVE,  # its equations
-    TELL,  # a is written out
-    TELL_ANGLE,  # p is written out
+    WRITE_POINT,  # a is written out
+    WRITE_ANGLE,  # p is written out
 ) = range(27)
 
 GOOD = 0
@@ -252,7 +252,7 @@ def solve(w: FloatArray, b: int, a: int, scales: int, d: int, m: int, n: int, hi
 
 
 @stage
-def tell(w: FloatArray, a: int, out: FloatArray, high: int) -> None:
+def write_point(w: FloatArray, a: int, out: FloatArray, high: int) -> None:
     """Write a point out (rows, 2)."""
     s, good = w[pair(a)], w[real(GOOD)]
     for r in rows(high):
@@ -261,7 +261,7 @@ def tell(w: FloatArray, a: int, out: FloatArray, high: int) -> None:
 
 
 @stage
-def tell_angle(w: FloatArray, p: int, out: FloatArray, high: int) -> None:
+def write_angle(w: FloatArray, p: int, out: FloatArray, high: int) -> None:
     """Write a real number out (rows,)."""
     s, good = w[real(p)], w[real(GOOD)]
     for r in rows(high):
@@ -359,10 +359,10 @@ def play(
                 read_node(w, to, z[a, done : done + high], high)
             elif op == VALUE:
                 read_value(w, to, given[a, b, done : done + high], high)
-            elif op == TELL:
-                tell(w, to, points[a, b, done : done + high], high)
-            elif op == TELL_ANGLE:
-                tell_angle(w, to, angles[a, b, done : done + high], high)
+            elif op == WRITE_POINT:
+                write_point(w, to, points[a, b, done : done + high], high)
+            elif op == WRITE_ANGLE:
+                write_angle(w, to, angles[a, b, done : done + high], high)
             else:
                 make_complex(w, head, f, g, high)
         done += high

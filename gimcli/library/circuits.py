@@ -12,7 +12,7 @@ from gimcli.library.inputs import in_file_units, interval_of, refuse_count
 from gimcli.library.places import coordinates
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
-from gimcli.progress import Phases, silent
+from gimcli.progress import Phases, no_phases
 from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table
 
@@ -32,7 +32,7 @@ LEAST, MOST = 4, 100_000
 """Values of the input at which configurations may be listed."""
 
 
-def circuits(mechanism: Mechanism, *, samples: int = 72, progress: Phases = silent) -> CircuitsResult:
+def circuits(mechanism: Mechanism, *, samples: int = 72, progress: Phases = no_phases) -> CircuitsResult:
     """Find which configurations the motion joins without taking the mechanism apart.
 
     All configurations are listed at `samples` values of the input, and each is followed until it is home.

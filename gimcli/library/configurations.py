@@ -14,7 +14,7 @@ from gimcli.library.places import angles, coordinates, pairs, places
 from gimcli.library.result import ByName, Result
 from gimcli.mechanism import Mechanism
 from gimcli.positions.options import Options
-from gimcli.progress import Phases, silent
+from gimcli.progress import Phases, no_phases
 from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table, xy_columns
 
@@ -27,7 +27,7 @@ PANELS = 36
 
 def configurations(
     mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, tolerance: float = 1e-10,
-    progress: Phases = silent, **inputs: float,
+    progress: Phases = no_phases, **inputs: float,
 ) -> ConfigurationsResult:  # fmt: skip
     """List every way to assemble a mechanism at inputs by name, each proved, and whether the list is.
 

@@ -19,7 +19,7 @@ from gimcli.measures.graphs import input_or_time
 from gimcli.mechanism import Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.positions.options import Options
-from gimcli.progress import Phases, Tell, silent
+from gimcli.progress import Notify, Phases, no_phases
 from gimcli.rates.motion_table import events, reachable
 from gimcli.structure.drive_check import explained, refuse_contradiction
 from gimcli.table import Column, Table
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
 
 def forces(
     mechanism: Mechanism, steps: int = 360, *, tolerance: float = 1e-10, jit: str = "auto",
-    tell: Tell | None = None, progress: Phases = silent,
+    notify: Notify | None = None, progress: Phases = no_phases,
 ) -> ForcesResult:  # fmt: skip
     """Find efforts, reactions and shaking force along the actuators' laws.
 
     Raises ModelError where nothing has mass and nothing acts, StructureError where the mechanism is over-driven or not
     driven.
     """
-    found = ForcesAlong(mechanism, steps, tolerance, jit, tell, progress)
+    found = ForcesAlong(mechanism, steps, tolerance, jit, notify, progress)
     return found.result(joined(found.tables()))
 
 
@@ -45,7 +45,7 @@ class ForcesAlong:
     """The forces of a motion that is under way: tables of its pieces, then the result."""
 
     def __init__(
-        self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, tell: Tell | None,
+        self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, notify: Notify | None,
         progress: Phases,
     ) -> None:  # fmt: skip
         refuse_count("steps", steps, 1, MOST_STEPS)
@@ -54,11 +54,11 @@ class ForcesAlong:
         self.steps = steps
         with explained(mechanism):
             refuse_unmoved(mechanism, "add one")
-            self._pieces = stream(mechanism, steps, chosen, tell=tell, progress=progress("forces along the motion"))
+            self._pieces = stream(mechanism, steps, chosen, notify=notify, progress=progress("forces along the motion"))
             self._first: Motion = next(self._pieces)
         first = self._first
         refuse_contradiction(mechanism, first.start, first.inputs[:, 0], first.first_status, tolerance)
-        self.found = ForceMotion(mechanism, steps + 1, jit, tell)
+        self.found = ForceMotion(mechanism, steps + 1, jit, notify)
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ import numpy as np
 from gimcli.mechanism import ComplexArray, Dynamics, FloatArray, Mechanism
 from gimcli.motion.scatter import Scatterer, readied, scattered
 from gimcli.output.parts import Parts
-from gimcli.progress import Progress, Tell
+from gimcli.progress import Notify, Progress
 from gimcli.reach.grid import carried_by, input_grid
 from gimcli.version import __version__
 
@@ -56,11 +56,11 @@ class Grid:
 
 
 def solve_grid(
-    mechanism: Mechanism, name: str, count: int, jit: str, kept: Kept | None, tell: Tell | None,
+    mechanism: Mechanism, name: str, count: int, jit: str, kept: Kept | None, notify: Notify | None,
     progress: Progress,
 ) -> Grid:  # fmt: skip
     """Solve `count` values of every input in all combinations, for the place of a node or point."""
-    job = readied(Scatterer(mechanism, carried_by(mechanism, name), input_grid(mechanism, count)), jit, tell)
+    job = readied(Scatterer(mechanism, carried_by(mechanism, name), input_grid(mechanism, count)), jit, notify)
     store = None if kept is None else Parts(kept.folder, _header(job, mechanism, name), kept.resume)
     done = set[int]() if store is None else store.done
     parts: dict[int, ComplexArray] = {}

@@ -14,7 +14,7 @@ from gimcli.library.result import RowsResult
 from gimcli.mechanism import Mechanism
 from gimcli.positions.dispatch import choose
 from gimcli.positions.options import JIT
-from gimcli.progress import Phases, Tell, silent
+from gimcli.progress import Notify, Phases, no_phases
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
 from gimcli.structure.mobility import refuse_unfit
@@ -28,7 +28,7 @@ WORK = 6e-4
 
 def reduce(
     mechanism: Mechanism, input: str = "", steps: int = 360, *, fluctuation: float | None = None,
-    rpm: float | None = None, jit: str = "auto", tell: Tell | None = None, progress: Phases = silent,
+    rpm: float | None = None, jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases,
 ) -> ReduceResult:  # fmt: skip
     """Reduce a mechanism to an input, by default the first: inertia, torque, potential and their derivatives.
 
@@ -41,7 +41,7 @@ def reduce(
     refuse_count("steps", steps, 1, MOST_STEPS)
     refuse_unmoved(mechanism, "add one")
     actuator = chosen_input(mechanism, input)
-    run = choose(jit, steps * WORK, tell, ("move",))
+    run = choose(jit, steps * WORK, notify, ("move",))
     with explained(mechanism):
         refuse_unfit(mechanism)
         found = reduce_to_input(mechanism, actuator, steps, run, progress("reducing"))

@@ -21,7 +21,7 @@ from gimcli.library.result import ByName, RowsResult
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.positions.dispatch import choose
 from gimcli.positions.options import JIT
-from gimcli.progress import Phases, Tell, silent
+from gimcli.progress import Notify, Phases, no_phases
 from gimcli.structure.drive_check import explained
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ A_SECOND = 1500
 def simulate(
     mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, method: str = "dop853", rtol: float = 1e-9,
     step: float = 1e-3, standstills: int = 0, reactions: bool = False, jit: str = "auto",
-    tell: Tell | None = None, progress: Phases = silent,
+    notify: Notify | None = None, progress: Phases = no_phases,
 ) -> SimulateResult:  # fmt: skip
     """Simulate `time` seconds of the motion of the inputs that are free, with a row every `dt` (default: time / 200).
 
@@ -56,7 +56,7 @@ def simulate(
     refuse_choice("method", method, INTEGRATORS)
     refuse_choice("jit", jit, JIT)
     refuse_count("standstills", standstills, 0, MOST_STEPS)
-    run = choose(jit, time * A_SECOND * WORK, tell, ("move",))
+    run = choose(jit, time * A_SECOND * WORK, notify, ("move",))
     settings = Settings(method, max(rtol, LEAST), step, standstills)
     with explained(mechanism):
         found = simulate_times(mechanism, times, settings, run, progress("simulating"))

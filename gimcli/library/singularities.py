@@ -12,7 +12,7 @@ from gimcli.library.inputs import in_file_units, interval_of
 from gimcli.library.places import coordinates
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
-from gimcli.progress import Phases, silent
+from gimcli.progress import Phases, no_phases
 from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table, xy_columns
 
@@ -26,7 +26,7 @@ DUST = 1e-14
 """An input below this, in rad or in the normal frame's length, is 0."""
 
 
-def singularities(mechanism: Mechanism, *, progress: Phases = silent) -> SingularitiesResult:
+def singularities(mechanism: Mechanism, *, progress: Phases = no_phases) -> SingularitiesResult:
     """List limits, dead points, change points, tangencies and stationary positions.
 
     They are those of the whole circuit that the mechanism is drawn on, and of every branch that meets it.

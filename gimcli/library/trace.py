@@ -21,7 +21,7 @@ from gimcli.motion.motion import trace as follow
 from gimcli.motion.summary import Summary
 from gimcli.positions.inputs import scales
 from gimcli.positions.options import Options
-from gimcli.progress import Phases, Tell, silent
+from gimcli.progress import Notify, Phases, no_phases
 from gimcli.rates.motion_table import events, motion_table, reachable, traced_paths
 from gimcli.structure.drive_check import explained, refuse_contradiction
 from gimcli.structure.plan import make_plan
@@ -45,7 +45,7 @@ def trace(
     mechanism: Mechanism, steps: int = 360, *, derivatives: int = 0, measure: str | Sequence[str] = (),
     plot: str | Sequence[str] = (), at_limit: str = "stop", circuit: bool = False, branch: int = 1,
     all_branches: bool = False, method: str = "auto", strategy: str = "spectral", tolerance: float = 1e-10,
-    jit: str = "auto", sequence: str = "", tell: Tell | None = None, progress: Phases = silent,
+    jit: str = "auto", sequence: str = "", notify: Notify | None = None, progress: Phases = no_phases,
 ) -> TraceResult:  # fmt: skip
     """Follow the actuators' laws in `steps` steps, steps + 1 rows; with `circuit` or `all_branches` whole circuits.
 
@@ -57,7 +57,7 @@ def trace(
     found = traced(
         mechanism, steps, derivatives=derivatives, measure=measure, plot=plot, at_limit=at_limit, circuit=circuit,
         branch=branch, all_branches=all_branches, method=method, strategy=strategy, tolerance=tolerance, jit=jit,
-        sequence=sequence, tell=tell, progress=progress, keep=True,
+        sequence=sequence, notify=notify, progress=progress, keep=True,
     )  # fmt: skip
     table = joined(found.tables())
     return found.result(table)
@@ -67,7 +67,8 @@ def traced(
     mechanism: Mechanism, steps: int, *, derivatives: int = 0, measure: str | Sequence[str] = (),
     plot: str | Sequence[str] = (), at_limit: str = "stop", circuit: bool = False, branch: int = 1,
     all_branches: bool = False, method: str = "auto", strategy: str = "spectral", tolerance: float = 1e-10,
-    jit: str = "auto", sequence: str = "", tell: Tell | None = None, progress: Phases = silent, keep: bool = False,
+    jit: str = "auto", sequence: str = "", notify: Notify | None = None, progress: Phases = no_phases,
+    keep: bool = False,
 ) -> MotionTrace | CircuitTrace:  # fmt: skip
     """Begin a trace as `trace` does, for rows that are written while it goes on; `keep` keeps them all."""
     refuse_count("steps", steps, 1, MOST_STEPS)
@@ -89,7 +90,7 @@ def traced(
             return CircuitTrace(mechanism, steps, tolerance, branch, all_branches, extras, progress)
         if at_limit != "stop" or branch > 1:
             _refuse_mixed(method, own.order if at_limit == "reverse" else 0)
-        return MotionTrace(mechanism, steps, chosen, own, at_limit, branch, tell, progress, keep)
+        return MotionTrace(mechanism, steps, chosen, own, at_limit, branch, notify, progress, keep)
 
 
 def _refuse_mixed(method: str, rates: int, at_limit: str = "stop", branch: int = 1, every: bool = False) -> None:
@@ -112,20 +113,20 @@ class MotionTrace:
 
     def __init__(
         self, mechanism: Mechanism, steps: int, options: Options, extras: Extras, at_limit: str, branch: int,
-        tell: Tell | None, progress: Phases, keep: bool,
+        notify: Notify | None, progress: Phases, keep: bool,
     ) -> None:  # fmt: skip
         self.mechanism, self.steps, self.options, self.extras = mechanism, steps, options, extras
         self.again = partial(follow, mechanism, options=options, at_limit=at_limit, branch=branch)
         show = progress("tracing")
         if at_limit != "stop" or branch > 1:
-            self._pieces = iter([follow(mechanism, steps, options, tell, show, at_limit, branch)])
+            self._pieces = iter([follow(mechanism, steps, options, notify, show, at_limit, branch)])
         else:
-            self._pieces = stream(mechanism, steps, options, tell=tell, progress=show)
+            self._pieces = stream(mechanism, steps, options, notify=notify, progress=show)
         first = self._first = next(self._pieces)
         refuse_contradiction(mechanism, first.start, first.inputs[:, 0], first.first_status, options.tolerance)
         self.summary = Summary(steps + 1)
         self.kept: list[Motion] | None = [] if keep else None
-        self._tell = tell
+        self._notify = notify
 
     @cached_property
     def _rates(self) -> TracedRates | None:
@@ -133,8 +134,8 @@ class MotionTrace:
             return None
         from gimcli.rates.derivatives import TracedRates
 
-        mechanism = self.mechanism
-        return TracedRates(mechanism, mechanism.traced, self.extras.order, self.steps + 1, self.options.jit, self._tell)
+        traced, order = self.mechanism.traced, self.extras.order
+        return TracedRates(self.mechanism, traced, order, self.steps + 1, self.options.jit, self._notify)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refus
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.positions.options import JIT
-from gimcli.progress import Phases, Tell, silent
+from gimcli.progress import Notify, Phases, no_phases
 from gimcli.structure.drive_check import explained
 from gimcli.table import Table
 
@@ -26,7 +26,7 @@ FINEST, COARSEST = 1e-14, 1.0
 
 def tradeoff(
     mechanism: Mechanism, steps: int = 72, *, tolerances: Sequence[float] = (), seconds: float = 10.0,
-    jit: str = "auto", tell: Tell | None = None, progress: Phases = silent,
+    jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases,
 ) -> TradeoffResult:  # fmt: skip
     """Compare every method at every tolerance, by default 1e-2 to 1e-14, on the motion along the actuators' laws.
 
@@ -42,7 +42,7 @@ def tradeoff(
     chosen = tuple(dict.fromkeys(tolerances)) or TOLERANCES
     with explained(mechanism):
         refuse_unmoved(mechanism, "add one")
-        found = compare(mechanism, steps, chosen, jit, tell, progress("comparing"), seconds=seconds)
+        found = compare(mechanism, steps, chosen, jit, notify, progress("comparing"), seconds=seconds)
     return TradeoffResult(found, steps)
 
 

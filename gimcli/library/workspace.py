@@ -15,7 +15,7 @@ from gimcli.library.result import Result
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
 from gimcli.positions.options import JIT
-from gimcli.progress import Phases, Tell, silent
+from gimcli.progress import Notify, Phases, no_phases
 from gimcli.reach.boundary import Workspace, survey, task_of
 from gimcli.reach.reach import Reach, reach
 from gimcli.reach.report import outlines, placed, reach_report, reach_table, region_report, region_table
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 def workspace(
     mechanism: Mechanism, point: str = "", *, orientation: Mapping[str, float] | None = None, grid: int = 0,
-    jit: str = "auto", keep: Path | str | None = None, resume: bool = False, tell: Tell | None = None,
-    progress: Phases = silent,
+    jit: str = "auto", keep: Path | str | None = None, resume: bool = False, notify: Notify | None = None,
+    progress: Phases = no_phases,
 ) -> WorkspaceResult:  # fmt: skip
     """Find what a node or point reaches, over all configurations: by default the first that is traced.
 
@@ -51,7 +51,7 @@ def workspace(
     refuse_unmoved(mechanism, "add one")
     freedoms = task_of(mechanism, name, held).freedoms
     kept = None if keep is None else Kept(Path(keep), resume)
-    solved = solve_grid(mechanism, name, grid, jit, kept, tell, progress("positions")) if grid else None
+    solved = solve_grid(mechanism, name, grid, jit, kept, notify, progress("positions")) if grid else None
     found: Workspace | Reach
     if freedoms == 1:
         found = reach(mechanism, name, held, progress("configurations and their circuits"))

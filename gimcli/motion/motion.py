@@ -26,7 +26,7 @@ from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed, holds, residual
 from gimcli.structure.steps import Plan
 
-Tell = Callable[[str], None]
+Notify = Callable[[str], None]
 Progress = Callable[[int, int], None]
 
 
@@ -111,31 +111,31 @@ class Motion:
 
 
 def trace(
-    mechanism: Mechanism, steps: int, options: Options | None = None, tell: Tell | None = None,
+    mechanism: Mechanism, steps: int, options: Options | None = None, notify: Notify | None = None,
     progress: Progress | None = None, at_limit: str = "stop", branch: int = 1,
 ) -> Motion:  # fmt: skip
     """Follow the actuators' laws in `steps` steps: steps + 1 rows.
 
-    `tell` hears of a compilation, `progress` of rows done and rows in all. `at_limit`: stop, skip or reverse; `branch`:
-    which one is taken at the first change point. Raises UsageError where there is no such branch, or the input cannot
-    drive it.
+    `notify` is called before a compilation, `progress` with the rows done and the total. `at_limit`: stop, skip or
+    reverse. `branch`: number of the branch to follow at the first change point. Raises UsageError if there is no such
+    branch, or if the input cannot drive it.
     """
-    return next(stream(mechanism, steps, options, tell, progress, steps + 1, at_limit, branch))
+    return next(stream(mechanism, steps, options, notify, progress, steps + 1, at_limit, branch))
 
 
 def stream(
-    mechanism: Mechanism, steps: int, options: Options | None = None, tell: Tell | None = None,
+    mechanism: Mechanism, steps: int, options: Options | None = None, notify: Notify | None = None,
     progress: Progress | None = None, rows: int = 65536, at_limit: str = "stop", branch: int = 1,
 ) -> Iterator[Motion]:  # fmt: skip
     """Follow the actuators' laws as `trace` does, but yield the motion in pieces of some rows."""
     options = options or Options()
     inputs = law_inputs(mechanism)
     plan = make_plan(mechanism, closed_forms=options.method != "newton")
-    run = choose(options.jit, plan_work(plan, max(steps, STEPS_A_TURN)), tell, ("march",))
+    run = choose(options.jit, plan_work(plan, max(steps, STEPS_A_TURN)), notify, ("march",))
     start = start_position(mechanism, plan, inputs(np.zeros(1))[:, 0], run, options.tolerance)
     refuse_doubtful(mechanism, plan, start.regular)
     journey = Journey(mechanism, plan, run, options.tolerance, at_limit, branch)
-    swept = _Swept(mechanism, options, steps + 1, tell) if options.method == "gim" else None
+    swept = _Swept(mechanism, options, steps + 1, notify) if options.method == "gim" else None
     for first in range(0, steps + 1, rows):
         time = np.arange(first, min(first + rows, steps + 1)) / steps
         path = FollowedPath.empty(len(mechanism.nodes), time, inputs(time))
@@ -196,12 +196,12 @@ def _skipped(motion: Motion, options: Options) -> Motion:
 class _Swept:
     """Solves all rows by sweeps; the continuous motion shows whether they stayed on its branch."""
 
-    def __init__(self, mechanism: Mechanism, options: Options, rows: int, tell: Tell | None) -> None:
+    def __init__(self, mechanism: Mechanism, options: Options, rows: int, notify: Notify | None) -> None:
         from gimcli.gim.sweeper import Sweeper
 
         self.mechanism, self.options = mechanism, options
         self.sweeper = Sweeper(mechanism, options, choose("off", 0.0))
-        self.sweeper.run = choose(options.jit, gim_work(len(self.sweeper.moves), rows), tell, ("settle_rows",))
+        self.sweeper.run = choose(options.jit, gim_work(len(self.sweeper.moves), rows), notify, ("settle_rows",))
         self.status = Status.OK  # how the last row ended
         self.last: tuple[FloatArray, ComplexArray] | None = None  # inputs and positions (·, 1) there
 

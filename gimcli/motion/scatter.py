@@ -183,10 +183,10 @@ def scattered(job: Scatterer, numbers: Iterable[int], workers: int | None = None
             pool.shutdown(cancel_futures=True)
 
 
-def readied(job: Scatterer, jit: str, tell: Callable[[str], None] | None = None) -> Scatterer:
+def readied(job: Scatterer, jit: str, notify: Callable[[str], None] | None = None) -> Scatterer:
     """Let a job run plain or compiled, by the amount of its work; lines are short and run plain."""
     if job.closed:
-        job.run = choose(jit, job.work, tell, ("scatter",))
+        job.run = choose(jit, job.work, notify, ("scatter",))
     return job
 
 

@@ -38,15 +38,15 @@ def gim_work(moves: int, rows: int) -> float:
     return rows * 20 * moves * 5e-6
 
 
-def choose(mode: str, work: float, tell: Callable[[str], None] | None = None, kernels: Sequence[str] = ()) -> Run:
-    """Return how to run some kernels, by name: `mode` auto, on or off; `tell` hears of a compilation."""
+def choose(mode: str, work: float, notify: Callable[[str], None] | None = None, kernels: Sequence[str] = ()) -> Run:
+    """Return how to run some kernels, by name: `mode` auto, on or off; `notify` is called before a compilation."""
     if mode == "off" or (mode == "auto" and work < WORTH):
         return plain
-    if mode == "on" and tell is None:
+    if mode == "on" and notify is None:
         return jit.compiled
     cached = jit.is_cached(*kernels)
     if mode == "auto" and not cached and work < COMPILING:
         return plain
-    if tell is not None and not cached:
-        tell(COMPILES if jit.cache_folder() else f"{COMPILES} {NOT_KEPT}")
+    if notify is not None and not cached:
+        notify(COMPILES if jit.cache_folder() else f"{COMPILES} {NOT_KEPT}")
     return jit.compiled

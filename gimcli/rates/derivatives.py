@@ -15,7 +15,7 @@ from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.newton import Run
-from gimcli.progress import Tell
+from gimcli.progress import Notify
 from gimcli.rates.differentiator import Differentiator
 from gimcli.rates.plan_rates import carrier
 from gimcli.rates.slots import Slot
@@ -87,11 +87,11 @@ class TracedRates:
 
     def __init__(
         self, mechanism: Mechanism, names: Sequence[str], order: int, rows: int = 0, jit: str = "off",
-        tell: Tell | None = None,
+        notify: Notify | None = None,
     ) -> None:  # fmt: skip
         self.mechanism, self.names, self.order = mechanism, tuple(names), order
         self._made = Differentiator(mechanism, make_plan(mechanism), ORDERS[:order], names, position=False)
-        run = choose(jit, self._made.plain_seconds(rows), tell, ("play",))
+        run = choose(jit, self._made.plain_seconds(rows), notify, ("play",))
         self._differentiate = partial(self._made, run=run)
 
     def __call__(self, motion: Motion) -> tuple[ComplexArray, FloatArray]:

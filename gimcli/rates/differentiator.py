@@ -31,9 +31,9 @@ class Differentiator:
         skipped = 0 if position else 1
         found = Differentiated(mechanism, plan, [POSITION, *slots])
         for number, point in enumerate(points):
-            found.tell_point(number, point, skipped)
+            found.write_point(number, point, skipped)
         for number, member in enumerate(mechanism.members[FRAME + 1 :]):
-            found.tell_angle(number, member)
+            found.write_angle(number, member)
         self.w, self.heads, self.factors = found.tape.arrays()
         self.points = len(slots) + 1 - skipped, len(points)
         self.angles = len(slots), len(mechanism.members) - 1

@@ -151,7 +151,7 @@ class Differentiated(SlotValues):
 
     # -- what is asked for -----------------------------------------------------------------------
 
-    def tell_point(self, number: int, point: str | Point, skipped: int) -> None:
+    def write_point(self, number: int, point: str | Point, skipped: int) -> None:
         """Write all slots of a point out."""
         u, v, z = carrier(self.mechanism, point)
         with self.tape.step():
@@ -161,9 +161,9 @@ class Differentiated(SlotValues):
                     place = self.tape.carried(place, self.nodes[v][k], place, z)
                 elif k == 0:
                     place = self.tape.plus(place, z)
-                self.tape.emit(kernels.TELL, self.tape.lane(place), k - skipped, number)
+                self.tape.emit(kernels.WRITE_POINT, self.tape.lane(place), k - skipped, number)
 
-    def tell_angle(self, number: int, member: Member) -> None:
+    def write_angle(self, number: int, member: Member) -> None:
         """Write all slots of a member's angle phi out: the arm's w_k = (i phi_k - ...) w.
 
         A third derivative: (i phi_3 - 3 phi_1 phi_2 - i phi_1^3) w.
@@ -179,7 +179,7 @@ class Differentiated(SlotValues):
                     omega = told[(self.slots[k].cross or (0, 0))[0]]
                     square = tape.real(kernels.PRODUCT, omega, omega)
                     tape.emit(kernels.ADD_PRODUCT, told[k], square.lane, omega)
-                tape.emit(kernels.TELL_ANGLE, told[k], k - 1, number)
+                tape.emit(kernels.WRITE_ANGLE, told[k], k - 1, number)
 
 
 def _way(ways: Ways, node: int, base: int) -> Number:

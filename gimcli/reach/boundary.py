@@ -10,7 +10,7 @@ import numpy as np
 
 from gimcli.errors import UnassembledError, UsageError
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
-from gimcli.progress import Progress, unheard
+from gimcli.progress import Progress, no_progress
 from gimcli.reach.arcs import PathArc
 from gimcli.reach.arrangement import arranged
 from gimcli.reach.critical_curves import CriticalCurve, CriticalPoint, CriticalWalker, split
@@ -101,7 +101,7 @@ class Workspace:
 
 
 def survey(
-    mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None, progress: Progress = unheard
+    mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None, progress: Progress = no_progress
 ) -> Workspace:
     """Return the workspace of a node or point that two or more inputs move; all configurations count.
 

@@ -18,7 +18,7 @@ from gimcli.continuation.circuit import Circuit, nearby
 from gimcli.continuation.curve import PositionCurve
 from gimcli.mechanism import FloatArray
 from gimcli.positions.inputs import InputLine
-from gimcli.progress import Progress, unheard
+from gimcli.progress import Progress, no_progress
 from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, point_between, split
 from gimcli.reach.critical_positions import CriticalPath, Stratum
 from gimcli.reach.task import WorkspaceTask, law_range
@@ -27,7 +27,7 @@ ROUNDING = 1e-13
 """Of what is 0 where a range ends."""
 
 
-def along_circuits(task: WorkspaceTask, progress: Progress = unheard) -> tuple[list[CriticalCurve], bool]:
+def along_circuits(task: WorkspaceTask, progress: Progress = no_progress) -> tuple[list[CriticalCurve], bool]:
     """Return the curves of positions within the input's range, and whether they are proved to be all."""
     (actuator,) = task.moving
     turning = not task.limited

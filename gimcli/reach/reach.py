@@ -11,7 +11,7 @@ import numpy as np
 from gimcli.errors import UnassembledError, UsageError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.inputs import law_inputs
-from gimcli.progress import Progress, unheard
+from gimcli.progress import Progress, no_progress
 from gimcli.reach.arcs import PathArc
 from gimcli.reach.boundary import task_of, unreached
 from gimcli.reach.circuit_paths import along_circuits
@@ -75,7 +75,7 @@ class Reach:
 
 
 def reach(
-    mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None, progress: Progress = unheard
+    mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None, progress: Progress = no_progress
 ) -> Reach:
     """Return the paths of a node or point that one freedom moves.
 
