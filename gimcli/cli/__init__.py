@@ -19,7 +19,7 @@ from gimcli.errors import GimError
 
 COMMANDS = (
     "solve", "trace", "sequence", "mobility", "singularities", "circuits", "workspace", "groups", "forces", "simulate",
-    "reduce", "tradeoff", "schema",
+    "reduce", "tradeoff", "schema", "manual",
 )  # fmt: skip
 """A module of this package for each, in the order of the help."""
 

@@ -19,7 +19,8 @@ from gimcli.cli import COMMANDS, app, main
 from gimcli.errors import GimError
 from gimcli.model.source import read_source
 
-MODULES = [import_module(f"gimcli.cli.{name}") for name in COMMANDS]
+MODULES = [import_module(f"gimcli.cli.{name}") for name in COMMANDS if name != "manual"]
+"""Of the commands that are about models."""
 
 
 @dataclass(frozen=True)

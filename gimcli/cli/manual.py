@@ -1,0 +1,54 @@
+"""`gim manual`: the manual of the package."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import typer
+
+NAME = "manual"
+HELP = (
+    "Show a page of the manual, or its section on a command; without a name, list the pages.\n\n"
+    "Example: gim manual tutorial"
+)
+WIDEST = 100
+"""Columns of a page on a terminal, at most."""
+
+
+def command(page: str = typer.Argument("", metavar="[PAGE]", help="A page or a command.", show_default=False)) -> None:
+    """List the pages or show one."""
+    from gimcli.cli.progress import end_bars
+    from gimcli.manual.pages import manual_text
+
+    end_bars()
+    if not page:
+        _list()
+        return
+    text = manual_text(page)
+    if sys.stdout.isatty():
+        _show(text)
+    else:
+        typer.echo(text, nl=False)
+
+
+def _list() -> None:
+    from gimcli.manual.pages import page_names, summary
+
+    names = page_names()
+    width = max(map(len, names))
+    for name in names:
+        typer.echo(f"{name:{width}}  {summary(name)}")
+    typer.echo("\n`gim manual PAGE` shows a page, `gim manual COMMAND` the section on a command.")
+
+
+def _show(text: str) -> None:
+    """Show Markdown on the terminal, a screen at a time."""
+    from rich.console import Console
+    from rich.markdown import Markdown
+
+    os.environ.setdefault("LESS", "FRX")  # keep colours; show a text that fits on the screen without waiting
+    console = Console()
+    console.width = min(console.width, WIDEST)
+    with console.pager(styles=True, links=False):
+        console.print(Markdown(text, hyperlinks=False))

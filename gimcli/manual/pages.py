@@ -1,0 +1,70 @@
+"""Pages of the manual and sections of its page of commands, by their names."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from gimcli.errors import UsageError
+
+FOLDER = Path(__file__).parent
+INDEX, COMMANDS = "index", "commands"
+"""The page that links all others in the order of reading, and the page with one section for each command."""
+
+
+def page_names() -> list[str]:
+    """Return the names of all pages: the index, the pages in its order, then any other page."""
+    present = {path.stem for path in FOLDER.glob("*.md")}
+    linked = re.findall(r"\]\(([\w-]+)\.md", _text(INDEX)) if INDEX in present else []
+    return [name for name in dict.fromkeys([INDEX, *linked, *sorted(present)]) if name in present]
+
+
+def summary(name: str) -> str:
+    """Return the first sentence under the title of a page."""
+    paragraphs = (part for part in _text(name).split("\n\n") if not part.startswith(("#", "!", "```")))
+    words = " ".join(next(paragraphs, "").split())
+    return re.split(r"(?<=[.?!])\s", words, maxsplit=1)[0]
+
+
+def command_names() -> list[str]:
+    """Return the commands that have a section."""
+    return list(_sections())
+
+
+def manual_text(name: str) -> str:
+    """Return a page or the section of a command as Markdown; both, the section first, where they share the name.
+
+    Raises UsageError where there is neither.
+    """
+    found = [_sections().get(name, ""), _text(name) if name in page_names() else ""]
+    if not any(found):
+        raise UsageError(f"manual {name}: there is no such page{_near(name)}")
+    return "\n".join(text for text in found if text)
+
+
+def _text(name: str) -> str:
+    return (FOLDER / f"{name}.md").read_text(encoding="utf-8")
+
+
+def _sections() -> dict[str, str]:
+    """Return the sections `## gim NAME` of the page of commands by their names."""
+    if not (FOLDER / f"{COMMANDS}.md").exists():
+        return {}
+    sections: dict[str, str] = {}
+    name, fenced = "", False
+    for line in _text(COMMANDS).splitlines(keepends=True):
+        fenced ^= line.startswith("```")
+        if not fenced and re.match(r"##? ", line):
+            head = re.match(r"## `?gim (\w+)", line)
+            name = head[1] if head else ""
+        if name:
+            sections[name] = sections.get(name, "") + line
+    return sections
+
+
+def _near(name: str) -> str:
+    from difflib import get_close_matches
+
+    known = [*page_names(), *command_names()]
+    found = get_close_matches(name.lower().removesuffix(".md"), known, 1)
+    return f"; did you mean '{found[0]}'?" if found else f"; pages: {', '.join(page_names())}"

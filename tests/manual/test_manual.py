@@ -1,0 +1,127 @@
+"""The manual: all blocks of its pages and of README run, all links lead somewhere, `gim manual` shows it."""
+
+import re
+import subprocess
+import sys
+from unittest.mock import patch
+
+import pytest
+from bundled import ROOT
+from fences import MANUAL, PAGES, Reader, blocks
+from in_process import printed, refused
+
+from gimcli.cli import COMMANDS
+from gimcli.dynamics.integrators import INTEGRATORS
+from gimcli.manual.pages import command_names, manual_text, page_names, summary
+from gimcli.measures import KINDS
+from gimcli.output import PICTURE_FORMATS, TABLE_FORMATS
+
+LONG = [page for page in PAGES if any("soak" in block.words for block in blocks(page))]
+REGISTRIES = (INTEGRATORS, KINDS, PICTURE_FORMATS, TABLE_FORMATS)
+
+
+@pytest.fixture
+def registries():
+    """Forget what a page registers."""
+    patches = [patch.dict(registry) for registry in REGISTRIES]
+    for one in patches:
+        one.start()
+    yield
+    for one in patches:
+        one.stop()
+
+
+def name(page):
+    return page.stem
+
+
+@pytest.mark.usefixtures("registries")
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_all_blocks_run(page, tmp_path):
+    Reader(tmp_path).read(page)
+
+
+@pytest.mark.soak
+@pytest.mark.usefixtures("registries")
+@pytest.mark.parametrize("page", LONG, ids=name)
+def test_long_blocks_run(page, tmp_path):
+    Reader(tmp_path, soak=True).read(page)
+
+
+def prose(page):
+    """Return the text of a page without its blocks."""
+    return re.sub(r"(?ms)^```.*?^```$", "", page.read_text(encoding="utf-8"))
+
+
+def anchors(page):
+    """Return the anchors of a page's headings, as GitHub makes them."""
+    heads = re.findall(r"(?m)^#+ (.*)$", prose(page))
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)\s]+)\)", prose(page)):
+        if not target.startswith(("http://", "https://")):
+            path, _, anchor = target.partition("#")
+            file = page.parent / path if path else page
+            assert file.exists(), target
+            assert not anchor or anchor in anchors(file), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_lines_have_at_most_120_characters(page):
+    lines = page.read_text(encoding="utf-8").splitlines()
+    long = [k for k, line in enumerate(lines, 1) if len(line) > 120 and not line.startswith("|")]
+    assert not long
+
+
+@pytest.mark.parametrize("page", sorted(MANUAL.glob("*.md")), ids=name)
+def test_a_page_has_a_title_a_summary_and_links_to_it(page):
+    assert page.read_text(encoding="utf-8").startswith("# ")
+    assert 10 < len(summary(page.stem)) < 120
+    assert page.stem == "index" or f"]({page.name})" in (MANUAL / "index.md").read_text(encoding="utf-8")
+
+
+def test_the_list_has_every_page():
+    listed = printed("manual")
+    for page in MANUAL.glob("*.md"):
+        assert re.search(rf"(?m)^{page.stem} +{re.escape(summary(page.stem))}$", listed)
+
+
+def test_a_page_is_shown_as_it_is():
+    assert printed("manual", "index") == (MANUAL / "index.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.skipif(not (MANUAL / "commands.md").exists(), reason="the page of commands is being written")
+def test_every_command_has_a_section():
+    assert set(command_names()) == set(COMMANDS)
+    for command in COMMANDS:
+        assert manual_text(command).startswith(f"## gim {command}\n")
+
+
+def test_a_name_that_is_no_page_is_refused():
+    assert "did you mean 'index'" in refused("manual", "idnex")
+    assert "pages: index" in refused("manual", "xyzxyz")
+    assert page_names()[0] == "index"
+
+
+def test_nothing_heavy_is_imported():
+    code = (
+        "import sys; sys.argv = ['gim', 'manual', 'index']\n"
+        "from gimcli.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "heavy = {'numba', 'matplotlib', 'scipy', 'numpy', 'pydantic', 'yaml', 'rich'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, cwd=ROOT)
+
+
+def test_a_terminal_gets_it_rendered(monkeypatch, capsys):
+    """The bold title of a heading, not its signs; no pager waits for keys."""
+    from gimcli.cli.manual import _show
+
+    monkeypatch.setenv("PAGER", "cat")
+    _show("# Title\n\nSome *text*.\n")
+    assert "#" not in capsys.readouterr().out

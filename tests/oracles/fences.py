@@ -1,0 +1,196 @@
+"""Code blocks of Markdown pages, and what each kind of block promises.
+
+- `bash`: each line runs, with exit status 0 or the one that a comment at its end names ("# exit status 3");
+- `yaml`: a whole model file, which loads and is saved as model.yaml; `yaml more`: entries added to that file, which are
+  saved too; `yaml part`: entries that the file loads with, not saved (null removes an entry); `yaml refused`: a file,
+  or entries, that are refused;
+- `csv NAME`: a table, saved under its name; `python`: runs, one namespace for each page;
+- `output`: what the command or program before it prints, or the message about the refused file;
+- `text`: not checked; `setup` after the kind: not run; `soak` after the kind: runs with the long tests only.
+"""
+
+import io
+import os
+import re
+import shlex
+import subprocess
+import sys
+from contextlib import chdir, redirect_stdout
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+import yaml
+from bundled import ROOT
+from in_process import ran
+
+import gimcli
+from gimcli.errors import GimError
+from gimcli.model.source import read_source
+
+MANUAL = ROOT / "gimcli" / "manual"
+PAGES = sorted(MANUAL.glob("*.md"))
+KINDS = ("bash", "yaml", "csv", "python", "output", "text")
+SHELL = set("|&;<>$`*?~")
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block of a page."""
+
+    page: Path
+    line: int
+    kind: str
+    words: tuple[str, ...]
+    text: str
+
+
+def blocks(page):
+    """Return the blocks of a page; fences stand at the start of their line."""
+    found, head, start, body = [], None, 0, []
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        assert line.startswith("```") or not line.lstrip().startswith("```"), f"{page.name}:{number}: indented fence"
+        if not line.startswith("```"):
+            body.append(line)
+        elif head is None:
+            head, start, body = line[3:].split(), number, []
+            assert head, f"{page.name}:{number}: the kind of the block is missing"
+            assert head[0] in KINDS, f"{page.name}:{number}: unknown kind of block '{head[0]}'"
+        else:
+            found.append(Block(page, start, head[0], tuple(head[1:]), "\n".join(body) + "\n"))
+            head = None
+    assert head is None, f"{page.name}: a fence is not closed"
+    return found
+
+
+class Reader:
+    """Do what a page says, in a folder of its own."""
+
+    def __init__(self, folder, soak=False):
+        self.folder, self.soak = folder, soak
+        self.model, self.names, self.printed = {}, {"__name__": "page"}, ""
+        for name in ("models", "examples"):
+            (folder / name).symlink_to(ROOT / name)
+        (folder / ".bin").mkdir()
+        command = folder / ".bin" / "gim"
+        command.write_text(f'#!/bin/sh\nexec {sys.executable} -c "from gimcli.cli import main; main()" "$@"\n')
+        command.chmod(0o755)
+
+    def read(self, page):
+        """Do all blocks in turn."""
+        with chdir(self.folder):
+            for block in blocks(page):
+                if "setup" not in block.words and ("soak" not in block.words or self.soak):
+                    try:
+                        getattr(self, block.kind)(block)
+                    except (Exception, pytest.fail.Exception) as error:
+                        error.add_note(f"{page}:{block.line}: block of {block.kind}")
+                        raise
+
+    def text(self, block):
+        """Leave it."""
+
+    def csv(self, block):
+        """Save a table."""
+        Path(block.words[0]).write_text(block.text)
+
+    def bash(self, block):
+        """Run each line."""
+        for line in block.text.replace("\\\n", " ").splitlines():
+            command, _, remark = line.partition(" #")
+            status = re.search(r"exit status (\d)", remark)
+            if command.strip() and not command.startswith("#"):
+                self.run(command.strip(), int(status[1]) if status else 0)
+
+    def run(self, command, status):
+        """Run a command in this process where it needs no shell."""
+        words = shlex.split(command)
+        if words[0] == "gim" and not SHELL & set(command):
+            done = ran(*words[1:], cwd=self.folder)
+            code, self.printed, error = done.code, done.text, done.error
+        else:
+            path = {
+                "PATH": f"{self.folder / '.bin'}:{Path(sys.executable).parent}:{os.environ['PATH']}",
+                "PYTHONPATH": str(ROOT),
+            }
+            process = subprocess.run(
+                ["bash", "-c", command], capture_output=True, text=True, env={**os.environ, **path}, timeout=600
+            )
+            code, self.printed, error = process.returncode, process.stdout, process.stderr
+        assert code == status, f"{command}: exit status {code}\n{self.printed}\n{error}"
+
+    def python(self, block):
+        """Run a program."""
+        with redirect_stdout(io.StringIO()) as out:
+            exec(compile(block.text, f"{block.page.name}:{block.line}", "exec"), self.names)
+        self.printed = out.getvalue()
+
+    def yaml(self, block):
+        """Load a model file, or entries over it."""
+        if "refused" in block.words:
+            self.printed = self.refused(block.text)
+            return
+        data = parsed(block.text)
+        if {"part", "more"} & set(block.words):
+            data = merged(self.model, data)
+        gimcli.load(data)
+        if "part" in block.words:
+            return
+        self.model = data
+        text = block.text if not block.words else yaml.safe_dump(data, sort_keys=False)
+        Path("model.yaml").write_text(text)
+
+    def refused(self, text):
+        """Return the message about a file, or about entries over the last one."""
+        Path("model.yaml").write_text(text)
+        try:
+            data = parsed(text)
+            if "nodes" in data:
+                gimcli.solve(gimcli.load("model.yaml"))
+            else:
+                gimcli.solve(gimcli.load(merged(self.model, data)))
+        except GimError as error:
+            return str(error)
+        finally:
+            Path("model.yaml").write_text(yaml.safe_dump(self.model, sort_keys=False))
+        pytest.fail("the file is not refused")
+
+    def output(self, block):
+        """Compare what was printed."""
+        compare(block.text, self.printed)
+
+
+def parsed(text):
+    """Return the data of a model file, whose keys may be words of YAML such as `on`."""
+    Path(".part.yaml").write_text(text)
+    return read_source(Path(".part.yaml")).data
+
+
+def merged(base, part):
+    """Return the data of a file with entries of its sections added, replaced or, with null, removed."""
+    if not (isinstance(base, dict) and isinstance(part, dict)):
+        return part
+    both = {**base, **{key: merged(base.get(key), value) for key, value in part.items()}}
+    return {key: value for key, value in both.items() if value is not None}
+
+
+def compare(told, printed):
+    """Compare texts apart from spaces and the last digits of numbers; dots stand for anything."""
+    told, printed = (re.sub(r"[─━-]{3,}", "", text) for text in (told, printed))
+    pieces = [
+        r"\s+" if piece.isspace() else r".*?" if piece == "..." else f"({NUMBER})" if is_number else re.escape(piece)
+        for piece, is_number in split(told.strip())
+    ]
+    match = re.fullmatch("".join(pieces), printed.strip(), re.DOTALL)
+    assert match, f"the page has\n{told}\nprinted is\n{printed}"
+    expected = [float(piece) for piece, is_number in split(told.strip()) if is_number]
+    for a, b in zip(expected, map(float, match.groups()), strict=True):
+        assert abs(a - b) <= max(1e-3 * max(abs(a), abs(b)), 1e-9), f"the page has {a}, printed is {b} in\n{printed}"
+
+
+def split(text):
+    """Yield the pieces of a text, and whether each is a number that stands alone."""
+    for piece in re.split(rf"(\s+|\.\.\.|(?<![\w.]){NUMBER}(?![\w]))", text):
+        if piece:
+            yield piece, re.fullmatch(NUMBER, piece) is not None
