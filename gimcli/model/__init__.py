@@ -1,1 +1,1 @@
-"""The model file: schema, reading with line numbers, checks, units, laws, and the compiler."""
+"""The model file: schema, reader that keeps line numbers, checks, units, laws, and compiler."""

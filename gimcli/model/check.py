@@ -1,6 +1,6 @@
-"""Validation of a model file: types by the schema, then what its parts say of each other.
+"""Validation of a model file: first the types of its values, then the references between its parts.
 
-Every fault of a file is one line: file:line:column, what was met, what to do.
+Each error of a file is one line: file:line:column, what is wrong, how to correct it.
 """
 
 from __future__ import annotations
@@ -24,13 +24,15 @@ SECTIONS = ("nodes", "links", "elements", *PAIRS, "actuators", "points", "masses
             "springs", "dampers", "friction")  # fmt: skip
 CONSTRAINTS = ("links", "elements", *PAIRS, "actuators")
 FORMULA = ("=", "+", "-", "@")
-"""Signs with which a cell of a spreadsheet becomes a formula; names stand in the heads of tables."""
+"""First characters of a spreadsheet formula; names are used in the headers of CSV files."""
 COLUMNS = ("step", "time", "residual", "sweeps", "status")
+"""Columns of the tables that an actuator's name must not repeat."""
 SIZES = (1e-100, 1e100)
+"""Least and greatest size of a mechanism, in the file's unit of length."""
 
 
 def checked(source: Source) -> Model:
-    """Return the model of a source; raise ModelError with all its faults."""
+    """Return the model of a source; raise ModelError with all errors of the file."""
     model, doubtful = _typed(source)
     if model is not None:
         check(References(source, model, doubtful))
@@ -41,19 +43,19 @@ def checked(source: Source) -> Model:
 
 
 def _typed(source: Source) -> tuple[Model | None, set[Where]]:
-    """Return the model, and which of its parts had to be left out; None where too little is left of it."""
+    """Return the model without its invalid parts, and the paths of these parts; None if the rest is no model."""
     data = long_form(source.data)
     try:
         return Model.model_validate(data), set()
     except ValidationError as error:
         faults: list[dict[str, Any]] = [dict(e) for e in error.errors(include_url=False)]
     unknown = [tuple(f["loc"]) for f in faults if f["type"] == "extra_forbidden"]
-    missed = {path for path in map(wording.meant, unknown) if path is not None}
+    intended = {path for path in map(wording.intended, unknown) if path is not None}
     data, doubtful = _without(data, faults)
-    doubtful |= missed
+    doubtful |= intended
     for fault in faults:
-        if fault["type"] != "missing" or fault["loc"] not in missed:
-            wording.note(source, fault)
+        if fault["type"] != "missing" or fault["loc"] not in intended:
+            wording.record(source, fault)
     try:
         return Model.model_validate(data), doubtful
     except ValidationError:
@@ -61,7 +63,7 @@ def _typed(source: Source) -> tuple[Model | None, set[Where]]:
 
 
 def _without(data: dict[str, Any], faults: list[dict[str, Any]]) -> tuple[dict[str, Any], set[Where]]:
-    """Return the data without their unknown keys and faulty parts, and which parts were left out."""
+    """Return the data without unknown keys and invalid parts, and the paths of the invalid parts."""
     rest, doubtful = copy.deepcopy(data), set[Where]()
     for fault in faults:
         where: Where = tuple(fault["loc"])
@@ -85,7 +87,7 @@ def _remove(data: Any, where: Where) -> None:
 
 
 def check(refs: References) -> None:
-    """Note what does not fit together."""
+    """Record the errors in the references between parts."""
     if not refs.every and refs.sure and used_nodes(refs.model) <= refs.ground:
         refs.fault((), "no members and no moving node; add `links:`, `elements:` or `actuators:`")
     _check_signs(refs)
@@ -95,7 +97,7 @@ def check(refs: References) -> None:
         _check_member(refs, ("links", name), link)
     for name, element in refs.model.elements.items():
         _check_member(refs, ("elements", name), element)
-    if refs.every and refs.sure and not SIZES[0] < refs.size < SIZES[1]:
+    if refs.every and refs.sure and refs.placed and not SIZES[0] < refs.size < SIZES[1]:
         refs.fault(("nodes",), f"the mechanism is {refs.size:g} in size; choose another unit of length")
     for section, kind in PAIRS.items():
         for name in getattr(refs.model, section):
@@ -109,7 +111,8 @@ def _check_signs(refs: References) -> None:
     for section in SECTIONS:
         for name in getattr(refs.model, section):
             if name.lstrip().startswith(FORMULA):
-                text = f"the name '{name}' begins with '{name.lstrip()[0]}', as a formula of a spreadsheet; rename it"
+                sign = name.lstrip()[0]
+                text = f"the name '{name}' begins with '{sign}', which a spreadsheet reads as a formula; rename it"
                 refs.fault((section, name), text, key=True)
 
 
@@ -122,16 +125,16 @@ def _check_names(refs: References) -> None:
                 text = f"'{name}' is given twice, first under `{seen[name]}:` in line {line}; rename one"
                 refs.fault((section, name), text, key=True)
             elif name == "ground" or (section == "actuators" and name in COLUMNS):
-                refs.fault((section, name), f"the name '{name}' is taken; rename it", key=True)
+                refs.fault((section, name), f"the name '{name}' is reserved; rename it", key=True)
             seen.setdefault(name, section)
 
 
 def _check_ground(refs: References) -> None:
     ground = refs.model.ground
     if ground.member is not None and ground.nodes:
-        refs.fault(("ground",), "met both nodes and a member; ground one or the other")
+        refs.fault(("ground",), "expected `nodes` or `member`, got both; remove one")
     elif ground.member == "ground":
-        refs.fault(("ground", "member"), "'ground' is no member; name a link or an element")
+        refs.fault(("ground", "member"), "expected a link or an element, got 'ground'")
     elif ground.member is not None:
         if refs.member(("ground", "member"), ground.member):
             check_drawn(refs, ("ground", "member"), refs.every[ground.member])
@@ -144,12 +147,12 @@ def _check_member(refs: References, where: Where, member: Link | Element) -> Non
     name, nodes = where[1], member.nodes
     known = refs.nodes((*where, "nodes"), nodes)
     if known and refs.held is None and set(nodes) <= refs.ground:
-        refs.fault(where, f"'{name}' joins ground nodes only; remove it, the frame is a member already")
+        refs.fault(where, f"'{name}' has ground nodes only; remove it: the frame joins them already")
     if isinstance(member, Element) and member.shape is not None:
         _check_shape(refs, where, nodes, member.shape)
     elif isinstance(member, Link) and member.length is not None:
         if member.length <= CLOSEST * refs.size:
-            text = f"length {member.length:g} vanishes beside the mechanism's size {refs.size:g}; make it longer"
+            text = f"length {member.length:g} is too small for a mechanism of size {refs.size:g}; make it longer"
             refs.fault((*where, "length"), text)
     elif known:
         cure = "give the `length`" if isinstance(member, Link) else "give the `shape`"
@@ -160,11 +163,11 @@ def _check_member(refs: References, where: Where, member: Link | Element) -> Non
 def _check_shape(refs: References, where: Where, nodes: list[str], shape: dict[str, list[float]]) -> None:
     for node in nodes:
         if node not in shape:
-            refs.fault((*where, "shape"), f"shape of '{where[1]}' lacks node {node}; add its place")
+            refs.fault((*where, "shape"), f"the shape of '{where[1]}' has no node {node}; add its coordinates")
     for node in shape:
         if node not in nodes:
             hint = wording.near(node, nodes) or "; remove it or add it to `nodes`"
-            refs.fault((*where, "shape", node), f"'{node}' is no node of '{where[1]}'{hint}", key=True)
+            refs.fault((*where, "shape", node), f"'{node}' is not a node of '{where[1]}'{hint}", key=True)
     for a, b in refs.coincident({n: shape[n] for n in nodes if n in shape}):
         refs.fault((*where, "shape"), f"nodes {a} and {b} of '{where[1]}' coincide in its shape; move one")
 
@@ -182,7 +185,7 @@ def _check_points(refs: References) -> None:
         if name not in known and not {name, "points"} & doubted:
             refs.fault(("trace", k), f"'{name}' is neither a point nor a node{wording.near(name, known)}")
         elif name in model.nodes and refs.sure and name not in used:
-            refs.fault(("trace", k), f"node '{name}' belongs to no member; add it to one, or do not trace it")
+            refs.fault(("trace", k), f"node '{name}' belongs to no member; add it to one, or remove it from `trace`")
     for name in (n for n, count in Counter(model.trace).items() if count > 1):
         last = len(model.trace) - 1 - model.trace[::-1].index(name)
-        refs.fault(("trace", last), f"'{name}' is traced twice; name it once")
+        refs.fault(("trace", last), f"'{name}' is listed twice in `trace`; remove one")

@@ -1,4 +1,4 @@
-"""Checks of what acts on a mechanism: masses, loads, springs, dampers, friction, and how inputs are let go."""
+"""Checks of masses, loads, springs, dampers and friction, and of the keys of free inputs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gimcli.model.wording import near
 
 
 def check_dynamics(refs: References) -> None:
-    """Note what is wrong with what acts on the mechanism."""
+    """Record the errors in the dynamic sections of the model."""
     for name in refs.model.masses:
         refs.member(("masses", name), name, key=True)
     for name, load in refs.model.loads.items():
@@ -27,7 +27,7 @@ def check_dynamics(refs: References) -> None:
     for name in refs.model.friction:
         _check_pair(refs, name)
     for name, actuator in refs.model.actuators.items():
-        _check_release(refs, ("actuators", name), actuator)
+        _check_free_input(refs, ("actuators", name), actuator)
 
 
 def _check_load(refs: References, where: Where, load: Load) -> None:
@@ -44,13 +44,13 @@ def _check_load(refs: References, where: Where, load: Load) -> None:
         if load.over != "time" and load.over not in refs.model.actuators:
             _unknown_input(refs, (*where, "over"), load.over)
     elif load.over != "time":
-        refs.lack(where, ("table",), f"load '{where[1]}' runs over '{load.over}' but has no `table`; add one")
+        refs.lack(where, ("table",), f"load '{where[1]}' has `over: {load.over}` but no `table`; add one")
 
 
 def _unknown_input(refs: References, where: Where, name: str) -> None:
     if ("actuators",) not in refs.doubtful and ("actuators", name) not in refs.doubtful:
         known = ["time", *refs.model.actuators]
-        refs.fault(where, f"'{name}' is neither time nor an actuator{near(name, known) or _choice(known)}")
+        refs.fault(where, f"'{name}' is neither `time` nor an actuator{near(name, known) or _choice(known)}")
 
 
 def _choice(names: Iterable[str]) -> str:
@@ -76,11 +76,11 @@ def _check_gauge(refs: References, where: Where, part: Spring | Damper, what: st
         if node in refs.model.nodes and node not in used and refs.sure:
             refs.fault((*where, key), f"node '{node}' belongs to no member; add it to one")
     if isinstance(part, Spring) and part.free is not None and part.nodes is not None and part.free < 0.0:
-        refs.fault((*where, "free"), f"a free length must be at least 0, met {part.free:g}")
+        refs.fault((*where, "free"), f"expected a free length of at least 0, got {part.free:g}")
 
 
 def as_actuator(gauge: Gauge) -> Actuator:
-    """Return the actuator that would drive what a gauge reads."""
+    """Return the actuator whose value is the angle, distance or travel that a gauge measures."""
     keys = {key: getattr(gauge, key) for key in Gauge.fields}
     turns = gauge.pivot is not None or gauge.arm is not None
     return Actuator(type="rotary" if turns else "linear", **keys)
@@ -95,16 +95,17 @@ def _check_pair(refs: References, name: str) -> None:
         text = f"'{name}' is neither a node nor a sliding pair{near(name, known) or _choice(known)}"
         refs.fault(where, text, key=True)
     elif refs.sure and len(refs.carriers(name)) < 2:
-        refs.fault(where, f"node {name} is no pair, as fewer than two members meet there; name another", key=True)
+        text = f"node {name} is not a pair: fewer than two members have this node; name another"
+        refs.fault(where, text, key=True)
 
 
-# -- how inputs are let go ---------------------------------------------------------------------
+# -- free inputs -------------------------------------------------------------------------------
 
 
-def _check_release(refs: References, where: Where, actuator: Actuator) -> None:
+def _check_free_input(refs: References, where: Where, actuator: Actuator) -> None:
     if not actuator.free and (*where, "free") not in refs.doubtful:
         for key in sorted({"start", "speed", "effort"} & actuator.given):
-            text = f"`{key}` is for an input that moves freely, not by its law; add `free: true`, or remove `{key}`"
+            text = f"`{key}` is for a free input, this one follows its law; add `free: true`, or remove `{key}`"
             refs.fault((*where, key), text, key=True)
     if actuator.start is not None:
         check_reach(refs, (*where, "start"), actuator, actuator.start)
@@ -116,16 +117,15 @@ def _check_effort(refs: References, where: Where, effort: Effort) -> None:
     line = effort.stall is not None or effort.idle is not None
     given = [effort.constant is not None, effort.table is not None, line]
     if sum(given) != 1:
-        text = f"the effort of '{where[1]}' needs a number, or `table`, or `stall` and `idle`"
+        text = f"the effort of '{where[1]}' needs one of: a number, `table`, `stall` with `idle`"
         refs.lack(where, ("table", "stall", "idle"), text)
     elif line and (effort.stall is None or effort.idle is None):
         missing = "stall" if effort.stall is None else "idle"
         refs.lack(where, (missing,), f"`{missing}` is missing; a torque-speed line needs `stall` and `idle`")
     elif line and effort.idle == 0.0:
-        refs.fault((*where, "idle"), "the idle speed must not be 0")
+        refs.fault((*where, "idle"), "expected an idle speed other than 0, got 0")
     if effort.table is not None:
         _check_table(refs, (*where, "table"), effort.table, effort.over)
     elif effort.over != "time":
-        refs.lack(
-            where, ("table",), f"the effort of '{where[1]}' runs over its {effort.over} but has no `table`; add one"
-        )
+        text = f"the effort of '{where[1]}' has `over: {effort.over}` but no `table`; add one"
+        refs.lack(where, ("table",), text)

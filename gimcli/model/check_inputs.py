@@ -1,4 +1,4 @@
-"""Checks of the actuators: do their nodes fit the type, can their laws be driven."""
+"""Checks of the actuators: nodes that fit the type, values that the law can reach."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from gimcli.model.wording import near
 KEYS = ("pivot", "arm", "reference", "nodes", "node", "guide")
 
 
-LOOKS = 1001
-"""Places of a law that are looked at beside those where it turns back, should rounding hide one of these."""
+SAMPLES = 1001
+"""Times at which a polynomial is evaluated besides its stationary points, of which rounding may hide one."""
 
-Times = tuple[str, float]  # name of a table and what it spans in s
+Times = tuple[str, float]  # name of a table and its duration [s]
 
 
 def check_inputs(refs: References) -> None:
-    """Note what is wrong with the actuators."""
+    """Record the errors in the actuators."""
     tables: list[Times] = []
     for name, actuator in refs.model.actuators.items():
         where: Where = ("actuators", name)
@@ -36,18 +36,18 @@ def check_inputs(refs: References) -> None:
 
 
 def check_span(refs: References, where: Where, guide: Sequence[str], sliding: Sequence[str]) -> None:
-    """Note what is wrong with a guide, and with nodes that are to slide on it."""
+    """Record the errors in a guide and in the nodes that slide on it."""
     if not refs.nodes((*where, "guide"), guide):
         return
     carriers = refs.carriers(*guide)
     if not carriers:
         if refs.sure:
             nodes = f"guide nodes {guide[0]} and {guide[1]}"
-            text = f"{nodes} belong to no common member; name two nodes of one, or of the ground"
+            text = f"{nodes} belong to no common member; name two nodes of one member, or of the ground"
             refs.fault((*where, "guide"), text)
         return
     if not refs.apart(*guide):
-        text = f"guide nodes {guide[0]} and {guide[1]} coincide; they must show a direction: draw them apart"
+        text = f"guide nodes {guide[0]} and {guide[1]} coincide and define no direction; move one"
         refs.fault((*where, "guide"), text)
     held = refs.ground if carriers[0] == "ground" else set(refs.members[carriers[0]])
     for node in sliding:
@@ -60,7 +60,7 @@ def check_span(refs: References, where: Where, guide: Sequence[str], sliding: Se
 
 
 def check_nodes(refs: References, where: Where, actuator: Actuator, what: str = "actuator") -> None:
-    """Note nodes that do not fit what is driven, or measured."""
+    """Record the errors in the nodes of an actuator, spring or damper (`what`)."""
     given = {key for key in KEYS if getattr(actuator, key) is not None}
     needed, optional = {"node", "guide"}, set[str]()
     if actuator.type == "rotary":
@@ -91,7 +91,7 @@ def _check_rotary(refs: References, where: Where, pivot: str, arm: str, referenc
     arms = [m for m in refs.carriers(pivot, arm) if m != "ground"] if pivot != arm else []
     if not arms:
         if refs.sure or pivot == arm:
-            text = f"pivot {pivot} and arm {arm} belong to no common moving member; name two nodes of one"
+            text = f"pivot {pivot} and arm {arm} belong to no common moving member; name two nodes of one member"
             refs.fault((*where, "arm"), text)
     elif reference is not None:
         _check_reference(refs, (*where, "reference"), pivot, reference, arms[0])
@@ -104,13 +104,13 @@ def _check_rotary(refs: References, where: Where, pivot: str, arm: str, referenc
 
 def _check_reference(refs: References, where: Where, pivot: str, reference: str, arm: str) -> None:
     if reference == pivot:
-        refs.fault(where, f"reference {reference} is the pivot itself; name another node, it must show a direction")
+        refs.fault(where, f"reference {reference} is the pivot itself and defines no direction; name another node")
     elif not [m for m in refs.carriers(pivot, reference) if m != arm]:
         if refs.sure:
-            joint = f"pivot {pivot} and reference {reference} belong to no common member but '{arm}'"
-            refs.fault(where, f"{joint}; name a node of the one that '{arm}' turns on")
+            joint = f"pivot {pivot} and reference {reference} belong to no common member other than '{arm}'"
+            refs.fault(where, f"{joint}; name a node of the member on which '{arm}' turns")
     elif not refs.apart(pivot, reference):
-        refs.fault(where, f"pivot {pivot} and reference {reference} are drawn at one place; draw them apart")
+        refs.fault(where, f"pivot {pivot} and reference {reference} coincide and define no direction; move one")
 
 
 def _check_telescope(refs: References, where: Where, nodes: Sequence[str]) -> None:
@@ -118,7 +118,7 @@ def _check_telescope(refs: References, where: Where, nodes: Sequence[str]) -> No
         holders = refs.carriers(*nodes)
         if holders:
             text = (
-                f"nodes {nodes[0]} and {nodes[1]} belong to one member ('{holders[0]}'): their distance cannot change"
+                f"nodes {nodes[0]} and {nodes[1]} belong to the same member '{holders[0]}': their distance is constant"
             )
             refs.fault((*where, "nodes"), f"{text}; name nodes of two members")
 
@@ -131,7 +131,7 @@ def _check_law(refs: References, where: Where, actuator: Actuator, law: Law, tab
     profile = law.profile
     if len(profile.given) > 1:
         keys = " and ".join(f"`{key}`" for key in sorted(profile.given))
-        refs.fault((*at, "profile"), f"met {keys}; choose one of them")
+        refs.fault((*at, "profile"), f"expected one of `name`, `polynomial` and `table`, got {keys}")
         return
     if profile.name not in PROFILES:
         choice = f"choose {', '.join(PROFILES)}{near(profile.name, PROFILES)}"
@@ -150,7 +150,7 @@ def _check_law(refs: References, where: Where, actuator: Actuator, law: Law, tab
 
 
 def _drawn(refs: References, actuator: Actuator) -> float | None:
-    """Return the drawn value of an input in the file's unit; None where its nodes are not known."""
+    """Return the initial value of an input in the file's unit; None if its nodes are not declared."""
     names = [*(actuator.nodes or []), *(actuator.guide or [])]
     names += [n for n in (actuator.pivot, actuator.arm, actuator.reference, actuator.node) if n is not None]
     if not set(names) <= set(refs.model.nodes):
@@ -172,59 +172,59 @@ def _drawn(refs: References, actuator: Actuator) -> float | None:
 
 
 def _between(start: float, end: float, profile: Profile) -> list[float]:
-    """Return the extreme values of a law between two ends; a profile that is named or has none stays between them."""
+    """Return the extreme values of a polynomial law between two ends; the other profiles stay between the ends."""
     values = [start * (1.0 - s) + end * s for s in _course(profile.polynomial or [])]
     return [v if math.isfinite(v) else math.inf for v in values]
 
 
 def _course(coefficients: Sequence[float]) -> list[float]:
-    """Return the values of a polynomial at the ends of 0..1, and where it is highest and lowest between."""
+    """Return the values of a polynomial at 0 and 1, its least and its greatest value in 0..1."""
     law = PolynomialLaw(tuple(coefficients or (0.0,)))
     with np.errstate(over="ignore", invalid="ignore"):
-        values = law(np.concatenate([[0.0, 1.0], law.stops(), np.linspace(0.0, 1.0, LOOKS)]))
+        values = law(np.concatenate([[0.0, 1.0], law.stops(), np.linspace(0.0, 1.0, SAMPLES)]))
     values = np.where(np.isnan(values), np.inf, values)
     return [float(v) for v in (values[0], values[1], values.min(), values.max())]
 
 
 def check_reach(refs: References, at: Where, actuator: Actuator, value: float) -> None:
-    """Note a value that the input cannot have."""
+    """Record an error if an input cannot have a value (the file's unit)."""
     _check_values(refs, at, actuator, [value], 0.0, "the start")
 
 
 def _check_values(
     refs: References, at: Where, actuator: Actuator, values: list[float], by: float, what: str = "the law"
 ) -> None:
-    """Note values that no mechanism takes, and those that are too far away to be followed."""
+    """Record an error for distances not above 0, and for values beyond MOST_TURNS turns or sizes."""
     if actuator.nodes is not None and min(values, default=1.0) <= 0.0:
-        refs.fault(at, f"a distance must be above 0, met {min(values):g}; mend {what}")
+        refs.fault(at, f"expected a distance above 0, got {min(values):g}; correct {what}")
     turn = 360.0 if refs.model.units.angle == "deg" else 2.0 * math.pi
     most = MOST_TURNS * (turn if actuator.type == "rotary" else refs.size)
     farthest = max([*values, by], key=abs)
     if abs(farthest) > most > 0.0:
-        refs.fault(at, f"{what} reaches {farthest:g}; {most:g} is the most that is followed: shorten it")
+        refs.fault(at, f"{what} reaches {farthest:g}, more than the limit {most:g}; shorten it")
 
 
 def _check_ends(refs: References, at: Where, law: Law) -> list[float]:
-    """Check the ends of a law and what runs between them; return the ends that are absolute."""
+    """Check the ends of a law and its profile; return the absolute ends, `from` and `to`."""
     absolute = [value for value in (law.from_, law.to) if value is not None]
     if law.by is not None and absolute:
-        refs.fault((*at, "by"), "met `by` with `from` or `to`; give an increment or absolute values", key=True)
+        refs.fault((*at, "by"), "expected `by`, or `from` and `to`, got both `by` with `from` or `to`", key=True)
     elif law.profile.table is not None:
         if absolute or law.by is not None:
-            refs.fault(at, "a table holds absolute values; remove `from`, `to` and `by`")
+            refs.fault(at, "a table gives absolute values; remove `from`, `to` and `by`")
     elif len(absolute) == 1:
         missing = "to" if law.to is None else "from"
-        refs.lack(at, (missing,), f"`{missing}` is missing; give both ends, or `by`")
+        refs.lack(at, (missing,), f"`{missing}` is missing; give both `from` and `to`, or `by`")
     if law.profile.polynomial is not None and (law.by is not None or absolute):
         first, last, *_ = _course(law.profile.polynomial)
         if abs(first) > 1e-9 or abs(last - 1.0) > 1e-9:
-            text = f"between given ends the polynomial must run from 0 to 1, met {first:g} to {last:g}; mend it"
+            text = f"with given ends the polynomial must go from 0 to 1, got {first:g} to {last:g}; correct it"
             refs.fault((*at, "profile", "polynomial"), text)
     return absolute
 
 
 def _check_table(refs: References, where: Where, name: str, tables: list[Times]) -> list[float]:
-    """Check a table; return its values."""
+    """Check the table of a law and its duration; return its values, an empty list if it cannot be read."""
     try:
         time, values = read_table(refs.source.folder / name)
     except ValueError as error:
@@ -234,8 +234,8 @@ def _check_table(refs: References, where: Where, name: str, tables: list[Times])
     duration = refs.model.duration
     tables.append((name, span))
     if not SHORTEST <= span <= LONGEST:
-        refs.fault(where, f"table {name} runs {span:g} s; {SHORTEST:g} to {LONGEST:g} s are possible")
-    other, wanted = tables[0] if duration is None else ("duration", duration)
+        refs.fault(where, f"table {name}: expected a duration of {SHORTEST:g} to {LONGEST:g} s, got {span:g} s")
+    other, wanted = tables[0] if duration is None else ("`duration`", duration)
     if abs(span - wanted) > 1e-9 * wanted:
-        refs.fault(where, f"table {name} runs {span:g} s, {other} is {wanted:g} s; make them equal")
+        refs.fault(where, f"table {name} covers {span:g} s, {other} is {wanted:g} s; make them equal")
     return values

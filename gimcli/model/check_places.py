@@ -1,4 +1,4 @@
-"""Checks of what is carried by a member at one place: points and forces."""
+"""Checks of points fixed to a member: tracer points and points of application of forces."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from gimcli.model.source import Where
 
 
 def check_drawn(refs: References, where: Where, nodes: list[str]) -> None:
-    """Note a member whose drawn place is not defined, as its first two nodes are drawn at one."""
+    """Record an error if the first two nodes of a member coincide: its initial direction is then undefined."""
     a, b = nodes[:2]
     if {a, b} <= set(refs.model.nodes) and a != b and not refs.apart(a, b):
-        refs.fault(where, f"nodes {a} and {b} are drawn at one place, which shows no direction; draw them apart")
+        refs.fault(where, f"nodes {a} and {b} coincide and define no direction; move one")
 
 
 def check_place(refs: References, where: Where, part: Tracer | Load, what: str) -> None:
-    """Check what is carried by a member at one place."""
+    """Check the member and the coordinates of a point or force (`what`)."""
     known = refs.member((*where, "on"), part.on)
     if (part.at is None) == (part.local is None):
-        refs.lack(where, ("at", "local"), f"{what} '{where[1]}' needs either `at` (drawn) or `local`")
+        refs.lack(where, ("at", "local"), f"{what} '{where[1]}' needs either `at` (initial coordinates) or `local`")
     elif known and part.at is not None and part.on != "ground":
         check_drawn(refs, (*where, "at"), refs.every[part.on])

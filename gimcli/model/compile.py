@@ -1,4 +1,4 @@
-"""From the mechanism as written to the mechanism as solved: the one module that knows both."""
+"""Compiler from the model as written (names, file units) to the mechanism as solved (arrays, integer ids)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gimcli.model.pairs import PAIRS, used_nodes
 
 
 def compile_model(model: schema.Model, folder: Path = Path()) -> Mechanism:
-    """Return the mechanism of a validated model; `folder` is where tables of laws are looked for."""
+    """Return the mechanism of a validated model; the paths of tables start at `folder`."""
     own = GeometryCompiler(model, folder, used_nodes(model))
     points = [own.point(name, point) for name, point in model.points.items()]
     frame = set(own.members[FRAME].nodes)
@@ -37,7 +37,7 @@ def compile_model(model: schema.Model, folder: Path = Path()) -> Mechanism:
 def _dynamics(
     own: GeometryCompiler, pairs: tuple[PairRow, ...], actuators: tuple[Input, ...]
 ) -> tuple[Dynamics, tuple[Input, ...]]:
-    """Return what acts on the mechanism, and what it reads; nothing where the file is silent."""
+    """Return masses, loads and the like, and the gauges of springs and dampers; both empty if the file has none."""
     model = own.model
     if not any((model.masses, model.loads, model.springs, model.dampers, model.friction)):
         return Dynamics(), ()

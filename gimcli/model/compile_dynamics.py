@@ -1,4 +1,4 @@
-"""What acts on a mechanism, from the file's units to SI units and the normal frame."""
+"""Compiler of masses, loads, springs, dampers and friction: from the file's units to SI and the normal frame."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ KILOGRAMS = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}
 
 
 class DynamicsCompiler:
-    """Compiles the dynamic sections of a model whose members have been compiled."""
+    """Compiles the dynamic sections of a model after its members have been compiled."""
 
     def __init__(self, own: GeometryCompiler, pairs: tuple[PairRow, ...], actuators: tuple[Input, ...]) -> None:
         self.model, self.folder, self.members, self.nodes, self.scale = (
@@ -28,7 +28,7 @@ class DynamicsCompiler:
         self.gauges: list[Input] = []
 
     def compile(self) -> tuple[Dynamics, tuple[Input, ...]]:
-        """Return what acts, and the gauges that springs and dampers read."""
+        """Return the dynamic data, and the gauges that springs and dampers measure."""
         model = self.model
         metre = METRES.get(model.units.length)
         dynamics = Dynamics(

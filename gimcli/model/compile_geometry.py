@@ -1,4 +1,4 @@
-"""Members, pairs, actuators and points of a model, from the file's units to the normal frame."""
+"""Compiler of members, pairs, actuators and points: from the file's units to the normal frame."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from gimcli.model.tables import read_table
 
 
 class GeometryCompiler:
-    """Compiles the geometry of a validated model, part by part; nodes that nothing uses are left out."""
+    """Compiles the geometry of a validated model, part by part; nodes that no part uses are left out."""
 
     def __init__(self, model: schema.Model, folder: Path, used: Set[str]) -> None:
         self.model, self.folder = model, folder
@@ -37,7 +37,7 @@ class GeometryCompiler:
         self.number = {m.name: k for k, m in enumerate(self.members)}
 
     def _extent(self, raw: ComplexArray) -> float:
-        """Return the largest dimension, drawn or given."""
+        """Return the largest dimension, from the initial coordinates or given."""
         spans = [abs(complex(np.ptp(raw.real), np.ptp(raw.imag)))]
         spans += [link.length for link in self.model.links.values() if link.length is not None]
         for element in self.model.elements.values():
@@ -70,7 +70,7 @@ class GeometryCompiler:
         return Member(held, member.nodes, first + member.shape * direction)
 
     def _common(self, *names: str, moving: bool = False, but: int = -1) -> int:
-        """Return the member that holds all nodes, the frame first unless a moving one is asked for."""
+        """Return the first member that has all nodes, except member `but`; with `moving`, the frame is excluded."""
         nodes = {self.index[n] for n in names}
         for k, member in enumerate(self.members):
             if nodes <= set(member.nodes) and k != but and not (moving and k == FRAME):
@@ -81,7 +81,7 @@ class GeometryCompiler:
         return self.members[member].local(self.index[name])
 
     def line(self, guide: list[str]) -> tuple[int, complex, complex]:
-        """Return the member that carries a guide, its first node there, and its direction."""
+        """Return the member of a guide, and in its own frame the guide's first node and unit direction."""
         member = self._common(*guide)
         first, second = (self._local(member, n) for n in guide)
         return member, first, (second - first) / abs(second - first)
@@ -89,7 +89,7 @@ class GeometryCompiler:
     # -- actuators ------------------------------------------------------------------
 
     def actuator(self, name: str, actuator: schema.Actuator) -> Input:
-        """Return an actuator, or what a gauge reads."""
+        """Return the input of an actuator or of a gauge."""
         if actuator.type == "rotary":
             return self._rotary(name, actuator)
         if actuator.nodes is not None:
@@ -117,7 +117,7 @@ class GeometryCompiler:
             away = self._local(reference_member, reference) - self._local(reference_member, pivot)
             reference_direction = _unit(away)
             ray /= complex(self.drawn[self.index[reference]] - self.drawn[self.index[pivot]])
-        drawn = cmath.phase(complex(ray.real, ray.imag + 0.0))  # half a turn is pi: -0.0 would make it -pi
+        drawn = cmath.phase(complex(ray.real, ray.imag + 0.0))  # -0.0 would turn pi into -pi
         law = self._law(actuator.law, drawn, self.turn, 2.0 * math.pi)
         return Input(
             name, ANGLE, (self.index[pivot],), (arm_member, reference_member), arm=arm_direction,
@@ -154,7 +154,7 @@ class GeometryCompiler:
     # -- points -------------------------------------------------------------------------------
 
     def point(self, name: str, point: schema.Tracer) -> Point:
-        """Return a point carried by a member."""
+        """Return a point fixed to a member."""
         k = 0 if point.on == "ground" else self.number[point.on]
         member = self.members[k]
         if point.local is not None:

@@ -1,4 +1,4 @@
-"""What each key of the model file means, for editors that show it beside the key."""
+"""Description of each key of the model file; editors show it beside the key (JSON Schema)."""
 
 from __future__ import annotations
 
@@ -6,115 +6,125 @@ from typing import Any
 
 FILE = {
     "name": "Title of the mechanism",
-    "source": "Where the dimensions come from; free text",
-    "units": "Units of the file, in and out; default m, deg, kg",
-    "nodes": "Drawn position of each node: the start, and the source of every dimension not given",
+    "source": "Source of the dimensions; free text",
+    "units": "Units of the file and of the results; default m, deg, kg",
+    "nodes": "Initial coordinates [x, y] of each node; dimensions that are not given are taken from them",
     "ground": "Nodes fixed to the frame, or {member: NAME} for a floating mechanism",
     "links": "Binary members, by name: [A, B], or {nodes: [A, B], length: L}",
     "elements": "Rigid members of three or more nodes, by name: [A, B, C], or {nodes: [...], shape: {...}}",
     "prismatic": "Sliding pairs, by name",
-    "actuators": "Inputs, by name; one per freedom that is driven",
-    "points": "Points carried by a member, by name; they cost nothing in the solution",
-    "trace": "Points and nodes that are written out; default: all points, or every moving node",
+    "actuators": "Inputs, by name; one per driven degree of freedom",
+    "points": "Points fixed to a member, by name; they do not change the solution",
+    "trace": "Points and nodes in the results; default: all points, or every moving node if there are no points",
     "duration": "Time of the whole motion [s]; default 1",
     "masses": "Mass of each member, by the member's name",
-    "gravity": "Acceleration of gravity [m/s2], [x, y] in the frame",
+    "gravity": "Acceleration of gravity [m/s^2], [x, y] in the frame; default [0, 0]",
     "loads": "Forces and torques on members, by name",
     "springs": "Springs between two nodes, along a guide or about a pivot, by name",
     "dampers": "Viscous dampers between two nodes, along a guide or about a pivot, by name",
     "friction": "Viscous friction of pairs, by node [N m s/rad] or sliding pair [N s/m]",
 }
 GAUGE = {
-    "pivot": "Node about which the angle pivot -> arm is measured",
-    "arm": "Node of the ray pivot -> arm",
-    "reference": "Node of the ray from which the angle counts; default: the frame's +x direction",
+    "pivot": "Vertex of the measured angle",
+    "arm": "Second node of the ray pivot -> arm, whose angle is measured",
+    "reference": "The angle is measured from the ray pivot -> reference; default: the frame's +x direction",
     "nodes": "The two nodes whose distance is measured",
     "node": "Node whose travel along `guide` is measured",
-    "guide": "Travel counts from the first node, positive towards the second",
+    "guide": "Two nodes; the travel is 0 at the first, positive towards the second",
 }
 PARTS = {
     "Units": {
-        "length": "Unit of length; `unit` is no physical one",
+        "length": "Unit of length; `unit` is a length without a physical unit",
         "angle": "Unit of angle",
         "mass": "Unit of mass",
     },
-    "Ground": {"nodes": "Nodes fixed to the frame", "member": "Member held in a floating mechanism"},
-    "Link": {"nodes": "The two nodes", "length": "Length; default: as drawn"},
+    "Ground": {"nodes": "Nodes fixed to the frame", "member": "Member held fixed in a floating mechanism"},
+    "Link": {"nodes": "The two nodes", "length": "Length (file's unit); default: from the initial coordinates"},
     "Element": {
         "nodes": "The nodes, three or more",
-        "shape": "Place of each node in the member's own frame; default: as drawn",
+        "shape": "Coordinates [x, y] of each node in the member's own frame (file's unit of length); "
+        "default: the initial coordinates",
     },
     "Prismatic": {
-        "node": "Node that stays on the line of the guide: a pin in a slot",
-        "nodes": "Two nodes of one member that stay on the line: no relative rotation",
-        "guide": "Two nodes of one member, or of the ground, that show the line",
-        "offset": "Signed distance of the line to the left of the guide's direction",
+        "node": "Node that slides on the line of the guide and may turn: a pin in a slot",
+        "nodes": "Two nodes of one member that slide on the line: the member cannot turn relative to the guide",
+        "guide": "Two nodes of one member, or of the ground, that define the direction of the line",
+        "offset": "Distance of the line of sliding from the guide nodes' line (file's unit of length), positive to the "
+        "left when looking from the first guide node to the second; default 0",
     },
     "Profile": {
-        "name": "Profile",
-        "polynomial": "Coefficients c0, c1, ... in the normalised time 0..1",
-        "table": "CSV file of time [s] and value, its path from the model's folder",
+        "name": "Name of a profile",
+        "polynomial": "Coefficients c0, c1, ... of c0 + c1 t + ..., t being the normalised time 0..1",
+        "table": "CSV file of time [s] and value (file's unit); the path starts at the model's folder",
     },
     "Law": {
-        "from": "First value, absolute",
-        "to": "Last value, absolute",
-        "by": "Increment on the drawn value",
-        "profile": "How the input runs between its ends; default uniform",
-        "polynomial": "Coefficients c0, c1, ... in the normalised time 0..1",
-        "table": "CSV file of time [s] and value, its path from the model's folder",
+        "from": "First value, absolute (file's unit of angle or length)",
+        "to": "Last value, absolute (file's unit of angle or length)",
+        "by": "Increment added to the initial value (file's unit of angle or length)",
+        "profile": "Variation between the first and the last value; default uniform speed",
+        "polynomial": "Coefficients c0, c1, ... of c0 + c1 t + ..., t being the normalised time 0..1",
+        "table": "CSV file of time [s] and value (file's unit); the path starts at the model's folder",
     },
     "Actuator": {
-        "type": "What is driven: an angle, or a distance or travel",
+        "type": "rotary: drives an angle; linear: drives a distance of two nodes, or a travel along a guide",
         "pivot": "Rotary: node about which the arm turns",
-        "arm": "Rotary: node of the ray pivot -> arm",
-        "reference": "Rotary: node of the ray from which the angle counts; default: the frame's +x direction",
+        "arm": "Rotary: second node of the ray pivot -> arm, whose angle is the input",
+        "reference": "Rotary: the angle is measured from the ray pivot -> reference; default: the frame's +x direction",
         "nodes": "Linear: the two nodes whose distance is driven",
         "node": "Linear: node whose travel along `guide` is driven",
-        "guide": "Linear: travel counts from the first node, positive towards the second",
-        "law": "Value over the motion; default: the drawn value, and a rotary input turns once",
-        "free": "Whether `gim simulate` lets the loads move it; default: it follows its law",
-        "start": "Value at which `gim simulate` begins; default: where the law starts",
-        "speed": "Speed at which `gim simulate` begins, in the file's unit per second; default 0",
+        "guide": "Linear: two nodes; the travel is 0 at the first, positive towards the second",
+        "law": "Value during the motion; default: a full turn from the initial angle, or the constant initial length",
+        "free": "true: in `gim simulate` forces decide its motion; default false: it follows its law",
+        "start": "Initial value of a free input in `gim simulate` (file's unit of angle or length); "
+        "default: first value of the law",
+        "speed": "Initial speed of a free input in `gim simulate` (file's unit of angle or length, per second); "
+        "default 0",
         "effort": "Driving torque [N m] or force [N] of a free input: a number or a mapping",
     },
     "Effort": {
         "constant": "Constant torque [N m] or force [N]",
-        "table": "CSV file of two columns, what `over` names and torque [N m] or force [N]",
-        "over": "What the table runs over: time [s], the input's value or its speed; default time",
-        "stall": "Torque or force at standstill",
-        "idle": "Speed at which it has fallen to 0, in the file's unit per second",
+        "table": "CSV file of two columns: the variable that `over` names, and torque [N m] or force [N]",
+        "over": "First column of the table: `time` [s], `value` of the input (file's unit), "
+        "or `speed` of the input (file's unit per second); default time",
+        "stall": "Torque [N m] or force [N] at speed 0; it changes linearly to 0 at the speed `idle`",
+        "idle": "Speed at which the torque or force is 0 (file's unit of angle or length, per second)",
     },
     "Spring": {
         **GAUGE,
         "stiffness": "Stiffness [N/m], or [N m/rad] about a pivot",
-        "free": "Length, travel or angle without force; default: as drawn",
+        "free": "Length, travel or angle without force (file's unit); default: from the initial coordinates",
     },
-    "Damper": {**GAUGE, "damping": "Damping [N s/m], or [N m s/rad] about a pivot"},
+    "Damper": {**GAUGE, "damping": "Damping coefficient [N s/m], or [N m s/rad] about a pivot"},
     "Tracer": {
-        "on": "Member that carries the point",
-        "at": "Drawn position [x, y]",
-        "local": "Along, and to the left of, the member's first node -> second node",
+        "on": "Member to which the point is fixed",
+        "at": "Initial coordinates [x, y] of the point (file's unit of length)",
+        "local": "Coordinates [x, y] of the point in the member's own frame (file's unit of length): origin at the "
+        "member's first node, x towards its second node, y to the left",
     },
     "Mass": {
-        "mass": "Mass",
-        "inertia": "Moment of inertia about the centre of mass [kg m2]; default 0: a point mass",
-        "centre": "Centre of mass: along, and to the left of, first node -> second; default: mean of the nodes",
+        "mass": "Mass (file's unit of mass)",
+        "inertia": "Moment of inertia about the centre of mass [kg m^2]; default 0: a point mass",
+        "centre": "Centre of mass [x, y] in the member's own frame (file's unit of length): origin at its first node, "
+        "x towards its second node, y to the left; default: mean of its nodes",
     },
     "Load": {
-        "on": "Member that is loaded",
-        "at": "Point of the force, drawn position [x, y]",
-        "local": "Point of the force: along, and to the left of, first node -> second node",
-        "force": "Force [N], [x, y] in the frame",
-        "follower": "Force [N] that turns with the member: along, and to the left of, first node -> second node",
-        "torque": "Torque [N m]",
-        "table": "CSV file of two columns, what `over` names and a factor of the load; the ends go on",
-        "over": "What the table runs over: time [s], or an actuator by name; default time",
+        "on": "Member on which the load acts",
+        "at": "Point of application, initial coordinates [x, y] (file's unit of length)",
+        "local": "Point of application [x, y] in the member's own frame (file's unit of length): origin at its first "
+        "node, x towards its second node, y to the left",
+        "force": "Force [N], components [x, y] in the frame",
+        "follower": "Force [N] that turns with the member: components [x, y] in the member's own frame",
+        "torque": "Torque [N m], positive counter-clockwise",
+        "table": "CSV file of two columns: the variable that `over` names, and a factor that multiplies the load; "
+        "beyond its rows the factor stays constant",
+        "over": "First column of the table: `time` [s], or the name of an actuator (its value, file's unit); "
+        "default time",
     },
 }
 
 
 def describe(schema: dict[str, Any]) -> None:
-    """Set the descriptions of all keys in a JSON Schema of the file."""
+    """Set the descriptions of all keys in a JSON Schema of the model file, in place."""
     parts = [(schema, FILE), *((part, PARTS[name]) for name, part in schema["$defs"].items())]
     for part, texts in parts:
         for key in part["properties"]:

@@ -1,4 +1,4 @@
-"""Which files a model is read from: its own, and the tables that it names."""
+"""The files from which a model is read: the model file and its tables."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def files_read(model: Model, path: Path | None, folder: Path) -> tuple[Path, ...
 
 
 def _tables(data: Any) -> Iterator[str]:
-    """Give the text of every key `table`, wherever it stands."""
+    """Yield the text of every key `table`, at any depth."""
     parts: dict[str, Any] = vars(data) if isinstance(data, Part) else data if isinstance(data, dict) else {}
     for key, value in parts.items():
         if key == "table" and isinstance(value, str):

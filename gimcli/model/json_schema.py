@@ -1,4 +1,4 @@
-"""The JSON Schema of the model file, from the core schemas of its parts."""
+"""The JSON Schema of the model file, generated from the pydantic-core schemas of its parts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gimcli.model.schema import PROFILES, Model
 
 
 class Generator(GenerateJsonSchema):
-    """Names may be numbers, and parts are described by their docstrings."""
+    """Schema generator: names may be numbers, and the docstring of a part is its description."""
 
     def function_before_schema(self, schema: Any) -> dict[str, Any]:
         """Return the schema of a name."""
@@ -30,7 +30,7 @@ class Generator(GenerateJsonSchema):
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the JSON Schema of the model file, short forms included, for editors."""
+    """Return the JSON Schema of the model file, including the short forms of its sections."""
     schema = Generator(by_alias=True).generate(Model.schema)
     parts = schema["$defs"]
     names = {"type": "array", "items": {"type": ["string", "integer"]}}

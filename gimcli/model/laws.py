@@ -1,7 +1,8 @@
-"""Laws of motion of an input over the normalised time 0..1, with derivatives up to the third.
+"""Laws of motion of an input as functions of the normalised time 0..1, with derivatives up to the third.
 
-Each profile is a function s(t) from 0 to 1; a law is start + (end - start) s(t). Source: Norton,
-Cam Design and Manufacturing Handbook, 2002, chapter 2 (3-4-5 polynomial, cycloidal, harmonic).
+A profile is a function s(t) with s(0) = 0 and s(1) = 1; a law is start + (end - start) s(t). Values are in rad or
+lengths of the normal frame. Source: Norton, Cam Design and Manufacturing Handbook, 2002, chapter 2 (3-4-5 polynomial,
+cycloidal, harmonic).
 """
 
 from __future__ import annotations
@@ -19,16 +20,16 @@ CUBIC = (0.0, 0.0, 3.0, -2.0)
 QUINTIC = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)
 
 REAL = 1e-6
-"""Imaginary part, relative, below which a root may be a double real one; a time too many does no harm."""
+"""Relative imaginary part below which a root may be a double real root; a false root costs one evaluation only."""
 
 TINY = float(np.finfo(float).tiny)
 NEGLIGIBLE = 1e-60
-"""Coefficient, relative to the largest, whose roots are far outside of 0..1; its reciprocal would overflow."""
+"""Coefficient relative to the largest that is treated as 0: its roots are far from 0..1, its reciprocal overflows."""
 
 
 @dataclass(frozen=True)
 class PolynomialLaw:
-    """sum of c[k] t^k."""
+    """The polynomial c[0] + c[1] t + c[2] t^2 + ..."""
 
     coefficients: tuple[float, ...]
 
@@ -40,7 +41,7 @@ class PolynomialLaw:
         return np.asarray(np.polyval(np.polyder(falling, order) if order else falling, time))
 
     def stops(self) -> FloatArray:
-        """Return the times at which the law may turn back: the real roots of its derivative."""
+        """Return the times at which the law may reverse: the real roots of its derivative."""
         if len(self.coefficients) < 3:
             return np.empty(0)
         falling = np.asarray(self.coefficients[::-1], dtype=float)
@@ -53,7 +54,7 @@ class PolynomialLaw:
 
 @dataclass(frozen=True)
 class Wave:
-    """t - sin(2 pi t) / 2 pi (cycloidal) or (1 - cos(pi t)) / 2 (harmonic)."""
+    """The profile t - sin(2 pi t) / (2 pi) (cycloidal) or (1 - cos(pi t)) / 2 (harmonic)."""
 
     cycloidal: bool
 
@@ -68,12 +69,12 @@ class Wave:
         return np.asarray((0.5 if order == 0 else 0.0) - swing)
 
     def stops(self) -> FloatArray:
-        """Return no time: it rises from its start to its end."""
+        """Return no time: the profile increases from 0 to 1."""
         return np.empty(0)
 
 
 class TableLaw:
-    """Shape-preserving cubic through (time, value) pairs: it does not overshoot between them.
+    """Shape-preserving cubic interpolation of (time, value) pairs, without overshoot between them.
 
     Source: Fritsch & Butland 1984, as in scipy's PchipInterpolator.
     """
@@ -89,7 +90,7 @@ class TableLaw:
         return np.asarray(self._curve(time, nu=order), dtype=float)
 
     def stops(self) -> FloatArray:
-        """Return the times of the table: it rises or falls between two of them."""
+        """Return the inner times of the table: the interpolation is monotonic between two of them."""
         return np.asarray(self._when[1:-1], dtype=float)
 
 
@@ -104,7 +105,7 @@ PROFILES: dict[str, InputLaw] = {
 
 @dataclass(frozen=True)
 class RunLaw:
-    """From one value to another along a profile; both ends are met exactly."""
+    """The law start + (end - start) profile(t); both end values are exact."""
 
     start: float
     end: float
@@ -120,13 +121,13 @@ class RunLaw:
         return run.reshape(t.shape)
 
     def stops(self) -> FloatArray:
-        """Return the times at which its profile may turn back."""
+        """Return the times at which the profile may reverse."""
         return self.profile.stops()
 
 
 @dataclass(frozen=True)
 class Scaled:
-    """A law given in the file's unit."""
+    """A law in the file's unit times a factor that converts it to rad or lengths of the normal frame."""
 
     law: InputLaw
     factor: float
@@ -136,22 +137,22 @@ class Scaled:
         return np.asarray(self.factor * self.law(np.asarray(time, dtype=float), order))
 
     def stops(self) -> FloatArray:
-        """Return the times at which the law may turn back."""
+        """Return the times at which the law may reverse."""
         return self.law.stops()
 
 
 class Sampled:
-    """Shape-preserving cubic through samples; beyond the first and the last it stays as it is there."""
+    """Shape-preserving cubic interpolation of samples; constant before the first sample and after the last."""
 
     def __init__(self, at: Sequence[float], value: Sequence[float]) -> None:
         self._at, self._value = np.asarray(at, dtype=float), np.asarray(value, dtype=float)
 
     @cached_property
     def _curve(self) -> Any:
-        from scipy.interpolate import PchipInterpolator  # only where a force is asked for
+        from scipy.interpolate import PchipInterpolator  # imported late: only forces need it
 
         return PchipInterpolator(self._at, self._value)
 
     def __call__(self, at: FloatArray) -> FloatArray:
-        """Return the value at each place."""
+        """Return the interpolated value at each abscissa."""
         return np.asarray(self._curve(np.clip(at, self._at[0], self._at[-1])), dtype=float)

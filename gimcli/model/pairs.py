@@ -1,4 +1,8 @@
-"""The kinds of pairs: what each section of a file says of nodes and members."""
+"""Registry of the kinds of pairs: one row per section of the model file.
+
+To add a kind, write a module such as `prismatic`, add its row to `PAIRS`, and add a field of the section's name to
+`schema.Model`.
+"""
 
 from __future__ import annotations
 
@@ -15,22 +19,22 @@ if TYPE_CHECKING:
 
 
 class PairKind(NamedTuple):
-    """What is done with the pairs of a section."""
+    """The functions of one kind of pair."""
 
     nodes: Callable[[Any], Sequence[str]]
-    """Nodes that a pair names beside those of members."""
+    """Return the nodes of a pair that count as used even if no member has them."""
     check: Callable[[References, str], None]
-    """Note what is wrong with the pair of a name."""
+    """Record the errors of the pair with a given name."""
     rows: Callable[[GeometryCompiler, str, Any], list[PairRow]]
-    """The constraints of a pair of a name."""
+    """Return the constraints of the pair with a given name."""
 
 
 PAIRS = {"prismatic": PairKind(prismatic.nodes, prismatic.check, prismatic.rows)}
-"""By section of the file."""
+"""The kinds of pairs, by section of the model file; `schema.Model` must have a field of the same name."""
 
 
 def used_nodes(model: Model) -> set[str]:
-    """Return the nodes that a member, the ground, a pair or an actuator uses: the others are left out."""
+    """Return the nodes that a member, the ground, a pair or an actuator uses; the compiler leaves out the others."""
     members: list[Link | Element] = [*model.links.values(), *model.elements.values()]
     named = [name for part in members for name in part.nodes]
     for section, kind in PAIRS.items():

@@ -1,6 +1,6 @@
-"""A mapping of the model file, declared by what pydantic's core validates.
+"""Base class of the mappings of a model file, validated by pydantic-core.
 
-Pydantic's own model classes take longer to import and to build than a short motion takes to solve.
+Pydantic's own BaseModel is not used: its import takes longer than the solution of a short motion.
 """
 
 from __future__ import annotations
@@ -11,9 +11,11 @@ from pydantic_core import SchemaValidator, core_schema
 
 
 class Part:
-    """A mapping whose keys are all known: each annotated attribute of a class is the core schema of its value.
+    """A mapping with a fixed set of keys.
 
-    An attribute with a final underscore is a key that is a word of Python, such as `from`.
+    Each annotated class attribute declares a key; its value is the pydantic-core schema of the key's value. In an
+    instance the attribute holds the validated value. A trailing underscore (`from_`) avoids a reserved word of Python;
+    the key in the file has none.
     """
 
     __slots__ = ("__dict__", "__pydantic_extra__", "__pydantic_fields_set__", "__pydantic_private__")
@@ -38,10 +40,10 @@ class Part:
 
     @classmethod
     def model_validate(cls, data: dict[str, Any]) -> Any:
-        """Return the part that plain data describe; raise ValidationError with all that is wrong."""
+        """Return the part for a dict of plain data; raise pydantic_core.ValidationError that lists all errors."""
         return cls.validator.validate_python(data)
 
     @property
     def given(self) -> set[str]:
-        """Attributes that the data have."""
+        """Names of the attributes that were given, that is, do not have their default."""
         return self.__pydantic_fields_set__

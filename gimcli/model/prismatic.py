@@ -1,4 +1,4 @@
-"""The section `prismatic`: pins in slots, and blocks that slide without turning."""
+"""The section `prismatic`: pins in slots (`node`), and blocks that slide without relative rotation (`nodes`)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def nodes(pair: Prismatic) -> list[str]:
 
 
 def check(refs: References, name: str) -> None:
-    """Note what is wrong with a pair."""
+    """Record the errors in a pair."""
     where: Where = ("prismatic", name)
     pair = refs.model.prismatic[name]
     if (pair.node is None) == (pair.nodes is None):
@@ -36,13 +36,13 @@ def check(refs: References, name: str) -> None:
         check_span(refs, where, pair.guide, sliding)
         if refs.sure and not refs.carriers(*sliding):
             text = (
-                f"nodes {sliding[0]} and {sliding[1]} belong to no common member; name two nodes of the one that slides"
+                f"nodes {sliding[0]} and {sliding[1]} belong to no common member; name two nodes of the sliding member"
             )
             refs.fault((*where, "nodes"), text)
 
 
 def rows(own: GeometryCompiler, name: str, pair: Prismatic) -> list[PairRow]:
-    """Return that each node stays on the guide's line."""
+    """Return one constraint per sliding node: its height over the line of sliding is 0."""
     member, point, along = own.line(pair.guide)
     point += 1j * along * pair.offset / own.scale
     names = {name if pair.node is not None else f"{name} {node}": node for node in nodes(pair)}

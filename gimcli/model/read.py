@@ -1,4 +1,4 @@
-"""A mechanism from a model file, from YAML text, or from plain data: the same checks, the same compiler."""
+"""Reading a mechanism from a model file, YAML text or plain data, with the same checks and the same compiler."""
 
 from __future__ import annotations
 
@@ -22,18 +22,21 @@ NAME = "mechanism"
 
 
 def read_file(path: Path, folder: Path | None = None) -> Mechanism:
-    """Read, validate and compile a model file; tables are looked for in `folder`, by default beside it."""
+    """Read, validate and compile a model file; the paths of tables start at `folder`, by default the file's folder.
+
+    Raises ModelError with all errors of the file.
+    """
     folder = path.parent if folder is None else folder
     return _mechanism(read_source(path), folder, path.stem, path)
 
 
 def read_text(text: str, folder: Path) -> Mechanism:
-    """Read, validate and compile a model given as YAML text."""
+    """Read, validate and compile a model given as YAML text; raise ModelError with all errors."""
     return _mechanism(read_yaml(text, Path("<text>")), folder, NAME)
 
 
 def read_data(data: Mapping[str, Any], folder: Path) -> Mechanism:
-    """Validate and compile a model given as plain data; faults name keys instead of lines."""
+    """Validate and compile a model given as plain data; errors name keys instead of lines."""
     text = yaml.dump(_plain(data, ()), Dumper=_Quoting, sort_keys=False, allow_unicode=True, width=float("inf"))
     source = read_yaml(text, Path("<dict>"))
     source.by_line = False
@@ -41,7 +44,7 @@ def read_data(data: Mapping[str, Any], folder: Path) -> Mechanism:
 
 
 class _Quoting(yaml.SafeDumper):
-    """Writes text in quotes, so that none is read as a number."""
+    """YAML dumper that quotes all text, so that none is read as a number."""
 
 
 _Quoting.add_representer(str, lambda dumper, text: dumper.represent_scalar("tag:yaml.org,2002:str", text, style='"'))
@@ -55,11 +58,11 @@ def _mechanism(source: Source, folder: Path, name: str, path: Path | None = None
 
 
 def _plain(value: Any, where: tuple[Any, ...]) -> Any:
-    """Return what YAML can write of a value: mappings, lists, words and numbers of any library."""
+    """Return a value as dicts, lists, text and Python numbers, which YAML can write; `where` is its path of keys."""
     if len(where) > DEEPEST:
         raise ModelError([f"<dict>: {'.'.join(map(str, where[:4]))}...: nested too deeply for a model"])
     if isinstance(value, Mapping):
-        names = ["on" if key is True else str(key) for key in value]  # YAML 1.1 reads `on` so
+        names = ["on" if key is True else str(key) for key in value]  # YAML 1.1 parsers read the key `on` as true
         for twice in (name for name, count in Counter(names).items() if count > 1):
             raise ModelError([f"<dict>: {'.'.join(map(str, (*where, twice)))}: given twice; remove one"])
         return {name: _plain(part, (*where, name)) for name, part in zip(names, value.values(), strict=True)}
@@ -78,4 +81,4 @@ def _plain(value: Any, where: tuple[Any, ...]) -> Any:
     if isinstance(value, Path):
         return str(value)
     kind = type(value).__name__
-    raise ModelError([f"<dict>: {'.'.join(map(str, where))}: met a {kind}; write a number, a word, a list or a dict"])
+    raise ModelError([f"<dict>: {'.'.join(map(str, where))}: expected a number, text, a list or a dict, got a value of type {kind}"])

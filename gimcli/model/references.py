@@ -1,4 +1,4 @@
-"""What the checks of a model ask: which names are declared, which members hold which nodes, what is too near."""
+"""Queries for the checks of a model: declared names, members of a node, coincident nodes."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from gimcli.model.source import Source, Where
 from gimcli.model.wording import near, written
 
 CLOSEST = 1e-12
-"""Nodes nearer than this part of the mechanism's size coincide in double precision."""
+"""Nodes closer than this fraction of the mechanism's size coincide in double precision."""
 
 
 class References:
-    """The names of a model and where they stand.
+    """The names of a model and the paths of its parts.
 
-    `doubtful` holds the parts that were refused already: what refers to them is not a fault again.
+    `doubtful` holds the paths of invalid parts, whose error has been recorded: references to them are not reported.
+    `sure` is false if a member or the ground is invalid, `placed` if a node is.
     """
 
     def __init__(self, source: Source, model: Model, doubtful: Collection[Where]) -> None:
@@ -28,38 +29,39 @@ class References:
         self.ground = set(model.ground.nodes if self.held is None else self.every.get(self.held, []))
         self.members = {k: v for k, v in self.every.items() if k != self.held}
         self.sure = not any(where[0] in ("ground", "links", "elements") for where in doubtful)
+        self.placed = not any(where[0] == "nodes" for where in doubtful)
         self.size = _size(model)
 
     def fault(self, where: Where, text: str, key: bool = False) -> None:
-        """Note a fault."""
+        """Record an error."""
         self.source.fault(written(self.source, where), text, key)
 
     def lack(self, where: Where, keys: Collection[str], text: str) -> None:
-        """Note that a part lacks one of some keys, unless an unknown key was probably meant to be it."""
+        """Record that one of some keys is missing, unless an unknown key of the part was probably meant."""
         if not any((*where, key) in self.doubtful for key in keys):
             self.fault(where, text)
 
     def node(self, where: Where, name: str) -> bool:
-        """Return whether a node is declared; note a fault where it is not."""
+        """Return whether a node is declared; record an error if it is not."""
         if name in self.model.nodes:
             return True
         declared = list(self.source.data["nodes"])
         if name not in declared:
             some = ", ".join(declared[:6]) + (" ..." if len(declared) > 6 else "")
-            hint = near(name, declared) or f"; declare it under `nodes:` or use {some}"
+            hint = near(name, declared) or f"; declare it under `nodes:` or use one of {some}"
             self.fault(where, f"node '{name}' is not declared{hint}")
         return False
 
     def nodes(self, where: Where, names: Sequence[str]) -> bool:
-        """Return whether all nodes of a list are declared and different."""
-        good = all([self.node((*where, k), n) for k, n in enumerate(names)])
+        """Return whether all nodes of a list are declared and different; record the errors."""
+        declared = all([self.node((*where, k), n) for k, n in enumerate(names)])
         if len(set(names)) < len(names):
             self.fault(where, f"a node is named twice in [{', '.join(names)}]; name different nodes")
             return False
-        return good
+        return declared
 
     def member(self, where: Where, name: str, key: bool = False) -> bool:
-        """Return whether a member or the ground has a name; note a fault where none has."""
+        """Return whether a member or the ground has a name; record an error if none has."""
         if name in self.every or name == "ground":
             return True
         parts = {("links",), ("elements",), ("links", name), ("elements", name)}
@@ -69,23 +71,23 @@ class References:
         return False
 
     def carriers(self, *nodes: str) -> list[str]:
-        """Return the members that hold all nodes; 'ground' first."""
+        """Return the members that have all of the nodes, 'ground' first."""
         wanted = set(nodes)
         return (["ground"] if wanted <= self.ground else []) + [k for k, v in self.members.items() if wanted <= set(v)]
 
     def apart(self, a: str, b: str) -> bool:
-        """Return whether two declared nodes are drawn apart."""
+        """Return whether the initial coordinates of two declared nodes differ."""
         return math.dist(self.model.nodes[a], self.model.nodes[b]) > CLOSEST * self.size
 
     def coincident(self, places: dict[str, list[float]]) -> list[tuple[str, str]]:
-        """Return pairs of names whose places coincide."""
+        """Return pairs of names whose coordinates coincide."""
         grain = CLOSEST * self.size or 1.0
         order = sorted(places, key=lambda name: (round(places[name][0] / grain), places[name][1]))
         return [(a, b) for a, b in pairwise(order) if math.dist(places[a], places[b]) <= CLOSEST * self.size]
 
 
 def _size(model: Model) -> float:
-    """Return the largest dimension, drawn or given."""
+    """Return the largest dimension, from the initial coordinates or given (file's unit of length)."""
     shapes = [list(e.shape.values()) for e in model.elements.values() if e.shape]
     spans = [_span(places) for places in [list(model.nodes.values()), *shapes]]
     return max([*spans, *(link.length or 0.0 for link in model.links.values())])

@@ -1,4 +1,7 @@
-"""The model file as written: its keys, their types and their meaning."""
+"""The model as written in the file: its keys, their types and their units.
+
+"File's unit" is the unit that `units:` sets for an angle, a length or a mass.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +13,11 @@ from pydantic_core import core_schema
 from gimcli.model.part import Part
 
 SHORTEST, LONGEST = 1e-12, 1e12
-"""Seconds that a motion may take: beyond, powers of them no longer are numbers."""
+"""Least and greatest duration of a motion [s]; powers of other durations would underflow or overflow."""
 LARGEST = 1e30
-"""Mass, force and the like: beyond, products of them soon are no numbers."""
+"""Greatest mass, force and the like; products of greater values would overflow."""
 MOST_COEFFICIENTS = 100
-"""Of a polynomial: beyond, powers of the time no longer differ, and its roots are slow to find."""
+"""Most coefficients of a polynomial: its roots take long to compute, and high powers of the time hardly differ."""
 PROFILES = ("uniform", "cubic", "quintic", "cycloidal", "harmonic")
 
 
@@ -69,7 +72,7 @@ NAMES, PAIR = _list(NAME), _list(NAME, 2, 2)
 
 
 class Units(Part):
-    """Units of the file, in and out."""
+    """Units of the file and of the results; `unit` is a length without a physical unit."""
 
     length: str = _default(_choice("m", "mm", "cm", "um", "km", "in", "ft", "unit"), "m")
     angle: str = _default(_choice("deg", "rad"), "deg")
@@ -77,28 +80,36 @@ class Units(Part):
 
 
 class Ground(Part):
-    """Nodes fixed to the frame, or the member held in a floating mechanism."""
+    """Nodes fixed to the frame, or the member held fixed in a floating mechanism (one without a ground)."""
 
     nodes: list[str] = _default(NAMES, [])
     member: str | None = _optional(NAME)
 
 
 class Link(Part):
-    """Binary member: two nodes; the length is the drawn one unless given."""
+    """Binary member: two nodes; the length (file's unit) is taken from the initial coordinates unless given."""
 
     nodes: list[str] = PAIR
     length: float | None = _optional(LENGTH)
 
 
 class Element(Part):
-    """n-ary rigid member; the shape is the drawn one unless given in the member's own frame."""
+    """Rigid member of three or more nodes.
+
+    The shape is taken from the initial coordinates, unless `shape` gives the coordinates of each node in the member's
+    own frame.
+    """
 
     nodes: list[str] = _list(NAME, 3)
     shape: dict[str, list[float]] | None = _optional(_by_name(PLACE))
 
 
 class Prismatic(Part):
-    """Sliding pair: `node`, a pin in a slot, or `nodes`, no relative rotation, on the line of `guide`."""
+    """Sliding pair: `node` is a pin in a slot; `nodes` are two nodes of a member that slides without turning.
+
+    The line of sliding is parallel to the direction from the first to the second node of `guide`, at the distance
+    `offset` (file's unit of length) from the guide nodes, positive to the left of that direction.
+    """
 
     node: str | None = _optional(NAME)
     nodes: list[str] | None = _optional(PAIR)
@@ -107,7 +118,10 @@ class Prismatic(Part):
 
 
 class Profile(Part):
-    """How an input runs from its first to its last value."""
+    """Variation of an input between its first and last value: a name, a polynomial or a table.
+
+    The polynomial is in the normalised time 0..1; the table is a CSV file of time [s] and value (file's unit).
+    """
 
     name: str = _default(STRING, "uniform")
     polynomial: list[float] | None = _optional(_list(NUMBER, 1, MOST_COEFFICIENTS))
@@ -115,7 +129,7 @@ class Profile(Part):
 
 
 class Law(Part):
-    """Absolute values `from`, `to`, or an increment `by` on the drawn value."""
+    """Law of motion: absolute values `from` and `to`, or an increment `by` added to the initial value (file's unit)."""
 
     from_: float | None = _optional(NUMBER)
     to: float | None = _optional(NUMBER)
@@ -124,7 +138,11 @@ class Law(Part):
 
 
 class Gauge(Part):
-    """An angle about a pivot, a distance of two nodes, or the travel of a node along a guide."""
+    """A measured quantity: the angle of the ray pivot -> arm, the distance of two nodes, or a travel along a guide.
+
+    The angle is measured from the ray pivot -> reference, or from the frame's +x direction. The travel of `node` is
+    measured along `guide`, from its first node, positive towards its second.
+    """
 
     pivot: str | None = _optional(NAME)
     arm: str | None = _optional(NAME)
@@ -135,7 +153,12 @@ class Gauge(Part):
 
 
 class Effort(Part):
-    """Driving torque or force: constant, from a table, or falling with speed from `stall` to 0 at `idle`."""
+    """Driving torque [N m] or force [N]: constant, from a table, or linear in the speed.
+
+    `over` names the first column of the table: `time` [s], `value` of the input (file's unit) or `speed` of the input
+    (file's unit per second). The linear characteristic is `stall` at speed 0 and 0 at the speed `idle` (file's unit
+    per second).
+    """
 
     constant: float | None = _optional(NUMBER)
     table: str | None = _optional(STRING)
@@ -145,7 +168,11 @@ class Effort(Part):
 
 
 class Actuator(Gauge):
-    """An input: a rotary or a linear actuator."""
+    """An input: a rotary or a linear actuator.
+
+    `free`, `start`, `speed` and `effort` are for simulations, where a free input is moved by forces instead of its law:
+    `start` is its initial value (file's unit of angle or length), `speed` its initial speed (that unit per second).
+    """
 
     type: str = _choice("rotary", "linear")
     law: Law | None = _optional(Law.schema)
@@ -156,7 +183,11 @@ class Actuator(Gauge):
 
 
 class Tracer(Part):
-    """A point carried by a member, at a drawn position or in the member's own frame."""
+    """A point fixed to a member, given by its initial coordinates `at` or by `local`.
+
+    `local` is [x, y] in the member's own frame (file's unit of length): origin at the member's first node, x towards
+    its second node, y to the left of that direction.
+    """
 
     on: str = NAME
     at: list[float] | None = _optional(PLACE)
@@ -164,7 +195,10 @@ class Tracer(Part):
 
 
 class Mass(Part):
-    """Mass, moment of inertia about the centre of mass, and its place in the member's own frame."""
+    """Mass (file's unit), moment of inertia about the centre of mass [kg m^2], and the centre of mass.
+
+    `centre` is [x, y] in the member's own frame, as `Tracer.local`.
+    """
 
     mass: float = POSITIVE
     inertia: float | None = _optional(POSITIVE)
@@ -172,7 +206,11 @@ class Mass(Part):
 
 
 class Load(Part):
-    """A force at a point of a member, or a torque on it; a table multiplies it."""
+    """A force [N] at a point of a member, or a torque [N m] on it; a table gives a factor that multiplies it.
+
+    `force` keeps its direction in the frame, `follower` turns with the member. `over` names the first column of the
+    table: `time` [s] or an actuator (its value in the file's unit).
+    """
 
     on: str = NAME
     at: list[float] | None = _optional(PLACE)
@@ -185,14 +223,17 @@ class Load(Part):
 
 
 class Spring(Gauge):
-    """A linear spring between two nodes or along a guide, or a torsion spring about a pivot."""
+    """A linear spring between two nodes or along a guide [N/m], or a torsion spring about a pivot [N m/rad].
+
+    `free` is the length, travel or angle without force (file's unit).
+    """
 
     stiffness: float = LENGTH
     free: float | None = _optional(NUMBER)
 
 
 class Damper(Gauge):
-    """A viscous damper between two nodes or along a guide, or about a pivot."""
+    """A viscous damper between two nodes or along a guide [N s/m], or about a pivot [N m s/rad]."""
 
     damping: float = POSITIVE
 
@@ -222,21 +263,21 @@ class Model(Part):
     _elements_first = False
 
     def written_in(self, keys: Iterable[str]) -> None:
-        """Note the order of the file's sections: which of two members is named first depends on it."""
+        """Store the order of the sections `links` and `elements` in the file; `members` keeps it."""
         order = list(keys)
         both = {"links", "elements"} <= set(order)
         self._elements_first = both and order.index("elements") < order.index("links")
 
     @property
     def members(self) -> dict[str, Link | Element]:
-        """All members in the order of the file."""
+        """All members by name, in the order of the file."""
         parts: tuple[dict[str, Any], dict[str, Any]] = (self.links, self.elements)
         first, second = reversed(parts) if self._elements_first else parts
         return {**first, **second}
 
 
 def long_form(data: dict[str, Any]) -> dict[str, Any]:
-    """Return the data with the short forms written out."""
+    """Return the data with short forms replaced by long ones, such as [A, B] by {nodes: [A, B]}."""
     result = dict(data)
     for section in ("links", "elements"):
         if isinstance(result.get(section), dict):

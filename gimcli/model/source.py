@@ -1,7 +1,7 @@
-"""YAML text as plain data, with the line and column of every part.
+"""Reader of YAML text that keeps the line and column of every part.
 
-Plain scalars are read as in YAML 1.2: `on`, `yes` and `no` are words, `1e-3` is a number. The data are built from
-the parser's events, so that nesting and aliases are refused before anything recurses into them or copies them.
+Plain scalars are read as in YAML 1.2: `on`, `yes` and `no` are text, `1e-3` is a number. The data are built from
+the parser's events, so that deep nesting and repeated aliases are rejected before they take time or memory.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ DEEPEST = 12
 MOST_PARTS = 100_000
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-_INTEGER = re.compile(r"-?(0|[1-9][0-9]*)$")  # 007 is a number too, but no name
+_INTEGER = re.compile(r"-?(0|[1-9][0-9]*)$")  # 007 is read as a float, so that it is no name
 _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?$")
 _SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)$|\.(nan|NaN|NAN)$")
 _WORDS = {"": None, "~": None, "null": None, "Null": None, "true": True, "True": True, "false": False, "False": False}
 CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff]")
 _LAYOUT = {ord(sign): " " for sign in "\t\n"}
 _INVISIBLE = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
-"""Control characters and those that change the direction of the text, which a quoted scalar may hold."""
+"""Control characters, and characters that change the direction of text; escapes in quoted text can produce them."""
 
 
 class Fault(NamedTuple):
-    """What is wrong, and where; faults are listed in the order of their lines."""
+    """One error of a file; errors sort by line and column."""
 
     line: int
     column: int
@@ -43,29 +43,29 @@ class Fault(NamedTuple):
 
 @dataclass
 class Source:
-    """A file's data and where its parts stand."""
+    """A file's data, the positions of its keys and values, and its errors."""
 
     path: Path
     data: Any = None
-    folder: Path = Path()  # where tables are looked for
-    by_line: bool = True  # faults are told by line and column, else by the keys that lead to them
+    folder: Path = Path()  # paths of tables start here
+    by_line: bool = True  # errors name line and column, otherwise the path of keys
     keys: dict[Where, Spot] = field(default_factory=dict)
     values: dict[Where, Spot] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
 
     def fault(self, where: Where, text: str, key: bool = False) -> None:
-        """Note a fault of a part, or of what holds it."""
+        """Record an error at a part of the data, or at the nearest part around it that the file has."""
         table = self.keys if key else self.values
         while where and where not in table:
             where, table = where[:-1], self.values
         self.fault_at(table.get(where, (1, 1)), text)
 
     def fault_at(self, spot: Spot, text: str) -> None:
-        """Note a fault at a line and column."""
+        """Record an error at a line and column."""
         self.faults.append(Fault(*spot, text))
 
     def error(self) -> ModelError:
-        """Return all faults, each `file:line:column: text` or `file: key.key: text`, as one error."""
+        """Return all recorded errors as one ModelError, each `file:line:column: text` or `file: key.key: text`."""
         found = sorted(dict.fromkeys(self.faults))
         if self.by_line:
             return ModelError([f"{self.path}:{f.line}:{f.column}: {f.text}" for f in found])
@@ -74,18 +74,18 @@ class Source:
 
 
 def _keys(at: dict[Spot, Where], fault: Fault) -> list[str]:
-    """Return the keys that lead to a fault, if any do."""
+    """Return the dotted path of keys of an error as a list of one; empty at the top level."""
     name = ".".join(map(str, at.get((fault.line, fault.column), ())))
     return [name] if name and not fault.text.startswith(f"{name}: ") else []
 
 
 def read_source(path: Path) -> Source:
-    """Read a model file; raise ModelError where it is no YAML mapping of reasonable size."""
+    """Read a model file; raise ModelError if it is not a YAML mapping or too large."""
     return read_yaml(_text(path), path)
 
 
 def read_yaml(text: str, path: Path) -> Source:
-    """Return the source of YAML text; `path` names it in messages."""
+    """Return the source of YAML text; messages name it by `path`. Raises ModelError if it is not a YAML mapping."""
     _refuse_control(text, path)
     source = Source(path, folder=path.parent)
     loader = _LOADER(text)
@@ -124,7 +124,7 @@ def _refuse_control(text: str, path: Path) -> None:
     if found:
         line, column = text.count("\n", 0, found.start()) + 1, found.start() - text.rfind("\n", 0, found.start())
         sign = f"control character {ord(found[0]):#04x}"
-        raise ModelError([f"{path}:{line}:{column}: not a text file: met {sign}; remove it"])
+        raise ModelError([f"{path}:{line}:{column}: not a text file: it contains the {sign}; remove it"])
 
 
 def _files_in(folder: Path) -> str:
@@ -142,8 +142,8 @@ def _syntax(text: str, error: yaml.MarkedYAMLError) -> tuple[Spot, str]:
     lines = text.splitlines()
     row = lines[line - 1] if line <= len(lines) else ""
     if "\t" in row[: len(row) - len(row.lstrip())]:
-        return (line, row.index("\t") + 1), "tabs cannot indent in YAML; use spaces"
-    return (line, column), f"not readable as YAML: {error.problem or error.context}; mend the line"
+        return (line, row.index("\t") + 1), "YAML does not allow tabs for indentation; use spaces"
+    return (line, column), f"not readable as YAML: {error.problem or error.context}; correct the line"
 
 
 class _Anchor(NamedTuple):
@@ -168,7 +168,7 @@ class _DataBuilder:
         self.loader.get_event()  # the document's start
         first = self.loader.peek_event()
         if not isinstance(first, yaml.MappingStartEvent):
-            text = "met no keys; a model file starts with keys such as `nodes:` and `ground:`"
+            text = "the file has no keys; a model file starts with keys such as `nodes:` and `ground:`"
             raise self.refused(_spot(first), text)
         data, _ = self.part(())
         self.loader.get_event()  # the document's end
@@ -179,7 +179,7 @@ class _DataBuilder:
         return data
 
     def refused(self, spot: Spot, text: str) -> ModelError:
-        """Return the error for what cannot be read further."""
+        """Record an error after which the file cannot be read further; return all errors."""
         self.source.fault_at(spot, text)
         return self.source.error()
 
@@ -204,25 +204,25 @@ class _DataBuilder:
         return data, height
 
     def count(self, event: Any, depth: int, parts: int = 1) -> int:
-        """Count parts, refuse too many or too deep ones; return the count before them."""
+        """Count parts and return the count before them; raise ModelError if there are too many or too deep ones."""
         if depth > DEEPEST:
-            raise self.refused(_spot(event), "nested too deeply for a model file; see the keys that `gim schema` tells")
+            raise self.refused(_spot(event), "nested too deeply for a model file; `gim schema` lists the keys")
         self.parts += parts
         if self.parts > MOST_PARTS:
-            raise self.refused(_spot(event), f"more than {MOST_PARTS} parts are too many for a model file; shorten it")
+            raise self.refused(_spot(event), f"more than {MOST_PARTS} keys and values are too many; shorten the file")
         return self.parts - parts
 
     def alias(self, event: Any, depth: int) -> tuple[Any, int]:
-        """Return what an alias stands for; it counts as if it were written out."""
+        """Return the data of an alias; its parts are counted as if it were written out."""
         anchor = self.anchors.get(event.anchor)
         if anchor is None:
-            self.source.fault_at(_spot(event), f"alias *{event.anchor} stands for nothing; write &{event.anchor} above")
+            self.source.fault_at(_spot(event), f"alias *{event.anchor} has no anchor; write &{event.anchor} before it")
             return None, 0
         self.count(event, depth + anchor.height, anchor.parts)
         return anchor.data, anchor.height
 
     def sequence(self, where: Where) -> tuple[list[Any], int]:
-        """Return the entries up to the sequence's end."""
+        """Return the entries up to the end of the sequence, and their height."""
         result: list[Any] = []
         height = 0
         while not self.loader.check_event(yaml.SequenceEndEvent):
@@ -233,7 +233,7 @@ class _DataBuilder:
         return result, height + 1
 
     def mapping(self, where: Where) -> tuple[dict[str, Any], int]:
-        """Return the entries up to the mapping's end; note keys that are none or are given twice."""
+        """Return the entries up to the end of the mapping, and their height; record invalid and repeated keys."""
         result: dict[str, Any] = {}
         height = 0
         while not self.loader.check_event(yaml.MappingEndEvent):
@@ -247,12 +247,12 @@ class _DataBuilder:
         return result, height + 1
 
     def key(self, where: Where, depth: int) -> str | None:
-        """Return the next key and note its place; None for one that cannot be used."""
+        """Return the next key and store its position; None for an invalid or repeated key."""
         event = self.loader.peek_event()
         spot = _spot(event)
         if not isinstance(event, yaml.ScalarEvent) or not event.value:
             self.skip(depth)
-            self.source.fault_at(spot, "a key must be a word; write `name: ...`")
+            self.source.fault_at(spot, "a key must be a word, such as `name: ...`")
             return None
         self.loader.get_event()
         name = str(event.value)
@@ -265,13 +265,13 @@ class _DataBuilder:
         return name
 
     def refuse_invisible(self, text: str, event: Any) -> None:
-        """Note a control character that an escape brought in."""
+        """Record an error if an escape sequence produced a control character."""
         found = _INVISIBLE.search(text)
         if found:
-            self.source.fault_at(_spot(event), f"holds the control character {ord(found[0]):#04x}; remove it")
+            self.source.fault_at(_spot(event), f"contains the control character {ord(found[0]):#04x}; remove it")
 
     def skip(self, depth: int) -> None:
-        """Pass over the next part."""
+        """Skip the next part."""
         level = 0
         while True:
             event = self.loader.get_event()
@@ -286,7 +286,7 @@ def _spot(event: Any) -> Spot:
 
 
 def scalar(event: Any) -> Any:
-    """Return the value of a scalar: quoted ones are text."""
+    """Return the value of a scalar: text, a number, true, false or None; quoted scalars are text."""
     text = str(event.value)
     if event.style in ("'", '"', "|", ">"):
         return text

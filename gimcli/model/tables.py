@@ -1,4 +1,4 @@
-"""Tables of laws and loads: two columns, time (or an input) and value, in a CSV file."""
+"""Tables of laws, efforts and loads: CSV files of two columns, time (or an input) and value."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from gimcli.model.source import CONTROL, MOST_BYTES
 
 MOST_ROWS = 100_000
 CLOSEST = 1e-12
-"""Distance of two rows, relative to the whole table, below which slopes between them are no numbers."""
+"""Least distance of two rows, relative to the range of the table; slopes over less could overflow."""
 
 
 def read_table(path: Path, first: str = "time") -> tuple[list[float], list[float]]:
-    """Return time [s], or what `first` names, and value (file's unit).
+    """Return the first column, time [s] or the variable `first`, and the second, the value (file's unit).
 
-    Raises ValueError that says what is wrong and what to do.
+    Raises ValueError if the file is not readable, not a table of two columns, or its first column does not increase.
     """
     rows = _rows(path, first)
     if rows and not any(map(_is_number, rows[0][1])):
         rows = rows[1:]  # a header
     if len(rows) < 2:
-        raise ValueError(f"has fewer than two rows of {first},value; add some")
+        raise ValueError(f"has fewer than two rows of {first},value; add rows")
     for line, row in rows:
         if len(row) != 2 or not all(map(_fits, row)):
             text = ",".join(row)[:40]
-            raise ValueError(f"line {line} is not {first},value: {text}; write two finite numbers up to {LARGEST:g}")
+            raise ValueError(f"line {line}: expected {first},value (two finite numbers up to {LARGEST:g}), got {text}")
     time, value = ([float(row[k]) for _, row in rows] for k in (0, 1))
     least = CLOSEST * (max(time) - min(time))
     for (line, _), before, after in zip(rows[1:], time, time[1:], strict=False):
@@ -37,7 +37,7 @@ def read_table(path: Path, first: str = "time") -> tuple[list[float], list[float
 
 
 def _rows(path: Path, first: str) -> list[tuple[int, list[str]]]:
-    """Return the rows that hold something, each with its line."""
+    """Return the rows that are not empty, each with its line number."""
     reader = csv.reader(io.StringIO(_text(path, first), newline=""))
     rows: list[tuple[int, list[str]]] = []
     try:
@@ -45,21 +45,21 @@ def _rows(path: Path, first: str) -> list[tuple[int, list[str]]]:
             if any(cell.strip() for cell in row):
                 rows.append((reader.line_num, row))
             if len(rows) > MOST_ROWS:
-                raise ValueError(f"has more than {MOST_ROWS} rows; thin them out")
+                raise ValueError(f"has more than {MOST_ROWS} rows; reduce them")
     except csv.Error:
         raise ValueError(f"is not a text file of rows {first},value; name a CSV file") from None
     return rows
 
 
 def _text(path: Path, first: str) -> str:
-    """Return the text of a regular file of reasonable size."""
+    """Return the text of a regular file of at most MOST_BYTES; raise ValueError for any other."""
     try:
         if path.exists() and not path.is_file():
             raise ValueError(f"is a {'directory' if path.is_dir() else 'device or a pipe'}; name a CSV file")
         with path.open("rb") as handle:
             raw = handle.read(MOST_BYTES + 1)
     except OSError as error:
-        raise ValueError(f"cannot be read: {error.strerror}; its path starts at the model's folder") from None
+        raise ValueError(f"cannot be read: {error.strerror}; the path starts at the model's folder") from None
     if len(raw) > MOST_BYTES:
         raise ValueError(f"is too large for a table; at most {MOST_BYTES // 1_000_000} MB are read")
     try:

@@ -1,4 +1,4 @@
-"""What is wrong with the type of a part, in the words of the file: what was met and what to do."""
+"""Messages for validation errors: what was expected, what the file has, and which key was probably meant."""
 
 from __future__ import annotations
 
@@ -10,11 +10,26 @@ from gimcli.model.schema import Model
 from gimcli.model.source import Source, Where
 
 MOST_WORDS = 5_000
-"""Near misses are looked for among so many names at most: the search is slow."""
+"""Most names that are searched for a similar one: the search is slow."""
+SYNONYMS = {
+    "joints": "nodes", "joint": "nodes", "pivots": "nodes", "pins": "nodes", "vertices": "nodes",
+    "coordinates": "nodes", "positions": "nodes",
+    "fixed": "ground", "frame": "ground", "base": "ground", "supports": "ground", "anchors": "ground",
+    "bars": "links", "bar": "links", "rods": "links", "members": "links",
+    "bodies": "elements", "body": "elements", "plates": "elements", "ternary": "elements",
+    "sliders": "prismatic", "slider": "prismatic", "slides": "prismatic", "slots": "prismatic",
+    "pistons": "prismatic",
+    "motors": "actuators", "motor": "actuators", "inputs": "actuators", "input": "actuators", "drivers": "actuators",
+    "driver": "actuators", "drives": "actuators", "cylinders": "actuators", "cranks": "actuators",
+    "forces": "loads", "force": "loads", "torques": "loads", "moments": "loads",
+    "mass": "masses", "inertias": "masses", "tracers": "points", "markers": "points", "output": "trace",
+    "outputs": "trace", "title": "name", "time": "duration",
+}  # fmt: skip
+"""Keys of other programs and of everyday use, and the key of the model file for each."""
 
 
 def nearest(word: str, words: Collection[str]) -> str | None:
-    """Return the word that was probably meant."""
+    """Return the most similar of some words; None if none is similar."""
     if len(words) > MOST_WORDS:
         return None
     folded = [w for w in words if w.lower() == word.lower()]
@@ -23,35 +38,37 @@ def nearest(word: str, words: Collection[str]) -> str | None:
 
 
 def near(word: str, words: Collection[str]) -> str:
-    """Return '; did you mean X?' for a near miss, else ''."""
+    """Return '; did you mean X?' if one of some words is similar, else ''."""
     best = nearest(word, words)
     return f"; did you mean '{best}'?" if best else ""
 
 
-def meant(where: Where) -> Where | None:
-    """Return the path that an unknown key was probably meant to have."""
-    best = nearest(str(where[-1]), known_keys(where[:-1]))
+def intended(where: Where) -> Where | None:
+    """Return the path of the key that was probably meant by an unknown key; None if there is no guess."""
+    known = known_keys(where[:-1])
+    synonym = SYNONYMS.get(str(where[-1]).lower())
+    best = synonym if synonym in known else nearest(str(where[-1]), known)
     return (*where[:-1], best) if best else None
 
 
-def note(source: Source, error: dict[str, Any]) -> None:
-    """Note one error of the schema's validation as a fault of the file."""
+def record(source: Source, error: dict[str, Any]) -> None:
+    """Record one validation error of pydantic as an error of the file."""
     where: Where = tuple(error["loc"])
-    kind, met, limits = str(error["type"]), error.get("input"), error.get("ctx", {})
+    kind, got, limits = str(error["type"]), error.get("input"), error.get("ctx", {})
     if kind == "extra_forbidden":
-        known = known_keys(where[:-1])
-        hint = near(str(where[-1]), known) or f"; known here: {', '.join(known)}"
-        source.fault(written(source, where), f"unknown key '{where[-1]}'{hint}", key=True)
+        guess = intended(where)
+        hint = f"did you mean '{guess[-1]}'?" if guess else f"known here: {', '.join(known_keys(where[:-1]))}"
+        source.fault(written(source, where), f"unknown key '{where[-1]}'; {hint}", key=True)
     elif kind == "missing":
         source.fault(written(source, where[:-1]), f"'{where[-1]}' is missing; {_missing(where)}")
     else:
         name = ".".join(str(part) for part in where) or "the file"
-        text = _TEXTS.get(kind, _other)(where, met, limits)
+        text = _TEXTS.get(kind, _other)(where, got, limits)
         source.fault(written(source, where), f"{name}: {text}")
 
 
 def written(source: Source, where: Where) -> Where:
-    """Return a part's path as the file has it: the short forms leave out `nodes` and `profile`."""
+    """Return the path of a part as it is in the file: short forms have no `nodes`, `profile` and `constant`."""
     if where in source.values:
         return where
     for k, part in enumerate(where):
@@ -60,9 +77,9 @@ def written(source: Source, where: Where) -> Where:
     return where
 
 
-def shown(met: Any) -> str:
-    """Return what was met, not too long."""
-    text = "a mapping" if isinstance(met, dict) else "nothing" if met is None else repr(met)
+def shown(got: Any) -> str:
+    """Return the text of a value, cut at 60 characters."""
+    text = "a mapping" if isinstance(got, dict) else "nothing" if got is None else repr(got)
     return text if len(text) <= 60 else text[:57] + "..."
 
 
@@ -79,11 +96,11 @@ def known_keys(where: Sequence[Any]) -> list[str]:
 
 
 def _bare(schema: Any) -> Any:
-    """Return a core schema without its default and null."""
+    """Return the schema inside the wrappers for a default and for null."""
     return _bare(schema["schema"]) if schema["type"] in ("default", "nullable") else schema
 
 
-# -- sentences ------------------------------------------------------------------------------
+# -- texts ----------------------------------------------------------------------------------
 
 
 def _missing(where: Where) -> str:
@@ -92,27 +109,27 @@ def _missing(where: Where) -> str:
     return f"add `{where[-1]}:`"
 
 
-def _number(where: Where, met: Any, limits: dict[str, Any]) -> str:
-    cure = "; the unit is told once, under `units:`" if isinstance(met, str) and met[:1].isdigit() else ""
-    return f"a number is needed, met {shown(met)}{cure}"
+def _number(where: Where, got: Any, limits: dict[str, Any]) -> str:
+    cure = "; set units once, under `units:`" if isinstance(got, str) and got[:1].isdigit() else ""
+    return f"expected a number, got {shown(got)}{cure}"
 
 
-def _bound(where: Where, met: Any, limits: dict[str, Any]) -> str:
-    words = {"gt": "above", "ge": "at least", "le": "at most"}
+def _bound(where: Where, got: Any, limits: dict[str, Any]) -> str:
+    words = {"gt": "above", "ge": "of at least", "le": "of at most"}
     side = next(side for side in words if side in limits)
-    return f"must be {words[side]} {limits[side]:g}, met {met}"
+    return f"expected a number {words[side]} {limits[side]:g}, got {got}"
 
 
-def _choice(where: Where, met: Any, limits: dict[str, Any]) -> str:
+def _choice(where: Where, got: Any, limits: dict[str, Any]) -> str:
     words = str(limits.get("expected", "")).replace(" or ", ", ").split(",")
     allowed = [word.strip(" '") for word in words]
-    return f"met {shown(met)}; choose {', '.join(allowed)}{near(str(met), allowed)}"
+    return f"expected one of {', '.join(allowed)}, got {shown(got)}{near(str(got), allowed)}"
 
 
-def _count(where: Where, met: Any, limits: dict[str, Any]) -> str:
+def _count(where: Where, got: Any, limits: dict[str, Any]) -> str:
     few = "min_length" in limits
-    bound = f"at least {limits['min_length']}" if few else f"no more than {limits['max_length']}"
-    entries = f"{bound} entries are needed, met {limits.get('actual_length')}"
+    bound = f"at least {limits['min_length']}" if few else f"at most {limits['max_length']}"
+    entries = f"expected {bound} entries, got {limits.get('actual_length')}"
     if where[0] == "links" and not few:
         return f"{entries}; list a member of three or more nodes under `elements:`"
     if where[0] == "elements" and where[2:] == ("nodes",):
@@ -120,8 +137,8 @@ def _count(where: Where, met: Any, limits: dict[str, Any]) -> str:
     return entries
 
 
-def _form(where: Where, met: Any, limits: dict[str, Any]) -> str:
-    return f"{_forms(where)} is needed, met {shown(met)}"
+def _form(where: Where, got: Any, limits: dict[str, Any]) -> str:
+    return f"expected {_forms(where)}, got {shown(got)}"
 
 
 def _forms(where: Where) -> str:
@@ -132,27 +149,27 @@ def _forms(where: Where) -> str:
     return f"a mapping such as {{{known_keys(where)[0]}: ...}}" if known_keys(where) else "a mapping such as {A: ...}"
 
 
-def _name(where: Where, met: Any, limits: dict[str, Any]) -> str:
-    cure = "; write it in quotes if this is the name" if isinstance(met, bool | float) else ""
-    return f"a name is needed, met {shown(met)}{cure}"
+def _name(where: Where, got: Any, limits: dict[str, Any]) -> str:
+    cure = "; write it in quotes if this is the name" if isinstance(got, bool | float) else ""
+    return f"expected a name, got {shown(got)}{cure}"
 
 
-def _other(where: Where, met: Any, limits: dict[str, Any]) -> str:
-    return f"met {shown(met)}, which cannot stand here"
+def _other(where: Where, got: Any, limits: dict[str, Any]) -> str:
+    return f"unexpected value {shown(got)}"
 
 
 _TEXTS: dict[str, Callable[[Where, Any, dict[str, Any]], str]] = {
     "float_type": _number,
     "float_parsing": _number,
-    "bool_type": lambda where, met, limits: f"true or false is needed, met {shown(met)}",
-    "finite_number": lambda where, met, limits: f"a finite number is needed, met {met}",
+    "bool_type": lambda where, got, limits: f"expected true or false, got {shown(got)}",
+    "finite_number": lambda where, got, limits: f"expected a finite number, got {got}",
     "greater_than": _bound,
     "greater_than_equal": _bound,
     "less_than_equal": _bound,
     "literal_error": _choice,
     "too_short": _count,
     "too_long": _count,
-    "list_type": lambda where, met, limits: f"a list such as {_list(where)} is needed, met {shown(met)}",
+    "list_type": lambda where, got, limits: f"expected a list such as {_list(where)}, got {shown(got)}",
     "dict_type": _form,
     "model_type": _form,
     "string_type": _name,

@@ -102,7 +102,9 @@ def test_faults_of_data_name_their_keys():
     assert "links.crank.nodes.1: node 'Q' is not declared" in str(caught.value)
     assert "links.crank.lenght: unknown key" in str(caught.value)
     data["links"]["crank"] = object()
-    with pytest.raises(gimcli.ModelError, match=r"links.crank: met a object"):
+    with pytest.raises(
+        gimcli.ModelError, match=r"links.crank: expected a number, text, a list or a dict, got a value of type object"
+    ):
         gimcli.load(data)
 
 
@@ -360,9 +362,12 @@ def test_results_are_pickled_and_copied(verb):
 
 
 FAULTY = [
-    (lambda d: d["nodes"].update(O2=[float("nan"), 0.0]), "<dict>: nodes.O2.0: a finite number is needed, met nan"),
+    (lambda d: d["nodes"].update(O2=[float("nan"), 0.0]), "<dict>: nodes.O2.0: expected a finite number, got nan"),
     (lambda d: d["links"].update({7: ["O2", "A"], "7": ["O4", "B"]}), "<dict>: links.7: given twice; remove one"),
-    (lambda d: d.update(ground=b"O2"), "<dict>: ground: met a bytes; write a number, a word, a list or a dict"),
+    (
+        lambda d: d.update(ground=b"O2"),
+        "<dict>: ground: expected a number, text, a list or a dict, got a value of type bytes",
+    ),
 ]
 
 

@@ -1,4 +1,4 @@
-"""From the mechanism as written to the mechanism as solved: scale, units, signs, drawn values."""
+"""Compilation of a model to a mechanism: scale, units, signs, initial values."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def law_ends(actuator):
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
-def test_scale_is_a_power_of_two_and_the_mechanism_about_one_in_size(path):
+def test_the_scale_is_a_power_of_two_and_the_size_about_1(path):
     mechanism = load(path)
     assert math.frexp(mechanism.scale)[0] == 0.5
     assert 0.7 <= mechanism.size <= 1.5
@@ -60,13 +60,13 @@ def test_scale_is_a_power_of_two_and_the_mechanism_about_one_in_size(path):
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
-def test_drawn_nodes_return_to_the_files_coordinates(path):
+def test_initial_positions_convert_back_to_the_files_coordinates(path):
     mechanism = load(path)
     places = np.array([complex(*xy) for xy in read_source(path).data["nodes"].values()])
     assert np.max(np.abs(mechanism.to_file(mechanism.drawn) - places)) <= 4e-16 * np.max(np.abs(places))
 
 
-def test_values_of_actuators_return_to_the_files_units(compiled):
+def test_values_of_actuators_convert_back_to_the_files_units(compiled):
     mechanism = compiled(PLAIN + "  jack: {type: linear, nodes: [O, B], law: {from: 300, to: 350}}\n")
     assert mechanism.value_from_file(0, 90.0) == pytest.approx(math.pi / 2, rel=1e-15)
     assert mechanism.value_from_file(1, 300.0) * mechanism.scale == 300.0
@@ -91,7 +91,7 @@ def test_scaling_and_shifting_a_file_by_powers_of_two_changes_nothing(compiled):
         assert np.array_equal(a.shape, b.shape)
 
 
-def test_nodes_that_nothing_uses_are_left_out(compiled):
+def test_unused_nodes_are_left_out(compiled):
     mechanism = compiled(PLAIN.replace("O: [100, 200]", "Z: [1e6, 1e6], O: [100, 200], Y: [0, 0]"))
     assert mechanism.nodes == ("O", "G", "A", "B")
     assert mechanism.traced == ("A", "B")
@@ -100,14 +100,14 @@ def test_nodes_that_nothing_uses_are_left_out(compiled):
 # -- members ---------------------------------------------------------------------------------
 
 
-def test_a_given_length_counts_and_a_drawn_one_otherwise(compiled):
+def test_a_given_length_replaces_the_one_from_the_coordinates(compiled):
     mechanism = compiled(PLAIN)
     assert member(mechanism, "rocker").shape.tolist() == [0.0, 210.0 / mechanism.scale]
     drawn = math.hypot(300.0, 100.0) / mechanism.scale
     assert abs(member(mechanism, "rod").shape[1]) == pytest.approx(drawn, rel=1e-15)
 
 
-def test_an_element_given_by_its_shape_may_be_drawn_roughly(compiled):
+def test_an_element_with_a_shape_does_not_depend_on_the_coordinates(compiled):
     shape = "{A: [10, 10], B: [10, 13], C: [6, 10]}"  # A to B points up: C lies 4 to the left
     for drawing in ("A: [0, 1], B: [9, 9], C: [5, 5]", "A: [0, 1], B: [0, 1], C: [0, 1]"):
         mechanism = compiled(
@@ -118,12 +118,12 @@ def test_an_element_given_by_its_shape_may_be_drawn_roughly(compiled):
         assert got == pytest.approx([0, 3, 4j], abs=1e-14)
 
 
-def test_a_drawn_element_keeps_its_handedness(compiled):
+def test_an_element_keeps_its_orientation(compiled):
     mechanism = compiled("nodes: {A: [0, 0], B: [0, 2], C: [1, 1]}\nground: [A]\nelements: {e: [A, B, C]}\n")
     assert member(mechanism, "e").shape * mechanism.scale == pytest.approx([0, 2, 1 - 1j], abs=1e-15)
 
 
-def test_a_held_member_keeps_its_drawn_place(compiled):
+def test_a_held_member_keeps_its_initial_position(compiled):
     mechanism = compiled(
         "nodes: {A: [5, 1], B: [5, 4], C: [3, 2], D: [9, 9]}\nground: {member: h}\n"
         "elements: {h: [A, B, C]}\nlinks: {a: [B, D]}\n"
@@ -181,7 +181,7 @@ def test_points_at_and_local_agree(compiled):
     assert p * mechanism.scale == pytest.approx(local, rel=1e-14)
 
 
-def test_what_is_traced_by_default(compiled):
+def test_default_of_trace(compiled):
     assert compiled(PLAIN).traced == ("A", "B")
     assert compiled(PLAIN + "points: {P: {on: rod, local: [1, 2]}}\n").traced == ("P",)
     assert compiled(PLAIN + "points: {P: {on: rod, local: [1, 2]}}\ntrace: [B]\n").traced == ("B",)
@@ -198,7 +198,7 @@ actuators:
 
 DRAWN = {  # the actuator, its drawn value in the file's units
     "angle from the frame": ("{type: rotary, pivot: O, arm: A}", 90.0),
-    "angle of the other side": ("{type: rotary, pivot: G, arm: B}", 90.0),
+    "angle of the other crank": ("{type: rotary, pivot: G, arm: B}", 90.0),
     "angle from a frame node": ("{type: rotary, pivot: O, arm: A, reference: G}", 90.0),
     "angle between moving members": (
         "{type: rotary, pivot: A, arm: B, reference: O}",
@@ -210,13 +210,13 @@ DRAWN = {  # the actuator, its drawn value in the file's units
     ),
     "distance": ("{type: linear, nodes: [O, B]}", 5.0),
     "travel": ("{type: linear, node: B, guide: [O, G]}", 3.0),
-    "travel the other way": ("{type: linear, node: B, guide: [G, O]}", 0.0),
+    "travel in the opposite direction": ("{type: linear, node: B, guide: [G, O]}", 0.0),
     "travel on a moving guide": ("{type: linear, node: B, guide: [O, A]}", 4.0),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("case", DRAWN)
-def test_drawn_values(case, compiled):
+def test_initial_values(case, compiled):
     text, value = DRAWN[case]
     mechanism = compiled(f"{FOUR}  m: {text}\n")
     (actuator,) = mechanism.actuators
@@ -229,14 +229,14 @@ def test_drawn_values(case, compiled):
 
 
 @pytest.mark.parametrize("case", DRAWN)
-def test_an_increment_starts_at_the_drawn_value(case, compiled):
+def test_an_increment_starts_at_the_initial_value(case, compiled):
     text, value = DRAWN[case]
     mechanism = compiled(f"{FOUR}  m: {text[:-1]}, law: {{by: 1.5, profile: cubic}}}}\n")
     ends = mechanism.value_to_file(0, np.array(law_ends(mechanism.actuators[0])))
     assert ends == pytest.approx([value, value + 1.5], abs=1e-13)
 
 
-def test_a_rotary_actuators_drawn_value_is_the_angle_of_its_rays(compiled):
+def test_the_initial_value_of_a_rotary_actuator_is_the_angle_between_its_rays(compiled):
     mechanism = compiled(f"{FOUR}  m: {{type: rotary, pivot: A, arm: B, reference: O}}\n")
     (actuator,) = mechanism.actuators
     rays = [node(mechanism, n) - node(mechanism, "A") for n in ("B", "O")]
@@ -309,7 +309,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_the_json_schema_refuses(case, validator):
+def test_the_json_schema_rejects(case, validator):
     data = read_source(next(p for p in FILES if p.stem == "crank_rocker")).data
     WRONG[case](data)
     assert list(validator.iter_errors(data)) != []

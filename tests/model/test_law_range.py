@@ -1,4 +1,4 @@
-"""Laws stay within the bound of `--at` over their whole range; no number in them is too much."""
+"""Laws whose values exceed the bound of `--at` anywhere are rejected, also those with overflowing coefficients."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ DEEP = 4.0 * MOST  # s = t - c t (1 - t) reaches 1/2 - c/4 in the middle
 
 @pytest.fixture
 def loaded(tmp_path):
-    """Load a model with some input and law; numbers may overflow, but no warning may reach the user."""
+    """Load a model with some input and law; overflow must not cause a warning."""
 
     def run(drive, law):
         path = tmp_path / "m.yaml"
@@ -61,8 +61,8 @@ BEYOND = {
 
 
 @pytest.mark.parametrize("case", BEYOND)
-def test_a_law_beyond_the_bound_anywhere_is_refused(case, loaded):
-    with pytest.raises(ModelError, match=r"m\.yaml:5:.*(shorten it|must be above 0)"):
+def test_a_law_that_exceeds_the_bound_anywhere_is_rejected(case, loaded):
+    with pytest.raises(ModelError, match=r"m\.yaml:5:.*(shorten it|distance above 0)"):
         loaded(*BEYOND[case])
 
 
@@ -85,8 +85,8 @@ def test_a_law_within_the_bound_is_accepted(drive, law, loaded):
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_what_is_accepted_is_within_the_bound_everywhere(seed, loaded):
-    """The bound divides random polynomials as a fine grid of their values does."""
+def test_an_accepted_polynomial_is_within_the_bound_everywhere(seed, loaded):
+    """Random polynomials are accepted or rejected as the maximum on a fine grid of their values requires."""
     rng = np.random.default_rng(seed)
     c = rng.normal(size=rng.integers(2, 9)) * 10.0 ** rng.uniform(-3, 3, size=1)
     t = np.linspace(0.0, 1.0, 100_001)
@@ -101,6 +101,6 @@ def test_what_is_accepted_is_within_the_bound_everywhere(seed, loaded):
                 loaded(ROTARY, law)
 
 
-def test_a_polynomial_of_too_many_coefficients_is_refused(loaded):
+def test_a_polynomial_with_too_many_coefficients_is_rejected(loaded):
     with pytest.raises(ModelError, match=r"m\.yaml:5:"):
         loaded(ROTARY, f"{{polynomial: {[0.0] * 5000}}}")

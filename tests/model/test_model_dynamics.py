@@ -1,4 +1,4 @@
-"""The dynamic part of the model file: what is refused, and what is compiled into SI units."""
+"""The dynamic sections of the model file: error messages, and compilation to SI units."""
 
 from __future__ import annotations
 
@@ -33,14 +33,17 @@ def freed(text):
 
 # name: (text, line:column, fragments of the message)
 REFUSED = {
-    "load of two kinds": (FILE + "loads: {f: {on: rod, torque: 3, force: [1, 2], at: [1, 1]}}\n", "6:12", ["either"]),
-    "follower nowhere": (FILE + "loads: {f: {on: rod, follower: [1, 2]}}\n", "6:12", ["either `at`"]),
-    "load over nothing": (
+    "load with torque and force": (
+        FILE + "loads: {f: {on: rod, torque: 3, force: [1, 2], at: [1, 1]}}\n", "6:12",
+        ["either"],
+    ),
+    "follower without a point": (FILE + "loads: {f: {on: rod, follower: [1, 2]}}\n", "6:12", ["either `at`"]),
+    "load over an unknown input": (
         FILE + "loads: {f: {on: rod, torque: 3, table: t.csv, over: moter}}\n", "6:53",
-        ["'moter' is neither time nor an actuator", "did you mean 'motor'"],
+        ["'moter' is neither `time` nor an actuator", "did you mean 'motor'"],
     ),
     "load over an input without a table": (
-        FILE + "loads: {f: {on: rod, torque: 3, over: motor}}\n", "6:12", ["has no `table`; add one"],
+        FILE + "loads: {f: {on: rod, torque: 3, over: motor}}\n", "6:12", ["has `over: motor` but no `table`; add one"],
     ),
     "load table that is missing": (
         FILE + "loads: {f: {on: rod, torque: 3, table: tt.csv}}\n", "6:40", ["tt.csv: cannot be read"],
@@ -50,9 +53,9 @@ REFUSED = {
         ["input 1 after 2; input must increase"],
     ),
     "spring without stiffness": (FILE + "springs: {s: {nodes: [O, B]}}\n", "6:14", ["'stiffness' is missing"]),
-    "spring of no stiffness": (FILE + "springs: {s: {nodes: [O, B], stiffness: 0}}\n", "6:41", ["above 0"]),
+    "spring with zero stiffness": (FILE + "springs: {s: {nodes: [O, B], stiffness: 0}}\n", "6:41", ["above 0"]),
     "spring between two nodes of a member": (
-        FILE + "springs: {s: {nodes: [A, B], stiffness: 9}}\n", "6:22", ["belong to one member ('rod')"],
+        FILE + "springs: {s: {nodes: [A, B], stiffness: 9}}\n", "6:22", ["belong to the same member 'rod'"],
     ),
     "spring on an unknown node": (
         FILE + "springs: {s: {nodes: [A, Bb], stiffness: 9}}\n", "6:26", ["'Bb' is not declared", "did you mean 'B'"],
@@ -60,38 +63,47 @@ REFUSED = {
     "spring on a node of no member": (
         FILE + "springs: {s: {nodes: [A, K], stiffness: 9}}\n", "6:22", ["node 'K' belongs to no member"],
     ),
-    "spring of nothing": (FILE + "springs: {s: {stiffness: 9}}\n", "6:14", ["spring 's' needs `nodes`"]),
+    "spring without nodes": (FILE + "springs: {s: {stiffness: 9}}\n", "6:14", ["spring 's' needs `nodes`"]),
     "spring with a pivot and nodes": (
         FILE + "springs: {s: {pivot: O, arm: A, nodes: [O, A], stiffness: 9}}\n", "6:33", ["`nodes` does not belong"],
     ),
     "spring with a free length below 0": (
         FILE + "springs: {s: {nodes: [O, B], stiffness: 9, free: -1}}\n", "6:50", ["at least 0"],
     ),
-    "damper that drives": (FILE + "dampers: {d: {nodes: [O, B], damping: -1}}\n", "6:39", ["at least 0", "met -1"]),
+    "damper with negative damping": (
+        FILE + "dampers: {d: {nodes: [O, B], damping: -1}}\n", "6:39",
+        ["at least 0", "got -1"],
+    ),
     "damper, misspelt": (
         FILE + "dampers: {d: {nodes: [O, B], dampng: 1}}\n", "6:30", ["unknown key 'dampng'", "did you mean 'damping'"],
     ),
-    "friction nowhere": (
+    "friction of an unknown pair": (
         FILE + "friction: {slid: 1}\n", "6:12", ["'slid' is neither a node nor a sliding pair"],
     ),
     "friction at the end of one member": (
         "nodes: {O: [0, 0], A: [0, 1]}\nground: [O]\nlinks: {a: [O, A]}\nfriction: {A: 1}\n", "4:12",
-        ["node A is no pair"],
+        ["node A is not a pair"],
     ),
-    "friction that drives": (FILE + "friction: {A: -1}\n", "6:15", ["at least 0"]),
-    "free, but not a truth": (motor("free: maybe"), "5:49", ["true or false is needed, met 'maybe'"]),
+    "negative friction": (FILE + "friction: {A: -1}\n", "6:15", ["at least 0"]),
+    "free, but not a boolean": (motor("free: maybe"), "5:49", ["expected true or false, got 'maybe'"]),
     "start too far away": (freed("start: 1e30"), "5:62", ["start reaches 1e+30"]),
     "start of an input that is not free": (motor("start: 45"), "5:43", ["`start`", "add `free: true`, or remove"]),
     "speed of an input that is not free": (motor("speed: 0"), "5:43", ["`speed`", "add `free: true`, or remove"]),
     "effort of an input that is not free": (
         motor("free: false, effort: 3"), "5:56", ["`effort`", "add `free: true`, or remove"],
     ),
-    "effort of nothing": (freed("effort: {}"), "5:63", ["needs a number, or `table`, or `stall` and `idle`"]),
-    "effort of two kinds": (freed("effort: {constant: 1, table: t.csv}"), "5:63", ["needs a number"]),
-    "effort with half a line": (freed("effort: {stall: 3}"), "5:63", ["`idle` is missing"]),
-    "effort that is idle at rest": (freed("effort: {stall: 3, idle: 0}"), "5:80", ["must not be 0"]),
-    "effort over speed without a table": (freed("effort: {constant: 1, over: speed}"), "5:63", ["has no `table`"]),
-    "effort over something else": (freed("effort: {table: t.csv, over: sped}"), "5:84", ["did you mean 'speed'"]),
+    "empty effort": (freed("effort: {}"), "5:63", ["needs one of: a number, `table`, `stall` with `idle`"]),
+    "effort with a constant and a table": (
+        freed("effort: {constant: 1, table: t.csv}"), "5:63",
+        ["needs one of: a number"],
+    ),
+    "effort with stall but no idle speed": (freed("effort: {stall: 3}"), "5:63", ["`idle` is missing"]),
+    "effort with zero idle speed": (freed("effort: {stall: 3, idle: 0}"), "5:80", ["other than 0"]),
+    "effort over speed without a table": (
+        freed("effort: {constant: 1, over: speed}"), "5:63",
+        ["has `over: speed` but no `table`"],
+    ),
+    "effort over an unknown variable": (freed("effort: {table: t.csv, over: sped}"), "5:84", ["did you mean 'speed'"]),
 }  # fmt: skip
 
 
@@ -108,26 +120,26 @@ def loaded(folder, text):
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_a_fault_is_told_with_its_place_and_cure(case, folder):
+def test_an_error_names_its_line_and_its_correction(case, folder):
     text, place, fragments = REFUSED[case]
     with pytest.raises(ModelError) as caught:
         loaded(folder, text)
-    told = str(caught.value).splitlines()
-    assert len(told) == 1, told
-    assert told[0].startswith(f"{folder / 'm.yaml'}:{place}: "), told
+    messages = str(caught.value).splitlines()
+    assert len(messages) == 1, messages
+    assert messages[0].startswith(f"{folder / 'm.yaml'}:{place}: "), messages
     for fragment in fragments:
-        assert fragment in told[0]
+        assert fragment in messages[0]
 
 
-def test_a_refused_part_is_refused_once(folder):
-    """What refers to a refused actuator or a refused spring is not a fault again."""
+def test_an_invalid_part_is_reported_once(folder):
+    """References to an invalid actuator or spring are not reported as further errors."""
     text = motor("law: {from: x, to: 3}") + "loads: {f: {on: rod, torque: 3, table: t.csv, over: motor}}\n"
     with pytest.raises(ModelError) as caught:
         loaded(folder, text + "springs: {s: {nodes: [O, B], stiffness: x}}\n")
     assert len(str(caught.value).splitlines()) == 2, caught.value
 
 
-def test_everything_is_compiled_into_si_units(folder):
+def test_all_dynamic_sections_are_compiled_to_si_units(folder):
     text = """\
 units: {length: mm, angle: deg, mass: g}
 nodes: {O: [100, 0], G: [3100, 0], A: [100, 1000], B: [3100, 2000]}
@@ -151,7 +163,7 @@ friction: {A: 0.02}
     assert d.metre == pytest.approx(mechanism.scale * 1e-3, rel=1e-15)
     rod, crank = d.inertias
     assert (names[rod.member], rod.mass, rod.moment) == ("rod", 1.5, 0.2)
-    assert rod.centre * d.metre == pytest.approx(0.5 * math.sqrt(10.0))  # the middle, as it is not given
+    assert rod.centre * d.metre == pytest.approx(0.5 * math.sqrt(10.0))  # default: the mean of the nodes
     assert crank.mass == pytest.approx(1e-3)
     assert crank.centre * d.metre == pytest.approx(0.25 + 0.05j)
     assert d.gravity == -9.81j
@@ -176,13 +188,13 @@ friction: {A: 0.02}
     assert (release.effort.constant, release.effort.idle) == pytest.approx((8.0, 10 * math.pi))
 
 
-def test_a_file_without_dynamics_has_none(folder):
+def test_a_file_without_dynamic_sections_has_empty_dynamics(folder):
     mechanism = loaded(folder, FILE)
     assert mechanism.dynamics.empty
     assert mechanism.gauges == ()
 
 
-def test_efforts_of_every_form_are_compiled(folder):
+def test_every_form_of_effort_is_compiled(folder):
     def effort(text):
         (release,) = loaded(folder, freed(text) + "masses: {rod: {mass: 1}}\n").dynamics.releases
         return release.effort
@@ -196,7 +208,7 @@ def test_efforts_of_every_form_are_compiled(folder):
     assert over_time.curve(np.array([90.0])) == pytest.approx([2.0])
 
 
-def test_the_schema_knows_the_dynamic_part():
+def test_the_json_schema_covers_the_dynamic_sections():
     jsonschema = pytest.importorskip("jsonschema")
     schema = json_schema()
     valid = jsonschema.validators.validator_for(schema)(schema)
@@ -210,11 +222,10 @@ def test_the_schema_knows_the_dynamic_part():
     assert valid.is_valid(good)
     assert not valid.is_valid({**good, "springs": {"s": {"pivot": "O", "arm": "A"}}})
     assert not valid.is_valid({**good, "friction": {"O": "much"}})
-    told = schema["$defs"]["Spring"]["properties"]["stiffness"]["description"]
-    assert "N/m" in told
+    assert "N/m" in schema["$defs"]["Spring"]["properties"]["stiffness"]["description"]
 
 
-def test_the_readmes_pieces_are_accepted(folder):
+def test_the_dynamic_examples_of_the_readme_load(folder):
     text = README.read_text().split("## Forces")[1]
     piece = text.split("```yaml\n")[1].split("```")[0]
     (folder / "press.csv").write_text("angle,force\n0,100\n360,200\n")

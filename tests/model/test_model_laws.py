@@ -1,4 +1,4 @@
-"""Laws of motion: ends, derivatives by differences with their observed order, and the shape of tables."""
+"""Laws of motion: end values, derivatives compared with differences, and interpolation of tables."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ CLOSED = {  # Norton, Cam Design and Manufacturing Handbook, 2002, chapter 2
 
 
 @pytest.mark.parametrize("name", PROFILES)
-def test_profiles_are_the_handbooks(name):
+def test_profiles_agree_with_the_handbook(name):
     assert PROFILES[name](INSIDE, 0) == pytest.approx([CLOSED[name](t) for t in INSIDE], rel=1e-14)
 
 
 @pytest.mark.parametrize("name", PROFILES)
 @pytest.mark.parametrize(("start", "end"), [(0.1, 0.7), (-1 / 3, 2 * math.pi), (5.0, 5.0), (1e9 / 7, -1e-9)])
-def test_a_run_meets_both_ends_exactly(name, start, end):
+def test_both_ends_of_a_law_are_exact(name, start, end):
     values = RunLaw(start, end, PROFILES[name])(np.array([0.0, 1.0]))
     assert values.tolist() == [start, end]
 
 
 @pytest.mark.parametrize("name", PROFILES)
-def test_profiles_are_symmetric_and_rise(name):
+def test_profiles_are_symmetric_and_increasing(name):
     t = np.linspace(0.0, 1.0, 201)
     s = PROFILES[name](t, 0)
     assert s + s[::-1] == pytest.approx(np.ones_like(t), abs=1e-14)
@@ -87,7 +87,7 @@ def test_peaks_of_speed_and_acceleration(name):
 WHEN = [2.0, 3.0, 3.5, 6.0, 7.0]
 
 
-def test_a_table_runs_through_its_points():
+def test_a_table_interpolates_its_points():
     table = TableLaw(WHEN, [0.0, 1.0, 1.0, 4.0, 4.5])
     t = (np.array(WHEN) - 2.0) / 5.0
     assert table(t) == pytest.approx([0.0, 1.0, 1.0, 4.0, 4.5], abs=1e-14)
@@ -103,7 +103,7 @@ def test_a_table_does_not_overshoot():
     assert np.max(table(t)) <= 4.5 + 1e-14
 
 
-def test_a_table_of_a_straight_line_is_one():
+def test_a_table_of_points_on_a_line_is_linear():
     table = TableLaw(WHEN, [3.0 * t - 1.0 for t in WHEN])
     t = np.linspace(0.0, 1.0, 11)
     assert table(t) == pytest.approx(3.0 * (2.0 + 5.0 * t) - 1.0, rel=1e-14)
@@ -111,7 +111,7 @@ def test_a_table_of_a_straight_line_is_one():
     assert table(t, 2) == pytest.approx(np.zeros(11), abs=1e-10)
 
 
-def test_a_tables_speed_agrees_with_differences():
+def test_the_derivative_of_a_table_agrees_with_differences():
     table = TableLaw(WHEN, [0.0, 1.0, 1.5, 4.0, 4.5])
     t = (np.array([2.3, 3.2, 4.7, 6.6]) - 2.0) / 5.0
     steps = [1e-3, 5e-4]

@@ -1,4 +1,4 @@
-"""Names: what a spreadsheet or a terminal would obey is refused, and no file has two columns of one name."""
+"""Names: spreadsheet formulas and control characters are rejected; no file has two columns of the same name."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def run(tmp_path, monkeypatch, capsys):
 
 
 def renamed(model, name, new):
-    """Return a model with another name, written with escapes, wherever it stands."""
+    """Return a model in which a name is replaced everywhere; the new name is written with escapes."""
     return re.sub(rf"(?<=[{{\[ ]){name}(?=[:,\]}}])", json.dumps(new).replace("\\", "\\\\"), model)
 
 
@@ -68,27 +68,27 @@ def with_name(section, new):
 
 @pytest.mark.parametrize("section", NAMED)
 @pytest.mark.parametrize("name", ["=1+1", "+a", "-5", "@SUM(A1)", " =1", "-"])
-def test_a_name_that_a_spreadsheet_takes_for_a_formula_is_refused(section, name, tmp_path):
+def test_a_name_that_a_spreadsheet_reads_as_a_formula_is_rejected(section, name, tmp_path):
     path = tmp_path / "m.yaml"
     path.write_text(with_name(section, name))
     with pytest.raises(ModelError) as caught:
         load(path)
-    told = [fault for fault in caught.value.faults if "formula" in fault and repr(name)[1:-1] in fault]
-    assert len(told) == 1, caught.value.faults
+    messages = [fault for fault in caught.value.faults if "formula" in fault and repr(name)[1:-1] in fault]
+    assert len(messages) == 1, caught.value.faults
     assert caught.value.exit_code == 3
 
 
 @pytest.mark.parametrize("section", NAMED)
 @pytest.mark.parametrize("sign", ["\x07", "\x1b", "\n", "\t", "\x7f", "\x9b", "\u2028", "\u202e"])
-def test_a_name_with_a_control_character_is_refused_and_none_reaches_the_terminal(section, sign, run):
+def test_a_name_with_a_control_character_is_rejected_and_not_printed(section, sign, run):
     code, out, err, heads = run(with_name(section, f"a{sign}b"), "solve")
     assert (code, out, heads) == (3, "", [])
-    assert f"holds the control character {ord(sign):#04x}; remove it" in err
+    assert f"contains the control character {ord(sign):#04x}; remove it" in err
     assert sign not in err.replace("\n", "") or sign == "\n"
     assert all(line.startswith(("gim:", "m.yaml:")) for line in err.splitlines())
 
 
-def test_the_title_holds_no_control_character_either(run):
+def test_a_title_with_a_control_character_is_rejected(run):
     code, _, err, _ = run('name: "a\\x07b"\n' + MODEL, "solve")
     assert code == 3
     assert "\x07" not in err
@@ -96,7 +96,7 @@ def test_the_title_holds_no_control_character_either(run):
 
 
 @pytest.mark.parametrize("name", ["a=b", "a+b", "a-b", "a@b", "Ä", "1", "x y", "'a", "#a", "a.b"])
-def test_signs_within_a_name_are_accepted(name, tmp_path):
+def test_special_characters_within_a_name_are_accepted(name, tmp_path):
     path = tmp_path / "m.yaml"
     path.write_text(with_name("points", name), encoding="utf-8")
     assert name in load(path).traced
@@ -119,12 +119,12 @@ TWICE = {
     "path": ("m", "x", "workspace", ("--point", "B"), "x"),
 }
 TRACED = MODEL.replace("points: {P: {on: crank, at: [1, 1]}}\n", "trace: [A]\n")
-"""The model whose A is traced, and with a link and a pin at D."""
+"""MODEL with A traced; PINNED has two more links, one pinned at D."""
 PINNED = TRACED.replace("C: [6, 0.5],", "C: [6, 0.5], E: [7, 3],").replace("B]}\nel", "B], e: [D, E], f: [C, E]}\nel")
 
 
 @pytest.mark.parametrize("case", TWICE)
-def test_columns_of_one_name_are_refused(case, run):
+def test_two_columns_of_the_same_name_are_rejected(case, run):
     old, new, command, more, column = TWICE[case]
     code, out, err, heads = run(renamed(PINNED, old, new), command, *more, "--no-png")
     assert (code, out, heads) == (2, "", []), err
@@ -139,7 +139,7 @@ def test_columns_of_one_name_are_refused(case, run):
         ("trace", ["--no-png", "--all-branches"]), ("simulate", ["--no-png", "--reactions"]),
     ],
 )  # fmt: skip
-def test_columns_of_every_command_have_names_of_their_own(command, more, run):
+def test_the_columns_of_every_command_have_different_names(command, more, run):
     code, _, err, heads = run(PINNED, command, *more)
     assert code == 0, err
     assert len(heads) == 1
