@@ -1,4 +1,4 @@
-"""Analyse planar mechanisms drawn in text model files, by the Geometrical-Iterative Method.
+"""Analyse planar mechanisms described in text model files, by the Geometrical-Iterative Method.
 
     import gimcli
 
@@ -8,8 +8,8 @@
     t = gimcli.trace(m, steps=360, derivatives=2)
     t.save("crank_rocker.csv", "crank_rocker.png")
 
-Arguments and results are in the file's units and by the user's names. Importing this package is cheap: what a
-function needs is imported when it is called.
+Arguments and results use the units and the names of the model file. Importing the package is fast: each function
+imports its own modules when it is first used.
 """
 
 from __future__ import annotations
@@ -44,16 +44,16 @@ __all__ = [
 ]  # fmt: skip
 
 _ERRORS = ("GimError", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError")
-_HOMES = {name: f"gimcli.library.{name}" for name in __all__ if name.islower()} | {
+_MODULES = {name: f"gimcli.library.{name}" for name in __all__ if name.islower()} | {
     "loads": "gimcli.library.load", "Mechanism": "gimcli.mechanism", **dict.fromkeys(_ERRORS, "gimcli.errors"),
 }  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name when it is first asked for."""
-    if name not in _HOMES:
+    """Import a public name when it is first used."""
+    if name not in _MODULES:
         raise AttributeError(f"module 'gimcli' has no attribute '{name}'")
-    found = globals()[name] = getattr(import_module(_HOMES[name]), name)
+    found = globals()[name] = getattr(import_module(_MODULES[name]), name)
     return found
 
 

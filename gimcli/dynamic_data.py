@@ -1,7 +1,7 @@
-"""What acts on a mechanism: inertia, gravity, loads, springs, dampers, friction and drives, as compiled.
+"""Compiled dynamics of a mechanism: inertia, gravity, loads, springs, dampers, friction and drives.
 
-SI units (kg, N, m, s, rad) but for places and lengths, which are those of the normal frame; `metre` tells how many m
-its unit is. A mechanism whose file says nothing of them has an empty `Dynamics`, which costs nothing.
+Units are SI (kg, N, m, s, rad), except for positions and lengths, which are in the normal frame; `Dynamics.metre` is
+the length of its unit in m. A mechanism without such data has an empty `Dynamics`.
 """
 
 from __future__ import annotations
@@ -13,55 +13,55 @@ import numpy as np
 from numpy.typing import NDArray
 
 TIME = -1
-"""A curve that runs over the time [s]."""
+"""The curve is a function of the time [s], not of an input."""
 
 
 class LoadCurve(Protocol):
-    """A value over the time [s] or an input (rad, or length in the normal frame)."""
+    """A function of the time [s] or of an input (rad, or length in the normal frame)."""
 
     def __call__(self, at: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the value at each place."""
+        """Return the values at times or inputs `at`."""
         ...
 
 
 @dataclass(frozen=True)
 class Inertia:
-    """A member's mass, its moment of inertia about the centre of mass, and where that is."""
+    """Mass, centre of mass, and moment of inertia about the centre of mass, of a member."""
 
     member: int
     mass: float  # kg
     moment: float  # kg m2
     centre: complex  # in the member's own frame, normal frame
-    stated: bool = True  # the moment; where it is not, it is 0
+    stated: bool = True  # whether the file gives the moment of inertia; if not, it is 0
 
 
 @dataclass(frozen=True)
 class AppliedLoad:
-    """A force at a point of a member, or a torque on it; a curve multiplies it."""
+    """A force at a point of a member, or a torque on a member, multiplied by a curve if there is one."""
 
     name: str
     member: int
     point: complex  # in the member's own frame, normal frame
-    force: complex = 0.0j  # N, in the frame, or in the member's own frame where it follows
+    force: complex = 0.0j  # N; in the member's own frame if `follows`, else in the fixed frame
     torque: float = 0.0  # N m
     follows: bool = False
     curve: LoadCurve | None = field(default=None, repr=False)
-    over: int = TIME  # or the actuator whose value the curve runs over
+    over: int = TIME  # argument of the curve: the time, or the value of the actuator of this number
 
 
 @dataclass(frozen=True)
 class SpringForce:
-    """Stiffness of what a gauge reads: N/m, or N m/rad for an angle."""
+    """A spring on the quantity that a gauge measures; stiffness in N/m, or N m/rad for an angle."""
 
     name: str
     gauge: int  # of Mechanism.gauges
     stiffness: float
-    free: float  # reading without force: rad, or length in the normal frame
+    free: float  # unloaded value: rad, or length in the normal frame
 
 
 @dataclass(frozen=True)
 class DampingForce:
-    """Damping of what a gauge reads: N s/m, or N m s/rad for an angle."""
+    """A viscous damper on the quantity that a gauge measures; damping in N s/m, or N m s/rad for an angle."""
 
     name: str
     gauge: int
@@ -75,25 +75,28 @@ class Friction:
     name: str
     damping: float
     node: int = -1
-    slide: int = -1  # of Mechanism.slides: the pair's first
+    slide: int = -1  # number in Mechanism.slides of the pair's first height
 
 
 @dataclass(frozen=True)
 class DrivingEffort:
-    """Driving torque [N m] or force [N]: constant, a curve, or a line from stall to idle speed."""
+    """Driving torque [N m] or force [N]: constant, a curve, or linear in the speed (0 at the idle speed)."""
 
     constant: float = 0.0
     curve: LoadCurve | None = field(default=None, repr=False)
-    over: str = "time"  # or "value", "speed" of the own input
-    idle: float = 0.0  # speed at which the line is 0 [rad/s, or normal frame's length per s]; 0: no line
+    over: str = "time"  # argument of the curve: "time", or "value" or "speed" of its own input
+    idle: float = 0.0  # speed at which the effort is 0 [rad/s, or normal length per s]; 0: independent of the speed
 
 
 @dataclass(frozen=True)
 class Release:
-    """How an actuator takes part where the loads decide the motion."""
+    """The role of an actuator in a simulation (forward dynamics): driven by its law, or released (free).
+
+    A free actuator moves under the loads and its driving effort, from a start value and a start speed.
+    """
 
     actuator: int
-    free: bool = False  # it moves as the loads will, and not by its law
-    start: float | None = None  # rad, or length in the normal frame; None: where its law starts
-    speed: float = 0.0  # per s
+    free: bool = False  # released: the loads determine its motion, not its law
+    start: float | None = None  # start value: rad, or length in the normal frame; None: start value of its law
+    speed: float = 0.0  # start speed: rad/s, or normal length per s
     effort: DrivingEffort = DrivingEffort()

@@ -1,25 +1,25 @@
-"""What bad input, an impossible structure and a failed output raise.
+"""Exceptions for invalid input, for structures that cannot be driven and for failed output.
 
-A numerical outcome is not an error: it is a `Status` (see `gimcli.status`).
+The numerical outcome of a solution is not an exception but a `Status` (see `gimcli.status`).
 """
 
 from __future__ import annotations
 
 
 class GimError(Exception):
-    """Something that the user can cure; its text says where, what was met and what to do."""
+    """An error that the user can correct; the message states where it is, its cause and the correction."""
 
     exit_code = 1
 
 
 class UsageError(GimError):
-    """The command line asks for something that does not exist or does not fit."""
+    """An argument or option that is invalid, or does not fit the model."""
 
     exit_code = 2
 
 
 class ModelError(GimError):
-    """A model file that cannot be accepted; every fault of the file is one line."""
+    """An invalid model file; the message has one line for each error in the file."""
 
     exit_code = 3
 
@@ -29,18 +29,18 @@ class ModelError(GimError):
 
 
 class StructureError(GimError):
-    """A mechanism whose structure cannot be driven: free, over-driven or contradictory."""
+    """A mechanism that its actuators cannot drive: undriven, over-driven or contradictory."""
 
     exit_code = 4
 
 
 class UnassembledError(StructureError):
-    """A mechanism for which no assembled position was found to begin with: a position that was not solved."""
+    """A mechanism for which no assembled start position was found."""
 
     exit_code = 5
 
 
 class OutputError(GimError):
-    """A result that could not be written."""
+    """An output file that could not be written."""
 
     exit_code = 6

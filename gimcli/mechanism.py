@@ -1,9 +1,11 @@
-"""A mechanism as solved: immutable, integer ids, complex coordinates.
+"""A mechanism in the form that the solvers use: immutable, with integer ids and complex coordinates.
 
-Positions are complex numbers x + iy in the *normal frame*: the file's coordinates minus
-`origin`, divided by `scale` (a power of two, so that scaling is exact and the mechanism
-is about 1 in size). Angles are in rad. Everything to the right of this module works in
-the normal frame and never sees the file's units.
+Positions are complex numbers x + iy in the *normal frame*: (file coordinates - `origin`) / `scale`. `scale` is a power
+of two, so that scaling is exact; the size of the mechanism is then about 1. Angles are in rad. All solvers and
+analyses work in the normal frame; only input and output use the units of the file.
+
+Terms: an *actuator* drives a length, a height or an angle by a law. A *gauge* measures such a quantity and does not
+drive it: springs and dampers act on what gauges measure. Both are objects of the class `Input`.
 """
 
 from __future__ import annotations
@@ -24,28 +26,27 @@ ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.int64]
 
 FRAME = 0
-"""Index of the member that stands still: the ground, or the held member of a floating mechanism."""
-
+"""Index of the fixed member: the ground, or the member chosen as frame of a floating mechanism."""
 
 MOST_TURNS = 1e4
-"""Turns, or sizes of the mechanism, that an input may reach: every one is followed."""
+"""Greatest input of a law, in turns or in sizes of the mechanism: a motion passes through all turns one by one."""
 
 
 class InputLaw(Protocol):
-    """The value of an actuator over the normalised time 0..1 (rad, or length in the normal frame)."""
+    """The input of an actuator as a function of the normalised time 0..1 (rad, or length in the normal frame)."""
 
     def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
-        """Return the value (`order` 0) or its derivative by the normalised time."""
+        """Return the value (`order` 0) or its derivative of that order with respect to the normalised time."""
         ...
 
     def stops(self) -> FloatArray:
-        """Return the times at which the law may stop or turn back; between them it runs one way."""
+        """Return the times at which the law may stop or reverse; it is monotonic between them."""
         ...
 
 
 @dataclass(frozen=True)
 class ConstantLaw:
-    """The law of an input that stands still, and of what is only read."""
+    """The law of a constant input; gauges, which have no law of their own, also use it."""
 
     value: float = 0.0
 
@@ -54,7 +55,7 @@ class ConstantLaw:
         return np.full(np.shape(time), 0.0 if order else self.value)
 
     def stops(self) -> FloatArray:
-        """Return no time."""
+        """Return an empty array: the law never changes."""
         return np.empty(0)
 
 
@@ -64,10 +65,10 @@ class Member:
 
     name: str
     nodes: tuple[int, ...]
-    shape: ComplexArray = field(repr=False)  # (len(nodes),) places in the member's own frame
+    shape: ComplexArray = field(repr=False)  # (len(nodes),) coordinates in the member's own frame
 
     def local(self, node: int) -> complex:
-        """Return the place of a node in the member's own frame."""
+        """Return the coordinates of a node in the member's own frame."""
         return complex(self.shape[self.nodes.index(node)])
 
     @cached_property
@@ -77,82 +78,85 @@ class Member:
         return self.nodes[0], self.nodes[far], complex(self.shape[far] - self.shape[0])
 
     def reach(self, a: int, b: int) -> complex:
-        """Return the way from node a to node b in the member's own frame."""
+        """Return the vector from node a to node b in the member's own frame."""
         return self.local(b) - self.local(a)
 
 
 SPAN, ANGLE, HEIGHT, CLOSURE = range(4)
-"""Kinds of constraints; what a pair, an actuator or a gauge is about is one of the first three, never a CLOSURE."""
+"""Kinds of constraints. Pairs, actuators and gauges are of the first three kinds; only a plan contains CLOSUREs."""
 
 
 @dataclass(frozen=True)
 class PairRow:
-    """One constraint of a pair, or what an actuator sets or a gauge reads; directions are unit complex numbers.
+    """A geometric quantity: a constraint of a pair, or the quantity that an actuator drives or a gauge measures.
 
-    - SPAN: the distance of the two `nodes`.
-    - HEIGHT: how far the node is from `point` along `normal`, both in the frame of a member, the guide. The height of
-      a node on a guide is 0, with `normal` across the line; that of a travel is along the guide.
-    - ANGLE: the angle from the direction `reference` of the second member to `arm` of the first, each in its member's
-      own frame, about the node if it has one. The frame's +x direction is FRAME with direction 1.
+    Directions are complex numbers of modulus 1.
+
+    - SPAN: the distance between the two `nodes`.
+    - HEIGHT: the distance of the node from `point` along `normal`, both in the frame of one member, the guide. For a
+      node that slides on the guide, `normal` is perpendicular to the line and the height is 0. For the travel of a
+      slider, `normal` is parallel to the line.
+    - ANGLE: the angle from the direction `reference` of the second member to the direction `arm` of the first, each in
+      the own frame of its member. The node, if there is one, is the pivot. FRAME with direction 1 is the +x axis.
     """
 
     name: str
     kind: int
     nodes: tuple[int, ...]
-    members: tuple[int, ...] = ()  # none, the guide, or the arm's and the reference's
+    members: tuple[int, ...] = ()  # SPAN: none; HEIGHT: the guide; ANGLE: the members of arm and reference
     point: complex = 0.0j
     normal: complex = 1.0j
     arm: complex = 1.0 + 0.0j
     reference: complex = 1.0 + 0.0j
-    pair: str = ""  # the pair that it is of: a true prismatic pair (no relative rotation) has two heights
+    pair: str = ""  # name of its pair; a true prismatic pair (no relative rotation) consists of two heights
 
     @property
     def node(self) -> int:
-        """The first of its nodes: over the guide, or the vertex."""
+        """The first node: the node on the guide (HEIGHT), or the pivot (ANGLE)."""
         return self.nodes[0]
 
     @property
     def guide(self) -> int:
-        """The last of its members: that which carries the line, or the reference; the frame for a distance."""
+        """The last member: the one with the line (HEIGHT), or the reference (ANGLE); the frame for a SPAN."""
         return self.members[-1] if self.members else FRAME
 
     def height(self, place: complex) -> float:
-        """Return how far the line is over a place of the guide, in its own frame."""
+        """Return the signed distance, along `normal`, from a position in the guide's own frame to the line."""
         return (self.normal.conjugate() * (self.point - place)).real
 
     @property
     def along(self) -> complex:
-        """The direction of the line that a node stays on."""
+        """The direction of the line on which the node slides."""
         return -1j * self.normal
 
     @property
     def rotary(self) -> bool:
-        """Tell whether it is about an angle, not a length."""
+        """Whether the quantity is an angle; otherwise it is a length."""
         return self.kind == ANGLE
 
 
 @dataclass(frozen=True)
 class Input(PairRow):
-    """What an actuator sets, by its law; or what a gauge reads."""
+    """The quantity that an actuator drives by its law, or that a gauge measures for a spring or a damper."""
 
     law: InputLaw = field(default=ConstantLaw(), repr=False)
-    drawn: float = 0.0  # value in the drawn position
+    drawn: float = 0.0  # value at the drawn position (the coordinates of the file)
 
 
 @dataclass(frozen=True)
 class Point:
-    """A point carried by a member; it never enters the solution."""
+    """A point fixed to a member; its position follows from the member, so the solvers do not need it."""
 
     name: str
     member: int
-    local: complex
+    local: complex  # coordinates in the member's own frame
 
 
 @dataclass(frozen=True)
 class Dynamics:
-    """All that acts on a mechanism."""
+    """The masses of a mechanism and everything that exerts forces on it."""
 
-    metre: float | None = 1.0  # m per unit of the normal frame; None: the file's length has no physical unit
+    metre: float | None = 1.0  # length of one unit of the normal frame in m; None: the file has no physical length unit
     inertias: tuple[Inertia, ...] = ()
     gravity: complex = 0.0j  # m/s2
     loads: tuple[AppliedLoad, ...] = ()
@@ -163,14 +167,14 @@ class Dynamics:
 
     @property
     def empty(self) -> bool:
-        """Tell whether nothing has mass and nothing acts."""
+        """Whether there are no masses, loads, springs, dampers or friction."""
         parts: tuple[Any, ...] = (self.inertias, self.loads, self.springs, self.dampers, self.frictions)
         return not any(parts)
 
 
 @dataclass(frozen=True, eq=False)
 class Mechanism:
-    """Everything that the analyses know of a model file."""
+    """A compiled model file: the data that all analyses use."""
 
     name: str
     nodes: tuple[str, ...]
@@ -185,53 +189,53 @@ class Mechanism:
     origin: complex  # file's coordinates of the normal frame's origin
     length_unit: str = "m"  # "unit": no physical unit
     angle_unit: str = "deg"  # or "rad"
-    duration: float = 1.0  # s, for the normalised time 0..1
-    floating: bool = False  # no node is grounded: member 0 is a held member of the file
+    duration: float = 1.0  # s; the normalised time 1
+    floating: bool = False  # no node is fixed to the ground: member 0 is a member of the file, taken as frame
     dynamics: Dynamics = field(default=Dynamics(), repr=False)
-    gauges: tuple[Input, ...] = field(default=(), repr=False)  # what springs and dampers read; nothing drives them
-    files: tuple[Path, ...] = field(default=(), repr=False, compare=False)  # what it was read from: never written over
+    gauges: tuple[Input, ...] = field(default=(), repr=False)  # quantities that springs and dampers measure
+    files: tuple[Path, ...] = field(default=(), repr=False, compare=False)  # its source files, never overwritten
 
     @cached_property
     def slides(self) -> tuple[PairRow, ...]:
-        """The nodes on guides."""
+        """The heights of nodes on guides: one for a pin in a slot, two for a true prismatic pair."""
         return tuple(row for row in self.pairs if row.kind == HEIGHT)
 
     @cached_property
     def shortest(self) -> float:
-        """Smallest distance of a member's first node from its others: what relative errors refer to."""
+        """The shortest distance between a member's first node and its others: relative errors refer to it."""
         spans = [abs(z - m.shape[0]) for m in self.members[1:] for z in m.shape[1:]]
         return float(min(spans, default=self.size))
 
     @property
     def drawn_inputs(self) -> FloatArray:
-        """The inputs (actuators,) as drawn."""
+        """The inputs (actuators,) at the drawn position."""
         return np.array([a.drawn for a in self.actuators], dtype=float)
 
     @property
     def start_inputs(self) -> FloatArray:
-        """The inputs (actuators,) at the start of all laws."""
+        """The inputs (actuators,) at time 0 of the laws."""
         return np.array([float(a.law(np.zeros(1))[0]) for a in self.actuators])
 
     def to_file(self, z: ComplexArray) -> ComplexArray:
-        """Return positions in the file's coordinates and unit."""
+        """Convert positions from the normal frame to the file's coordinates and length unit."""
         return z * self.scale + self.origin
 
     def unit_of(self, value: Input) -> str:
-        """Return the file's unit of an actuator's or a gauge's value."""
+        """Return the file's unit for the value of an actuator or a gauge."""
         return self.angle_unit if value.rotary else self.length_unit
 
     def value_to_file(self, actuator: int, value: FloatArray) -> FloatArray:
-        """Return values of an actuator in the file's unit (deg or rad, or length)."""
+        """Convert values of an actuator (rad, or normal length) to the file's unit (deg or rad, or length)."""
         if self.actuators[actuator].rotary:
             return np.degrees(value) if self.angle_unit == "deg" else value
         return value * self.scale
 
     def inputs_to_file(self, inputs: FloatArray) -> dict[str, float]:
-        """Return values of all actuators (actuators,) by their names in the file's units."""
+        """Return the inputs (actuators,) by actuator name, in the file's units."""
         return {a.name: float(self.value_to_file(k, inputs[k : k + 1])[0]) for k, a in enumerate(self.actuators)}
 
     def value_from_file(self, actuator: int, value: float) -> float:
-        """Return a value given in the file's unit in rad or in the normal frame's length."""
+        """Convert a value of an actuator from the file's unit to rad or to a length in the normal frame."""
         if self.actuators[actuator].rotary:
             return float(np.radians(value)) if self.angle_unit == "deg" else value
         return value / self.scale

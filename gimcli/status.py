@@ -1,4 +1,4 @@
-"""Numerical outcomes: what the user reads is the member's text."""
+"""Status of a solved position, with the message that the user reads."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """How the search for one position ended."""
+    """Outcome of the solution of one position."""
 
     OK = 0
     LIMIT = 1
@@ -21,17 +21,17 @@ class Status(IntEnum):
 
     @property
     def word(self) -> str:
-        """The one word that stands in a CSV."""
+        """The status word in CSV files and reports."""
         return _WORDS[self]
 
     @property
     def text(self) -> str:
-        """A sentence with the cure."""
+        """A message with the correction."""
         return _TEXTS[self]
 
     @property
     def plain_text(self) -> str:
-        """The same for commands that have neither --tolerance nor the methods of positions."""
+        """The message for commands that have neither --tolerance nor --method."""
         return _PLAIN.get(self, self.text)
 
 
@@ -51,22 +51,20 @@ _WORDS = {
 _TEXTS = {
     Status.OK: "solved to the tolerance",
     Status.LIMIT: "the mechanism cannot reach this input from its start: shorten the law to the reachable interval",
-    Status.NOT_ASSEMBLED: "no position was found that satisfies all constraints: check the lengths named, draw the"
-    " start nearer to an assembled position (`gim solve --all` lists all configurations, `gim solve --start random`"
-    " looks for one from anywhere), or see by `gim trace` how far the inputs reach",
-    Status.NOT_CONVERGED: "the iteration did not reach the tolerance: loosen --tolerance, or use --method auto"
-    " where the position exists",
+    Status.NOT_ASSEMBLED: "no position was found that satisfies all constraints: check the named lengths, use initial"
+    " coordinates closer to an assembled position (`gim solve --start random` tries random ones, `gim solve --all`"
+    " lists all configurations), or change the inputs",
+    Status.NOT_CONVERGED: "the iteration did not reach the tolerance: loosen --tolerance or use --method auto",
     Status.SINGULAR: "the position is singular: the inputs do not determine it to the requested tolerance; start from"
     " another position (the drawing, or the start of the law), or loosen --tolerance",
-    Status.JUMPED: "the iteration settled in another configuration than the continuous motion: take more steps or use"
-    " --method auto",
-    Status.STALLED: "the sweeps hardly move the nodes any more, above the tolerance: the position is singular or out of"
-    " reach, or the sequence converges too slowly; use --strategy spectral, take more steps, or use --method auto",
-    Status.CYCLING: "the sweeps go in a circle above the tolerance: draw the start elsewhere (not in line), choose"
-    " another --strategy, or use --method auto",
-    Status.DIVERGED: "the sweeps lead away beyond all numbers: use --strategy spectral, take more steps, or use"
-    " --method auto",
-    Status.CONTRADICTORY: "a surplus constraint contradicts the others: correct its dimension or remove it",
+    Status.JUMPED: "the iteration converged to another configuration than that of the continuous motion: use more steps"
+    " or --method auto",
+    Status.STALLED: "the sweeps stagnate before they reach the tolerance: the position is singular or unreachable, or"
+    " the sequence converges too slowly; use --strategy spectral, more steps, or --method auto",
+    Status.CYCLING: "the sweeps repeat a cycle and do not reach the tolerance: change the initial coordinates (avoid"
+    " nodes in line), choose another --strategy, or use --method auto",
+    Status.DIVERGED: "the iterates diverged: use --strategy spectral, more steps, or --method auto",
+    Status.CONTRADICTORY: "a redundant constraint contradicts the others: correct its dimension or remove it",
 }
 
 _PLAIN = {

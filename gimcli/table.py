@@ -1,4 +1,4 @@
-"""The neutral table that stands between the analyses and the writers."""
+"""A table of named columns with units: analyses produce it, writers of file formats take it."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ class Column:
 
     name: str
     values: NDArray[Any]  # (rows,) float, integer or string
-    unit: str = ""  # "" where there is none
+    unit: str = ""  # "": no unit
 
 
 def labelled(name: str, unit: str) -> str:
-    """Return a name with its unit in brackets; lengths without a physical unit have none."""
+    """Return a name with its unit in brackets; no brackets for lengths without a physical unit."""
     return f"{name} [{unit}]" if unit not in ("", "unit") else name
 
 
 def xy_columns(name: str, z: NDArray[np.complexfloating], unit: str) -> list[Column]:
-    """Return the columns of places or vectors x + iy (rows,): a name and the letter of the axis."""
+    """Return the columns `name` + "x" and `name` + "y" of positions or vectors x + iy (rows,)."""
     return [Column(f"{name}x", z.real, unit), Column(f"{name}y", z.imag, unit)]
 
 
@@ -49,5 +49,5 @@ class Table:
         return tuple(column.name for column in self.columns)
 
     def floats(self, name: str) -> NDArray[np.float64]:
-        """Return a column as floats."""
+        """Return a column as floats; raises KeyError if there is no such column."""
         return np.asarray(self[name], dtype=np.float64)

@@ -277,7 +277,7 @@ class SequenceSearch:
 
 
 def _about_one(model: list[Restriction]) -> bool:
-    """Tell whether all angles of a member's model are about one vertex, from which its distances are."""
+    """Return whether all angles of a member's model are about one vertex, from which its distances are."""
     angles = [r for r in model if r.kind == ANGLE]
     return bool(angles) and all(angles[0].q in (r.p, r.q) and (r.kind == SPAN or r.q == angles[0].q) for r in model)
 

@@ -47,7 +47,7 @@ class SweptPosition:
 
     @property
     def good(self) -> bool:
-        """Tell whether eqs (1) and (2) are met."""
+        """Return whether eqs (1) and (2) are met."""
         return self.status is Status.OK
 
 

@@ -136,7 +136,7 @@ class WorkspaceTask:
         members = self.system.quadric(np.zeros(count)).rows(range(self.system.m - count))
         still = [self._drive(r.actuator, r.low) for r in self.ranges if r.half == 0.0]
         every = members.joined(*still, *map(self._held, self.orientation))
-        return every.parted(self.system.coordinates(self.mechanism.drawn))
+        return every.split_linear(self.system.coordinates(self.mechanism.drawn))
 
     @cached_property
     def free(self) -> Quadric:

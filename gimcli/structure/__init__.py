@@ -1,1 +1,1 @@
-"""What can be said of a mechanism without solving it."""
+"""Structural analysis of a mechanism: what is determined before its positions are solved."""

@@ -1,9 +1,9 @@
-"""The formation of a mechanism: driving links and Assur groups, each joined to what has been formed before it.
+"""The formation of a mechanism: its driving links and Assur groups, each joined to links formed before.
 
-Every pair, and every input, is matched to a freedom of a link that it can hold; the strongly connected components of
-what then depends on what are the groups. Source: Assur 1914; Servatius, Shai & Whiteley 2010. Class and order as by
-Artobolevskii 1988: the order is the number of pairs by which a group is joined to others; the class is that of its
-highest contour, a link of n pairs or a closed loop of n links.
+Every constraint of a pair, and every input, is matched to a freedom of a link; the strongly connected components of the
+resulting dependencies are the groups. Source: Assur 1914; Servatius, Shai & Whiteley 2010. Order and class follow
+Artobolevskii 1988: the order is the number of pairs that join a group to links formed before; the class is that of its
+highest contour (a link with n pairs, or a closed loop of n links, has class n).
 """
 
 from __future__ import annotations
@@ -17,32 +17,32 @@ from gimcli.structure.lower_pairs import REVOLUTE, LowerPair, LowerPairs, lower_
 from gimcli.structure.steps import NONE
 
 DYADS = ("RRR", "RRP", "RPR", "PRP", "RPP")
-"""Groups of the second class: outer, inner, outer pair."""
+"""The kinds of groups of class II, by outer, inner and outer pair."""
 
 
 @dataclass(frozen=True)
 class AssurGroup:
-    """Links that are formed together."""
+    """A driving link or an Assur group: links that are added together."""
 
     links: tuple[int, ...]
     outer: tuple[LowerPair, ...]  # pairs with links formed before
     inner: tuple[LowerPair, ...]
-    drivers: tuple[int, ...]  # actuators whose values it takes
-    surplus: int  # constraints beyond its freedoms
+    drivers: tuple[int, ...]  # actuators whose inputs determine it
+    surplus: int  # constraints minus freedoms
 
     @property
     def driving(self) -> bool:
-        """Tell whether it is a driving link: one link that an input places by itself."""
+        """Whether it is a driving link: one link whose position an input determines."""
         return len(self.links) == 1 and bool(self.drivers)
 
     @property
     def order(self) -> int:
-        """Number of pairs by which it is joined to links formed before."""
+        """Number of pairs that join it to links formed before."""
         return len(self.outer)
 
     @property
     def grade(self) -> int:
-        """Its class: 1 for a driving link, else that of its highest contour."""
+        """Its class: 1 for a driving link, else the class of its highest contour."""
         if self.driving:
             return 1
         pairs = (*self.outer, *self.inner)
@@ -75,7 +75,7 @@ class Formation:
         return {FRAME: 0} | {link: k for k, link in enumerate(order, start=2)}
 
     def bases(self, group: AssurGroup) -> list[int]:
-        """Return the links that a group is joined to, one for each pair."""
+        """Return the links that a group is joined to, one for each outer pair."""
         return [pair.b if pair.a in group.links else pair.a for pair in group.outer]
 
     @property
@@ -90,7 +90,7 @@ class Formation:
 
 
 def formation(mechanism: Mechanism) -> Formation:
-    """Return the driving links and Assur groups; raise StructureError where something is left undriven."""
+    """Return the driving links and Assur groups; raises StructureError if a freedom is not driven."""
     parts = lower_pairs(mechanism)
     ends = _rows(parts)
     columns, drivers = _constraints(parts, ends)
@@ -108,7 +108,7 @@ def formation(mechanism: Mechanism) -> Formation:
 
 
 def _rows(parts: LowerPairs) -> dict[int, list[int]]:
-    """Return the freedoms of every moving link: x, y and an angle, without which a pin is."""
+    """Return the numbers of the freedoms of every moving link: x, y and an angle (a pin has no angle)."""
     ends: dict[int, list[int]] = {}
     count = 0
     for link in range(1, len(parts.links)):
@@ -119,7 +119,7 @@ def _rows(parts: LowerPairs) -> dict[int, list[int]]:
 
 
 def _constraints(parts: LowerPairs, ends: dict[int, list[int]]) -> tuple[list[list[int]], dict[int, int]]:
-    """Return the freedoms that each constraint binds, and the actuators that are constraints."""
+    """Return the freedoms in each constraint, and {constraint: actuator} of those that are inputs."""
     columns: list[list[int]] = []
     drivers: dict[int, int] = {}
 
@@ -142,7 +142,7 @@ def _constraints(parts: LowerPairs, ends: dict[int, list[int]]) -> tuple[list[li
 
 
 def _groups(parts: LowerPairs, found: list[tuple[list[int], list[int], int]]) -> list[AssurGroup]:
-    """Return the groups with their pairs; what meets at a pin is joined to the link that is there first."""
+    """Return the groups with their pairs; links at a pin are joined to that of them which is formed first."""
     rank = {link: k for k, (links, _, _) in enumerate(found) for link in links} | {FRAME: -1}
     base: dict[int, int] = {}
     for pin in parts.pins:
@@ -165,7 +165,7 @@ def _groups(parts: LowerPairs, found: list[tuple[list[int], list[int], int]]) ->
 
 
 def _ordered(groups: list[AssurGroup]) -> list[AssurGroup]:
-    """Return the groups as early as what they are joined to allows, links of the file first."""
+    """Return the groups in the order of formation, each as early as possible: driving links first, then by number."""
     formed, rest, result = {FRAME}, list(groups), []
     while rest:
         ready = [g for g in rest if all({p.a, p.b} <= formed | set(g.links) for p in g.outer)] or rest[:1]
@@ -177,13 +177,13 @@ def _ordered(groups: list[AssurGroup]) -> list[AssurGroup]:
 
 
 def _formed(pair: LowerPair, own: set[int], rank: dict[int, int]) -> bool:
-    """Tell whether the other link of an outer pair has been formed before."""
+    """Return whether the other link of an outer pair has been formed before."""
     inside, outside = (pair.a, pair.b) if pair.a in own else (pair.b, pair.a)
     return rank[outside] < rank[inside]
 
 
 def _longest_loop(links: tuple[int, ...], inner: tuple[LowerPair, ...]) -> int:
-    """Return the most links in a loop of a group, each loop closed as shortly as can be; 0 where there is none."""
+    """Return the number of links in the longest of the shortest loops through each inner pair; 0 without loops."""
     near: dict[int, set[int]] = {link: set() for link in links}
     for pair in inner:
         near[pair.a].add(pair.b)

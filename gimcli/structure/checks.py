@@ -1,6 +1,6 @@
-"""What is checked of a position: every constraint by the user's name, from the members as written.
+"""The constraints by which a position is checked, with the names of the model file.
 
-Nothing of a plan or a solver enters.
+They are derived from the members, pairs and actuators of the file, independently of the plan and the solvers.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from gimcli.structure.derived import derived
 from gimcli.structure.rotation import ties
 from gimcli.structure.steps import NONE, Value, Vector
 
-NOTHING = Value(0.0)
+ZERO = Value(0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Check:
-    """One constraint: the span of nodes p and q, the angle between two vectors, or a height of p over q.
+    """One constraint: the distance of nodes p and q, the angle between two vectors, or the height of p over q.
 
-    Directions are taken from the two nodes of a member that are farthest apart.
+    The direction of a member is taken from its first node and the node farthest from it.
     """
 
     name: str
     kind: int
     p: int = NONE
     q: int = NONE  # NONE: the origin
-    first: Vector | None = None  # arm, or normal
-    second: Vector | None = None  # what the arm should point along
-    value: Value = NOTHING  # length, or height
+    first: Vector | None = None  # ANGLE: the arm; HEIGHT: the normal
+    second: Vector | None = None  # ANGLE: required direction of the arm
+    value: Value = ZERO  # required length or height, normal frame
 
 
 @derived
@@ -46,7 +46,7 @@ def _checks(mechanism: Mechanism) -> Iterator[Check]:
     for row in mechanism.pairs:
         if row.kind != ANGLE:
             yield _of_row(mechanism, row, NONE)
-    for tie in ties(mechanism):  # heights do not tell a member turned end for end
+    for tie in ties(mechanism):  # heights are also satisfied if the body is rotated by 180 deg
         held = direction(mechanism, tie.guide).times(tie.turn)
         yield Check(tie.pair, ANGLE, first=direction(mechanism, tie.body), second=held)
     for number, actuator in enumerate(mechanism.actuators):
@@ -66,7 +66,7 @@ def _of_member(mechanism: Mechanism, member: Member) -> Iterator[Check]:
 
 
 def _of_row(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:
-    """Return the constraint of a pair, or of an actuator by its number."""
+    """Return the constraint of a pair (actuator NONE), or of the actuator of this number."""
     if row.kind == SPAN:
         first, second = row.nodes
         return Check(row.name, SPAN, second, first, value=Value(0.0, actuator))
@@ -78,7 +78,7 @@ def _of_row(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:
 
 
 def _height(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:
-    """Return the height of a node over the line through a point of a guide."""
+    """Return the constraint on the height of a node over the line of a guide."""
     guide = mechanism.members[row.guide]
     origin = NONE if row.guide == FRAME else guide.nodes[0]
     away = row.point if row.guide == FRAME else row.point - complex(guide.shape[0])
@@ -88,7 +88,7 @@ def _height(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:
 
 
 def direction(mechanism: Mechanism, index: int) -> Vector:
-    """Return e^(i phi) of a member, times a length, from its two nodes farthest apart."""
+    """Return e^(i phi) of a member as a vector from its first node to the node farthest from it."""
     if index == FRAME:
         return Vector(1.0 + 0.0j)
     member = mechanism.members[index]
@@ -97,5 +97,5 @@ def direction(mechanism: Mechanism, index: int) -> Vector:
 
 
 def farthest(member: Member) -> int:
-    """Return which of a member's nodes is farthest from its first."""
+    """Return the index, in the member, of the node farthest from its first node."""
     return int(np.argmax(np.abs(member.shape - member.shape[0])))

@@ -1,7 +1,7 @@
-"""What stands so far of a mechanism, and what can be placed on it in closed form.
+"""The nodes that are placed so far, and the nodes that can be placed next in closed form.
 
-A member with two placed nodes (or with a known direction and one placed node) carries its other
-nodes; a line of a member is turned through a placed node; a node with two loci is a dyad.
+A member with two placed nodes, or with a known direction and one placed node, carries its other nodes. A guide with
+one placed node and a placed node that slides on it has a known direction. A node with two loci is placed by a dyad.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from gimcli.structure.rotation import members_of, rotation_classes
 from gimcli.structure.steps import NONE, Circle, Dyad, Line, Locus, Orient, Place, Step, Tilt, Value, Vector
 
 GOOD_CROSSING = 0.2
-"""Sine of the angle between two loci above which a dyad is taken without looking further."""
+"""Sine of the angle between two loci above which a dyad is accepted without comparing it with others."""
 
 
 class Layout:
-    """What stands so far: placed nodes, known directions, and the steps that led there."""
+    """A plan under construction: the placed nodes, the known directions and the steps so far."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
@@ -44,16 +44,16 @@ class Layout:
                     self.rows_on.setdefault(member, []).append(row)
         self._prepare()
 
-    # -- what is worth looking at: only what stands next to something new --------------------
+    # -- candidates for the next step: only neighbours of newly placed nodes ------------------
 
     def _prepare(self) -> None:
         free = dict.fromkeys(n for nodes in (*self.kinematic, self.free_points) for n in nodes)
         self.rank = {node: k for k, node in enumerate(free)}
         self.missing = set(free)
         self.near: set[int] = set()  # free nodes that may have loci
-        self.turnable: set[int] = set()  # members of which a node or the direction is new
-        self.carriable: set[int] = set()
-        self.tiltable: set[int] = set()  # slides of which something is new
+        self.turnable: set[int] = set()  # members whose direction may be known now
+        self.carriable: set[int] = set()  # members that may carry nodes now
+        self.tiltable: set[int] = set()  # slides whose guide may have a known direction now
         self.drives = [row for row in pair_rows(self.mechanism) if row.kind == ANGLE and not row.implied]
         self.tied: dict[int, list[int]] = {}
         for index, group in enumerate(self.rotation.of):
@@ -64,12 +64,12 @@ class Layout:
             self.slides_at.setdefault(slide.node, []).append(number)
             self.slides_on.setdefault(slide.guide, []).append(number)
         for node in self.mechanism.members[FRAME].nodes:
-            self.stand(node)
+            self.mark_placed(node)
         for member in self.tied[self.rotation.of[FRAME]]:
             self._touch(member)
 
-    def stand(self, node: int) -> None:
-        """Note that a node is placed."""
+    def mark_placed(self, node: int) -> None:
+        """Record that a node is placed, and which members, slides and nodes this may affect."""
         self.placed.add(node)
         self.missing.discard(node)
         self.near.discard(node)
@@ -79,60 +79,60 @@ class Layout:
         self.tiltable.update(self.slides_at.get(node, ()))
         for row in self.rows_at.get(node, ()):
             for other in (*row.nodes, *(n for member in row.members for n in self.kinematic[member])):
-                self._reach(other)
+                self._review(other)
 
     def _touch(self, member: int) -> None:
-        """Note that a node or the direction of a member is new."""
+        """Record that a member has a newly placed node or a newly known direction."""
         self.turnable.add(member)
         self.carriable.add(member)
         self.tiltable.update(self.slides_on.get(member, ()))
         for row in self.rows_on.get(member, ()):
-            self._reach(row.node)
+            self._review(row.node)
         for node in self.kinematic[member]:
             if node not in self.placed:
-                self._reach(node)
+                self._review(node)
                 self.tiltable.update(self.slides_at.get(node, ()))
 
-    def _reach(self, node: int) -> None:
-        """Note that a node may have a new locus, and what a translating member hands it on to."""
+    def _review(self, node: int) -> None:
+        """Record that a node may have a new locus, as may the other nodes of a translating member with this node."""
         if node in self.missing:
             self.near.add(node)
             for member in self.members[node]:
                 if self.source(member) is not None:
                     self.near.update(n for n in self.kinematic[member] if n in self.missing)
 
-    # -- what is known of a member -------------------------------------------------
+    # -- members -------------------------------------------------------------------
 
     def source(self, member: int) -> Vector | None:
-        """Return e^(i phi) of a member as a vector, or None while it can still turn."""
+        """Return e^(i phi) of a member as a vector; None while its direction is unknown."""
         known = self.direction.get(self.rotation.of[member])
         return known.times(self.rotation.phase[member]) if known is not None else None
 
     def anchor(self, member: int) -> int | None:
-        """Return a placed node of a member."""
+        """Return a placed node of a member; None if it has none."""
         return next((n for n in self.mechanism.members[member].nodes if n in self.placed), None)
 
     def wanted(self, member: int) -> list[int]:
-        """Return the kinematic nodes of a member that are not placed."""
+        """Return the kinematic nodes of a member that are not placed yet."""
         return [n for n in self.kinematic[member] if n not in self.placed]
 
     def local(self, member: int, node: int) -> complex:
-        """Return the place of a node in a member's own frame."""
+        """Return the coordinates of a node in a member's own frame."""
         return self.mechanism.members[member].local(node)
 
     def reach(self, member: int, a: int, b: int) -> complex:
-        """Return the way from node a to node b in a member's own frame."""
+        """Return the vector from node a to node b in a member's own frame."""
         return self.mechanism.members[member].reach(a, b)
 
     # -- steps ----------------------------------------------------------------------
 
     def place(self, node: int, anchor: int, vector: Vector, constraint: str) -> None:
-        """Add a step that carries a node."""
+        """Add a step that places a carried node."""
         self.steps.append(Place(node, anchor, vector, constraint))
-        self.stand(node)
+        self.mark_placed(node)
 
     def orient(self, member: int, vector: Vector) -> None:
-        """Record e^(i phi) of a member."""
+        """Record e^(i phi) of a member, and with it that of its rotation class."""
         group = self.rotation.of[member]
         self.direction[group] = vector.times(1.0 / self.rotation.phase[member])
         for tied in self.tied[group]:
@@ -144,21 +144,21 @@ class Layout:
         return self.registers - 1
 
     def branch(self) -> int:
-        """Return the number of a new step with two solutions."""
+        """Return the branch number for a new step with two solutions."""
         self.branches += 1
         return self.branches - 1
 
     # -- closed forms -----------------------------------------------------------------
 
     def carry(self) -> bool:
-        """Carry directions and nodes along members; tell whether anything was new."""
-        news = False
+        """Carry directions and nodes along members; return whether any direction or node was added."""
+        changed = False
         while self._turn_members() | self._carry_nodes():
-            news = True
-        return news
+            changed = True
+        return changed
 
     def _turn_members(self) -> bool:
-        news = False
+        changed = False
         members, self.turnable = sorted(self.turnable), set()
         for index in members:
             if index != FRAME and self.source(index) is None:
@@ -166,10 +166,10 @@ class Layout:
                 if len(pair) == 2:
                     u, v = pair
                     self.orient(index, Vector(1.0 / (self.reach(index, u, v)), u, v))
-                    news = True
+                    changed = True
         for row in self.drives.copy():
-            news |= self._drive(row)
-        return news
+            changed |= self._drive(row)
+        return changed
 
     def _drive(self, row: ImposedRow) -> bool:
         (arm, reference), number = row.members, row.value.actuator
@@ -183,7 +183,7 @@ class Layout:
         if self.source(free) is not None:
             return False
         vector = known.driven(factor, number, turn)
-        if vector is None:  # one actuator a vector: keep the direction turned so far
+        if vector is None:  # a vector has one actuator only: store the direction in a register
             register = self.register()
             self.steps.append(Orient(register, known, row.name))
             vector = Vector(factor, register=register, actuator=number, turn=turn)
@@ -191,7 +191,7 @@ class Layout:
         return True
 
     def _carry_nodes(self) -> bool:
-        news = False
+        changed = False
         todo, self.carriable = list(self.carriable), set()
         heapify(todo)
         while todo:
@@ -202,15 +202,15 @@ class Layout:
             for node in self.wanted(index):
                 reach = self.reach(index, anchor, node)
                 self.place(node, anchor, source.times(reach), self.mechanism.members[index].name)
-                news = True
+                changed = True
             later = {k for k in self.carriable if k > index}
             self.carriable -= later
             for k in later:
                 heappush(todo, k)
-        return news
+        return changed
 
     def tilt(self) -> bool:
-        """Turn one line through a placed node, if there is one to turn."""
+        """Determine the direction of one guide from a placed node that slides on it; return whether there was one."""
         for number in sorted(self.tiltable):
             slide = self.mechanism.slides[number]
             found = self._tiltable(slide)
@@ -245,7 +245,10 @@ class Layout:
         return None
 
     def dyad(self, good: float = GOOD_CROSSING) -> bool:
-        """Place one node on two loci: the first that crosses well, else the best there is."""
+        """Place one node at the intersection of two loci; return whether there was one.
+
+        The first pair of loci whose crossing angle has a sine above `good` is used, else the pair with the greatest.
+        """
         best: tuple[float, int, Locus, Locus] | None = None
         for node in sorted(self.near, key=self.rank.__getitem__):
             loci = list(self.loci(node))
@@ -261,24 +264,24 @@ class Layout:
         _, node, first, second = best
         both_lines = isinstance(first, Line) and isinstance(second, Line)
         self.steps.append(Dyad(node, first, second, NONE if both_lines else self.branch()))
-        self.stand(node)
+        self.mark_placed(node)
         return True
 
     def loci(self, node: int) -> Iterator[Locus]:
-        """Yield the loci of a free node on what stands, one a constraint."""
+        """Yield the loci of a free node relative to the placed nodes, one for each constraint."""
         yield from self.own_loci(node, None)
         for body in self.members[node]:
             source = self.source(body)
             if source is None:
                 continue
-            for other in self.kinematic[body]:  # a translating member hands its nodes' loci on
+            for other in self.kinematic[body]:  # a translating member shifts the loci of its other nodes
                 if other != node:
                     offset = source.times(self.reach(body, other, node))
                     yield from self.own_loci(other, offset)
             yield from self._carried_lines(node, body, source)
 
     def own_loci(self, node: int, offset: Vector | None) -> Iterator[Locus]:
-        """Yield the loci of a node by its members that can turn and the rows of its pairs."""
+        """Yield the loci of a node from its members of unknown direction and from the rows of its pairs."""
         mechanism = self.mechanism
         for body in self.members[node]:
             centre = self.anchor(body)
@@ -302,7 +305,7 @@ class Layout:
         return Line(row.name, anchor, source.times(row.normal), row.value.plus(height), offset)
 
     def _carried_lines(self, node: int, body: int, source: Vector) -> Iterator[Line]:
-        """Yield what placed nodes on the lines of a translating member tell of its node."""
+        """Yield the loci of a node of a translating member from placed nodes that slide on its lines."""
         for row in self.rows_on.get(body, []):
             if row.node in self.placed:
                 height = row.height(self.local(body, node))
@@ -320,11 +323,11 @@ class Layout:
         drawn = self.mechanism.drawn
         if isinstance(locus, Line):
             return self.drawn_vector(locus.normal)
-        away = complex(drawn[node] - drawn[locus.centre])
-        return away - self.drawn_vector(locus.offset) if locus.offset else away
+        radius = complex(drawn[node] - drawn[locus.centre])
+        return radius - self.drawn_vector(locus.offset) if locus.offset else radius
 
     def drawn_vector(self, vector: Vector) -> complex:
-        """Return a vector in the drawn position; what is in a register counts as undrawn."""
+        """Return a vector at the drawn position; a register counts as direction 1."""
         drawn = self.mechanism.drawn
         base = complex(drawn[vector.v] - drawn[vector.u]) if vector.u != NONE else 1.0 + 0.0j
         if vector.actuator != NONE:
@@ -338,7 +341,7 @@ def _unit(angle: float) -> complex:
 
 
 def _concentric(first: Locus, second: Locus) -> bool:
-    """Tell whether two loci are circles about one centre: one of them is a constraint too many."""
+    """Return whether two loci are circles about the same centre: one of them is then redundant."""
     if not (isinstance(first, Circle) and isinstance(second, Circle)):
         return False
     return (first.centre, first.offset) == (second.centre, second.offset)

@@ -8,9 +8,9 @@ from gimcli.mechanism import ComplexArray
 
 
 def convex_hull(z: ComplexArray, thin: float) -> list[int]:
-    """Return which points are corners, counter-clockwise; the two ends where all are on a line.
+    """Return the numbers of the corner points, counter-clockwise; the two end points if all points are in line.
 
-    An outline thinner than `thin` of its length is a line.
+    Points are in line if the width of their outline is below `thin` times its length.
     """
     far = int(np.argmax(np.abs(z - z[0])))
     ends = [int(np.argmax(np.abs(z - z[far]))), far]

@@ -1,8 +1,8 @@
-"""A choice of independent variables, and the order in which the equations tell the others.
+"""Choice of independent variables, and the order in which the equations determine the others.
 
-Usually the inputs are independent. Near a dead point of an input another variable is, that in which the mechanism
-moves most; of redundant equations those are used that are most independent of each other. The rest are blocks:
-the Assur groups where the inputs are independent.
+Usually the inputs are independent. Near a dead point of an input, the variable that changes most in the motion of the
+mechanism is used instead. Among redundant equations, the most independent ones are used. The dependent variables are
+solved in blocks; if the inputs are independent, these are the Assur groups.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
 from gimcli.structure.polynomials import ONE, Term, Terms, is_rotary
 
 SINGULAR = 1e-9
-"""Least over greatest singular value below which equations depend on each other."""
+"""Ratio of least to greatest singular value below which equations are dependent."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Rows used, independent variables (those that are free to move first), and unknowns."""
+    """The equations used, the independent variables (the free ones first), and the unknowns."""
 
     rows: tuple[int, ...]
     independent: tuple[int, ...]
@@ -50,7 +50,7 @@ def residuals(terms: Terms, v: FloatArray) -> FloatArray:
 
 
 def functions(terms: Terms, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the functions of the readings, and their derivatives."""
+    """Return the functions (1, u, u^2, cos u, sin u) of the values of actuators and gauges, and their derivatives."""
     values, slopes = [1.0], [0.0]
     for u in v[terms.first_reading : -1]:
         values += [u, u * u, np.cos(u), np.sin(u)]
@@ -59,9 +59,9 @@ def functions(terms: Terms, v: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def free_choice(terms: Terms, v: FloatArray, given: Sequence[int], count: int) -> Choice | None:
-    """Return the choice in which the mechanism moves most evenly; None at a singular position.
+    """Return the best-conditioned choice of independent variables; None at a singular position.
 
-    given: readings that follow laws. count: how many freedoms are left.
+    given: actuators that follow laws. count: number of the other freedoms.
     """
     from scipy.linalg import qr, svd
 
@@ -79,7 +79,7 @@ def free_choice(terms: Terms, v: FloatArray, given: Sequence[int], count: int) -
 
 
 def input_choice(terms: Terms, v: FloatArray, free: Sequence[int], given: Sequence[int]) -> Choice | None:
-    """Return the choice of the inputs as independent variables; None where they do not tell the position."""
+    """Return the choice of the inputs as independent variables; None if they do not determine the position."""
     active = [*terms.moving, *range(terms.first_reading, terms.variables - 1)]
     return _choice(terms, v, tuple(terms.first_reading + r for r in (*free, *given)), active)
 
@@ -103,11 +103,11 @@ def _choice(terms: Terms, v: FloatArray, independent: tuple[int, ...], active: S
 
 
 def make_chart(terms: Terms, choice: Choice) -> influence.Chart:
-    """Return a choice as the kernels take it."""
+    """Return a choice in the form that the kernels use."""
     column = {variable: k for k, variable in enumerate(choice.unknown)}
     entered: list[list[int]] = [[] for _ in choice.unknown]
     for k, row in enumerate(choice.rows):
-        for variable in sorted(_met(terms, terms.equations[row])):
+        for variable in sorted(_variables(terms, terms.equations[row])):
             if variable in column:
                 entered[column[variable]].append(k)
     heads, unknown, rounds = [], list[int](), list[float]()
@@ -115,7 +115,7 @@ def make_chart(terms: Terms, choice: Choice) -> influence.Chart:
     for block in split(len(choice.rows), entered):
         own = [choice.unknown[k] for k in block.columns]
         equations = [terms.equations[choice.rows[k]] for k in block.rows]
-        kind, ring = _kind(terms, equations, own)
+        kind, circles = _kind(terms, equations, own)
         first = len(ints)
         for row, equation in enumerate(equations):
             for t in equation:
@@ -123,7 +123,7 @@ def make_chart(terms: Terms, choice: Choice) -> influence.Chart:
                 floats.append(t.factor)
         heads.append((kind, len(unknown), len(unknown) + len(own), first, len(ints)))
         unknown += own
-        rounds += ring
+        rounds += circles
     return influence.Chart(
         np.array(heads, dtype=np.int64).reshape(-1, 5), np.array(unknown, dtype=np.int64), np.array(rounds),
         np.array(ints, dtype=np.int64).reshape(-1, 8), np.array(floats), np.array(choice.independent, dtype=np.int64),
@@ -132,7 +132,7 @@ def make_chart(terms: Terms, choice: Choice) -> influence.Chart:
 
 
 def groups(terms: Terms, choice: Choice) -> tuple[EquationBlock, ...]:
-    """Return the blocks by equations and variables of the mechanism."""
+    """Return the blocks with their variables; their equations are left empty."""
     chart = make_chart(terms, choice)
     return tuple(EquationBlock((), tuple(int(v) for v in chart.unknown[head[1] : head[2]])) for head in chart.blocks)
 
@@ -145,15 +145,15 @@ def _numbers(terms: Terms, t: Term, row: int, own: Sequence[int]) -> tuple[int, 
     return row, t.function, owner, t.first, t.second, at(owner) if t.function != ONE else -1, at(t.first), at(t.second)
 
 
-def _met(terms: Terms, equation: Sequence[Term]) -> Iterator[int]:
-    """Return the variables that an equation holds."""
-    met = {k for t in equation for k in (t.first, t.second)}
-    met |= {terms.owner(t.function) for t in equation if t.function != ONE}
-    return iter(met)
+def _variables(terms: Terms, equation: Sequence[Term]) -> Iterator[int]:
+    """Return the variables of an equation."""
+    found = {k for t in equation for k in (t.first, t.second)}
+    found |= {terms.owner(t.function) for t in equation if t.function != ONE}
+    return iter(found)
 
 
 def _kind(terms: Terms, equations: Sequence[Sequence[Term]], own: Sequence[int]) -> tuple[int, list[float]]:
-    """Return how a block is solved, and the factors of its circles."""
+    """Return the method for a block, and the factors of x^2 + y^2 in its equations (0 for a line)."""
     flat = [0.0] * len(own)
     turned = any(t.function != ONE and terms.owner(t.function) in own for e in equations for t in e)
     curved = [[t for t in e if t.first in own and t.second in own] for e in equations]
@@ -161,11 +161,11 @@ def _kind(terms: Terms, equations: Sequence[Sequence[Term]], own: Sequence[int])
         return influence.NEWTON, flat
     if not any(curved):
         return (influence.PAIR if len(own) == 2 else influence.LINEAR), flat
-    rings = []
+    circles = []
     for terms_of_row in curved:
         factors = {(t.first, t.second): t.factor for t in terms_of_row if t.function == ONE}
         x, y = (factors.get((k, k), 0.0) for k in own)
         if len(factors) != len(terms_of_row) or len(factors) not in (0, 2) or x != y:
             return influence.NEWTON, flat
-        rings.append(x)
-    return influence.PAIR, rings
+        circles.append(x)
+    return influence.PAIR, circles

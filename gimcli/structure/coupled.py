@@ -1,10 +1,9 @@
-"""Strongly coupled Assur groups: which members are solved together, and in which unknowns.
+"""Strongly coupled Assur groups: the members that are solved together, and their unknowns.
 
-Unknowns of the structure are x, y of every member that is not located and one angle a rotation
-class; pairs, slides and actuators are its equations. The matched equations direct it, and the
-strongly connected components that depend on nothing else are the next groups (Servatius, Shai &
-Whiteley 2010). Inside a group a few base nodes are the unknowns; all other nodes are carried
-along, linear in them.
+To find a group, the unknowns are x and y of every member that is not placed yet and one angle for each rotation class;
+the equations are pairs, slides and actuators. A matching directs the dependencies; the strongly connected components
+that depend on no others are the next groups (Servatius, Shai & Whiteley 2010). To solve a group, the unknowns are the
+coordinates of a few base nodes; all its other nodes are carried and linear in them.
 """
 
 from __future__ import annotations
@@ -21,35 +20,35 @@ from gimcli.structure.pair_rows import ImposedRow, pair_rows
 from gimcli.structure.steps import NONE, Constraint, Coupled, Place, Value, Vector
 
 Unknown = tuple[str, int]
-"""("x", body), ("y", body) or ("t", rotation class); loose node n is body -1 - n."""
+"""("x", body), ("y", body) or ("t", rotation class). A body is a member, or -1 - n for a loose node n."""
 
 
 @dataclass
 class CoupledSystem:
-    """Equations of the members that are not located, as sets of unknowns."""
+    """The equations of the members that are not placed yet, as sets of unknowns."""
 
     rows: list[tuple[str, list[Unknown]]] = field(default_factory=list)
     bodies: dict[int, list[Unknown]] = field(default_factory=dict)
 
     def add(self, name: str, unknowns: list[Unknown]) -> None:
-        """Add an equation; one without unknowns is only checked later."""
+        """Add an equation, unless it has no unknowns (such an equation is only checked, with the residual)."""
         if unknowns:
             self.rows.append((name, list(dict.fromkeys(unknowns))))
 
 
 def next_group(layout: Layout) -> None:
-    """Solve the next coupled group: add its step and mark its nodes placed."""
+    """Find the next coupled group, add its step to the plan, and mark its nodes as placed."""
     system = structural_system(layout)
     group = _first_group(layout, system)
     builder = Builder(layout, group)
     layout.steps.append(builder.build())
     for node in sorted(builder.placed - layout.placed):
-        layout.stand(node)
+        layout.mark_placed(node)
     layout.carry()
 
 
 def structural_system(layout: Layout) -> CoupledSystem:
-    """Write down which unknowns every pair, slide and actuator binds."""
+    """Return the unknowns in the equations of every pair, slide and actuator."""
     mechanism, system = layout.mechanism, CoupledSystem()
     for index in range(1, len(mechanism.members)):
         if layout.source(index) is None or layout.anchor(index) is None:
@@ -66,8 +65,8 @@ def structural_system(layout: Layout) -> CoupledSystem:
         if row.kind == ANGLE:
             system.add(row.name, [u for m in row.members for u in system.bodies.get(m, []) if u[0] == "t"])
         else:
-            held = [_body_at(layout, system, n) for n in row.nodes] + [system.bodies.get(m, []) for m in row.members]
-            system.add(row.name, [u for part in held for u in part])
+            parts = [_body_at(layout, system, n) for n in row.nodes] + [system.bodies.get(m, []) for m in row.members]
+            system.add(row.name, [u for part in parts for u in part])
     return system
 
 
@@ -94,7 +93,7 @@ def _join(layout: Layout, system: CoupledSystem, node: int) -> None:
 
 
 def _first_group(layout: Layout, system: CoupledSystem) -> list[int]:
-    """Return the bodies of a group that depends on no other."""
+    """Return the bodies of the smallest group that depends on no other."""
     unknowns = list(dict.fromkeys(u for body in system.bodies.values() for u in body))
     column = {u: k for k, u in enumerate(unknowns)}
     rows = [sorted(column[u] for u in row) for _, row in system.rows]
@@ -105,9 +104,10 @@ def _first_group(layout: Layout, system: CoupledSystem) -> list[int]:
     for row, own in zip(rows, matched, strict=True):
         if own != NONE:
             needs[own] += row
-    whole = [[column[u] for u in body] for body in system.bodies.values()]  # a member is solved as a whole
+    whole = [[column[u] for u in body] for body in system.bodies.values()]  # keeps the unknowns of a body together
     row_of = {own: row for row, own in enumerate(matched) if own != NONE}
-    surplus = [reached(rows, row_of, k) for k, own in enumerate(matched) if own == NONE]  # settled together
+    # redundant equations stay in the group of the equations that they depend on
+    surplus = [reached(rows, row_of, k) for k, own in enumerate(matched) if own == NONE]
     join(needs, [*whole, *surplus])
     leaves = [part for part in map(set, components(needs)) if all(part.issuperset(needs[k]) for k in part)]
     return min(([b for b, body in system.bodies.items() if column[body[0]] in part] for part in leaves), key=len)
@@ -116,7 +116,7 @@ def _first_group(layout: Layout, system: CoupledSystem) -> list[int]:
 def _reachable_bodies(
     system: CoupledSystem, unknowns: list[Unknown], rows: list[list[int]], matched: Sequence[int]
 ) -> list[int]:
-    """Return the bodies whose unknowns no equation can hold."""
+    """Return the bodies with unknowns that the equations cannot determine."""
     taken = {int(c): i for i, c in enumerate(matched)}
     todo = [k for k in range(len(unknowns)) if k not in taken]
     seen = set(todo)
@@ -132,7 +132,7 @@ def _reachable_bodies(
 
 
 def undriven(layout: Layout, bodies: list[int]) -> StructureError:
-    """Return the error that names what nothing drives."""
+    """Return the error that names the undriven members and nodes."""
     mechanism = layout.mechanism
     names = [mechanism.members[b].name if b >= 0 else mechanism.nodes[-1 - b] for b in bodies]
     nodes = [
@@ -144,8 +144,8 @@ def undriven(layout: Layout, bodies: list[int]) -> StructureError:
     have = len(mechanism.actuators)
     return StructureError(
         f"nothing drives {_and(names)} (nodes {_and(list(dict.fromkeys(nodes)))}): the mechanism moves with"
-        f" {have} actuator{'s' * (have != 1)}; add an actuator or a member that holds"
-        f" {'it' if len(names) == 1 else 'them'} (`gim mobility` tells how many)"
+        f" {have} actuator{'s' * (have != 1)}; add an actuator or a member that fixes"
+        f" {'it' if len(names) == 1 else 'them'} (`gim mobility` shows how many)"
     )
 
 
@@ -155,7 +155,7 @@ def _and(names: list[str]) -> str:
 
 
 class Builder:
-    """Chooses base nodes of a group and writes its equations, linear carrying done."""
+    """Selects the base nodes of a group, and collects its carried nodes and equations."""
 
     def __init__(self, layout: Layout, bodies: list[int]) -> None:
         self.layout = layout
@@ -186,7 +186,7 @@ class Builder:
         return [n for n in dict.fromkeys(nodes) if n not in self.placed]
 
     def _gain(self, node: int) -> tuple[int, int]:
-        """Count what a node would carry along as a base node; ties go to members begun."""
+        """Return the number of nodes that a node would carry as base node, then of its members with a placed node."""
         trial = Builder(self.layout, [])
         trial.bodies, trial.points = self.bodies, self.points
         trial.placed, trial.direction, trial.done = self.placed | {node}, dict(self.direction), set(self.done)
@@ -204,15 +204,15 @@ class Builder:
         return known.times(rotation.phase[body]) if known is not None else None
 
     def _carry(self) -> None:
-        """Carry directions and nodes along; write the closures that this leaves."""
-        news = True
-        while news:
-            news = self._drives()
+        """Carry directions and nodes along the members, and add the closure equations of loops."""
+        changed = True
+        while changed:
+            changed = self._drives()
             for body in self.bodies:
                 if self._turn(body):
-                    self._drives()  # before a driven neighbour is turned by its own nodes
-                    news = True
-                news |= self._finish(body)
+                    self._drives()  # before a driven neighbour gets its direction from its own nodes
+                    changed = True
+                changed |= self._finish(body)
 
     def _turn(self, body: int) -> bool:
         pair = [n for n in self._nodes(body) if n in self.placed][:2]
@@ -227,7 +227,7 @@ class Builder:
         return True
 
     def _finish(self, body: int) -> bool:
-        """Carry the nodes of a member whose direction is known; those that stand already close a loop."""
+        """Carry the nodes of a member of known direction; each node that is already placed closes a loop."""
         source = self._source(body)
         anchor = next((n for n in self._nodes(body) if n in self.placed), None)
         if source is None or anchor is None or body in self.done:
@@ -263,7 +263,7 @@ class Builder:
         return news
 
     def _by_nodes(self, body: int, factor: complex, number: int, turn: int) -> Vector | None:
-        """Read a direction that is driven already from two carried nodes of its member instead."""
+        """Return a driven direction from two placed nodes of the body, whose vector has another actuator already."""
         pair = [n for n in self._nodes(body) if n in self.placed][:2]
         if len(pair) < 2:
             return None
@@ -271,7 +271,7 @@ class Builder:
         return Vector(factor / reach, pair[0], pair[1], actuator=number, turn=turn)
 
     def _pairs(self) -> None:
-        """Write the equations of slides and linear actuators, and of drives that found no use."""
+        """Add the equations of slides and linear actuators, and of driven angles that carry no direction."""
         new, group = self.placed - self.layout.placed, set(self.bodies)
         for row in pair_rows(self.mechanism):
             if row.implied:
@@ -287,7 +287,7 @@ class Builder:
                 self._line(row)
 
     def _angle(self, row: ImposedRow) -> None:
-        """Hold a driven angle between two members that both have a direction of their own."""
+        """Add the equation of a driven angle between two members whose directions come from their nodes."""
         (arm, reference), number = row.members, row.value.actuator
         if number in self.used or not {arm, reference} & set(self.bodies):
             return
@@ -304,7 +304,7 @@ class Builder:
         source = self._source(row.guide)
         anchor = next((n for n in self.mechanism.members[row.guide].nodes if n in self.placed), None)
         if source is None or anchor is None:
-            return  # its guide belongs to a later group
+            return  # the guide is placed by a later group
         height = row.height(self.layout.local(row.guide, anchor))
         vector = source.times(row.normal)
         self.equations.append(Constraint(row.name, HEIGHT, row.node, anchor, row.value.plus(height), vector))

@@ -1,4 +1,4 @@
-"""Whether the actuators fit the mechanism: asked only where the structure or its start leaves room for doubt."""
+"""Check that the actuators match the mobility, only if the structure or the start position leaves this open."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gimcli.structure.steps import Plan
 
 @contextmanager
 def explained(mechanism: Mechanism) -> Iterator[None]:
-    """Let the mobility explain an error of the structure, where it can."""
+    """Replace a StructureError by one that the mobility analysis explains, if it can (context manager)."""
     try:
         yield
     except StructureError:
@@ -25,9 +25,10 @@ def explained(mechanism: Mechanism) -> Iterator[None]:
 
 
 def refuse_doubtful(mechanism: Mechanism, plan: Plan, regular: bool) -> None:
-    """Raise StructureError where a mechanism is over-driven or not driven.
+    """Raise StructureError if a mechanism is over-driven or not fully driven.
 
-    It is asked where constraints are to spare or no regular position was solved: else the plan drives all.
+    The check is needed only if there are redundant constraints or no regular position was solved; otherwise the plan
+    shows that the actuators drive all freedoms.
     """
     if plan.surplus > 0 or not regular:
         from gimcli.structure.mobility import refuse_unfit
@@ -38,10 +39,10 @@ def refuse_doubtful(mechanism: Mechanism, plan: Plan, regular: bool) -> None:
 def refuse_contradiction(
     mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, status: Status, tolerance: float
 ) -> None:
-    """Raise StructureError where surplus constraints contradict the others at a position z (nodes,) of some status."""
+    """Raise StructureError if `status`, of a position z (nodes,), is CONTRADICTORY; the message names the constraint."""
     if status is Status.CONTRADICTORY:
         check = residual(mechanism, z[:, None], inputs[:, None], names=True)
         raise StructureError(
-            f"constraint '{check.worst[0]}' is surplus and contradicts the others (relative error"
+            f"constraint '{check.worst[0]}' is redundant and contradicts the others (relative error"
             f" {check.total[0]:.1e}, tolerance {tolerance:.0e}); correct its dimension, remove it or loosen --tolerance"
         )

@@ -1,8 +1,8 @@
-"""Equations split into blocks that are solved one after the other.
+"""Decomposition of equations into blocks that can be solved one after the other.
 
-Every unknown is matched to an equation that holds it; the strongly connected components of what then depends on
-what are the blocks (Dulmage & Mendelsohn 1958). Unknowns beyond the equations join what they reach: such a block has
-more unknowns than equations.
+Each unknown is matched to an equation that contains it. This directs the dependencies between the equations; the
+strongly connected components are the blocks (Dulmage & Mendelsohn 1958). An unknown without an equation is added to
+the block of the equations that it reaches by alternating paths; such a block has more unknowns than equations.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class EquationBlock:
-    """Equations and unknowns that are solved together."""
+    """Equations and unknowns that are solved simultaneously."""
 
     rows: tuple[int, ...]
     columns: tuple[int, ...]
 
 
 def split(
-    count: int, columns: Sequence[Sequence[int]], rings: Iterable[Sequence[int]] = ()
+    count: int, columns: Sequence[Sequence[int]], together: Iterable[Sequence[int]] = ()
 ) -> tuple[EquationBlock, ...]:
     """Return the blocks of `count` equations, each after those that it depends on.
 
-    columns: which equations each unknown enters. rings: equations that are to stay together.
+    columns: for each unknown, the equations that contain it. together: sets of equations to keep in one block.
     """
     row_of = match(count, columns)
     column_of = {row: column for column, row in enumerate(row_of) if row >= 0}
@@ -41,7 +41,7 @@ def split(
                 needs[row].append(row_of[column])
     spare = [column for column, row in enumerate(row_of) if row < 0]
     alternating = [reached(columns, column_of, column) for column in spare]
-    join(needs, [*rings, *alternating])
+    join(needs, [*together, *alternating])
     own: dict[int, list[int]] = {}
     for column, rows in zip(spare, alternating, strict=True):
         own.setdefault(min(rows), []).append(column)
@@ -53,7 +53,7 @@ def split(
 
 
 def match(count: int, columns: Sequence[Sequence[int]]) -> list[int]:
-    """Return for every unknown an equation of its own that it enters, or -1: as many as can be."""
+    """Return a maximum matching: for each unknown an equation of its own that contains it, or -1."""
     import numpy as np
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import maximum_bipartite_matching
@@ -67,15 +67,15 @@ def match(count: int, columns: Sequence[Sequence[int]]) -> list[int]:
     return [int(row) for row in maximum_bipartite_matching(table, perm_type="column")]
 
 
-def join(needs: list[list[int]], rings: Iterable[Sequence[int]]) -> None:
-    """Let each of some equations need the next one and the last the first: they are in one component."""
-    for ring in rings:
-        for a, b in pairwise([*ring, *ring[:1]]):
+def join(needs: list[list[int]], together: Iterable[Sequence[int]]) -> None:
+    """Add cyclic dependencies so that the equations of each given set are in one component."""
+    for rows in together:
+        for a, b in pairwise([*rows, *rows[:1]]):
             needs[a].append(b)
 
 
 def reached(columns: Sequence[Sequence[int]], column_of: Mapping[int, int], start: int) -> list[int]:
-    """Return the equations that a surplus unknown reaches by alternating paths."""
+    """Return the equations that an unmatched unknown reaches by alternating paths."""
     seen: dict[int, None] = {}
     todo = [start]
     while todo:
@@ -88,9 +88,10 @@ def reached(columns: Sequence[Sequence[int]], column_of: Mapping[int, int], star
 
 
 def components(needs: Sequence[Sequence[int]], ranked: bool = False) -> list[list[int]]:
-    """Return the strongly connected components of a graph, each after those that it needs.
+    """Return the strongly connected components of a graph, each after those that it depends on.
 
-    With `ranked`, they are in the order of their first nodes wherever that leaves a choice.
+    needs: for each node, the nodes that it depends on. With `ranked`, components that could exchange places are in the
+    order of their lowest nodes.
     """
     from graphlib import TopologicalSorter
 
@@ -98,7 +99,7 @@ def components(needs: Sequence[Sequence[int]], ranked: bool = False) -> list[lis
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
-    edges = [sorted(set(others)) for others in needs]  # told twice, an edge misleads scipy 1.x
+    edges = [sorted(set(others)) for others in needs]  # scipy 1.x gives wrong components for duplicate edges
     counts = [len(others) for others in edges]
     ends = np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
     heads = np.array([other for others in edges for other in others], dtype=np.int32)

@@ -1,7 +1,7 @@
-"""Members, sliding pairs and inputs as written, as polynomials of second degree in the nodes' coordinates.
+"""The equations of members, pairs and inputs as polynomials of second degree in the coordinates of the nodes.
 
-They are written once for numbers of any precision: arrays of complex doubles, or of mpmath's numbers.
-Being of second degree, their Jacobian is what central differences of any width give, exactly.
+The same code serves complex doubles, numbers of mpmath in high precision, and polynomials. Because the equations are of
+second degree, central differences of any width give their exact Jacobian.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mech
 from gimcli.structure.rotation import members_of
 
 Numbers = Any
-"""An array (rows,) of complex numbers of some precision."""
+"""An array (rows,) of complex numbers of any precision, or a polynomial."""
 
 
 class Constraints:
@@ -31,10 +31,10 @@ class Constraints:
     def equations(
         self, z: Numbers, inputs: Numbers, turns: Numbers, exact: Any = complex
     ) -> Iterator[tuple[str, Numbers]]:
-        """Yield each equation (rows,) and which part of it counts: "real", "imag" or "both".
+        """Yield each equation (rows,), after the part of it that must be zero: "real", "imag" or "both".
 
-        z (nodes, rows); inputs (actuators, rows) and turns = exp(i inputs) of them; `exact` makes a
-        number of the precision of z from a double.
+        z: positions (nodes, rows). inputs: (actuators, rows). turns: exp(i inputs). exact: converts a double to the
+        precision of z.
         """
         for member in self.mechanism.members[FRAME + 1 :]:
             first, far = self._base(member.shape)
@@ -50,19 +50,20 @@ class Constraints:
             yield self._row(row, z, exact, value, turn)
 
     def _row(self, row: PairRow, z: Numbers, exact: Any, value: Numbers, turn: Numbers) -> tuple[str, Numbers]:
-        """Return what a pair or an actuator is about, less its value."""
+        """Return the equation of a pair or an actuator: its quantity minus the value."""
         if row.kind == SPAN:
             first, second = row.nodes
             arm = z[second] - z[first]
             return "real", arm * arm.conjugate() - value * value
         if row.kind == HEIGHT:
-            return "real", self._seen(row.node, row.guide, row.point, z, exact) * exact(row.normal).conjugate() - value
-        arm, reference = (self._turn(k, z, exact) for k in row.members)
+            place = self._in_guide(row.node, row.guide, row.point, z, exact)
+            return "real", place * exact(row.normal).conjugate() - value
+        arm, reference = (self._rotation(k, z, exact) for k in row.members)
         arm, reference = arm * exact(row.arm), reference * exact(row.reference)
         return "imag", arm * (reference * turn).conjugate()
 
     def residual(self, z: ComplexArray, inputs: FloatArray) -> FloatArray:
-        """Return the equations in double precision (equations, rows)."""
+        """Return the residuals of the equations (equations, rows) in double precision."""
         rows = []
         for part, value in self.equations(z, inputs + 0.0j, np.exp(1j * inputs)):
             rows += [value.real] * (part != "imag") + [value.imag] * (part != "real")
@@ -72,7 +73,7 @@ class Constraints:
         """Return their derivatives (rows, equations, 2 x moving nodes), x and y of a node side by side."""
         columns = []
         for node in self.free:
-            for step in (1.0, 1.0j):  # any width: what is of second degree has no third derivative
+            for step in (1.0, 1.0j):  # any width: the third derivatives are zero
                 ahead, behind = z.copy(), z.copy()
                 ahead[node] += step
                 behind[node] -= step
@@ -83,8 +84,8 @@ class Constraints:
     def _base(shape: ComplexArray) -> tuple[int, int]:
         return 0, int(np.argmax(np.abs(shape - shape[0])))
 
-    def _turn(self, index: int, z: Numbers, exact: Any) -> Numbers:
-        """Return e^(i phi) of a member, linear in two of its nodes."""
+    def _rotation(self, index: int, z: Numbers, exact: Any) -> Numbers:
+        """Return e^(i phi) of a member as a linear function of two of its nodes."""
         member = self.mechanism.members[index]
         if index == FRAME:
             return exact(1.0)
@@ -92,11 +93,11 @@ class Constraints:
         reach = exact(member.shape[far]) - exact(member.shape[first])
         return (z[member.nodes[far]] - z[member.nodes[first]]) / reach
 
-    def _seen(self, node: int, index: int, point: complex, z: Numbers, exact: Any) -> Numbers:
-        """Return where a node is, seen from a point of a member and turned back with it."""
+    def _in_guide(self, node: int, index: int, point: complex, z: Numbers, exact: Any) -> Numbers:
+        """Return the position of a node relative to a point of a member, in the member's own frame."""
         member = self.mechanism.members[index]
         if index == FRAME:
             return z[node] - exact(point)
-        turn = self._turn(index, z, exact)
-        origin = z[member.nodes[0]] - turn * exact(member.shape[0])
-        return (z[node] - origin - turn * exact(point)) * turn.conjugate()
+        rotation = self._rotation(index, z, exact)
+        origin = z[member.nodes[0]] - rotation * exact(member.shape[0])
+        return (z[node] - origin - rotation * exact(point)) * rotation.conjugate()

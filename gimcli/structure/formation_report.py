@@ -1,4 +1,4 @@
-"""The formation of a mechanism as text, numbers and boxes."""
+"""Reports of the formation of a mechanism (its Assur groups): texts, layers for the diagram, JSON."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ROMAN = {1: "I", 2: "II", 3: "III", 4: "IV", 5: "V", 6: "VI", 7: "VII", 8: "VIII
 
 
 def described(group: AssurGroup) -> str:
-    """Return what a group is, in a few words."""
+    """Return a short description of a group."""
     if group.driving:
         return "driving link, turning" if group.outer and group.outer[0].kind == "R" else "driving link, sliding"
     if group.dyad:
@@ -20,17 +20,17 @@ def described(group: AssurGroup) -> str:
 
 
 def class_of(group: AssurGroup) -> str:
-    """Return the class of a group as it is written."""
+    """Return the class of a group in Roman numerals."""
     return ROMAN.get(group.grade, str(group.grade))
 
 
 def drivers(mechanism: Mechanism, group: AssurGroup) -> tuple[str, ...]:
-    """Return the names of the actuators whose values a group takes."""
+    """Return the names of the actuators whose inputs determine a group."""
     return tuple(mechanism.actuators[k].name for k in group.drivers)
 
 
 def joined(formation: Formation, group: AssurGroup) -> dict[int, list[str]]:
-    """Return the pairs by which a group is joined to each link formed before."""
+    """Return, for each link formed before, the names of the pairs that join a group to it."""
     result: dict[int, list[str]] = {}
     for pair, base in zip(group.outer, formation.bases(group), strict=True):
         result.setdefault(base, []).append(pair.name)
@@ -38,7 +38,7 @@ def joined(formation: Formation, group: AssurGroup) -> dict[int, list[str]]:
 
 
 def layers(formation: Formation) -> list[int]:
-    """Return for every group how many layers of groups are between it and the frame."""
+    """Return the layer of every group: 1 if it is joined to the frame only, else 1 + the layer of its bases."""
     layer: dict[int, int] = {FRAME: 0}
     result = []
     for group in formation.groups:
@@ -49,7 +49,7 @@ def layers(formation: Formation) -> list[int]:
 
 
 def as_json(mechanism: Mechanism, formation: Formation) -> dict[str, Any]:
-    """Return everything by the user's names."""
+    """Return the formation by the names of the model file."""
     numbers = formation.numbers
     return {
         "formula": list(formation.formula),

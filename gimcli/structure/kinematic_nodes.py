@@ -1,4 +1,4 @@
-"""Which nodes take part in the solution, and which are only carried."""
+"""Kinematic nodes, which take part in the solution; the other nodes of members are only carried."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from gimcli.structure.rotation import members_of
 
 @derived
 def kinematic_nodes(mechanism: Mechanism) -> tuple[tuple[int, ...], ...]:
-    """Return for every member its nodes that constrain or are constrained, at least two.
+    """Return, for every member, its nodes that occur in constraints, at least two.
 
-    A node of one member that no slide or actuator reads is carried: it costs nothing.
+    A node of only one member that is in no sliding pair and no actuator is carried: it does not enter the solution.
     """
     members = members_of(mechanism)
-    busy = {node for row in pair_rows(mechanism) for node in row.nodes}
+    constrained = {node for row in pair_rows(mechanism) for node in row.nodes}
     result = []
     for index, member in enumerate(mechanism.members):
-        chosen = [n for n in member.nodes if index == FRAME or n in busy or len(members[n]) > 1]
+        chosen = [n for n in member.nodes if index == FRAME or n in constrained or len(members[n]) > 1]
         spare = [n for n in member.nodes if n not in chosen]
         while len(chosen) < 2 and spare:
             chosen.append(spare.pop(0))
@@ -28,23 +28,23 @@ def kinematic_nodes(mechanism: Mechanism) -> tuple[tuple[int, ...], ...]:
 
 @derived
 def loose_nodes(mechanism: Mechanism) -> tuple[int, ...]:
-    """Return nodes of no member that a slide or an actuator still holds."""
+    """Return the nodes that belong to no member but to a sliding pair or an actuator."""
     members = members_of(mechanism)
-    held = (node for row in pair_rows(mechanism) for node in row.nodes)
-    return tuple(n for n in dict.fromkeys(held) if not members[n])
+    constrained = (node for row in pair_rows(mechanism) for node in row.nodes)
+    return tuple(n for n in dict.fromkeys(constrained) if not members[n])
 
 
 @derived
 def free_nodes(mechanism: Mechanism) -> tuple[int, ...]:
-    """Return the nodes whose coordinates are unknown: those that constrain or are constrained, but for the frame's."""
+    """Return the nodes whose coordinates are unknown: kinematic and loose nodes, without the frame's."""
     active = {n for nodes in kinematic_nodes(mechanism) for n in nodes} | set(loose_nodes(mechanism))
     return tuple(sorted(active - set(mechanism.members[FRAME].nodes)))
 
 
 def carry(mechanism: Mechanism, z: ComplexArray) -> ComplexArray:
-    """Place the nodes that are only carried, from two kinematic nodes of their member.
+    """Return positions z with the carried nodes computed from two kinematic nodes of their member.
 
-    z (nodes,) or (nodes, columns) are positions, or velocities.
+    z: positions or velocities, (nodes,) or (nodes, columns).
     """
     z = z.copy()
     for member, nodes in zip(mechanism.members, kinematic_nodes(mechanism), strict=True):

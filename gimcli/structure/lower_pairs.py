@@ -1,8 +1,8 @@
-"""The lower pairs of a mechanism, as the theory of Assur groups has them.
+"""The links and lower pairs of a mechanism, as defined in the theory of Assur groups.
 
-A pin in a slot is a slider of its own: a revolute pair with the pin, a prismatic one with the guide. A linear actuator
-between two nodes is a binary link whose length it sets. Where three or more parts meet, the pin is a part of its own
-until it is known which link is there first.
+A pin in a slot is a separate link (a slider) with a revolute pair at the pin and a prismatic pair with the guide. A
+linear actuator between two nodes is a binary link of variable length. At a node with three or more links the pin is a
+separate link, until the order of formation decides which of these links the others are joined to.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ REVOLUTE, PRISMATIC = "R", "P"
 
 @dataclass(frozen=True)
 class LowerPair:
-    """A revolute or prismatic pair of two links, and the actuator that drives it."""
+    """A revolute or prismatic pair of two links, and the actuator that drives it, if any."""
 
     kind: str
     name: str  # of the node, the sliding pair or the actuator
@@ -31,13 +31,13 @@ class LowerPair:
 
 @dataclass(frozen=True)
 class LowerPairs:
-    """Links by number, the frame first: members, then sliders, rams and pins."""
+    """Links by number, the frame first: members, then sliders, rams (linear actuators) and pins."""
 
     links: tuple[str, ...]
     pairs: tuple[LowerPair, ...]
-    turns: tuple[tuple[int, int, int], ...]  # actuator or NONE, arm and reference link of every angle
-    rams: dict[int, int]  # actuator of each link whose length is an input
-    pins: frozenset[int]  # links that are pins only
+    turns: tuple[tuple[int, int, int], ...]  # actuator or NONE, arm link and reference link of every angle
+    rams: dict[int, int]  # {link: actuator} of the links whose length is an input
+    pins: frozenset[int]  # links that are only pins
 
 
 @derived
@@ -81,7 +81,7 @@ class _LowerPairsBuilder:
         return len(self.links) - 1
 
     def _slide(self, pair: SlidingPair) -> None:
-        """Add a prismatic pair, and a slider where a pin is in a slot."""
+        """Add a prismatic pair, and a slider for a pin in a slot."""
         slider = pair.body
         if slider == NONE:
             slider = self._link(pair.name)
@@ -89,7 +89,11 @@ class _LowerPairsBuilder:
         self.pairs.append(LowerPair(PRISMATIC, pair.name, pair.guide, slider, pair.actuator))
 
     def _revolutes(self) -> int:
-        """Add a revolute pair where two links meet, and a pin with one to each link where more do; return the pins."""
+        """Add the revolute pairs; return the number of pins added.
+
+        A node of two links is one pair. At a node of more links, each is paired with the frame if it is one of them,
+        else with a pin of its own.
+        """
         pins = 0
         for node, parts in enumerate(self.parts):
             name = self.mechanism.nodes[node]

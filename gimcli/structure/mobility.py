@@ -1,8 +1,8 @@
 """Mobility: Grübler's count, the rank of the constraint Jacobian, redundant and undriven parts.
 
-The Jacobian holds one row a restriction in the coordinates of the free nodes. Elimination with full
-pivoting tells its rank, the rows without a pivot are the redundant ones (Fraczek & Wojtyra, section
-1.3). A rank loss at one position alone is not a freedom: it is confirmed at assembled neighbours.
+The Jacobian has one row for each restriction, in the coordinates of the free nodes. Elimination with full pivoting
+determines its rank; the rows without a pivot are redundant (Fraczek & Wojtyra, section 1.3). A rank loss at a single
+position is not a freedom: freedoms are confirmed at neighbouring assembled positions.
 """
 
 from __future__ import annotations
@@ -23,61 +23,65 @@ from gimcli.structure.restrictions import Restriction, member_models, pair_restr
 from gimcli.structure.rotation import members_of
 
 ROUNDING = 1e-14
-"""A gradient in the normal frame below this is none: that of an angle between members that are one."""
+"""A gradient in the normal frame below this is 0, such as that of an angle that other constraints keep constant."""
 
 RANK = 1e-8
-"""A pivot below this part of the greatest is none: rows are scaled to length 1."""
+"""A pivot below this fraction of the greatest is 0; rows are scaled to length 1."""
 
 STEPS = (1e-2, 1e-3, 1e-4)
-"""Lengths of the step to a neighbouring position, relative to the size; a shorter one where none is found."""
+"""Lengths of the step to a neighbouring position, relative to the size, tried in this order."""
 
 TRIALS, MORE = 4, 40
-"""Neighbouring positions that are looked for; more where branches meet and none yet is on one that the inputs drive."""
+"""Number of neighbouring positions; greater if branches meet and none was found on a branch that the inputs drive."""
 
 EXTENT = 4.0
-"""Greatest members whose length is the size of the mechanism; nodes may be drawn much farther away."""
+"""The size is limited to this multiple of the greatest member, because nodes may be drawn far away."""
 
-BACK, ASTRAY = 0.1, 10.0
-"""Parts of a step between which a neighbour lies: nearer it is the position itself, farther another one."""
+NEAREST, FARTHEST = 0.1, 10.0
+"""Range of the distance to a neighbour, in steps: below, it is the same position; above, an unrelated one."""
 
 ASSEMBLED, ALMOST = 1e-13, 0.1
-"""Error of the constraints, relative to the size, of a position that is assembled, or contradicts itself by little."""
+"""Error of the constraints, relative to the size, of an assembled position, and of slightly inconsistent dimensions."""
 
 ITERATIONS = 60
 """Iterations of Gauss-Newton."""
 
 STARTS = 24
-"""Drawings, disturbed more and more, from which an assembled position is looked for."""
+"""Number of initial positions, with increasing random perturbation, for the search of an assembled position."""
 
 NEAR = 1e-6
-"""Error of a constraint, relative to the size or in rad, that is rounding: a block turned end for end is pi off."""
+"""Tolerance of the final check, relative or in rad; a block rotated by 180 deg has an error of pi."""
 
 MOVES = 1e-6
-"""A node that moves by less, of a motion of length 1, stands still."""
+"""In a motion of length 1, a node that moves by less is fixed."""
 
 
 @dataclass(frozen=True)
 class Mobility:
-    """What the count and the rank say at one assembled position."""
+    """Mobility, redundant constraints and drives at one assembled position."""
 
-    gruebler: int
-    rank: int  # of the constraint Jacobian at the position, actuators left out
-    mobility: int  # confirmed freedoms
+    gruebler: int  # Grübler's count
+    rank: int  # of the constraint Jacobian at the position, without actuators
+    mobility: int  # number of confirmed freedoms
     apparent: int  # coordinates minus rank at the position
-    redundant: tuple[str, ...]  # names of the surplus constraints
-    undriven: tuple[str, ...]  # nodes that can still move with all actuators held
-    actuators: tuple[str, ...]
-    overdriven: tuple[str, ...]  # actuators that drive what is driven or held already
-    stuck: bool  # the inputs determine less at the position than next to it
+    redundant: tuple[str, ...]  # names of the redundant constraints
+    undriven: tuple[str, ...]  # nodes that can move while all inputs are constant
+    actuators: tuple[str, ...]  # names of all actuators
+    overdriven: tuple[str, ...]  # actuators of freedoms that are already driven or constrained
+    stuck: bool  # constraints and inputs have a lower rank at the position than next to it
 
     @property
     def singular(self) -> bool:
-        """Tell whether the rank at this position is lower than next to it."""
+        """Whether the rank of the constraints at this position is lower than next to it."""
         return self.apparent != self.mobility
 
 
 def gruebler(mechanism: Mechanism) -> int:
-    """Return 3 L - 2 J: k members at a node are k-1 pairs, a pin in a slot takes one freedom."""
+    """Return Grübler's count 3 L + 2 N - 2 J - C.
+
+    L: moving members. N: nodes of sliding pairs or actuators without a member. J: revolute pairs, k-1 at a node of k
+    members. C: constraints of sliding pairs.
+    """
     members = members_of(mechanism)
     moving = len(mechanism.members) - 1
     pairs = sum(len(at) - 1 for at in members if len(at) > 1)
@@ -106,13 +110,13 @@ class Jacobian:
 
     @cached_property
     def size(self) -> float:
-        """Length that steps and errors are relative to: nodes that are drawn far away do not count."""
+        """Reference length of steps and errors; nodes that are drawn far away do not increase it."""
         spans = [float(np.max(np.abs(m.shape[:, None] - m.shape))) for m in self.mechanism.members if len(m.nodes)]
         extent = EXTENT * max(spans, default=0.0)
         return min(self.mechanism.size, extent) if extent > 0.0 else self.mechanism.size
 
     def rows(self, restrictions: list[Restriction], z: ComplexArray, inputs: FloatArray) -> FloatArray:
-        """Return the gradients, each row scaled to length 1; what rounding leaves of none is none."""
+        """Return the gradients (restrictions, 2 x free nodes), scaled to length 1, or to 0 if they are rounding errors."""
         table = self.slopes(restrictions, z, inputs)
         norm = np.linalg.norm(table, axis=1, keepdims=True)
         return np.where(norm > ROUNDING, table / np.where(norm > ROUNDING, norm, 1.0), 0.0)
@@ -128,14 +132,14 @@ class Jacobian:
         return table
 
     def ranks(self, z: ComplexArray, inputs: FloatArray) -> tuple[int, int]:
-        """Return the rank of the constraints, and of constraints and drives."""
+        """Return the rank of the constraints, and the rank of constraints and drives together."""
         table = self.rows(self.constraints, z, inputs)
         both = np.vstack([table, self.rows(self.drives, z, inputs)])
         first, second = (full_pivoting(part)[0] if part.size else 0 for part in (table, both))
         return first, second
 
     def motions(self, table: FloatArray) -> ComplexArray:
-        """Return velocities (nodes, motions) that a table of gradients allows."""
+        """Return a basis of the velocities (nodes, motions) in the null space of a table of gradients."""
         null = np.eye(2 * len(self.free))
         if table.size:
             _, s, v = np.linalg.svd(table)
@@ -147,12 +151,12 @@ class Jacobian:
 
 @derived
 def constraint_jacobian(mechanism: Mechanism) -> Jacobian:
-    """Return the restrictions of a mechanism and their gradients."""
+    """Return the constraint Jacobian of a mechanism."""
     return Jacobian(mechanism)
 
 
 def full_pivoting(table: FloatArray, tolerance: float = RANK) -> tuple[int, list[int]]:
-    """Eliminate with full pivoting; return the rank and the rows that found no pivot."""
+    """Eliminate with full pivoting; return the rank and the numbers of the rows without a pivot."""
     a = table.copy()
     rows = list(range(a.shape[0]))
     rank, first = 0, 0.0
@@ -172,7 +176,7 @@ def full_pivoting(table: FloatArray, tolerance: float = RANK) -> tuple[int, list
 def mobility(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mobility:
     """Analyse the mobility at an assembled position z (nodes,) and its inputs (actuators,).
 
-    Freedoms, drives and redundant constraints are judged at one and the same position: a regular one next to z.
+    If z is singular, freedoms, drives and redundant constraints are evaluated at a regular position next to it.
     """
     jacobian = constraint_jacobian(mechanism)
     here = jacobian.ranks(z, inputs)
@@ -192,7 +196,7 @@ def mobility(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mobil
 
 
 def _idle(jacobian: Jacobian, table: FloatArray, driven: FloatArray) -> tuple[str, ...]:
-    """Return the actuators that add nothing to the constraints and the actuators before them."""
+    """Return the actuators that do not increase the rank of the constraints and the actuators before them."""
     fixed = {a.name for a in jacobian.mechanism.actuators} - {r.name for r in jacobian.drives}
     idle, rank = [], full_pivoting(table)[0] if table.size else 0
     for k, drive in enumerate(jacobian.drives, start=len(table) + 1):
@@ -204,16 +208,16 @@ def _idle(jacobian: Jacobian, table: FloatArray, driven: FloatArray) -> tuple[st
 
 
 def _moving(jacobian: Jacobian, table: FloatArray) -> list[int]:
-    """Return the nodes that the null space of a table moves, those that are only carried too."""
+    """Return the nodes, including carried ones, that move in the null space of a table of gradients."""
     motion = carry(jacobian.mechanism, jacobian.motions(table))
     return np.flatnonzero(np.linalg.norm(motion, axis=1) > MOVES).tolist()
 
 
 def _regular(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, apparent: int) -> tuple[int, ComplexArray]:
-    """Return the freedoms that neighbouring assembled positions confirm, and the neighbour where least is lost.
+    """Return the freedoms confirmed at neighbouring assembled positions, and the neighbour of greatest rank.
 
-    A step is taken along motions that the Jacobian allows and the constraints are restored: where
-    this leads back to the start, the motion was infinitesimal only.
+    A neighbour is found by a step along a motion in the null space of the Jacobian, then by restoring the constraints.
+    If this returns to the start position, the motion was only infinitesimal.
     """
     best: tuple[tuple[int, int], ComplexArray] | None = None
     coordinates = 2 * len(jacobian.free)
@@ -222,7 +226,7 @@ def _regular(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, apparent: 
             ranks = jacobian.ranks(there, inputs)
             if best is None or ranks > best[0]:
                 best = ranks, there
-            meeting = best[0][0] > coordinates - apparent  # of branches; the inputs may rest on the one found
+            meeting = best[0][0] > coordinates - apparent  # branches meet; on the one found the inputs may be constant
             if number >= TRIALS and not (meeting and best[0][1] < coordinates):
                 break
         if best is not None:
@@ -231,19 +235,19 @@ def _regular(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, apparent: 
 
 
 def _neighbours(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, step: float) -> Iterator[ComplexArray]:
-    """Yield assembled positions about a step away from one."""
+    """Yield assembled positions at a distance of about `step` from z."""
     null = jacobian.motions(jacobian.rows(jacobian.constraints, z, inputs))
     generator = np.random.default_rng(0)
     goal = np.array([measure(r, z, inputs) for r in jacobian.constraints])
     for _ in range(MORE):
         motion = null @ generator.standard_normal(null.shape[1])
         there = _restore(jacobian, z + step * motion / np.linalg.norm(motion), goal, inputs)
-        if there is not None and BACK * step < np.linalg.norm(there - z) < ASTRAY * step:
+        if there is not None and NEAREST * step < np.linalg.norm(there - z) < FARTHEST * step:
             yield there
 
 
 def _restore(jacobian: Jacobian, trial: ComplexArray, goal: FloatArray, inputs: FloatArray) -> ComplexArray | None:
-    """Put a trial position on the constraints: measures as in goal; None where that fails."""
+    """Return the assembled position found from a trial position, with constraint values `goal`; None if that fails."""
     z, error = _nearest(jacobian, trial, goal, inputs)
     return z if error < ASSEMBLED * jacobian.size else None
 
@@ -251,7 +255,7 @@ def _restore(jacobian: Jacobian, trial: ComplexArray, goal: FloatArray, inputs: 
 def _nearest(
     jacobian: Jacobian, trial: ComplexArray, goal: FloatArray, inputs: FloatArray
 ) -> tuple[ComplexArray, float]:
-    """Return where Gauss-Newton by least motion ends, and the greatest error there; infinite where it diverges."""
+    """Return the final position of Gauss-Newton with least-norm steps, and its greatest error (inf if it diverges)."""
     size = jacobian.size
     with np.errstate(all="ignore"):
         for _ in range(ITERATIONS):
@@ -268,7 +272,7 @@ def _nearest(
 
 
 def check_driven(mechanism: Mechanism, found: Mobility) -> None:
-    """Raise StructureError where the actuators do not fit the mobility."""
+    """Raise StructureError if the actuators do not match the mobility."""
     count = len(found.actuators)
     if count and found.mobility == 0:
         raise StructureError(
@@ -277,10 +281,11 @@ def check_driven(mechanism: Mechanism, found: Mobility) -> None:
         )
     if found.overdriven:
         loose = f"; nothing drives nodes {', '.join(found.undriven)}" if found.undriven else ""
+        one = len(found.overdriven) == 1
         raise StructureError(
             f"over-driven: {count} actuators on a mechanism of mobility {found.mobility};"
-            f" {', '.join(found.overdriven)} drives what is driven already: remove"
-            f" {'it' if len(found.overdriven) == 1 else 'them'}{loose}"
+            f" {', '.join(found.overdriven)} {'is' if one else 'are'} redundant (the same freedom is already driven):"
+            f" remove {'it' if one else 'them'}{loose}"
         )
     if found.undriven:
         raise StructureError(
@@ -290,22 +295,25 @@ def check_driven(mechanism: Mechanism, found: Mobility) -> None:
 
 
 def refuse_unfit(mechanism: Mechanism) -> None:
-    """Raise StructureError where the actuators do not fit the mobility near the drawn position, if one is found."""
-    found = judged(mechanism)
+    """Raise StructureError if the actuators do not match the mobility near the drawn position.
+
+    Nothing is checked if no assembled position is found there.
+    """
+    found = drawn_mobility(mechanism)
     if found is not None:
         check_driven(mechanism, found)
 
 
-def judged(mechanism: Mechanism) -> Mobility | None:
-    """Return the mobility near the drawn position; None where no assembled position is found near it."""
+def drawn_mobility(mechanism: Mechanism) -> Mobility | None:
+    """Return the mobility near the drawn position; None if no assembled position is found there."""
     z = assembled(mechanism)
     return None if z is None else mobility(mechanism, z, mechanism.drawn_inputs)
 
 
 def assembled(mechanism: Mechanism) -> ComplexArray | None:
-    """Return an assembled position near the drawn one, the inputs left free; None where none is found.
+    """Return an assembled position (nodes,) near the drawn one, with any inputs; None if none is found.
 
-    Gauss-Newton from the drawing, and where that does not converge from the drawing disturbed more and more.
+    Gauss-Newton starts from the drawn position, then from increasing random perturbations of it.
     """
     jacobian, inputs = constraint_jacobian(mechanism), mechanism.drawn_inputs
     goal = np.array([_target(r) for r in jacobian.constraints])
@@ -318,12 +326,12 @@ def assembled(mechanism: Mechanism) -> ComplexArray | None:
         if error < ASSEMBLED * jacobian.size and _fulfilled(mechanism, carry(mechanism, z), inputs):
             return carry(mechanism, z)
         if k == 0 and ASSEMBLED < error / jacobian.size < ALMOST:
-            return None  # the drawn position contradicts itself by little: another one would not stand for it
+            return None  # slightly inconsistent dimensions: a distant position would not represent the drawn one
     return None
 
 
 def _fulfilled(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> bool:
-    """Tell whether a position fulfils what is not an actuator's, the sense of blocks and elements included."""
+    """Return whether a position satisfies all constraints except inputs, including the sense of blocks and elements."""
     drives = {a.name for a in mechanism.actuators}
     found = (float(error[0]) for name, _, error in errors(mechanism, z[:, None], inputs[:, None]) if name not in drives)
     return all(error <= NEAR for error in found)

@@ -1,4 +1,4 @@
-"""The constraints of all pairs and actuators with the values that they have."""
+"""The constraints of all pairs and actuators, with their values."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gimcli.structure.steps import NONE, Value
 
 @dataclass(frozen=True, eq=False)
 class ImposedRow(PairRow):
-    """A constraint and its value; `implied`: the rotation classes and the other rows hold it already."""
+    """A constraint and its value; `implied`: the rotation classes and the other rows already ensure it."""
 
     value: Value = field(default=Value(0.0))
     implied: bool = False

@@ -1,8 +1,8 @@
-"""The order of solution: carried nodes and dyads in closed form, the rest as coupled groups.
+"""The order of solution: carried nodes and dyads in closed form, all others in coupled groups.
 
-The search goes on from what stands as long as anything can be placed in closed form; where nothing
-can, the smallest coupled group is solved and the search goes on. Source: Petuya et al. 2004,
-sections 3-4; Servatius, Shai & Whiteley 2010 for the groups.
+Starting from the frame, nodes are placed in closed form as long as possible. When no node can be placed, the smallest
+coupled group is added and the search continues. Source: Petuya et al. 2004, sections 3-4; Servatius, Shai & Whiteley
+2010 for the groups.
 """
 
 from __future__ import annotations
@@ -20,9 +20,8 @@ from gimcli.structure.steps import Plan
 def make_plan(mechanism: Mechanism, closed_forms: bool = True) -> Plan:
     """Return the order of solution of a mechanism.
 
-    With `closed_forms` off, only carried nodes are placed directly and every dyad is a group
-    of its own kind of unknowns: what Newton-Raphson alone is asked for.
-    Raises StructureError where something is left that nothing drives, or is driven twice.
+    Without `closed_forms`, only carried nodes are placed directly; dyads are then solved as coupled groups too, by
+    Newton-Raphson. Raises StructureError if a part is not driven, or is driven twice.
     """
     return _planned(mechanism, closed_forms)
 
@@ -32,7 +31,7 @@ def _planned(mechanism: Mechanism, closed_forms: bool) -> Plan:
     try:
         return _plan(Layout(mechanism), closed_forms)
     except StructureError:
-        from gimcli.structure.mobility import refuse_unfit  # numbers name what the count of freedoms cannot
+        from gimcli.structure.mobility import refuse_unfit  # the numerical rank finds causes that counting cannot
 
         refuse_unfit(mechanism)
         raise
@@ -50,13 +49,13 @@ def _plan(layout: Layout, closed_forms: bool) -> Plan:
 
 
 def _carried(layout: Layout) -> None:
-    """Place the nodes that are only carried, last."""
+    """Place the remaining nodes, which members only carry."""
     for index, member in enumerate(layout.mechanism.members):
         source, anchor = layout.source(index), layout.anchor(index)
         for node in member.nodes:
             if node not in layout.placed and source is not None and anchor is not None:
-                reach = layout.reach(index, anchor, node)
-                layout.place(node, anchor, source.times(reach), member.name)
+                vector = source.times(layout.reach(index, anchor, node))
+                layout.place(node, anchor, vector, member.name)
 
 
 def surplus(layout: Layout) -> int:
@@ -67,6 +66,6 @@ def surplus(layout: Layout) -> int:
     for index, nodes in enumerate(layout.kinematic):
         if index != FRAME:
             count += 2 * len(nodes) - 3
-            if sum(n in frame for n in nodes) > 1:  # distances within the frame are not constraints
+            if sum(n in frame for n in nodes) > 1:  # distances between frame nodes are not constraints
                 count -= 2 * sum(n in frame for n in nodes) - 3
     return count

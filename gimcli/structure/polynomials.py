@@ -1,8 +1,8 @@
-"""A mechanism's equations as sparse polynomials: terms c f(u) a b of two coordinates and a function of one reading.
+"""The equations of a mechanism as sparse polynomials, with terms c f(u) a b.
 
-The variables are x and y of all nodes, side by side, then what every actuator and gauge reads, then 1. The functions
-are 1 and, of each reading u: u, u^2, cos u, sin u. What is written once in `Constraints` for numbers is here run with
-polynomials, so that no coefficient is found by evaluating.
+a and b are variables: x and y of all nodes (alternating), then the reading u of every actuator and gauge, then 1. A
+reading is the value of the quantity that an actuator drives or a gauge measures. f is 1, or a function of one reading:
+u, u^2, cos u or sin u. The coefficients are found by evaluating `Constraints` with polynomials instead of numbers.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.derived import derived
 from gimcli.structure.exact_equations import Constraints
 
-DUST = 1e-15
-"""A coefficient below this part of its equation's greatest is what rounding left of none."""
+ZERO = 1e-15
+"""A coefficient below this fraction of the greatest in its equation is a rounding error of 0."""
 
 ONE, VALUE, SQUARE, COSINE, SINE = range(5)
 
 Key = tuple[int, int, int]
-"""Function, and two variables in order."""
+"""Number of the function, and two variables in ascending order."""
 
 
 @dataclass(frozen=True)
 class Term:
-    """factor f(u) a b."""
+    """The term factor * f(u) * a * b."""
 
     factor: float
-    function: int  # 0: 1, else 4 reading + VALUE ... SINE
-    first: int
-    second: int
+    function: int  # 0 for f = 1, else 4 * reading + VALUE, SQUARE, COSINE or SINE
+    first: int  # variable a
+    second: int  # variable b
 
 
 @dataclass(frozen=True)
@@ -40,21 +40,21 @@ class Terms:
 
     mechanism: Mechanism
     equations: tuple[tuple[Term, ...], ...]
-    moving: tuple[int, ...]  # variables that the equations tell, but for the readings
+    moving: tuple[int, ...]  # unknown variables: coordinates of the moving nodes
 
     @property
     def first_reading(self) -> int:
-        """Variable of the first actuator's reading."""
+        """Number of the variable that is the first actuator's reading."""
         return 2 * len(self.mechanism.nodes)
 
     @property
     def readings(self) -> int:
-        """Number of actuators; where gauges are read, they are among them."""
+        """Number of readings: of actuators, and of gauges if they were added by `with_gauges`."""
         return len(self.mechanism.actuators)
 
     @property
     def variables(self) -> int:
-        """Number of variables, that of 1 among them."""
+        """Number of variables, including the constant 1."""
         return self.first_reading + self.readings + 1
 
     @property
@@ -63,12 +63,12 @@ class Terms:
         return 1 + 4 * self.readings
 
     def owner(self, function: int) -> int:
-        """Return the variable that a function is of; 1 for the constant."""
+        """Return the number of the variable u of a function; for the function 1, that of the constant 1."""
         return self.variables - 1 if function == ONE else self.first_reading + (function - 1) // 4
 
 
 def with_gauges(mechanism: Mechanism) -> Mechanism:
-    """Return a mechanism whose gauges are read as if they were actuators."""
+    """Return a mechanism whose gauges are appended to its actuators."""
     return replace(mechanism, actuators=(*mechanism.actuators, *mechanism.gauges), gauges=())
 
 
@@ -131,14 +131,14 @@ class Polynomial:
         return Polynomial({key: factor / other for key, factor in self.terms.items()}, self.one)
 
     def conjugate(self) -> Polynomial:
-        """Return the polynomial that is conjugate where the variables are real."""
+        """Return the complex conjugate; the variables are real."""
         return Polynomial({key: factor.conjugate() for key, factor in self.terms.items()}, self.one)
 
     def part(self, which: str) -> tuple[Term, ...]:
-        """Return the real or the imaginary part."""
+        """Return the terms of the "real" or the "imag" part."""
         factors = {key: getattr(factor, which) for key, factor in self.terms.items()}
-        dust = DUST * max(map(abs, factors.values()), default=0.0)
-        return tuple(Term(factor, *key) for key, factor in factors.items() if abs(factor) > dust)
+        bound = ZERO * max(map(abs, factors.values()), default=0.0)
+        return tuple(Term(factor, *key) for key, factor in factors.items() if abs(factor) > bound)
 
     def _lifted(self, other: Any) -> Mapping[Key, complex]:
         return other.terms if isinstance(other, Polynomial) else {(ONE, self.one, self.one): complex(other)}
@@ -146,7 +146,7 @@ class Polynomial:
     def _pair(self, *variables: int) -> tuple[int, int]:
         kept = sorted(v for v in variables if v != self.one)
         if len(kept) > 2:
-            raise ValueError("an equation of a degree above the second")
+            raise ValueError("an equation of a degree above 2")
         first, second = (*kept, self.one, self.one)[:2]
         return first, second
 
@@ -160,5 +160,5 @@ def _product(f: int, g: int) -> int:
 
 
 def is_rotary(terms: Terms, reading: int) -> bool:
-    """Tell whether a reading is an angle."""
+    """Return whether a reading is an angle."""
     return terms.mechanism.actuators[reading].rotary

@@ -1,4 +1,4 @@
-"""Equations of second degree with constant coefficients: one place at a time or many."""
+"""Equations of second degree with constant coefficients, evaluated at one point or at many points."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ import numpy as np
 from gimcli.mechanism import FloatArray
 
 DEPENDENT = 1e-10
-"""A singular value below this part of the greatest is 0: that linear equation follows from others."""
+"""Singular values below this fraction of the greatest are 0: a linear equation then depends on others."""
 
 
 @dataclass(frozen=True)
 class Flat:
-    """The places x = x0 + N y (..., n) of all y (..., k)."""
+    """An affine subspace: the points x = x0 + N y (..., n) for all y (..., k)."""
 
     origin: FloatArray = field(repr=False)  # x0 (n,)
     basis: FloatArray = field(repr=False)  # N (n, k) orthonormal: distances are the same in x and y
 
     def lift(self, y: FloatArray) -> FloatArray:
-        """Return x of y."""
+        """Return the point x (..., n) of y (..., k)."""
         return np.asarray(y @ self.basis.T + self.origin)
 
     def drop(self, x: FloatArray) -> FloatArray:
-        """Return y of the place next to x."""
+        """Return y (..., k) of the point closest to x (..., n)."""
         return np.asarray((x - self.origin) @ self.basis)
 
 
@@ -44,49 +44,50 @@ class Quadric:
 
     def value(self, x: FloatArray) -> FloatArray:
         """Return the left sides (..., m) at x (..., n)."""
-        half = self.linear + 0.5 * self._bent(x)
+        half = self.linear + 0.5 * self._second(x)
         return np.asarray(self.c + (half @ x if x.ndim == 1 else (half @ x[..., None])[..., 0]))
 
     def slope(self, x: FloatArray) -> FloatArray:
-        """Return their derivatives (..., m, n)."""
-        return np.asarray(self.linear + self._bent(x))
+        """Return the derivatives (..., m, n) of the left sides."""
+        return np.asarray(self.linear + self._second(x))
 
     def weighted(self, weights: FloatArray) -> FloatArray:
-        """Return the second derivative (..., n, n) of the equations' sum with some weights (..., m)."""
+        """Return the second derivative (..., n, n) of the weighted sum of the equations, for weights (..., m)."""
         return np.asarray(np.tensordot(weights, self.q, (-1, 0)))
 
     def rows(self, chosen: Sequence[int]) -> Quadric:
-        """Return some of the equations."""
+        """Return the chosen equations."""
         at = list(chosen)
         return Quadric(self.c[at], self.linear[at], self.q[at])
 
-    def parted(self, x: FloatArray) -> tuple[Flat, Quadric]:
-        """Return where the linear equations hold, from the place next to x (n,) on, and the others there.
+    def split_linear(self, x: FloatArray) -> tuple[Flat, Quadric]:
+        """Return the subspace on which the linear equations hold, and the other equations in its coordinates.
 
-        Nothing is parted from equations that are all linear.
+        The origin of the subspace is its point closest to x (n,). If all equations are linear, they are returned
+        unchanged, with the whole space.
         """
-        bent = np.any(self.q, axis=(1, 2))
-        if not bent.any():
+        curved = np.any(self.q, axis=(1, 2))
+        if not curved.any():
             return Flat(np.zeros_like(x), np.eye(len(x))), self
-        linear = self.linear[~bent]
+        linear = self.linear[~curved]
         left, size, right = np.linalg.svd(linear)
-        told = int(np.sum(size > DEPENDENT * size.max(initial=0.0)))
-        fall = right[:told].T @ ((left[:, :told].T @ (self.c[~bent] + linear @ x)) / size[:told])
-        flat = Flat(x - fall, right[told:].T)
-        return flat, self.rows(np.flatnonzero(bent).tolist()).within(flat)
+        rank = int(np.sum(size > DEPENDENT * size.max(initial=0.0)))
+        correction = right[:rank].T @ ((left[:, :rank].T @ (self.c[~curved] + linear @ x)) / size[:rank])
+        flat = Flat(x - correction, right[rank:].T)
+        return flat, self.rows(np.flatnonzero(curved).tolist()).within(flat)
 
     def within(self, flat: Flat) -> Quadric:
-        """Return the equations in the coordinates y of some places."""
+        """Return the equations in the coordinates y of a subspace."""
         n, origin = flat.basis, flat.origin
         return Quadric(self.value(origin), self.slope(origin) @ n, n.T @ self.q @ n)
 
     def joined(self, *others: Quadric) -> Quadric:
-        """Return these equations and others after them."""
+        """Return these equations followed by others."""
         parts = (self, *others)
         return Quadric(*(np.concatenate([getattr(p, name) for p in parts]) for name in ("c", "linear", "q")))
 
-    def _bent(self, x: FloatArray) -> FloatArray:
+    def _second(self, x: FloatArray) -> FloatArray:
         """Return Q x (..., m, n)."""
-        flat = self.q.reshape(-1, x.shape[-1])
-        bent = flat @ x if x.ndim == 1 else x @ flat.T
-        return np.asarray(bent.reshape(*x.shape[:-1], *self.q.shape[:2]))
+        table = self.q.reshape(-1, x.shape[-1])
+        product = table @ x if x.ndim == 1 else x @ table.T
+        return np.asarray(product.reshape(*x.shape[:-1], *self.q.shape[:2]))

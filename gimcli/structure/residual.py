@@ -1,8 +1,8 @@
-"""Every constraint of a mechanism by the user's name, and how far positions are from it.
+"""Residuals: the errors of all constraints at given positions, by the names of the model file.
 
-Equations (1) and (2) of Petuya et al. 2004: the greatest relative error of a length and the
-greatest error of an angle [rad]; errors of sliding pairs and travels are relative to the size.
-They are computed from the members as written, not from the plan: nothing of the solution enters.
+Equations (1) and (2) of Petuya et al. 2004: the greatest relative error of a length and the greatest error of an angle
+[rad]; errors of sliding pairs and travels are relative to the size. They are computed from `checks`, independently of
+the plan and the solvers.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from gimcli.structure.checks import Check, checks, farthest
 from gimcli.structure.steps import NONE, Vector
 
 SWEPT = 100.0
-"""What an error of the restrictions imposed may be worth in those of a member that are not."""
+"""Factor by which the error of a member may exceed that of those of its restrictions that the sweeps impose."""
 
 
 @dataclass(frozen=True)
 class Residual:
-    """The worst error of each row, and which constraint has it."""
+    """The greatest errors of each row, and the constraint with the greatest one."""
 
-    lengths: FloatArray  # (rows,) eq. (1), with slides and travels
-    angles: FloatArray  # (rows,) eq. (2)
-    worst: tuple[str, ...]  # (rows,) names
+    lengths: FloatArray  # (rows,) eq. (1), relative, including sliding pairs and travels
+    angles: FloatArray  # (rows,) eq. (2) [rad]
+    worst: tuple[str, ...]  # (rows,) name of the constraint; "" if names were not requested
 
     @property
     def total(self) -> FloatArray:
@@ -40,7 +40,7 @@ class Residual:
 def residual(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, names: bool = False) -> Residual:
     """Return the errors of positions z (nodes, rows) at inputs (actuators, rows).
 
-    A NaN counts as an infinite error. `names` asks for the worst constraint too.
+    A NaN counts as an infinite error. names: also find the constraint with the greatest error.
     """
     rows = z.shape[1]
     lengths, angles = np.zeros(rows), np.zeros(rows)
@@ -56,10 +56,10 @@ def residual(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, names: b
 
 
 def allowed(mechanism: Mechanism, tolerance: float, swept: bool = False) -> float:
-    """Return the residual up to which a position is right: the tolerance, or what rounding leaves of it.
+    """Return the greatest residual of an accepted position: the tolerance, but at least the rounding error.
 
-    Sweeps end by the restrictions of their own sequence; a member's other lengths and angles, which
-    are told here, may then be off by more.
+    swept: the position was found by sweeps. They stop by the errors of the restrictions that they impose; the other
+    lengths and angles of a member, which the residual includes, may have greater errors.
     """
     rounding = 64.0 * float(np.finfo(float).eps) * mechanism.size / mechanism.shortest
     return max(SWEPT * tolerance if swept else tolerance, rounding)
@@ -69,17 +69,16 @@ def holds(
     mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, tolerance: float, swept: bool = False,
     error: FloatArray | None = None,
 ) -> NDArray[np.bool_]:  # fmt: skip
-    """Tell of positions z (nodes, rows) at inputs (actuators, rows) whether they fulfil every constraint.
+    """Return (rows,) whether positions z (nodes, rows) at inputs (actuators, rows) satisfy all constraints.
 
-    The gate that every position passes before it is given out as good. `error`: their residuals (rows,), where they
-    are known from the same checks.
+    Every position must pass this check before its status is `ok`. error: the residuals (rows,), if already computed.
     """
     worst = residual(mechanism, z, inputs).total if error is None else error
     return np.asarray(worst <= allowed(mechanism, tolerance, swept))  # a NaN fails
 
 
 def errors(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Iterator[tuple[str, bool, FloatArray]]:
-    """Yield name, whether it is an angle, and the error of each constraint (rows,)."""
+    """Yield the name of each constraint, whether it is an angle, and its errors (rows,): relative, or in rad."""
     x, y = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag)
     cos, sin = cos_sin(inputs)
     for check in checks(mechanism):
@@ -89,7 +88,7 @@ def errors(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Iterato
 def _error(
     check: Check, size: float, x: FloatArray, y: FloatArray, inputs: FloatArray, cos: FloatArray, sin: FloatArray
 ) -> FloatArray:
-    def laid(vector: Vector | None) -> tuple[FloatArray | float, FloatArray | float]:
+    def value_of(vector: Vector | None) -> tuple[FloatArray | float, FloatArray | float]:
         assert vector is not None
         zr, zi = vector.z.real, vector.z.imag
         if vector.actuator != NONE:
@@ -101,25 +100,25 @@ def _error(
         return zr * bx - zi * by, zr * by + zi * bx
 
     if check.kind == ANGLE:
-        return np.asarray(constraints.angle_error(*laid(check.first), *laid(check.second)))
+        return np.asarray(constraints.angle_error(*value_of(check.first), *value_of(check.second)))
     px, py = x[check.p], y[check.p]
     if check.q != NONE:
         px, py = px - x[check.q], py - y[check.q]
     value = check.value.at(inputs)
     if check.kind == SPAN:
         return np.asarray(constraints.span_error(px, py, 1.0 / value))
-    return np.asarray(constraints.height_error(*laid(check.first), px, py, value, size))
+    return np.asarray(constraints.height_error(*value_of(check.first), px, py, value, size))
 
 
 def pose(mechanism: Mechanism, index: int, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Return where a member's own origin is and e^(i phi), over rows; from its two nodes farthest apart."""
+    """Return the origin of a member's own frame (rows,) and e^(i phi) (rows,), from two nodes of the member."""
     member = mechanism.members[index]
     rows = z.shape[1]
     if index == FRAME:
         return np.zeros(rows, dtype=complex), np.ones(rows, dtype=complex)
     shape = member.shape
     far = farthest(member)
-    with np.errstate(all="ignore"):  # a NaN stays one
+    with np.errstate(all="ignore"):  # NaNs are propagated
         unit = (z[member.nodes[far]] - z[member.nodes[0]]) / (shape[far] - shape[0])
         unit = unit / np.abs(unit)
     return z[member.nodes[0]] - unit * shape[0], unit

@@ -1,9 +1,13 @@
 """Restrictions of the Geometrical-Iterative Method: distances and angles between nodes.
 
-A member of n nodes is n-1 distances and n-2 angles about one vertex, or, where its nodes are not
-in line, 2n-3 distances; which of these is a choice that convergence depends on, so that every
-member offers several models. A sliding pair is an angle of 0 or 180 degrees: its node stays on a
-line, here also one at an offset. Source: Petuya et al. 2004, section 2.
+A member of n nodes is modelled by n-1 distances and n-2 angles about one vertex or, if its nodes are not in line, by
+2n-3 distances. Convergence depends on the model, so several models are offered for each member. A sliding pair is an
+angle of 0 or 180 degrees: its node stays on a line; here the line may also have an offset. Source: Petuya et al. 2004,
+section 2.
+
+Two parameters occur in several functions: `known`, the nodes whose positions are already determined (restrictions
+between known nodes are left out), and `kinematic`, for each member its nodes that take part in the solution (see
+`kinematic_nodes`).
 """
 
 from __future__ import annotations
@@ -17,14 +21,14 @@ from gimcli.structure.pair_rows import ImposedRow, pair_rows
 from gimcli.structure.steps import NONE, Constraint, Value, Vector
 
 COLLINEAR = 0.02
-"""Sine below which three nodes count as in line: tangent circles converge like 1/sqrt(n)."""
+"""Three nodes are in line if the sine of their angle is below this: near-tangent circles converge like 1/sqrt(n)."""
 
 
 @dataclass(frozen=True)
 class Restriction(Constraint):
-    """A constraint and the nodes that it can move while the others stand still.
+    """A constraint, and those of its nodes that can be moved to satisfy it while its other nodes are fixed.
 
-    The paper's RD, distance, is a SPAN; its RA, p on the ray from vertex q, an ANGLE; RL, p on a line, a HEIGHT.
+    The paper's RD (distance) is a SPAN, its RA (p on the ray from vertex q) an ANGLE. RL (p on a line) is a HEIGHT.
     """
 
     movable: tuple[int, ...] = ()
@@ -37,7 +41,7 @@ class Restriction(Constraint):
 
 @dataclass(frozen=True)
 class Move:
-    """Impose a restriction by moving one of its nodes."""
+    """Satisfy a restriction by moving one of its nodes; `rule` is the rule of the method that selected the move."""
 
     restriction: Restriction
     node: int
@@ -45,26 +49,29 @@ class Move:
 
     @property
     def about(self) -> tuple[int, ...]:
-        """Nodes that stand still."""
+        """Nodes of the restriction that are not moved."""
         return tuple(n for n in self.restriction.nodes if n != self.node)
 
 
 def distance(name: str, a: int, b: int, value: Value) -> Restriction:
-    """Return a distance; either node can move."""
+    """Return a distance restriction; either node can be moved."""
     return Restriction(name, SPAN, b, a, value, None, (a, b))
 
 
 def angle(name: str, vertex: int, arm: int, b: int, turn: complex, actuator: int = NONE) -> Restriction:
-    """Return the angle at a vertex from arm to b; either end can move."""
+    """Return the restriction of the angle at a vertex from `arm` to b; either end can be moved.
+
+    turn: e^(i angle). actuator: the actuator whose input is added to the angle.
+    """
     return Restriction(name, ANGLE, b, vertex, Value(0.0), Vector(turn, vertex, arm, actuator=actuator), (b, arm))
 
 
 def member_models(mechanism: Mechanism, index: int, nodes: Sequence[int], known: Set[int]) -> list[list[Restriction]]:
-    """Return the ways to model the free nodes of a member.
+    """Return the alternative models of a member, without the restrictions between known nodes.
 
-    First what settles its nodes one after the other as they are placed (`nodes` is that order):
-    distances only, where they are not in line. Then the chain of distances and angles as written,
-    which is the paper's model of a member, and the distances and angles about each vertex.
+    nodes: the member's nodes in the order in which they are placed. The first model consists of distances only (if the
+    nodes are not in line). The next is the chain of distances and angles in the order of the file, the paper's model of
+    a member. The others are the distances and angles about each vertex.
     """
     member, names = mechanism.members[index], mechanism.nodes
     place = {n: member.local(n) for n in nodes}
@@ -104,7 +111,7 @@ def member_models(mechanism: Mechanism, index: int, nodes: Sequence[int], known:
         models.append(wanted([rd(a, b) for a, b in links] + [ra(b, a, c) for a, b, c in joints]))
     for vertex in fixed[:2] if len(fixed) > 1 else nodes:
         others = [n for n in nodes if n != vertex]
-        if len(fixed) > 1:  # angles from the arm that stands
+        if len(fixed) > 1:  # angles from the arm between the two known nodes
             arm = next(n for n in fixed if n != vertex)
             free = [n for n in others if n not in known]
             models.append([r for n in free for r in (rd(vertex, n), ra(vertex, arm, n))])
@@ -119,7 +126,7 @@ def _names(model: list[Restriction]) -> set[tuple[str, tuple[int, ...]]]:
 
 
 def pair_restrictions(mechanism: Mechanism, known: Set[int], kinematic: Sequence[Sequence[int]]) -> list[Restriction]:
-    """Return the restrictions of sliding pairs and actuators that a free node takes part in."""
+    """Return the restrictions of sliding pairs and actuators, without those between known nodes."""
     make = {SPAN: _span, HEIGHT: _line, ANGLE: _driven_angle}
     result = [make[row.kind](mechanism, row, kinematic) for row in pair_rows(mechanism)]
     return [r for r in result if not set(r.nodes) <= known]

@@ -1,4 +1,4 @@
-"""Rotation classes: members that turn together because true prismatic pairs tie them.
+"""Rotation classes: sets of members without relative rotation, because true prismatic pairs connect them.
 
 e^(i phi) of a member is `phase[member]` times e^(i phi) of its class.
 """
@@ -13,24 +13,24 @@ from gimcli.mechanism import ANGLE, Mechanism, Member, PairRow
 from gimcli.structure.derived import derived
 
 PARALLEL = 1e-9
-"""Two guides are one line when they differ by less, relative to the size."""
+"""Two guides are one line if their directions and offsets (relative to the size) differ by less."""
 
 
 @dataclass(frozen=True)
 class Rotation:
-    """Class and phase of every member, and the rows that the ties have made superfluous."""
+    """Rotation class and phase of every member, and the rows that the classes imply."""
 
-    of: tuple[int, ...]
-    phase: tuple[complex, ...]
-    implied: frozenset[PairRow]  # heights implied by the tie and the pair's other one
+    of: tuple[int, ...]  # (members,) class
+    phase: tuple[complex, ...]  # (members,) modulus 1
+    implied: frozenset[PairRow]  # heights that follow from the class and the other height of the pair
 
 
 @dataclass(frozen=True)
 class Tie:
-    """A member that its guide holds from turning: e^(i phi) of the body is `turn` times that of the guide."""
+    """A body that cannot rotate relative to its guide: e^(i phi) of the body is `turn` times that of the guide."""
 
     pair: str
-    row: PairRow  # that this makes superfluous
+    row: PairRow  # the constraint that the tie implies
     body: int
     guide: int
     turn: complex
@@ -38,7 +38,7 @@ class Tie:
 
 @derived
 def members_of(mechanism: Mechanism) -> tuple[tuple[int, ...], ...]:
-    """Return for every node the members that it belongs to."""
+    """Return, for every node, the members that contain it."""
     table: list[list[int]] = [[] for _ in mechanism.nodes]
     for index, member in enumerate(mechanism.members):
         for node in member.nodes:
@@ -48,7 +48,7 @@ def members_of(mechanism: Mechanism) -> tuple[tuple[int, ...], ...]:
 
 @derived
 def ties(mechanism: Mechanism) -> tuple[Tie, ...]:
-    """Return what angles, true prismatic pairs and two pins in one slot hold from turning."""
+    """Return the ties by angle rows of pairs, true prismatic pairs, and two pins of a member in one slot."""
     angles = [row for row in mechanism.pairs if row.kind == ANGLE]
     found = [Tie(r.pair, r, r.members[0], r.guide, r.reference / r.arm) for r in angles]
     earlier: dict[int, list[PairRow]] = {}
@@ -65,7 +65,7 @@ def ties(mechanism: Mechanism) -> tuple[Tie, ...]:
 
 @derived
 def rotation_classes(mechanism: Mechanism) -> Rotation:
-    """Tie the members of true prismatic pairs, and of two pins in one slot."""
+    """Return the rotation classes: members that ties connect."""
     parent = list(range(len(mechanism.members)))
     phase = [1.0 + 0.0j] * len(parent)
 
@@ -89,7 +89,7 @@ def rotation_classes(mechanism: Mechanism) -> Rotation:
 
 
 def _tied_body(mechanism: Mechanism, a: PairRow, b: PairRow) -> int | None:
-    """Return the member that two slides hold parallel to their guide, if they are on one line."""
+    """Return the member that has both nodes of two slides on one line, else None."""
     if a.guide != b.guide or a.node == b.node:
         return None
     across = b.normal
@@ -103,13 +103,13 @@ def _tied_body(mechanism: Mechanism, a: PairRow, b: PairRow) -> int | None:
 
 
 def drawn_turn(mechanism: Mechanism, member: Member) -> complex:
-    """Return e^(i phi) of a member as drawn, times an area: from all its nodes, some of which may coincide."""
+    """Return e^(i phi) of a member at the drawn position, times an area; all nodes are used, as some may coincide."""
     shape, drawn = member.shape - member.shape.mean(), mechanism.drawn[list(member.nodes)]
     return complex(np.vdot(shape, drawn - drawn.mean()))
 
 
 def _turn(mechanism: Mechanism, body: Member, a: PairRow, b: PairRow) -> complex:
-    """Return e^(i (phi_body - phi_guide)); the sense along the guide is the drawn one."""
+    """Return e^(i (phi_body - phi_guide)); the sense along the guide is that of the drawn position."""
     along = body.reach(a.node, b.node)
     direction = a.along * drawn_turn(mechanism, mechanism.members[a.guide])
     run = complex(mechanism.drawn[b.node] - mechanism.drawn[a.node])

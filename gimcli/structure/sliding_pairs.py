@@ -1,4 +1,4 @@
-"""Sliding pairs: which slides are one pair, what slides in it, and which actuator drives it."""
+"""Sliding pairs: the heights that form one pair, the body that slides, and the actuator that drives the pair."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ class SlidingPair:
     """A true prismatic pair, or a pin in a slot."""
 
     name: str
-    slides: tuple[int, ...]
-    guide: int
-    body: int  # member that slides without turning; NONE for a pin in a slot
-    actuator: int  # that moves it along the guide; NONE for a free one
+    slides: tuple[int, ...]  # numbers in Mechanism.slides
+    guide: int  # member that carries the line
+    body: int  # member that translates along the guide; NONE for a pin in a slot
+    actuator: int  # actuator that drives it along the guide; NONE if there is none
 
 
 @derived
@@ -42,7 +42,7 @@ def pair_of(mechanism: Mechanism, slide: int) -> SlidingPair:
 
 
 def _body(mechanism: Mechanism, slides: list[int]) -> int:
-    """Return the member that all nodes of a pair belong to, if they are more than one."""
+    """Return the member that contains all nodes of a pair of two or more nodes, else NONE."""
     first, *others = (mechanism.slides[k] for k in slides)
     members = members_of(mechanism)
     common = [m for m in members[first.node] if m != first.guide and all(m in members[s.node] for s in others)]
@@ -50,7 +50,7 @@ def _body(mechanism: Mechanism, slides: list[int]) -> int:
 
 
 def _along(mechanism: Mechanism, actuator: Input, slides: list[int]) -> bool:
-    """Tell whether an actuator drives what slides in a pair."""
+    """Return whether an actuator drives a node of a pair along its guide."""
     return actuator.kind == HEIGHT and any(
         s.node == actuator.node and s.guide == actuator.guide
         and abs((s.along.conjugate() * actuator.normal).imag) < PARALLEL

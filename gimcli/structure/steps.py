@@ -1,7 +1,11 @@
-"""What a plan consists of: vectors, constraints, loci and the steps that place nodes, as data.
+"""The data of a plan: vectors, constraints, loci and the steps that place nodes.
 
-A vector is a member's direction carried along: z (V - U) e^(+-i theta). Places, guide normals
-and offsets are all such vectors, so that a position is linear in the nodes placed before it.
+A vector is fixed to a member: z (V - U) e^(+-i theta), with nodes U, V of the member, a constant z and the angle theta
+of an actuator. Carried nodes, guide normals and offsets are such vectors, so that the position of a carried node is
+linear in the nodes placed before it.
+
+A *register* is a numbered variable for a direction (a complex number of modulus 1) that a step computes and later
+vectors use instead of V - U.
 """
 
 from __future__ import annotations
@@ -18,9 +22,9 @@ NONE = -1
 
 @dataclass(frozen=True)
 class Vector:
-    """z times a base direction, turned by an actuator's angle.
+    """z times a base vector, rotated by the angle of an actuator if there is one.
 
-    The base is V - U for nodes `u` and `v`, else the direction in `register`, else 1.
+    The base is V - U for nodes `u` and `v`, else the direction in `register`, else 1. NONE: not used.
     """
 
     z: complex
@@ -31,35 +35,35 @@ class Vector:
     turn: int = 1  # +1 or -1: sense in which the actuator's angle is applied
 
     def times(self, factor: complex) -> Vector:
-        """Return the vector scaled and turned by a constant."""
+        """Return the vector multiplied by a complex constant."""
         return Vector(self.z * factor, self.u, self.v, self.register, self.actuator, self.turn)
 
     def driven(self, factor: complex, actuator: int, turn: int) -> Vector | None:
-        """Return the vector turned by an actuator too; None if it already is turned by one."""
+        """Return the vector times `factor`, rotated by an actuator; None if an actuator already rotates it."""
         if self.actuator != NONE:
             return None
         return Vector(self.z * factor, self.u, self.v, self.register, actuator, turn)
 
     @property
     def nodes(self) -> tuple[int, ...]:
-        """Nodes that the vector is read from."""
+        """Nodes on which the vector depends."""
         return (self.u, self.v) if self.u != NONE else ()
 
 
 @dataclass(frozen=True)
 class Value:
-    """constant + gain * input of an actuator."""
+    """constant + gain * input of an actuator, or the constant alone."""
 
     constant: float
     actuator: int = NONE
     gain: float = 1.0
 
     def plus(self, constant: float) -> Value:
-        """Return the value and a constant more."""
+        """Return the value increased by a constant."""
         return Value(self.constant + constant, self.actuator, self.gain)
 
     def at(self, inputs: FloatArray) -> FloatArray | float:
-        """Return the value for inputs of shape (actuators, rows)."""
+        """Return the values (rows,), or the constant, for inputs (actuators, rows)."""
         if self.actuator == NONE:
             return self.constant
         return np.asarray(self.constant + self.gain * inputs[self.actuator])
@@ -67,10 +71,10 @@ class Value:
 
 @dataclass(frozen=True)
 class Constraint:
-    """One constraint between nodes, as every solver imposes it; the name is that of what it is of.
+    """One constraint between nodes, as every solver imposes it; `name` is that of its member, pair or actuator.
 
     SPAN: the distance of p and q is the value. HEIGHT: vector . (p - q) is the value, with a unit vector.
-    ANGLE: p is on the ray from q along the vector. CLOSURE: p is q plus the vector, two equations.
+    ANGLE: p is on the ray from q along the vector. CLOSURE: p is q plus the vector (two equations).
     """
 
     name: str
@@ -82,7 +86,7 @@ class Constraint:
 
     @cached_property
     def nodes(self) -> tuple[int, ...]:
-        """All nodes that it ties."""
+        """All nodes of the constraint."""
         return tuple(dict.fromkeys((self.q, self.p, *(self.vector.nodes if self.vector else ()))))
 
     @property
@@ -92,13 +96,13 @@ class Constraint:
 
     @property
     def driven(self) -> bool:
-        """Tell whether an actuator's law enters."""
+        """Whether the constraint depends on an input."""
         return self.value.actuator != NONE or (self.vector is not None and self.vector.actuator != NONE)
 
 
 @dataclass(frozen=True, eq=False)
 class Circle:
-    """Distance `radius` from node `centre` shifted by `offset`."""
+    """A circle as locus of a node: distance `radius` from node `centre` + `offset`."""
 
     constraint: str
     centre: int
@@ -107,13 +111,13 @@ class Circle:
 
     @property
     def nodes(self) -> tuple[int, ...]:
-        """Nodes that stand still."""
+        """Placed nodes that the locus depends on."""
         return (self.centre,)
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """normal . (p - anchor - offset) = distance."""
+    """A line as locus of a node p: normal . (p - anchor - offset) = distance."""
 
     constraint: str
     anchor: int
@@ -123,7 +127,7 @@ class Line:
 
     @property
     def nodes(self) -> tuple[int, ...]:
-        """Nodes that stand still."""
+        """Placed nodes that the locus depends on."""
         return (self.anchor, *self.normal.nodes)
 
 
@@ -132,7 +136,7 @@ Locus = Circle | Line
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Carry a node along: node = anchor + vector."""
+    """Place a node that a member carries: node = anchor + vector."""
 
     node: int
     anchor: int
@@ -142,7 +146,7 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Orient:
-    """Keep a direction in a register: register = vector."""
+    """Store a direction in a register: register = vector."""
 
     register: int
     vector: Vector
@@ -151,20 +155,27 @@ class Orient:
 
 @dataclass(frozen=True, eq=False)
 class Tilt:
-    """Turn a line through two placed nodes: register = direction u of B - A = u (tau + i e)."""
+    """Determine the direction of a guide from a node A of the guide and a node B that slides on it.
+
+    The direction u (stored in the register) satisfies B - A = u (tau + i e): e, the given distance of the line from A,
+    and tau = +-sqrt(|B - A|^2 - e^2), the distance along the line. The sign of tau is the branch.
+    """
 
     register: int
     a: int
     b: int
-    distance: float
-    along: Vector  # the line's direction by two nodes of its member: the side that a guess is drawn on
+    distance: float  # e, normal frame
+    along: Vector  # the line's direction from two nodes of its member; at the initial guess it selects the sign of tau
     branch: int
     constraint: str
 
 
 @dataclass(frozen=True, eq=False)
 class Dyad:
-    """Place a node where two loci meet; `branch` counts the steps that have two solutions."""
+    """Place a node at an intersection of two loci.
+
+    `branch` is the number of this step among the steps with two solutions; NONE for two lines, which have one.
+    """
 
     node: int
     first: Locus
@@ -174,10 +185,10 @@ class Dyad:
 
 @dataclass(frozen=True, eq=False)
 class Coupled:
-    """A strongly coupled Assur group: base nodes found together, other nodes carried along."""
+    """A strongly coupled Assur group: its base nodes are solved simultaneously, its other nodes are carried."""
 
-    base: tuple[int, ...]
-    places: tuple[Place, ...]
+    base: tuple[int, ...]  # nodes whose coordinates are the unknowns
+    places: tuple[Place, ...]  # of the carried nodes
     equations: tuple[Constraint, ...]
     members: tuple[int, ...]
 
@@ -188,7 +199,7 @@ class Coupled:
 
     @property
     def surplus(self) -> int:
-        """Equations beyond the unknowns."""
+        """Number of equations minus number of unknowns."""
         return sum(e.rows for e in self.equations) - 2 * len(self.base)
 
 
@@ -200,9 +211,9 @@ class Plan:
     """Steps in the order of solution; every free node is placed by exactly one of them."""
 
     steps: tuple[Step, ...]
-    registers: int
-    branches: int
-    surplus: int  # constraints beyond the free coordinates
+    registers: int  # number of registers
+    branches: int  # number of steps with two solutions
+    surplus: int  # constraints minus free coordinates
 
     @property
     def coupled(self) -> tuple[Coupled, ...]:

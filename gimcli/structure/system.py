@@ -1,7 +1,8 @@
-"""A mechanism as one system of equations F(x, u) = 0 of second degree in the coordinates x of its moving nodes.
+"""The equations F(x, u) = 0 of a mechanism, of second degree in the coordinates x of its moving nodes.
 
-F is a sum, over the functions 1, u, u^2, cos u, sin u of the inputs u, of polynomials c + L x + x Q x / 2. The
-Jacobian is linear in x and the second derivatives are constants, which is what continuation and bifurcations ask for.
+F is a sum of polynomials c + L x + x Q x / 2, each multiplied by a function of an input u: 1, u, u^2, cos u or sin u.
+The Jacobian is therefore linear in x and the second derivatives are constant; continuation and bifurcation analysis
+use both.
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ from gimcli.structure.derived import derived
 from gimcli.structure.polynomials import ONE, SINE, SQUARE, Terms, make_terms
 from gimcli.structure.quadric import Quadric
 
-DUST = 1e-13
-"""A coefficient below this, of equations about 1 in size, is what rounding left of none."""
+ZERO = 1e-13
+"""A coefficient below this is a rounding error of 0; the equations are about 1 in size."""
 
 Part = tuple[int, FloatArray, FloatArray, FloatArray]
-"""Actuator, c (m,), L (m, n) and Q (m n, n) of what a function of an input, or 1, is multiplied by."""
+"""Actuator (-1: none), and c (m,), L (m, n), Q (m n, n) of the polynomials for one function of its input."""
 
 
 class System:
@@ -38,11 +39,11 @@ class System:
         self._parts = self._polynomials(terms)
 
     def coordinates(self, z: ComplexArray) -> FloatArray:
-        """Return x (n,) of positions z (nodes,)."""
+        """Return the coordinates x (n,) of positions z (nodes,)."""
         return np.ascontiguousarray(z[self.free]).view(float).copy()
 
     def nodes(self, x: FloatArray) -> ComplexArray:
-        """Return positions (nodes,), or (nodes, rows) of x (n, rows)."""
+        """Return the positions (nodes,) of x (n,), or (nodes, rows) of x (n, rows)."""
         z = np.repeat(self._at_rest[:, None], 1 if x.ndim == 1 else x.shape[1], axis=1)
         pairs = x.reshape(len(self.free), 2, -1)
         z[self.free] = pairs[:, 0] + 1j * pairs[:, 1]
@@ -64,8 +65,8 @@ class System:
         return table
 
     def along_inputs(self, x: FloatArray, u: FloatArray, rate: FloatArray) -> FloatArray:
-        """Return F_u rate (m,) of inputs that change at some rates (actuators,)."""
-        own = np.append(rate, 0.0)[self._owner]  # none of the constant part, whose owner is -1
+        """Return F_u rate (m,) for rates of the inputs (actuators,)."""
+        own = np.append(rate, 0.0)[self._owner]  # 0 for the constant part, whose owner is -1
         return self._polynomial(x, self._values(u, 1) * own)
 
     def second(self, x: FloatArray, u: FloatArray, v: FloatArray, w: FloatArray) -> FloatArray:
@@ -134,27 +135,27 @@ class System:
         return total
 
     def _active(self, values: FloatArray) -> Iterator[tuple[float, tuple[Part, bool]]]:
-        """Yield the parts whose function of the inputs is not 0 there, and whether they are of second degree."""
-        for value, part, curved in zip(values.tolist(), self._parts, self._bent, strict=True):
+        """Yield value, part and whether it is of second degree, of the parts whose function of the inputs is not 0."""
+        for value, part, curved in zip(values.tolist(), self._parts, self._is_curved, strict=True):
             if value != 0.0:
                 yield value, (part, curved)
 
     def _curved(self, values: FloatArray) -> Iterator[tuple[float, FloatArray]]:
-        """Yield the tables of second degree, and their functions of the inputs."""
+        """Yield the functions of the inputs and Q of the parts of second degree."""
         return ((value, part[3]) for value, (part, curved) in self._active(values) if curved)
 
     @cached_property
-    def _bent(self) -> list[bool]:
-        """Tell of every part whether it is of second degree: most inputs' own are not."""
+    def _is_curved(self) -> list[bool]:
+        """Whether each part is of second degree; most parts that depend on an input are linear."""
         return [bool(part[3].any()) for part in self._parts]
 
     @cached_property
     def _owner(self) -> FloatArray:
-        """Actuator of every part; -1 of the constant one."""
+        """Actuator of every part; -1 for the constant part."""
         return np.array([part[0] for part in self._parts])
 
     def _values(self, u: FloatArray, order: int) -> FloatArray:
-        """Return the parts' functions of the inputs, or their derivatives by their own input."""
+        """Return the functions of the inputs for all parts, or their derivatives of some order by their own input."""
         values = [1.0 if order == 0 else 0.0]
         for k, actuator in enumerate(self.mechanism.actuators):
             if actuator.rotary:
@@ -164,7 +165,7 @@ class System:
         return np.array(values, dtype=float)
 
     def _polynomials(self, terms: Terms) -> list[Part]:
-        """Return actuator, c (m,), L (m, n) and Q (m n, n) of every part: of 1, then two functions of each input."""
+        """Return all parts: the constant one, then two for each input (u and u^2, or cos u and sin u)."""
         m, n, column = self.m, self.n, {variable: k for k, variable in enumerate(terms.moving)}
         owners = [-1, *(k for k in range(terms.readings) for _ in (0, 1))]
         tables = [(np.zeros(m), np.zeros((m, n)), np.zeros((m, n, n))) for _ in owners]
@@ -180,12 +181,12 @@ class System:
                 else:
                     c[row] += term.factor
         for _, linear, q in tables:
-            linear[np.abs(linear) < DUST], q[np.abs(q) < DUST] = 0.0, 0.0
+            linear[np.abs(linear) < ZERO], q[np.abs(q) < ZERO] = 0.0, 0.0
         return [(k, c, linear, q.reshape(-1, n)) for k, (c, linear, q) in zip(owners, tables, strict=True)]
 
 
 def _part_of(function: int) -> int:
-    """Return the part that a function of the polynomials is of: 1; u or cos u; u^2 or sin u, of each input."""
+    """Return the number of the part for a function of `Terms`: 0 for 1, then u or cos u, u^2 or sin u of each input."""
     reading, which = divmod(function - 1, 4)
     return 0 if function == ONE else 1 + 2 * reading + (which + 1 in (SQUARE, SINE))
 

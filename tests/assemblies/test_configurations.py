@@ -474,7 +474,7 @@ def test_an_angle_between_blocks_on_parallel_rails_drives_nothing(seed, tmp_path
 def test_an_angle_driven_twice_is_refused():
     spec = four_bar(1, 3, 2, 3)
     spec["actuators"]["again"] = {"type": "rotary", "pivot": "O", "arm": "A", "reference": "C"}
-    with pytest.raises(StructureError, match=r"over-driven.*; again drives what is driven already"):
+    with pytest.raises(StructureError, match=r"over-driven.*; again is redundant"):
         all_configurations(loaded(spec), np.zeros(2))
 
 

@@ -19,7 +19,7 @@ from gimcli.motion.motion import trace
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options
 from gimcli.status import Status
-from gimcli.structure.mobility import judged
+from gimcli.structure.mobility import drawn_mobility
 
 COMMANDS = ("mobility", "solve", "singularities", "circuits", "workspace", "trace", "groups", "sequence")
 """All that need no masses."""
@@ -149,7 +149,7 @@ def test_two_rams_that_drive_one_freedom_are_refused_by_every_command(tmp_path, 
     folder = tmp_path if name in ("workspace", "trace") else None
     done = run(name, written(tmp_path, TWO_RAMS_ON_ONE_LOOP), *more, folder=folder)
     assert getattr(done.exception, "exit_code", None) == 4
-    assert "ram2 drives what is driven already" in str(done.exception)
+    assert "ram2 is redundant" in str(done.exception)
     assert "nothing drives nodes B, C, D, E" in str(done.exception)
 
 
@@ -161,7 +161,7 @@ def test_mobility_names_what_is_driven_twice_and_what_nothing_drives_at_one_posi
 
 @pytest.mark.parametrize("verb", [trace, lambda m, n: solve(m, m.drawn_inputs, Options()), all_at_start])
 def test_the_library_refuses_what_the_commands_refuse(tmp_path, verb):
-    with pytest.raises(StructureError, match="ram2 drives what is driven already"):
+    with pytest.raises(StructureError, match="ram2 is redundant"):
         verb(load(written(tmp_path, TWO_RAMS_ON_ONE_LOOP)), 10)
 
 
@@ -227,7 +227,7 @@ def asked(mechanism, full):
 def check_structure(seed, full):
     structure = Structure(seed)
     mechanism, wanted = compiled(structure, 0.002 * (seed % 2)), expected(structure)
-    found = judged(mechanism)
+    found = drawn_mobility(mechanism)
     loose = sorted(found.undriven, key=list(structure.place).index)
     assert (found.mobility, len(found.redundant), list(found.overdriven), loose) == wanted
     mobility, _, over, undriven = wanted

@@ -92,7 +92,7 @@ def test_linear_equations_are_parted_from_the_others(path: Path) -> None:
     system, rng = System(load(path)), np.random.default_rng(6)
     whole = system.quadric(np.zeros(len(system.mechanism.actuators)))
     whole = whole.rows(range(whole.m - len(system.mechanism.actuators)))
-    flat, others = whole.parted(system.coordinates(system.mechanism.drawn))
+    flat, others = whole.split_linear(system.coordinates(system.mechanism.drawn))
     y, v = rng.normal(size=(2, 5, flat.basis.shape[1]))
     bent = np.any(whole.q, axis=(1, 2)) | (others.m == whole.m)
     assert np.allclose(whole.value(flat.lift(y))[:, ~bent], 0.0, atol=1e-12)
