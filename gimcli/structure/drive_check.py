@@ -39,7 +39,7 @@ def refuse_doubtful(mechanism: Mechanism, plan: Plan, regular: bool) -> None:
 def refuse_contradiction(
     mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, status: Status, tolerance: float
 ) -> None:
-    """Raise StructureError if `status`, of a position z (nodes,), is CONTRADICTORY; the message names the constraint."""
+    """Raise StructureError, with the name of the constraint, if the status of position z (nodes,) is CONTRADICTORY."""
     if status is Status.CONTRADICTORY:
         check = residual(mechanism, z[:, None], inputs[:, None], names=True)
         raise StructureError(

@@ -116,7 +116,7 @@ class Jacobian:
         return min(self.mechanism.size, extent) if extent > 0.0 else self.mechanism.size
 
     def rows(self, restrictions: list[Restriction], z: ComplexArray, inputs: FloatArray) -> FloatArray:
-        """Return the gradients (restrictions, 2 x free nodes), scaled to length 1, or to 0 if they are rounding errors."""
+        """Return the gradients (restrictions, 2 x free nodes), scaled to length 1, or to 0 for rounding errors."""
         table = self.slopes(restrictions, z, inputs)
         norm = np.linalg.norm(table, axis=1, keepdims=True)
         return np.where(norm > ROUNDING, table / np.where(norm > ROUNDING, norm, 1.0), 0.0)
