@@ -10,31 +10,48 @@ from types import FrameType
 from typing import Any, cast
 
 import typer
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperGroup
 
 from gimcli import __version__
+from gimcli.cli.help import Command
 from gimcli.cli.plain_values import taking_plain_values
 from gimcli.cli.progress import end_bars, progress_bar
 from gimcli.errors import GimError
 
-COMMANDS = (
-    "solve", "trace", "sequence", "mobility", "singularities", "circuits", "workspace", "groups", "forces", "simulate",
-    "reduce", "tradeoff", "schema", "manual",
-)  # fmt: skip
-"""A module of this package for each, in the order of the help."""
+GROUPS: dict[str, dict[str, str]] = {
+    "Position and motion": {
+        "solve": "Find a position, or all configurations, at given inputs.",
+        "trace": "Follow the motion; write positions and coupler curves.",
+        "workspace": "Find the region or the paths that a point can reach.",
+    },
+    "Structure": {
+        "mobility": "Count freedoms; name redundant and missing constraints.",
+        "groups": "Show the driving links and Assur groups.",
+        "sequence": "Show the order in which positions are solved, and why.",
+    },
+    "Branches and limits": {
+        "singularities": "List limits, dead points and change points of a circuit.",
+        "circuits": "Find which configurations the motion connects.",
+    },
+    "Forces and dynamics": {
+        "forces": "Find driving efforts and reactions for a prescribed motion.",
+        "simulate": "Simulate the motion of free inputs under forces.",
+        "reduce": "Find the equivalent one-degree-of-freedom model.",
+    },
+    "Methods, files and manual": {
+        "tradeoff": "Compare speed and accuracy of the solution methods.",
+        "schema": "Print the JSON Schema of the model file.",
+        "manual": "Show a page of the manual.",
+    },
+}
+"""Commands by what they answer, with one line each; each has a module of its name in this package."""
+
+COMMANDS = {name: line for group in GROUPS.values() for name, line in group.items()}
 
 SETTINGS: dict[str, Any] = {
-    "add_completion": False, "pretty_exceptions_enable": False, "rich_markup_mode": None,
-    "context_settings": {"help_option_names": ["-h", "--help"]},
+    "pretty_exceptions_enable": False, "rich_markup_mode": None,
+    "context_settings": {"help_option_names": ["-h", "--help"], "max_content_width": 80},
 }  # fmt: skip
-
-
-class _Command(TyperCommand):
-    """A command whose plain values typer does not check."""
-
-    def get_params(self, ctx: Any) -> list[Any]:
-        """Return the arguments and options."""
-        return taking_plain_values(super().get_params(ctx))
 
 
 class _Commands(TyperGroup):
@@ -52,15 +69,22 @@ class _Commands(TyperGroup):
         """Return the names of all commands."""
         return list(COMMANDS)
 
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands by groups."""
+        for title, lines in GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl([(f"{name:13}", line) for name, line in lines.items()])
+
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Return a command by its name; None where there is none."""
         if cmd_name not in COMMANDS:
             return None
         module = import_module(f"gimcli.cli.{cmd_name}")
-        alone = typer.Typer(**SETTINGS)
-        alone.command(module.NAME, help=module.HELP, cls=_Command)(module.command)
-        found = typer.main.get_command(alone)
-        found.name = cmd_name
+        text = f"{COMMANDS[cmd_name]}\n\n{module.HELP}"
+        alone = typer.Typer(**SETTINGS, add_completion=False)
+        alone.command(cmd_name, help=text, short_help=COMMANDS[cmd_name], cls=Command)(module.command)
+        found: Any = typer.main.get_command(alone)
+        found.name, found.examples = cmd_name, module.EXAMPLES
         return found
 
     def invoke(self, ctx: Any) -> Any:
@@ -83,8 +107,9 @@ app = typer.Typer(
     **SETTINGS,
     cls=_Commands,
     no_args_is_help=True,
-    help="Analyse planar mechanisms drawn in text model files, by the Geometrical-Iterative Method.\n\n"
-    "Example: gim trace models/crank_rocker.yaml --steps 360",
+    help="Analyse planar mechanisms that are described in text files.\n\n"
+    "Example: gim trace models/crank_rocker.yaml --steps 360\n\n"
+    "Each command has --help with examples; `gim manual` lists the pages of the manual.",
 )
 
 
@@ -96,7 +121,7 @@ def _version(asked: bool) -> None:
 
 @app.callback()
 def _main(
-    version: bool = typer.Option(False, "--version", callback=_version, is_eager=True, help="Tell the version."),
+    version: bool = typer.Option(False, "--version", callback=_version, is_eager=True, help="Show the version."),
 ) -> None:
     pass
 
@@ -119,7 +144,7 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the matrices are small: more threads only wait for each other
     signal.signal(signal.SIGTERM, _stop)
     try:
-        app()
+        app(prog_name="gim")
     except GimError as error:
         from gimcli.cli.console import printable
 

@@ -34,33 +34,70 @@ class Jit(StrEnum):
     OFF = "off"
 
 
-ModelPath = Annotated[Path, typer.Argument(metavar="MODEL", help="Model file.", show_default=True)]
+INPUTS, METHOD, OUTPUT = "Inputs", "Method", "Output"
+"""Titles of groups of options."""
+
+ModelPath = Annotated[
+    Path, typer.Argument(metavar="MODEL", help="Model file.", show_default=True, rich_help_panel=INPUTS)
+]
 MODEL = Path("model.yaml")
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
-Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")]
-Png = Annotated[bool, typer.Option("--png/--no-png", help="Draw the picture.")]
+
+Steps = Annotated[
+    int,
+    typer.Option(
+        "--steps", "-n", metavar="N", min=1, max=10_000_000, help="Steps of the motion: N + 1 rows.",
+        rich_help_panel=INPUTS,
+    ),
+]  # fmt: skip
+At = Annotated[
+    list[str],
+    typer.Option(
+        "--at", metavar="ACTUATOR=VALUE", help="Input value in the file's unit; repeatable.", rich_help_panel=INPUTS
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print the report as one JSON object.", rich_help_panel=OUTPUT)]
+Out = Annotated[
+    list[str],
+    typer.Option(
+        "--out", "-o", metavar="PATH", rich_help_panel=OUTPUT,
+        help="Folder, or file (.csv .npz .json .png .svg .pdf), or - for CSV on standard output; repeatable.",
+    ),
+]  # fmt: skip
+Png = Annotated[
+    bool, typer.Option("--png/--no-png", help="Picture among the files of a folder.", rich_help_panel=OUTPUT)
+]
+PngFile = Annotated[Path | None, typer.Option("--png", hidden=True)]
+CsvFile = Annotated[Path | None, typer.Option("--csv", hidden=True)]
 MethodOption = Annotated[
     Method,
     typer.Option(
-        "--method", help="auto: closed forms, then Newton-Raphson; gim: sweeps only; newton: no closed forms."
+        "--method", metavar="METHOD", rich_help_panel=METHOD,
+        help="auto, gim (geometric iteration alone) or newton.",
     ),
-]
+]  # fmt: skip
 StrategyOption = Annotated[
-    Strategy, typer.Option("--strategy", help="Sequence for sweeps: best spectral radius, or the paper's rules alone.")
-]
+    Strategy,
+    typer.Option(
+        "--strategy", metavar="STRATEGY", rich_help_panel=METHOD,
+        help="Sequence of gim: spectral or classic.",
+    ),
+]  # fmt: skip
 Tolerance = Annotated[
-    float, typer.Option("--tolerance", help="Relative to the mechanism's size; with --method gim eqs (1) and (2).")
+    float,
+    typer.Option("--tolerance", metavar="T", help="Relative to the mechanism's size.", rich_help_panel=METHOD),
 ]
-JitOption = Annotated[Jit, typer.Option("--jit", help="Compile the kernels; auto decides by the amount of work.")]
+JitOption = Annotated[
+    Jit,
+    typer.Option("--jit", metavar="WHEN", help="Compile the kernels: auto, on or off.",
+                 rich_help_panel=METHOD),
+]  # fmt: skip
 SequenceText = Annotated[
     str,
     typer.Option(
-        "--sequence", help='Moves of a sweep for --method gim, such as "A>B D>C C^B>E" (FROM>TO, ARM^VERTEX>TO).'
+        "--sequence", metavar="TEXT", rich_help_panel=METHOD,
+        help='Own sequence of gim, such as "A>B D>C C^B>E".',
     ),
-]
-At = Annotated[
-    list[str], typer.Option("--at", metavar="ACTUATOR=VALUE", help="Input in the file's unit; may be repeated.")
-]
+]  # fmt: skip
 
 
 def pairs(given: list[str]) -> dict[str, str]:

@@ -2,44 +2,44 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Json, ModelPath
+from gimcli.cli.arguments import METHOD, MODEL, Json, ModelPath, Out, PngFile
 
 if TYPE_CHECKING:
     from gimcli.library.circuits import CircuitsResult
 
-NAME = "circuits"
 HELP = (
-    "Find the circuits of a mechanism: which of its configurations the motion joins without taking it apart.\n\n"
-    "All configurations are listed at --samples values of the input, and each is followed through limits and change"
-    " points until it is home. A branch is a stretch of a circuit between two limits of the input. Circuits that meet"
-    " at change points count as one, of several curves. A circuit whose input moves by less than the spacing of the"
-    " samples may be missed: the report says how fine that is. Several inputs follow their laws together.\n\n"
-    "Example: gim circuits models/stephenson_2.yaml --png circuits.png"
+    "All configurations are found at --samples values of the input, and each is followed through limits and change"
+    " points until the circuit closes. A branch is the part of a circuit between two limits of the input."
 )
+EXAMPLES = ("gim circuits models/stephenson_2.yaml -o circuits.png",)
 
 
 def command(
     model: ModelPath = MODEL,
     samples: Annotated[
-        int, typer.Option("--samples", min=4, max=100_000, help="Values of the input at which all are listed.")
+        int,
+        typer.Option(
+            "--samples", metavar="N", min=4, max=100_000, rich_help_panel=METHOD,
+            help="Input values at which all configurations are found.",
+        ),
     ] = 72,
-    png: Annotated[
-        Path | None, typer.Option("--png", help="Draw the curves of the traced points, one circuit a line style.")
-    ] = None,
+    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    png: PngFile = None,
     as_json: Json = False,
-) -> None:
+) -> None:  # fmt: skip
     """Find the circuits and list them."""
-    from gimcli.cli.console import finish, loaded, write_picture
+    from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
-    from gimcli.library.circuits import circuits
+    from gimcli.library.circuits import CircuitsResult, circuits
 
-    found = circuits(loaded(model, None, png), samples=samples, progress=progress_bar)
-    finish(found, write_picture(found, png), as_json, _print)
+    outputs = Outputs(CircuitsResult, model, out, png=png, as_json=as_json)
+    found = circuits(outputs.loaded(), samples=samples, progress=progress_bar)
+    outputs.write(found)
+    outputs.finish(found, _print)
 
 
 def _print(result: CircuitsResult) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 if TYPE_CHECKING:
+    from gimcli.cli.outputs import Outputs
     from gimcli.library.configurations import ConfigurationsResult
 
 COLUMNS = 3
@@ -21,16 +22,15 @@ ROWS = 60
 """Configurations that the table shows; --json and --csv hold all."""
 
 
-def solve_all(
-    model: Path, at: dict[str, str], tolerance: float, csv: Path | None, png: Path | None, as_json: bool
-) -> None:
+def solve_all(outputs: Outputs, at: dict[str, str], tolerance: float) -> None:
     """Find every configuration, print and write it; exit with 5 where there is none."""
-    from gimcli.cli.console import finish, loaded, write_files
     from gimcli.cli.progress import progress_bar
     from gimcli.library.configurations import configurations
 
-    found = configurations(loaded(model, csv, png), at, tolerance=tolerance, progress=progress_bar)
-    finish(found, write_files(found, csv, png), as_json, partial(_print, png))
+    found = configurations(outputs.loaded(), at, tolerance=tolerance, progress=progress_bar)
+    outputs.write(found)
+    pictures = outputs.files.of("picture")
+    outputs.finish(found, partial(_print, pictures[0] if pictures else None))
 
 
 def _print(png: Path | None, result: ConfigurationsResult) -> None:

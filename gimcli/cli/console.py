@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from gimcli.cli.progress import end_bars, print_above
 
 if TYPE_CHECKING:
-    from gimcli.library.result import Result
     from gimcli.mechanism import Mechanism
     from gimcli.motion.motion import Motion
-    from gimcli.table import Table
 
 WIDE = 160
 """Columns where no terminal tells how many there are."""
@@ -33,10 +30,10 @@ def printable(text: str) -> str:
 
 def print_json(data: dict[str, Any]) -> None:
     """Print one JSON object."""
-    from gimcli.library.result import plain
+    from gimcli.output.json import json_text
 
     end_bars()
-    typer.echo(json.dumps(plain(data), ensure_ascii=False))
+    typer.echo(json_text(data))
 
 
 def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], right: Iterable[int] = ()) -> None:
@@ -69,101 +66,11 @@ def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], 
     typer.echo(drawn.get(), nl=False)
 
 
-def loaded(model: Path, csv: Path | None, png: Path | None) -> Mechanism:
-    """Return the mechanism of a model file; refuse files that cannot be written before the work that fills them."""
-    from gimcli.library.load import load
-    from gimcli.output import refuse_files
-
-    mechanism = load(model)
-    refuse_files(mechanism.files, csv, png)
-    return mechanism
-
-
-def files_in(out: Path, stem: str, png: bool, mechanism: Mechanism) -> tuple[Path, Path | None]:
-    """Return the table and the picture that a command writes into a folder; refuse what cannot be written."""
-    from gimcli.output import refuse_unwritable
-
-    table, picture = out / f"{stem}.csv", out / f"{stem}.png" if png else None
-    refuse_unwritable(mechanism.files, table, *([picture] if picture else []))
-    return table, picture
-
-
-def write_picture(result: Result, picture: Path | None) -> dict[str, Path | None]:
-    """Write a result's picture where it is asked for; return it, for the report."""
-    return {"png": write_files(result, None, picture)["png"]}
-
-
-def write_files(result: Result, table: Path | None, picture: Path | None) -> dict[str, Path | None]:
-    """Write a result's table and picture where they are asked for; return which were written, for the report."""
-    from gimcli.cli.progress import DRAWING, progress_bar
-    from gimcli.output import write
-
-    if table is not None:
-        write(result.table(), table)
-    content = None
-    if picture is not None:
-        progress_bar(DRAWING)
-        content = result.picture()
-        if content is not None:
-            write(content, picture)
-    return {"csv": table, "png": picture if content is not None else None}
-
-
-Kind = TypeVar("Kind", bound="Result", covariant=True)
-
-
-class Stream(Protocol[Kind]):
-    """A result under way: tables of its pieces, then the result."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the columns."""
-        ...
-
-    def tables(self) -> Iterator[Table]:
-        """Yield the table of each piece."""
-        ...
-
-    def result(self, table: Table | None) -> Kind:
-        """Return the result, when all tables have been taken."""
-        ...
-
-
-def write_stream(stream: Stream[Kind], table: Path, picture: Path | None) -> tuple[Kind, dict[str, Path | None]]:
-    """Write the tables of a result under way and its picture; the table appears when both are done."""
-    from gimcli.output import CsvStream
-
-    with CsvStream(table, stream.names) as rows:
-        for piece in stream.tables():
-            rows.append(piece)
-        found = stream.result(None)
-        paths = write_files(found, None, picture)
-    return found, {**paths, "csv": table}
-
-
-Shown = TypeVar("Shown", bound="Result")
-
-
-def finish(
-    found: Shown, paths: dict[str, Path | None], as_json: bool, show: Callable[[Shown], None], paths_first: bool = False
-) -> None:
-    """Print the report, or what people read and which files were written; exit with 5 where something is missing."""
-    if as_json:
-        named = {kind: None if path is None else str(path) for kind, path in paths.items()}
-        print_json({**named, **found.report()} if paths_first else {**found.report(), **named})
-    else:
-        end_bars()
-        show(found)
-        print_written(*paths.values())
-    if not found.answered:
-        raise typer.Exit(5)
-
-
-def print_written(*paths: Any) -> None:
-    """Say which files were written, if any; None stands for one that was not."""
-    told = [str(path) for path in paths if path is not None]
-    if told:
-        typer.echo("wrote " + ", ".join(told[:-1]) + " and " * (len(told) > 1) + told[-1])
+def print_written(paths: Sequence[Path]) -> None:
+    """Print which files were written, if any."""
+    if paths:
+        named = [str(path) for path in paths]
+        typer.echo("wrote " + ", ".join(named[:-1]) + " and " * (len(named) > 1) + named[-1])
 
 
 def print_more(count: int, shown: int, where: str = "--json names all") -> None:

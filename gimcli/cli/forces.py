@@ -2,55 +2,45 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath, Out, Png
+from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath, Out, Png, Steps, Tolerance
 
 if TYPE_CHECKING:
     from gimcli.dynamics.force_motion import ForceMotion
     from gimcli.library.forces import ForcesResult
 
-NAME = "forces"
 HELP = (
-    "Inverse dynamics along the actuators' laws: driving torque [N m] or force [N] of every actuator, reaction in every"
-    " pair, force and moment on the frame, power of all forces. Writes MODEL.forces.csv and MODEL.forces.png.\n\n"
-    "The model needs `masses`, `loads`, `springs`, `dampers` or `friction`. NODE.fx and NODE.fy are the force that the"
-    " second-named member at a node receives from the first (the frame is the first, then as in the file); where more"
-    " parts meet, NODE.MEMBER.fx is what each member receives from the pin. PAIR.normal is the force on what slides, to"
-    " the left of the guide, PAIR.moment its moment about the first sliding node; shaking.fx, .fy and .moment are what"
-    " the frame receives, about the first ground node. Reactions that redundant constraints leave open stay empty and"
-    " are named; NODE.unique.fx and .fy are the component of such a reaction that is unique all the same.\n\n"
-    "Example: gim forces models/watt_1.yaml --steps 360 --out results"
+    "Driving torque [N m] or force [N] of every actuator, reaction in every pair, shaking force and moment, and the"
+    " power of all forces. The model needs `masses`, `loads`, `springs`, `dampers` or `friction`. Writes"
+    " MODEL.forces.csv and .png."
 )
+EXAMPLES = ("gim forces models/watt_1.yaml --steps 360 -o results/",)
 SHOWN = 30
 
 
 def command(
     model: ModelPath = MODEL,
-    steps: Annotated[int, typer.Option("--steps", "-n", min=1, max=10_000_000, help="Steps of the motion.")] = 360,
-    out: Out = Path(),
-    png: Png = True,
-    tolerance: Annotated[
-        float, typer.Option("--tolerance", help="Of the positions, relative to the mechanism's size.")
-    ] = 1e-10,
+    steps: Steps = 360,
+    tolerance: Tolerance = 1e-10,
     jit: JitOption = Jit.AUTO,
+    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    png: Png = True,
     as_json: Json = False,
 ) -> None:
     """Find efforts and reactions."""
-    from gimcli.cli.console import files_in, finish, note, note_point_masses, write_stream
+    from gimcli.cli.console import note, note_point_masses
+    from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
-    from gimcli.library.forces import ForcesAlong
-    from gimcli.library.load import load
+    from gimcli.library.forces import ForcesAlong, ForcesResult
 
-    mechanism = load(model)
+    outputs = Outputs(ForcesResult, model, out, writes=True, picture=png, as_json=as_json)
+    mechanism = outputs.loaded()
     note_point_masses(mechanism)
-    csv_path, png_path = files_in(out, f"{model.stem}.forces", png, mechanism)
-    along = ForcesAlong(mechanism, steps, tolerance, jit.value, note, progress_bar)
-    found, paths = write_stream(along, csv_path, png_path)
-    finish(found, paths, as_json, _print, paths_first=True)
+    found = outputs.stream(ForcesAlong(mechanism, steps, tolerance, jit.value, note, progress_bar))
+    outputs.finish(found, _print)
 
 
 def _print(result: ForcesResult) -> None:

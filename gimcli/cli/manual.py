@@ -7,11 +7,8 @@ import sys
 
 import typer
 
-NAME = "manual"
-HELP = (
-    "Show a page of the manual, or its section on a command; without a name, list the pages.\n\n"
-    "Example: gim manual tutorial"
-)
+HELP = "Without a name it lists the pages; the name of a command shows the section on it."
+EXAMPLES = ("gim manual tutorial", "gim manual trace")
 WIDEST = 100
 """Columns of a page on a terminal, at most."""
 

@@ -6,28 +6,22 @@ from typing import Annotated, Any
 
 import typer
 
-MEASURE_HELP = (
-    "Measures (--measure KIND:ARGS; `--measure help` says more) add columns to the CSV, curves to the PNG and ranges to"
-    " the report:\n\n"
-    "centre:rod/rocker  instant centre of two members, with its centrodes (frame: the ground)\n\n"
-    "curvature:P  signed radius, curvature and centre of curvature of a path\n\n"
-    "transmission[:B | :rod/rocker | :A/B/C]  transmission angle, of all output joints or of the one named\n\n"
-    "advantage:motor/rocker  mechanical advantage of an output (member, sliding pair, point) over an input\n\n"
-    "area:rod  area swept by a member, signed and of the region passed over"
-)
+QUANTITIES = "Quantities"
 
 MeasureOption = Annotated[
-    list[str], typer.Option("--measure", "-m", metavar="KIND:ARGS", help="Measure; may be repeated; help lists them.")
-]
+    list[str],
+    typer.Option(
+        "--measure", "-m", metavar="KIND:ARGS", rich_help_panel=QUANTITIES,
+        help="Add a measure; repeatable; `-m help` lists them.",
+    ),
+]  # fmt: skip
 PlotOption = Annotated[
     str,
     typer.Option(
-        "--plot",
-        metavar="QUANTITY,...",
-        help="Graphs below the drawing: velocity, acceleration, jerk (of the traced points), omega, alpha (of the"
-        " members), or measures. Adds their columns too.",
+        "--plot", metavar="QUANTITY,...", rich_help_panel=QUANTITIES,
+        help="Graphs of velocity, omega ..., or of measures.",
     ),
-]
+]  # fmt: skip
 
 
 def print_measures() -> None:

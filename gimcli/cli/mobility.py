@@ -1,38 +1,50 @@
-"""`gim mobility`: what can move, what is held twice, what nothing drives."""
+"""`gim mobility`: freedoms, redundant constraints, undriven nodes."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import typer
 
-from gimcli.cli.arguments import MODEL, Json, ModelPath
+from gimcli.cli.arguments import MODEL, Json, ModelPath, Out
 
-NAME = "mobility"
+if TYPE_CHECKING:
+    from gimcli.library.mobility import MobilityResult
+
 HELP = (
-    "Count freedoms: Gruebler's formula, rank of the constraint Jacobian, confirmed mobility; name redundant"
-    " constraints and undriven nodes.\n\n"
-    "Example: gim mobility models/parallelogram_third_crank.yaml"
+    "Grübler's formula, the rank of the constraint Jacobian and the mobility that follows from it, at the assembled"
+    " position nearest to the drawing."
 )
+EXAMPLES = ("gim mobility models/parallelogram_third_crank.yaml",)
 
 
-def command(model: ModelPath = MODEL, as_json: Json = False) -> None:
+def command(
+    model: ModelPath = MODEL,
+    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    as_json: Json = False,
+) -> None:
     """Analyse the mobility at the assembled position nearest to the drawn one."""
-    from gimcli.cli.console import print_json, print_table
-    from gimcli.library.load import load
-    from gimcli.library.mobility import mobility
+    from gimcli.cli.outputs import Outputs
+    from gimcli.library.mobility import MobilityResult, mobility
 
-    result = mobility(load(model))
-    if as_json:
-        print_json(result.report())
-        return
-    found, start = result.found, result.start
+    outputs = Outputs(MobilityResult, model, out, as_json=as_json)
+    found = mobility(outputs.loaded())
+    outputs.write(found)
+    outputs.finish(found, _print)
+
+
+def _print(result: MobilityResult) -> None:
+    from gimcli.cli.console import print_table
+
+    found = result.found
     print_table(result.mechanism.name, ("", ""), result.rows())
     if found.stuck:
         typer.echo(
-            f"The inputs do not determine the drawn position: {start}. `gim singularities` lists such positions;"
-            " draw the start elsewhere to avoid it."
+            f"The inputs do not determine the drawn position: {result.start}. `gim singularities` lists such positions;"
+            " draw the mechanism in another position to avoid it."
         )
     if found.singular:
         typer.echo(
-            f"The drawn position is singular: it seems to have {found.apparent} freedoms, its neighbours have"
-            f" {found.mobility}."
+            f"The drawn position is singular: {found.apparent} apparent freedoms there, {found.mobility} in nearby"
+            " positions."
         )

@@ -2,55 +2,61 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath, Out, Png
+from gimcli.cli.arguments import INPUTS, MODEL, Jit, JitOption, Json, ModelPath, Out, Png, Steps
 
 if TYPE_CHECKING:
     from gimcli.dynamics.flywheel import Flywheel
     from gimcli.library.reduce import ReduceResult
     from gimcli.table import Table
 
-NAME = "reduce"
 HELP = (
-    "Reduce the mechanism to one input: inertia J, torque tau of weight, loads and springs, potential V, and their"
-    " exact derivatives over the input's law. Writes MODEL.reduced.csv (q in the file's unit, SI units and rad beside"
-    " it) and MODEL.reduced.png. Other inputs stand where their laws begin.\n\n"
-    "With --fluctuation and --rpm: the flywheel on the input's shaft that keeps the speed of a cycle within"
-    " mean x (1 +- fluctuation / 2) at a constant driving torque.\n\n"
-    "Example: gim reduce models/watt_durango.yaml --steps 360 --fluctuation 0.05 --rpm 300"
+    "Reduced inertia J, torque tau of weight, loads and springs, potential V and their exact derivatives over the"
+    " input. The other inputs keep the values at which their laws begin. Writes MODEL.reduced.csv (SI units and rad)"
+    " and .png. With --fluctuation and --rpm it sizes a flywheel on the input's shaft."
 )
+EXAMPLES = (
+    "gim reduce models/watt_durango.yaml --steps 360 -o results/",
+    "gim reduce models/watt_durango.yaml --fluctuation 0.05 --rpm 300",
+)
+FLYWHEEL = "Flywheel"
 
 
 def command(
     model: ModelPath = MODEL,
-    steps: Annotated[int, typer.Option("--steps", "-n", min=1, max=1_000_000, help="Steps of the input.")] = 360,
-    name: Annotated[str, typer.Option("--input", help="Actuator; default: the first.")] = "",
+    steps: Steps = 360,
+    name: Annotated[
+        str, typer.Option("--input", metavar="ACTUATOR", help="Default: the first.", rich_help_panel=INPUTS)
+    ] = "",
     fluctuation: Annotated[
-        float | None, typer.Option("--fluctuation", help="Coefficient of speed fluctuation for a flywheel.")
+        float | None,
+        typer.Option("--fluctuation", metavar="C", help="Coefficient of speed fluctuation.", rich_help_panel=FLYWHEEL),
     ] = None,
-    rpm: Annotated[float | None, typer.Option("--rpm", help="Mean speed for a flywheel [1/min].")] = None,
-    out: Out = Path(),
-    png: Png = True,
+    rpm: Annotated[
+        float | None, typer.Option("--rpm", metavar="N", help="Mean speed [1/min].", rich_help_panel=FLYWHEEL)
+    ] = None,
     jit: JitOption = Jit.AUTO,
+    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    png: Png = True,
     as_json: Json = False,
 ) -> None:
     """Reduce a mechanism to one input."""
-    from gimcli.cli.console import files_in, finish, note, note_point_masses, write_files
+    from gimcli.cli.console import note, note_point_masses
+    from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
-    from gimcli.library.load import load
-    from gimcli.library.reduce import reduce
+    from gimcli.library.reduce import ReduceResult, reduce
 
-    mechanism = load(model)
-    csv_path, png_path = files_in(out, f"{model.stem}.reduced", png, mechanism)
+    outputs = Outputs(ReduceResult, model, out, writes=True, picture=png, as_json=as_json)
+    mechanism = outputs.loaded()
     note_point_masses(mechanism)
     found = reduce(
         mechanism, name, steps, fluctuation=fluctuation, rpm=rpm, jit=jit.value, notify=note, progress=progress_bar
     )
-    finish(found, write_files(found, csv_path, png_path), as_json, _print, paths_first=True)
+    outputs.write(found)
+    outputs.finish(found, _print)
 
 
 def _print(found: ReduceResult) -> None:

@@ -6,12 +6,11 @@ import json
 
 import typer
 
-NAME = "schema"
 HELP = (
-    "Print the JSON Schema of the model file, with which editors complete and check it.\n\n"
-    "Example: gim schema > gim.schema.json, and in the model's first line:\n"
-    "# yaml-language-server: $schema=gim.schema.json"
+    "Editors complete and check model files with it: save it as gim.schema.json and write in the first line of the"
+    " model file `# yaml-language-server: $schema=gim.schema.json`."
 )
+EXAMPLES = ("gim schema > gim.schema.json",)
 
 
 def command() -> None:

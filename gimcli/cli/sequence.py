@@ -3,40 +3,55 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, At, Json, ModelPath, Strategy, StrategyOption, Tolerance, pairs
+from gimcli.cli.arguments import (
+    MODEL,
+    OUTPUT,
+    At,
+    Json,
+    ModelPath,
+    Out,
+    PngFile,
+    Strategy,
+    StrategyOption,
+    Tolerance,
+    pairs,
+)
 
 if TYPE_CHECKING:
     from gimcli.gim.report import SequenceGroupReport
     from gimcli.library.sequence import SequenceResult
 
-NAME = "sequence"
 HELP = (
-    "Show the sequence of the Geometrical-Iterative Method: groups in order of solution, which node is moved about"
-    " what, and how fast a sweep converges.\n\n"
-    "Example: gim sequence models/double_butterfly.yaml --explain"
+    "Groups in order of solution; for each step of the Geometrical-Iterative Method the node that is moved, about"
+    " which nodes, by which constraint and rule; and the spectral radius: the error's factor per sweep."
 )
+EXAMPLES = ("gim sequence models/double_butterfly.yaml --explain",)
 
 
 def command(
     model: ModelPath = MODEL,
-    explain: Annotated[bool, typer.Option("--explain", help="Say for every step which rule placed it.")] = False,
-    strategy: StrategyOption = Strategy.SPECTRAL,
     at: At = [],  # noqa: B006 - typer wants a list; nothing changes it
+    strategy: StrategyOption = Strategy.SPECTRAL,
     tolerance: Tolerance = 1e-10,
-    png: Annotated[Path | None, typer.Option("--png", help="Draw the mechanism with the steps numbered.")] = None,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Name the rule that placed each step.", rich_help_panel=OUTPUT)
+    ] = False,
+    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    png: PngFile = None,
     as_json: Json = False,
 ) -> None:
     """Search and show the sequence."""
-    from gimcli.cli.console import finish, loaded, write_picture
-    from gimcli.library.sequence import sequence
+    from gimcli.cli.outputs import Outputs
+    from gimcli.library.sequence import SequenceResult, sequence
 
-    found = sequence(loaded(model, None, png), pairs(at), strategy=strategy.value, tolerance=tolerance)
-    finish(found, write_picture(found, png), as_json, partial(_print, explain))
+    outputs = Outputs(SequenceResult, model, out, png=png, as_json=as_json)
+    found = sequence(outputs.loaded(), pairs(at), strategy=strategy.value, tolerance=tolerance)
+    outputs.write(found)
+    outputs.finish(found, partial(_print, explain))
 
 
 def _print(explain: bool, found: SequenceResult) -> None:

@@ -2,72 +2,94 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath, Out, Png
+from gimcli.cli.arguments import INPUTS, MODEL, OUTPUT, Jit, JitOption, Json, ModelPath, Out, Png
 from gimcli.dynamics.integrators import INTEGRATORS
 
 if TYPE_CHECKING:
     from gimcli.library.simulate import SimulateResult
 
-NAME = "simulate"
 HELP = (
-    "Forward dynamics: the motion of the inputs with `free: true` under weight, loads, springs, friction and driving"
-    " torques; the other inputs follow their laws. Writes MODEL.simulation.csv and MODEL.simulation.png.\n\n"
-    "It begins at `start` (or where the input's law begins) with `speed`. Events are the standstills of free inputs,"
-    " their dead points, which are passed, and what ends the motion: the limit of a law, a singular position.\n\n"
-    "Methods: dop853, rk45, radau and lsoda choose their steps by --rtol; rk4 takes steps of --step seconds; euler is"
-    " the scheme of Durango et al. over the input, in steps of 1e-3 rad.\n\n"
-    "Example: gim simulate models/watt_durango.yaml --time 4 --dt 0.05 --reactions"
+    "Inputs with `free: true` move under weight, loads, springs, friction and driving efforts; the other inputs follow"
+    " their laws. Events are standstills and dead points of free inputs, and what ends the motion. Writes"
+    " MODEL.simulation.csv and .png."
 )
+EXAMPLES = (
+    "gim simulate models/watt_durango.yaml --time 4 --dt 0.05 -o results/",
+    "gim simulate models/watt_durango.yaml --integrator radau --reactions",
+)
+INTEGRATION = "Integration"
 EVENTS = 12
 
 
 def _registered(name: str) -> str:
     """Return the name of an integrator; refuse others."""
-    if name not in INTEGRATORS:
+    if name and name not in INTEGRATORS:
         raise typer.BadParameter(f"{name!r} is not one of {', '.join(map(repr, INTEGRATORS))}.")
     return name
 
 
 def command(
     model: ModelPath = MODEL,
-    time: Annotated[float, typer.Option("--time", "-t", help="Seconds of motion.")] = 5.0,
-    dt: Annotated[float | None, typer.Option("--dt", help="Seconds between rows; default: --time / 200.")] = None,
-    method: Annotated[
-        str, typer.Option("--method", metavar=f"<{'|'.join(INTEGRATORS)}>", callback=_registered, help="Integrator.")
-    ] = "dop853",
-    rtol: Annotated[float, typer.Option("--rtol", help="Relative tolerance of inputs and speeds.")] = 1e-9,
-    step: Annotated[float, typer.Option("--step", help="Step of rk4 [s].")] = 1e-3,
+    time: Annotated[
+        float, typer.Option("--time", "-t", metavar="S", help="Seconds of motion.", rich_help_panel=INPUTS)
+    ] = 5.0,
     until: Annotated[
-        int, typer.Option("--standstills", min=0, help="End at this standstill of a free input; 0: go on.")
+        int,
+        typer.Option(
+            "--standstills", metavar="K", min=0, help="Stop at the K-th standstill of a free input; 0: never.",
+            rich_help_panel=INPUTS,
+        ),
     ] = 0,
-    reactions: Annotated[bool, typer.Option("--reactions", help="Write the reactions in all pairs too.")] = False,
-    out: Out = Path(),
-    png: Png = True,
+    integrator: Annotated[
+        str,
+        typer.Option(
+            "--integrator", metavar="NAME", callback=_registered, rich_help_panel=INTEGRATION,
+            help=f"{', '.join(INTEGRATORS)}.",
+        ),
+    ] = "dop853",
+    method: Annotated[str, typer.Option("--method", callback=_registered, hidden=True)] = "",
+    rtol: Annotated[
+        float,
+        typer.Option("--rtol", metavar="T", help="Relative tolerance of inputs and speeds.",
+                     rich_help_panel=INTEGRATION),
+    ] = 1e-9,
+    step: Annotated[
+        float, typer.Option("--step", metavar="S", help="Step of rk4 [s].", rich_help_panel=INTEGRATION)
+    ] = 1e-3,
     jit: JitOption = Jit.AUTO,
+    dt: Annotated[
+        float | None,
+        typer.Option("--dt", metavar="S", help="Seconds between rows; default: --time / 200.", rich_help_panel=OUTPUT),
+    ] = None,
+    reactions: Annotated[
+        bool, typer.Option("--reactions", help="Add the reactions in all pairs.", rich_help_panel=OUTPUT)
+    ] = False,
+    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    png: Png = True,
     as_json: Json = False,
-) -> None:
+) -> None:  # fmt: skip
     """Simulate."""
-    from gimcli.cli.console import files_in, finish, note, note_point_masses, write_files
+    from gimcli.cli.console import note, note_point_masses
+    from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
     from gimcli.dynamics.simulation_table import column_names
-    from gimcli.library.load import load
-    from gimcli.library.simulate import simulate
+    from gimcli.library.simulate import SimulateResult, simulate
     from gimcli.output import refuse_repeated
 
-    mechanism = load(model)
+    outputs = Outputs(SimulateResult, model, out, writes=True, picture=png, as_json=as_json)
+    mechanism = outputs.loaded()
     refuse_repeated(column_names(mechanism))
-    csv_path, png_path = files_in(out, f"{model.stem}.simulation", png, mechanism)
     note_point_masses(mechanism)
     found = simulate(
-        mechanism, time, dt=dt, method=method, rtol=rtol, step=step, standstills=until, reactions=reactions,
-        jit=jit.value, notify=note, progress=progress_bar,
+        mechanism, time, dt=dt, method=method or integrator, rtol=rtol, step=step, standstills=until,
+        reactions=reactions, jit=jit.value, notify=note, progress=progress_bar,
     )  # fmt: skip
-    finish(found, write_files(found, csv_path, png_path), as_json, _print, paths_first=True)
+    outputs.write(found)
+    outputs.finish(found, _print)
 
 
 def _print(result: SimulateResult) -> None:

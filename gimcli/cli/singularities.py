@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Json, ModelPath
+from gimcli.cli.arguments import MODEL, Json, ModelPath, Out, PngFile
 
 if TYPE_CHECKING:
     from gimcli.branching.singular_positions import Found
     from gimcli.library.singularities import SingularitiesResult
 
-NAME = "singularities"
 HELP = (
-    "List where the mechanism is singular, along the whole circuit that it is drawn on and along every branch that"
-    " meets it.\n\n"
-    "limit: the input turns back, and cannot drive there. dead point: the input rests, the motion goes on. change"
-    " point: branches cross, with the turning rates of the members on each. tangency: the constraints lose rank but one"
-    " branch alone goes on. stationary: a member hinged to the frame, or a slider on it, turns back. Several inputs"
-    " follow their laws together.\n\n"
-    "Example: gim singularities models/parallelogram.yaml --png positions.png"
+    "The circuit of the drawing is followed, and every branch that meets it. limit: the input turns back. dead point:"
+    " the input rate is zero while the mechanism moves. change point: branches cross. tangency: the constraints lose"
+    " rank, but only one branch continues. stationary: a rocker or slider turns back."
 )
+EXAMPLES = ("gim singularities models/parallelogram.yaml -o positions.png",)
 MEMBERS = 3
 ALIKE = 1e-6
 """Part of the greatest difference between branches that is none: tangents are told to half the digits at the worst."""
@@ -30,18 +25,19 @@ ALIKE = 1e-6
 
 def command(
     model: ModelPath = MODEL,
-    png: Annotated[
-        Path | None, typer.Option("--png", help="Draw the positions over the curves of the traced points.")
-    ] = None,
+    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    png: PngFile = None,
     as_json: Json = False,
 ) -> None:
     """Follow the circuits and list what is singular."""
-    from gimcli.cli.console import finish, loaded, write_picture
+    from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
-    from gimcli.library.singularities import singularities
+    from gimcli.library.singularities import SingularitiesResult, singularities
 
-    found = singularities(loaded(model, None, png), progress=progress_bar)
-    finish(found, write_picture(found, png), as_json, _print)
+    outputs = Outputs(SingularitiesResult, model, out, png=png, as_json=as_json)
+    found = singularities(outputs.loaded(), progress=progress_bar)
+    outputs.write(found)
+    outputs.finish(found, _print)
 
 
 def _print(result: SingularitiesResult) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -10,12 +9,15 @@ import typer
 from gimcli.cli.arguments import (
     MODEL,
     At,
+    CsvFile,
     Jit,
     JitOption,
     Json,
     Method,
     MethodOption,
     ModelPath,
+    Out,
+    PngFile,
     SequenceText,
     Strategy,
     StrategyOption,
@@ -28,65 +30,74 @@ from gimcli.errors import UsageError
 if TYPE_CHECKING:
     from gimcli.library.solve import SolveResult
 
-NAME = "solve"
 SHOWN = 25
 HELP = (
-    "Find a position: the initial one, from the drawn coordinates, or one at given inputs; with --all every way to"
-    " assemble the mechanism there, and whether that is proved to be all.\n\n"
-    "--velocities adds velocities and accelerations of nodes and points, omega and alpha of members, by the real"
-    " time. An input moves as its law does at the first time at which the law has the input's value (so a profile that"
-    " starts from rest tells 0 at its start); where the law never has it, by one unit of the file (deg, rad, length) a"
-    " second, without acceleration. The rates taken are told. A singular position has no velocities: it says so, and"
-    " the exit status is 5.\n\n"
-    "Example: gim solve models/crank_rocker.yaml --at motor=45\n\n"
-    "Example: gim solve models/crank_rocker.yaml --at motor=40 --velocities --png velocities.png\n\n"
-    "Example: gim solve models/gim_fig11.yaml --at FD=120 --at OA=119 --method gim --tolerance 1e-5 --history\n\n"
-    "Example: gim solve models/double_butterfly.yaml --all --at motor=145 --png all.png"
+    "With --all every configuration at these inputs, with a proof that the list is complete. --velocities adds"
+    " velocities and accelerations of nodes, points and members at the input rates of the laws."
 )
+EXAMPLES = (
+    "gim solve models/crank_rocker.yaml --at motor=45",
+    "gim solve models/crank_rocker.yaml --at motor=40 --velocities -o v.png",
+    "gim solve models/double_butterfly.yaml --all --at motor=145 -o all.png",
+    "gim solve models/gim_fig13b.yaml --method gim --tolerance 1e-5 --history",
+)
+RESULTS, START = "Results", "Start"
 
 
 def command(
     model: ModelPath = MODEL,
     at: At = [],  # noqa: B006 - typer wants a list; nothing changes it
-    method: MethodOption = Method.AUTO,
-    strategy: StrategyOption = Strategy.SPECTRAL,
-    tolerance: Tolerance = 1e-10,
-    start: Annotated[str, typer.Option("--start", help="drawn, or random: nodes strewn by --seed.")] = "drawn",
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of a random start.")] = 0,
-    history: Annotated[
-        bool, typer.Option("--history", help="Tell the error after every sweep (--method gim).")
+    every: Annotated[
+        bool, typer.Option("--all", help="Find all configurations, each proved.", rich_help_panel=RESULTS)
     ] = False,
     velocities: Annotated[
-        bool, typer.Option("--velocities", help="Tell velocities and accelerations; with --png draw them.")
+        bool, typer.Option("--velocities", help="Add velocities and accelerations.", rich_help_panel=RESULTS)
     ] = False,
-    jit: JitOption = Jit.AUTO,
+    history: Annotated[
+        bool,
+        typer.Option("--history", help="Add the error after every sweep (--method gim).", rich_help_panel=RESULTS),
+    ] = False,
+    start: Annotated[
+        str,
+        typer.Option(
+            "--start", metavar="drawn|random", help="Start from the drawn or from random coordinates.",
+            rich_help_panel=START,
+        ),
+    ] = "drawn",
+    seed: Annotated[
+        int, typer.Option("--seed", metavar="N", min=0, help="Seed of a random start.", rich_help_panel=START)
+    ] = 0,
+    method: MethodOption = Method.AUTO,
+    strategy: StrategyOption = Strategy.SPECTRAL,
     sequence: SequenceText = "",
-    csv: Annotated[Path | None, typer.Option("--csv", help="Write the positions of the nodes and points.")] = None,
-    png: Annotated[Path | None, typer.Option("--png", help="Draw the position; with --history the errors.")] = None,
-    every: Annotated[
-        bool, typer.Option("--all", help="Every configuration, each proved; --png draws them all.")
-    ] = False,
+    tolerance: Tolerance = 1e-10,
+    jit: JitOption = Jit.AUTO,
+    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    csv: CsvFile = None,
+    png: PngFile = None,
     as_json: Json = False,
-) -> None:
+) -> None:  # fmt: skip
     """Solve one position, or all."""
-    from gimcli.cli.console import finish, loaded, write_files
-    from gimcli.library.solve import solve
+    from gimcli.cli.outputs import Outputs
+    from gimcli.library.solve import SolveResult, solve
 
     if every:
         if method is not Method.AUTO or start != "drawn" or sequence:
-            raise UsageError("--all has its own method: leave out --method, --start and --sequence")
+            raise UsageError("--all has its own method: remove --method, --start and --sequence")
         if velocities or history:
-            raise UsageError(f"--{'velocities' if velocities else 'history'} belongs to one position: leave out --all")
+            raise UsageError(f"--{'velocities' if velocities else 'history'} needs a single position: remove --all")
         from gimcli.cli.configurations import solve_all
+        from gimcli.library.configurations import ConfigurationsResult
 
-        solve_all(model, pairs(at), tolerance, csv, png, as_json)
+        solve_all(Outputs(ConfigurationsResult, model, out, csv=csv, png=png, as_json=as_json), pairs(at), tolerance)
         return
-    mechanism = loaded(model, csv, png)
+    outputs = Outputs(SolveResult, model, out, csv=csv, png=png, as_json=as_json)
     found = solve(
-        mechanism, pairs(at), method=method.value, strategy=strategy.value, tolerance=tolerance, start=start, seed=seed,
-        history=history, velocities=velocities, jit=jit.value, sequence=sequence,
+        outputs.loaded(), pairs(at), method=method.value, strategy=strategy.value, tolerance=tolerance, start=start,
+        seed=seed, history=history, velocities=velocities, jit=jit.value, sequence=sequence,
     )  # fmt: skip
-    finish(found, write_files(found, csv, png), as_json, _print)
+    outputs.write(found)
+    outputs.finish(found, _print)
 
 
 def _print(found: SolveResult) -> None:

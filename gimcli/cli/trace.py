@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
@@ -19,11 +18,12 @@ from gimcli.cli.arguments import (
     Out,
     Png,
     SequenceText,
+    Steps,
     Strategy,
     StrategyOption,
     Tolerance,
 )
-from gimcli.cli.measures import MEASURE_HELP, MeasureOption, PlotOption, print_measures, print_ranges
+from gimcli.cli.measures import QUANTITIES, MeasureOption, PlotOption, print_measures, print_ranges
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -42,75 +42,78 @@ class AtLimit(StrEnum):
     REVERSE = "reverse"
 
 
-NAME = "trace"
 HELP = (
-    "Follow the motion along the actuators' laws; write the traced points as CSV and PNG.\n\n"
-    "N steps are N+1 rows. A step that cannot be solved keeps its row and its reason. With --derivatives the CSV"
-    " also has velocities (vx, vy), accelerations (ax, ay) and jerks (jx, jy) of the traced points and omega, alpha and"
-    " jerk of every member, by the real time of `duration`.\n\n"
-    "At the limit of an input rows are empty from there on (--at-limit stop), or until the law comes back into reach"
-    " (skip), or the input turns back and the motion goes on through its dead point (reverse: the CSV then has the"
-    " input as it really is). --circuit leaves the law: N+1 rows at even distances along the whole circuit, through"
-    " limits and dead points until the whole drawing is home; `time` is then the part of the way, times `duration`."
-    " --all-branches follows every circuit that meets it too, its rows one after another with a last column `branch`;"
-    " --branch K takes the K-th of them as `gim singularities` numbers them, or, without --circuit, turns off at the"
-    " first change point of the law (1 goes straight on). Measures go with all of these;"
-    " derivatives by the time need a law, and go with neither --circuit nor reverse.\n\n"
-    f"{MEASURE_HELP}\n\n"
-    "Example: gim trace models/crank_rocker.yaml --steps 360 --out results\n\n"
-    "Example: gim trace models/crank_rocker.yaml -m transmission -m centre:frame/coupler --plot velocity,transmission"
-    "\n\nExample: gim trace models/chebyshev.yaml --circuit"
+    "N steps give N + 1 rows; a row that is not solved is kept, with a status and empty cells. Writes MODEL.csv and"
+    " MODEL.png."
 )
-
+EXAMPLES = (
+    "gim trace models/crank_rocker.yaml --steps 360 -o results/",
+    "gim trace models/crank_rocker.yaml -o - | head",
+    "gim trace models/crank_rocker.yaml -m transmission --plot transmission",
+    "gim trace models/chebyshev.yaml --circuit -o circuit.csv -o circuit.svg",
+)
+LIMITS = "Limits and branches"
 EVENTS = 6
 
 
 def command(
     model: ModelPath = MODEL,
-    steps: Annotated[int, typer.Option("--steps", "-n", min=1, max=10_000_000, help="Steps of the motion.")] = 360,
-    out: Out = Path(),
-    png: Png = True,
+    steps: Steps = 360,
     derivatives: Annotated[
         int,
-        typer.Option("--derivatives", "-d", min=0, max=3, help="1 velocities, 2 accelerations, 3 jerks, by real time."),
+        typer.Option(
+            "--derivatives", "-d", metavar="K", min=0, max=3, rich_help_panel=QUANTITIES,
+            help="1: velocities, 2: accelerations too, 3: jerks too.",
+        ),
     ] = 0,
-    plot: PlotOption = "",
     measure: MeasureOption = [],  # noqa: B006 - typer wants a list; nothing changes it
+    plot: PlotOption = "",
     at_limit: Annotated[
-        AtLimit, typer.Option("--at-limit", help="At the limit of an input: stop, skip what is out of reach, reverse.")
+        AtLimit,
+        typer.Option(
+            "--at-limit", metavar="ACTION", rich_help_panel=LIMITS,
+            help="At the limit of an input: stop, skip or reverse.",
+        ),
     ] = AtLimit.STOP,
-    circuit: Annotated[bool, typer.Option("--circuit", help="Follow the whole circuit, not the law.")] = False,
-    branch: Annotated[int, typer.Option("--branch", min=1, help="Branch taken where branches meet.")] = 1,
+    circuit: Annotated[
+        bool, typer.Option("--circuit", help="Follow the closed circuit, not the law.", rich_help_panel=LIMITS)
+    ] = False,
+    branch: Annotated[
+        int, typer.Option("--branch", metavar="K", min=1, help="Branch taken where branches meet.",
+                          rich_help_panel=LIMITS)
+    ] = 1,
     all_branches: Annotated[
-        bool, typer.Option("--all-branches", help="Follow every circuit that meets the drawn one.")
+        bool, typer.Option("--all-branches", help="Follow every circuit that meets it.", rich_help_panel=LIMITS)
     ] = False,
     method: MethodOption = Method.AUTO,
     strategy: StrategyOption = Strategy.SPECTRAL,
+    sequence: SequenceText = "",
     tolerance: Tolerance = 1e-10,
     jit: JitOption = Jit.AUTO,
-    sequence: SequenceText = "",
+    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    png: Png = True,
     as_json: Json = False,
-) -> None:
+) -> None:  # fmt: skip
     """Trace a motion."""
     if "help" in measure:
         print_measures()
-    from gimcli.cli.console import files_in, finish, note, write_stream
+    from gimcli.cli.console import note
+    from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
-    from gimcli.library.load import load
     from gimcli.library.trace import MotionTraceResult, traced
 
-    if plot and not png:
-        raise UsageError("--plot draws into the picture: leave --no-png out")
-    mechanism = load(model)
-    csv_path, png_path = files_in(out, model.stem, png, mechanism)
+    outputs = Outputs(MotionTraceResult, model, out, writes=True, picture=png, as_json=as_json)
+    if plot and not outputs.draws:
+        raise UsageError("--plot draws graphs into the picture: write one (-o FILE.png, no --no-png)")
+    mechanism = outputs.loaded()
     begun = traced(
         mechanism, steps, derivatives=derivatives, measure=measure, plot=plot, at_limit=at_limit.value, circuit=circuit,
         branch=branch, all_branches=all_branches, method=method.value, strategy=strategy.value, tolerance=tolerance,
         jit=jit.value, sequence=sequence, notify=note, progress=progress_bar,
     )  # fmt: skip
-    found, paths = write_stream(begun, csv_path, png_path)
-    law = isinstance(found, MotionTraceResult)
-    finish(found, paths, as_json, cast("Callable[[TraceResult], None]", _print if law else _print_circuits), True)
+    found: TraceResult = outputs.stream(begun)
+    show = _print if isinstance(found, MotionTraceResult) else _print_circuits
+    outputs.finish(found, cast("Callable[[TraceResult], None]", show))
 
 
 def _print(found: MotionTraceResult) -> None:

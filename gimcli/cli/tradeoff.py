@@ -2,58 +2,59 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath, Out, Png
+from gimcli.cli.arguments import METHOD, MODEL, Jit, JitOption, Json, ModelPath, Out, Png, Steps
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
     from gimcli.comparison.tradeoff import Entry
     from gimcli.library.tradeoff import TradeoffResult
 
-NAME = "tradeoff"
 HELP = (
-    "Compare every method at tolerances from 1e-2 to 1e-14 on the motion along the actuators' laws: sweeps or"
-    " iterations, operations, time and true error; say which to use for 3, 6, 9 and 12 digits.\n\n"
-    "Errors are those of the traced points against positions refined to 40 digits, relative to the mechanism's size. A"
-    " position on another branch is not solved. Newton-Raphson in joint, absolute and natural coordinates, as"
-    " multibody programs have it, is there for comparison only. Times are processor times, the least of some runs,"
-    " without what a method prepares once. Writes MODEL.tradeoff.csv and MODEL.tradeoff.png.\n\n"
-    "Example: gim tradeoff models/platform_3rrr.yaml --tolerances 1e-3,1e-6,1e-9 --out results"
+    "Every method solves the motion of the model at each tolerance: iterations, operations, time, and the true error"
+    " against positions refined to 40 digits; then a recommendation for 3, 6, 9 and 12 digits. Writes"
+    " MODEL.tradeoff.csv and .png."
 )
+EXAMPLES = ("gim tradeoff models/platform_3rrr.yaml --tolerances 1e-3,1e-6,1e-9 -o results/",)
 
 
 def command(
     model: ModelPath = MODEL,
-    steps: Annotated[int, typer.Option("--steps", "-n", min=1, max=100_000, help="Steps of the motion.")] = 72,
+    steps: Steps = 72,
     tolerances: Annotated[
-        str, typer.Option("--tolerances", help="Separated by commas; default every second decade, 1e-2 to 1e-14.")
+        str,
+        typer.Option(
+            "--tolerances", metavar="T,T,...", help="Default: 1e-2, 1e-4 ... 1e-14.", rich_help_panel=METHOD
+        ),
     ] = "",
-    out: Out = Path(),
-    png: Png = True,
     seconds: Annotated[
         float,
-        typer.Option("--seconds", min=1.0, help="Processor time it is meant to take; more runs slow methods too."),
+        typer.Option(
+            "--seconds", metavar="S", min=1.0, help="Processor time for all; slow methods get fewer runs.",
+            rich_help_panel=METHOD,
+        ),
     ] = 10.0,
     jit: JitOption = Jit.AUTO,
+    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    png: Png = True,
     as_json: Json = False,
-) -> None:
+) -> None:  # fmt: skip
     """Compare methods."""
-    from gimcli.cli.console import files_in, finish, note, write_files
+    from gimcli.cli.console import note
+    from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
-    from gimcli.library.load import load
-    from gimcli.library.tradeoff import tradeoff
+    from gimcli.library.tradeoff import TradeoffResult, tradeoff
 
     chosen = _tolerances(tolerances)
-    mechanism = load(model)
-    csv_path, png_path = files_in(out, f"{model.stem}.tradeoff", png, mechanism)
+    outputs = Outputs(TradeoffResult, model, out, writes=True, picture=png, as_json=as_json)
     found = tradeoff(
-        mechanism, steps, tolerances=chosen, seconds=seconds, jit=jit.value, notify=note, progress=progress_bar
+        outputs.loaded(), steps, tolerances=chosen, seconds=seconds, jit=jit.value, notify=note, progress=progress_bar
     )
-    finish(found, write_files(found, csv_path, png_path), as_json, _print, paths_first=True)
+    outputs.write(found)
+    outputs.finish(found, _print)
 
 
 def _tolerances(text: str) -> list[float]:

@@ -2,66 +2,78 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath, Out, Png
+from gimcli.cli.arguments import INPUTS, MODEL, Jit, JitOption, Json, ModelPath, Out, Png
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
     from gimcli.mechanism import Mechanism
 
-NAME = "workspace"
 HELP = (
-    "Find what a point reaches, over all configurations: for two or more inputs the region, its boundary, holes and"
-    " inner curves on which some configuration is held back, traced by continuation; for one input the paths, their"
-    " extent and the interval of the input. Writes the curves as CSV and PNG.\n\n"
-    "An input's range is that of its law; a rotary input without a law, or over a full turn, is free. --orientation"
-    " keeps a member's direction (first -> second node): the workspace of a platform at that orientation. --grid also"
-    " solves N values of every input in all combinations and writes the reached places as NPZ.\n\n"
-    "Example: gim workspace models/five_bar.yaml --point P --grid 400\n\n"
-    "Example: gim workspace models/platform_3rpr.yaml --point M --orientation platform=0"
+    "Over all configurations: with two or more inputs the region that a point reaches, its boundary, holes and inner"
+    " curves; with one input the paths and the interval of the input. The range of an input is that of its law; a"
+    " rotary input without a law turns fully. Writes MODEL.workspace.csv and .png."
 )
+EXAMPLES = (
+    "gim workspace models/five_bar.yaml --point P --grid 400 -o results/",
+    "gim workspace models/platform_3rpr.yaml --point M --orientation platform=0",
+)
+GRID = "Grid"
 
 
 def command(
     model: ModelPath = MODEL,
-    point: Annotated[str, typer.Option("--point", "-p", help="Node or point; default: the first of `trace`.")] = "",
+    point: Annotated[
+        str,
+        typer.Option(
+            "--point", "-p", metavar="NAME", help="Node or point; default: the first of `trace`.",
+            rich_help_panel=INPUTS,
+        ),
+    ] = "",
     orientation: Annotated[
         list[str],
-        typer.Option("--orientation", metavar="MEMBER=ANGLE", help="Keep a member's direction; may be repeated."),
+        typer.Option(
+            "--orientation", metavar="MEMBER=ANGLE", help="Keep a member's direction; repeatable.",
+            rich_help_panel=INPUTS,
+        ),
     ] = [],  # noqa: B006 - typer wants a list; nothing changes it
-    grid: Annotated[int, typer.Option("--grid", min=0, help="Values of every input to solve; 0: none.")] = 0,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with the --grid of an interrupted run.")] = False,
-    out: Out = Path(),
-    png: Png = True,
+    grid: Annotated[
+        int,
+        typer.Option(
+            "--grid", metavar="N", min=0, rich_help_panel=GRID,
+            help="Also solve N values of every input in all combinations, for an .npz file.",
+        ),
+    ] = 0,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Resume an interrupted --grid.", rich_help_panel=GRID)
+    ] = False,
     jit: JitOption = Jit.AUTO,
+    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    png: Png = True,
     as_json: Json = False,
-) -> None:
+) -> None:  # fmt: skip
     """Find a workspace."""
-    from gimcli.cli.console import finish, note, write_files
+    from gimcli.cli.console import note
+    from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
-    from gimcli.library.load import load
-    from gimcli.library.workspace import workspace
-    from gimcli.output import refuse_unwritable
-    from gimcli.output.npz import write_npz
+    from gimcli.library.workspace import WorkspaceResult, workspace
 
-    mechanism = load(model)
-    stem = out / f"{model.stem}.workspace"
-    csv_path, png_path, npz_path = (stem.with_name(f"{stem.name}.{kind}") for kind in ("csv", "png", "npz"))
-    refuse_unwritable(mechanism.files, csv_path, *([png_path] if png else []), *([npz_path] if grid else []))
+    more = [".npz"] if grid else []
+    outputs = Outputs(WorkspaceResult, model, out, writes=True, picture=png, more=more, as_json=as_json)
+    mechanism = outputs.loaded()
+    arrays = outputs.files.of("arrays")
     found = workspace(
         mechanism, point, orientation=_orientations(orientation), grid=grid, jit=jit.value,
-        keep=npz_path.with_suffix(".parts") if grid else None, resume=resume, notify=note, progress=progress_bar,
+        keep=arrays[0].with_suffix(".parts") if grid and arrays else None, resume=resume, notify=note,
+        progress=progress_bar,
     )  # fmt: skip
-    paths = write_files(found, csv_path, png_path if png else None)
+    outputs.write(found)
     if found.grid is not None:
-        write_npz(found.grid.arrays(), npz_path)
         found.grid.clear()
-        paths["npz"] = npz_path
-    finish(found, paths, as_json, lambda found: _print_report(mechanism, found.report()))
+    outputs.finish(found, lambda found: _print_report(mechanism, found.report()))
 
 
 def _orientations(given: list[str]) -> dict[str, float]:

@@ -49,6 +49,8 @@ def circuits(mechanism: Mechanism, *, samples: int = 72, progress: Phases = no_p
 class CircuitsResult(Result):
     """The circuits: `count`, `complete`, and the curves and configurations of each (`found`, `report()`)."""
 
+    KIND = "circuits"
+
     def __init__(self, mechanism: Mechanism, found: Circuits) -> None:
         self.mechanism, self.found = mechanism, found
 

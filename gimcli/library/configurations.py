@@ -44,6 +44,8 @@ def configurations(
 class ConfigurationsResult(Result):
     """Configurations: `xy[name]` (configurations, 2), `angle[member]`, `complete`, and which one is `drawn`."""
 
+    KIND = "configurations"
+
     def __init__(self, found: Configurations, drawn: int | None) -> None:
         self.mechanism, self.found, self.drawn = found.mechanism, found, drawn
 

@@ -80,6 +80,8 @@ class ForcesAlong:
 class ForcesResult(RowsResult):
     """Efforts, reactions, shaking force and powers along a motion, by their columns."""
 
+    KIND = "forces"
+
     def __init__(self, found: ForceMotion, steps: int, table: Table | None) -> None:
         self.mechanism, self.found, self.steps = found.statics.mechanism, found, steps
         self._table = table

@@ -33,6 +33,8 @@ def groups(mechanism: Mechanism) -> GroupsResult:
 class GroupsResult(Result):
     """The groups in the order of formation (`found`), one row each."""
 
+    KIND = "groups"
+
     def __init__(self, mechanism: Mechanism, found: Formation) -> None:
         self.mechanism, self.found = mechanism, found
 

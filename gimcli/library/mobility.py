@@ -37,6 +37,8 @@ def mobility(mechanism: Mechanism) -> MobilityResult:
 class MobilityResult(Result):
     """Grübler's count, rank, mobility, and what is redundant, undriven or over-driven, by name (`found`)."""
 
+    KIND = "mobility"
+
     def __init__(self, mechanism: Mechanism, found: Mobility, start: str) -> None:
         self.mechanism, self.found, self.start = mechanism, found, start
 

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from gimcli.dynamics.flywheel import Flywheel, flywheel
+from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reduction import Reduction, chosen_input, reduce_to_input, reduction_table
 from gimcli.errors import UsageError
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_unmoved
@@ -39,6 +40,7 @@ def reduce(
         raise UsageError("a flywheel needs both --fluctuation and --rpm")
     refuse_choice("jit", jit, JIT)
     refuse_count("steps", steps, 1, MOST_STEPS)
+    require_masses(mechanism)
     refuse_unmoved(mechanism, "add one")
     actuator = chosen_input(mechanism, input)
     run = choose(jit, steps * WORK, notify, ("move",))
@@ -53,6 +55,8 @@ def reduce(
 
 class ReduceResult(RowsResult):
     """Reduced inertia, torque and potential over the input, by their columns, and the `wheel` asked for."""
+
+    KIND = "reduced"
 
     def __init__(self, found: Reduction, wheel: Flywheel | None) -> None:
         self.mechanism, self.found, self.wheel = found.mechanism, found, wheel

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from gimcli.mechanism import Mechanism
 from gimcli.table import Column, Table, labelled
 
 if TYPE_CHECKING:
+    from gimcli.output.destinations import Destinations
     from gimcli.output.picture import Content
 
 SHOWN = 10
@@ -24,6 +25,9 @@ SHOWN = 10
 
 class Result(Mapping[str, NDArray[Any]]):
     """A result is a mapping of its table's columns by their names; `print` shows it, a notebook draws it."""
+
+    KIND: ClassVar[str]
+    """The word before the suffix in the names of the usual files, such as `forces` in `model.forces.csv`."""
 
     mechanism: Mechanism
 
@@ -58,38 +62,46 @@ class Result(Mapping[str, NDArray[Any]]):
     def headline(self) -> str:
         """Return the result in one line."""
 
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the columns by their names, as an .npz file has them."""
+        return {column.name: column.values for column in self.table().columns}
+
+    @classmethod
+    def destinations(
+        cls, out: Sequence[Path | str], stem: str, picture: bool = True, more: Sequence[str] = ()
+    ) -> Destinations:
+        """Return where the output goes; folders get the usual files, `more` suffixes too, and the picture if asked."""
+        from gimcli.output import destinations
+
+        draws = cls.picture is not Result.picture
+        known = ["table", "arrays", "report", *(["picture"] if draws else [])]
+        usual = [".csv", *([".png"] if draws and picture else []), *more]
+        return destinations(out, f"{stem}.{cls.KIND}" if cls.KIND else stem, usual, known)
+
     def save(self, *paths: Path | str) -> None:
-        """Write files, each in the format of its suffix: a table (.csv), a picture (.png, .svg, .pdf) or .json.
+        """Write files, each in the format of its suffix: .csv, .npz, .json, .png, .svg or .pdf.
 
-        Raises UsageError where a suffix names no format, a picture has nothing to show, or a file is one that the
-        model was read from; OutputError where a file cannot be written. Each file is written whole or not at all.
+        A folder gets the files that the command writes by default. Raises UsageError where a suffix is not known, there
+        is nothing to draw, or a file is one that the model was read from; OutputError where a file cannot be written.
+        Each file is written atomically.
         """
-        import json
-
-        from gimcli.output import PICTURE_FORMATS, TABLE_FORMATS, refuse_unwritable, write
-        from gimcli.output.atomic import written_text
-
-        named = [Path(path) for path in paths]
-        known = [*TABLE_FORMATS, *PICTURE_FORMATS, ".json"]
-        for path in named:
-            if path.suffix.lower() not in known:
-                raise UsageError(f"{path}: nothing is written as '{path.suffix}'; choose {', '.join(known)}")
-        refuse_unwritable(self.mechanism.files, *named)
-        drawn: dict[Path, Content] = {}
-        for path in (path for path in named if path.suffix.lower() in PICTURE_FORMATS):
-            content = self.picture()
-            if content is None:
+        files = self.destinations(paths, self.mechanism.files[0].stem if self.mechanism.files else "model")
+        if files.stdout:
+            raise UsageError("-: give the name of a file")
+        files.refuse(self.mechanism.files)
+        contents = self.contents(files.files)
+        for path in files.named:
+            if contents[path] is None:
                 raise UsageError(f"{path}: there is nothing to draw: {self.headline()}")
-            drawn[path] = content
-        for path in named:
-            suffix = path.suffix.lower()
-            if suffix == ".json":
-                with written_text(path) as handle:
-                    handle.write(json.dumps(plain(self.report()), ensure_ascii=False) + "\n")
-            elif suffix in TABLE_FORMATS:
-                write(self.table(), path)
-            else:
-                write(drawn[path], path)
+        write_contents(contents)
+
+    def contents(self, paths: Iterable[Path]) -> dict[Path, Any]:
+        """Return the content of each file; None where there is nothing to draw."""
+        from gimcli.output import format_of
+
+        kinds = {path: format_of(path).content for path in paths}
+        found = {kind: getattr(self, kind)() for kind in set(kinds.values())}
+        return {path: found[kind] for path, kind in kinds.items()}
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         return self.table()[name]
@@ -173,15 +185,14 @@ class ByName(Mapping[str, Any]):
         return f"{{{', '.join(f'{name!r}: ...' for name in self._names)}}}"
 
 
-def plain(value: Any) -> Any:
-    """Return a value that JSON can hold: NaN and infinity become null."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {k: plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(v) for v in value]
-    return value
+def write_contents(contents: Mapping[Path, Any]) -> list[Path]:
+    """Write the contents of files; return the files that were written."""
+    from gimcli.output import write
+
+    written = [path for path, content in contents.items() if content is not None]
+    for path in written:
+        write(contents[path], path)
+    return written
 
 
 def joined(tables: Iterable[Table]) -> Table:

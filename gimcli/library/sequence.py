@@ -44,6 +44,8 @@ def sequence(
 class SequenceResult(Result):
     """The groups of the sequence, in order of solution, and the position that they are ranked at."""
 
+    KIND = "sequence"
+
     def __init__(
         self, mechanism: Mechanism, groups: list[SequenceGroupReport], z: ComplexArray, status: Status
     ) -> None:

@@ -72,6 +72,8 @@ def simulate(
 class SimulateResult(RowsResult):
     """The motion by itself: `xy[name]` (rows, 2), `angle[member]`, `status`, `events`, energies by their columns."""
 
+    KIND = "simulation"
+
     def __init__(self, found: Simulation, times: FloatArray, forces: Forces | None) -> None:
         self.mechanism, self.found, self.times, self.forces = found.mechanism, found, times, forces
         self._table = simulation_table(found, times, forces)

@@ -39,6 +39,8 @@ def singularities(mechanism: Mechanism, *, progress: Phases = no_phases) -> Sing
 class SingularitiesResult(Result):
     """The singular positions (`events`), one row each, and the branches that they are on (`found`)."""
 
+    KIND = "singularities"
+
     def __init__(self, mechanism: Mechanism, found: Survey) -> None:
         self.mechanism, self.found = mechanism, found
 

@@ -64,6 +64,8 @@ def solve(
 class SolveResult(Result):
     """A position: `status`, `xy[name]` (2,) of nodes and points, `angle[member]`, `inputs`, `residual`."""
 
+    KIND = "solve"
+
     def __init__(self, position: Position, law: ErrorLaw | None, moving: Instant | None) -> None:
         self.mechanism, self.position, self.law, self.moving = position.mechanism, position, law, moving
 

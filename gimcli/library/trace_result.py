@@ -21,6 +21,8 @@ POSES = 6
 class TraceResult(RowsResult):
     """Rows of a motion: `xy[name]` (rows, 2), `angle[member]`, `status`, `events`, and columns by their names."""
 
+    KIND = ""
+
     motions: Sequence[Motion]
 
     @property

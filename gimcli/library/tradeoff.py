@@ -49,6 +49,8 @@ def tradeoff(
 class TradeoffResult(Result):
     """Time, operations and true error of every method at every tolerance, one row each (`found`)."""
 
+    KIND = "tradeoff"
+
     def __init__(self, found: Tradeoff, steps: int) -> None:
         self.mechanism, self.found, self.steps = found.mechanism, found, steps
 

@@ -63,6 +63,8 @@ def workspace(
 class WorkspaceResult(Result):
     """The region that a point reaches, or its paths where one input moves it (`found`), and the `grid` solved."""
 
+    KIND = "workspace"
+
     def __init__(self, found: Workspace | Reach, grid: Grid | None) -> None:
         self.mechanism, self.found, self.grid = found.task.mechanism, found, grid
 
@@ -86,6 +88,10 @@ class WorkspaceResult(Result):
     def table(self) -> Table:
         """Return one row a point of a curve."""
         return reach_table(self.found) if isinstance(self.found, Reach) else region_table(self.found)
+
+    def arrays(self) -> dict[str, Any]:
+        """Return the places that the grid reaches, if there is one, else the columns."""
+        return self.grid.arrays() if self.grid else super().arrays()
 
     def picture(self) -> Content:
         """Return the region, or the paths, over a position."""

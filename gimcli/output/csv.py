@@ -30,17 +30,23 @@ def refuse_repeated(names: Iterable[str]) -> None:
 
 
 class CsvStream:
-    """A CSV file that grows by tables and appears when the `with` block ends without an error."""
+    """CSV text that grows table by table.
 
-    def __init__(self, path: Path | str, names: Sequence[str]) -> None:
-        self._path = Path(path)
+    A file appears when the `with` block ends without an error; a handle, such as standard output, is written at once.
+    """
+
+    def __init__(self, target: Path | str | TextIO, names: Sequence[str]) -> None:
+        self._target = target
         self._names = tuple(names)
         refuse_repeated(self._names)
         self._stack = ExitStack()
         self._handle: TextIO | None = None
 
     def __enter__(self) -> CsvStream:
-        self._handle = self._stack.enter_context(written_text(self._path))
+        target = self._target
+        if isinstance(target, Path | str):
+            target = self._stack.enter_context(written_text(target))
+        self._handle = target
         self._handle.write(",".join(map(_quoted, self._names)) + "\n")
         return self
 

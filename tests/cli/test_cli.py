@@ -4,11 +4,15 @@ import json
 import os
 import subprocess
 import sys
+from importlib import import_module
 
 import processes
 import pytest
 from bundled import FEWEST, MODELS, README
 from in_process import printed as gim
+from in_process import ran
+
+from gimcli.cli import COMMANDS, GROUPS
 
 
 def test_help_imports_nothing_heavy():
@@ -38,11 +42,72 @@ def test_a_dyadic_trace_pays_for_nothing_that_it_does_not_use(tmp_path):
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_fits_a_terminal_and_begins_with_examples(command):
+    """At most 50 lines of 80 columns; usage and examples in the first 24; groups of options have names."""
+    lines = gim(command, "--help").splitlines()
+    assert len(lines) <= 50
+    assert max(map(len, lines)) <= 80
+    head = "\n".join(lines[:24])
+    examples = import_module(f"gimcli.cli.{command}").EXAMPLES
+    assert all(f"  {example}\n" in head + "\n" and example.startswith(f"gim {command}") for example in examples)
+    assert head.startswith(f"Usage: gim {command} ")
+    assert COMMANDS[command] in " ".join(head.split())
+    assert lines[-1] == f"More: gim manual {command}"
+    assert "Options:" not in lines or command in ("schema", "manual")
+
+
+@pytest.mark.few(8)
+@pytest.mark.parametrize("example", [e for name in COMMANDS for e in import_module(f"gimcli.cli.{name}").EXAMPLES])
+def test_the_examples_of_the_help_run(example, tmp_path):
+    (tmp_path / "models").symlink_to(MODELS)
+    words = example.partition(" | ")[0].partition(" > ")[0].split()
+    assert gim(*words[1:], cwd=tmp_path)
+
+
+def test_commands_are_listed_by_what_they_answer():
+    lines = gim("--help").splitlines()
+    assert len(lines) <= 50
+    assert max(map(len, lines)) <= 80
+    for title, commands in GROUPS.items():
+        start = lines.index(f"{title}:")
+        listed = " ".join(" ".join(lines[start + 1 : start + 2 * len(commands) + 1]).split())
+        assert all(f"{name} {line}" in listed for name, line in commands.items())
+
+
+def test_the_package_runs_as_a_module():
+    done = subprocess.run([sys.executable, "-m", "gimcli", "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("gim ")
+
+
 @pytest.mark.parametrize(
-    "command", ["solve", "trace", "sequence", "mobility", "singularities", "groups", "forces", "tradeoff", "schema"]
+    ("words", "complete"),
+    [("gim tr", ["trace", "tradeoff"]), ("gim trace --at", ["--at-limit"]), ("gim sim", ["simulate"])],
 )
-def test_every_command_has_help_with_an_example(command):
-    assert "Example" in gim(command, "--help")
+def test_a_shell_completes_commands_and_options(words, complete):
+    asked = {"_GIM_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(len(words.split()) - 1)}
+    done = subprocess.run([sys.executable, "-m", "gimcli"], env=os.environ | asked, capture_output=True, text=True)
+    assert done.stdout.split() == complete
+
+
+def test_completion_can_be_shown():
+    assert "_GIM_COMPLETE" in gim("--show-completion", "bash")
+
+
+DRIVEN = "actuators: {motor: {type: rotary, pivot: O, arm: A}}\n"
+MASSES = "masses: {crank: {mass: 1, inertia: 1}}\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "command", "code"),
+    [(text, command, 3) for text in ("", DRIVEN) for command in ("forces", "simulate", "reduce")]
+    + [(MASSES, command, 4) for command in ("forces", "simulate", "reduce", "solve", "trace", "tradeoff", "workspace")]
+    + [(MASSES + DRIVEN, "simulate", 4)],
+)
+def test_no_masses_is_a_fault_of_the_file_and_nothing_to_drive_one_of_the_structure(more, command, code, tmp_path):
+    text = "nodes: {O: [0, 0], G: [4, 0], A: [0, 1], B: [4, 3]}\nground: [O, G]\n"
+    (tmp_path / "m.yaml").write_text(text + "links: {crank: [O, A], rod: [A, B], rocker: [G, B]}\n" + more)
+    assert ran(command, "m.yaml", cwd=tmp_path).code == code
 
 
 def test_trace_json(tmp_path):

@@ -107,11 +107,9 @@ def test_wrong_asking_is_refused_before_the_work(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_help_lists_every_kind():
-    text, told = gim("trace", "--help"), gim("trace", "--measure", "help")
-    for kind in KINDS:
-        assert kind in text
-        assert kind in told
+def test_measure_help_lists_every_kind():
+    listed = gim("trace", "--measure", "help")
+    assert all(kind in listed for kind in KINDS)
 
 
 def test_rows_that_are_not_solved_leave_the_measures_empty(tmp_path):

@@ -9,7 +9,7 @@ from in_process import gim, read_rows
 from gimcli.dynamics.integrators import INTEGRATORS, Integrator
 from gimcli.measures import KINDS
 from gimcli.measures.measure import Head, Kind, Measure
-from gimcli.output import PICTURE_FORMATS, TABLE_FORMATS
+from gimcli.output import FORMATS, Format
 
 
 class Height(Measure):
@@ -62,7 +62,20 @@ def test_integrator(monkeypatch, tmp_path):
     monkeypatch.setitem(INTEGRATORS, "heun", Integrator(Heun, lands=False))
     drifts = []
     for step in (2e-3, 1e-3):
-        options = ("--method", "heun", "--step", step, "--time", 0.5, "--dt", 0.1, "--no-png", "--json", "-o", tmp_path)
+        options = (
+            "--integrator",
+            "heun",
+            "--step",
+            step,
+            "--time",
+            0.5,
+            "--dt",
+            0.1,
+            "--no-png",
+            "--json",
+            "-o",
+            tmp_path,
+        )
         done = gim("simulate", MODELS / "watt_durango.yaml", *options)
         assert done.code == 0
         drifts.append(done.json["energy_drift"])
@@ -71,9 +84,10 @@ def test_integrator(monkeypatch, tmp_path):
 
 
 def test_formats(monkeypatch, tmp_path):
-    monkeypatch.setitem(TABLE_FORMATS, ".names", lambda table, path: path.write_text("\n".join(table.names)))
-    monkeypatch.setitem(PICTURE_FORMATS, ".kind", lambda picture, path: path.write_text(type(picture).__name__))
+    names = Format("table", lambda table, path: path.write_text("\n".join(table.names)))
+    monkeypatch.setitem(FORMATS, ".names", names)
+    monkeypatch.setitem(FORMATS, ".kind", Format("picture", lambda p, path: path.write_text(type(p).__name__)))
     table, picture = tmp_path / "position.names", tmp_path / "position.kind"
-    assert gim("solve", MODELS / "crank_rocker.yaml", "--csv", table, "--png", picture).code == 0
+    assert gim("solve", MODELS / "crank_rocker.yaml", "-o", table, "-o", picture).code == 0
     assert table.read_text().split()[:3] == ["node", "x", "y"]
     assert picture.read_text() == "Picture"

@@ -13,14 +13,14 @@ from bundled import MODELS, ROOT
 from in_process import gim, read_rows
 
 import gimcli
-from gimcli.library.result import plain
 from gimcli.model.source import read_source
+from gimcli.output import json_text
 
 VERBS = {
     "load", "loads", "solve", "trace", "configurations", "circuits", "singularities", "workspace", "sequence",
     "mobility", "groups", "forces", "simulate", "reduce", "tradeoff",
 }  # fmt: skip
-NOTHING = {"csv", "png", "npz"}
+NOTHING = {"csv", "png", "npz", "files"}
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +155,7 @@ def test_files_are_those_of_the_command(four_bar, tmp_path):
     report = json.loads((tmp_path / "own.json").read_text())
     assert report == {k: v for k, v in run.json.items() if k not in NOTHING}
     assert len(read_rows(tmp_path / "own.csv")) == 9
-    with pytest.raises(gimcli.UsageError, match=r"nothing is written as '.xyz'"):
+    with pytest.raises(gimcli.UsageError, match=r"'.xyz' is not a known format"):
         found.save(tmp_path / "own.xyz")
 
 
@@ -209,7 +209,7 @@ def test_a_command_prints_what_the_verb_returns_at_a_limit(at_limit, tmp_path):
     run = gim("trace", path, "--steps", 12, "--at-limit", at_limit, "--no-png", "--json", "--out", tmp_path)
     found = gimcli.trace(gimcli.load(path), 12, at_limit=at_limit)
     assert any(event["kind"] == "limit" for event in found.events)
-    report = json.loads(json.dumps(plain(found.report())))
+    report = json.loads(json_text(found.report()))
     assert report == {k: v for k, v in run.json.items() if k not in NOTHING}
 
 
@@ -220,7 +220,7 @@ def test_a_command_prints_what_the_verb_returns(case, tmp_path, monkeypatch):
     path = MODELS / f"{model}.yaml"
     printed = gim(case.split()[0], path, *arguments, "--json").json
     found = verb(gimcli.load(path))
-    report = json.loads(json.dumps(plain(found.report())))
+    report = json.loads(json_text(found.report()))
     assert untimed(report) == untimed({k: v for k, v in printed.items() if k not in NOTHING})
     assert list(found) == list(found.table().names)
     assert found.headline() in repr(found)
@@ -342,10 +342,16 @@ def test_rows_that_are_not_solved_have_no_angle():
 
 
 def test_nothing_is_written_where_there_is_nothing_to_draw(tmp_path):
-    found = gimcli.mobility(gimcli.load(MODELS / "crank_rocker.yaml"))
-    with pytest.raises(gimcli.UsageError, match="nothing to draw"):
-        found.save(tmp_path / "m.csv", tmp_path / "m.png")
-    assert list(tmp_path.iterdir()) == []
+    crank_rocker = gimcli.load(MODELS / "crank_rocker.yaml")
+    unreachable = read_source(MODELS / "crank_rocker.yaml").data
+    unreachable["links"]["coupler"] = {"nodes": ["A", "B"], "length": 1000}
+    cases = {
+        "can be written here": gimcli.mobility(crank_rocker), "nothing to draw": gimcli.solve(gimcli.load(unreachable)),
+    }  # fmt: skip
+    for reason, found in cases.items():
+        with pytest.raises(gimcli.UsageError, match=reason):
+            found.save(tmp_path / "m.csv", tmp_path / "m.png")
+        assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("verb", ["solve", "trace", "configurations", "circuits", "workspace", "mobility"])

@@ -14,11 +14,11 @@ from gimcli.cli import COMMANDS
 from gimcli.dynamics.integrators import INTEGRATORS
 from gimcli.manual.pages import command_names, manual_text, page_names, summary
 from gimcli.measures import KINDS
-from gimcli.output import PICTURE_FORMATS, TABLE_FORMATS
+from gimcli.output import FORMATS
 
 LONG = [page for page in PAGES if any("soak" in block.words for block in blocks(page))]
 PLANNED = ("tutorial.md", "commands.md", "dynamics.md", "workspace.md")
-REGISTRIES = (INTEGRATORS, KINDS, PICTURE_FORMATS, TABLE_FORMATS)
+REGISTRIES = (INTEGRATORS, KINDS, FORMATS)
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ import math
 import shutil
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from unittest.mock import patch
 
@@ -19,7 +18,8 @@ from gimcli.cli import COMMANDS, app, main
 from gimcli.errors import GimError
 from gimcli.model.source import read_source
 
-MODULES = [import_module(f"gimcli.cli.{name}") for name in COMMANDS if name != "manual"]
+ANALYSES = [name for name in COMMANDS if name not in ("schema", "manual")]
+"""The commands that read a model and report in JSON."""
 """Of the commands that are about models."""
 
 

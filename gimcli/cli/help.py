@@ -1,0 +1,50 @@
+"""The help of a command: usage, one sentence, examples, then the options in named groups."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from typer.core import TyperCommand
+
+from gimcli.cli.plain_values import taking_plain_values
+
+
+class Command(TyperCommand):
+    """A command whose help begins with examples; typer does not check its plain values."""
+
+    examples: tuple[str, ...] = ()
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the arguments and options."""
+        return taking_plain_values(super().get_params(ctx))
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write usage, text, examples and options."""
+        self.format_usage(ctx, formatter)
+        self.format_help_text(ctx, formatter)
+        with formatter.section("Examples" if len(self.examples) > 1 else "Example"):
+            for example in self.examples:
+                formatter.write(f"{'':{formatter.current_indent}}{example}\n")
+        for title, rows in grouped(self.get_params(ctx), ctx).items():
+            with formatter.section(title):
+                formatter.write_dl(rows)
+        formatter.write(f"\nMore: gim manual {ctx.info_name}\n")
+
+
+def grouped(params: Iterable[Any], ctx: Any) -> dict[str, list[tuple[str, str]]]:
+    """Return the lines of the help by the titles of the groups; an option without a group is in the last one."""
+    groups: dict[str, list[tuple[str, str]]] = {}
+    for param in params:
+        record = param.get_help_record(ctx)
+        if record is not None:
+            title = getattr(param, "rich_help_panel", None) or next(reversed(groups), "Options")
+            groups.setdefault(title, []).append((record[0], _without_range(record[1])))
+    return groups
+
+
+def _without_range(text: str) -> str:
+    """Return a help text without the range of a number, which the message of an error names."""
+    head, bracket, extra = text.rpartition("  [")
+    kept = [part for part in extra.removesuffix("]").split("; ") if "x<=" not in part and "x>=" not in part]
+    return (f"{head}{bracket}{'; '.join(kept)}]" if kept else head) if bracket else text

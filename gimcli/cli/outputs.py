@@ -1,0 +1,151 @@
+"""What a command writes: the files that `-o` names, or its usual ones, and the table on standard output."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, nullcontext, redirect_stdout
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+import typer
+
+from gimcli.cli.progress import DRAWING, end_bars, progress_bar
+from gimcli.errors import UsageError
+from gimcli.output import format_of, refuse_unwritable
+
+if TYPE_CHECKING:
+    from gimcli.library.result import Result
+    from gimcli.mechanism import Mechanism
+    from gimcli.table import Table
+
+REPORTED = {"table": "csv", "picture": "png", "arrays": "npz"}
+"""Keys of the report of --json for the first file with such contents."""
+
+Kind = TypeVar("Kind", bound="Result", covariant=True)
+Found = TypeVar("Found", bound="Result")
+
+
+class Stream(Protocol[Kind]):
+    """A result under way: tables of its pieces, then the result."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        ...
+
+    def tables(self) -> Iterator[Table]:
+        """Yield the table of each piece."""
+        ...
+
+    def result(self, table: Table | None) -> Kind:
+        """Return the result, when all tables have been taken."""
+        ...
+
+
+class Outputs:
+    """The files of one command, and its report.
+
+    `writes`: without `-o` the usual files are written into the current folder. `picture`: the picture is one of them.
+    `more`: further suffixes of usual files. `csv` and `png`: files that the options of these names give.
+    """
+
+    def __init__(
+        self, result: type[Result], model: Path, out: Sequence[str], *, writes: bool = False, picture: bool = True,
+        more: Sequence[str] = (), csv: Path | None = None, png: Path | None = None, as_json: bool = False,
+    ) -> None:  # fmt: skip
+        named = _named(csv, ("table",), "--csv") + _named(png, ("picture",), "--png")
+        asked = [*out, *named] or ["./"] * writes
+        self.model, self.as_json = model, as_json
+        self.files = result.destinations(asked, model.stem, picture, more)
+        if as_json and self.files.stdout:
+            raise UsageError("-o - and --json both use standard output: give the table a file name")
+        self.written: list[Path] = []
+
+    @property
+    def draws(self) -> bool:
+        """Return whether a picture is written."""
+        return bool(self.files.of("picture"))
+
+    def loaded(self) -> Mechanism:
+        """Return the mechanism of the model file; refuse files that cannot be written, before any work."""
+        from gimcli.library.load import load
+
+        mechanism = load(self.model)
+        self.files.refuse(mechanism.files)
+        return mechanism
+
+    def write(self, result: Result) -> None:
+        """Write the result's files, and its table to standard output if asked."""
+        if self.files.stdout:
+            from gimcli.output import CsvStream
+
+            table = result.table()
+            with CsvStream(sys.stdout, table.names) as rows:
+                rows.append(table)
+        self._write(result, self.files.files)
+
+    def stream(self, under_way: Stream[Found]) -> Found:
+        """Write the CSV rows of a result while it is computed; all files appear when the result is complete."""
+        from gimcli.library.result import joined
+        from gimcli.output import CsvStream, write_csv
+
+        streamed = tuple(path for path in self.files.files if format_of(path).write is write_csv)
+        others = tuple(path for path in self.files.files if path not in streamed)
+        kept: list[Table] | None = (
+            [] if any(format_of(path).content in ("table", "arrays") for path in others) else None
+        )
+        with ExitStack() as stack:
+            targets: list[Any] = [*streamed, *([sys.stdout] if self.files.stdout else [])]
+            rows = [stack.enter_context(CsvStream(target, under_way.names)) for target in targets]
+            for piece in under_way.tables():
+                for one in rows:
+                    one.append(piece)
+                if kept is not None:
+                    kept.append(piece)
+            found = under_way.result(None if kept is None else joined(kept))
+            self._write(found, others)
+        self.written = [*streamed, *self.written]
+        return found
+
+    def _write(self, result: Result, paths: tuple[Path, ...]) -> None:
+        from gimcli.library.result import write_contents
+
+        if self.draws:
+            progress_bar(DRAWING)
+        self.written = write_contents(result.contents(paths))
+
+    def finish(self, found: Found, show: Callable[[Found], None]) -> None:
+        """Print the report, or its JSON object; exit with 5 where something is missing."""
+        from gimcli.cli.console import print_json, print_written
+
+        if self.as_json:
+            print_json({**found.report(), **self.report()})
+        else:
+            end_bars()
+            with redirect_stdout(sys.stderr) if self.files.stdout else nullcontext():
+                show(found)
+                print_written(self.written)
+        if not found.answered:
+            raise typer.Exit(5)
+
+    def report(self) -> dict[str, Any]:
+        """Return the files that were written, for --json."""
+        first: dict[str, str | None] = {"csv": None, "png": None}
+        for path in reversed(self.written):
+            name = REPORTED.get(format_of(path).content)
+            if name:
+                first[name] = str(path)
+        return {**first, "files": [str(path) for path in self.written]}
+
+
+def _named(path: Path | None, contents: tuple[str, ...], option: str) -> list[str]:
+    """Return the file that an option of its own names; refuse a suffix with other contents."""
+    if path is None:
+        return []
+    try:
+        format_of(path, contents)
+    except UsageError as refused:
+        raise UsageError(f"{option} {refused}") from None
+    refuse_unwritable((), path)  # a folder of this name is no folder to write into
+    return [str(path)]

@@ -1,0 +1,58 @@
+"""Where the output goes: the one rule for `-o` of every command, and for `Result.save`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from gimcli.errors import UsageError
+from gimcli.output.atomic import refuse_unwritable
+from gimcli.output.formats import FORMATS, format_of
+
+STDOUT = "-"
+"""The name of standard output."""
+
+
+@dataclass(frozen=True)
+class Destinations:
+    """The files that are written, and whether the table goes to standard output."""
+
+    files: tuple[Path, ...] = ()
+    named: frozenset[Path] = frozenset()  # files that the user named; the others are the usual ones of a folder
+    stdout: bool = False
+
+    def of(self, *contents: str) -> tuple[Path, ...]:
+        """Return the files with the given contents ("table", "arrays", "report", "picture")."""
+        return tuple(path for path in self.files if format_of(path).content in contents)
+
+    def refuse(self, read: Iterable[Path]) -> None:
+        """Raise UsageError where a file was read for the model, OutputError where a file cannot be written."""
+        refuse_unwritable(read, *self.files)
+
+
+def destinations(out: Sequence[Path | str], stem: str, usual: Sequence[str], known: Sequence[str] = ()) -> Destinations:
+    """Return where the output goes.
+
+    Each of `out` is a file, if its suffix is that of a format; a folder, if it exists, ends with a slash or has no
+    suffix, which gets `stem` with the `usual` suffixes; or "-", the table as CSV on standard output. `known` are the
+    contents that exist ("table", ...), by default all. Raises UsageError for another suffix.
+    """
+    files: dict[Path, bool] = {}
+    for given in map(str, out):
+        if given == STDOUT:
+            continue
+        path = Path(given)
+        if given.endswith(("/", "\\")) or path.is_dir() or not path.suffix:
+            for suffix in usual:
+                files.setdefault(path / f"{stem}{suffix}", False)
+            continue
+        if path.suffix.lower() not in FORMATS:
+            raise UsageError(
+                f"{given}: '{path.suffix}' is not a known format; choose {', '.join(FORMATS)},"
+                " or end a folder's name with /"
+            )
+        format_of(path, tuple(known))
+        files[path] = True
+    named = frozenset(path for path, by_name in files.items() if by_name)
+    return Destinations(tuple(files), named, STDOUT in map(str, out))

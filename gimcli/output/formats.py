@@ -1,0 +1,51 @@
+"""The formats of files: one line each, for every command and for `Result.save`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from gimcli.errors import UsageError
+from gimcli.output.csv import write_csv
+from gimcli.output.json import write_json
+from gimcli.output.npz import write_npz
+from gimcli.output.pdf import write_pdf
+from gimcli.output.png import write_png
+from gimcli.output.svg import write_svg
+
+Content = Literal["table", "arrays", "report", "picture"]
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format: the method of a result that gives the content, and the function that writes it to a path."""
+
+    content: Content
+    write: Callable[[Any, Path], None]
+
+
+FORMATS: dict[str, Format] = {
+    ".csv": Format("table", write_csv),
+    ".npz": Format("arrays", write_npz),
+    ".json": Format("report", write_json),
+    ".png": Format("picture", write_png),
+    ".svg": Format("picture", write_svg),
+    ".pdf": Format("picture", write_pdf),
+}
+"""The formats by their suffix."""
+
+
+def format_of(path: Path | str, contents: tuple[str, ...] = ()) -> Format:
+    """Return the format that a suffix names; raise UsageError where there is none, or none with these contents."""
+    suffix = Path(path).suffix.lower()
+    known = {name: one for name, one in FORMATS.items() if not contents or one.content in contents}
+    if suffix not in known:
+        raise UsageError(f"{path}: '{suffix}' is not a format that can be written here; choose {', '.join(known)}")
+    return known[suffix]
+
+
+def write(content: Any, path: Path | str) -> None:
+    """Write a table, arrays, a report or a picture in the format that the suffix of `path` names."""
+    format_of(path).write(content, Path(path))
