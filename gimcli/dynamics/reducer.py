@@ -152,7 +152,7 @@ class Reducer:
         self.windows, self.opened = no_windows(len(self.own), len(v), len(self.chart.blocks)), 0
         self.watch()
         self.base.v[:] = v
-        self.run(influence.stand)(self.chart, self.base, self.room)
+        self.run(influence.set_signs)(self.chart, self.base, self.room)
         return bool(self.run(influence.settle)(self.chart, self.base, np.zeros(len(self.own)), self.room))
 
     @property

@@ -232,7 +232,7 @@ class WindowSearch:
         v[unknown] = np.asarray(chebyshev.chebval(x, factors))[unknown]
         v[self.own] = centre + half * normal
         found = InfluencePosition(v.copy(), np.zeros_like(near[0].b), np.zeros(len(near[0].sign)))
-        self.run(influence.stand)(self.chart, found, self.room)
+        self.run(influence.set_signs)(self.chart, found, self.room)
         if np.all(found.sign * near[0].sign > 0.0):
             return None
         if not self.run(influence.settle)(self.chart, found, np.zeros(len(self.own)), self.room):

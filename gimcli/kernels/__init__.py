@@ -1,1 +1,1 @@
-"""Numerical kernels: plain Python functions over arrays, run as they are or compiled."""
+"""Numerical kernels: plain Python functions over arrays, which can run interpreted or compiled."""

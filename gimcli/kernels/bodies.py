@@ -4,19 +4,19 @@ A body has its origin o and its angle phi; a point fixed in it is p = o + e^(i p
 
     coincident   p - q = 0                        two rows
     on a line    n.(p - q) - d = 0                n fixed in the second body, d constant or a travel
-    angle        phi - psi - c - v = 0            less whole turns
+    angle        phi - psi - c - v = 0            modulo 2 pi
     distance     (|p - q|^2 - v^2) / 2 v = 0
 
-Every row has at most six partial derivatives, by o and phi of its two bodies. Absolute coordinates
-take them as they are; joint coordinates collect them along the chains of the tree, in which a
-variable turns what hangs on it about a point, or shifts it.
+Every row has at most six partial derivatives, by o and phi of its two bodies. Absolute coordinates use them directly.
+In joint coordinates they are summed along the chains of the tree; each variable rotates all bodies behind its joint
+about a point, or translates them.
 
 Source: Fraczek & Wojtyra, lecture notes on multibody methods; Nikravesh, Computer-Aided Analysis of
 Mechanical Systems, 1988, chapters 4 and 6.
 
 Arrays: pose (bodies, 5) x, y, phi, cos, sin; bi (bodies, 2) first column and whether the body turns;
 pi (pairs, 4) kind, body, body, actuator; pz (pairs, 7) point, point, normal, constant;
-g (rows, 6) partial derivatives, gb (rows, 2) the bodies they belong to.
+g (rows, 6) partial derivatives, gb (rows, 2) the two bodies of each row.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ TURN = 2.0 * math.pi
 
 @kernel
 def place_bodies(q: FloatArray, bi: IntArray, pose: FloatArray) -> None:
-    """Read every body's pose from absolute coordinates."""
+    """Compute the pose of every body from absolute coordinates."""
     for b in range(1, bi.shape[0]):
         c = bi[b, 0]
         pose[b, 0], pose[b, 1] = q[c], q[c + 1]
@@ -51,7 +51,7 @@ def place_bodies(q: FloatArray, bi: IntArray, pose: FloatArray) -> None:
 
 @kernel
 def joint_value(q: FloatArray, values: FloatArray, constant: float, variable: int, actuator: int, turn: int) -> float:
-    """Return a joint's angle or travel: constant, plus a variable or what an input says."""
+    """Return a joint's angle or travel: a constant plus a variable or an input."""
     if variable >= 0:
         return constant + q[variable]
     if actuator >= 0:
@@ -63,17 +63,17 @@ def joint_value(q: FloatArray, values: FloatArray, constant: float, variable: in
 def place_tree(
     q: FloatArray, values: FloatArray, ji: IntArray, jz: FloatArray, pose: FloatArray, v: FloatArray
 ) -> None:
-    """Place the bodies along the tree; fill v (variables, 3): turning or not, and the centre or the shift.
+    """Compute the poses along the tree; fill v (variables, 3): 1 and the centre of a rotation, or 0 and a translation.
 
-    ji (joints, 9) parent, child, kind, then variable, actuator and sense of the angle and of the
-    travel; jz (joints, 10) point and direction in the parent, the same in the child, the constants.
+    ji (joints, 9): parent, child, kind, then variable, actuator and sense of the angle, then of the travel.
+    jz (joints, 10): point and direction in the parent, then in the child, then the constants.
     """
     for k in range(ji.shape[0]):
         p, c = ji[k, 0], ji[k, 1]
         angle = joint_value(q, values, jz[k, 8], ji[k, 3], ji[k, 4], ji[k, 5])
         co, si = pose[p, 3], pose[p, 4]
         ax, ay = jz[k, 0], jz[k, 1]
-        ex, ey = 0.0, 0.0  # where the travel goes, in the parent
+        ex, ey = 0.0, 0.0  # direction of the travel, in the parent
         if ji[k, 2] == RAM:
             s = q[ji[k, 6]]
             reach = values[ji[k, 7]]
@@ -108,7 +108,7 @@ def place_tree(
 def pair_rows(
     values: FloatArray, pi: IntArray, pz: FloatArray, pose: FloatArray, f: FloatArray, g: FloatArray, gb: IntArray
 ) -> None:
-    """Fill the residuals f and their partial derivatives g by the bodies gb."""
+    """Fill the residuals f, their partial derivatives g and the bodies gb of each row."""
     row = 0
     for k in range(pi.shape[0]):
         kind, a, b = pi[k, 0], pi[k, 1], pi[k, 2]
@@ -132,7 +132,7 @@ def pair_rows(
             g[row + 1, 1], g[row + 1, 2], g[row + 1, 4], g[row + 1, 5] = 1.0, rx, -1.0, -sx
             row += 2
             continue
-        turning = 0.0  # how the normal turns with its body
+        turning = 0.0  # derivative by the rotation of the normal with its body
         if kind == ON_LINE:
             nx, ny = pose[b, 3] * pz[k, 4] - pose[b, 4] * pz[k, 5], pose[b, 4] * pz[k, 4] + pose[b, 3] * pz[k, 5]
             f[row] = nx * dx + ny * dy - value
@@ -147,7 +147,7 @@ def pair_rows(
 
 @kernel
 def absolute_rows(g: FloatArray, gb: IntArray, bi: IntArray, j: FloatArray) -> None:
-    """Put the partial derivatives into the columns of the bodies' own coordinates."""
+    """Write the partial derivatives into the columns of the absolute coordinates."""
     j[:, :] = 0.0
     for row in range(gb.shape[0]):
         for side in range(2):
@@ -163,7 +163,7 @@ def absolute_rows(g: FloatArray, gb: IntArray, bi: IntArray, j: FloatArray) -> N
 def chain_column(
     row: int, k: int, gx: float, gy: float, gp: float, x: float, y: float, v: FloatArray, j: FloatArray
 ) -> None:
-    """Add what a variable does to a row through a body at (x, y) with partial derivatives gx, gy, gp."""
+    """Add the derivative of a row by variable k, through a body at (x, y) with partial derivatives gx, gy, gp."""
     if v[k, 0] == 1.0:
         j[row, k] += gy * (x - v[k, 1]) - gx * (y - v[k, 2]) + gp
     else:
@@ -174,7 +174,7 @@ def chain_column(
 def joint_rows(
     g: FloatArray, gb: IntArray, ji: IntArray, above: IntArray, pose: FloatArray, v: FloatArray, j: FloatArray
 ) -> None:
-    """Collect the partial derivatives along the chains; `above` (bodies,) is the joint below which each hangs."""
+    """Sum the partial derivatives along the chains; above (bodies,): the joint between each body and its parent."""
     j[:, :] = 0.0
     for row in range(gb.shape[0]):
         for side in range(2):

@@ -1,7 +1,7 @@
-"""Choose between two values: over arrays as they stand, between two numbers when compiled.
+"""Conditional expressions: over arrays when interpreted, over single numbers when compiled.
 
-With it one formula serves both: numpy runs it over all rows of a block, the compiler over one row
-in a loop that it vectorises.
+They allow one formula for both forms: numpy evaluates it for all rows of a block, and the compiled code evaluates it
+row by row in a loop that the compiler vectorises.
 """
 
 from __future__ import annotations
@@ -31,23 +31,23 @@ def _mark(condition: bool, marks: float) -> float:
 
 @scalar_form(_larger)
 def larger(one: Any, other: Any) -> Any:
-    """Return the larger of two values, the other where one is a NaN."""
+    """Return the larger of two values; if one is NaN, the other."""
     return np.fmax(one, other)
 
 
 @scalar_form(_unless)
 def unless(condition: Any) -> Any:
-    """Return marks where the condition does not hold: true or 1.0, else false or 0.0."""
+    """Return 1.0 (or True) where the condition is false, else 0.0 (or False)."""
     return np.logical_not(condition)
 
 
 @scalar_form(_mark)
 def mark(condition: Any, marks: Any) -> Any:
-    """Return marks, with those where the condition holds."""
+    """Return `marks`, with 1.0 (or True) where the condition is true."""
     return np.logical_or(condition, marks)
 
 
 @scalar_form(_either)
 def where(condition: Any, yes: Any, no: Any) -> Any:
-    """Return `yes` where the condition holds, else `no`."""
+    """Return `yes` where the condition is true, else `no`."""
     return np.where(condition, yes, no)

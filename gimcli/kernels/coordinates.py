@@ -1,7 +1,7 @@
 """Newton-Raphson in absolute, joint or natural coordinates, row after row of a motion.
 
-The textbook iteration: every row starts from the row before it, and ends when no unknown is corrected
-by more than the tolerance. More equations than unknowns are met in the least-squares sense.
+The textbook iteration: every row starts from the row before it and ends when no correction exceeds the tolerance. If
+there are more equations than unknowns, they are solved in the least-squares sense.
 
 Source: Garcia de Jalon & Bayo 1994, section 3.2; Fraczek & Wojtyra, lecture notes on multibody methods.
 """
@@ -21,19 +21,19 @@ from gimcli.mechanism import FloatArray, IntArray
 
 
 class CoordinateScratch(NamedTuple):
-    """Room to work in: kernels allocate nothing."""
+    """Scratch arrays (kernels allocate no memory)."""
 
     j: FloatArray  # (equations, unknowns) gradients, then their factors
     f: FloatArray  # (equations,)
     order: FloatArray  # (2 unknowns,) of the factors
-    last: FloatArray  # (unknowns,) at the last good row
+    last: FloatArray  # (unknowns,) at the last solved row
     g: FloatArray  # (equations, 6) partial derivatives by two bodies
-    gb: IntArray  # (equations, 2) the bodies
-    v: FloatArray  # (unknowns, 3) the tree's variables
+    gb: IntArray  # (equations, 2) numbers of these bodies
+    v: FloatArray  # (unknowns, 3) rotations and translations of the joint variables
 
 
 def room(equations: int, unknowns: int) -> CoordinateScratch:
-    """Return room for a system."""
+    """Return scratch arrays for a system."""
     return CoordinateScratch(
         np.zeros((equations, unknowns)), np.zeros(equations), np.zeros(2 * unknowns), np.zeros(unknowns),
         np.zeros((equations, 6)), np.zeros((equations, 2), dtype=np.int64), np.zeros((unknowns, 3)),
@@ -42,7 +42,7 @@ def room(equations: int, unknowns: int) -> CoordinateScratch:
 
 @kernel
 def correct(q: FloatArray, j: FloatArray, f: FloatArray, order: FloatArray, weight: FloatArray) -> float:
-    """Correct the unknowns once; return the greatest weighted correction, infinite where there is none."""
+    """Correct the unknowns once; return the greatest weighted correction, infinite if the system is singular."""
     m, n = j.shape
     if m < n:
         return math.inf
@@ -57,7 +57,7 @@ def correct(q: FloatArray, j: FloatArray, f: FloatArray, order: FloatArray, weig
     for k in range(n):
         q[k] -= f[k]
         step = abs(f[k]) * weight[k]
-        if not step <= worst:  # a NaN stays
+        if not step <= worst:  # a NaN is kept
             worst = step
     return worst if math.isfinite(worst) else math.inf
 
@@ -68,10 +68,10 @@ def follow_bodies(
     above: IntArray, room: CoordinateScratch, weight: FloatArray, tolerance: float, most: int, pose: FloatArray,
     iterations: FloatArray, good: FloatArray,
 ) -> None:  # fmt: skip
-    """Follow a motion in absolute coordinates, or in joint coordinates where there are joints.
+    """Solve a motion in joint coordinates if there are joints, else in absolute coordinates.
 
-    q (unknowns,) is the start; values (rows, actuators). Filled: pose (rows, bodies, 5), iterations,
-    good. A row that fails leaves the unknowns where the last good row had them.
+    q (unknowns,): start position. values (rows, actuators): inputs. Results: pose (rows, bodies, 5), iterations (rows,)
+    and good (rows,). After a row that fails, the next one starts from the last solved row.
     """
     n = q.shape[0]
     j, f, order, last, g, gb, v = room
@@ -112,9 +112,9 @@ def follow_points(
     room: CoordinateScratch, weight: FloatArray, tolerance: float, most: int, x: FloatArray, y: FloatArray,
     iterations: FloatArray, good: FloatArray,
 ) -> None:  # fmt: skip
-    """Follow a motion in natural coordinates; as `follow_bodies`, x, y (rows, nodes) filled.
+    """Solve a motion in natural coordinates, like `follow_bodies`; results: x, y (rows, nodes), iterations, good.
 
-    cos, sin (rows, actuators) of the values.
+    cos, sin (rows, actuators): of the inputs.
     """
     n = q.shape[0]
     j, f, order, last = room.j, room.f, room.order, room.last

@@ -1,6 +1,6 @@
-"""Dormand & Prince's method 8(5,3) over the equations of motion, many steps in one call.
+"""Dormand & Prince's method 8(5,3) for the equations of motion, many steps in one call.
 
-The state is s, s', and the energies dissipated and supplied; error control is on s and s' alone. Steps, norms and
+The state is s, s', and the dissipated and supplied energies; only s and s' enter the error control. Steps, norms and
 factors are those of scipy's DOP853. Source: Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 1993,
 section II.10; the correction of the energy: Hairer, Lubich & Wanner 2006, algorithm IV.4.2.
 """
@@ -19,17 +19,19 @@ from gimcli.mechanism import FloatArray, IntArray
 STAGES = 12
 SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -0.125
 DOUBLE, FREELY = 2.0, 1e4
-"""With one freedom a step is at most doubled, beyond so many of the shortest that count: where the motion is symmetric
-about a step, all errors cancel in the estimate."""
+"""With one freedom a step is at most doubled, if it is longer than FREELY times the least step (CREEP): the error
+estimate is zero for a motion that is symmetric about the step."""
 
 WANTED, FINISHED, FAILED, STOPPED = range(4)
-"""Why a call ends: its last step holds a row or an event, is very short, or ends where M is steep or a change point
-near; the end is reached; no step is short enough; a stage lies near a change point that has no window yet."""
+"""Why a call ended. WANTED: the last step contains a row or an event, is very short, or ends where M is steep or near a
+change point. FINISHED: the end is reached. FAILED: the least step is still too long. STOPPED: a stage is near a change
+point without a window."""
 
 NOW, BEFORE, STEP, DUE, END, RTOL, ATOL, STEEP, MOVING, GREATEST_KINETIC, START, CORRECTED, SHORTEST, NEAR, CREEP = (
     range(15)
 )
-"""Entries of `clock`: times of the state and of that before, step, next row, end; tolerances; `Policy`; energies."""
+"""Entries of `clock`: times of the state and of the one before, step, time of the next row, end time, tolerances,
+constants of the integration, and energies."""
 
 CLOCK = 15
 
@@ -44,10 +46,10 @@ class Tableau(NamedTuple):
 
 
 class States(NamedTuple):
-    """Working room; n = 2 f + 2."""
+    """State and scratch arrays; n = 2 f + 2 for f free independent variables."""
 
-    y: FloatArray  # (n,) state, also what comes out
-    before: FloatArray  # (n,) where the last step began
+    y: FloatArray  # (n,) state: start and result
+    before: FloatArray  # (n,) state before the last step
     trial: FloatArray  # (n,)
     k: FloatArray  # (13, n) slopes
     clock: FloatArray  # (CLOCK,)
@@ -55,7 +57,7 @@ class States(NamedTuple):
 
 
 class MotionModel(NamedTuple):
-    """What a mechanism is to `move`."""
+    """The arguments of `move` for a mechanism."""
 
     chart: Chart
     acting: Acting
@@ -72,7 +74,7 @@ class MotionModel(NamedTuple):
 
 @kernel
 def slopes(m: MotionModel, y: FloatArray, to: FloatArray) -> bool:
-    """Find y'."""
+    """Compute y'; return whether the position exists."""
     f = m.gain.shape[0]
     good = move(
         m.chart, m.acting, m.base, m.last, m.at, m.windows, y[:f], y[f : 2 * f], m.none, f, m.factors, m.room, m.out,
@@ -87,7 +89,7 @@ def slopes(m: MotionModel, y: FloatArray, to: FloatArray) -> bool:
 
 @kernel
 def try_step(m: MotionModel, t: Tableau, s: States, h: float) -> float:
-    """Take a step to `trial`; return its error beside the tolerance, infinite where there is no position."""
+    """Compute a step, in `trial`; return its error relative to the tolerance, infinite if a position does not exist."""
     n = s.y.shape[0]
     for stage_number in range(1, STAGES + 1):
         row = t.b if stage_number == STAGES else t.a[stage_number]
@@ -115,7 +117,7 @@ def try_step(m: MotionModel, t: Tableau, s: States, h: float) -> float:
 
 @kernel
 def keep_energy(m: MotionModel, s: States) -> None:
-    """Correct the speeds just reached for the energy of the start."""
+    """Scale the speeds so that the energy is that of the start."""
     clock, f = s.clock, m.gain.shape[0]
     kinetic, potential = m.out.energy[KINETIC], m.out.energy[POTENTIAL]
     clock[GREATEST_KINETIC] = max(clock[GREATEST_KINETIC], kinetic)
@@ -131,7 +133,7 @@ def keep_energy(m: MotionModel, s: States) -> None:
 
 @kernel
 def is_wanted(m: MotionModel, s: States) -> bool:
-    """Return whether the step just taken holds a row or an event, or ends where M is steep or a change point near."""
+    """Return whether the last step contains a row or an event, or ends where M is steep or near a change point."""
     f = m.gain.shape[0]
     if s.clock[NOW] >= s.clock[DUE] or s.clock[NOW] >= s.clock[END]:
         return True
@@ -150,7 +152,7 @@ def is_wanted(m: MotionModel, s: States) -> bool:
 
 @kernel
 def stride(m: MotionModel, t: Tableau, s: States, conservative: bool) -> int:
-    """Take steps until one is wanted; `base` stands where that one began, `y` is where it ends."""
+    """Take steps until `is_wanted`; `base` is the position before the last step, `y` the state after it."""
     clock, n = s.clock, s.y.shape[0]
     while True:
         rejected = False

@@ -1,11 +1,11 @@
 """Equilibrium of the bodies of a mechanism, row by row and block by block.
 
-An unknown reaction acts with one sense on a body and with the other on a second body. It is a force d at a node,
-with d = z or z (z_v - z_u), made a unit vector where it acts ALONG two nodes, or a couple. In the equations of a body
+An unknown reaction acts on two bodies with opposite senses. It is a couple, or a force at a node with direction d = z
+or d = z (z_v - z_u), which is normalised if it acts ALONG two nodes. The equations of a body are
 
     x: sum of d_x,   y: sum of d_y,   moment about the body's node r: sum of (p - r) x d
 
-everything has the size of the normal frame; couples are divided by its length unit.
+Lengths are in the normal frame; couples are divided by its length unit.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ X = 0
 Y = 1
 MOMENT = 2
 TURN = 3
-"""A couple in the equation of moments: 1."""
+"""A couple in the equation of moments; its coefficient is 1."""
 
 KNOWN = -1
-"""Column of a term whose unknown an earlier block has found."""
+"""Column of a term whose unknown was determined by an earlier block."""
 
 
 @kernel
 def solve_block(a: FloatArray, n: int, order: FloatArray, b: FloatArray, least: float) -> float:
-    """Solve a block; NaN where its least pivot vanishes beside the greatest. Return the least beside the greatest."""
+    """Solve a block; return the ratio of its least pivot to its greatest. The solution is NaN if it is <= `least`."""
     greatest, smallest = 0.0, 0.0
     if lu_factor(a, n, order) != 0.0:
         smallest = math.inf
@@ -55,14 +55,13 @@ def balance_rows(
     own_rows: IntArray, own_columns: IntArray, right: FloatArray, least: float, a: FloatArray, order: FloatArray,
     b: FloatArray, directions: FloatArray, out: FloatArray, weakest: FloatArray,
 ) -> None:  # fmt: skip
-    """Find the reactions `out` (unknowns, rows) that balance `right` (equations, rows); NaN where they are singular.
+    """Compute reactions `out` (unknowns, rows) that balance `right` (equations, rows); NaN if a block is singular.
 
-    weakest (rows,) becomes the least pivot beside the greatest of its block.
-
-    x, y (nodes, rows). vectors (unknowns, 2): z; directions, the same, is overwritten for the `turned` (., 4): unknown,
-    u, v, and 1 for a unit vector. terms (., 7): row and column in the block, unknown, axis, sense, node that it acts
-    at, node of reference. blocks (., 3): size, first and last term. own_rows, own_columns: equations and unknowns,
-    block after block. a, order, b: scratch.
+    x, y (nodes, rows): positions. vectors (unknowns, 2): z. directions (unknowns, 2): a copy of z, overwritten by d for
+    the `turned` unknowns. turned (., 4): unknown, u, v, and 1 to normalise d. terms (., 7): row and column in the
+    block, unknown, axis, sense, node of action, node of reference. blocks (., 3): size, first and end of its terms.
+    own_rows, own_columns: equations and unknowns, block after block. a, order, b: scratch. weakest (rows,): result, the
+    least ratio of smallest to greatest pivot of a block.
     """
     for k in range(x.shape[1]):
         for t in range(turned.shape[0]):

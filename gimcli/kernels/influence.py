@@ -1,13 +1,14 @@
-"""Positions and first and second influence coefficients of one position, block by block.
+"""A position with its first and second influence coefficients, block by block.
 
-The variables v are x and y of all nodes, all readings, and 1. Some are independent: s. The equations are sums of terms
-c f(u) v_i v_j; a block of them determines a few variables when those before are known. A block of one node's x and y on
-circles or lines is solved in closed form, on the side that the sign of its determinant names; others by
-Newton-Raphson. Then, with the block's gradients J factored once,
+The variables v are x and y of all nodes, all readings (values of actuators and gauges), and 1. Some of them, s, are
+independent. The equations are sums of terms c f(u) v_i v_j; each block determines a few variables from those of the
+blocks before it. A block of two variables x and y on circles or lines is solved in closed form; the sign of its
+determinant selects the solution. The other blocks are solved by Newton-Raphson. Then, with the block's Jacobian J
+factored once,
 
     J dv/ds_k = -(terms along s_k),   J a = -(second derivatives along v'),   v' = sum of dv/ds_k s'_k
 
-so that `a` are the accelerations without those of s. Source: Durango, Giraldo, Calle & Mesa 2014 (module by
+so that `a` are the accelerations without the terms of s''. Source: Durango, Giraldo, Calle & Mesa 2014 (module by
 module); Haug, Computer-Aided Kinematics and Dynamics, 1989, eqs 3.6.10 and 3.6.11.
 """
 
@@ -21,52 +22,52 @@ from gimcli.kernels.linear import lu_factor, lu_solve
 from gimcli.mechanism import FloatArray, IntArray
 
 NEWTON, LINEAR, PAIR = range(3)
-"""How a block is solved."""
+"""Methods of solution of a block; PAIR: closed form for two variables on circles or lines."""
 
 ROUNDS = 12
-"""Iterations of a block that starts near: it has converged, or the start was not near."""
+"""Greatest number of iterations of a block; from a close start it converges in fewer."""
 
 SETTLED = 1e-9
-"""A correction below this is the last: what remains is its square."""
+"""A correction below this is the last one, as the next would be about its square."""
 
 FINEST = 1e-6
-"""Shortest step by which a position is followed, of lengths about 1 and rad."""
+"""Least step of the independent variables, in the normal frame or rad."""
 
 MEETING = 1e-4
-"""Determinant of a block below which its two sides meet there, at a distance of FINEST."""
+"""Determinant of a block, at a distance of FINEST from a change point, below which its two solutions meet there."""
 
 NONE, WEAKEST, ALL = range(3)
-"""Which blocks change their side."""
+"""The blocks that change to their other solution at a change point."""
 
 BEND, CHORD = 0.5, 0.1
-"""Greatest change of direction over a step, and of its chord off the mean direction, relative to the direction."""
+"""Greatest change of the derivatives over a step, and deviation of the chord from their mean, relative."""
 
 ROW, FUNCTION, OWNER, FIRST, SECOND, OF_OWNER, OF_FIRST, OF_SECOND = range(8)
 
 
 class Chart(NamedTuple):
-    """Independent variables, and the others in blocks."""
+    """The independent variables, and the blocks that determine the others."""
 
-    blocks: IntArray  # (blocks, 5) kind, first and last unknown, first and last term
+    blocks: IntArray  # (blocks, 5) method, first and end of its unknowns, first and end of its terms
     unknown: IntArray  # (unknowns,) variables, block after block
     round: FloatArray  # (unknowns,) factor of x^2 + y^2 in the equations, in the order of the unknowns
     ti: IntArray  # (terms, 8) row in the block, function, its variable, two variables; their columns in the block or -1
     tc: FloatArray  # (terms,)
     independent: IntArray  # (k,) variables
     angles: IntArray  # (readings,) 1 for an angle
-    first: int  # variable of the first reading
+    first: int  # number of the variable that is the first reading
 
 
 class InfluencePosition(NamedTuple):
-    """A position with what is known of it."""
+    """A position with its first influence coefficients and the signs of its blocks."""
 
     v: FloatArray  # (variables,)
     b: FloatArray  # (k, variables) dv/ds
-    sign: FloatArray  # (blocks,) determinant; of two equations by unit gradients, of more its sign by the least pivot
+    sign: FloatArray  # (blocks,) determinant: of unit gradients for 2 equations; for more, sign times pivot ratio
 
 
 class InfluenceScratch(NamedTuple):
-    """Scratch."""
+    """Scratch arrays, and results of `settle`: velocity, acceleration, weakest, weak."""
 
     f: FloatArray  # (3, functions) the functions and their derivatives
     a: FloatArray  # (n, n)
@@ -76,12 +77,12 @@ class InfluenceScratch(NamedTuple):
     acceleration: FloatArray  # (variables,)
     step: FloatArray  # (k,)
     weakest: IntArray  # (1,) block with the smallest determinant
-    weak: FloatArray  # (3,) that determinant; below which a place is not gone to (0: none); not 0 where that happened
+    weak: FloatArray  # (3,) that determinant; least one allowed (0: any); nonzero if `follow` stopped at that limit
 
 
 @kernel
 def refresh(c: Chart, v: FloatArray, f: FloatArray, reading: int) -> None:
-    """Set the functions of a reading."""
+    """Compute the functions of a reading and their derivatives."""
     u, k = v[c.first + reading], 1 + 4 * reading
     if c.angles[reading]:
         cos, sin = math.cos(u), math.sin(u)
@@ -94,7 +95,7 @@ def refresh(c: Chart, v: FloatArray, f: FloatArray, reading: int) -> None:
 
 @kernel
 def lay_block(c: Chart, v: FloatArray, g: int, room: InfluenceScratch) -> None:
-    """Lay out the values and the gradients of a block's equations."""
+    """Compute the values and the Jacobian of a block's equations."""
     n = c.blocks[g, 2] - c.blocks[g, 1]
     for i in range(n):
         room.right[i] = 0.0
@@ -114,7 +115,7 @@ def lay_block(c: Chart, v: FloatArray, g: int, room: InfluenceScratch) -> None:
 
 @stage
 def factor_wide(a: FloatArray, n: int, order: FloatArray) -> float:
-    """Factor the gradients of a block of more than two; return the sign times the least pivot beside the greatest."""
+    """Factor the Jacobian of a block of more than two; return the sign times the ratio of least to greatest pivot."""
     sign, least, greatest = lu_factor(a, n, order), math.inf, 0.0
     if sign == 0.0:
         return 0.0
@@ -126,13 +127,13 @@ def factor_wide(a: FloatArray, n: int, order: FloatArray) -> float:
 
 @stage
 def solve_wide(a: FloatArray, n: int, order: FloatArray, right: FloatArray) -> None:
-    """Solve with what `factor_wide` left."""
+    """Solve with the factors from `factor_wide`."""
     lu_solve(a, n, order, right)
 
 
 @kernel
 def factor_block(a: FloatArray, n: int, order: FloatArray) -> float:
-    """Factor a block's gradients; return what `Place.sign` holds; 0 where it is singular."""
+    """Factor a block's Jacobian; return its entry of `InfluencePosition.sign`, 0 if it is singular."""
     if n > 2:
         return factor_wide(a, n, order)
     if n == 1:
@@ -151,7 +152,7 @@ def factor_block(a: FloatArray, n: int, order: FloatArray) -> float:
 
 @kernel
 def solve_block(a: FloatArray, n: int, order: FloatArray, right: FloatArray) -> None:
-    """Solve with what `factor_block` left."""
+    """Solve with the factors from `factor_block`."""
     if n > 2:
         solve_wide(a, n, order, right)
     elif n == 1:
@@ -163,9 +164,10 @@ def solve_block(a: FloatArray, n: int, order: FloatArray, right: FloatArray) -> 
 
 @kernel
 def meet(room: InfluenceScratch, e: float, f: float, sign: float) -> bool:
-    """Move to where e d.d + a_0.d + r_0 = 0 and f d.d + a_1.d + r_1 = 0 meet, on the side of a sign; r becomes d.
+    """Solve e d.d + a_0.d + r_0 = 0 and f d.d + a_1.d + r_1 = 0 for d; `sign` selects one of two solutions.
 
-    The gradients become those there. One less a part of the other is a line; on it, a quadratic equation.
+    r is replaced by d, and a by the gradients there. A combination of both equations is a line; on the line, the other
+    is a quadratic equation. Returns false if there is no solution.
     """
     a, r = room.a, room.right
     if e == 0.0 and f == 0.0:
@@ -174,20 +176,21 @@ def meet(room: InfluenceScratch, e: float, f: float, sign: float) -> bool:
             return False
         r[0], r[1] = (a[0, 1] * r[1] - a[1, 1] * r[0]) / determinant, (a[1, 0] * r[0] - a[0, 0] * r[1]) / determinant
         return True
-    ring, other, q = (0, 1, e) if e != 0.0 else (1, 0, f)
-    part = (f if ring == 0 else e) / q
-    nx, ny, height = a[other, 0] - part * a[ring, 0], a[other, 1] - part * a[ring, 1], r[other] - part * r[ring]
+    circle, other, q = (0, 1, e) if e != 0.0 else (1, 0, f)
+    part = (f if circle == 0 else e) / q
+    nx, ny = a[other, 0] - part * a[circle, 0], a[other, 1] - part * a[circle, 1]
+    height = r[other] - part * r[circle]
     length = math.sqrt(nx * nx + ny * ny)
     if not length > 0.0:
         return False
     nx, ny, d = nx / length, ny / length, -height / length
-    p = a[ring, 1] * nx - a[ring, 0] * ny
-    rest = (q * d + a[ring, 0] * nx + a[ring, 1] * ny) * d + r[ring]
+    p = a[circle, 1] * nx - a[circle, 0] * ny
+    rest = (q * d + a[circle, 0] * nx + a[circle, 1] * ny) * d + r[circle]
     square = p * p - 4.0 * q * rest
     if not square >= 0.0:
         return False
     root = math.sqrt(square)
-    if (sign > 0.0) == (ring == 0):
+    if (sign > 0.0) == (circle == 0):
         root = -root
     t = -2.0 * rest / (p + root) if p * root > 0.0 else (root - p) / (2.0 * q)
     x, y = d * nx - t * ny, d * ny + t * nx
@@ -201,9 +204,9 @@ def meet(room: InfluenceScratch, e: float, f: float, sign: float) -> bool:
 
 @kernel
 def settle_block(c: Chart, v: FloatArray, g: int, sign: float, room: InfluenceScratch) -> float:
-    """Find the variables of a block near where they are; factor its gradients there.
+    """Solve a block for its variables, starting from their present values; factor its Jacobian at the solution.
 
-    Returns what `Place.sign` holds, 0 where nothing was found.
+    Returns the block's entry of `InfluencePosition.sign`, 0 if no solution was found.
     """
     kind, begin, end = c.blocks[g, 0], c.blocks[g, 1], c.blocks[g, 2]
     n = end - begin
@@ -227,7 +230,7 @@ def settle_block(c: Chart, v: FloatArray, g: int, sign: float, room: InfluenceSc
             if at >= c.first:
                 refresh(c, v, room.f, at - c.first)
         if kind == LINEAR and math.isfinite(greatest):
-            return determinant  # its gradients are the same everywhere
+            return determinant  # its Jacobian is constant
         rounds += 1
         if not math.isfinite(greatest) or greatest > 2.0 * before or rounds > ROUNDS:
             return 0.0
@@ -236,7 +239,7 @@ def settle_block(c: Chart, v: FloatArray, g: int, sign: float, room: InfluenceSc
 
 @kernel
 def differentiate_block(c: Chart, to: InfluencePosition, g: int, room: InfluenceScratch) -> None:
-    """Find dv/ds of a block whose gradients are factored."""
+    """Compute dv/ds of a block whose Jacobian is factored."""
     begin, n = c.blocks[g, 1], c.blocks[g, 2] - c.blocks[g, 1]
     v, f, right = to.v, room.f, room.right
     for k in range(to.b.shape[0]):
@@ -253,7 +256,7 @@ def differentiate_block(c: Chart, to: InfluencePosition, g: int, room: Influence
 
 @kernel
 def accelerate_block(c: Chart, to: InfluencePosition, g: int, speeds: FloatArray, room: InfluenceScratch) -> None:
-    """Find the velocities of a block, and its accelerations without those of s."""
+    """Compute the velocities of a block, and its accelerations without the terms of s''."""
     begin, n = c.blocks[g, 1], c.blocks[g, 2] - c.blocks[g, 1]
     v, f, right, w, a = to.v, room.f, room.right, room.velocity, room.acceleration
     for i in range(n):
@@ -275,10 +278,10 @@ def accelerate_block(c: Chart, to: InfluencePosition, g: int, speeds: FloatArray
 
 @kernel
 def settle(c: Chart, to: InfluencePosition, speeds: FloatArray, room: InfluenceScratch) -> bool:
-    """Find all variables near where they are, on the sides that the signs name, and their derivatives.
+    """Solve for all variables, starting from their present values and on the sides given by `to.sign`.
 
-    The independent variables of `to.v` are given. Where a block is not found, `weakest` names it; else that with the
-    smallest determinant. Velocities and accelerations are left in the room.
+    The independent variables in `to.v` are given. Also computes dv/ds, velocities and accelerations. `room.weakest` is
+    the block that was not solved, or else the block with the smallest determinant. Returns whether all were solved.
     """
     for k in range(c.independent.shape[0]):
         at = c.independent[k]
@@ -312,9 +315,9 @@ def settle(c: Chart, to: InfluencePosition, speeds: FloatArray, room: InfluenceS
 def is_straight(
     last: InfluencePosition, to: InfluencePosition, step: FloatArray, begin: int, end: int, slowest: float
 ) -> bool:
-    """Return whether some variables continue those of another position smoothly: neither a turn nor another branch.
+    """Return whether variables begin..end continue smoothly from another position, without reversal or jump.
 
-    Their rates are held against the greatest among them, and against `slowest`.
+    Changes are relative to the greatest derivative among these variables, but at least `slowest`.
     """
     reach = 0.0
     for k in range(step.shape[0]):
@@ -346,14 +349,16 @@ def copy_place(to: InfluencePosition, of: InfluencePosition) -> None:
 def try_step(
     c: Chart, last: InfluencePosition, to: InfluencePosition, speeds: FloatArray, room: InfluenceScratch
 ) -> bool:
-    """Take a step from the last place, of what `room.step` says, if it leads straight on."""
+    """Take the step `room.step` from the last position; return whether the motion continues smoothly."""
     for i in range(to.v.shape[0]):
         to.v[i] = last.v[i]
         for k in range(room.step.shape[0]):
             to.v[i] += last.b[k, i] * room.step[k]
     if not settle(c, to, speeds, room) or not is_straight(last, to, room.step, 0, c.first, 0.0):
         return False
-    return is_straight(last, to, room.step, c.first, to.v.shape[0] - 1, 1.0)  # readings may rest: inputs' dead point
+    return is_straight(
+        last, to, room.step, c.first, to.v.shape[0] - 1, 1.0
+    )  # readings may be stationary (dead point of an input)
 
 
 @kernel
@@ -361,18 +366,18 @@ def follow(
     c: Chart, last: InfluencePosition, to: InfluencePosition, target: FloatArray, speeds: FloatArray,
     room: InfluenceScratch,
 ) -> bool:  # fmt: skip
-    """Follow the motion from the last place to independent variables `target`; `last` moves along.
+    """Follow the motion from position `last` to the independent variables `target`; `last` is moved.
 
-    Steps are halved until they lead straight on. Where not even the finest does, the other side of the weakest block
-    may, or of all that are near a change point: this is passed straight through. Where `room.weak` forbids places so
-    near, `to` is left at the first of them.
+    Steps are halved until the motion continues smoothly. If even the finest step does not, the other side of the
+    weakest block is tried, then that of all blocks near a change point: the change point is passed smoothly. If a
+    determinant is below the limit `room.weak[1]`, `to` is the first such position and the result is false.
     """
     part, flipped = 1.0, NONE
     while True:
         far = 0.0
         for k in range(target.shape[0]):
-            way = target[k] - last.v[c.independent[k]]
-            room.step[k] = part * way
+            rest = target[k] - last.v[c.independent[k]]
+            room.step[k] = part * rest
             far = max(far, abs(room.step[k]))
         if not math.isfinite(far):
             return False
@@ -396,8 +401,8 @@ def follow(
 
 
 @kernel
-def stand(c: Chart, to: InfluencePosition, room: InfluenceScratch) -> None:
-    """Set the signs of all blocks to those of the place where they are."""
+def set_signs(c: Chart, to: InfluencePosition, room: InfluenceScratch) -> None:
+    """Set `to.sign` of all blocks to the determinants at the present position."""
     for r in range(c.angles.shape[0]):
         refresh(c, to.v, room.f, r)
     for g in range(c.blocks.shape[0]):

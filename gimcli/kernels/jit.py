@@ -1,9 +1,9 @@
-"""Run a kernel as it is or compile it, with the kernels that it calls; only `machine_code` knows numba too.
+"""Compilation of kernels, with the kernels that they call. Only this module and `machine_code` import numba.
 
-A kernel is a plain module-level function marked `@kernel`; it runs as it stands for a small
-job. `compiled(kernel)` gives the same source compiled. The cache of machine code lives in a
-folder whose name is a hash of all kernel sources, so that an edit in a callee is noticed
-(numba's own index looks at the caller's file only).
+A kernel is a plain module-level function with the decorator `@kernel`; for small jobs it runs interpreted.
+`compiled(kernel)` returns the compiled form of the same source. Machine code is cached in a folder whose name is a hash
+of all kernel sources, so that a change in a called kernel is detected (numba's own index checks only the file of the
+caller).
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from gimcli.kernels.machine_code import SUFFIX, MachineCode
 F = TypeVar("F", bound=Callable[..., Any])
 
 COMPILER: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "nogil": True}
-"""Kernels allocate nothing: counting references to the arrays of their records would cost more than they do.
-They need nothing of the interpreter, so that several threads run them at once."""
+"""Kernels allocate no memory, so they need no reference counts (`_nrt`), which would take longer than the arithmetic.
+They do not use the interpreter, so that several threads can run them in parallel (`nogil`)."""
 
 _KERNELS: set[Callable[..., Any]] = set()
 _STAGES: set[Callable[..., Any]] = set()
@@ -30,19 +30,19 @@ _SCALAR_FORMS: dict[Callable[..., Any], Callable[..., Any]] = {}
 
 
 def kernel(function: F) -> F:
-    """Mark a function as a kernel; it stays the plain Python function that it is."""
+    """Register a function as a kernel (decorator); the function itself is returned unchanged."""
     _KERNELS.add(function)
     return function
 
 
 def stage(function: F) -> F:
-    """Mark a function as a kernel that stays a function of its own in those that call it."""
+    """Register a function as a kernel that is not inlined into its callers (decorator)."""
     _STAGES.add(function)
     return kernel(function)
 
 
 def scalar_form(scalar: Callable[..., Any]) -> Callable[[F], F]:
-    """Mark a function of arrays as a kernel that is another function, of numbers, when compiled."""
+    """Register a function of arrays as a kernel whose compiled form is the function `scalar` of numbers (decorator)."""
 
     def mark(function: F) -> F:
         _KERNELS.add(function)
@@ -53,7 +53,7 @@ def scalar_form(scalar: Callable[..., Any]) -> Callable[[F], F]:
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the compiled form of a kernel; the kernels that it calls are compiled into it."""
+    """Return the compiled form of a kernel, including the kernels that it calls."""
     return _compiled(function, inner=False)
 
 
@@ -66,7 +66,7 @@ def _compiled(function: Callable[..., Any], inner: bool) -> Callable[..., Any]:
     for name in function.__code__.co_names:
         callee = names.get(name)
         if callee is not None and callee in _KERNELS:
-            built_in = _SCALAR_FORMS.get(callee)  # `range` itself: inside a call it would not vectorise
+            built_in = _SCALAR_FORMS.get(callee)  # `range` itself: a call that returns it is not vectorised
             names[name] = built_in if isinstance(built_in, type) else _compiled(callee, inner=callee not in _STAGES)
     clone = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
     clone.__module__ = function.__module__
@@ -74,12 +74,12 @@ def _compiled(function: Callable[..., Any], inner: bool) -> Callable[..., Any]:
     jit: Callable[..., Any] = numba.njit(forceinline=inner, **COMPILER)(clone)
     folder = cache_folder()
     if folder is not None and not inner:
-        jit._cache = MachineCode(clone, folder)  # type: ignore[attr-defined]  # in place of numba's own
+        jit._cache = MachineCode(clone, folder)  # type: ignore[attr-defined]  # replaces numba's own cache
     return jit
 
 
 def is_cached(*kernels: str) -> bool:
-    """Return whether the compiled forms of some kernels, by name, lie on disk for this source."""
+    """Return whether the compiled forms of the named kernels are on disk for the present source."""
     folder = cache_folder()
     if folder is None:
         return False
@@ -89,20 +89,20 @@ def is_cached(*kernels: str) -> bool:
 
 @cache
 def cache_folder() -> Path | None:
-    """Return a folder for this source's machine code, or None where no folder is safe."""
+    """Return the folder for the machine code of the present source, or None if no folder is safe."""
     return user_folder(source_stamp())
 
 
 def user_folder(name: str) -> Path | None:
-    """Return a folder of the user's cache that nobody else can write to, or None where there is none.
+    """Return a folder in the user's cache to which no other user can write, or None if there is none.
 
-    Machine code is loaded by unpickling: what others may write is not taken.
+    Machine code is loaded by unpickling, which can run any code: files that others may have written are not safe.
     """
     import tempfile
 
-    home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     user = str(os.getuid()) if hasattr(os, "getuid") else "user"
-    for base in (Path(home) / "gimcli", Path(tempfile.gettempdir()) / f"gimcli-{user}"):
+    for base in (Path(cache) / "gimcli", Path(tempfile.gettempdir()) / f"gimcli-{user}"):
         try:
             for folder in (*reversed(base.parents), base, base / name):
                 folder.mkdir(exist_ok=True, mode=0o700)
@@ -116,7 +116,7 @@ def user_folder(name: str) -> Path | None:
 
 
 def _is_private(folder: Path) -> bool:
-    """Return whether a folder belongs to the user, and nobody else may write into it or put another in its place."""
+    """Return whether a folder belongs to the user and no other user can write to it or replace it."""
     if not hasattr(os, "getuid"):
         return True
     status = folder.stat()
@@ -125,7 +125,7 @@ def _is_private(folder: Path) -> bool:
 
 
 def _is_fixed(mode: int) -> bool:
-    """Return whether only their owners may rename what lies in a folder of this mode."""
+    """Return whether, in a folder of this mode, only their owners can rename files."""
     return not mode & S_IWOTH or bool(mode & S_ISVTX)
 
 

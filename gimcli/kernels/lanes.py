@@ -1,8 +1,8 @@
-"""Lanes: one coordinate over a short stretch of rows, many of them in one scratch `w` that stays in the cache.
+"""Lanes: each holds one number over a block of rows; all lanes are in one array `w` that fits into the cache.
 
-Lane k is w[k WIDTH : (k + 1) WIDTH]; a complex number takes two, one after the other. One source serves both
-forms: `rows` is one slice as it stands, so that numpy works on all rows of a lane at once, and the numbers of the
-rows when compiled, in loops that vectorise.
+Lane k is w[k WIDTH : (k + 1) WIDTH]; a complex number takes two consecutive lanes. One source serves both forms: when
+interpreted, `rows` is one slice and numpy processes all rows of a lane at once; when compiled, it is the row numbers,
+in a loop that the compiler vectorises.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from gimcli.mechanism import FloatArray
 
 ROWS = 256
 WIDTH = ROWS + 8
-"""One line of the cache more than a power of two: lanes do not push each other out."""
+"""One cache line more than a power of two, so that lanes do not evict each other from the cache."""
 
 LINE = 64
-"""Bytes of a line of the cache."""
+"""Bytes of a cache line."""
 
 
 def aligned(count: int) -> FloatArray:
-    """Return zeros that begin where a line of the cache does."""
+    """Return an array of zeros, aligned to a cache line."""
     room = np.zeros(count + LINE // 8)
     skip = (-room.ctypes.data % LINE) // 8
     return room[skip : skip + count]
@@ -31,7 +31,7 @@ def aligned(count: int) -> FloatArray:
 
 @scalar_form(range)
 def rows(high: int) -> Any:
-    """Return the rows of a stretch: one slice, or their numbers when compiled."""
+    """Return the rows of a block: one slice, or the row numbers when compiled."""
     return (slice(0, high),)
 
 
@@ -41,25 +41,25 @@ def _next(r: int) -> int:
 
 @scalar_form(_next)
 def imaginary(r: Any) -> Any:
-    """Return where the imaginary part of row r stands."""
+    """Return the index of the imaginary part of row r."""
     return slice(r.start + WIDTH, r.stop + WIDTH)
 
 
 @kernel
 def real(k: int) -> slice:
-    """Return where a lane stands."""
+    """Return the slice of lane k."""
     return slice(k * WIDTH, (k + 1) * WIDTH)
 
 
 @kernel
 def pair(k: int) -> slice:
-    """Return where two lanes stand."""
+    """Return the slice of lanes k and k + 1."""
     return slice(k * WIDTH, (k + 2) * WIDTH)
 
 
 @stage
 def fill(w: FloatArray, to: int, value: float, high: int) -> None:
-    """Fill a lane."""
+    """Fill lane `to` with a value."""
     a = w[real(to)]
     for r in rows(high):
         a[r] = value
@@ -67,7 +67,7 @@ def fill(w: FloatArray, to: int, value: float, high: int) -> None:
 
 @stage
 def multiply(w: FloatArray, to: int, k: int, high: int) -> None:
-    """Multiply by a lane."""
+    """Multiply lane `to` by lane k."""
     a, b = w[real(to)], w[real(k)]
     for r in rows(high):
         a[r] *= b[r]
@@ -75,7 +75,7 @@ def multiply(w: FloatArray, to: int, k: int, high: int) -> None:
 
 @stage
 def add_product(w: FloatArray, to: int, one: int, other: int, factor: float, high: int) -> None:
-    """Add `factor` times the product of two lanes."""
+    """Add `factor` times the product of two lanes to lane `to`."""
     a, b, c = w[real(to)], w[real(one)], w[real(other)]
     for r in rows(high):
         a[r] += factor * (b[r] * c[r])

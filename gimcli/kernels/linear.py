@@ -1,6 +1,6 @@
-"""Small dense linear algebra: elimination with partial pivoting, and least squares by reflections.
+"""Small dense linear algebra: LU with partial pivoting, and least squares by Householder reflections.
 
-Own loops rather than LAPACK, whose builds in numpy and in compiled code do not give equal bits.
+LAPACK is not used because interpreted and compiled code would not give identical bits.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from gimcli.mechanism import FloatArray
 
 @kernel
 def lu_factor(a: FloatArray, n: int, order: FloatArray) -> float:
-    """Factor a[:n, :n] in place; return the sign of the determinant, 0 where it is singular.
+    """Factor a[:n, :n] in place; return the sign of the determinant, 0 if it is singular.
 
-    `order` (2 n,) keeps which rows were exchanged, then one over each pivot.
+    order (2 n,): result, the row exchanges, then 1 / pivot of each row.
     """
     sign = 1.0
     for k in range(n):
@@ -44,8 +44,8 @@ def lu_factor(a: FloatArray, n: int, order: FloatArray) -> float:
 
 @kernel
 def lu_solve(a: FloatArray, n: int, order: FloatArray, b: FloatArray) -> None:
-    """Solve with the factors of `lu_factor`; b is overwritten by the solution."""
-    for k in range(n):  # all exchanges first: the rows of both factors have been exchanged
+    """Solve with the factors from `lu_factor`; b is overwritten by the solution."""
+    for k in range(n):  # all exchanges first, as in both factors
         p = int(order[k])
         if p != k:
             b[k], b[p] = b[p], b[k]
@@ -63,7 +63,7 @@ def lu_solve(a: FloatArray, n: int, order: FloatArray, b: FloatArray) -> None:
 
 @kernel
 def qr_factor(a: FloatArray, m: int, n: int, diagonal: FloatArray) -> float:
-    """Reflect a[:m, :n] to triangular form in place; return 1, or 0 where a column vanishes."""
+    """Reduce a[:m, :n] in place to triangular form by reflections; return 1, or 0 if a column vanishes."""
     for k in range(n):
         norm = 0.0
         for i in range(k, m):
@@ -88,7 +88,7 @@ def qr_factor(a: FloatArray, m: int, n: int, diagonal: FloatArray) -> float:
 
 @kernel
 def qr_solve(a: FloatArray, m: int, n: int, diagonal: FloatArray, b: FloatArray) -> None:
-    """Solve in the least-squares sense with `qr_factor`; b[:n] is overwritten by the solution."""
+    """Solve in the least-squares sense with the factors from `qr_factor`; b[:n] is overwritten by the solution."""
     for k in range(n):
         dot = 0.0
         for i in range(k, m):

@@ -1,15 +1,13 @@
 """Loci and their intersections: every argument is an array over the rows, or a number when compiled.
 
-A locus is where a node may stand while the other nodes of one constraint stand still: a circle
-(distance) or a line (angle, sliding pair). Two loci meet in closed form; which of two meeting
-points is taken is the sign `s` (+1: to the left of the direction from the first to the second
-centre, or ahead along the line). Each function returns the coordinates and
+A locus is the set of possible positions of a node while the other nodes of one constraint are fixed: a circle
+(distance) or a line (angle, sliding pair). Two loci intersect in closed form; the sign `s` selects one of two
+intersections (+1: to the left of the direction from the first to the second centre, or ahead along the line). Each
+function returns x, y and
 
-- `g`, the signed measure that tells the two meeting points apart (0 where they meet), and
-- `g2`, its square before the root: negative where the loci do not meet, and
-- `noise`, the rounding error of `g2`,
-
-all three as lengths or squares of lengths.
+- `g`, a signed length that distinguishes the two intersections (0 if they coincide),
+- `g2`, the square of `g` before the root: negative if the loci do not intersect,
+- `noise`, the rounding error of `g2`.
 """
 
 from __future__ import annotations
@@ -26,23 +24,23 @@ ROUNDINGS = 4.0 * EPS
 """Relative error allowed for a sum of a few lengths."""
 
 JUMP = 0.5
-"""A row is doubtful when the other solution is not at least 1 / JUMP times as far from the one predicted."""
+"""A row is doubtful unless the other intersection is at least 1 / JUMP times as far from the predicted one."""
 
 STRETCH = 4.0
-"""A step this much longer than the one before it is not predicted from it, and doubtful."""
+"""A row is doubtful if its step is longer than this times the step before: the prediction is not reliable."""
 
 NEAR = 0.25
-"""A row is doubtful where the two solutions are nearer to each other than this part of how far they move in a step:
-the prediction does not tell them apart there."""
+"""A row is doubtful if the two intersections are closer to each other than this fraction of their displacement in a
+step: the prediction does not distinguish them."""
 
 Meeting = tuple[Any, Any, Any, Any, Any]
 
 
 @kernel
 def circle_circle(ax: Any, ay: Any, ra: Any, bx: Any, by: Any, rb: Any, s: float) -> Meeting:
-    """Meet circle (a, ra) with circle (b, rb): RRR dyad.
+    """Intersect circle (a, ra) with circle (b, rb): RRR dyad.
 
-    The half chord comes from Heron's product, which keeps its digits near tangency.
+    Heron's product for the half chord does not lose digits near tangency.
     """
     dx, dy = bx - ax, by - ay
     d2 = dx * dx + dy * dy
@@ -62,7 +60,7 @@ def circle_circle(ax: Any, ay: Any, ra: Any, bx: Any, by: Any, rb: Any, s: float
 
 @kernel
 def circle_line(ax: Any, ay: Any, r: Any, qx: Any, qy: Any, nx: Any, ny: Any, d: Any, s: float) -> Meeting:
-    """Meet circle (a, r) with the line n.(p - q) = d (n a unit vector): RRP dyad."""
+    """Intersect circle (a, r) with the line n.(p - q) = d (n a unit vector): RRP dyad."""
     e = nx * (ax - qx) + ny * (ay - qy) - d  # height of the centre over the line
     g2 = (r - e) * (r + e)
     reach = abs(ax - qx) + abs(ay - qy) + abs(d)
@@ -73,10 +71,10 @@ def circle_line(ax: Any, ay: Any, r: Any, qx: Any, qy: Any, nx: Any, ny: Any, d:
 
 @kernel
 def line_line(qx: Any, qy: Any, nx: Any, ny: Any, d: Any, px: Any, py: Any, mx: Any, my: Any, e: Any) -> Meeting:
-    """Meet the lines n.(z - q) = d and m.(z - p) = e: PRP dyad; `g` is the sine between them."""
+    """Intersect the lines n.(z - q) = d and m.(z - p) = e: PRP dyad; `g` is the sine of their angle."""
     g = nx * my - ny * mx
     safe = where(g == 0.0, 1.0, g)
-    e = e + mx * (px - qx) + my * (py - qy)  # second line seen from q
+    e = e + mx * (px - qx) + my * (py - qy)  # second line relative to q
     wx, wy = (my * d - ny * e) / safe, (nx * e - mx * d) / safe
     noise = 2.0 * ROUNDINGS * (abs(d) + abs(e) + abs(wx) + abs(wy) + 1.0)
     return qx + wx, qy + wy, g, g * g, where(g == 0.0, np.inf, noise)
@@ -84,10 +82,10 @@ def line_line(qx: Any, qy: Any, nx: Any, ny: Any, d: Any, px: Any, py: Any, mx: 
 
 @kernel
 def tilt(wx: Any, wy: Any, e: Any, s: float) -> Meeting:
-    """Turn a line so that it passes a point: unit direction u with w = u (tau + i e), RPR dyad.
+    """Rotate a line so that it passes through a point: RPR dyad, unit direction u with w = u (tau + i e).
 
-    `w` runs from a node of the turning member to the point, `e` is the signed distance of the
-    point from the line, parallel to it, through that node; tau has the sign `s`.
+    w: vector from a node of the rotating member to the point. e: signed distance of the point from the parallel to the
+    line through that node. tau has the sign `s`.
     """
     w2 = wx * wx + wy * wy
     safe = where(w2 > 0.0, w2, 1.0)
@@ -100,16 +98,16 @@ def tilt(wx: Any, wy: Any, e: Any, s: float) -> Meeting:
 
 @kernel
 def doubt(g: Any, noise: Any) -> Any:
-    """Return the error of a meeting point."""
+    """Return the rounding error of an intersection: that of `g` from the one of `g2`."""
     size, least = abs(g), np.sqrt(noise)
     return noise / (2.0 * where(size > least, size, least))
 
 
 @kernel
 def leaps(now: Any, last: Any, before: Any, step: Any, gap: Any) -> Any:
-    """Return whether a measure is not clearly nearer to the one predicted from two rows than its mirror is."""
+    """Return whether g may have jumped: it is not clearly closer to its prediction from two rows than -g is."""
     change = step / where(gap == 0.0, 1.0, gap) * (last - before)
     predicted = last + change
-    near = where(abs(predicted - now) <= JUMP * abs(predicted + now), False, True)  # a NaN leaps
+    near = where(abs(predicted - now) <= JUMP * abs(predicted + now), False, True)  # true for a NaN
     near = where(abs(now) >= NEAR * abs(change), near, True)
     return where(step <= STRETCH * gap, near, True)

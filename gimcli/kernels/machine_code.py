@@ -1,7 +1,7 @@
-"""Machine code on disk: one file for each kernel and signature, sealed with a hash of what it holds.
+"""Machine code on disk: one file for each kernel and signature, with a hash of its content.
 
-A file that is damaged (a full disk, a killed copy) is discarded and its kernel is compiled again. The compiler's own
-files have no seal, and processes that run at once share an index of them.
+A damaged file (full disk, interrupted copy) is deleted and its kernel is compiled again. numba's own cache files have
+no such hash, and parallel processes share one index of them.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from typing import Any
 
 SUFFIX = ".nbc"
 SEAL = hashlib.sha256().digest_size
-"""Bytes of the hash before what a file holds."""
+"""Number of bytes of the hash at the start of a file."""
 
 
 class MachineCode:
-    """The compiled forms of one kernel in a folder, as numba's dispatcher asks for them."""
+    """The compiled forms of one kernel in a folder, with the interface of the cache of numba's dispatcher."""
 
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:
         module = function.__module__.rpartition(".")[2]
@@ -29,7 +29,7 @@ class MachineCode:
         self.cache_path = folder
 
     def load_overload(self, signature: Any, target: Any) -> Any:
-        """Return the compile result for a signature; None where there is none, or where it is damaged."""
+        """Return the compile result for a signature; None if it is missing or damaged."""
         from numba.core import compiler
 
         result: Any = compiler.CompileResult
@@ -45,7 +45,7 @@ class MachineCode:
             return None
 
     def save_overload(self, signature: Any, result: Any) -> None:
-        """Write a compile result, whole or not at all; where that fails, do without."""
+        """Write a compile result atomically; if that fails, it is not cached."""
         from numba.core import serialize
 
         dumps: Any = serialize.dumps
@@ -72,7 +72,7 @@ def _sealed(data: bytes) -> bytes:
 
 
 def _opened(data: bytes) -> bytes:
-    """Return what a sealed file holds; raise ValueError where it is not what was written."""
+    """Return the content of a file with a hash; raises ValueError if the hash does not match."""
     if hashlib.sha256(data[SEAL:]).digest() != data[:SEAL]:
         raise ValueError("damaged")
     return data[SEAL:]

@@ -1,4 +1,4 @@
-"""A whole motion in one call: the steps of a plan over short stretches of rows that stay in the cache."""
+"""Solve a whole motion in one call: the steps of a plan over blocks of rows that fit into the processor cache."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from gimcli.kernels.plan_steps import (
 from gimcli.mechanism import FloatArray, IntArray
 
 KEPT = 2048
-"""Rows after which some are kept to continue from."""
+"""Number of rows after which the last rows are saved as a restart point."""
 
 
 class Groups(NamedTuple):
-    """The coupled groups of a plan as flat arrays."""
+    """The coupled groups of a plan: the arrays of `GroupArrays`, concatenated over all groups."""
 
-    gi: IntArray  # (groups, 11) base, rows, turning, first and last of nodes, vectors, places, equations
-    nodes: IntArray  # arrays of all groups, one after the other
+    gi: IntArray  # (groups, 11) base, rows, turning, then first and end of nodes, vectors, places, equations
+    nodes: IntArray
     vi: IntArray
     vz: FloatArray
     pi: IntArray
@@ -42,20 +42,20 @@ class Groups(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """What a motion asks for and what comes out; row by row."""
+    """Arguments (time, values) and results (all others) of a motion."""
 
     time: FloatArray  # (rows,)
-    values: FloatArray  # (actuators, rows)
+    values: FloatArray  # (actuators, rows) inputs
     z: FloatArray  # (nodes, rows, 2)
     residual: FloatArray  # (rows,)
-    work: FloatArray  # (rows,)
-    kept: FloatArray  # (entries, lanes) rows to continue from: a ring
-    mark: IntArray  # (2,) entries written to the ring, rows since
+    work: FloatArray  # (rows,) iterations
+    kept: FloatArray  # (entries, lanes) saved rows: a ring buffer
+    mark: IntArray  # (2,) entries written to the ring buffer, rows since the last one
 
 
 @kernel
 def group_at(groups: Groups, k: int) -> GroupArrays:
-    """Return a coupled group."""
+    """Return coupled group k."""
     gi, nodes, vi, vz, pi, ei, ev = groups
     return GroupArrays(
         gi[k, 0], gi[k, 1], gi[k, 2] != 0, nodes[gi[k, 3] : gi[k, 4]], vi[gi[k, 5] : gi[k, 6]],
@@ -67,7 +67,7 @@ def group_at(groups: Groups, k: int) -> GroupArrays:
 def settle_group(
     lanes: FloatArray, group: GroupArrays, at: Lanes, sign: float, room: RowPosition, limits: StopLimits, high: int
 ) -> int:
-    """Settle a coupled group in all rows; return the first that did not settle safely."""
+    """Solve a coupled group in all rows; return the first row that was not solved reliably."""
     return couple(
         lanes[at.x : at.y], lanes[at.y : at.rx], lanes[at.rx : at.ry], lanes[at.ry : at.values],
         lanes[at.values : at.cos], lanes[at.cos : at.sin], lanes[at.sin : at.g], lanes[TIME], HISTORY, high,
@@ -77,7 +77,7 @@ def settle_group(
 
 @stage
 def begin(w: FloatArray, lanes: FloatArray, at: Lanes, rows: Rows, done: int, count: int) -> None:
-    """Lay out what is given of the next rows."""
+    """Copy the times and inputs of the next rows into their lanes, and clear errors and iterations."""
     time, new = lanes[TIME], rows.time[done : done + count]
     for k in range(count):
         time[HISTORY + k] = new[k]
@@ -88,7 +88,7 @@ def begin(w: FloatArray, lanes: FloatArray, at: Lanes, rows: Rows, done: int, co
 
 @stage
 def finish(lanes: FloatArray, at: Lanes, rows: Rows, done: int, solved: int, iterates: bool) -> None:
-    """Write the solved rows out, and make the last of them the history of what is to come."""
+    """Copy the solved rows to the results, and the last HISTORY rows to the start of the lanes."""
     for node in range(rows.z.shape[0]):
         x, y, z = lanes[at.x + node], lanes[at.y + node], rows.z[node, done : done + solved]
         for k in range(solved):
@@ -108,7 +108,7 @@ def finish(lanes: FloatArray, at: Lanes, rows: Rows, done: int, solved: int, ite
 
 @stage
 def keep(lanes: FloatArray, rows: Rows, solved: int, force: bool) -> None:
-    """Keep the last rows now and then, to continue from."""
+    """Save the last rows as a restart point, every KEPT rows or if forced."""
     rows.mark[1] += solved
     if force or rows.mark[1] >= KEPT:
         rows.mark[1] = 0
@@ -124,9 +124,10 @@ def march(
     w: FloatArray, lanes: FloatArray, q: Program, groups: Groups, at: Lanes, rows: Rows, first: int,
     sign: FloatArray, determinant: FloatArray, room: RowPosition, limits: StopLimits, tolerance: float,
 ) -> int:  # fmt: skip
-    """Solve rows from `first` on until one is doubtful; return how many were solved.
+    """Solve rows from `first` on until one is doubtful; return the number of solved rows.
 
-    w and lanes (lanes, WIDTH) are one memory; their first HISTORY rows are solved (a time of -inf: not there).
+    w and lanes (lanes, WIDTH) are views of the same memory. Their first HISTORY rows are the last solved ones; a time
+    of -inf marks a row that does not exist.
     """
     total, done = rows.time.shape[0], first
     while done < total:

@@ -6,9 +6,9 @@ With base nodes b and carried nodes linear in them, p = C b + c, the equations a
     line       n.(p - q) - d = 0,   n = w (V - U) or a known direction
     closure    p - q - w (V - U) = 0
 
-and their gradients follow from the complex coefficients C. The factors of the gradients serve as
-long as the nodes have hardly moved (simplified Newton); the ratio of two corrections with the same
-factors is the contraction that shows whether the start was near enough (Deuflhard 2011, section 2.1).
+and their gradients follow from the complex coefficients C. The factors of the Jacobian are reused while the nodes move
+little (simplified Newton). The ratio of two corrections with the same factors is the contraction; it shows whether the
+start was close enough (Deuflhard 2011, section 2.1).
 """
 
 from __future__ import annotations
@@ -25,30 +25,30 @@ from gimcli.kernels.vector import turned
 from gimcli.mechanism import CLOSURE, HEIGHT, SPAN, FloatArray, IntArray
 
 RENEWED = 128
-"""Rows after which the factors are renewed in any case, so that results do not depend on blocks of such a length."""
+"""Number of rows after which the factors are always renewed, so that results do not depend on the block length."""
 
 SLOW = 0.02
-"""Contraction above which new factors pay."""
+"""Contraction above which the factors are renewed."""
 
 FALL = 0.2
-"""A row is doubtful where the determinant falls to less than this part from one row to the next: branches may meet
-between them, and lie too near to each other for a prediction to tell them apart. (The least pivot jumps where the
-order of the pivots changes, however short the step; their product does not.)"""
+"""A row is doubtful if the determinant falls below this fraction of that in the row before: branches may meet between
+the two rows, and be too close to be distinguished by the prediction. (The determinant is used because the least pivot
+is discontinuous where the order of the pivots changes; their product is continuous.)"""
 
 LIKE = 0.4
-"""Least ratio of steps that are of like spacing: beyond a singular position a step follows one of twice its length."""
+"""Least ratio of two steps in one extrapolation: behind a singular position a step is half the one before."""
 
 SAME_STEP = 1e-6
-"""Relative difference up to which steps of the time count as equal."""
+"""Relative difference up to which time steps count as equal."""
 
 
 class GroupArrays(NamedTuple):
-    """A coupled group; nodes are numbered base, carried, known."""
+    """A coupled group; its nodes are numbered in the order base, carried, known."""
 
     base: int  # number of base nodes
     rows: int  # number of scalar equations
-    turning: bool  # an actuator turns what carries a node: C changes from row to row
-    nodes: IntArray  # (nodes,) the mechanism's numbers
+    turning: bool  # an actuator rotates a carrying vector: C differs from row to row
+    nodes: IntArray  # (nodes,) numbers in the mechanism
     vi: IntArray  # (vectors, 5) u, v, register, actuator, turn
     vz: FloatArray  # (vectors, 2)
     pi: IntArray  # (places, 3) node, anchor, vector
@@ -57,19 +57,19 @@ class GroupArrays(NamedTuple):
 
 
 class StopLimits(NamedTuple):
-    """When to go on and when to stop; lengths in the normal frame."""
+    """Stopping criteria; lengths in the normal frame."""
 
-    finest: float  # correction that ends a row
+    finest: float  # a row is solved if the correction is below this
     iterations: int
     first: float  # greatest first correction
     contraction: float  # greatest ratio of two corrections
     pivot: float  # least pivot
-    rounding: float  # error of an equation
-    reach: float  # way of a node, over the least pivot, on which factors serve
+    rounding: float  # rounding error of an equation
+    reach: float  # factors are reused while the displacement of the nodes is below this times the least pivot
 
 
 class RowPosition(NamedTuple):
-    """One row of a group: what is known there, and room to work in."""
+    """One row of a group: given and unknown quantities, and scratch arrays."""
 
     x: FloatArray  # (nodes,) by local numbers
     y: FloatArray
@@ -83,19 +83,19 @@ class RowPosition(NamedTuple):
     j: FloatArray  # (equations, 2 base) gradients, then their factors
     f: FloatArray  # (equations,)
     order: FloatArray  # (4 base,) of the factors
-    fx: FloatArray  # (base,) where the factors are of
+    fx: FloatArray  # (base,) position at which the factors were computed
     fy: FloatArray
     weights: FloatArray  # (4,) of the extrapolation
-    out: FloatArray  # (8,) see below
+    out: FloatArray  # (8,) results, see ITERATIONS to SINGULAR
 
 
 ITERATIONS, ERROR, SIGN, FIRST, PIVOT, VOLUME, LAST_SIGN, SINGULAR = range(8)
-"""Of `out`: estimated error, the determinant's sign (0: no factors), first correction, least pivot, the determinant
-without its sign, the sign at the last good row, 1 where the row is singular to the tolerance."""
+"""Entries of `out`: number of iterations, estimated error, sign of the determinant (0: no factors), first correction,
+least pivot, |determinant|, sign at the last solved row, 1 if the row is singular to the tolerance."""
 
 
 def room(groups: Sequence[GroupArrays], registers: int, actuators: int) -> RowPosition:
-    """Return room for one row of the largest of some groups."""
+    """Return scratch arrays for one row, large enough for any of the groups."""
     nodes = max((len(g.nodes) for g in groups), default=0)
     nb, m = max((g.base for g in groups), default=0), max((g.rows for g in groups), default=0)
     return RowPosition(
@@ -107,7 +107,7 @@ def room(groups: Sequence[GroupArrays], registers: int, actuators: int) -> RowPo
 
 @kernel
 def vector_at(g: GroupArrays, p: RowPosition, k: int) -> tuple[float, float]:
-    """Return vector k at a row's positions and directions."""
+    """Return the value of vector k in a row."""
     zr, zi = turned(g.vz[k, 0], g.vz[k, 1], g.vi[k, 3], g.vi[k, 4], p.cos, p.sin)
     u = g.vi[k, 0]
     if u >= 0:
@@ -122,7 +122,7 @@ def vector_at(g: GroupArrays, p: RowPosition, k: int) -> tuple[float, float]:
 
 @kernel
 def carry(g: GroupArrays, p: RowPosition) -> None:
-    """Carry the nodes that are linear in the base nodes."""
+    """Compute the positions of the carried nodes."""
     for k in range(g.pi.shape[0]):
         ex, ey = vector_at(g, p, g.pi[k, 2])
         p.x[g.pi[k, 0]] = p.x[g.pi[k, 1]] + ex
@@ -131,7 +131,7 @@ def carry(g: GroupArrays, p: RowPosition) -> None:
 
 @kernel
 def clear(g: GroupArrays, p: RowPosition) -> None:
-    """Make the room ready for a group."""
+    """Initialise the scratch arrays for a group."""
     p.out[SIGN] = 0.0
     for k in range(len(g.nodes)):
         for b in range(g.base):
@@ -215,21 +215,21 @@ def jacobian(g: GroupArrays, s: RowPosition) -> None:
 
 @kernel
 def move(g: GroupArrays, p: RowPosition) -> float:
-    """Subtract a correction from the base nodes; return its greatest length."""
+    """Subtract the correction f from the base nodes; return the greatest displacement of a node."""
     worst = 0.0
     for b in range(g.base):
         sx, sy = p.f[2 * b], p.f[2 * b + 1]
         p.x[b] -= sx
         p.y[b] -= sy
         square = sx * sx + sy * sy
-        if not square <= worst:  # a NaN stays
+        if not square <= worst:  # a NaN is kept
             worst = square
     return math.sqrt(worst)
 
 
 @stage
 def factor(g: GroupArrays, p: RowPosition) -> None:
-    """Fill and factor the gradients; return the determinant's sign and the least pivot: how far from singular it is."""
+    """Fill and factor the Jacobian; store sign and size of the determinant, and the least pivot, in `out`."""
     jacobian(g, p)
     m, n = g.rows, 2 * g.base
     sign = lu_factor(p.j, n, p.order) if m == n else qr_factor(p.j, m, n, p.order)
@@ -248,19 +248,19 @@ def factor(g: GroupArrays, p: RowPosition) -> None:
 
 @kernel
 def serves(g: GroupArrays, p: RowPosition, limits: StopLimits) -> bool:
-    """Return whether the factors are of a place so near that the gradients cannot have become singular since."""
+    """Return whether the factors can be reused: the nodes moved so little that the Jacobian cannot be singular."""
     if p.out[SIGN] == 0.0:
         return False
     reach = limits.reach * p.out[PIVOT]
-    way = 0.0
+    displacement = 0.0
     for b in range(g.base):
-        way += abs(p.x[b] - p.fx[b]) + abs(p.y[b] - p.fy[b])
-    return way <= reach
+        displacement += abs(p.x[b] - p.fx[b]) + abs(p.y[b] - p.fy[b])
+    return displacement <= reach
 
 
 @kernel
 def newton(g: GroupArrays, p: RowPosition, limits: StopLimits) -> bool:
-    """Settle one row from the base nodes in x, y; return whether it did."""
+    """Solve one row, starting from the base nodes in x, y; return whether it converged."""
     m, n, out = g.rows, 2 * g.base, p.out
     out[ITERATIONS], out[SINGULAR] = 0.0, 0.0
     previous, fresh = math.inf, False
@@ -285,7 +285,7 @@ def newton(g: GroupArrays, p: RowPosition, limits: StopLimits) -> bool:
         if not length <= limits.first:
             return False
         carry(g, p)
-        noise = limits.rounding / out[PIVOT]  # what rounding leaves of a correction
+        noise = limits.rounding / out[PIVOT]  # rounding error of a correction
         finest = max(limits.finest, noise)
         out[ERROR] = max(length, noise)
         if length <= finest:
@@ -299,15 +299,15 @@ def newton(g: GroupArrays, p: RowPosition, limits: StopLimits) -> bool:
 
 @kernel
 def predict(x: FloatArray, y: FloatArray, time: FloatArray, r: int, g: GroupArrays, p: RowPosition) -> float:
-    """Start row r by the polynomial through the rows before it, up to four of like spacing.
+    """Extrapolate the base nodes to row r by a polynomial through up to four rows before it, of similar spacing.
 
-    Returns the length of the step predicted, infinite where only one row is behind.
+    Returns the predicted length of the step, infinite if only one row is available.
     """
     weights = p.weights
     count = weigh(time, r, weights)
     r1, r2, r3, r4 = r - 1, max(r - 2, 0), max(r - 3, 0), max(r - 4, 0)
     w1, w2, w3, w4 = weights[0], weights[1], weights[2], weights[3]
-    way = 0.0
+    square = 0.0
     for b in range(g.base):
         node = g.nodes[b]
         sx = w1 * x[node, r1] + w2 * x[node, r2] + w3 * x[node, r3] + w4 * x[node, r4]
@@ -315,13 +315,13 @@ def predict(x: FloatArray, y: FloatArray, time: FloatArray, r: int, g: GroupArra
         p.x[b], p.y[b] = sx, sy
         sx -= x[node, r - 1]
         sy -= y[node, r - 1]
-        way = max(way, sx * sx + sy * sy)
-    return math.inf if count == 1 else math.sqrt(way)
+        square = max(square, sx * sx + sy * sy)
+    return math.inf if count == 1 else math.sqrt(square)
 
 
 @kernel
-def stand(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPosition) -> float:
-    """Start row r where its base nodes stand: nothing is predicted."""
+def start_from(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPosition) -> float:
+    """Start row r at the present positions of its base nodes, without prediction; return infinity."""
     for b in range(g.base):
         p.x[b], p.y[b] = x[g.nodes[b], r], y[g.nodes[b], r]
     return math.inf
@@ -329,8 +329,8 @@ def stand(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPosition) 
 
 @kernel
 def volume_at(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPosition) -> float:
-    """Return the determinant, without its sign, in a solved row that has been taken."""
-    stand(x, y, r, g, p)
+    """Return |determinant| in a solved row, after `take`."""
+    start_from(x, y, r, g, p)
     coefficients(g, p)
     carry(g, p)
     factor(g, p)
@@ -339,7 +339,7 @@ def volume_at(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPositi
 
 @kernel
 def weigh(time: FloatArray, r: int, weights: FloatArray) -> int:
-    """Fill the weights (4,) of the rows before row r in its extrapolation; return their number."""
+    """Fill the weights (4,) of the rows before row r in the extrapolation; return the number of rows used."""
     step = time[r] - time[r - 1]
     count, even = 1, True
     while count < 4 and r - count - 1 >= 0:
@@ -365,7 +365,7 @@ def take(
     x: FloatArray, y: FloatArray, rx: FloatArray, ry: FloatArray, values: FloatArray, cos: FloatArray,
     sin: FloatArray, r: int, g: GroupArrays, p: RowPosition,
 ) -> None:  # fmt: skip
-    """Take what is known in row r."""
+    """Copy the known nodes, directions and inputs of row r into p."""
     for k in range(g.base + g.pi.shape[0], len(g.nodes)):
         p.x[k], p.y[k] = x[g.nodes[k], r], y[g.nodes[k], r]
     for k in range(len(p.dx)):
@@ -376,7 +376,7 @@ def take(
 
 @kernel
 def give(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPosition) -> None:
-    """Give row r the group's nodes."""
+    """Copy the group's nodes from p to row r."""
     for k in range(g.base + g.pi.shape[0]):
         x[g.nodes[k], r], y[g.nodes[k], r] = p.x[k], p.y[k]
 
@@ -388,11 +388,11 @@ def couple(
     limits: StopLimits,
     iterations: FloatArray, errors: FloatArray, predicted: bool,
 ) -> int:  # fmt: skip
-    """Follow a motion over rows start..end; return the first row that did not settle safely.
+    """Solve rows start..end of a motion; return the first row that was not solved reliably, or `end`.
 
-    x, y (nodes, rows), rx, ry (registers, rows), values, cos, sin (actuators, rows). `sign` is the
-    determinant's sign on this branch (0: not known yet); a change, or a fall of the determinant, is not safe. Rows
-    start where the rows before them foresee it, or else where their base nodes stand.
+    x, y (nodes, rows), rx, ry (registers, rows), values, cos, sin (actuators, rows). sign: sign of the determinant on
+    this branch (0: unknown); a row with another sign, or with a much smaller determinant, is not reliable. predicted:
+    rows start from the extrapolation of the rows before them, else from the present positions of their base nodes.
     """
     clear(g, p)
     stop, volume = end, 0.0
@@ -405,14 +405,14 @@ def couple(
             coefficients(g, p)
         if (r - start) % RENEWED == 0:
             p.out[SIGN] = 0.0
-        way = predict(x, y, time, r, g, p) if predicted else stand(x, y, r, g, p)
+        length = predict(x, y, time, r, g, p) if predicted else start_from(x, y, r, g, p)
         good = newton(g, p, limits)
         give(x, y, r, g, p)
         iterations[r] += p.out[ITERATIONS]
         errors[r] = max(errors[r], p.out[ERROR])
         over = g.rows == 2 * g.base and sign != 0.0 and p.out[SIGN] != sign
         over = over or p.out[VOLUME] < FALL * volume
-        if not good or over or p.out[FIRST] > 0.5 * way + 0.05 * limits.first:  # not where it was predicted
+        if not good or over or p.out[FIRST] > 0.5 * length + 0.05 * limits.first:  # far from the prediction
             stop = r
             break
         sign, volume = p.out[SIGN], p.out[VOLUME]

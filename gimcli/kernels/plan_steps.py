@@ -1,9 +1,9 @@
-"""The steps of a plan in closed form and its checks, over a short stretch of rows that stays in the cache.
+"""The closed-form steps of a plan and its checks, over a block of rows that fits into the processor cache.
 
-The scratch `w` holds lanes, one lane a coordinate: HISTORY rows, solved where rows are followed, then new ones.
-Operands of a formula are copied to lanes with fixed numbers, so that the compiler knows how far apart they are and
-works on several rows at once. One source serves both forms: as it stands numpy works on all rows of a lane at once,
-and lanes that are not those of the plan are put in each other's place instead of copied.
+The array `w` consists of lanes, one for each coordinate: HISTORY rows (the last solved ones, if a motion is followed),
+then the new rows. Operands of a formula are copied to lanes with fixed numbers, so that the compiler knows their
+distances and vectorises the loop. One source serves both forms: when interpreted, numpy processes all rows of a lane
+at once, and lanes with fixed numbers are references to other lanes instead of copies.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ WIDTH = HISTORY + ROWS
 
 PLACE, ORIENT, TILT, TWO_CIRCLES, CIRCLE_AND_LINE, TWO_LINES, COUPLED = range(7)
 
-# lanes with fixed numbers: operands a..j, results, and what is known of every row
+# lanes with fixed numbers: operands A..J, results, and the state of every row
 (
     A, B, C, D, E, F, G, H, I, J, EX, EY, BX, BY, CO, SI, X, Y, MEASURE, SQUARE, NOISE, DOUBT, TIME, ERROR, WORK, WORST,
 ) = range(26)  # fmt: skip
 FIXED = 26
 
 Scratch = Any
-"""Lanes: arrays over the rows, or constants, by WIDTH times their numbers; when compiled one flat array."""
+"""Interpreted: {WIDTH * number: array over the rows, or constant} of the lanes; compiled: one flat array."""
 
 Table = Any
-"""Rows of numbers: an array when compiled, a list as it stands."""
+"""Rows of numbers: an array when compiled, a list when interpreted."""
 
 
 class Lanes(NamedTuple):
-    """First lanes of what a plan has several of."""
+    """Number of the first lane of each kind: coordinates, registers, inputs with cosine and sine, measures g."""
 
     x: int
     y: int
@@ -53,10 +53,10 @@ class Lanes(NamedTuple):
 
 
 class Program(NamedTuple):
-    """A plan and the checks of its mechanism as flat tables; -1 stands for none."""
+    """A plan and the checks of its mechanism as flat tables; -1: none."""
 
     steps: Table  # (steps, 6) kind, node or register, three operands, branch
-    reach: Table  # (steps,) distance of a turned line
+    reach: Table  # (steps,) distance e of a TILT
     vi: Table  # (vectors, 5) u, v, register, actuator, turn
     vz: Table  # (vectors, 2)
     li: Table  # (loci, 4) node, offset, normal, actuator
@@ -68,13 +68,13 @@ class Program(NamedTuple):
 
 @scalar_form(range)
 def rows(high: int) -> Any:
-    """Return the rows of a stretch, whose numbers follow a lane's first in `w`; as it stands, 0: the whole lane."""
+    """Return the row numbers of a block, to be added to a lane's first index; interpreted: only 0, the whole lane."""
     return (0,)
 
 
 @scalar_form(range)
 def new_rows(first: int, high: int) -> Any:
-    """Return the rows from the first on; as they stand, one slice."""
+    """Return the rows from `first` on; interpreted: one slice."""
     return (slice(first, high),)
 
 
@@ -84,7 +84,7 @@ def _index(lane: int, r: int) -> np.uint64:
 
 @scalar_form(_index)
 def cell(lane: int, r: Any) -> Any:
-    """Return where row r of a lane stands in `w`; as it stands, the whole lane."""
+    """Return the index in `w` of row r of a lane; interpreted: that of the whole lane."""
     return lane * WIDTH
 
 
@@ -94,7 +94,7 @@ def _row(w: Scratch, lane: int, r: int, n: int) -> Any:
 
 @scalar_form(_row)
 def earlier(w: Scratch, lane: int, r: slice, n: int) -> Any:
-    """Return what stands in a lane n rows before row r."""
+    """Return the value of a lane n rows before row r."""
     whole = w[lane * WIDTH]
     return whole[r.start - n : r.stop - n] if getattr(whole, "ndim", 0) else whole  # a constant
 
@@ -105,7 +105,7 @@ def _put(w: Scratch, lane: int, r: int, value: float) -> None:
 
 @scalar_form(_put)
 def put(w: Scratch, lane: int, r: slice, value: Any) -> None:
-    """Put a value into row r of a lane, whose other rows stay."""
+    """Store a value in row r of a lane."""
     w[lane * WIDTH][r] = value
 
 
@@ -135,42 +135,42 @@ def first_marked(w: Scratch, lane: int, high: int) -> int:
 
 @stage
 def take(w: Scratch, to: int, lane: int, high: int) -> None:
-    """Take a lane as an operand."""
+    """Copy a lane to the operand lane `to`."""
     for r in rows(high):
         w[cell(to, r)] = w[cell(lane, r)]
 
 
 @stage
 def give(w: Scratch, to: int, lane: int, first: int, high: int) -> None:
-    """Copy the rows of a lane from the first on."""
+    """Copy the rows of a lane from `first` on to lane `to`."""
     for r in new_rows(first, high):
         put(w, to, r, earlier(w, lane, r, 0))
 
 
 @stage
 def add(w: Scratch, to: int, lane: int, high: int) -> None:
-    """Add a lane."""
+    """Add a lane to lane `to`."""
     for r in rows(high):
         w[cell(to, r)] = w[cell(to, r)] + w[cell(lane, r)]
 
 
 @stage
 def subtract(w: Scratch, to: int, plus: int, minus: int, high: int) -> None:
-    """Lay out the difference of two lanes."""
+    """Set lane `to` to the difference of two lanes."""
     for r in rows(high):
         w[cell(to, r)] = w[cell(plus, r)] - w[cell(minus, r)]
 
 
 @stage
 def fill(w: Scratch, to: int, value: float, high: int) -> None:
-    """Fill a lane."""
+    """Fill a lane with a value."""
     for r in rows(high):
         w[cell(to, r)] = value
 
 
 @stage
 def lay_inputs(w: Scratch, at: Lanes, values: FloatArray, done: int, high: int) -> None:
-    """Lay out the inputs (actuators, rows) from row `done` on as new rows, with their cosines and sines."""
+    """Copy the inputs (actuators, rows) from row `done` on into their lanes, and compute their cosines and sines."""
     for a in range(len(values)):
         given = values[a, done : done + high - HISTORY]
         for r in new_rows(HISTORY, high):
@@ -184,7 +184,7 @@ def lay_inputs(w: Scratch, at: Lanes, values: FloatArray, done: int, high: int) 
 
 @stage
 def lay_vector(w: Scratch, q: Program, at: Lanes, k: int, high: int) -> None:
-    """Lay out vector k in lanes EX and EY."""
+    """Compute vector k in lanes EX and EY."""
     head = q.vi[k]
     u, v, register, actuator = head[0], head[1], head[2], head[3]
     zr, zi = q.vz[k][0], q.vz[k][1]
@@ -216,7 +216,7 @@ def lay_vector(w: Scratch, q: Program, at: Lanes, k: int, high: int) -> None:
 
 @stage
 def lay_value(w: Scratch, at: Lanes, to: int, constant: float, gain: float, actuator: int, high: int) -> None:
-    """Lay out a length that may follow an actuator."""
+    """Compute a length, constant or dependent on an input, in lane `to`."""
     if actuator >= 0:
         for r in rows(high):
             w[cell(to, r)] = constant + gain * w[cell(at.values + actuator, r)]
@@ -226,7 +226,7 @@ def lay_value(w: Scratch, at: Lanes, to: int, constant: float, gain: float, actu
 
 @stage
 def lay_inverse(w: Scratch, at: Lanes, to: int, constant: float, gain: float, actuator: int, high: int) -> None:
-    """Lay out one over a length that may follow an actuator."""
+    """Compute 1 / length, constant or dependent on an input, in lane `to`."""
     if actuator >= 0:
         lay_value(w, at, to, constant, gain, actuator, high)
         for r in rows(high):
@@ -237,7 +237,7 @@ def lay_inverse(w: Scratch, at: Lanes, to: int, constant: float, gain: float, ac
 
 @stage
 def lay_locus(w: Scratch, q: Program, at: Lanes, k: int, to: int, high: int) -> None:
-    """Lay out locus k: centre and radius, or a point, the normal and the height of a line."""
+    """Compute locus k in lanes from `to` on: centre and radius, or point, normal and height of a line."""
     head = q.li[k]
     node, offset, normal = head[0], head[1], head[2]
     take(w, to, at.x + node, high)
@@ -255,7 +255,7 @@ def lay_locus(w: Scratch, q: Program, at: Lanes, k: int, to: int, high: int) -> 
 
 @stage
 def carry(w: Scratch, q: Program, at: Lanes, k: int, high: int) -> None:
-    """Carry a node along, or keep a direction in its register."""
+    """Place a carried node (PLACE), or store a direction in its register (ORIENT)."""
     head = q.steps[k]
     lay_vector(w, q, at, head[3], high)
     if head[0] == PLACE:
@@ -263,21 +263,21 @@ def carry(w: Scratch, q: Program, at: Lanes, k: int, high: int) -> None:
         add(w, EY, at.y + head[2], high)
         give(w, at.x + head[1], EX, HISTORY, high)
         give(w, at.y + head[1], EY, HISTORY, high)
-    else:  # of the history too: whether lines have turned is found from it
+    else:  # in the history too, from which reversed lines are detected
         give(w, at.rx + head[1], EX, 0, high)
         give(w, at.ry + head[1], EY, 0, high)
 
 
 @kernel
 def note(w: Scratch, r: Any, x: Any, y: Any, g: Any, g2: Any, noise: Any) -> None:
-    """Keep what two loci give."""
+    """Store the result of an intersection of two loci."""
     w[X * WIDTH + r], w[Y * WIDTH + r], w[MEASURE * WIDTH + r] = x, y, g
     w[SQUARE * WIDTH + r], w[NOISE * WIDTH + r] = g2, noise
 
 
 @stage
 def meet_circles(w: Scratch, sign: float, high: int) -> None:
-    """Meet the circles A, B, C and D, E, F; A and B become the way between their centres."""
+    """Intersect the circles A, B, C and D, E, F; A and B become the vector between their centres."""
     for r in rows(high):
         x, y, g, g2, noise = circle_circle(
             w[A * WIDTH + r], w[B * WIDTH + r], w[C * WIDTH + r], w[D * WIDTH + r], w[E * WIDTH + r],
@@ -291,7 +291,7 @@ def meet_circles(w: Scratch, sign: float, high: int) -> None:
 
 @stage
 def meet_circle_and_line(w: Scratch, sign: float, high: int) -> None:
-    """Meet the circle C, D, E and the line F ... J; A and B become the line's normal."""
+    """Intersect the circle C, D, E and the line F ... J; A and B become the line's normal."""
     for r in rows(high):
         x, y, g, g2, noise = circle_line(
             w[C * WIDTH + r], w[D * WIDTH + r], w[E * WIDTH + r], w[F * WIDTH + r], w[G * WIDTH + r],
@@ -305,7 +305,7 @@ def meet_circle_and_line(w: Scratch, sign: float, high: int) -> None:
 
 @stage
 def meet_lines(w: Scratch, high: int) -> None:
-    """Meet the lines A ... E and F ... J; A and B become the sine between them and 0."""
+    """Intersect the lines A ... E and F ... J; A and B become the sine of their angle and 0."""
     for r in rows(high):
         x, y, g, g2, noise = line_line(
             w[A * WIDTH + r], w[B * WIDTH + r], w[C * WIDTH + r], w[D * WIDTH + r], w[E * WIDTH + r],
@@ -319,7 +319,7 @@ def meet_lines(w: Scratch, high: int) -> None:
 
 @stage
 def meet(w: Scratch, q: Program, at: Lanes, k: int, sign: float, high: int) -> None:
-    """Meet two loci; lanes A and B keep what the side refers to."""
+    """Intersect the two loci of a step; lanes A and B become the direction that the sign of the branch refers to."""
     head = q.steps[k]
     kind, first, second = head[0], head[2], head[3]
     if kind == TWO_CIRCLES:
@@ -338,7 +338,7 @@ def meet(w: Scratch, q: Program, at: Lanes, k: int, sign: float, high: int) -> N
 
 @stage
 def turn_line(w: Scratch, q: Program, at: Lanes, k: int, sign: float, high: int) -> None:
-    """Turn a line so that it passes a node."""
+    """Compute the direction of a guide that passes through a node (TILT)."""
     a, b, e = q.steps[k][2], q.steps[k][3], q.reach[k]
     subtract(w, A, at.x + b, at.x + a, high)
     subtract(w, B, at.y + b, at.y + a, high)
@@ -349,7 +349,7 @@ def turn_line(w: Scratch, q: Program, at: Lanes, k: int, sign: float, high: int)
 
 @stage
 def place(w: Scratch, q: Program, at: Lanes, k: int, sign: FloatArray, high: int) -> bool:
-    """Place what a step in closed form does; return whether it may have no solution, or two."""
+    """Execute closed-form step k; return whether it may have no solution, or two."""
     kind, node, branch = q.steps[k][0], q.steps[k][1], q.steps[k][5]
     if kind in (PLACE, ORIENT):
         carry(w, q, at, k, high)
@@ -357,7 +357,7 @@ def place(w: Scratch, q: Program, at: Lanes, k: int, sign: FloatArray, high: int
     side = sign[branch] if branch >= 0 else 1.0
     if kind == TILT:
         turn_line(w, q, at, k, side, high)
-        give(w, at.rx + node, X, 0, high)  # of the history too, as `carry`
+        give(w, at.rx + node, X, 0, high)  # in the history too, as in `carry`
         give(w, at.ry + node, Y, 0, high)
     else:
         meet(w, q, at, k, side, high)
@@ -370,9 +370,9 @@ def place(w: Scratch, q: Program, at: Lanes, k: int, sign: FloatArray, high: int
 
 @stage
 def guard(w: Scratch, q: Program, at: Lanes, k: int, tolerance: float, followed: bool, high: int) -> int:
-    """Return the first row in which a step has no solution, is singular, or may have jumped.
+    """Return the first row in which step k has no solution, is singular, or may have jumped to another branch.
 
-    `followed`: the row before the first new one is solved, and a jump from it is not safe.
+    followed: the row before the first new one is solved, so that jumps can be detected.
     """
     for r in new_rows(HISTORY, high):
         noise = earlier(w, NOISE, r, 0)
@@ -398,21 +398,21 @@ def guard(w: Scratch, q: Program, at: Lanes, k: int, tolerance: float, followed:
 
 @stage
 def check_angle(w: Scratch, high: int) -> None:
-    """Fill the angles between A, B and EX, EY."""
+    """Compute, in lane X, the angles between the vectors A, B and EX, EY."""
     for r in rows(high):
         w[X * WIDTH + r] = angle_error(w[A * WIDTH + r], w[B * WIDTH + r], w[EX * WIDTH + r], w[EY * WIDTH + r])
 
 
 @stage
 def check_span(w: Scratch, high: int) -> None:
-    """Fill the errors of the length of A, B, one over which is C."""
+    """Compute, in lane X, the errors of the length of the vector A, B; C is 1 / length."""
     for r in rows(high):
         w[X * WIDTH + r] = span_error(w[A * WIDTH + r], w[B * WIDTH + r], w[C * WIDTH + r])
 
 
 @stage
 def check_height(w: Scratch, size: float, high: int) -> None:
-    """Fill the errors of the height C of A, B over the normal EX, EY."""
+    """Compute, in lane X, the errors of the height C of A, B along the normal EX, EY."""
     for r in rows(high):
         w[X * WIDTH + r] = height_error(
             w[EX * WIDTH + r], w[EY * WIDTH + r], w[A * WIDTH + r], w[B * WIDTH + r], w[C * WIDTH + r], size
@@ -421,7 +421,7 @@ def check_height(w: Scratch, size: float, high: int) -> None:
 
 @stage
 def check(w: Scratch, q: Program, at: Lanes, high: int) -> None:
-    """Fill the worst error of all constraints, as written in the model."""
+    """Compute, in lane WORST, the greatest error of all constraints in `Program.ci`, independently of the steps."""
     fill(w, WORST, 0.0, high)
     for k in range(len(q.ci)):
         head, value = q.ci[k], q.cv[k]

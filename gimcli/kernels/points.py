@@ -1,14 +1,14 @@
-"""Natural coordinates: equations between the points of a mechanism, and their gradients.
+"""Natural coordinates: equations in the coordinates of the points of a mechanism, and their gradients.
 
     distance   (|p - q|^2 - v^2) / 2 v = 0
-    rigid      p - q - w (v - u) = 0              a member's further points, linear; two rows
+    rigid      p - q - w (v - u) = 0              the other points of a member, linear; two rows
     line       n.(p - q) - d = 0                  n = w (v - u), or a known direction
 
-Driven angles are lines too: a member's direction has no part across the ray that the input says.
+Driven angles are lines too: the component of the member's direction perpendicular to the driven ray is 0.
 
 Source: Garcia de Jalon & Bayo, Kinematic and Dynamic Simulation of Multibody Systems, 1994, chapter 2.
 
-Arrays: x, y (nodes,); col (nodes,) first column of a node, negative where it is known; ei (equations, 8)
+Arrays: x, y (nodes,); col (nodes,) first column of a node, negative if it is known; ei (equations, 8)
 kind, p, q, u, v, value actuator, turning actuator, sense; ez (equations, 3) w, constant.
 """
 
@@ -25,7 +25,7 @@ LINE = 2
 
 @kernel
 def move_points(q: FloatArray, col: IntArray, x: FloatArray, y: FloatArray) -> None:
-    """Put the unknowns where the points are."""
+    """Copy the unknowns to the coordinates of the points."""
     for n in range(col.shape[0]):
         if col[n] >= 0:
             x[n], y[n] = q[col[n]], q[col[n] + 1]
@@ -33,7 +33,7 @@ def move_points(q: FloatArray, col: IntArray, x: FloatArray, y: FloatArray) -> N
 
 @kernel
 def add_gradient(j: FloatArray, row: int, c: int, gx: float, gy: float) -> None:
-    """Add a gradient by the point whose first column is c, if it moves."""
+    """Add a gradient in the columns c and c + 1 of a point, if it is free (c >= 0)."""
     if c >= 0:
         j[row, c] += gx
         j[row, c + 1] += gy

@@ -1,10 +1,10 @@
-"""Masses and forces reduced to the independent variables, at a position whose influence coefficients are known.
+"""Masses and forces reduced to the independent variables s, at a position with known influence coefficients.
 
     M = sum of m B'B + J w w',   h = sum of m B'a + J w alpha,   Q = sum of B'F + w T
 
-with B a mass centre's influence coefficients (complex), w an angular one, a and alpha what is left of the
-accelerations without those of s. All in J: M s'' + h = Q. Source: Durango, Giraldo, Calle & Mesa 2014, eqs 3-6,
-straight to the independent variables.
+B: influence coefficients of a centre of mass (complex); w: angular influence coefficients; a and alpha: the
+accelerations without the terms of s''. The equations of motion are M s'' + h = Q, in J per unit of s. Source: Durango,
+Giraldo, Calle & Mesa 2014, eqs 3-6, here reduced directly to the independent variables.
 """
 
 from __future__ import annotations
@@ -18,53 +18,53 @@ from gimcli.kernels.windows import Windows, begin_beyond, interpolate, window_of
 from gimcli.mechanism import ANGLE, SPAN, FloatArray, IntArray
 
 KINETIC, POTENTIAL, DISSIPATED, SUPPLIED = range(4)
-"""Energies [J] and powers [W] of a state."""
+"""Entries of `Reduced.energy`: kinetic and potential energy [J], dissipated and supplied power [W]."""
 
 ENERGIES = 4
 
 SINGULAR = 1e-14
-"""A reduced inertia below this, relative to the greatest, is none."""
+"""A reduced inertia below this fraction of the greatest is 0."""
 
 
 class Acting(NamedTuple):
-    """What has mass and what acts, in flat arrays; places are p = node u + z (node v - node u)."""
+    """Masses and loads in flat arrays; a point of a member is p = node u + z (node v - node u)."""
 
-    metre: float
+    metre: float  # m per unit of the normal frame
     masses: IntArray  # (., 2) u, v
     mass: FloatArray  # (., 5) z, mass, moment of inertia, square of the distance of u and v
     gravity: FloatArray  # (2,)
-    loads: IntArray  # (., 3) u, v, 1 where it follows the member
+    loads: IntArray  # (., 3) u, v, 1 if the force rotates with the member
     load: FloatArray  # (., 6) z, force, torque, square of the distance of u and v
-    springs: IntArray  # (., 2) variable, what it reads
-    spring: FloatArray  # (., 2) stiffness, free reading
+    springs: IntArray  # (., 2) variable, kind of the quantity: SPAN, ANGLE or HEIGHT
+    spring: FloatArray  # (., 2) stiffness, unloaded value
     dampers: IntArray  # (., 2) variable, 1 for an angle
     damper: FloatArray  # (.,) damping
     rubs: IntArray  # (., 4) u, v of the one member, u, v of the other; -1 for the frame
     rub: FloatArray  # (., 3) damping, squares of the distances of u and v
     motors: IntArray  # (., 2) variable, 1 for an angle
-    motor: FloatArray  # (., 2) effort, idle speed or 0
+    motor: FloatArray  # (., 2) effort, idle speed (0: none)
 
 
 class Reduced(NamedTuple):
-    """What is left of a mechanism in its independent variables."""
+    """The equations of motion in the independent variables, and energies."""
 
-    m: FloatArray  # (k, k)
+    m: FloatArray  # (k, k) M
     h: FloatArray  # (k,)
-    q: FloatArray  # (k,) of what acts
-    rate: FloatArray  # (k,) of what has a potential or a constant size, by the first independent variable
+    q: FloatArray  # (k,) Q
+    rate: FloatArray  # (k,) [0]: derivative of Q by the first independent variable (weights, loads and springs)
     energy: FloatArray  # (ENERGIES,)
 
 
 @kernel
 def carry(x: FloatArray, u: int, v: int, zr: float, zi: float) -> tuple[float, float]:
-    """Return x and y of a place between two nodes."""
+    """Return x and y of the point u + z (v - u)."""
     ex, ey = x[2 * v] - x[2 * u], x[2 * v + 1] - x[2 * u + 1]
     return x[2 * u] + zr * ex - zi * ey, x[2 * u + 1] + zr * ey + zi * ex
 
 
 @kernel
 def turn(x: FloatArray, w: FloatArray, u: int, v: int, square: float) -> float:
-    """Return how fast a member turns: arm x change of the arm."""
+    """Return the angular rate of a member: cross product of the arm and its rate, by the square of its length."""
     if u < 0:
         return 0.0
     ex, ey = x[2 * v] - x[2 * u], x[2 * v + 1] - x[2 * u + 1]
@@ -73,7 +73,7 @@ def turn(x: FloatArray, w: FloatArray, u: int, v: int, square: float) -> float:
 
 @stage
 def reduce_masses(p: Acting, at: InfluencePosition, room: InfluenceScratch, out: Reduced) -> None:
-    """Add the masses and their weight."""
+    """Add the inertia and the weight of the masses."""
     v, b, w, a, metre = at.v, at.b, room.velocity, room.acceleration, p.metre
     gx, gy = p.gravity[0] * metre, p.gravity[1] * metre
     for i in range(p.masses.shape[0]):
@@ -123,12 +123,12 @@ def reduce_loads(p: Acting, at: InfluencePosition, room: InfluenceScratch, facto
 
 @stage
 def reduce_gauges(p: Acting, at: InfluencePosition, room: InfluenceScratch, out: Reduced) -> None:
-    """Add springs, dampers and what the inputs that are let go are driven by."""
+    """Add springs, dampers and the driving efforts of free inputs."""
     v, b, w, a = at.v, at.b, room.velocity, room.acceleration
     for i in range(p.springs.shape[0]):
         r, unit = p.springs[i, 0], 1.0 if p.springs[i, 1] == ANGLE else p.metre
         stiffness = p.spring[i, 0] * unit * unit
-        beyond = p.springs[i, 1] == SPAN and v[r] < 0.0  # its nodes have met: the length is the variable's amount
+        beyond = p.springs[i, 1] == SPAN and v[r] < 0.0  # beyond coincident nodes: the length is |variable|
         stretch = v[r] + p.spring[i, 1] if beyond else v[r] - p.spring[i, 1]
         out.energy[POTENTIAL] += 0.5 * stiffness * stretch * stretch
         out.rate[0] -= stiffness * (w[r] * w[r] + stretch * a[r])
@@ -164,7 +164,7 @@ def reduce_friction(p: Acting, at: InfluencePosition, room: InfluenceScratch, ou
 
 @kernel
 def reduce(p: Acting, at: InfluencePosition, room: InfluenceScratch, factors: FloatArray, out: Reduced) -> None:
-    """Reduce everything; `rate` needs unit speed of the first independent variable alone."""
+    """Reduce all masses and loads; `rate` is valid only for unit speed of the first independent variable."""
     size = at.b.shape[0]
     for k in range(size):
         out.h[k], out.q[k], out.rate[k] = 0.0, 0.0, 0.0
@@ -183,9 +183,9 @@ def reduce(p: Acting, at: InfluencePosition, room: InfluenceScratch, factors: Fl
 
 @kernel
 def accelerate(out: Reduced, free: int, given: FloatArray, room: InfluenceScratch, gain: FloatArray) -> bool:
-    """Find the accelerations `gain` (k,) of the first `free` independent variables; the others are given.
+    """Compute the accelerations `gain` (k,): of the first `free` independent variables; the others are given.
 
-    Where those of the others need efforts, `out.q` of them becomes these efforts.
+    For the given ones, `out.q` is replaced by the efforts that they need. Returns false if M is singular.
     """
     size = out.h.shape[0]
     greatest = 0.0
@@ -223,7 +223,7 @@ def move(
     target: FloatArray, speeds: FloatArray,
     given: FloatArray, free: int, factors: FloatArray, room: InfluenceScratch, out: Reduced, gain: FloatArray,
 ) -> bool:  # fmt: skip
-    """Go from `base` to a state and find its accelerations: one call."""
+    """Follow the motion from `base` to a state, and compute its accelerations; return whether both succeeded."""
     within = window_of(windows, target)
     if within >= 0:
         if not interpolate(c, windows, within, target, speeds, last, at, room):

@@ -1,7 +1,7 @@
-"""Least squares over lanes of rows at once: Householder's reflections, which need no exchanges.
+"""Least squares for all rows of lanes at once, by Householder reflections, which need no row exchanges.
 
-A matrix of m by n lanes begins at lane `a`, row after row; `d` are n lanes of one over R's diagonal, then n of
-the reflections' factors, then n to work in. Source: Golub & Van Loan, Matrix Computations, 2013, section 5.2.
+A matrix of m by n lanes starts at lane `a`, row by row. `d` is the first of 3 n lanes: 1 / diagonal of R, then the
+factors of the reflections, then scratch. Source: Golub & Van Loan, Matrix Computations, 2013, section 5.2.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from gimcli.mechanism import FloatArray
 
 @stage
 def normalise(w: FloatArray, a: int, scale: int, m: int, n: int, high: int) -> None:
-    """Give every row of the matrix the length 1; lanes `scale` (m) keep one over what it was."""
+    """Scale every row of the matrix to length 1; the m lanes from `scale` on are set to 1 / length."""
     for i in range(m):
         fill(w, scale + i, 0.0, high)
         for j in range(n):
@@ -28,7 +28,7 @@ def normalise(w: FloatArray, a: int, scale: int, m: int, n: int, high: int) -> N
 
 @stage
 def invert_root(w: FloatArray, k: int, high: int) -> None:
-    """Turn a lane of squares into one over their roots; 1 where there is none."""
+    """Replace a lane of squares s by 1 / sqrt(s), or by 1 where s <= 0."""
     a = w[real(k)]
     for r in rows(high):
         a[r] = 1.0 / np.sqrt(where(a[r] > 0.0, a[r], 1.0))
@@ -36,7 +36,7 @@ def invert_root(w: FloatArray, k: int, high: int) -> None:
 
 @stage
 def begin_reflection(w: FloatArray, head: int, inverse: int, factor: int, high: int) -> None:
-    """Turn a column's head and the square of its length (in `factor`) into a reflection."""
+    """Compute the reflection of a column from its first element `head` and its squared length (in `factor`)."""
     a, b, c = w[real(head)], w[real(inverse)], w[real(factor)]
     for r in rows(high):
         norm = np.sqrt(c[r])
@@ -49,7 +49,7 @@ def begin_reflection(w: FloatArray, head: int, inverse: int, factor: int, high: 
 
 @stage
 def reflect(w: FloatArray, a: int, d: int, k: int, m: int, n: int, to: int, stride: int, dot: int, high: int) -> None:
-    """Reflect the column of lanes to, to + stride ... by reflection k."""
+    """Apply reflection k to the column of lanes to, to + stride, ..."""
     fill(w, dot, 0.0, high)
     for i in range(k, m):
         add_product(w, dot, a + i * n + k, to + i * stride, 1.0, high)
@@ -60,7 +60,7 @@ def reflect(w: FloatArray, a: int, d: int, k: int, m: int, n: int, to: int, stri
 
 @stage
 def factor_rows(w: FloatArray, a: int, d: int, m: int, n: int, dot: int, high: int) -> None:
-    """Factor a matrix in place: R above the diagonal, the reflections on and below it; lane `dot` is lost."""
+    """Factor a matrix in place: R above the diagonal, the reflections on and below it; lane `dot` is scratch."""
     for k in range(n):
         fill(w, d + n + k, 0.0, high)
         for i in range(k, m):
@@ -72,7 +72,7 @@ def factor_rows(w: FloatArray, a: int, d: int, m: int, n: int, dot: int, high: i
 
 @stage
 def back_substitute(w: FloatArray, a: int, d: int, n: int, last: int, b: int, high: int) -> None:
-    """Solve R x = b for the unknowns up to `last`; those beyond are 0."""
+    """Solve R x = b for the unknowns up to `last`; the unknowns after it are 0."""
     for k in range(last, -1, -1):
         for j in range(k + 1, last + 1):
             add_product(w, b + k, a + k * n + j, b + j, -1.0, high)
@@ -81,7 +81,7 @@ def back_substitute(w: FloatArray, a: int, d: int, n: int, last: int, b: int, hi
 
 @stage
 def solve_rows(w: FloatArray, a: int, d: int, m: int, n: int, b: int, dot: int, high: int) -> None:
-    """Solve in the least-squares sense with what `factor_rows` left; the first n lanes of b are the solution."""
+    """Solve in the least-squares sense with the factors from `factor_rows`; the first n lanes of b are the solution."""
     for k in range(n):
         reflect(w, a, d, k, m, n, b, 1, dot, high)
     back_substitute(w, a, d, n, n - 1, b, high)
@@ -89,7 +89,7 @@ def solve_rows(w: FloatArray, a: int, d: int, m: int, n: int, b: int, dot: int, 
 
 @stage
 def inverse_square(w: FloatArray, a: int, d: int, n: int, to: int, high: int) -> None:
-    """Fill a lane with the sum of the squares of R's inverse: one over it bounds the least singular value's square."""
+    """Fill a lane with the sum of squares of inverse R; 1 / sum bounds the square of the least singular value."""
     fill(w, to, 0.0, high)
     t = d + 2 * n
     for j in range(n):

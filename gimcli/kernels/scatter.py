@@ -1,4 +1,4 @@
-"""Independent positions of a plan in closed form: nothing is followed, nothing predicted."""
+"""Positions of a plan in closed form for many independent inputs, without following a motion."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from gimcli.mechanism import FloatArray
 
 @stage
 def write_positions(w: Scratch, at: Lanes, on: FloatArray, bound: float, out: FloatArray, high: int) -> None:
-    """Fill the point (rows, 2), NaN where the loci of a step do not meet or a check fails."""
+    """Write the positions of the point (rows, 2), NaN where the loci of a step do not intersect or a check fails."""
     u, v = int(on[0]), int(on[1])
     subtract(w, A, at.x + v, at.x + u, high)
     subtract(w, B, at.y + v, at.y + u, high)
@@ -50,9 +50,9 @@ def scatter(
     w: Scratch, q: Program, at: Lanes, values: FloatArray, sign: FloatArray, on: FloatArray, bound: float,
     out: FloatArray,
 ) -> None:  # fmt: skip
-    """Fill the point (rows, 2) at inputs (actuators, rows), NaN where nothing is assembled.
+    """Write the positions of a point (rows, 2) for inputs (actuators, rows), NaN where there is no assembled position.
 
-    The point is z_u + (on_2 + i on_3) (z_v - z_u) for nodes u = on_0 and v = on_1. The frame's nodes stand in `w`.
+    The point is z_u + (on_2 + i on_3) (z_v - z_u) for nodes u = on_0 and v = on_1. `w` contains the frame's nodes.
     """
     for done in range(0, values.shape[1], ROWS):
         high = HISTORY + min(ROWS, values.shape[1] - done)

@@ -1,15 +1,15 @@
-"""Sweeps of the Geometrical-Iterative Method: every move puts one node onto one locus.
+"""Sweeps of the Geometrical-Iterative Method: each move places one node on one locus.
 
-    RD   B goes to A + L (B - A) / |B - A|
-    RA   B turns about the vertex onto the ray
-    RL   B goes to its foot on the line; a node of the guide moves until the line passes B
+    RD   B moves to A + L (B - A) / |B - A|
+    RA   B rotates about the vertex onto the ray
+    RL   B moves to its foot on the line, or a node of the guide moves until the line passes through B
 
 Source: Petuya et al. 2004, section 3; errors are eqs (1) and (2).
 
-A run of sweeps that goes nowhere ends early, with the reason: it has come back to where it was one sweep
-ago (stalled) or some sweeps ago (cycling), its error hardly falls (stalled), or its nodes have left
-the numbers (diverged). Where it was is looked up by Brent's method: a mark at sweeps 1, 2, 4, 8 ...
-Source: Brent, BIT 20 (1980) 176-184, section 2.
+Sweeps that do not converge stop early, with a status: the nodes are where they were one sweep before (stalled) or
+several sweeps before (cycling), the error hardly decreases (stalled), or the coordinates are not finite (diverged).
+Cycles are detected by Brent's method, with saved positions at sweeps 1, 2, 4, 8 ... Source: Brent, BIT 20 (1980)
+176-184, section 2.
 
 Arrays: mi (moves, 9) kind, moved, a, b, value actuator, u, v, turning actuator, turn;
 mz (moves, 4) constant, gain, zr, zi.
@@ -34,10 +34,10 @@ DIVERGED = 4
 
 @kernel
 def turn_onto(x: FloatArray, y: FloatArray, b: int, a: int, ux: float, uy: float) -> None:
-    """Turn node b about node a onto the ray along (ux, uy)."""
+    """Rotate node b about node a onto the ray along (ux, uy)."""
     wx, wy = x[b] - x[a], y[b] - y[a]
     u2 = ux * ux + uy * uy
-    if u2 == 0.0:  # no direction: another move has to part the arm's nodes first
+    if u2 == 0.0:  # no direction: the nodes of the arm coincide until another move separates them
         return
     reach = math.sqrt(wx * wx + wy * wy) / math.sqrt(u2)
     x[b], y[b] = x[a] + reach * ux, y[a] + reach * uy
@@ -48,7 +48,7 @@ def impose(
     k: int, x: FloatArray, y: FloatArray, values: FloatArray, cos: FloatArray, sin: FloatArray, mi: IntArray,
     mz: FloatArray,
 ) -> None:  # fmt: skip
-    """Impose one restriction by moving its node."""
+    """Impose restriction k by moving its node."""
     kind, moved, a, b = mi[k, 0], mi[k, 1], mi[k, 2], mi[k, 3]
     value = mz[k, 0]
     if mi[k, 4] >= 0:
@@ -57,7 +57,7 @@ def impose(
         other = a if moved == b else b
         dx, dy = x[moved] - x[other], y[moved] - y[other]
         d = math.sqrt(dx * dx + dy * dy)
-        if d == 0.0:  # no direction: any will do, the same each time
+        if d == 0.0:  # coincident nodes: any direction, always the same
             dx, d = 1.0, 1.0
         x[moved], y[moved] = x[other] + value / d * dx, y[other] + value / d * dy
         return
@@ -72,7 +72,7 @@ def impose(
             turn_onto(x, y, b, a, wx, wy)
         elif moved == a:
             turn_onto(x, y, a, b, -wx, -wy)
-        else:  # a node of the arm u-v: turned back from b
+        else:  # a node of the arm u-v: rotated so that the ray passes through b
             ex, ey = x[b] - x[a], y[b] - y[a]
             wx, wy = zr * ex + zi * ey, zr * ey - zi * ex
             if moved == v:
@@ -95,9 +95,9 @@ def aim(
     x: FloatArray, y: FloatArray, moved: int, b: int, u: int, v: int, zr: float, zi: float, wx: float, wy: float,
     value: float,
 ) -> None:  # fmt: skip
-    """Move a node of a guide u-v, normal n = z (v - u), the shortest way that lets its line pass node b.
+    """Move a node of a guide u-v with normal n = z (v - u) by the shortest step after which its line passes through b.
 
-    With f = n.(b - u) - value, v goes along conj(z) (b - u) and u along its negative minus n.
+    With f = n.(b - u) - value, v moves along conj(z) (b - u), and u along -conj(z) (b - u) - n.
     """
     px, py = x[b] - x[u], y[b] - y[u]
     f = wx * px + wy * py - value
@@ -115,7 +115,7 @@ def error_of(
     k: int, x: FloatArray, y: FloatArray, values: FloatArray, cos: FloatArray, sin: FloatArray, mi: IntArray,
     mz: FloatArray, size: float,
 ) -> float:  # fmt: skip
-    """Return the error of a restriction: relative for lengths, in rad for angles (their sine)."""
+    """Return the error of restriction k: relative for lengths, the sine of the error for angles."""
     kind, a, b = mi[k, 0], mi[k, 2], mi[k, 3]
     value = mz[k, 0]
     if mi[k, 4] >= 0:
@@ -151,7 +151,7 @@ def worst_errors(
     x: FloatArray, y: FloatArray, values: FloatArray, cos: FloatArray, sin: FloatArray, mi: IntArray, mz: FloatArray,
     size: float, out: FloatArray,
 ) -> None:  # fmt: skip
-    """Put eq. (1) and eq. (2) in out[0], out[1]; a NaN is infinite."""
+    """Store the errors of eqs (1) and (2) in out[0] and out[1]; a NaN counts as infinite."""
     out[0], out[1] = 0.0, 0.0
     for k in range(mi.shape[0]):
         e = error_of(k, x, y, values, cos, sin, mi, mz, size)
@@ -161,8 +161,8 @@ def worst_errors(
 
 
 @kernel
-def whereabouts(x: FloatArray, y: FloatArray, mark: FloatArray, near: float) -> int:
-    """Return whether the nodes are back at a mark (2, nodes): 1 if so, 0 if not, -1 where they are no numbers."""
+def compare_with_mark(x: FloatArray, y: FloatArray, mark: FloatArray, near: float) -> int:
+    """Return 1 if the nodes are at the saved positions `mark` (2, nodes), 0 if not, -1 if they are not finite."""
     back = 1
     for k in range(x.shape[0]):
         if not math.isfinite(x[k] + y[k]):
@@ -174,7 +174,7 @@ def whereabouts(x: FloatArray, y: FloatArray, mark: FloatArray, near: float) -> 
 
 @kernel
 def keep(x: FloatArray, y: FloatArray, mark: FloatArray) -> None:
-    """Mark where the nodes are."""
+    """Save the positions of the nodes in `mark` (2, nodes)."""
     for k in range(x.shape[0]):
         mark[0, k], mark[1, k] = x[k], y[k]
 
@@ -184,12 +184,11 @@ def settle(
     x: FloatArray, y: FloatArray, values: FloatArray, cos: FloatArray, sin: FloatArray, mi: IntArray, mz: FloatArray,
     size: float, limits: FloatArray, mark: FloatArray, history: FloatArray, out: FloatArray,
 ) -> int:  # fmt: skip
-    """Sweep until eqs (1) and (2) are met; return how it ended.
+    """Sweep until the errors of eqs (1) and (2) are within the tolerance; return SETTLED or the reason of failure.
 
-    limits: tolerance, sweeps, sweeps within which the error must fall, factor by which, distance
-    relative to the size within which nodes are where they were. mark (2, nodes): room.
-    history (sweeps + 1, 2): errors before the first and after every sweep, as far as there is room.
-    out: eqs (1), (2), sweeps.
+    limits: tolerance, number of sweeps, number of sweeps in which the error must decrease, factor of this decrease, and
+    distance relative to the size below which positions count as equal. mark (2, nodes): scratch. history (rows, 2):
+    errors before the first and after every sweep, as many as fit. out: errors of eqs (1) and (2), number of sweeps.
     """
     worst_errors(x, y, values, cos, sin, mi, mz, size, out)
     if history.shape[0] > 0:
@@ -206,18 +205,18 @@ def settle(
         worst_errors(x, y, values, cos, sin, mi, mz, size, out)
         if done < history.shape[0]:
             history[done, 0], history[done, 1] = out[0], out[1]
-        met = out[0] <= limits[0] and out[1] <= limits[0]
-        here = whereabouts(x, y, mark, limits[4] * size)
+        converged = out[0] <= limits[0] and out[1] <= limits[0]
+        here = compare_with_mark(x, y, mark, limits[4] * size)
         if here < 0:
             end = DIVERGED
-        elif here > 0 and not met:
+        elif here > 0 and not converged:
             end = STALLED if done - marked == 1 else CYCLING
         if done == 2 * marked or marked == 0:
             keep(x, y, mark)
             marked = done
         if done % limits[2] == 0:
             now = max(out[0], out[1])
-            if end == SETTLED and not met and math.isfinite(last) and not now <= limits[3] * last:
+            if end == SETTLED and not converged and math.isfinite(last) and not now <= limits[3] * last:
                 end = STALLED
             last = now
     out[2] = done
@@ -230,10 +229,10 @@ def settle_rows(
     mz: FloatArray, size: float, start: int, slow: float, limits: FloatArray, mark: FloatArray, history: FloatArray,
     sweeps: FloatArray, out: FloatArray,
 ) -> int:  # fmt: skip
-    """Follow a motion from row `start` on, each row from the one before; return the first that is not solved.
+    """Solve a motion from row `start` on, each row starting from the one before; return the first row not solved.
 
-    x, y (rows, nodes); `free` are the nodes to be moved, all others stand in every row already.
-    It ends too after a row that took more than `slow` sweeps. out: as of `settle`, and how the last row ended.
+    x, y (rows, nodes). free: nodes to be moved; the others are already in place in every row. It also stops after a
+    row with more than `slow` sweeps. out: as in `settle`, then the result of `settle` for the last row.
     """
     for r in range(start, x.shape[0]):
         for k in range(free.shape[0]):

@@ -1,9 +1,9 @@
-"""A tape: straight-line operations on lanes of rows, written once for a plan and run over stretches of rows.
+"""A tape: a list of operations on lanes without branches, recorded once for a plan and executed for blocks of rows.
 
-Operands are lanes: a, b, c complex (two lanes), p, q real; z = f + i g a constant. Each operation fills a lane of
-its own but for those that add. Lane GOOD is 0, or NaN where a row has no position or is singular.
+Operands are lanes: a, b, c complex (two lanes), p, q real; z = f + i g is a constant. Each operation fills its own
+lane; the ADD_ operations add to it. Lane GOOD is 0, or NaN in rows that have no position or are singular.
 
-Source of the word: Griewank & Walther, Evaluating Derivatives, 2008, chapter 4.
+Source of the term: Griewank & Walther, Evaluating Derivatives, 2008, chapter 4.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from gimcli.mechanism import FloatArray, IntArray
     LINEAR,  # a + z b
     CARRY,  # a + z (b - c)
     TIMES,  # f a b
-    ADD_TIMES,
+    ADD_TIMES,  # add f a b
     CONJUGATE,  # f conj(a) b
     ADD_CONJUGATE,
     DOT,  # f a.b, real
@@ -36,24 +36,24 @@ from gimcli.mechanism import FloatArray, IntArray
     UNIT,  # a / |a|
     INVERSE,  # 1 / |a|^2
     ACROSS,  # (a x b) p
-    DETERMINANT,  # 1 / (a x b); NaN where they are nearly parallel
+    DETERMINANT,  # 1 / (a x b); NaN if a and b are nearly parallel
     MEET,  # r with a.r = -p, b.r = -q
     NODE,  # position of a node
     VALUE,  # an input
     NEGATIVE,  # -p, -q
-    FACTOR,  # gradients of a group
-    SOLVE,  # its equations
-    WRITE_POINT,  # a is written out
-    WRITE_ANGLE,  # p is written out
+    FACTOR,  # factor the Jacobian of a group
+    SOLVE,  # solve the equations of a group
+    WRITE_POINT,  # write a to the results
+    WRITE_ANGLE,  # write p to the results
 ) = range(27)
 
 GOOD = 0
 SPARE = 1
 LANES = 2
-"""Lanes with fixed numbers."""
+"""Number of lanes with fixed numbers."""
 
 SINGULAR = 1e-8
-"""Least over greatest singular value, of gradients of length 1, below which the equations determine no velocity."""
+"""Ratio of least to greatest singular value, for gradients of length 1, below which velocities are not determined."""
 
 
 @stage
@@ -89,7 +89,7 @@ def carry(w: FloatArray, to: int, a: int, b: int, c: int, f: float, g: float, hi
 
 @stage
 def times(w: FloatArray, to: int, a: int, b: int, f: float, turn: float, high: int) -> None:
-    """Add f a b, or f conj(a) b where `turn` is -1."""
+    """Add f a b, or f conj(a) b if `turn` is -1."""
     t, s, u = w[pair(to)], w[pair(a)], w[pair(b)]
     for r in rows(high):
         i = imaginary(r)
@@ -174,9 +174,9 @@ def across(w: FloatArray, to: int, a: int, b: int, p: int, high: int) -> None:
 
 @stage
 def determinant(w: FloatArray, to: int, a: int, b: int, high: int) -> None:
-    """Fill with 1 / (a x b), NaN where a and b are nearly parallel, and return so.
+    """Fill with 1 / (a x b), and with NaN (also in GOOD) where a and b are nearly parallel.
 
-    Of two unit vectors at a small angle, least over greatest singular value is half the angle.
+    For two unit vectors at a small angle, the ratio of least to greatest singular value is half the angle.
     """
     t, s, u, good = w[real(to)], w[pair(a)], w[pair(b)], w[real(GOOD)]
     least = 4.0 * SINGULAR * SINGULAR
@@ -190,7 +190,7 @@ def determinant(w: FloatArray, to: int, a: int, b: int, high: int) -> None:
 
 @stage
 def meet(w: FloatArray, to: int, a: int, b: int, p: int, det: int, high: int) -> None:
-    """Fill with r so that a.r = -p and b.r = -q, q the lane after p; `det` has one over their determinant."""
+    """Fill with r so that a.r = -p and b.r = -q; q is the lane after p, lane `det` is 1 / (a x b)."""
     t, s, u, v, d = w[pair(to)], w[pair(a)], w[pair(b)], w[pair(p)], w[real(det)]
     for r in rows(high):
         i = imaginary(r)
@@ -229,10 +229,9 @@ def read_value(w: FloatArray, to: int, value: FloatArray, high: int) -> None:
 
 @stage
 def factor(w: FloatArray, a: int, scales: int, d: int, m: int, n: int, high: int) -> None:
-    """Factor gradients, rows made of length 1; return where they are singular.
+    """Factor the m by n Jacobian of a group, with rows scaled to length 1; lane GOOD is NaN where it is singular.
 
-    The norms are Frobenius's: the greatest singular value is at most the root of m, one over the least at most
-    the norm of the inverse.
+    By Frobenius norms, the greatest singular value is at most sqrt(m), and 1 / least at most the norm of inverse R.
     """
     normalise(w, a, scales, m, n, high)
     factor_rows(w, a, d, m, n, SPARE, high)
@@ -245,7 +244,7 @@ def factor(w: FloatArray, a: int, scales: int, d: int, m: int, n: int, high: int
 
 @stage
 def solve(w: FloatArray, b: int, a: int, scales: int, d: int, m: int, n: int, high: int) -> None:
-    """Solve a group's equations for the right-hand sides b."""
+    """Solve the equations of a group with right-hand sides b."""
     for k in range(m):
         multiply(w, b + k, scales + k, high)
     solve_rows(w, a, d, m, n, b, SPARE, high)
@@ -253,7 +252,7 @@ def solve(w: FloatArray, b: int, a: int, scales: int, d: int, m: int, n: int, hi
 
 @stage
 def write_point(w: FloatArray, a: int, out: FloatArray, high: int) -> None:
-    """Write a point out (rows, 2)."""
+    """Copy a complex lane to `out` (rows, 2)."""
     s, good = w[pair(a)], w[real(GOOD)]
     for r in rows(high):
         out[r, 0] = s[r] + good[r]
@@ -262,7 +261,7 @@ def write_point(w: FloatArray, a: int, out: FloatArray, high: int) -> None:
 
 @stage
 def write_angle(w: FloatArray, p: int, out: FloatArray, high: int) -> None:
-    """Write a real number out (rows,)."""
+    """Copy a real lane to `out` (rows,)."""
     s, good = w[real(p)], w[real(GOOD)]
     for r in rows(high):
         out[r] = s[r] + good[r]
@@ -338,10 +337,10 @@ def play(
     w: FloatArray, heads: IntArray, factors: FloatArray, z: FloatArray, given: FloatArray, points: FloatArray,
     angles: FloatArray,
 ) -> None:  # fmt: skip
-    """Play a tape over all rows.
+    """Execute a tape for all rows.
 
-    Positions z (nodes, rows, 2), inputs `given` (slots, actuators, rows); points (slots, points, rows, 2) and
-    angles (slots, members, rows) are filled. w is room to work in; constants stand in it.
+    z (nodes, rows, 2): positions. given (slots, actuators, rows): inputs and their derivatives. Results: points (slots,
+    points, rows, 2) and angles (slots, members, rows). w: the lanes; constants are already in it.
     """
     done, end = 0, z.shape[1]
     while done < end:

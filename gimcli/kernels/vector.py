@@ -1,4 +1,4 @@
-"""Vectors z e^(+-i theta) as the kernels hold them."""
+"""Vectors z e^(+-i theta) in the kernels."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from gimcli.mechanism import FloatArray
 
 @kernel
 def turned(zr: float, zi: float, a: int, turn: int, cos: FloatArray, sin: FloatArray) -> tuple[float, float]:
-    """Return z turned by the angle of actuator `a` in the sense `turn`, or z where there is none."""
+    """Return z rotated by the angle of actuator `a` in the sense `turn` (+1 or -1); z if `a` is negative."""
     if a >= 0:
         c, s = cos[a], sin[a] * turn
         return zr * c - zi * s, zr * s + zi * c

@@ -1,8 +1,9 @@
-"""Positions near change points, where the equations alone determine them badly, from places on both sides.
+"""Positions near change points, where the equations are ill-conditioned, by interpolation between both sides.
 
-At a distance d from a change point velocities are known to eps / d^2 and accelerations to eps / d^3 only. The branch
-that is followed is smooth there: what is asked for is interpolated on the line through the target across the window,
-between places farther away on both sides. What comes out does not depend on the steps of an integrator.
+At a distance d from a change point the errors of velocities are about eps / d^2 and those of accelerations eps / d^3.
+The branch itself is smooth there. A window is a slab around the change point; inside it, position, velocities and
+accelerations are interpolated along the line through the target and across the window, between positions outside it on
+both sides. The result does not depend on the steps of the integrator.
 """
 
 from __future__ import annotations
@@ -15,18 +16,18 @@ from gimcli.kernels.jit import kernel, stage
 from gimcli.mechanism import FloatArray
 
 NODES = 7
-"""Places on either side."""
+"""Number of interpolation positions on each side."""
 
 ASIDE = 0.3
-"""Greatest distance from a window's middle line, of lengths about 1 and rad."""
+"""Greatest distance from the normal through a window's centre, in the normal frame or rad."""
 
 FLOOR = 0.5
-"""Part of the determinant at a window's edges that places about it must have: change points lie on curved sheets."""
+"""Least determinant of the interpolation positions, relative to the edges: change points lie on curved surfaces."""
 
 LEFT, RIGHT = range(2)
 
 TOGETHER = 2.0
-"""What the room says where a window does not serve: another change point crosses it."""
+"""Value of `room.weak[2]` if a window cannot be used because another change point crosses it."""
 
 
 class Windows(NamedTuple):
@@ -36,9 +37,9 @@ class Windows(NamedTuple):
     normal: FloatArray  # (windows, k) of length 1
     half: FloatArray  # (windows,)
     weakest: FloatArray  # (windows,) least determinant at the edges
-    offsets: FloatArray  # (windows, 2, NODES) of the places from the middle, from the edge outwards
-    weights: FloatArray  # (windows, 2, NODES) of the polynomial through all of them
-    v: FloatArray  # (windows, 2, variables) places at the edges
+    offsets: FloatArray  # (windows, 2, NODES) of the interpolation positions from the centre, from the edge outwards
+    weights: FloatArray  # (windows, 2, NODES) of the interpolation polynomial
+    v: FloatArray  # (windows, 2, variables) positions at the edges
     b: FloatArray  # (windows, 2, k, variables)
     sign: FloatArray  # (windows, 2, blocks)
     total: FloatArray  # (k + 3, variables) scratch
@@ -47,7 +48,7 @@ class Windows(NamedTuple):
 
 @kernel
 def offset_of(w: Windows, n: int, s: FloatArray) -> float:
-    """Return how far a place is from the middle of a window."""
+    """Return the signed distance of s from the middle plane of a window."""
     offset = 0.0
     for k in range(w.centre.shape[1]):
         offset += w.normal[n, k] * (s[k] - w.centre[n, k])
@@ -56,7 +57,7 @@ def offset_of(w: Windows, n: int, s: FloatArray) -> float:
 
 @kernel
 def is_beside(w: Windows, n: int, s: FloatArray, offset: float) -> bool:
-    """Return whether a place is near a window's middle line."""
+    """Return whether s is near the normal through a window's centre."""
     square = 0.0
     for k in range(w.centre.shape[1]):
         square += (s[k] - w.centre[n, k]) ** 2
@@ -65,7 +66,7 @@ def is_beside(w: Windows, n: int, s: FloatArray, offset: float) -> bool:
 
 @kernel
 def window_of(w: Windows, s: FloatArray) -> int:
-    """Return the window that a place lies in, or -1."""
+    """Return the number of the window that contains s, or -1."""
     for n in range(w.half.shape[0]):
         offset = offset_of(w, n, s)
         if abs(offset) <= w.half[n] and is_beside(w, n, s, offset):
@@ -74,8 +75,8 @@ def window_of(w: Windows, s: FloatArray) -> int:
 
 
 @kernel
-def stand_at_edge(w: Windows, n: int, side: int, to: InfluencePosition) -> None:
-    """Set a place to that at the edge of a window."""
+def move_to_edge(w: Windows, n: int, side: int, to: InfluencePosition) -> None:
+    """Set a position to that at the edge of a window."""
     for i in range(to.v.shape[0]):
         to.v[i] = w.v[n, side, i]
         for k in range(to.b.shape[0]):
@@ -86,14 +87,14 @@ def stand_at_edge(w: Windows, n: int, side: int, to: InfluencePosition) -> None:
 
 @kernel
 def begin_beyond(c: Chart, w: Windows, base: InfluencePosition, target: FloatArray, last: InfluencePosition) -> None:
-    """Set the last place to where a way to a target begins: beyond the windows that lie on it."""
+    """Set `last` to the position from which a target can be followed: behind the windows on the straight path to it."""
     copy_place(last, base)
     here, passed = w.target, 0.0
     for k in range(target.shape[0]):
         here[k] = base.v[c.independent[k]]
     within = window_of(w, here)
     if within >= 0:
-        stand_at_edge(w, within, LEFT if offset_of(w, within, target) < 0.0 else RIGHT, last)
+        move_to_edge(w, within, LEFT if offset_of(w, within, target) < 0.0 else RIGHT, last)
     for n in range(w.half.shape[0]):
         begin, end = offset_of(w, n, here), offset_of(w, n, target)
         side = RIGHT if end > begin else LEFT
@@ -105,12 +106,12 @@ def begin_beyond(c: Chart, w: Windows, base: InfluencePosition, target: FloatArr
             w.total[0, k] = here[k] + part * (target[k] - here[k])
         if part > passed and is_beside(w, n, w.total[0], edge):
             passed = part
-            stand_at_edge(w, n, side, last)
+            move_to_edge(w, n, side, last)
 
 
 @kernel
 def weight_of(w: Windows, n: int, side: int, i: int, offset: float) -> float:
-    """Return the factor of a place in the polynomial through all of a window."""
+    """Return the weight of position i of a side in the interpolation polynomial of a window."""
     weight = w.weights[n, side, i]
     for other in range(2):
         for j in range(NODES):
@@ -124,9 +125,10 @@ def interpolate(
     c: Chart, w: Windows, n: int, target: FloatArray, speeds: FloatArray, last: InfluencePosition,
     to: InfluencePosition, room: InfluenceScratch
 ) -> bool:  # fmt: skip
-    """Find all variables, their velocities, and accelerations without those of s, in a window.
+    """Interpolate all variables, their velocities, and accelerations (without the terms of s'') in a window.
 
-    Where a place beside it is not found, or is near another change point, the room says so and `to` is at the edge.
+    Returns false if an interpolation position is not found or is near another change point; then `room.weak[2]` is
+    TOGETHER and `to` is at the edge.
     """
     offset, size, allowed = offset_of(w, n, target), target.shape[0], room.weak[1]
     least = math.inf
@@ -135,14 +137,14 @@ def interpolate(
             w.total[row, i] = 0.0
     room.weak[1] = FLOOR * w.weakest[n]
     for side in range(2):
-        stand_at_edge(w, n, side, last)
+        move_to_edge(w, n, side, last)
         for j in range(NODES):
             for k in range(size):
                 w.target[k] = target[k] + (w.offsets[n, side, j] - offset) * w.normal[n, k]
             if not follow(c, last, to, w.target, speeds, room):
                 for k in range(size):
                     w.target[k] = target[k] + (w.offsets[n, side, 0] - offset) * w.normal[n, k]
-                stand_at_edge(w, n, side, last)
+                move_to_edge(w, n, side, last)
                 room.weak[1] = 0.0
                 follow(c, last, to, w.target, speeds, room)
                 room.weak[1], room.weak[2] = allowed, TOGETHER
@@ -157,7 +159,7 @@ def interpolate(
                 for k in range(size):
                     w.total[k, i] += weight * to.b[k, i]
     room.weak[0], room.weak[1] = least, allowed
-    stand_at_edge(w, n, LEFT if offset < 0.0 else RIGHT, to)
+    move_to_edge(w, n, LEFT if offset < 0.0 else RIGHT, to)
     for i in c.unknown:
         to.v[i], room.velocity[i], room.acceleration[i] = w.total[size, i], w.total[size + 1, i], w.total[size + 2, i]
         for k in range(size):

@@ -106,7 +106,7 @@ class RowBlock:
         group, room = packed.arrays, self._room(packed)
         known: tuple[Any, ...] = (*self._known, NEW, group, room)
         newton.take(*known)
-        newton.stand(self.x, self.y, NEW, group, room)
+        newton.start_from(self.x, self.y, NEW, group, room)
         newton.carry(group, room)
         newton.give(self.x, self.y, NEW, group, room)
 
