@@ -356,9 +356,7 @@ def try_step(
             to.v[i] += last.b[k, i] * room.step[k]
     if not settle(c, to, speeds, room) or not is_straight(last, to, room.step, 0, c.first, 0.0):
         return False
-    return is_straight(
-        last, to, room.step, c.first, to.v.shape[0] - 1, 1.0
-    )  # readings may be stationary (dead point of an input)
+    return is_straight(last, to, room.step, c.first, to.v.shape[0] - 1, 1.0)  # readings may be at a dead point
 
 
 @kernel
