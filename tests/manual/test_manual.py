@@ -17,7 +17,7 @@ from gimcli.measures import KINDS
 from gimcli.output import FORMATS
 
 LONG = [page for page in PAGES if any("soak" in block.words for block in blocks(page))]
-PLANNED = ("tutorial.md", "commands.md", "dynamics.md", "workspace.md")
+PLANNED = ("commands.md", "dynamics.md", "workspace.md")
 REGISTRIES = (INTEGRATORS, KINDS, FORMATS)
 
 

@@ -2,8 +2,8 @@
 
 - `bash`: each line runs, with exit status 0 or the one that a comment at its end names ("# exit status 3");
 - `yaml`: a whole model file, which loads and is saved as model.yaml; `yaml more`: entries added to that file, which are
-  saved too; `yaml part`: entries that the file loads with, not saved (null removes an entry); `yaml refused`: a file,
-  or entries, that are refused;
+  saved too; `yaml part`: entries that the file loads with (null removes an entry), not saved, or saved under the name
+  that follows; `yaml refused`: a file, or entries, that are refused;
 - `csv NAME`: a table, saved under its name; `python`: runs, one namespace for each page;
 - `output`: what the command or program before it prints, or the message about the refused file;
 - `text`: not checked; `setup` after the kind: not run; `soak` after the kind: runs with the long tests only.
@@ -136,6 +136,8 @@ class Reader:
             data = merged(self.model, data)
         gimcli.load(data)
         if "part" in block.words:
+            for name in block.words[1:]:
+                Path(name).write_text(yaml.safe_dump(data, sort_keys=False))
             return
         self.model = data
         text = block.text if not block.words else yaml.safe_dump(data, sort_keys=False)
