@@ -1,4 +1,4 @@
-"""What each method attains at the edge of the numbers, beside what rounding allows; prints README's table.
+"""What each method attains for ill-conditioned mechanisms, beside what rounding allows; prints the manual's table.
 
 Run: python tests/benchmarks/accuracy.py
 """

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bundled import MODELS, README
+from bundled import MANUAL, MODELS
 from table1_operations import CASES
 
 from gimcli import load
@@ -123,8 +123,8 @@ def test_nodes_that_an_input_carries_are_known():
     assert {mechanism.nodes[n] for n in known} == {"P", "Q", "R", "S", "T"}
 
 
-def test_the_readme_tells_the_sweeps_that_are_measured():
-    text = README.read_text()
+def test_the_manual_has_the_sweeps_that_are_measured():
+    text = (MANUAL / "method.md").read_text(encoding="utf-8")
     for name in STEPS:
         (line,) = [row for row in text.splitlines() if row.startswith(f"| `{name}`")]
         told = [int(cell) for cell in line.strip("|").split("|")[1:]]

@@ -6,8 +6,8 @@ import sys
 from unittest.mock import patch
 
 import pytest
-from bundled import ROOT
-from fences import MANUAL, PAGES, Reader, blocks
+from bundled import MANUAL, README, ROOT
+from fences import PAGES, Reader, blocks
 from in_process import printed, refused
 
 from gimcli.cli import COMMANDS
@@ -77,11 +77,16 @@ def test_lines_have_at_most_120_characters(page):
     assert not long
 
 
+def test_readme_is_short():
+    assert len(README.read_text(encoding="utf-8").splitlines()) <= 150
+
+
 @pytest.mark.parametrize("page", sorted(MANUAL.glob("*.md")), ids=name)
 def test_a_page_has_a_title_a_summary_and_links_to_it(page):
     assert page.read_text(encoding="utf-8").startswith("# ")
     assert 10 < len(summary(page.stem)) < 120
     assert page.stem == "index" or f"]({page.name})" in (MANUAL / "index.md").read_text(encoding="utf-8")
+    assert f"](gimcli/manual/{page.name}" in README.read_text(encoding="utf-8")
 
 
 def test_the_list_has_every_page():

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from bundled import README
 
 from gimcli import load
 from gimcli.dynamic_data import TIME
@@ -139,6 +138,23 @@ def test_an_invalid_part_is_reported_once(folder):
     assert len(str(caught.value).splitlines()) == 2, caught.value
 
 
+ACTING = """\
+masses:
+  crank: {mass: 1.0, inertia: 0.0833, centre: [0.5, 0]}
+gravity: [0, -9.81]
+loads:
+  push: {on: rod, at: [90, 0], force: [-50, 0]}
+  press: {on: slider, local: [0, 0], force: [1, 0], table: press.csv, over: motor}
+  screw: {on: rod, torque: 3}
+springs:
+  coil: {nodes: [A, C], stiffness: 200, free: 100}
+  torsion: {pivot: B, arm: A, reference: C, stiffness: 3}
+dampers:
+  shock: {nodes: [A, C], damping: 15}
+friction: {B: 0.02, slide: 5}
+"""
+
+
 def test_all_dynamic_sections_are_compiled_to_si_units(folder):
     text = """\
 units: {length: mm, angle: deg, mass: g}
@@ -225,9 +241,7 @@ def test_the_json_schema_covers_the_dynamic_sections():
     assert "N/m" in schema["$defs"]["Spring"]["properties"]["stiffness"]["description"]
 
 
-def test_the_dynamic_examples_of_the_readme_load(folder):
-    text = README.read_text().split("## Forces")[1]
-    piece = text.split("```yaml\n")[1].split("```")[0]
+def test_all_dynamic_sections_load_together(folder):
     (folder / "press.csv").write_text("angle,force\n0,100\n360,200\n")
     base = """\
 units: {length: mm}
@@ -237,7 +251,7 @@ links: {crank: [O, A], rod: [A, B], slider: [B, C]}
 prismatic: {slide: {nodes: [B, C], guide: [O, G]}}
 actuators: {motor: {type: rotary, pivot: O, arm: A}}
 """
-    dynamics = loaded(folder, base + piece).dynamics
+    dynamics = loaded(folder, base + ACTING).dynamics
     assert [load.name for load in dynamics.loads] == ["push", "press", "screw"]
     assert [spring.name for spring in dynamics.springs] == ["coil", "torsion"]
     assert len(dynamics.frictions) == 2

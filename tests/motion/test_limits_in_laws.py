@@ -24,7 +24,7 @@ from gimcli.status import Status
 
 STEPS = 40
 ACCURATE = 1e-10
-"""README, "Accuracy": of rows marked ok, relative to the size (here lengths of a few units)."""
+"""The manual's page on accuracy: of rows marked ok, relative to the size (here lengths of a few units)."""
 
 
 @dataclass(frozen=True)

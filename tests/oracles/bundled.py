@@ -1,4 +1,4 @@
-"""What ships: models, README and the tests' tables; a motion of a bundled model with all its nodes recorded."""
+"""What ships: models, README, the manual and the tests' tables; a motion of a model with all its nodes recorded."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from gimcli.rates.motion_table import motion_table
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
+MANUAL = ROOT / "gimcli" / "manual"
 MODELS, TABLES = ROOT / "models", ROOT / "tests" / "tables"
 FILES = sorted(MODELS.glob("*.yaml"))
 

@@ -1,7 +1,7 @@
 """Every constraint of a model file, written from its definition: nothing of the package enters.
 
 A position maps nodes to complex numbers in the file's unit. Errors are relative lengths and rad; those of sliding
-pairs, travels and fixed places are relative to the mechanism's size, as README says of `residual`.
+pairs, travels and fixed places are relative to the mechanism's size, as the manual states of `residual`.
 """
 
 import cmath
@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 TOLERANCE = 1e-10
-"""What README promises of a row that is ok."""
+"""What the manual's page on accuracy states of a row that is ok."""
 
 EPS = float(np.finfo(float).eps)
 

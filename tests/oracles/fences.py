@@ -21,15 +21,14 @@ from pathlib import Path
 
 import pytest
 import yaml
-from bundled import ROOT
+from bundled import MANUAL, README, ROOT
 from in_process import ran
 
 import gimcli
 from gimcli.errors import GimError
 from gimcli.model.source import read_source
 
-MANUAL = ROOT / "gimcli" / "manual"
-PAGES = sorted(MANUAL.glob("*.md"))
+PAGES = [README, *sorted(MANUAL.glob("*.md"))]
 KINDS = ("bash", "yaml", "csv", "python", "output", "text")
 SHELL = set("|&;<>$`*?~")
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
