@@ -1,1 +1,1 @@
-"""Curves of positions followed by their length: through limits of the input and where branches meet."""
+"""Arc-length continuation of curves of positions, through limits of the input and meetings of branches."""

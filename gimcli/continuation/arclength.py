@@ -1,4 +1,4 @@
-"""Pseudo-arclength continuation of a curve of solutions, through folds, and what is met on the way.
+"""Pseudo-arclength continuation of a curve of solutions, also through folds.
 
 A curve G(p) = 0 of m >= n equations in n + 1 unknowns is followed by predictor steps along its tangent and
 corrections perpendicular to it (Moore-Penrose). Source: Allgower & Georg, Introduction to Numerical Continuation
@@ -17,11 +17,11 @@ import numpy as np
 from gimcli.mechanism import FloatArray
 
 WEAK = 1e4
-"""Greatest over least singular value from which steps are found by singular values: squared, that leaves 8 digits."""
+"""Condition number above which steps are computed by SVD: normal equations square it and leave 8 digits."""
 
 
 class Implicit(Protocol):
-    """A curve of solutions; surplus equations must agree with the others."""
+    """A curve of solutions; redundant equations must be consistent with the others."""
 
     def residual(self, p: FloatArray) -> FloatArray:
         """Return G (m,) at p (n + 1,)."""
@@ -36,45 +36,45 @@ class Implicit(Protocol):
 class ArclengthConstants:
     """Constants of the continuation; lengths are those of the space of p."""
 
-    first: float = 1e-2  # step
-    longest: float = 5e-2
-    shortest: float = 1e-9
-    bend: float = 0.12  # rad: greatest angle between tangents that follow each other
-    pull: float = 0.05  # greatest correction, as part of the step
-    growth: float = 1.6
-    corrections: int = 6
-    closeness: float = 1e-14  # size of the last correction
-    rounding: float = 1e-11  # below it corrections that end to shrink have arrived
-    noise: float = 0.0  # correction that rounding alone may cause beside a singular position
-    rank: float = 1e-10  # of singular values over the greatest: below it the tangent is not determined
-    points: int = 100_000  # at most
+    first: float = 1e-2  # first step
+    longest: float = 5e-2  # greatest step
+    shortest: float = 1e-9  # least step
+    bend: float = 0.12  # rad: greatest angle between successive tangents
+    pull: float = 0.05  # greatest correction, relative to the step
+    growth: float = 1.6  # factor from one step to the next
+    corrections: int = 6  # greatest number
+    closeness: float = 1e-14  # converged if a correction is below this
+    rounding: float = 1e-11  # also converged if corrections below this no longer decrease
+    noise: float = 0.0  # correction that rounding may cause near a singular position
+    rank: float = 1e-10  # singular values below this fraction of the greatest are 0
+    points: int = 100_000  # greatest number
 
 
 @dataclass(frozen=True)
 class CurvePoint:
-    """A point of the curve with its unit tangent and what its Jacobian says."""
+    """A point of the curve with its unit tangent, Jacobian and singular values."""
 
     p: FloatArray  # (n + 1,)
     tangent: FloatArray  # (n + 1,)
     jacobian: FloatArray  # (m, n + 1)
-    values: FloatArray  # (n,) singular values, falling
+    values: FloatArray  # (n,) singular values, in descending order
     left: FloatArray  # (m, n) left singular vectors
 
     @property
     def regular(self) -> float:
-        """Least over greatest singular value: 0 where branches meet."""
+        """Ratio of least to greatest singular value; 0 if branches meet."""
         return float(self.values[-1] / self.values[0])
 
     def orientation(self, left: FloatArray) -> float:
-        """Return the determinant of the equations, combined by `left` (m, n), over the tangent.
+        """Return the determinant of the Jacobian, projected by `left` (m, n), with the tangent as last row.
 
-        Between neighbours, with the same `left`, it changes its sign where an odd number of branches cross.
+        Its sign changes between neighbours (with the same `left`) if an odd number of branches cross between them.
         """
         return float(np.linalg.det(np.vstack([left.T @ self.jacobian, self.tangent])))
 
 
 def place(system: Implicit, p: FloatArray, along: FloatArray) -> CurvePoint:
-    """Return a point with the tangent that runs along a vector (n + 1,)."""
+    """Return the point p of the curve with the tangent in the sense of a vector `along` (n + 1,)."""
     jacobian = system.jacobian(p)
     left, values, across = np.linalg.svd(jacobian, full_matrices=True)
     n = len(p) - 1
@@ -85,7 +85,7 @@ def place(system: Implicit, p: FloatArray, along: FloatArray) -> CurvePoint:
 def correct(
     system: Implicit, p: FloatArray, constants: ArclengthConstants, normal: FloatArray | None = None
 ) -> FloatArray | None:
-    """Return the solution next to p: the nearest, or that in the plane through p across `normal`; None without one."""
+    """Return the solution closest to p, or that in the plane through p with a `normal`; None if it does not converge."""
     p, last = p.copy(), np.inf
     for _ in range(constants.corrections):
         g, table = system.residual(p), system.jacobian(p)
@@ -105,7 +105,10 @@ def correct(
 
 
 def _least(table: FloatArray, wanted: FloatArray, rank: int, lost: float) -> FloatArray:
-    """Return the least step of some rank that does most; beside the curve surplus equations seem to hold one more."""
+    """Return the least-norm least-squares step with at most some rank.
+
+    The rank is limited because, off the curve, redundant equations seem to be independent.
+    """
     if len(table) == rank:
         step = _plain(table, wanted)
         if step is not None:
@@ -117,7 +120,7 @@ def _least(table: FloatArray, wanted: FloatArray, rank: int, lost: float) -> Flo
 
 
 def _plain(table: FloatArray, wanted: FloatArray) -> FloatArray | None:
-    """Return the least step by its normal equations; None where a weak direction has a part in it, or rank is lost."""
+    """Return the least-norm step by normal equations; None if they are singular or ill-conditioned."""
     try:
         pull = np.linalg.solve(table @ table.T, wanted)
     except np.linalg.LinAlgError:
@@ -128,7 +131,7 @@ def _plain(table: FloatArray, wanted: FloatArray) -> FloatArray | None:
 
 
 def advance(system: Implicit, here: CurvePoint, step: float, constants: ArclengthConstants) -> CurvePoint | None:
-    """Return the place a step along the tangent; None where it bends or has to be pulled too much."""
+    """Return the point after a step along the tangent; None if it turns, or has to be corrected, too much."""
     ahead = here.p + step * here.tangent
     found = correct(system, ahead, constants)
     if found is None or not np.linalg.norm(found - ahead) <= constants.pull * abs(step) + constants.noise:
@@ -138,7 +141,7 @@ def advance(system: Implicit, here: CurvePoint, step: float, constants: Arclengt
 
 
 def walk(system: Implicit, start: CurvePoint, constants: ArclengthConstants) -> Iterator[CurvePoint]:
-    """Yield the places after `start` along its tangent, until no step can be made; the caller ends a closed curve."""
+    """Yield the points after `start` along its tangent, until no step succeeds; the caller ends a closed curve."""
     here, step = start, constants.first
     for _ in range(constants.points):
         there = advance(system, here, step, constants)
@@ -153,24 +156,24 @@ def walk(system: Implicit, start: CurvePoint, constants: ArclengthConstants) -> 
 
 
 def grown(step: float, here: CurvePoint, there: CurvePoint, constants: ArclengthConstants, longest: float) -> float:
-    """Return the next step: a longer one where the last bent little."""
-    bent = 1.0 - float(there.tangent @ here.tangent)  # about half the angle's square
-    return min(step * constants.growth, longest) if bent < 0.25 * (1.0 - math.cos(constants.bend)) else step
+    """Return the length of the next step, increased if the tangent turned little in the last one."""
+    turned = 1.0 - float(there.tangent @ here.tangent)  # about half the square of the angle
+    return min(step * constants.growth, longest) if turned < 0.25 * (1.0 - math.cos(constants.bend)) else step
 
 
-def pinned(
+def sign_change(
     system: Implicit, here: CurvePoint, step: float, test: Callable[[CurvePoint], float], constants: ArclengthConstants
 ) -> tuple[float, CurvePoint] | None:
-    """Find where a test changes its sign on the step from `here`; return how far along the tangent, and the place.
+    """Return the point of a step from `here` at which a test changes its sign, after its distance along the tangent.
 
-    None where the curve cannot be determined there to the last digit (at a crossing of branches: extrapolate).
+    None if the sign does not change. At a crossing of branches the point is not exact, as corrections fail there.
     """
     from scipy.optimize import brentq
 
     known: dict[float, tuple[CurvePoint, float]] = {}
 
     def at(s: float) -> tuple[CurvePoint, float]:
-        if s not in known:  # the ends are tested once: a place corrected anew may have the other sign
+        if s not in known:  # cached: a repeated correction may give the other sign
             found = correct(system, here.p + s * here.tangent, constants, here.tangent)
             there = here if found is None else place(system, found, here.tangent)
             known[s] = there, test(there)

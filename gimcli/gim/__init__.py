@@ -1,1 +1,1 @@
-"""The Geometrical-Iterative Method: rules, sequences, sweeps and what they cost."""
+"""The Geometrical-Iterative Method: rules, search for sequences, sweeps and their convergence."""

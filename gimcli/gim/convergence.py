@@ -1,4 +1,4 @@
-"""The error of each sweep against eq. (3) of Petuya et al. 2004: E_n = C1 exp(-C2 n)."""
+"""Convergence of the sweeps: fit of eq. (3) of Petuya et al. 2004, E_n = C1 exp(-C2 n), to the errors."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from gimcli.positions.position import Position
 from gimcli.structure.gradients import gradient
 
 FLOOR = 1e-13
-"""Errors below this are rounding and tell nothing of the rate."""
+"""Errors below this are rounding errors and are not used in the fit."""
 
 
 @dataclass(frozen=True)
 class ErrorLaw:
-    """Errors of the sweeps and the exponential fitted to their later part."""
+    """Errors of the sweeps, and the exponential function fitted to the later half of them."""
 
     errors: FloatArray  # (sweeps + 1, 2) eqs (1) and (2) [rad]
     c1: float
@@ -30,12 +30,12 @@ class ErrorLaw:
 
     @property
     def rate(self) -> float:
-        """Factor by which the error falls with one sweep."""
+        """Factor by which one sweep reduces the error."""
         return math.exp(-self.c2)
 
 
 def fit_history(position: Position) -> ErrorLaw:
-    """Fit eq. (3) to the errors of a position found by sweeps."""
+    """Fit eq. (3) to the errors of a position that was found by sweeps with a history."""
     assert position.history is not None
     errors = position.history.copy()
     errors[:, 1] = in_radians(errors[:, 1])
@@ -44,14 +44,14 @@ def fit_history(position: Position) -> ErrorLaw:
 
 
 def in_radians(sines: FloatArray) -> FloatArray:
-    """Return angles from the kernel's measure: |sine|, or 2 - |sine| beyond a right angle."""
+    """Return angles [rad] from the measure of the kernel: |sine|, or 2 - |sine| for angles above 90 deg."""
     near = np.arcsin(np.clip(sines, 0.0, 1.0))
     far = math.pi - np.arcsin(np.clip(2.0 - sines, 0.0, 1.0))
     return np.asarray(np.where(sines <= 1.0, near, far))
 
 
 def fit(worst: FloatArray) -> tuple[float, float]:
-    """Return C1, C2 of the line through the logarithms of the later half of the errors."""
+    """Return C1 and C2 by linear regression of the logarithms of the later half of the errors (NaN if too few)."""
     use = np.flatnonzero((worst > FLOOR) & np.isfinite(worst))
     use = use[len(use) // 2 :] if len(use) > 4 else use[1:]
     if len(use) < 2:
@@ -61,7 +61,7 @@ def fit(worst: FloatArray) -> tuple[float, float]:
 
 
 def radius_at(position: Position) -> float:
-    """Return the spectral radius of the sequence that was used, at the position found."""
+    """Return the spectral radius, at a position, of the sequence by which it was found."""
     sweeper = Sweeper(position.mechanism, position.options or Options(method="gim"), plain)
     moves = [(m.node, gradient(m.restriction, position.z, position.inputs)) for m in sweeper.moves]
     return spectral_radius(moves, tuple(sweeper.free))

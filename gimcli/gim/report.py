@@ -1,4 +1,4 @@
-"""The sequence step by step: which rule placed each move, and what it does to the nodes' states."""
+"""Report of the sequence step by step: the rule for each move, and the states of the nodes after it."""
 
 from __future__ import annotations
 
@@ -16,14 +16,16 @@ from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move
 
 DISTURBED = 1e-2
-"""Disturbance of the nodes from which sweeps are predicted and observed, relative to the size."""
+"""Perturbation of the nodes, relative to the size, for which the number of sweeps is predicted and observed."""
 
 REASONS = {
-    "I": "rule I: {node} has been moved once and {about} stand{s} for good, so that it can be settled",
-    "II.1": "rule II, criterion 1: no node can be settled; on to {node}, next to an input or to what is settled",
-    "II.2": "rule II, criterion 2: no settled node leads on; on to {node} about {about}, moved once",
-    "II": "rule II: only nodes moved once are left; {node} is moved about {about}",
-    "surplus": "surplus: the restriction is redundant and is imposed as well",
+    "I": "rule I: {node} has been moved once (P1) and {about} {be} settled (P or P2), so {node} becomes settled (P2)",
+    "II.1": "rule II, criterion 1: no P1 node can be settled; the next node is {node}, adjacent to an input or to"
+    " settled nodes",
+    "II.2": "rule II, criterion 2: no free node is adjacent to settled nodes; the next node is {node}, moved about"
+    " {about} (P1)",
+    "II": "rule II: only P1 nodes are left; {node} is moved about {about}",
+    "surplus": "redundant: the restriction is not needed for the sequence, but is imposed too",
 }
 
 
@@ -33,12 +35,12 @@ class StepReport:
 
     node: str
     number: int
-    about: tuple[str, ...]
+    about: tuple[str, ...]  # nodes that are fixed during the move
     about_numbers: tuple[int, ...]
     constraint: str
     kind: str  # RD distance, RA angle, RL sliding pair
-    rule: str
-    states: dict[str, str]  # of the group's nodes, after the move
+    rule: str  # I, II.1, II.2, II, surplus or given
+    states: dict[str, str]  # {node: P0, P1 or P2} of the group's nodes after the move
     reason: str
 
 
@@ -46,20 +48,20 @@ class StepReport:
 class SequenceGroupReport:
     """One group of the sequence."""
 
-    kind: str
+    kind: str  # "dyad" or "coupled"
     nodes: tuple[str, ...]
     steps: tuple[StepReport, ...]
-    radius: float
-    classic_radius: float
-    predicted_sweeps: float | None
-    observed_sweeps: int | None
-    candidates: int
+    radius: float  # spectral radius
+    classic_radius: float  # spectral radius of the best sequence of the classic search
+    predicted_sweeps: float | None  # from the spectral radius; None if it is 1 or greater
+    observed_sweeps: int | None  # None if the sweeps did not converge
+    candidates: int  # number of sequences tried
 
 
 def report(
     mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, strategy: str, tolerance: float
 ) -> list[SequenceGroupReport]:
-    """Return the groups of the sequence, ranked at an assembled position z (nodes,)."""
+    """Return the groups of the sequence that is best at an assembled position z (nodes,)."""
     plan = make_plan(mechanism)
     coupled = {n for group in plan.coupled for n in group.nodes}
     sequence = find_sequence(mechanism, z, inputs, strategy, plan)
@@ -91,12 +93,12 @@ def _step(mechanism: Mechanism, sequence: Sequence, move: Move, states: dict[str
     about = tuple(mechanism.nodes[n] for n in move.about)
     node = mechanism.nodes[move.node]
     joined = " and ".join(about) or "the frame"
-    text = REASONS[move.rule].format(node=node, about=joined, s="s" if len(about) < 2 else "")
+    text = REASONS[move.rule].format(node=node, about=joined, be="is" if len(about) < 2 else "are")
     carried = [mechanism.nodes[n] for n in move.about if n in sequence.carried_by_input]
     if carried:
         text += f" ({', '.join(carried)} carried by an input)"
-    what = {"RD": "its distance from", "RA": "its angle about", "RL": "its line by"}[move.restriction.letters]
-    reason = f"{node} takes {what} {joined}; {text}"
+    what = {"RD": "its distance from", "RA": "its angle about", "RL": "its line through"}[move.restriction.letters]
+    reason = f"{node} is moved to {what} {joined}; {text}"
     return StepReport(
         node, move.node, about, move.about, move.restriction.name, move.restriction.letters, move.rule, states, reason
     )
@@ -105,7 +107,7 @@ def _step(mechanism: Mechanism, sequence: Sequence, move: Move, states: dict[str
 def observed_sweeps(
     mechanism: Mechanism, group: SequenceGroup, z: ComplexArray, inputs: FloatArray, tolerance: float
 ) -> int | None:
-    """Return the sweeps that settle a group disturbed at random, or None where they do not."""
+    """Return the number of sweeps that solve a group after a random perturbation; None if they do not converge."""
     generator = np.random.default_rng(0)
     start = z.copy()
     own = list(group.nodes)

@@ -1,12 +1,11 @@
-"""The rules of the sequence: which move may come next, and all sequences that they allow.
+"""The rules of the sequence: the moves that may come next, and all sequences that they allow.
 
-Node types (Petuya et al. 2004, section 4): P known (fixed, or carried by an input), P0 not moved yet
-in the sweep, P1 moved once, P2 moved twice.
+Node types (Petuya et al. 2004, section 4): P known (fixed, or carried by an input), P0 not moved yet in the sweep, P1
+moved once, P2 moved twice.
 
-Rule I: a node P1 is moved about nodes that are settled (P or P2), and becomes P2.
-Rule II: where no node can be settled, the sequence goes on to a new one: criterion 1, a node P0 is
-moved about a node carried by an input, or about nodes P2; criterion 2, about a node P1. Failing
-both, a node P1 is moved about a node P1.
+Rule I: a node P1 is moved about settled nodes (P or P2) and becomes P2. Rule II applies if rule I does not: by
+criterion 1, a node P0 is moved about a node carried by an input, or about nodes P2; by criterion 2, about a node P1. If
+neither is possible, a node P1 is moved about a node P1.
 """
 
 from __future__ import annotations
@@ -18,14 +17,14 @@ from gimcli.structure.restrictions import Move, Restriction
 P0, P1, P2 = "P0", "P1", "P2"
 
 VISITS = 20_000
-"""States visited before the search for further sequences is given up."""
+"""Greatest number of states visited in the search for sequences."""
 
 Owner = dict[int, int]
-"""Restriction number -> node that is to be moved by it; every node owns what it still needs."""
+"""{number of restriction: node that it moves}, for all moves that are still needed."""
 
 
 class Walk:
-    """A depth-first walk over the sequences of one group."""
+    """Depth-first enumeration of the sequences of one group."""
 
     def __init__(self, restrictions: list[Restriction], inside: set[int], carried: Set[int]) -> None:
         self.restrictions, self.inside, self.carried = restrictions, inside, carried
@@ -34,7 +33,7 @@ class Walk:
         self.visits = 0
 
     def sequences(self) -> Iterator[tuple[Move, ...]]:
-        """Yield every sequence once, up to the order of moves that do not touch each other."""
+        """Yield the sequences; those that differ only in the order of independent moves are yielded once."""
         owner: Owner = {}
         for node in sorted(self.inside):
             for _ in range(2):
@@ -43,7 +42,7 @@ class Walk:
         yield from self._walk(dict.fromkeys(self.inside, 0), [], owner, set(), [])
 
     def _augment(self, node: int, owner: Owner, gone: set[int], seen: set[int]) -> bool:
-        """Find one more restriction for a node, along an alternating path."""
+        """Match one more restriction to a node by an alternating path; return whether there is one."""
         for k in self.offers[node]:
             if k in seen or k in gone or owner.get(k) == node:
                 continue
@@ -54,18 +53,18 @@ class Walk:
         return False
 
     def _after(self, k: int, node: int, owner: Owner, gone: set[int]) -> Owner | None:
-        """Return who owns what after a move, or None if some node could not get its two moves any more."""
+        """Return the matching after a move; None if a node could not get its two moves then."""
         after = {r: n for r, n in owner.items() if r != k}
         loser = owner.get(k, -1)
         if loser == node:
             return after
-        if loser >= 0:  # the node moved has a restriction to spare, which may mend the loss
+        if loser >= 0:  # the moved node then has one restriction more than it needs, which the other node may get
             return self._shed(after, node, loser, k, gone)
         del after[next(r for r, n in after.items() if n == node)]
         return after
 
     def _shed(self, after: Owner, node: int, loser: int, k: int, gone: set[int]) -> Owner | None:
-        """Give up each of the moved node's restrictions in turn and let the loser find one."""
+        """Remove each restriction of the moved node in turn and try to match the node `loser` again."""
         for r in [r for r, n in after.items() if n == node]:
             trial = {q: n for q, n in after.items() if q != r}
             if self._augment(loser, trial, gone | {k}, set()):
@@ -73,7 +72,7 @@ class Walk:
         return None
 
     def _options(self, counts: dict[int, int], gone: set[int]) -> list[tuple[int, int, str]]:
-        """Return the moves (restriction, node, rule) of the first tier that has any."""
+        """Return the possible moves (restriction, node, rule) of the highest priority."""
         tiers: dict[tuple[int, str], list[tuple[int, int, str]]] = {}
         for k, r in enumerate(self.restrictions):
             if k in gone:
@@ -105,7 +104,7 @@ class Walk:
         if all(c == 2 for c in counts.values()):
             yield self._finished(moves, gone)
             return
-        asleep = list(asleep)  # orders of independent moves that a sibling has walked already
+        asleep = list(asleep)  # sleep set: moves whose orders an earlier sibling has already enumerated
         for move in self._options(counts, gone):
             if self.visits > VISITS:
                 return
@@ -123,7 +122,7 @@ class Walk:
         return a[1] not in self.restrictions[b[0]].nodes and b[1] not in self.restrictions[a[0]].nodes
 
     def _finished(self, moves: list[tuple[int, int, str]], gone: set[int]) -> tuple[Move, ...]:
-        """Return the moves; restrictions beyond two a node are redundant and are imposed as well."""
+        """Return the moves; restrictions beyond two for each node are redundant and are imposed last."""
         done = [Move(self.restrictions[k], node, rule) for k, node, rule in moves]
         spare = [k for k in range(len(self.restrictions)) if k not in gone and self.movable[k]]
         return (*done, *(Move(self.restrictions[k], self.movable[k][0], "surplus") for k in spare))

@@ -1,10 +1,9 @@
-"""The search for the sequence in which restrictions are imposed: candidates and their spectral radius.
+"""Search for the sequence in which restrictions are imposed: candidates, ranked by their spectral radius.
 
-Both fundamental conditions of Petuya et al. 2004 hold by construction: every free node is moved twice
-and every restriction is imposed once. The rules leave choices, and a member can be modelled in several
-ways. One sweep is a smooth map, so that its linearisation at a position is a product of small
-matrices; the spectral radius of the product is the factor by which the error falls with each sweep,
-exp(-C2) of eq. (3). Candidates are ranked by it.
+Both fundamental conditions of Petuya et al. 2004 are satisfied by construction: every free node is moved twice and
+every restriction is imposed once. The rules leave choices, and a member has several models. One sweep is a smooth map;
+its linearisation at a position is a product of small matrices. The spectral radius of this product is the factor by
+which one sweep reduces the error: exp(-C2) of eq. (3).
 """
 
 from __future__ import annotations
@@ -27,28 +26,27 @@ from gimcli.structure.restrictions import Move, Restriction, member_models, pair
 from gimcli.structure.steps import Coupled, Dyad, Place, Plan, Tilt
 
 CANDIDATES = 400
-"""Sequences tried for one choice of models; the double butterfly has 12, the ten-bar 32."""
+"""Greatest number of sequences tried for one choice of models; the double butterfly has 12, the ten-bar 32."""
 
 CONVERGES = 0.99
-"""Spectral radius below which the classic search is content with a sequence."""
-
+"""Spectral radius below which the classic search accepts a sequence."""
 
 RESTARTS = 60
-"""Random choices of models from which the spectral search starts again where nothing has converged."""
+"""Number of random choices of models for a restart of the spectral search, if no sequence converges."""
 
 FEW = CANDIDATES // 20
-"""Sequences tried for a choice of models that is one of many."""
+"""Greatest number of sequences tried for each of many choices of models."""
 
 
 @dataclass(frozen=True)
 class SequenceGroup:
-    """One group of the sequence: its moves, and what was found on the way."""
+    """One group of the sequence, and results of the search."""
 
     moves: tuple[Move, ...]
     nodes: tuple[int, ...]
-    radius: float
-    classic_radius: float
-    candidates: int
+    radius: float  # spectral radius
+    classic_radius: float  # of the best sequence of the classic search
+    candidates: int  # number of sequences tried
 
 
 @dataclass(frozen=True)
@@ -66,7 +64,7 @@ class Sequence:
 
     @property
     def radius(self) -> float:
-        """Spectral radius of the whole sweep: the groups are a triangle of blocks."""
+        """Spectral radius of the whole sweep: the greatest of all groups, as its matrix is block triangular."""
         return max((g.radius for g in self.groups), default=0.0)
 
     def radius_at(self, z: ComplexArray, inputs: FloatArray) -> float:
@@ -80,7 +78,7 @@ class Sequence:
 
 @derived
 def known_nodes(mechanism: Mechanism) -> tuple[frozenset[int], frozenset[int]]:
-    """Return the nodes P, and those of them that inputs carry."""
+    """Return the known nodes (P), and those of them that inputs carry."""
     layout = Layout(mechanism)
     layout.carry()
     fixed = set(mechanism.members[FRAME].nodes)
@@ -90,7 +88,10 @@ def known_nodes(mechanism: Mechanism) -> tuple[frozenset[int], frozenset[int]]:
 def find_sequence(
     mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, strategy: str = "spectral", plan: Plan | None = None
 ) -> Sequence:
-    """Search the sequence of a mechanism; z (nodes,) is an assembled position to rank it at."""
+    """Search for the best sequence at an assembled position z (nodes,); strategy: "spectral" or "classic".
+
+    Raises StructureError if no sequence moves each node twice.
+    """
     known, carried = known_nodes(mechanism)
     search = SequenceSearch(mechanism, z, inputs, strategy, known, carried, plan or make_plan(mechanism))
     return Sequence(tuple(search.groups()), known, carried)
@@ -99,14 +100,14 @@ def find_sequence(
 def group_sequence(
     mechanism: Mechanism, nodes: list[int], z: ComplexArray, inputs: FloatArray, plan: Plan
 ) -> tuple[Move, ...]:
-    """Return a sequence that moves the nodes of one group only, ranked at a position z (nodes,)."""
+    """Return the best sequence, at a position z (nodes,), that moves only the nodes of one group."""
     known = frozenset(range(len(mechanism.nodes))) - set(nodes)
     search = SequenceSearch(mechanism, z, inputs, "classic", known, frozenset(), plan)
     return tuple(m for g in search.groups() for m in g.moves)
 
 
 class SequenceSearch:
-    """The search for one mechanism."""
+    """The search for the sequence of one mechanism."""
 
     def __init__(
         self, mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, strategy: str, known: frozenset[int],
@@ -139,10 +140,10 @@ class SequenceSearch:
             settled |= set(nodes)
 
     def _turned(self, components: list[tuple[int, ...]], chosen: list[int]) -> list[tuple[int, ...]]:
-        """Place a node about two settled ones of its member by a distance and an angle: radius 0, in one sweep.
+        """Return the groups after choosing, for members that span several groups, distances and angles about a vertex.
 
-        Two distances converge by the squared cosine between them, and the groups of a member that spans
-        several cannot choose its model.
+        A node is then placed about two settled nodes of its member in one sweep (radius 0), whereas two distances
+        converge by the squared cosine of the angle between them. A group alone cannot choose such a model.
         """
         label = {n: k for k, nodes in enumerate(components) for n in nodes}
         turned = list(chosen)
@@ -160,7 +161,7 @@ class SequenceSearch:
         return [r for models, k in zip(self.models, chosen, strict=True) for r in models[k]] + self.pairs
 
     def _components(self, chosen: list[int]) -> list[tuple[int, ...]]:
-        """Match two restrictions to every node; return strongly connected nodes in order, as planned where free."""
+        """Match two restrictions to every node; return the strongly connected nodes in the order of solution."""
         if not self.free:
             return []
         restrictions = self._restrictions(chosen)
@@ -169,12 +170,12 @@ class SequenceSearch:
         needs: list[list[int]] = [[] for _ in self.free]
         for r, c in zip(restrictions, match(2 * len(self.free), holds), strict=True):
             ties = [column[n] for n in r.nodes if n in column]
-            for head in [c // 2] if c >= 0 else ties:  # surplus: settled together
+            for head in [c // 2] if c >= 0 else ties:  # redundant: keep its nodes in one group
                 needs[head] += ties
         return [tuple(self.free[k] for k in part) for part in components(needs, ranked=True)]
 
     def _best(self, nodes: tuple[int, ...], settled: set[int], chosen: list[int]) -> SequenceGroup:
-        """Try candidates for one group: all models of its members one by one, the rules' choices in each."""
+        """Return the best sequence of one group; raises StructureError if there is none."""
         inside = set(nodes)
         mine = [
             k
@@ -211,7 +212,7 @@ class SequenceSearch:
     def _descend(
         self, nodes: tuple[int, ...], settled: set[int], chosen: list[int], mine: list[int]
     ) -> tuple[tuple[float, tuple[Move, ...]] | None, int]:
-        """Take the best sequence of the models chosen, then change one member's model at a time."""
+        """Improve the sequence by changing the model of one member at a time; return the best and the number tried."""
         best: tuple[float, tuple[Move, ...]] | None = None
         tried, variants, most = 0, [list(chosen)], CANDIDATES
         while variants:
@@ -239,7 +240,7 @@ class SequenceSearch:
         self, best: tuple[float, tuple[Move, ...]], nodes: tuple[int, ...], settled: set[int], chosen: list[int],
         mine: list[int],
     ) -> tuple[tuple[float, tuple[Move, ...]], int]:  # fmt: skip
-        """Try random models of the members, the same each time: a plateau of radius 1 shows no way down."""
+        """Try random models of the members (fixed seed), because `_descend` cannot leave a plateau of radius 1."""
         generator, tried = np.random.default_rng(0), 0
         for _ in range(RESTARTS):
             variant = list(chosen)
@@ -255,7 +256,7 @@ class SequenceSearch:
         return best, tried
 
     def _classic_models(self, chosen: list[int], mine: list[int]) -> list[list[int]]:
-        """Return the paper's two models of a group's members: chains, and distances only."""
+        """Return the two choices of models of the paper: chains, and distances only."""
         chains = list(chosen)
         for k in mine:
             chains[k] = min(len(self.models[k]) - 1, 1)
@@ -268,7 +269,7 @@ class SequenceSearch:
         yield from islice(Walk(mine, inside, self.carried).sequences(), CANDIDATES)
 
     def radius(self, moves: tuple[Move, ...], nodes: tuple[int, ...]) -> float:
-        """Return the spectral radius of one sweep over the moves."""
+        """Return the spectral radius of one sweep with some moves."""
         for move in moves:
             if id(move.restriction) not in self.gradients:
                 self.kept.append(move.restriction)
@@ -277,7 +278,7 @@ class SequenceSearch:
 
 
 def _about_one(model: list[Restriction]) -> bool:
-    """Return whether all angles of a member's model are about one vertex, from which its distances are."""
+    """Return whether all angles and distances of a member's model are about one vertex."""
     angles = [r for r in model if r.kind == ANGLE]
     return bool(angles) and all(angles[0].q in (r.p, r.q) and (r.kind == SPAN or r.q == angles[0].q) for r in model)
 
@@ -296,9 +297,10 @@ def placement_order(plan: Plan) -> list[int]:
 
 
 def spectral_radius(moves: list[tuple[int, dict[int, complex]]], nodes: tuple[int, ...]) -> float:
-    """Return the spectral radius of a linearised sweep: moved nodes with their restriction's gradients.
+    """Return the spectral radius of a linearised sweep, for moves (moved node, {node: gradient of its restriction}).
 
-    A move changes dB to (1 - n n') dB - n (sum of the other gradients) / |gradient at B|.
+    A move of B changes dB to (1 - n n') dB - n (sum of the other gradients . dz) / |gradient at B|, with n the unit
+    gradient at B.
     """
     if not nodes:
         return 0.0

@@ -1,10 +1,10 @@
-"""A motion by sweeps, row after row, with the guards that a method without a memory of its branch needs.
+"""A motion by sweeps, row by row, with three measures because sweeps may not converge or may change the branch.
 
-- The sequence is exchanged where its spectral radius has passed 1 or it has become much slower: it is searched
-  again for the position ahead, straight on from the last solved ones, and the motion goes on by it.
-- A row on which the sweeps end without a solution is approached in smaller steps.
-- A row that is settled is compared with the continuous motion: halfway between two positions of one
-  branch the constraints hold nearly as well as at both, halfway between two branches they do not.
+- The sequence is exchanged if its spectral radius exceeds 1 or it has become much slower: the search is repeated for
+  the next position, extrapolated from the last two.
+- A row in which the sweeps do not converge is approached in smaller steps.
+- A converged row is compared with the continuous motion: halfway between two positions of the same branch the
+  constraints have nearly the same errors as at both positions, halfway between two branches much greater ones.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 class SwitchingConstants:
     """Constants of a motion by sweeps."""
 
-    slower: float = 4.0  # a row that takes so many times the sweeps asks for another sequence
-    least: int = 60  # sweeps that never ask for one
-    gain: float = 1.2  # another sequence is taken if it needs so many times fewer sweeps
-    parts: tuple[int, ...] = (4, 16, 64)  # into which a step that fails is cut
-    steps_a_turn: int = 90  # on the way from the drawn inputs to the first row's
-    apart: float = 0.05  # of the size: nodes of one branch are never so far apart
-    halfway: float = 8.0  # error halfway, in units of the one at the ends, that tells two branches
+    slower: float = 4.0  # another sequence is searched if a row needs this many times the sweeps
+    least: int = 60  # number of sweeps up to which no other sequence is searched
+    gain: float = 1.2  # another sequence is used if it needs this many times fewer sweeps
+    parts: tuple[int, ...] = (4, 16, 64)  # numbers of parts of a step that failed, tried in this order
+    steps_a_turn: int = 90  # for the motion from the drawn inputs to the first row
+    apart: float = 0.05  # of the size: nodes at a greater distance are on different branches
+    halfway: float = 8.0  # ratio of the error halfway to that at the ends, above which the branches differ
 
 
 SWITCHING = SwitchingConstants()
@@ -42,7 +42,7 @@ SWITCHING = SwitchingConstants()
 
 @dataclass
 class Swept:
-    """A motion by sweeps; rows after the first that is not solved are left as that one."""
+    """A motion by sweeps; all rows after the first unsolved one have its status."""
 
     z: ComplexArray  # (nodes, rows), NaN where not solved
     work: FloatArray  # (rows,) sweeps
@@ -53,9 +53,9 @@ class Swept:
 def off_branch(
     mechanism: Mechanism, z: ComplexArray, other: ComplexArray, inputs: FloatArray, tolerance: float,
 ) -> NDArray[np.bool_]:  # fmt: skip
-    """Tell of positions z (nodes, rows) whether they lie on another branch than exact ones.
+    """Return (rows,) whether positions z (nodes, rows) are on another branch than the exact positions `other`.
 
-    Two roots that are nearer than the root of the tolerance cannot be told apart by a residual.
+    Solutions closer than the square root of the tolerance cannot be distinguished by residuals.
     """
     far = np.max(np.abs(z - other), axis=0) > SWITCHING.apart * mechanism.size
     ends = np.maximum(residual(mechanism, z, inputs).total, allowed(mechanism, tolerance))
@@ -65,24 +65,24 @@ def off_branch(
 
 
 class SwitchingState:
-    """The state of a motion: how far it has come, and when it is slow."""
+    """The state of a motion by sweeps."""
 
     def __init__(self, sweeper: Sweeper, inputs: FloatArray, exact: ComplexArray) -> None:
         self.sweeper, self.inputs, self.exact = sweeper, inputs, exact
         rows = inputs.shape[1]
         empty = np.full(exact.shape, complex(math.nan, math.nan))
         self.swept = Swept(empty, np.zeros(rows), np.full(rows, int(Status.NOT_CONVERGED)))
-        self.done = 0
-        self.slow = 0.0  # sweeps of a row that ask for another sequence; 0 asks after the first row
+        self.done = 0  # number of solved rows
+        self.slow = 0.0  # number of sweeps above which another sequence is searched; 0: not known yet
 
     def run(self, first: ComplexArray | None = None) -> Swept:
-        """Follow all rows, or up to the first that no guard could mend; from the first row's position, if known."""
+        """Solve all rows up to the first that fails; first: the position of the first row, if known."""
         rows = self.inputs.shape[1]
         status = self._begin() if first is None else self._take(first)
         while status is Status.OK and self.done < rows:
-            status = self._stretch()
+            status = self._solve_rows()
             if self.done < rows and status is not Status.OK:
-                status = self._mend(status)
+                status = self._recover(status)
         self.swept.codes[: self.done] = int(Status.OK)
         self.swept.codes[self.done :] = int(status)
         return self.swept
@@ -90,7 +90,7 @@ class SwitchingState:
     # -- the first row ---------------------------------------------------------------------
 
     def _begin(self) -> Status:
-        """Settle the first row from the drawn position; in steps, where that leads elsewhere."""
+        """Solve the first row from the drawn position; if it fails, follow the inputs from the drawn ones."""
         sweeper, inputs = self.sweeper, self.inputs[:, 0]
         first = sweeper.settle(inputs, sweeper.mechanism.drawn)
         status = self._checked(first.status, first.z, 0)
@@ -106,10 +106,10 @@ class SwitchingState:
 
         sweeper = self.sweeper
         begin = nearest_turns(sweeper.mechanism, sweeper.mechanism.drawn_inputs, inputs)
-        way = pace(sweeper.mechanism, np.stack([begin, inputs], axis=1))
-        if not way > 0.0:
+        turns = pace(sweeper.mechanism, np.stack([begin, inputs], axis=1))
+        if not turns > 0.0:
             return None
-        parts = max(8, math.ceil(way * SWITCHING.steps_a_turn))
+        parts = max(8, math.ceil(turns * SWITCHING.steps_a_turn))
         between = _straight(begin, inputs, parts)
         unknown = np.full((len(sweeper.mechanism.nodes), parts + 1), complex(math.nan, math.nan))
         path = SwitchingState(sweeper, between, unknown).run()
@@ -123,30 +123,30 @@ class SwitchingState:
 
     # -- rows ------------------------------------------------------------------------------
 
-    def _stretch(self) -> Status:
-        """Go on until a row fails or is slow; return how the next row fails, OK if it need not."""
+    def _solve_rows(self) -> Status:
+        """Solve rows until one fails or is slow; return the status of the failed row, else OK."""
         first = self.done
         z, work, stop, status = self.sweeper.follow(self.inputs[:, first - 1 :], self.swept.z[:, first - 1], self.slow)
         rows = slice(first, first + stop - 1)
-        astray = np.flatnonzero(
+        wrong = np.flatnonzero(
             off_branch(
                 self.sweeper.mechanism, z[:, 1:stop], self.exact[:, rows], self.inputs[:, rows],
                 self.sweeper.options.tolerance,
             )
         )  # fmt: skip
-        if len(astray):
-            stop, status = int(astray[0]) + 1, Status.JUMPED
+        if len(wrong):
+            stop, status = int(wrong[0]) + 1, Status.JUMPED
         rows = slice(first, first + stop - 1)
         self.swept.z[:, rows], self.swept.work[rows] = z[:, 1:stop], work[1:stop]
         self.done += stop - 1
         if status is not Status.OK:
             self.swept.work[self.done] = work[stop]
         elif stop > 1:
-            self._hasten(float(work[stop - 1]))
+            self._check_speed(float(work[stop - 1]))
         return status
 
-    def _hasten(self, sweeps: float) -> None:
-        """Look for a faster sequence after a slow row, and tell how slow the next may be."""
+    def _check_speed(self, sweeps: float) -> None:
+        """Search for a faster sequence after a slow row; set the number of sweeps that counts as slow."""
         if self.slow > 0.0 and sweeps > self.slow and self.done < self.inputs.shape[1]:
             if self._exchange():
                 self.slow = 0.0
@@ -156,28 +156,28 @@ class SwitchingState:
         self.slow = max(float(SWITCHING.least), SWITCHING.slower * sweeps)
 
     def _exchange(self) -> bool:
-        """Exchange the sequence for one that is better in the row ahead; tell whether there was one."""
+        """Exchange the sequence for one that is better at the next row; return whether there was one."""
         taken = self.sweeper.exchange(self._ahead(), self.inputs[:, self.done], SWITCHING.gain)
         if taken:
             self.swept.exchanged.append(self.done - 1)
         return taken
 
     def _ahead(self) -> ComplexArray:
-        """Return where the row ahead is expected, straight on from the last two."""
+        """Return the next position, extrapolated from the last two."""
         last = self.swept.z[:, self.done - 1]
         if self.done == 1:
             return last
         return np.asarray(2.0 * last - self.swept.z[:, self.done - 2])
 
-    def _mend(self, status: Status) -> Status:
-        """Solve a row that failed by another sequence, else in smaller steps; return how it ended."""
+    def _recover(self, status: Status) -> Status:
+        """Solve a row that failed by another sequence, else in smaller steps; return its status."""
         row, spent = self.done, self.swept.work[self.done]
         if self._exchange():
             self.slow = 0.0
-            again = self._stretch()
+            again = self._solve_rows()
             if self.done > row:
                 self.swept.work[row] += spent
-                return Status.OK  # a later row that failed is tried again, and mended in its turn
+                return Status.OK  # a later row that failed is then treated in the same manner
             status = again
         for parts in SWITCHING.parts:
             z = self._steps(self.inputs[:, row - 1], self.inputs[:, row], self.swept.z[:, row - 1], parts, row)
@@ -192,7 +192,7 @@ class SwitchingState:
     def _steps(
         self, begin: FloatArray, end: FloatArray, start: ComplexArray, parts: int, row: int
     ) -> ComplexArray | None:
-        """Follow inputs from a solved position in some parts; what it costs is told of a row."""
+        """Follow inputs from a solved position in some parts; None if it fails. The sweeps are added to `row`."""
         z, work, stop, status = self.sweeper.follow(_straight(begin, end, parts), start, math.inf)
         self.swept.work[row] += work.sum()
         return z[:, -1] if status is Status.OK and stop == parts + 1 else None
@@ -200,15 +200,15 @@ class SwitchingState:
     def _checked(self, status: Status, z: ComplexArray, row: int) -> Status:
         if status is not Status.OK:
             return status
-        astray = off_branch(
+        wrong = off_branch(
             self.sweeper.mechanism, z[:, None], self.exact[:, [row]], self.inputs[:, [row]],
             self.sweeper.options.tolerance,
         )  # fmt: skip
-        return Status.JUMPED if astray[0] else Status.OK
+        return Status.JUMPED if wrong[0] else Status.OK
 
 
 def _straight(begin: FloatArray, end: FloatArray, parts: int) -> FloatArray:
-    """Return inputs (actuators, parts + 1) that run evenly from one row's to another's."""
+    """Return inputs (actuators, parts + 1) that change linearly from `begin` to `end`."""
     inputs = begin[:, None] + (end - begin)[:, None] * (np.arange(parts + 1) / parts)
     inputs[:, -1] = end
     return np.asarray(inputs)

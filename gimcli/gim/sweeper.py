@@ -1,7 +1,7 @@
 """Positions and motions by the Geometrical-Iterative Method alone, as in the paper.
 
-All free nodes are moved by one sequence; nodes that the frame or an input holds are placed first,
-nodes that are only carried last. A row starts from the row before it.
+All free nodes are moved by one sequence. Known nodes (of the frame, or carried by an input) are placed before the
+sweeps, carried nodes after them. Each row of a motion starts from the row before it.
 """
 
 from __future__ import annotations
@@ -29,18 +29,21 @@ from gimcli.structure.restrictions import Move, Restriction, angle, distance
 from gimcli.structure.steps import Plan, Value
 
 DISTURBANCE = 1e-2
-"""Disturbance of a start from which sweeps do not settle, relative to the size."""
+"""Perturbation, relative to the size, of a start from which the sweeps do not converge."""
 
 
 @derived
 def _first_sequence(mechanism: Mechanism, strategy: str) -> Sequence:
-    """Return the sequence in the drawn position: a comparison of methods asks for it time and again."""
+    """Return the best sequence at the drawn position (cached, because a comparison of methods uses it often)."""
     return find_sequence(mechanism, mechanism.drawn, mechanism.drawn_inputs, strategy)
 
 
 @dataclass
 class Sweeper:
-    """A mechanism with the sequence that moves it."""
+    """Solves positions and motions of a mechanism by sweeps.
+
+    Raises UsageError if `options.moves` is not a valid sequence.
+    """
 
     mechanism: Mechanism
     options: Options
@@ -49,7 +52,7 @@ class Sweeper:
     known: frozenset[int] = field(init=False)
     free: list[int] = field(init=False)
     moves: tuple[Move, ...] = field(init=False)
-    sequence: Sequence | None = field(init=False, default=None)  # None: the user's
+    sequence: Sequence | None = field(init=False, default=None)  # None: given by the user
 
     def __post_init__(self) -> None:
         mechanism = self.mechanism
@@ -62,8 +65,8 @@ class Sweeper:
             self.sequence = _first_sequence(mechanism, self.options.strategy)
             self.moves = self.sequence.moves
 
-    def held(self, inputs: FloatArray) -> RowBlock:
-        """Return a block over inputs (actuators, rows) in which the nodes P stand."""
+    def known_positions(self, inputs: FloatArray) -> RowBlock:
+        """Return a block for inputs (actuators, rows) in which only the known nodes are placed."""
         program = plan_program(self.mechanism, self.plan)
         block = RowBlock(program, np.arange(inputs.shape[1], dtype=float), inputs)
         with np.errstate(all="ignore"):
@@ -73,15 +76,15 @@ class Sweeper:
         return block
 
     def settle(self, inputs: FloatArray, guess: ComplexArray, record: int = 0) -> SweptPosition:
-        """Sweep one position at inputs (actuators,) from a guess (nodes,)."""
-        block = self.held(inputs[:, None])
+        """Solve one position at inputs (actuators,) from a guess (nodes,); record: number of errors in the history."""
+        block = self.known_positions(inputs[:, None])
         z = guess.copy()
         known = sorted(self.known)
         z[known] = block.x[known, NEW] + 1j * block.y[known, NEW]
         constants = sweeps.SweepConstants(sweeps=self.options.sweeps)
         size, tolerance = self.mechanism.size, self.options.tolerance
         done = sweeps.settle(self.moves, z, inputs, size, tolerance, self.run, constants, record)
-        if not done.good:  # nodes in line never leave it: disturb them, the same way each time
+        if not done.good:  # sweeps do not move nodes out of a line: perturb them (fixed seed)
             noise = np.random.default_rng(0).standard_normal((2, len(self.free))) * DISTURBANCE * size
             z[self.free] += noise[0] + 1j * noise[1]
             again = sweeps.settle(self.moves, z, inputs, size, tolerance, self.run, constants, record)
@@ -94,11 +97,11 @@ class Sweeper:
     def follow(
         self, inputs: FloatArray, start: ComplexArray, slow: float
     ) -> tuple[ComplexArray, FloatArray, int, Status]:
-        """Follow inputs (actuators, rows) from a settled first row, up to one that takes more sweeps than `slow`.
+        """Solve a motion at inputs (actuators, rows) from a solved first row, up to one with more sweeps than `slow`.
 
-        Returns z (nodes, rows), the sweeps of every row, the rows solved, and how the last one tried ended.
+        Returns z (nodes, rows), the sweeps (rows,), the number of solved rows, and the status of the last one tried.
         """
-        block = self.held(inputs)
+        block = self.known_positions(inputs)
         standing = sorted(self.known)
         x, y = np.zeros((2, inputs.shape[1], len(start)))
         x[:, standing], y[:, standing] = block.x[standing, NEW:].T, block.y[standing, NEW:].T
@@ -117,9 +120,9 @@ class Sweeper:
         return z, spent, stop, sweeps.ENDS[int(out[3])]
 
     def exchange(self, z: ComplexArray, inputs: FloatArray, gain: float) -> bool:
-        """Take the sequence that is best at a position, if that needs `gain` times fewer sweeps; tell whether it does.
+        """Use the best sequence at z (nodes,), if it needs `gain` times fewer sweeps; return whether it does.
 
-        A sequence given by the user is kept.
+        A sequence given by the user is not exchanged.
         """
         if self.sequence is None or not np.all(np.isfinite(z)):
             return False
@@ -133,13 +136,16 @@ class Sweeper:
 
 
 def parse_moves(mechanism: Mechanism, text: str) -> tuple[Move, ...]:
-    """Read a sequence such as "T>X S>V C^B>A": X at its distance from T; A at its angle from C about B."""
+    """Parse a sequence such as "T>X S>V C^B>A": move X to its distance from T, A to its angle from C about B.
+
+    Raises UsageError for unknown nodes, or if no member or linear actuator has the distance or angle.
+    """
     moves = []
     for word in text.replace(",", " ").split():
         source, _, target = word.partition(">")
         names = [*source.split("^"), target]
         if len(names) not in (2, 3) or any(n not in mechanism.nodes for n in names):
-            raise UsageError(f"--sequence: '{word}' is neither FROM>TO nor ARM^VERTEX>TO with nodes of the file")
+            raise UsageError(f"--sequence: expected FROM>TO or ARM^VERTEX>TO with nodes of the file, got '{word}'")
         numbers = [mechanism.nodes.index(n) for n in names]
         if len(numbers) == 2:
             restriction = _distance_between(mechanism, numbers[0], numbers[1], word)
@@ -154,7 +160,7 @@ def _angle_between(mechanism: Mechanism, arm: int, vertex: int, b: int, word: st
         if {arm, vertex, b} <= set(member.nodes):
             turn = member.reach(vertex, b) / member.reach(vertex, arm)
             return angle(f"{member.name} {word}", vertex, arm, b, turn / abs(turn))
-    raise UsageError(f"--sequence: no member holds the angle of '{word}'")
+    raise UsageError(f"--sequence: no member contains the angle of '{word}'")
 
 
 def _distance_between(mechanism: Mechanism, a: int, b: int, word: str) -> Restriction:
@@ -165,4 +171,4 @@ def _distance_between(mechanism: Mechanism, a: int, b: int, word: str) -> Restri
     for number, actuator in enumerate(mechanism.actuators):
         if set(actuator.nodes) == {a, b}:
             return distance(actuator.name, a, b, Value(0.0, number))
-    raise UsageError(f"--sequence: no member or linear actuator holds the distance of '{word}'")
+    raise UsageError(f"--sequence: no member or linear actuator has the distance of '{word}'")

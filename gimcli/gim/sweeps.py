@@ -1,4 +1,4 @@
-"""The Geometrical-Iterative Method: packing of a sequence, and its runs."""
+"""Sweeps of the Geometrical-Iterative Method: a sequence in the arrays of the kernel, and its execution."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class SweepConstants:
     """Constants of the iteration."""
 
     sweeps: int = 20000
-    patience: int = 500  # sweeps within which the error must fall
-    progress: float = 0.5  # by this factor
-    rounding: float = 4.0 * float(np.finfo(float).eps)  # nodes that moved by less, relative to the size, are back
+    patience: int = 500  # number of sweeps in which the error must decrease
+    progress: float = 0.5  # factor of this decrease
+    rounding: float = 4.0 * float(np.finfo(float).eps)  # distance, relative to the size, of equal positions
 
 
 ENDS = {
@@ -36,7 +36,7 @@ ENDS = {
 
 @dataclass(frozen=True)
 class SweptPosition:
-    """What sweeping one position gave."""
+    """The result of sweeps for one position."""
 
     status: Status
     z: ComplexArray
@@ -47,12 +47,12 @@ class SweptPosition:
 
     @property
     def good(self) -> bool:
-        """Return whether eqs (1) and (2) are met."""
+        """Whether the errors of eqs (1) and (2) are within the tolerance."""
         return self.status is Status.OK
 
 
 def pack(moves: tuple[Move, ...]) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return a sequence in the kernel's arrays."""
+    """Return a sequence in the arrays of the kernel."""
     heads, factors = [], []
     for move in moves:
         r, vector = move.restriction, move.restriction.vector
@@ -65,7 +65,7 @@ def pack(moves: tuple[Move, ...]) -> tuple[NDArray[np.int64], FloatArray]:
 
 
 def limits(tolerance: float, policy: SweepConstants) -> FloatArray:
-    """Return the kernel's limits."""
+    """Return the stopping criteria for the kernel."""
     return np.array([tolerance, policy.sweeps, policy.patience, policy.progress, policy.rounding])
 
 
@@ -73,7 +73,7 @@ def settle(
     moves: tuple[Move, ...], z: ComplexArray, inputs: FloatArray, size: float, tolerance: float, run: Run,
     policy: SweepConstants | None = None, record: int = 0,
 ) -> SweptPosition:  # fmt: skip
-    """Sweep from a start z (nodes,), in which all nodes that are not moved stand where they belong."""
+    """Sweep from a start z (nodes,), in which all nodes that are not moved are in place."""
     policy = policy or SweepConstants()
     mi, mz = pack(moves)
     x, y = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag)

@@ -1,1 +1,1 @@
-"""Positions of a plan: closed forms and Newton-Raphson, many rows at once."""
+"""Solution of the steps of a plan: closed forms and Newton-Raphson, many rows at once."""

@@ -1,6 +1,6 @@
-"""A stretch of a motion as lanes: what the solvers read and fill, row by row.
+"""A block of rows of a motion, as the lanes (arrays) that the solvers read and fill.
 
-The rows before NEW are solved already, or not there (a time of -inf); they are what the branch is continued from.
+The rows before NEW are the last solved ones, from which the branch is continued; a time of -inf marks a missing row.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ NEW = kernels.HISTORY
 
 
 class RowBlock:
-    """Rows of one stretch; `end` shrinks to the first row that could not be solved safely."""
+    """A block of rows; `end` is reduced to the first row that could not be solved reliably."""
 
     def __init__(self, program: PlanProgram, time: FloatArray, inputs: FloatArray, history: Sequence[Row] = ()) -> None:
-        """Begin at times (rows,), with nothing solved but a history; inputs (actuators, rows of both)."""
+        """Create a block for times (rows,) and solved rows before them; inputs (actuators, rows of both together)."""
         self.program, at, w = program, program.at, program.lanes(NEW + len(time))
         self.lanes: dict[int, Any] = by_numbers(w)
         self.time, self.error, self.work = w[kernels.TIME], w[kernels.ERROR], w[kernels.WORK]
@@ -41,21 +41,21 @@ class RowBlock:
         self.time[NEW:], self.inputs[:, NEW - len(history) :] = time, inputs
         self.cos[:], self.sin[:] = cos_sin(self.inputs)
         self.end = NEW + len(time)
-        self.blocked = False  # the row at `end` has no solution at all
+        self.blocked = False  # the row at `end` has no solution
         self.singular = False  # the row at `end` is solved, but not to the tolerance
-        self.weak_branch = NONE  # the branch that ended the block
-        self.lenient = False  # go on as long as the branches can be told apart, whatever the tolerance
-        self.quality: dict[int, FloatArray] = {}  # then of branches, over the new rows: see `_telling`
+        self.weak_branch = NONE  # the branch (step with two solutions) that ended the block
+        self.lenient = False  # ignore the tolerance; a row only has to distinguish the branches
+        self.quality: dict[int, FloatArray] = {}  # if lenient: by branch, of the new rows, see `_distinguished`
 
     def step(self, k: int, sign: FloatArray, tolerance: float) -> None:
-        """Take a step in closed form; end before a row that has no solution, is singular, or may have jumped."""
+        """Execute closed-form step k; the block ends before a row without solution, a singular or a jumped one."""
         w, q, at = self.lanes, self.program.tables, self.program.at
         if not kernels.place(w, q, at, k, sign, self.end):
             return
         end = kernels.guard(w, q, at, k, math.inf if self.lenient else tolerance, self.followed, self.end)
         branch = q.steps[k][5]
         if self.lenient:
-            end = min(end, self._telling(branch))
+            end = min(end, self._distinguished(branch))
         if end < self.end:
             g, g2, noise = (self.value(lane, end) for lane in (MEASURE, SQUARE, NOISE))
             blocked = not g2 >= -noise
@@ -63,14 +63,14 @@ class RowBlock:
             self.stop(end, bool(blocked), bool(singular and not blocked), branch)
 
     def value(self, lane: int, row: int = NEW) -> Any:
-        """Return what stands in a row of a lane."""
+        """Return the value of a lane in a row."""
         whole = self.lanes[lane * kernels.WIDTH]
         return whole[row] if getattr(whole, "ndim", 0) else whole
 
-    def _telling(self, branch: int) -> int:
-        """Return the first row in which the last step's branches cannot be told apart.
+    def _distinguished(self, branch: int) -> int:
+        """Return the first row in which the two solutions of the last step cannot be distinguished.
 
-        The square of the measure over its rounding tells nothing where it is between -1 and 1.
+        The quality is the square of the measure over its rounding error; they are not distinguished if it is <= 1.
         """
         quality = np.full(len(self.time) - NEW, np.nan)
         g2, noise = (kernels.earlier(self.lanes, lane, slice(NEW, self.end), 0) for lane in (SQUARE, NOISE))
@@ -80,7 +80,7 @@ class RowBlock:
         return NEW + int(vague[0]) if len(vague) else self.end
 
     def follow(self, packed: Packed, run: Run, sign: float, accuracy: Accuracy) -> float:
-        """Solve a coupled group in all rows; return the determinant's sign at the last good row."""
+        """Solve a coupled group in all rows; return the sign of the determinant at the last solved row."""
         constants = NewtonConstants()
         limits, room = constants.limits(accuracy, constants.iterations, near=True), self._room(packed)
         stop = run(newton.couple)(
@@ -90,7 +90,7 @@ class RowBlock:
         return float(room.out[newton.LAST_SIGN])
 
     def settle(self, packed: Packed, run: Run, accuracy: Accuracy) -> bool:
-        """Solve a coupled group in the first new row from its base nodes there; tell whether it settled."""
+        """Solve a coupled group in the first new row, starting from its base nodes; return whether it converged."""
         constants = NewtonConstants()
         limits, room = constants.limits(accuracy, constants.far, near=False), self._room(packed)
         with np.errstate(all="ignore"):
@@ -102,7 +102,7 @@ class RowBlock:
         return good
 
     def carry(self, packed: Packed) -> None:
-        """Carry the nodes of a group that hang on its base nodes, in the first new row."""
+        """Compute the carried nodes of a group from its base nodes, in the first new row."""
         group, room = packed.arrays, self._room(packed)
         known: tuple[Any, ...] = (*self._known, NEW, group, room)
         newton.take(*known)
@@ -118,12 +118,12 @@ class RowBlock:
         return self.x, self.y, self.rx, self.ry, self.inputs, self.cos, self.sin
 
     def stop(self, row: int, blocked: bool = False, singular: bool = False, weak_branch: int = NONE) -> None:
-        """Let the block end before a row, if it does not end earlier."""
+        """End the block before a row, unless it ends earlier."""
         if row < self.end:
             self.end, self.blocked, self.singular, self.weak_branch = row, blocked, singular, weak_branch
 
     def rows(self, last: int | None = None) -> list[Row]:
-        """Return the solved rows, or so many at the end."""
+        """Return the solved rows, or only the `last` ones of them."""
         span = slice(NEW if last is None else max(NEW, self.end - last), self.end)
         time, error = self.time[span].tolist(), self.error[span].tolist()
         x, y, g = (part[:, span].T.copy() for part in (self.x, self.y, self.g))

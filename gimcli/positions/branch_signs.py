@@ -1,4 +1,4 @@
-"""On which side of its loci a node is drawn: the sign of a step with two solutions."""
+"""Branch signs: for each step with two solutions, the solution on the side of the initial guess."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from gimcli.mechanism import FloatArray
 from gimcli.positions.block import NEW, RowBlock
 
 FLAT = 1e-9
-"""A guess whose side is smaller than this, relative to the size, has no side: left is taken."""
+"""If a guess is closer to the line between both sides than this, relative to the size, the sign is +1 (left)."""
 
 
 def sides(guess: RowBlock, size: float) -> FloatArray:
-    """Return the signs of all steps with two solutions for a guess in the first new row of a block."""
+    """Return the branch signs (branches,) of a guess, given in the first new row of a block."""
     signs, q, at = np.ones(len(guess.g)), guess.program.tables, guess.program.at
     with np.errstate(all="ignore"):
         for k, (kind, *_, branch) in enumerate(q.steps):
@@ -26,7 +26,7 @@ def sides(guess: RowBlock, size: float) -> FloatArray:
 
 
 def _drawn_line(guess: RowBlock, k: int) -> float:
-    """Draw a turned line along its member; return how far ahead on it its point is, times the member's length."""
+    """Set the direction of a guide (TILT) from its member; return tau, the distance along it, times a length."""
     w, q, at = guess.lanes, guess.program.tables, guess.program.at
     _, register, a, b, along, _ = q.steps[k]
     kernels.lay_vector(w, q, at, along, NEW + 1)
@@ -38,7 +38,7 @@ def _drawn_line(guess: RowBlock, k: int) -> float:
 
 
 def _drawn_node(guess: RowBlock, k: int) -> float:
-    """Return how far a node lies to the left of the centres' line, or ahead along a line."""
+    """Return the distance of a node to the left of the line between two centres, or ahead along the line of a locus."""
     w, q, at = guess.lanes, guess.program.tables, guess.program.at
     kind, node, first, second, _, _ = q.steps[k]
     kernels.lay_locus(w, q, at, first, kernels.C, NEW + 1)

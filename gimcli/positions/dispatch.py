@@ -1,4 +1,4 @@
-"""Plain or compiled: the choice is made from the amount of work."""
+"""Choice between interpreted and compiled kernels, from the estimated work."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from gimcli.positions.newton import Run
 from gimcli.structure.steps import Plan
 
 WORTH = 1.5
-"""Seconds of plain work above which loading compiled kernels pays."""
+"""Seconds of interpreted work above which loading compiled kernels saves time."""
 
 COMPILING = 20.0
-"""Seconds of plain work above which compiling them pays."""
+"""Seconds of interpreted work above which compiling kernels saves time."""
 
 COMPILES = "compiling the solver for this machine, once ..."
-NOT_KEPT = "not kept: no cache folder that you alone may write to; set XDG_CACHE_HOME to one (chmod 700)"
+NOT_KEPT = "not cached: no cache folder is private to you; set XDG_CACHE_HOME to one (chmod 700)"
 
 
 def plain(kernel: Callable[..., Any]) -> Callable[..., Any]:
-    """Run a kernel as it stands."""
+    """Return a kernel unchanged: it runs interpreted."""
     return kernel
 
 
 def plan_work(plan: Plan, rows: int) -> float:
-    """Estimate the seconds that the rows of a motion take without compiling."""
+    """Estimate the seconds that the rows of a motion take interpreted."""
     work = rows * 1e-7 * len(plan.steps)
     for group in plan.coupled:
         n, m = 2 * len(group.base), sum(e.rows for e in group.equations)
@@ -34,12 +34,16 @@ def plan_work(plan: Plan, rows: int) -> float:
 
 
 def gim_work(moves: int, rows: int) -> float:
-    """Estimate the seconds that sweeping takes without compiling."""
+    """Estimate the seconds that the sweeps of all rows take interpreted."""
     return rows * 20 * moves * 5e-6
 
 
 def choose(mode: str, work: float, notify: Callable[[str], None] | None = None, kernels: Sequence[str] = ()) -> Run:
-    """Return how to run some kernels, by name: `mode` auto, on or off; `notify` is called before a compilation."""
+    """Return the function that makes a kernel runnable: unchanged or compiled.
+
+    mode: auto, on or off. work: estimated seconds interpreted. notify: called before a compilation. kernels: names of
+    the kernels that will be used.
+    """
     if mode == "off" or (mode == "auto" and work < WORTH):
         return plain
     if mode == "on" and notify is None:

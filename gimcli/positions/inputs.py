@@ -1,4 +1,4 @@
-"""Inputs over time, a little beyond the ends of the motion too, and the line that they run along."""
+"""Inputs as functions of time, and the straight line in the space of the inputs that they follow, if they do."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ import numpy as np
 from gimcli.mechanism import FloatArray, Mechanism
 
 Inputs = Callable[[FloatArray], FloatArray]
-"""Inputs (actuators, rows) at times (rows,); also a little beyond the ends of the motion."""
+"""Returns inputs (actuators, rows) at times (rows,); also valid slightly beyond the ends of the motion."""
 
 SAMPLES = 65
-"""Times at which laws are looked at."""
+"""Number of times at which laws are sampled."""
 
 STRAIGHT = 1e-13
-"""Distance from a line, over its length, below which inputs run along it: some roundings."""
+"""Distance from a line, relative to its length, below which inputs are on it: a few rounding errors."""
 
 
 @dataclass(frozen=True)
 class InputLine:
-    """A straight line in the space of the inputs; its parameter q is the value of the input that moves most."""
+    """A straight line in the space of the inputs; its parameter q is the value of the input that changes most."""
 
     base: FloatArray  # (actuators,) inputs at q = 0
     along: FloatArray  # (actuators,) change of the inputs with q
-    main: int  # the input that moves most: base 0, along 1
+    main: int  # the input that changes most: its base is 0, its along 1
 
     def at(self, q: FloatArray) -> FloatArray:
         """Return the inputs (actuators, rows) at parameters (rows,)."""
@@ -34,9 +34,9 @@ class InputLine:
 
 
 def line_through(mechanism: Mechanism, values: FloatArray) -> InputLine | None:
-    """Return the line that inputs (actuators, times) run along; None where they do not, or all stand still.
+    """Return the line that contains inputs (actuators, times); None if there is none or all inputs are constant.
 
-    A single input always runs along one.
+    A single input is always on a line.
     """
     if len(values) == 1:
         return InputLine(np.zeros(1), np.ones(1), 0)
@@ -58,19 +58,19 @@ def line_through(mechanism: Mechanism, values: FloatArray) -> InputLine | None:
 
 
 def input_line(mechanism: Mechanism) -> InputLine | None:
-    """Return the line that the laws run along together; None where each goes its own way, or all stand still."""
+    """Return the line that the inputs follow under the laws; None if there is none or all inputs are constant."""
     few = len(mechanism.actuators) < 2
     return line_through(mechanism, law_inputs(mechanism)(np.zeros(1) if few else law_times(mechanism)))
 
 
 def law_times(mechanism: Mechanism) -> FloatArray:
-    """Return times that tell the course of the laws: evenly spaced ones, and all at which one may turn back."""
+    """Return times at which to sample the laws: evenly spaced ones, and all at which a law may reverse."""
     stops = [actuator.law.stops() for actuator in mechanism.actuators]
     return np.unique(np.concatenate([np.linspace(0.0, 1.0, SAMPLES), *stops]))
 
 
 def law_inputs(mechanism: Mechanism) -> Inputs:
-    """Return the actuators' laws as inputs; beyond the ends they go on straight."""
+    """Return the inputs under the laws; beyond the times 0 and 1 they are extrapolated linearly."""
 
     def inputs(time: FloatArray) -> FloatArray:
         values = np.empty((len(mechanism.actuators), len(time)))
@@ -87,7 +87,7 @@ def law_inputs(mechanism: Mechanism) -> Inputs:
 
 
 def straight_inputs(start: FloatArray, end: FloatArray) -> Inputs:
-    """Return inputs that run evenly from one set of values to another."""
+    """Return inputs that change linearly from `start` (time 0) to `end` (time 1)."""
 
     def inputs(time: FloatArray) -> FloatArray:
         return np.asarray(start[:, None] + time * (end - start)[:, None])
@@ -96,7 +96,7 @@ def straight_inputs(start: FloatArray, end: FloatArray) -> Inputs:
 
 
 def nearest_turns(mechanism: Mechanism, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return `start` with rotary values moved by whole turns next to those of `end`."""
+    """Return `start` with its rotary values shifted by whole turns to be closest to those of `end`."""
     moved = start.copy()
     for k, actuator in enumerate(mechanism.actuators):
         if actuator.rotary:
@@ -105,11 +105,11 @@ def nearest_turns(mechanism: Mechanism, start: FloatArray, end: FloatArray) -> F
 
 
 def scales(mechanism: Mechanism) -> FloatArray:
-    """Return what changes of the inputs (actuators,) are measured by: a rad, or the size."""
+    """Return the units (actuators,) for changes of the inputs: 1 rad, or the size of the mechanism."""
     return np.array([1.0 if a.rotary else mechanism.size for a in mechanism.actuators])
 
 
 def pace(mechanism: Mechanism, values: FloatArray) -> float:
-    """Return the fastest change of an input over a stretch, in turns (or 2 pi sizes)."""
+    """Return the greatest total change of an input over values (actuators, rows), in turns (or 2 pi sizes)."""
     change = np.abs(np.diff(values, axis=1)).sum(axis=1)
     return float(np.max(change / scales(mechanism), initial=0.0) / (2.0 * math.pi))

@@ -30,18 +30,16 @@ class Accuracy:
 class NewtonConstants:
     """Constants of the method. Contraction 1/4: Deuflhard, Newton Methods, 2011, section 2.1."""
 
-    iterations: int = 24  # corrections of a row, from the one before
-    far: int = 100  # from anywhere
+    iterations: int = 24  # greatest number for a row that starts from the one before
+    far: int = 100  # the same for an arbitrary start
     contraction: float = 0.25
-    first_step: float = 0.2  # of the size: a longer first correction is not continuation
+    first_step: float = 0.2  # of the size: a longer first correction may lead to another branch
     rounding: float = 4.0 * float(np.finfo(float).eps)  # error of an equation, relative to the size
-
-    relative: float = 0.1  # of the shortest length: so that relative errors are below the tolerance too
-
-    serving: float = 0.05  # of the shortest length and the least pivot: way on which factors serve
+    relative: float = 0.1  # of the shortest length: relative errors are then below the tolerance too
+    serving: float = 0.05  # of shortest length times least pivot: displacement up to which factors are reused
 
     def limits(self, accuracy: Accuracy, iterations: int, near: bool) -> kernels.StopLimits:
-        """Return the kernel's limits; `near`: the start must lie on the same branch."""
+        """Return the stopping criteria for the kernel; `near`: the solution must be on the branch of the start."""
         size, tolerance = accuracy.size, accuracy.tolerance
         first, contraction = (self.first_step * size, self.contraction) if near else (1e6, 1e6)
         finest = max(self.relative * tolerance * accuracy.shortest, self.rounding * size)
@@ -52,13 +50,13 @@ class NewtonConstants:
 
 @dataclass(frozen=True)
 class Packed:
-    """A coupled group in the kernel's arrays; nodes are numbered base, carried, known."""
+    """A coupled group in the arrays of the kernel; its nodes are numbered in the order base, carried, known."""
 
     group: Coupled
 
     @cached_property
     def nodes(self) -> tuple[int, ...]:
-        """Mechanism's number of each local node."""
+        """The number in the mechanism of each local node."""
         own = list(self.group.nodes)
         for place in self.group.places:
             own += [place.anchor, *place.vector.nodes]
@@ -68,7 +66,7 @@ class Packed:
 
     @cached_property
     def arrays(self) -> kernels.GroupArrays:
-        """The group as the kernel takes it."""
+        """The arrays for the kernel."""
         local = {n: k for k, n in enumerate(self.nodes)}
         vectors: list[Vector] = []
 

@@ -1,4 +1,4 @@
-"""What the user decides about a solution."""
+"""The user's options for the solution of positions."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ JIT = ("auto", "on", "off")
 
 @dataclass(frozen=True)
 class Options:
-    """Method and tolerance; the tolerance is relative to the mechanism's size (gim: eqs (1) and (2))."""
+    """Method and tolerance; the tolerance is relative to the mechanism's size (gim: errors of eqs (1) and (2))."""
 
     method: str = "auto"
     strategy: str = "spectral"
     tolerance: float = 1e-10
     jit: str = "auto"
-    sweeps: int = 20000  # at the most, for one position
-    seed: int | None = None  # random start
-    moves: str = ""  # a sequence given by the user, "A>B C>B ..."; "" searches one
+    sweeps: int = 20000  # greatest number for one position
+    seed: int | None = None  # of random initial coordinates; None: start from the file's coordinates
+    moves: str = ""  # a sequence given by the user, "A>B C>B ..."; "": search for one
 
     def __post_init__(self) -> None:
         for name, known in (("method", METHODS), ("strategy", STRATEGIES), ("jit", JIT)):
@@ -32,9 +32,9 @@ class Options:
     def checked(
         cls, method: str, strategy: str, tolerance: float, jit: str, moves: str = "", seed: int | None = None
     ) -> Options:
-        """Return the options; raise UsageError where a tolerance means nothing or a sequence is of no use."""
+        """Return the options; raises UsageError for a tolerance out of range, or a sequence without method gim."""
         if not 1e-14 <= tolerance < 1.0:
-            raise UsageError(f"--tolerance {tolerance:g}: a number from 1e-14 to below 1 is needed")
+            raise UsageError(f"--tolerance: expected a number from 1e-14 to below 1, got {tolerance:g}")
         if moves and method != "gim":
-            raise UsageError("--sequence belongs to --method gim")
+            raise UsageError("--sequence is only valid with --method gim")
         return cls(method, strategy, tolerance, jit, seed=seed, moves=moves)

@@ -1,4 +1,4 @@
-"""A solved position and what it cost."""
+"""The result of the solution of one position."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from gimcli.structure.residual import Residual
 
 @dataclass(frozen=True)
 class Position:
-    """A solved position in the normal frame, and what it cost."""
+    """A position in the normal frame, with its status, errors and number of iterations."""
 
     mechanism: Mechanism = field(repr=False)
     inputs: FloatArray  # (actuators,)
     z: ComplexArray = field(repr=False)  # (nodes,)
     status: Status
     residual: Residual  # one row
-    sweeps: int  # sweeps or iterations
+    sweeps: int  # number of sweeps or iterations
     error: float  # estimated error of the nodes, relative to the size
-    history: FloatArray | None = field(default=None, repr=False)  # (sweeps + 1, 2) errors of each sweep
+    history: FloatArray | None = field(default=None, repr=False)  # (sweeps + 1, 2) errors after each sweep
     options: Options | None = None
 
     @property
     def worst(self) -> str:
-        """The constraint that is worst off."""
+        """Name of the constraint with the greatest error."""
         return self.residual.worst[0]

@@ -1,4 +1,4 @@
-"""A plan as flat tables for the kernels, and the scratch in which its rows are solved."""
+"""A plan as flat tables for the kernels, and the lanes (arrays) in which its rows are solved."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ from gimcli.structure.steps import (
     Vector,
 )
 
-RING = 80
-"""Rows kept to continue from."""
+RESTART_ROWS = 80
+"""Number of solved rows that `Marcher.go` saves as restart points."""
 
 
 @dataclass
 class _ProgramWriter:
-    """Collects the vectors, loci and groups that steps refer to by number."""
+    """Collects the vectors, loci and groups, to which steps refer by number."""
 
     vectors: list[Vector] = field(default_factory=list)
     loci: list[Locus] = field(default_factory=list)
@@ -53,7 +53,7 @@ class _ProgramWriter:
         return _add(self.loci, locus)
 
     def step(self, step: Step) -> tuple[int, ...]:
-        """Return kind, node or register, three operands and branch."""
+        """Return a row of `Program.steps`: kind, node or register, three operands and branch."""
         if isinstance(step, Place):
             return kernels.PLACE, step.node, step.anchor, self.vector(step.vector), NONE, NONE
         if isinstance(step, Orient):
@@ -92,7 +92,7 @@ def _array(rows: Sequence[Any], width: int, kind: type) -> Any:
 
 @derived
 def plan_program(mechanism: Mechanism, plan: Plan) -> PlanProgram:
-    """Return a plan of a mechanism as the kernels take it."""
+    """Return the tables of a plan for the kernels."""
     writer = _ProgramWriter()
     steps = [writer.step(step) for step in plan.steps]
     reach = [step.distance if isinstance(step, Tilt) else 0.0 for step in plan.steps]
@@ -109,7 +109,7 @@ def plan_program(mechanism: Mechanism, plan: Plan) -> PlanProgram:
 
 
 class PlanProgram:
-    """A plan as flat tables, and where what it places stands in the lanes of the kernels."""
+    """A plan as flat tables, and the numbers of its lanes."""
 
     def __init__(self, mechanism: Mechanism, plan: Plan, tables: kernels.Program, groups: tuple[Packed, ...]) -> None:
         self.tables, self.groups = tables, groups
@@ -121,7 +121,7 @@ class PlanProgram:
 
     @cached_property
     def packed(self) -> dict[int, Packed]:
-        """Coupled groups by the numbers of their steps."""
+        """{number of step: coupled group}."""
         return {k: self.groups[step[2]] for k, step in enumerate(self.tables.steps) if step[0] == kernels.COUPLED}
 
     @cached_property
@@ -152,18 +152,18 @@ class PlanProgram:
         return marching.Groups(_array(heads, 11, int), *joined)
 
     def room(self) -> newton.RowPosition:
-        """Return room for one row of the largest of its groups."""
+        """Return scratch arrays for one row, large enough for any of its groups."""
         return newton.room([packed.arrays for packed in self.groups], self.registers, self.actuators)
 
     def lanes(self, width: int) -> FloatArray:
-        """Return lanes (lanes, width) in which the frame's nodes stand, and nothing else."""
+        """Return new lanes (lanes, width); only the frame's nodes are set."""
         lanes = aligned(self.count * width).reshape(self.count, width)
         lanes[kernels.TIME :] = self.blank
         return lanes
 
     @cached_property
     def blank(self) -> FloatArray:
-        """What stands in each lane from that of the time on, before anything is solved (lanes, 1)."""
+        """Initial values (lanes, 1) of the lanes from TIME on."""
         blank, nodes = np.full((self.count, 1), np.nan), list(self.frame.nodes)
         blank[kernels.TIME : kernels.FIXED], blank[kernels.TIME] = 0.0, -math.inf
         blank[self.at.x : self.at.y][nodes] = self.frame.shape.real[:, None]
@@ -171,7 +171,7 @@ class PlanProgram:
         return blank[kernels.TIME :]
 
     def recall(self, lanes: FloatArray, history: Sequence[Row]) -> None:
-        """Begin from solved rows; rows that are missing stand as the first."""
+        """Copy solved rows to the history of the lanes; missing rows are set to the first one."""
         at, missing = self.at, kernels.HISTORY - len(history)
         for k, row in enumerate(history, start=missing):
             to = slice(k if k > missing else 0, k + 1)
@@ -181,12 +181,12 @@ class PlanProgram:
 
 
 def by_numbers(lanes: FloatArray) -> dict[int, Any]:
-    """Return lanes as kernels that are not compiled take them."""
+    """Return lanes as interpreted kernels need them: {WIDTH * number: lane}."""
     return dict(zip(range(0, len(lanes) * kernels.WIDTH, kernels.WIDTH), lanes, strict=True))
 
 
 class Marcher:
-    """A plan ready to be followed over many rows in one call."""
+    """Solves many rows of a motion in one call of the compiled kernel `march`."""
 
     def __init__(self, program: PlanProgram, accuracy: Accuracy) -> None:
         self.program, self.room = program, program.room()
@@ -196,7 +196,7 @@ class Marcher:
         self.tolerance = accuracy.tolerance * accuracy.size
 
     def recall(self, inputs: FloatArray, history: Sequence[Row]) -> None:
-        """Begin from solved rows at inputs (actuators, rows)."""
+        """Set the solved rows, and their inputs (actuators, rows), from which the motion continues."""
         at, past = self.program.at, slice(0, kernels.HISTORY)
         self.lanes[kernels.TIME, past] = -math.inf
         self.program.recall(self.lanes, history)
@@ -208,12 +208,12 @@ class Marcher:
         self, first: int, time: FloatArray, inputs: FloatArray, z: ComplexArray, residual: FloatArray,
         work: FloatArray, sign: FloatArray, determinant: FloatArray,
     ) -> tuple[int, Iterator[Row]]:  # fmt: skip
-        """Solve rows from `first` on until one is doubtful; return how many, and rows to continue from.
+        """Solve rows from `first` on until one is doubtful; return their number, and restart rows.
 
-        time (rows,), inputs (actuators, rows); z (nodes, rows), residual and work (rows,) are filled,
-        determinant (groups,) is brought up to date.
+        time (rows,), inputs (actuators, rows). Results: z (nodes, rows), residual and work (rows,); determinant
+        (groups,) is updated.
         """
-        kept, mark = np.zeros((RING, len(self.lanes))), np.zeros(2, dtype=np.int64)
+        kept, mark = np.zeros((RESTART_ROWS, len(self.lanes))), np.zeros(2, dtype=np.int64)
         pairs = z.view(float).reshape(*z.shape, 2)
         rows = marching.Rows(time, inputs, pairs, residual, work, kept, mark)
         with np.errstate(all="ignore"):
@@ -222,7 +222,7 @@ class Marcher:
                 rows, first, sign, determinant, self.room, self.limits, self.tolerance,
             )  # fmt: skip
         written = int(mark[0])
-        return int(done), self._rows(kept[np.arange(max(0, written - RING), written) % RING])
+        return int(done), self._rows(kept[np.arange(max(0, written - RESTART_ROWS), written) % RESTART_ROWS])
 
     def _rows(self, kept: FloatArray) -> Iterator[Row]:
         at = self.program.at

@@ -1,4 +1,4 @@
-"""One solved row of a motion: what others are continued from."""
+"""One solved row of a motion, from which the next rows are continued."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from gimcli.mechanism import FloatArray
 
 @dataclass
 class Row:
-    """One solved position and the measures that identify its branch."""
+    """One solved position in the normal frame, and the measures that identify its branch."""
 
     time: float
     x: FloatArray  # (nodes,)
     y: FloatArray
-    g: FloatArray  # (branches,)
-    error: float = 0.0
+    g: FloatArray  # (branches,) signed measure of each step with two solutions, see `kernels.loci`
+    error: float = 0.0  # estimated error of the nodes

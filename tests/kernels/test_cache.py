@@ -206,7 +206,7 @@ def test_without_a_safe_folder_the_note_says_so(monkeypatch):
     monkeypatch.setattr(jit, "cache_folder", lambda: None)
     assert dispatch.choose("on", 0.0, heard.append) is jit.compiled
     assert len(heard) == 1
-    assert "not kept" in heard[0]
+    assert "not cached" in heard[0]
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="no users")
