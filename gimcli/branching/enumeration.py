@@ -208,7 +208,7 @@ class CircuitSearch:
         """Yield the strands, and their branches, that run through positions z (nodes,) at a parameter."""
         x = self.curve.system.coordinates(z)
         for number, strand in enumerate(self.strands):
-            (way,) = strand.visits.ways(x[None, :], q).tolist()
+            (way,) = strand.visits.locations(x[None, :], q).tolist()
             if not math.isnan(way):
                 yield number, _branch_at(strand, way)
 
@@ -217,7 +217,7 @@ def _cross_off(strand: Strand, left: list[_Asked]) -> None:
     """Leave out the configurations that a strand runs through."""
     for asked in left:
         if len(asked.x):
-            asked.x = asked.x[np.isnan(strand.visits.ways(asked.x, asked.q))]
+            asked.x = asked.x[np.isnan(strand.visits.locations(asked.x, asked.q))]
 
 
 def _branches(circuit: Circuit, found: list[Singularity]) -> Iterator[CircuitBranch]:

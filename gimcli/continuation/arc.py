@@ -1,8 +1,8 @@
 """A short arc of a curve through a singular position: a limit of the input, or a position where branches meet.
 
-Along the curve itself a limit is a regular position, and so is, on one branch, every position beside a meeting of
-branches. The arc is the polynomial through positions at even distances along the tangent; the position at a parameter
-follows from it to the last digits, also where the parameter alone determines a node to only half the digits.
+As a point of the curve a limit is regular, and so is every other position on a branch near a meeting of branches. The
+arc is the polynomial through positions at equal distances along the tangent. It gives the position at a parameter to
+full accuracy, even if the parameter alone determines a node to only half the digits.
 """
 
 from __future__ import annotations
@@ -23,36 +23,39 @@ from gimcli.positions.row import Row
 EPS = float(np.finfo(float).eps)
 
 NODES = 4
-"""Positions on either side of the singular one."""
+"""Number of positions on each side of the singular one."""
 
 STEPS = (1e-2, 3e-3, 1e-3, 3e-4)
-"""Distances of the positions that are tried, for mechanisms about 1 in size."""
+"""Distances between the positions, in the normal frame, tried in this order."""
 
 FIT, LOOSEST = 1e-13, 1e-11
-"""By how much the polynomial may miss the curve halfway between the outermost positions: then no other step is tried;
-at most, where many branches meet at once and rounding disturbs more beside them."""
+"""Error of the polynomial halfway between the outermost positions: below FIT no other distance is tried; above LOOSEST
+the arc is rejected (LOOSEST allows for greater rounding errors where many branches meet)."""
 
 CORRECTIONS = ArclengthConstants(corrections=12, rounding=1e-11)
 
 
 @dataclass(frozen=True)
 class SingularArc:
-    """Positions p (n + 1, 2 NODES + 1) at distances (2 NODES + 1,) from the singular one along its unit tangent."""
+    """Positions p (n + 1, 2 NODES + 1) at distances (2 NODES + 1,) from the singular one along its unit tangent.
+
+    "Outwards" is the sense of the parameter towards the limit.
+    """
 
     curve: PositionCurve = field(repr=False)
     distances: FloatArray = field(repr=False)
     p: FloatArray = field(repr=False)
     tangent: FloatArray = field(repr=False)  # (n + 1,)
-    limit: bool  # the parameter turns back
+    limit: bool  # whether the parameter reverses there
 
     @property
     def q(self) -> float:
-        """Return the parameter of the singular position."""
+        """The parameter of the singular position."""
         return float(self.p[-1, NODES])
 
     @property
     def reach(self) -> float:
-        """Return the distance of the outermost positions."""
+        """The distance of the outermost positions."""
         return float(self.distances[-1])
 
     def at(self, distance: float) -> FloatArray:
@@ -60,20 +63,20 @@ class SingularArc:
         return np.asarray(self.p @ lagrange(self.distances.tolist(), distance))
 
     def outwards(self, side: float) -> float:
-        """Return the sense of the parameter, 1 or -1, in which a side of the arc leads to its limit."""
+        """Return the sense of the parameter, 1 or -1, towards the limit on a side (1 or -1) of the arc."""
         return math.copysign(1.0, self.q - float(self.p[-1, 2 * NODES if side > 0.0 else 0]))
 
     def distance(self, q: float, side: float) -> float:
-        """Return the distance at which the parameter has a value, on one side of a limit (+ along the tangent)."""
-        away = self.distances[self.distances != 0.0]
+        """Return the distance at which the parameter is q, on one side of a limit (+ along the tangent)."""
+        nonzero = self.distances[self.distances != 0.0]
         rise = np.delete(self.p[-1], NODES) - self.q
         if self.limit and self.outwards(side) * (q - self.q) >= -AT_LIMIT * max(1.0, abs(q)):
             return 0.0
         power = 2 if self.limit else 1
-        slopes = (rise / away**power).tolist()  # q - q0 = d^power slope(d)
+        slopes = (rise / nonzero**power).tolist()  # q - q0 = d^power slope(d)
         d = last = 0.0
         for _ in range(CORRECTIONS.corrections):
-            weights = lagrange(away.tolist(), d)
+            weights = lagrange(nonzero.tolist(), d)
             part = (q - self.q) / sum(w * v for w, v in zip(weights, slopes, strict=True))
             d = side * math.sqrt(max(0.0, part)) if self.limit else part
             if abs(d - last) <= EPS * abs(d):
@@ -82,7 +85,7 @@ class SingularArc:
         return float(d)
 
     def error(self, distance: float) -> float:
-        """Return what rounding of the parameter makes of the positions at a distance."""
+        """Return the error of the position at a distance that is caused by rounding of the parameter."""
         if not self.limit or not distance:
             return 0.0
         slope = abs(float(self.at(distance)[-1]) - self.q) * 2.0 / abs(distance)
@@ -92,7 +95,10 @@ class SingularArc:
 def make_arc(
     curve: PositionCurve, p: FloatArray, tangent: FloatArray, met: Crossing | None = None
 ) -> SingularArc | None:
-    """Return the arc through a singular position (n + 1,) along a unit tangent (n + 1,); None where none fits."""
+    """Return the arc through a singular position p (n + 1,) along a unit tangent (n + 1,); None if none is accurate.
+
+    met: the meeting of branches at p; None if p is a limit.
+    """
     best, least = None, LOOSEST
     for step in STEPS:
         arc = _tried(curve, p, tangent, met, step)
@@ -111,7 +117,7 @@ def make_arc(
 def _tried(
     curve: PositionCurve, p: FloatArray, tangent: FloatArray, met: Crossing | None, step: float
 ) -> SingularArc | None:
-    """Return the arc of a step; None where it leaves the curve."""
+    """Return the arc with a distance `step`; None if it leaves the curve."""
     distances = step * np.arange(-NODES, NODES + 1.0)
     table = [p if d == 0.0 else _beside(curve, p, tangent, d) for d in distances.tolist()]
     found = [one for one in table if one is not None]
@@ -119,7 +125,7 @@ def _tried(
 
 
 def _beside(curve: PositionCurve, p: FloatArray, tangent: FloatArray, distance: float) -> FloatArray | None:
-    """Return the position of the curve at a distance along the tangent of a singular one; None where it is another."""
+    """Return the position of the curve at a distance along the tangent of a singular one; None if it is not near."""
     target = p + distance * tangent
     found = correct(curve, target, CORRECTIONS, tangent)
     if found is None or not np.linalg.norm(found - target) <= 0.2 * abs(distance):
@@ -129,9 +135,10 @@ def _beside(curve: PositionCurve, p: FloatArray, tangent: FloatArray, distance: 
 
 @dataclass(frozen=True)
 class ArcPassage:
-    """The way of a motion on an arc, by places s = sense * parameter that grow; at a limit it is on one side.
+    """A motion along an arc, with the increasing coordinate s = sense * parameter / span (as on a leg of the laws).
 
-    `assembled` makes a regular row of a position, or None where that cannot be assembled by the plan.
+    At a limit the motion is on one side of the arc. assembled: returns the row of the plan at a position and
+    coordinate, or None if the plan cannot assemble it.
     """
 
     arc: SingularArc
@@ -141,22 +148,22 @@ class ArcPassage:
 
     @property
     def limit(self) -> bool:
-        """Return whether the input turns back there."""
+        """Whether the input reverses at the singular position."""
         return self.arc.limit
 
     @property
     def inwards(self) -> bool:
-        """Return whether the motion comes to a limit."""
+        """Whether the motion approaches a limit."""
         return self.arc.limit and self.arc.outwards(self.side) == self.sense
 
     @property
     def centre(self) -> float:
-        """Return the place of the singular position."""
+        """The coordinate s of the singular position."""
         return self._place(self.arc.q)
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Return the first and the last place that it spans."""
+        """The first and the last coordinate of the arc."""
         low, high = sorted((self._outer(-1.0), self._outer(1.0)))
         if not self.arc.limit:
             return low, high
@@ -165,32 +172,32 @@ class ArcPassage:
 
     @property
     def exit(self) -> Row | None:
-        """Return the regular row at its last place; None on the way to a limit."""
+        """The row of the plan at the last coordinate; None if the motion approaches a limit."""
         if self.inwards:
             return None
         ahead = self.side if self.arc.limit else math.copysign(1.0, self._outer(1.0) - self._outer(-1.0))
         return self.assembled(self.arc.p[:, 2 * NODES if ahead > 0.0 else 0], self._outer(ahead))
 
     def position(self, place: float) -> FloatArray:
-        """Return position and parameter (n + 1,) at a place."""
+        """Return the position and parameter (n + 1,) at a coordinate."""
         return self.arc.at(self._distance(place))
 
     def at(self, time: float) -> Row:
-        """Return the row at a place."""
+        """Return the row at a coordinate."""
         distance = self._distance(time)
         z = self.arc.curve.nodes(self.arc.at(distance))
         return Row(time, z.real.copy(), z.imag.copy(), np.empty(0), self.arc.error(distance))
 
     def mirrored(self) -> ArcPassage:
-        """Return the way back, in places of the other sign."""
+        """Return the motion in the opposite direction, with coordinates of the opposite sign."""
         return replace(self, sense=-self.sense)
 
     def other_side(self) -> ArcPassage:
-        """Return the way out on the other side of a limit, the input turning back."""
+        """Return the motion on the other side of a limit, with the input reversed."""
         return replace(self, sense=-self.sense, side=-self.side)
 
     def shifted(self, change: float) -> ArcPassage:
-        """Return the same way where the parameter is greater by whole turns."""
+        """Return the same motion with the parameter increased by whole turns."""
         p = self.arc.p.copy()
         p[-1] += change
         return replace(self, arc=replace(self.arc, p=p))
@@ -206,4 +213,4 @@ class ArcPassage:
 
 
 Gap = GapInterpolation | ArcPassage
-"""A stretch about a singular position on which rows are interpolated."""
+"""An interval around a singular position in which rows are interpolated."""

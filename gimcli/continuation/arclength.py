@@ -85,7 +85,7 @@ def place(system: Implicit, p: FloatArray, along: FloatArray) -> CurvePoint:
 def correct(
     system: Implicit, p: FloatArray, constants: ArclengthConstants, normal: FloatArray | None = None
 ) -> FloatArray | None:
-    """Return the solution closest to p, or that in the plane through p with a `normal`; None if it does not converge."""
+    """Return the solution closest to p, or that in the plane through p with a `normal`; None without convergence."""
     p, last = p.copy(), np.inf
     for _ in range(constants.corrections):
         g, table = system.residual(p), system.jacobian(p)

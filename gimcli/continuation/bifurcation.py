@@ -1,11 +1,11 @@
-"""Where branches of a curve meet: the singular position to the last digits, and the tangents of its branches.
+"""Positions at which branches of a curve meet, to full accuracy, and the tangents of the branches.
 
-At p the Jacobian G_p (m, n + 1) has lost k of its rank n: its right null space has k + 1 dimensions, its left one
-r = m - n + k. Bordered by bases B, C of both, [G_p B; C' 0] [V; H] = [0; I] defines H (r, k + 1), which is 0 where
-the rank is lost; G + B e = 0 and H = 0 are regular equations for p and e (minimal augmentation). e is how much
-the equations miss such a position: 0 where branches meet. Their tangents are V a with w' G_pp (V a)(V a) = 0 for all
-left null vectors w. Source: Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, 2000, chapters 4
-and 8; Allgower & Georg 2003, section 8.3.
+At p the Jacobian G_p (m, n + 1) has lost k of its rank n: its right null space has dimension k + 1, its left one r = m
+- n + k. With bases B, C of both, the bordered system [G_p B; C' 0] [V; H] = [0; I] defines H (r, k + 1), which is 0 if
+the rank is lost. G + B e = 0 and H = 0 are regular equations for p and e (minimal augmentation). e is the residual of
+the equations at the position of rank loss: 0 if branches meet there. Their tangents are V a with w' G_pp (V a)(V a) = 0
+for all left null vectors w. Source: Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, 2000,
+chapters 4 and 8; Allgower & Georg 2003, section 8.3.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from gimcli.continuation.arclength import Implicit
 from gimcli.mechanism import FloatArray
 
 
-class Bent(Implicit, Protocol):
+class SecondOrder(Implicit, Protocol):
     """A curve of solutions with second derivatives."""
 
     def jacobian_along(self, p: FloatArray, v: FloatArray) -> FloatArray:
@@ -32,17 +32,17 @@ class Bent(Implicit, Protocol):
 class BifurcationConstants:
     """Constants of the search."""
 
-    corrections: int = 40  # a touching of branches is approached by halves
-    closeness: float = 1e-14  # size of the last correction
-    rounding: float = 1e-10  # below it corrections that end to shrink have arrived
-    rank: float = 1e-11  # of the corrections' equations
-    lost: float = 1e-6  # singular value over the greatest below which it is 0
-    most: int = 6  # of rank lost at once of which the branches, up to 2 to its power, are listed
-    double: float = 1e-6  # discriminant, over the form's square, of one double tangent
-    none: float = 1e-9  # of a form over its greatest derivative: nothing of second order is said
-    starts: int = 60  # directions from which tangents are looked for where more than two branches may meet
-    single: float = 1e-4  # singular value of the forms' derivatives below which a tangent is one of many
-    apart: float = 1e-5  # rad: tangents that differ by less are one
+    corrections: int = 40  # greatest number; tangent branches converge only linearly, by a factor of 2
+    closeness: float = 1e-14  # converged if a correction is below this
+    rounding: float = 1e-10  # also converged if corrections below this no longer decrease
+    rank: float = 1e-11  # relative rank tolerance of the equations for the corrections
+    lost: float = 1e-6  # singular values below this fraction of the greatest are 0
+    most: int = 6  # greatest loss of rank for which the branches (up to 2^most) are listed
+    double: float = 1e-6  # relative discriminant below which two tangents are one double tangent
+    none: float = 1e-9  # a quadratic form below this, relative to the second derivatives, is 0
+    starts: int = 60  # number of initial directions for the tangents if more than two branches may meet
+    single: float = 1e-4  # singular value of the derivatives of the forms below which a tangent is not isolated
+    apart: float = 1e-5  # rad: tangents that differ by less are equal
 
 
 BRANCHING = BifurcationConstants()
@@ -53,10 +53,10 @@ class Crossing:
     """A position at which the Jacobian of a curve loses rank."""
 
     p: FloatArray  # (n + 1,)
-    miss: float  # by how much the equations fail to have it
+    miss: float  # residual of the equations; 0 if branches meet
     right: FloatArray  # (n + 1, k + 1) null space
     left: FloatArray  # (m, r)
-    forms: FloatArray  # (., k + 1, k + 1) independent quadratic forms that are 0 along a branch
+    forms: FloatArray  # (., k + 1, k + 1) independent quadratic forms that are 0 for the tangent of a branch
 
     @property
     def lost(self) -> int:
@@ -65,17 +65,17 @@ class Crossing:
 
     @property
     def tangents(self) -> tuple[FloatArray, ...]:
-        """The unit tangents (n + 1,) of all branches, one of either sense; branches that touch have one."""
+        """The unit tangents (n + 1,) of all branches, each in one sense; branches that touch have a common one."""
         return self._branches[0]
 
     @property
     def touching(self) -> bool:
-        """Return whether a tangent is double, or not determined by the second order."""
+        """Whether a tangent is double, or not determined by second derivatives."""
         return self._branches[1]
 
     @property
     def loose(self) -> bool:
-        """Return whether a surface of more than one freedom meets the curve there: it has no single tangents."""
+        """Whether a surface (more than one freedom) meets the curve there: its tangents are not isolated."""
         return self._branches[2]
 
     @cached_property
@@ -86,9 +86,9 @@ class Crossing:
         return tuple(self.right @ a for a in found), touching, loose
 
     def near(self, v: FloatArray) -> FloatArray | None:
-        """Return the tangent of the branch next to a direction v (n + 1,), in its sense; None where none is single.
+        """Return the branch tangent closest to a direction v (n + 1,), in its sense; None if it is not isolated.
 
-        However many branches meet, only this one is looked for.
+        Only this tangent is computed, regardless of the number of branches.
         """
         a = self.right.T @ v
         if not np.linalg.norm(a) > 0.0 or not len(self.forms):
@@ -101,8 +101,8 @@ class Crossing:
         return found if found is None or found @ v >= 0.0 else -found
 
 
-def crossing(curve: Bent, guess: FloatArray) -> Crossing | None:
-    """Return the singular position next to a guess (n + 1,), or None."""
+def crossing(curve: SecondOrder, guess: FloatArray) -> Crossing | None:
+    """Return the singular position closest to a guess (n + 1,); None if none is found."""
     n = len(guess) - 1
     for lost in _losses(curve, guess):
         p = _refined(curve, guess, lost)
@@ -116,16 +116,16 @@ def crossing(curve: Bent, guess: FloatArray) -> Crossing | None:
     return None
 
 
-def _losses(curve: Bent, guess: FloatArray) -> list[int]:
-    """Return the losses of rank that are tried: first that by the widest gap between singular values."""
+def _losses(curve: SecondOrder, guess: FloatArray) -> list[int]:
+    """Return the losses of rank to try; the first one is given by the widest gap between singular values."""
     values = np.linalg.svd(curve.jacobian(guess), compute_uv=False)[: len(guess) - 1]
-    gaps = values[:-1] / np.maximum(values[1:], np.finfo(float).eps * values[0])  # what rounding left of 0 is no gap
+    gaps = values[:-1] / np.maximum(values[1:], np.finfo(float).eps * values[0])  # rounding errors of 0 make no gap
     likely = len(values) - 1 - int(np.argmax(gaps)) if len(gaps) else 1
     return list(dict.fromkeys([likely, *range(1, min(BRANCHING.most, len(values)) + 1)]))
 
 
-def _refined(curve: Bent, p: FloatArray, lost: int) -> FloatArray | None:
-    """Return the position that loses so much rank, by Newton's method."""
+def _refined(curve: SecondOrder, p: FloatArray, lost: int) -> FloatArray | None:
+    """Return the position with a given loss of rank, by Newton's method; None if it does not converge."""
     n = len(p) - 1
     left, _, right = np.linalg.svd(curve.jacobian(p))
     b, c = left[:, n - lost :], right[n - lost :].T
@@ -147,7 +147,7 @@ def _refined(curve: Bent, p: FloatArray, lost: int) -> FloatArray | None:
 
 
 def _augmented(
-    curve: Bent, p: FloatArray, e: FloatArray, b: FloatArray, c: FloatArray
+    curve: SecondOrder, p: FloatArray, e: FloatArray, b: FloatArray, c: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the equations for p and e and their derivatives (m + r (k + 1), n + 1 + r)."""
     m, r = b.shape
@@ -166,8 +166,8 @@ def _augmented(
     return np.concatenate([curve.residual(p) + b @ e, h.T.ravel()]), table
 
 
-def _forms(curve: Bent, p: FloatArray, right: FloatArray, left: FloatArray) -> FloatArray:
-    """Return the quadratic forms (r, k + 1, k + 1) of the second order, over the greatest second derivative."""
+def _forms(curve: SecondOrder, p: FloatArray, right: FloatArray, left: FloatArray) -> FloatArray:
+    """Return the quadratic forms (r, k + 1, k + 1) of the second derivatives, relative to the greatest of these."""
     along = [curve.jacobian_along(p, v) for v in right.T]
     forms = np.array([left.T @ table @ right for table in along])  # (a, r, b)
     scale = max(float(np.linalg.norm(table)) for table in along)
@@ -175,16 +175,16 @@ def _forms(curve: Bent, p: FloatArray, right: FloatArray, left: FloatArray) -> F
 
 
 def _independent(forms: FloatArray) -> FloatArray:
-    """Return as many forms, of norm 1, as say something."""
+    """Return a basis, of norm 1, of the forms that are not 0."""
     size = forms.shape[1]
     _, values, rows = np.linalg.svd(forms.reshape(len(forms), -1), full_matrices=False)
     return np.asarray(rows[values > BRANCHING.none].reshape(-1, size, size))
 
 
 def _tangents(forms: FloatArray) -> tuple[list[FloatArray], bool, bool]:
-    """Return the single directions (k + 1,) in which all forms are 0, whether one is double, and if there are more.
+    """Return the isolated directions (k + 1,) with all forms 0, whether one is double, and whether there are others.
 
-    There is none where all forms vanish.
+    Without forms there are no isolated directions.
     """
     if not len(forms):
         return [], True, False
@@ -195,14 +195,14 @@ def _tangents(forms: FloatArray) -> tuple[list[FloatArray], bool, bool]:
 
 
 def _of_two(forms: FloatArray) -> tuple[list[FloatArray], bool]:
-    """Return the common directions of binary forms, and whether they are one double direction."""
+    """Return the common zero directions of binary forms, and whether they are one double direction."""
     (a, b), (_, c) = forms[0]
     disc = float(b * b - a * c)
     if disc < -BRANCHING.double:
         return [], False
     touching = disc <= BRANCHING.double
     root = 0.0 if touching else float(np.sqrt(disc))
-    q = -(b + (root if b >= 0.0 else -root))  # of a x^2 + 2 b x y + c y^2, without cancelling
+    q = -(b + (root if b >= 0.0 else -root))  # of a x^2 + 2 b x y + c y^2, without cancellation
     pairs = [(q, a), (c, q)] if not touching else [(q, a) if abs(a) > abs(c) else (c, q)]
     found = [np.array(pair) / np.hypot(*pair) for pair in pairs if np.hypot(*pair) > 0.0]
     bound = float(np.sqrt(BRANCHING.double)) if touching else BRANCHING.double
@@ -210,9 +210,10 @@ def _of_two(forms: FloatArray) -> tuple[list[FloatArray], bool]:
 
 
 def _of_many(forms: FloatArray) -> tuple[list[FloatArray], bool]:
-    """Return the single common directions of forms in three or more variables, and whether there are others.
+    """Return the isolated common zero directions of forms in three or more variables, and whether there are others.
 
-    Newton's method finds them from many starts; one at which the forms leave a direction free is not single.
+    Newton's method starts from many random directions. A direction is not isolated if the derivatives of the forms do
+    not determine it.
     """
     size = forms.shape[1]
     rng = np.random.default_rng(0)
@@ -230,13 +231,13 @@ def _of_many(forms: FloatArray) -> tuple[list[FloatArray], bool]:
 
 
 def _single(forms: FloatArray, v: FloatArray) -> bool:
-    """Return whether a common direction is not one of many."""
+    """Return whether a common zero direction is isolated."""
     size = forms.shape[1]
     return bool(np.linalg.svd(forms @ v, compute_uv=False)[size - 2 : size - 1].sum() > BRANCHING.single)
 
 
 def _settled(forms: FloatArray, v: FloatArray) -> FloatArray | None:
-    """Return the common direction that Newton's method leads to."""
+    """Return the common zero direction to which Newton's method converges from v; None if it does not."""
     for _ in range(BRANCHING.corrections):
         value = np.append(_at(forms, v), v @ v - 1.0)
         step = np.linalg.lstsq(np.vstack([2.0 * forms @ v, 2.0 * v]), -value, rcond=None)[0]
@@ -249,5 +250,5 @@ def _settled(forms: FloatArray, v: FloatArray) -> FloatArray | None:
 
 
 def _at(forms: FloatArray, v: FloatArray) -> FloatArray:
-    """Return the forms' values (r,) along v."""
+    """Return the values (r,) of the forms at v."""
     return np.asarray(np.einsum("i,rij,j->r", v, forms, v))

@@ -1,6 +1,6 @@
-"""All circuits that meet: from every position at which branches cross, each branch is followed as a circuit of its own.
+"""All circuits that meet: from every position at which branches cross, each branch is followed as its own circuit.
 
-A circuit goes straight through the crossings on its way, so that a branch belongs to one circuit only.
+A circuit passes smoothly through the crossings on it, so that each branch belongs to one circuit only.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from gimcli.continuation.circuit import (
     landed,
     near,
     ordered,
+    oriented,
     rolled,
-    sensible,
     start_place,
 )
 from gimcli.continuation.curve import PositionCurve
@@ -33,28 +33,28 @@ from gimcli.status import Status
 from gimcli.structure.residual import holds
 
 MOST = 24
-"""Circuits that are followed."""
+"""Greatest number of circuits that are followed."""
 
 SAME = 1e-6
-"""Distance below which two crossings are one: they are known to the last digits, those that touch to half of them."""
+"""Distance below which two crossings are the same; those of touching branches are known to only half the digits."""
 
 TOLERANCE = 1e-10
-"""Up to which the places of a circuit fulfil the mechanism, relative to the size."""
+"""Greatest residual of the points of a circuit, relative to the size."""
 
 ALIGNED = 0.9999
-"""Cosine above which a circuit goes along a branch's tangent."""
+"""Cosine above which the direction of a circuit is that of a branch tangent."""
 
 
 @dataclass
 class BranchPoint:
-    """A singular position at which branches meet, and which circuit (from 0) goes along each of its tangents."""
+    """A singular position at which branches meet, and the circuit on each of its branches."""
 
     met: Crossing
     tangents: tuple[FloatArray, ...]
-    taken: list[int | None]
+    taken: list[int | None]  # number, from 0, of the circuit along each tangent
 
     def take(self, tangent: FloatArray, circuit: int) -> None:
-        """Note that a circuit goes along a tangent."""
+        """Record that a circuit has a tangent."""
         for k, own in enumerate(self.tangents):
             if abs(float(own @ tangent)) > ALIGNED:
                 self.taken[k] = circuit
@@ -66,83 +66,83 @@ class Branches:
 
     circuits: tuple[Circuit, ...]
     knots: tuple[BranchPoint, ...]
-    complete: bool  # no branch was left out
+    complete: bool  # whether all branches were followed
 
 
 @dataclass(frozen=True)
 class Departure:
-    """A position and the directions (n + 1,) in which its curve, or the curves that meet there, can be left."""
+    """A start position and the directions (n + 1,) of the curves through it, in which a motion can leave it."""
 
     curve: PositionCurve = field(repr=False)
     place: CurvePoint
-    first: FloatArray | None  # that of a motion without a choice; None where the position determines none
-    met: Crossing | None = None
-    limit: bool = False  # the input turns back there
+    first: FloatArray | None  # the default direction; None if none is determined
+    met: Crossing | None = None  # if branches meet there
+    limit: bool = False  # whether the input reverses there
 
     @cached_property
-    def ways(self) -> tuple[FloatArray, ...]:
+    def directions(self) -> tuple[FloatArray, ...]:
         """All directions, the first one first."""
         if self.first is None or not (self.limit or self.met):
             return () if self.first is None else (self.first,)
         others = [-self.first] if self.met is None else ordered(self.curve, self.met)
-        return (self.first, *(way for way in others if self.limit or abs(float(way @ self.first)) < ALIGNED))
+        return (self.first, *(v for v in others if self.limit or abs(float(v @ self.first)) < ALIGNED))
 
 
 def departure(curve: PositionCurve, z: ComplexArray, q: float, along: FloatArray | None = None) -> Departure:
-    """Return how the positions z (nodes,) at a parameter can be left, in the sense of the laws where there is one.
+    """Return the directions in which a motion can leave positions z (nodes,) at parameter q, in the sense of the laws.
 
-    The first way is that of a motion without a choice: the branch that came here along a direction (n + 1,), if one
-    did, else that on which an input moves the members least; at a limit that on which the first member to turn does so
-    counter-clockwise.
+    The first direction is the default: that of the branch along which a motion arrived (`along`, (n + 1,)), if one did;
+    else that of the branch on which an input moves the members least. At a limit it is the direction in which the first
+    member that rotates does so counter-clockwise.
     """
     here, met = start_place(curve, z, q)
     if met is not None:
         aside = here.p - met.p
         if along is None and abs(aside[-1]) > BEYOND * max(1.0, abs(q)):
-            along = aside  # it stands beside the meeting, on one of the branches
+            along = aside  # it is near the meeting, on one of the branches
         return Departure(curve, here, _first(curve, met, along), met)
     if here.regular <= CIRCUIT.singular:
         return Departure(curve, here, None)
-    first = sensible(curve, here.p, here.tangent)
+    first = oriented(curve, here.p, here.tangent)
     if abs(first[-1]) > RESTS:
         return Departure(curve, here, first)
     if along is not None and first @ along > 0.0:
-        first = -first  # a motion that came to a limit goes back
+        first = -first  # a motion that arrived at a limit reverses
     return Departure(curve, here, first, limit=True)
 
 
 def _first(curve: PositionCurve, met: Crossing, along: FloatArray | None) -> FloatArray | None:
-    """Return the tangent of the branch along a direction, or of that on which an input moves the members least."""
+    """Return the tangent of the branch closest to `along`, or of that on which an input moves the members least."""
     if along is None and met.lost == 1:
         return next(iter(ordered(curve, met)), None)
     alone = np.append(np.zeros(curve.system.n), curve.forward())
     found = met.near(alone if along is None else along)
     if found is None:
         return next(iter(ordered(curve, met)), None)
-    return sensible(curve, met.p, found)
+    return oriented(curve, met.p, found)
 
 
 def first_circuit(curve: PositionCurve, z: ComplexArray, q: float, along: FloatArray | None = None) -> Circuit:
-    """Return the circuit through positions z (nodes,) at a parameter; a singular start is left on its first branch.
+    """Return the circuit through positions z (nodes,) at parameter q; from a singular position, on its first branch.
 
-    `along`: the direction (n + 1,) of a motion that came there. Raises UnassembledError where the start cannot be left.
+    along: the direction (n + 1,) of a motion that arrived there. Raises UnassembledError if no branch can be followed.
     """
     start = departure(curve, z, q, along)
     for k in range(MOST):
-        way = start.first if k == 0 else dict(enumerate(start.ways)).get(k)
-        if way is None:
+        direction = start.first if k == 0 else dict(enumerate(start.directions)).get(k)
+        if direction is None:
             break
         if start.met is None:
-            found: Circuit | None = follow_circuit(curve, place(curve, start.place.p, way))
+            found: Circuit | None = follow_circuit(curve, place(curve, start.place.p, direction))
         else:
-            found = _from(curve, start.met, way)
+            found = _from(curve, start.met, direction)
         if found is not None and fulfilled(found):
             return found
     raise UnassembledError(f"{curve.mechanism.name}: {Status.SINGULAR.text}")
 
 
 def fulfilled(circuit: Circuit) -> bool:
-    """Return whether every place of a circuit fulfils the mechanism as written; far outside sizes are not resolved."""
+    """Return whether all points of a circuit satisfy the constraints, except points far outside the mechanism."""
     p = circuit.p[:, near(circuit)]
     inputs = np.array([circuit.curve.inputs(q) for q in p[-1].tolist()]).T
     return bool(holds(circuit.mechanism, circuit.curve.nodes(p), inputs, TOLERANCE).all())
@@ -153,9 +153,9 @@ def all_circuits(
     progress: Progress = no_progress,
     most: int = MOST,
 ) -> Branches:
-    """Follow all circuits that meet the first one, or each other.
+    """Follow all circuits that meet the first one, directly or by others.
 
-    `progress` hears of circuits followed, and of these and the branches left.
+    progress: called with the number of circuits, and this number plus that of the branches to be followed.
     """
     circuits, knots = [first], list[BranchPoint]()
     _note(first, 0, knots)
@@ -184,7 +184,7 @@ def all_circuits(
 
 
 def _note(circuit: Circuit, number: int, knots: list[BranchPoint]) -> None:
-    """Note the crossings that a circuit goes through."""
+    """Record the crossings on a circuit."""
     for index, met in circuit.crossings.items():
         if len(met.tangents) < 2:
             continue
@@ -196,7 +196,7 @@ def _note(circuit: Circuit, number: int, knots: list[BranchPoint]) -> None:
 
 
 def leaving(curve: PositionCurve, met: Crossing, ahead: FloatArray) -> Circuit | None:
-    """Return the circuit that leaves a crossing along a tangent and is followed from there; None where none does."""
+    """Return the circuit that leaves a crossing along a tangent; None if it cannot be followed."""
     start = landed(curve, met, ahead)
     if start is None:
         return None
@@ -209,7 +209,7 @@ def leaving(curve: PositionCurve, met: Crossing, ahead: FloatArray) -> Circuit |
 
 
 def _from(curve: PositionCurve, met: Crossing, tangent: FloatArray) -> Circuit | None:
-    """Return the circuit that leaves a crossing along a tangent, in the sense of the laws where it has one."""
+    """Return the circuit along a tangent of a crossing, followed in the sense of the laws if possible."""
     sense = -1.0 if tangent[-1] * curve.forward() < -CIRCUIT.singular else 1.0
     ahead = leaving(curve, met, sense * tangent)
     return ahead if ahead is not None else leaving(curve, met, -sense * tangent)

@@ -1,11 +1,11 @@
-"""A circuit: all positions that a mechanism reaches from one without being taken apart, as a curve.
+"""A circuit: all positions that a mechanism can reach from one position without disassembly, as a curve.
 
-The curve is followed by steps along its tangent, through limits of the input. Where its Jacobian is about to lose
-rank, the singular position is looked for first: if branches meet there the curve goes straight through, from the
-tangent of the second order; if it is missed, by however little, no step is longer than a part of the distance
-to it, so that the curve is not left for the other branch. The circuit is closed when the whole drawing is home. A curve
-that runs to infinity, as that of a pin in two slots which become parallel, is followed by ever longer steps until the
-parameter that it approaches is known.
+The curve is followed by steps along its tangent, through limits of the input. If its Jacobian is about to lose rank,
+the singular position is located first. If branches meet there, the curve passes through it along the branch tangent
+(from second derivatives). If the curve only passes near it, steps are limited to a fraction of the distance to it, so
+that the other branch is not entered. The circuit is closed when the mechanism is back in its initial configuration. A
+curve that goes to infinity, such as that of a pin in two slots that become parallel, is followed by longer and longer
+steps until the parameter that it approaches is known.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.continuation.arclength import ArclengthConstants, CurvePoint, advance, correct, grown, pinned, place
+from gimcli.continuation.arclength import ArclengthConstants, CurvePoint, advance, correct, grown, place, sign_change
 from gimcli.continuation.bifurcation import Crossing, crossing
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.gap_interpolation import lagrange
@@ -24,8 +24,7 @@ from gimcli.errors import StructureError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 
 RESTS = 1e-6
-"""Part of a unit tangent below which the input, or a member, rests."""
-
+"""Component of a unit tangent below which the input, or a member, is stationary."""
 
 STEPS = ArclengthConstants(longest=0.1, shortest=1e-10, rounding=1e-8, noise=1e-8)
 """Constants of the steps along a circuit."""
@@ -33,30 +32,30 @@ STEPS = ArclengthConstants(longest=0.1, shortest=1e-10, rounding=1e-8, noise=1e-
 
 @dataclass(frozen=True)
 class CircuitConstants:
-    """Constants of following a circuit; lengths are those of positions and inputs together."""
+    """Constants for following a circuit; lengths are those of the space of positions and inputs."""
 
-    exact: float = 2e-14  # miss below which branches meet: some roundings of the equations
-    ahead: float = 2.0  # steps within which a rank that falls is looked for
-    near: float = 0.25  # of the distance to a missed meeting: longest step
-    landing: float = 1e-3  # step over a singular position
-    approach: float = 4.0  # landings before a singular position from which the path through it is taken
+    exact: float = 2e-14  # residual below which branches meet: a few rounding errors of the equations
+    ahead: float = 2.0  # number of steps within which a loss of rank is expected
+    near: float = 0.25  # greatest step, relative to the distance from a singular position that is not on the curve
+    landing: float = 1e-3  # step from a singular position to the next point
+    approach: float = 4.0  # distance from a singular position, in landings, below which it is passed
     shortest_landing: float = 1e-6
     beside: float = 2e-5  # distance from a singular position within which rows are interpolated, not corrected
-    singular: float = 1e-7  # least over greatest singular value of a start that is singular itself
-    home: float = 1e-8  # distance from the start within which a circuit is closed
-    longest: float = 400.0  # length of a circuit that is given up
-    outside: float = 10.0  # coordinate, in sizes, from which on steps grow with it
-    stride: float = 0.25  # such steps over the coordinate
-    infinity: float = 1e6  # coordinate at which a curve that runs away has shown where to
-    towards: int = 6  # places from which the parameter at infinity is extrapolated
-    settled: float = 1e-10  # change of it with one place less, over its size
+    singular: float = 1e-7  # ratio of least to greatest singular value below which a start position is singular
+    closure: float = 1e-8  # distance from the start within which a circuit is closed
+    longest: float = 400.0  # greatest length of a circuit
+    outside: float = 10.0  # coordinate, in sizes, above which steps increase in proportion to it
+    stride: float = 0.25  # ratio of such steps to the coordinate
+    infinity: float = 1e6  # coordinate at which a curve counts as going to infinity
+    towards: int = 6  # number of points from which the parameter at infinity is extrapolated
+    settled: float = 1e-10  # greatest relative change of this parameter if one point is omitted
 
 
 CIRCUIT = CircuitConstants()
 
 
 class Ended:
-    """Why a circuit ends."""
+    """The reasons why a circuit ends."""
 
     CLOSED = "closed"
     LAW = "end of a law"
@@ -67,34 +66,34 @@ class Ended:
 
 @dataclass(frozen=True)
 class Circuit:
-    """Places along a circuit, the last one home again where it is closed."""
+    """A circuit as points of its curve; if it is closed, the last point is the first one again."""
 
     curve: PositionCurve = field(repr=False)
     places: tuple[CurvePoint, ...] = field(repr=False)
-    crossings: dict[int, Crossing] = field(repr=False)  # by the index of their place
-    ended: str
+    crossings: dict[int, Crossing] = field(repr=False)  # {index of the point: crossing of branches there}
+    ended: str  # one of Ended
     turns: float = 0.0  # of a single rotary input from the start to the end
-    start: int = 0  # index of the place from which it was followed
-    infinite: tuple[float | None, float | None] = (None, None)  # parameter at infinity before and behind, if it has one
+    start: int = 0  # index of the point from which it was followed
+    infinite: tuple[float | None, float | None] = (None, None)  # parameter at infinity at both ends, if it goes there
 
     @property
     def closed(self) -> bool:
-        """Return whether the whole drawing comes home."""
+        """Whether the mechanism returns to its initial configuration."""
         return self.ended == Ended.CLOSED
 
     @property
     def p(self) -> FloatArray:
-        """Positions and parameter (n + 1, places)."""
+        """Positions and parameter (n + 1, points)."""
         return np.array([here.p for here in self.places]).T
 
     @property
     def mechanism(self) -> Mechanism:
-        """What moves."""
+        """The mechanism that moves."""
         return self.curve.mechanism
 
 
 def rolled(circuit: Circuit, index: int, start: int) -> Circuit:
-    """Return a closed circuit that begins at one of its places a round earlier, followed from another (`start`)."""
+    """Return a closed circuit that begins at point `index` one round earlier; start: index of its start point."""
     last, shift = len(circuit.places) - 1, 2.0 * math.pi * circuit.turns
 
     def back(at: CurvePoint) -> CurvePoint:
@@ -107,7 +106,7 @@ def rolled(circuit: Circuit, index: int, start: int) -> Circuit:
 
 
 def nearby(circuit: Circuit) -> tuple[int, int]:
-    """Return the first and the last place that are not on the way to infinity."""
+    """Return the indices of the first and the last point that are not far outside, towards infinity."""
     inside = np.flatnonzero(near(circuit))
     behind, ahead = circuit.infinite
     last = len(circuit.places) - 1
@@ -117,39 +116,41 @@ def nearby(circuit: Circuit) -> tuple[int, int]:
 
 
 def near(circuit: Circuit) -> NDArray[np.bool_]:
-    """Return which places (places,) are not far outside the mechanism's size."""
+    """Return (points,) whether the coordinates are not far outside the mechanism's size."""
     return np.asarray(np.max(np.abs(circuit.p[:-1]), axis=0, initial=0.0) <= CIRCUIT.outside)
 
 
 def start_place(curve: PositionCurve, z: ComplexArray, q: float) -> tuple[CurvePoint, Crossing | None]:
-    """Return the place of positions z (nodes,) at a parameter, and the singular position if it is one.
+    """Return the point of positions z (nodes,) at parameter q, and the singular position if it is singular.
 
-    Raises StructureError where more than one freedom is left.
+    Raises StructureError if the actuators do not drive all freedoms.
     """
     along = np.append(np.zeros(curve.system.n), curve.forward())
     if curve.system.m < curve.system.n:
         raise StructureError(f"{curve.mechanism.name} is not driven by its actuators alone: see `gim mobility`")
     here = place(curve, curve.point(z, q), along)
     if here.regular > CIRCUIT.singular:
-        settled = correct(curve, here.p, STEPS, along)  # at the very input, where that can be
+        settled = correct(curve, here.p, STEPS, along)  # exactly at this input, if possible
         return (here if settled is None else place(curve, settled, along)), None
     return here, crossing(curve, here.p)
 
 
 def ordered(curve: PositionCurve, met: Crossing) -> tuple[FloatArray, ...]:
-    """Return the tangents of the branches that meet, in the sense of the laws: those that an input moves least first.
+    """Return the tangents of the branches that meet, in the sense of the laws.
 
-    Of two that it moves alike that one comes first whose members turn faster counter-clockwise.
+    The first is that with the greatest change of the input (an input moves the members least). If two are equal, the
+    first is that whose members rotate faster counter-clockwise.
     """
-    sensed = [sensible(curve, met.p, t) for t in met.tangents]
-    turns = [[*curve.turning(met.p, t).values()] for t in sensed]
-    keys = [(-round(abs(float(t[-1])), 6), [-round(w, 6) for w in own]) for t, own in zip(sensed, turns, strict=True)]
-    return tuple(sensed[k] for k in sorted(range(len(sensed)), key=lambda k: keys[k]))
+    directed = [oriented(curve, met.p, t) for t in met.tangents]
+    turns = [[*curve.turning(met.p, t).values()] for t in directed]
+    keys = [(-round(abs(float(t[-1])), 6), [-round(w, 6) for w in own]) for t, own in zip(directed, turns, strict=True)]
+    return tuple(directed[k] for k in sorted(range(len(directed)), key=lambda k: keys[k]))
 
 
-def sensible(curve: PositionCurve, p: FloatArray, tangent: FloatArray) -> FloatArray:
-    """Return a tangent (n + 1,) in the sense of the laws; where the input rests, the first member that turns does so
-    counter-clockwise.
+def oriented(curve: PositionCurve, p: FloatArray, tangent: FloatArray) -> FloatArray:
+    """Return a tangent (n + 1,) in the sense of the laws.
+
+    If the input is stationary, the first member that rotates does so counter-clockwise.
     """
     if abs(tangent[-1]) > RESTS:
         return tangent if tangent[-1] * curve.forward() > 0.0 else -tangent
@@ -160,24 +161,24 @@ def sensible(curve: PositionCurve, p: FloatArray, tangent: FloatArray) -> FloatA
 
 
 class CircuitWalker:
-    """Follows a curve place by place."""
+    """Follows a curve point by point."""
 
     def __init__(self, curve: PositionCurve, start: CurvePoint) -> None:
         self.curve = curve
         self.places, self.crossings = [start], dict[int, Crossing]()
-        self.missed: list[FloatArray] = []
-        self.waiting: Crossing | None = None  # to be passed when the path through it is known from nearer by
+        self.missed: list[FloatArray] = []  # singular positions near the curve but not on it
+        self.waiting: Crossing | None = None  # a crossing to be passed when the curve is closer to it
         self.step, self.length = STEPS.first, 0.0
-        self.infinite: float | None = None  # parameter at infinity
+        self.infinite: float | None = None  # parameter at infinity, if the curve goes there
 
     def run(self, closes: bool = True) -> str:
-        """Walk until the circuit ends; return why."""
+        """Follow the curve until the circuit ends; return the reason (one of Ended)."""
         while True:
             before = len(self.places)
             if not self.go():
                 return Ended.LONG if _reach(self.places[-1]) > CIRCUIT.outside else Ended.LOST
             for index in range(before, len(self.places)):
-                if closes and index > 1 and self._comes_home(index):
+                if closes and index > 1 and self._closes(index):
                     return Ended.CLOSED
                 if self._leaves(index):
                     return Ended.LAW if self.curve.domain.ends else Ended.LONG
@@ -194,11 +195,11 @@ class CircuitWalker:
 
     @property
     def escaped(self) -> bool:
-        """Return whether the curve has run so far that it runs to infinity."""
+        """Whether the curve has gone so far that it counts as going to infinity."""
         return _reach(self.places[-1]) > CIRCUIT.infinity
 
     def at_infinity(self) -> float | None:
-        """Return the parameter that a curve approaches as it runs to infinity; infinite if it runs there too."""
+        """Return the limit of the parameter as the curve goes to infinity (may be infinite); None if not determined."""
         last = self.places[-CIRCUIT.towards :]
         q, w = [float(at.p[-1]) for at in last], [1.0 / _reach(at) for at in last]
         if abs(q[-1]) * w[-1] > 1.0 / CIRCUIT.outside:
@@ -207,7 +208,7 @@ class CircuitWalker:
         return one if abs(one - other) <= CIRCUIT.settled * max(1.0, abs(one)) else None
 
     def go(self) -> bool:
-        """Add the next place, or a singular position with the places before and after it."""
+        """Add the next point, or a singular position with the points around it; return whether there was one."""
         here = self.places[-1]
         met = self.waiting
         if met is not None and np.linalg.norm(met.p - here.p) <= CIRCUIT.approach * CIRCUIT.landing:
@@ -232,23 +233,23 @@ class CircuitWalker:
         return False
 
     def _longest(self, here: CurvePoint) -> float:
-        """Return the longest step: far outside, where a curve runs to infinity, it grows with the distance."""
+        """Return the greatest step; far outside the mechanism's size it increases with the distance."""
         far = _reach(here)
         return CIRCUIT.stride * far if far > CIRCUIT.outside else STEPS.longest
 
     def _room(self, here: CurvePoint) -> float:
-        """Return the longest step that cannot jump over a missed meeting."""
+        """Return the greatest step that cannot jump to another branch near a singular position beside the curve."""
         gaps = [float(np.linalg.norm(self.curve.apart(here.p, p))) for p in self.missed]
         return max(CIRCUIT.near * min(gaps, default=math.inf), 2.0 * STEPS.shortest)
 
     def _meets(self, here: CurvePoint, there: CurvePoint) -> str:
-        """Return whether a step goes well, jumps over a missed meeting, or has passed a meeting (places are added)."""
+        """Check a step for crossings: "well", "jumps" (too long), or "passed" (a crossing; its points were added)."""
         a, b = here.orientation(here.left), there.orientation(here.left)
-        way = there.p - here.p
+        chord = there.p - here.p
         if a * b < 0.0:
-            guess, found = here.p + way * (a / (a - b)), "jumps"
+            guess, found = here.p + chord * (a / (a - b)), "jumps"
         else:
-            fall = (here.values[-1] - there.values[-1]) / max(float(np.linalg.norm(way)), 1e-300)
+            fall = (here.values[-1] - there.values[-1]) / max(float(np.linalg.norm(chord)), 1e-300)
             if not fall * CIRCUIT.ahead * self.step > there.values[-1]:
                 return "well"
             guess, found = there.p + there.tangent * (there.values[-1] / fall), "well"
@@ -265,14 +266,14 @@ class CircuitWalker:
         return "well" if found == "well" and self.step <= CIRCUIT.near * gap else "jumps"
 
     def _pass(self, here: CurvePoint, met: Crossing) -> bool:
-        """Go straight through a singular position; return whether it is on the way."""
-        way = met.p - here.p
-        gap = float(np.linalg.norm(way))
-        along = way / gap if gap > CIRCUIT.shortest_landing else here.tangent
+        """Pass through a singular position; return whether it is on the curve ahead."""
+        chord = met.p - here.p
+        gap = float(np.linalg.norm(chord))
+        along = chord / gap if gap > CIRCUIT.shortest_landing else here.tangent
         if here.tangent @ along < 0.5:
             return False
         ahead = _straight_on(met, along)
-        if ahead is None:  # not determined by the second order, but by the path from the last place, nearer by
+        if ahead is None:  # not determined by second derivatives: use the direction from a closer point
             if gap > CIRCUIT.approach * CIRCUIT.landing:
                 return False
             ahead = _through(self.curve, met, along)
@@ -292,24 +293,24 @@ class CircuitWalker:
         self.waiting, self.step = None, size
         return True
 
-    def _comes_home(self, index: int) -> bool:
-        """Return whether the way to a place leads home; then end there."""
-        curve, home = self.curve, self.places[0]
+    def _closes(self, index: int) -> bool:
+        """Return whether the step to a point passes the start; the circuit then ends exactly there."""
+        curve, start = self.curve, self.places[0]
         here, there = self.places[index - 1], self.places[index]
-        normal = curve.travel(home.tangent, float(home.p[-1]))
+        normal = curve.travel(start.tangent, float(start.p[-1]))
         normal = normal / max(float(np.linalg.norm(normal)), math.ulp(1.0))
 
         def over(at: CurvePoint) -> float:
-            return float(curve.apart(at.p, home.p) @ normal)
+            return float(curve.apart(at.p, start.p) @ normal)
 
         step = float(np.linalg.norm(there.p - here.p))
-        at_home = -CIRCUIT.home
-        if not (over(here) < at_home <= over(there) and np.linalg.norm(curve.apart(there.p, home.p)) < 3.0 * step):
+        edge = -CIRCUIT.closure
+        if not (over(here) < edge <= over(there) and np.linalg.norm(curve.apart(there.p, start.p)) < 3.0 * step):
             return False
-        if there.tangent @ home.tangent < 0.5:
+        if there.tangent @ start.tangent < 0.5:
             return False
-        found = pinned(curve, here, 1.5 * step, over, STEPS)
-        if found is None or not np.linalg.norm(curve.apart(found[1].p, home.p)) <= CIRCUIT.home:
+        found = sign_change(curve, here, 1.5 * step, over, STEPS)
+        if found is None or not np.linalg.norm(curve.apart(found[1].p, start.p)) <= CIRCUIT.closure:
             return False
         del self.places[index:]
         for k in [k for k in self.crossings if k >= index]:
@@ -318,13 +319,13 @@ class CircuitWalker:
         return True
 
     def _leaves(self, index: int) -> bool:
-        """Return whether a place is out of the parameter's domain; then end at its end."""
+        """Return whether a point is outside the parameter's domain; the circuit then ends at the end of the domain."""
         domain, q = self.curve.domain, float(self.places[index].p[-1])
         if domain.low <= q <= domain.high:
             return False
         end, here = min(max(q, domain.low), domain.high), self.places[index - 1]
         step = float(np.linalg.norm(self.places[index].p - here.p))
-        found = pinned(self.curve, here, 1.5 * step, lambda at: float(at.p[-1]) - end, STEPS)
+        found = sign_change(self.curve, here, 1.5 * step, lambda at: float(at.p[-1]) - end, STEPS)
         del self.places[index:]
         if found is not None:
             self.places.append(found[1])
@@ -332,40 +333,40 @@ class CircuitWalker:
 
 
 def _reach(here: CurvePoint) -> float:
-    """Return the greatest coordinate of a place."""
+    """Return the greatest coordinate of a point."""
     return float(np.max(np.abs(here.p[:-1]), initial=0.0))
 
 
 def _straight_on(met: Crossing, along: FloatArray) -> FloatArray | None:
-    """Return the branch tangent next to a direction, in its sense; None where none is near."""
+    """Return the branch tangent closest to a direction, in its sense; None if none is near."""
     ahead = met.near(along)
     return ahead if ahead is not None and ahead @ along >= math.cos(2.0 * STEPS.bend) else None
 
 
 def _through(curve: PositionCurve, met: Crossing, along: FloatArray) -> FloatArray:
-    """Return the tangent at a singular position of the branch next to a direction, from its places on both sides."""
+    """Return the tangent, at a singular position, of the branch closest to a direction, from points on both sides."""
     ahead = _flattened(met, along)
     one, other = landed(curve, met, ahead), landed(curve, met, -ahead)
     if one is None or other is None:
         return ahead
-    span = float((one.p - other.p) @ ahead)  # the slope of the cubic through both in its middle
+    span = float((one.p - other.p) @ ahead)  # below: slope of the cubic through both points, at its middle
     return _flattened(met, 1.5 * (one.p - other.p) / span - 0.25 * (one.tangent - other.tangent))
 
 
 def _flattened(met: Crossing, along: FloatArray) -> FloatArray:
-    """Return the unit vector of the null space next to a direction."""
+    """Return the unit vector of the null space closest to a direction."""
     ahead = met.right @ (met.right.T @ along)
     return np.asarray(ahead / np.linalg.norm(ahead))
 
 
 def at_crossing(curve: PositionCurve, met: Crossing, ahead: FloatArray) -> CurvePoint:
-    """Return the place of a singular position on one of its branches."""
+    """Return a singular position as a point of the branch with tangent `ahead`."""
     found = place(curve, met.p, ahead)
     return CurvePoint(met.p, ahead, found.jacobian, found.values, found.left)
 
 
 def landed(curve: PositionCurve, met: Crossing, ahead: FloatArray) -> CurvePoint | None:
-    """Return a place next to a singular position on the branch along a tangent; None where none is."""
+    """Return a point near a singular position on the branch along a tangent; None if none is found."""
     size = CIRCUIT.landing
     while size >= CIRCUIT.shortest_landing:
         target = met.p + size * ahead
@@ -379,7 +380,7 @@ def landed(curve: PositionCurve, met: Crossing, ahead: FloatArray) -> CurvePoint
 
 
 def follow_circuit(curve: PositionCurve, start: CurvePoint) -> Circuit:
-    """Follow the circuit through a place, in the sense of its tangent; where it is not closed, to both ends."""
+    """Follow the circuit through a point, in the sense of its tangent; if it is not closed, to both ends."""
     walker = CircuitWalker(curve, start)
     ended = walker.run()
     places, crossings = walker.places, walker.crossings

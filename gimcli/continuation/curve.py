@@ -1,10 +1,9 @@
-"""The curve of a motion: positions x and one parameter, F(x, u(q)) = 0.
+"""The curve of a motion: positions x and one parameter q, F(x, u(q)) = 0.
 
-Inputs that run along a line (a single one always does): the parameter q is that of the line, the value of the input
-that moves most. It has no end, but where several inputs move and one turns it is followed for some turns only: such a
-curve need not ever close. Other inputs follow their laws together: q is the laws' time, stretched so that a step
-of it is about as long as the way of the inputs. Laws that run evenly go on beyond their ends; at the ends of others the
-curve ends.
+If the inputs are on a straight line (a single input always is), q is the parameter of the line: the value of the input
+that changes most. Such a curve has no end; but if several inputs change and one is rotary, it may never close, and is
+followed for some turns only. Otherwise q is the time of the laws, scaled by the length of the path of the inputs. Then
+the curve extends beyond the ends of the laws if these are linear, else it ends there.
 """
 
 from __future__ import annotations
@@ -19,25 +18,25 @@ from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times
 from gimcli.structure.system import system_of
 
 EVEN = 1e-9
-"""Second derivative of a law, over its way, below which it runs evenly."""
+"""Second derivative of a law, relative to its total change, below which the law is linear."""
 
 TURNS = 4
-"""Turns beyond its law on either side for which one of several inputs is followed."""
+"""Number of turns beyond both ends of its law for which one of several inputs is followed."""
 
 
 @dataclass(frozen=True)
 class Domain:
-    """Where the parameter may be, or how far it is followed."""
+    """The range of the parameter."""
 
     low: float = -math.inf
     high: float = math.inf
-    ends: bool = True  # the curve itself ends there
+    ends: bool = True  # whether the curve itself ends there; else it is only not followed further
 
 
 class PositionCurve:
-    """Positions and parameter p = (x, q) (n + 1,) of a mechanism as the solutions of m >= n equations.
+    """Positions and parameter p = (x, q) (n + 1,) of a mechanism, as the solutions of m >= n equations.
 
-    `line` is what the inputs run along, if not what their laws do.
+    line: the straight line of the inputs; None: that of their laws.
     """
 
     def __init__(self, mechanism: Mechanism, line: InputLine | None = None) -> None:
@@ -59,8 +58,8 @@ class PositionCurve:
 
     def _stretch(self) -> None:
         values = law_inputs(self.mechanism)(law_times(self.mechanism))
-        way = float(np.linalg.norm(np.abs(np.diff(values, axis=1)).sum(axis=1)))
-        self.span = way if way > 0.0 else 1.0
+        length = float(np.linalg.norm(np.abs(np.diff(values, axis=1)).sum(axis=1)))
+        self.span = length if length > 0.0 else 1.0
         time = np.linspace(0.0, 1.0, 65)
         bent = max(float(np.max(np.abs(a.law(time, 2)))) for a in self.mechanism.actuators)
         if bent > EVEN * self.span:
@@ -68,7 +67,7 @@ class PositionCurve:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The constraint that each equation is of."""
+        """The name of the constraint of each equation."""
         return self.system.names
 
     def point(self, z: ComplexArray, q: float) -> FloatArray:
@@ -104,7 +103,7 @@ class PositionCurve:
         return float(values.min()), float(values.max())
 
     def forward(self) -> float:
-        """Return the sense of the parameter, 1 or -1, in which the laws set out."""
+        """Return the sense of the parameter, 1 or -1, at the start of the laws."""
         if self.line is None:
             return 1.0
         values = self.mechanism.actuators[self.line.main].law(law_times(self.mechanism))
@@ -116,18 +115,18 @@ class PositionCurve:
         return self._inputs(q, 0)
 
     def travel(self, v: FloatArray, q: float) -> FloatArray:
-        """Return a direction v (n + 1,) in coordinates and inputs (n + actuators,)."""
+        """Convert a direction v (n + 1,) to coordinates and inputs (n + actuators,)."""
         return np.concatenate([v[:-1], v[-1] * self._inputs(q, 1)])
 
-    def apart(self, p: FloatArray, home: FloatArray) -> FloatArray:
-        """Return how far p is from another place in coordinates and inputs (n + actuators,), turns not counted."""
-        way = self.inputs(float(p[-1])) - self.inputs(float(home[-1]))
+    def apart(self, p: FloatArray, other: FloatArray) -> FloatArray:
+        """Return p minus another point in coordinates and inputs (n + actuators,), rotary inputs modulo 2 pi."""
+        change = self.inputs(float(p[-1])) - self.inputs(float(other[-1]))
         turn = 2.0 * math.pi
-        way = np.where(self.rotary, (way + math.pi) % turn - math.pi, way)
-        return np.concatenate([p[:-1] - home[:-1], way])
+        change = np.where(self.rotary, (change + math.pi) % turn - math.pi, change)
+        return np.concatenate([p[:-1] - other[:-1], change])
 
     def turning(self, p: FloatArray, v: FloatArray) -> dict[str, float]:
-        """Return the rotation of every moving member along a direction v (n + 1,) [rad per unit of it]."""
+        """Return {member: rotation [rad] per unit of a direction v (n + 1,)} of all moving members."""
         z, rate = self.nodes(p), np.zeros(len(self.mechanism.nodes), dtype=complex)
         rate[self.system.free] = np.ascontiguousarray(v[:-1]).view(complex)
         turns = {}
@@ -142,7 +141,7 @@ class PositionCurve:
         return self.system.residual(p[:-1], self.inputs(float(p[-1])))
 
     def jacobian(self, p: FloatArray) -> FloatArray:
-        """Return their derivatives (m, n + 1)."""
+        """Return the derivatives of the equations (m, n + 1)."""
         x, u = p[:-1], self.inputs(float(p[-1]))
         column = self.system.along_inputs(x, u, self._inputs(float(p[-1]), 1))
         return np.hstack([self.system.jacobian(x, u), column[:, None]])
@@ -161,16 +160,16 @@ class PositionCurve:
         """Return the third derivative of the equations (m,) along v (n + 1,), taken three times."""
         x, q, n = p[:-1], float(p[-1]), self.system.n
         u, rest = self.inputs(q), np.zeros(n)
-        way, bend, twist = (v[-1] ** k * self._inputs(q, k) for k in (1, 2, 3))
-        along = np.concatenate([v[:-1], way])
+        first, second, third = (v[-1] ** k * self._inputs(q, k) for k in (1, 2, 3))
+        along = np.concatenate([v[:-1], first])
         found = self.system.third(x, u, along)
         if self.line is not None:
             return found
-        mixed = self.system.second(x, u, along, np.concatenate([rest, bend]))
-        return np.asarray(found + 3.0 * mixed + self.system.along_inputs(x, u, twist))
+        mixed = self.system.second(x, u, along, np.concatenate([rest, second]))
+        return np.asarray(found + 3.0 * mixed + self.system.along_inputs(x, u, third))
 
     def _inputs(self, q: float, order: int) -> FloatArray:
-        """Return the inputs, or their derivatives by the parameter."""
+        """Return the inputs (actuators,), or their derivatives of an order by the parameter."""
         if self.line is not None:
             return self.line.base + self.line.along * q if order == 0 else self.line.along * (order == 1)
         time = np.array([q / self.span])
@@ -179,6 +178,6 @@ class PositionCurve:
         for actuator in self.mechanism.actuators:
             slope = actuator.law(inside, 1)
             value = actuator.law(inside) + (time - inside) * slope
-            straight = (value, slope, actuator.law(inside, 2), actuator.law(inside, 3))[order]
-            values.append(float(straight[0]) / self.span**order)
+            derivatives = (value, slope, actuator.law(inside, 2), actuator.law(inside, 3))[order]
+            values.append(float(derivatives[0]) / self.span**order)
         return np.array(values)

@@ -1,4 +1,4 @@
-"""Where a rate changes its sign along a circuit; of the parameter's: folds, the limits of the input."""
+"""Sign changes of a rate along a circuit; those of the parameter's rate are folds: limits of the input."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ from itertools import pairwise
 
 import numpy as np
 
-from gimcli.continuation.arclength import CurvePoint, correct, pinned, place
+from gimcli.continuation.arclength import CurvePoint, correct, place, sign_change
 from gimcli.continuation.circuit import STEPS, Circuit
 from gimcli.continuation.curve import PositionCurve
 
 Rate = Callable[[CurvePoint], float]
 
 REST = 1e-9
-"""Part of a unit tangent that is none."""
+"""A component of a unit tangent below this is 0."""
 
 
 @dataclass(frozen=True)
 class Root:
-    """Where a rate is 0."""
+    """A point at which a rate is 0."""
 
-    index: int  # of the place before
+    index: int  # of the point of the circuit before it
     place: CurvePoint
     side: float  # sign of the rate after it
-    own: bool  # it is a place of the circuit itself
+    own: bool  # whether it is a point of the circuit itself
 
 
 def roots(circuit: Circuit, rate: Rate) -> Iterator[Root]:
-    """Yield where a rate changes its sign."""
+    """Yield the points at which a rate changes its sign."""
     places = circuit.places
     values = np.array([rate(here) for here in places])
     moving = np.flatnonzero(np.abs(values) > REST).tolist()
@@ -46,22 +46,22 @@ def roots(circuit: Circuit, rate: Rate) -> Iterator[Root]:
 
 
 def between(circuit: Circuit, i: int, j: int, rate: Rate) -> CurvePoint | None:
-    """Return where a rate is 0 between two places."""
+    """Return the point between points i and j at which a rate is 0; None if it is not found."""
     here = circuit.places[i]
     step = float((circuit.places[j].p - here.p) @ here.tangent)
-    found = pinned(circuit.curve, here, step, rate, STEPS)
-    if found is None:  # the plane through the other place cuts the curve beside it
-        found = pinned(circuit.curve, here, 1.5 * step, rate, STEPS)
+    found = sign_change(circuit.curve, here, step, rate, STEPS)
+    if found is None:  # the point may be beyond the plane through the other point
+        found = sign_change(circuit.curve, here, 1.5 * step, rate, STEPS)
     return None if found is None else found[1]
 
 
 def folds(circuit: Circuit) -> list[Root]:
-    """Return where the parameter turns back."""
+    """Return the points at which the parameter reverses."""
     return list(roots(circuit, lambda at: float(at.tangent[-1])))
 
 
 def fold_beside(curve: PositionCurve, here: CurvePoint, reach: float) -> CurvePoint | None:
-    """Return the limit of the parameter within a distance of a place, on either side; None where there is none."""
+    """Return the limit of the parameter within a distance `reach` of a point, on either side; None if there is none."""
 
     def rate(at: CurvePoint) -> float:
         return float(at.tangent[-1])
@@ -70,5 +70,5 @@ def fold_beside(curve: PositionCurve, here: CurvePoint, reach: float) -> CurvePo
     if behind is None:
         return None
     back = place(curve, behind, here.tangent)
-    found = pinned(curve, back, 2.0 * reach, rate, STEPS)
+    found = sign_change(curve, back, 2.0 * reach, rate, STEPS)
     return None if found is None else found[1]

@@ -1,0 +1,88 @@
+"""Interpolation across singular positions that a motion passes, from solved positions on both sides.
+
+At the singular position itself the equations determine a node to only half the digits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimcli.positions.row import Row
+
+AT_LIMIT = 8.0 * float(np.finfo(float).eps)
+"""Distance from a limit, relative to the parameter, below which an input is at the limit."""
+
+BEYOND = 1e-12
+"""Distance beyond a limit, relative to the parameter, up to which an input is at it: the accuracy of limits."""
+
+
+@dataclass(frozen=True)
+class GapInterpolation:
+    """An interpolation polynomial through positions on both sides of a singular one.
+
+    `limit`, `inwards`, `exit`, `ends` and `at` are the same as in `ArcPassage`, the other kind of gap.
+    """
+
+    centre: float
+    rows: list[Row]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The first and the last time of the interval."""
+        return self.rows[0].time, self.rows[-1].time
+
+    @property
+    def limit(self) -> bool:
+        """False: the input continues in the same sense."""
+        return False
+
+    @property
+    def inwards(self) -> bool:
+        """False: the motion leaves the gap on the other side."""
+        return False
+
+    @property
+    def exit(self) -> Row:
+        """The last row."""
+        return self.rows[-1]
+
+    def at(self, time: float) -> Row:
+        """Return the interpolated position."""
+        weights = lagrange([row.time for row in self.rows], time)
+        x, y, g = (
+            np.asarray(sum(w * getattr(row, part) for w, row in zip(weights, self.rows, strict=True))) for part in "xyg"
+        )
+        return Row(time, x, y, g)
+
+    def mirrored(self) -> GapInterpolation:
+        """Return the same gap in the opposite direction, with times of the opposite sign."""
+        return GapInterpolation(
+            -self.centre, [Row(-row.time, row.x, row.y, row.g, row.error) for row in reversed(self.rows)]
+        )
+
+    def turning(self) -> float:
+        """Return the time at which a measure changes its sign, or the centre if none does."""
+        low, high = self.rows[3], self.rows[4]
+        flips = np.flatnonzero(low.g * high.g < 0.0)
+        if not len(flips):
+            return self.centre
+        branch, a, b = flips[0], low.time, high.time
+        for _ in range(60):
+            middle = 0.5 * (a + b)
+            same = self.at(middle).g[branch] * low.g[branch] > 0.0
+            a, b = (middle, b) if same else (a, middle)
+        return 0.5 * (a + b)
+
+
+def lagrange(nodes: list[float], time: float) -> list[float]:
+    """Return the weights, at a time, of the values at `nodes` in the interpolation polynomial."""
+    weights = []
+    for i, a in enumerate(nodes):
+        w = 1.0
+        for k, b in enumerate(nodes):
+            if k != i:
+                w *= (time - b) / (a - b)
+        weights.append(w)
+    return weights

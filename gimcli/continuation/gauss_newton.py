@@ -1,7 +1,7 @@
-"""Many independent starts of a nonlinear system at once: least change, damped where it bends.
+"""Damped Gauss-Newton method for many independent starts of a nonlinear system at once.
 
 Source: Levenberg-Marquardt with a damping proportional to the squared residual, which keeps the quadratic
-convergence of Gauss-Newton where the equations are dependent or fewer than the unknowns
+convergence of Gauss-Newton also if the equations are dependent or fewer than the unknowns
 (Yamashita & Fukushima 2001).
 """
 
@@ -16,28 +16,28 @@ from numpy.typing import NDArray
 from gimcli.mechanism import FloatArray, IntArray
 
 Equations = Callable[[FloatArray, IntArray], tuple[FloatArray, FloatArray]]
-"""Residuals (rows, m) and their derivatives (rows, m, n) at x (rows, n); which of all rows they are (rows,)."""
+"""Returns residuals (rows, m) and their derivatives (rows, m, n) at x (rows, n), for rows with numbers (rows,)."""
 
 
 @dataclass(frozen=True)
 class GaussNewtonConstants:
     """Constants of the method."""
 
-    iterations: int = 60
-    closeness: float = 1e-13  # norm of the residual at which a row stands
-    arrived: float = 1e-10  # below it a row that moves no more has arrived
-    damping: float = 0.1  # first, of the squared residual
-    most: float = 1e9  # damping at which a row is given up
-    longest: float = 0.5  # step, mechanisms being about 1 in size
-    ease: float = 0.25
-    brake: float = 8.0
-    floor: float = 1e-15  # of the diagonal: an equation that does not count has none
+    iterations: int = 60  # greatest number
+    closeness: float = 1e-13  # norm of the residual at which a row is solved
+    arrived: float = 1e-10  # a row that no longer improves is solved if its residual is below this
+    damping: float = 0.1  # initial factor of the squared residual
+    most: float = 1e9  # greatest damping of a row
+    longest: float = 0.5  # greatest step, in the normal frame
+    ease: float = 0.25  # factor of the damping after a step that reduces the residual
+    brake: float = 8.0  # factor of the damping after any other step
+    floor: float = 1e-15  # added to the diagonal, for equations with zero derivatives
 
 
 def settle(
     equations: Equations, x: FloatArray, constants: GaussNewtonConstants | None = None
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return x (rows, n) moved onto the solutions, and which rows got there."""
+    """Solve from starts x (rows, n); return the solutions (rows, n), and whether each row converged (rows,)."""
     constants = constants or GaussNewtonConstants()
     x, count = x.copy(), len(x)
     error, damping = np.full(count, np.inf), np.full(count, constants.damping)

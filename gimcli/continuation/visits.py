@@ -1,4 +1,4 @@
-"""Which of some positions a circuit runs through: all of a parameter are asked for in one pass over its places."""
+"""Test which of several positions at the same input are on a circuit, in one pass over its points."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from gimcli.continuation.hermite import hermite
 from gimcli.mechanism import FloatArray, IntArray
 
 SETTLING = gauss_newton.GaussNewtonConstants(iterations=8)
-"""A cubic between two places is at most some 1e-5 beside the circuit."""
+"""The cubic between two points deviates from the circuit by some 1e-5 at most, so few iterations suffice."""
 
 
 SAME, NEAR = 1e-7, 0.5
-"""Distance within which a position lies on a circuit; part of a step of it within which that is worth asking."""
+"""Distance within which a position is on a circuit; distance, in steps, within which it is tested exactly."""
 
 
 class Visits:
-    """The places of a circuit as arrays. `turning`: its parameter is an angle that may turn fully."""
+    """The points of a circuit as arrays. turning: its parameter is an angle, with period 2 pi."""
 
     def __init__(self, circuit: Circuit, turning: bool) -> None:
         self.curve = circuit.curve
@@ -33,8 +33,8 @@ class Visits:
         closes = circuit.closed and around > SAME
         self.period = 2.0 * math.pi if turning else around if closes else math.inf
 
-    def ways(self, x: FloatArray, q: float) -> FloatArray:
-        """Return where (0..1) the circuit runs through positions x (rows, n) at a parameter; NaN where it does not."""
+    def locations(self, x: FloatArray, q: float) -> FloatArray:
+        """Return the locations (0..1) on the circuit of positions x (rows, n) at parameter q; NaN if not on it."""
         found = np.full(len(x), np.nan)
         k = self._passing(q)
         part = self._parts(k, q)
@@ -50,12 +50,12 @@ class Visits:
         return found
 
     def _near(self, guess: FloatArray, x: FloatArray, step: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return how far guesses (steps, n) are from positions (rows, n), and whether that may be one place."""
+        """Return the distances of guesses (steps, n) from positions (rows, n), and whether they may be the same."""
         apart = np.linalg.norm(guess[:, None] - x, axis=2)
         return apart, apart <= (NEAR * step + SAME)[:, None]
 
     def _meets(self, k: IntArray, part: FloatArray, x: FloatArray, q: float) -> NDArray[np.bool_]:
-        """Return whether the circuit, settled at the parameter on some steps, is at positions (rows, n)."""
+        """Return (steps, rows) whether the exact point of some steps at the parameter is at positions (rows, n)."""
         guess = self._between(k, part)[:, :-1]
         form = self.curve.system.quadric(self.curve.inputs(q))
         exact, good = gauss_newton.settle(lambda at, _: (form.value(at), form.slope(at)), guess, SETTLING)
@@ -64,7 +64,7 @@ class Visits:
         return np.asarray(np.linalg.norm(corrected[:, None] - x, axis=2) <= room[:, None])
 
     def _passing(self, q: float) -> IntArray:
-        """Return the steps on which the parameter passes a value, or comes close to it as at a fold."""
+        """Return the steps in which the parameter passes a value, or comes close to it, as at a fold."""
         change = np.diff(self.p[:, -1])
         near = self._away(self.p[:-1, -1], q)
         ahead = near + change
@@ -73,16 +73,16 @@ class Visits:
         return np.flatnonzero(passed | close)
 
     def _parts(self, k: IntArray, q: float) -> FloatArray:
-        """Return the parts of some steps at which the parameter has a value."""
+        """Return the fractions of some steps at which the parameter has a value."""
         near, change = self._away(self.p[k, -1], q), self.p[k + 1, -1] - self.p[k, -1]
         return np.asarray(np.clip(np.where(change == 0.0, 0.0, -near / np.where(change == 0.0, 1.0, change)), 0.0, 1.0))
 
     def _away(self, q: FloatArray, wanted: float) -> FloatArray:
-        """Return how far parameters are from one, whole periods after the first left out."""
-        away = q - wanted
-        return away - self.period * np.round(away / self.period) if math.isfinite(self.period) else away
+        """Return the differences of parameters from one, modulo the period."""
+        change = q - wanted
+        return change - self.period * np.round(change / self.period) if math.isfinite(self.period) else change
 
     def _between(self, k: IntArray, part: FloatArray) -> FloatArray:
-        """Return the cubics (steps, n + 1) through the places before and after some steps."""
+        """Return points (steps, n + 1) on the cubics between the points before and after some steps."""
         h, n = self.step[k, None], k + 1
         return hermite(self.p[k], h * self.tangent[k], self.p[n], h * self.tangent[n], part[:, None])

@@ -100,8 +100,8 @@ class Guide:
             return None
         if start.first is None:
             return None
-        if branch > 1 and branch > len(start.ways):
-            raise UsageError(f"--branch {branch}: {len(start.ways)} branches meet at the first change point")
+        if branch > 1 and branch > len(start.directions):
+            raise UsageError(f"--branch {branch}: {len(start.directions)} branches meet at the first change point")
         if start.met is not None:
             return self._through(curve, start, sense, branch)
         fold = fold_beside(curve, start.place, ABOUT)
@@ -111,7 +111,7 @@ class Guide:
         if arc is None or not arc.limit:
             return None
         stands = arc.distance(q, 1.0) == 0.0
-        way = start.ways[branch - 1] if stands else start.place.p - fold.p
+        way = start.directions[branch - 1] if stands else start.place.p - fold.p
         return ArcPassage(arc, sense, self.assembled, float(np.copysign(1.0, way @ fold.tangent)))
 
     def other_end(self, passage: ArcPassage) -> ArcPassage | None:
@@ -142,7 +142,7 @@ class Guide:
         """Return the way through a meeting of branches; branch 1 is the first that an input can drive."""
         assert start.met is not None
         assert start.first is not None
-        only = (start.first,) if branch == 1 and abs(start.first[-1]) > RESTS else start.ways
+        only = (start.first,) if branch == 1 and abs(start.first[-1]) > RESTS else start.directions
         for way in only[branch - 1 : None if branch == 1 else branch]:
             if branch > 1 and abs(way[-1]) <= RESTS:
                 raise UsageError(

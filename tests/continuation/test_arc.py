@@ -100,8 +100,8 @@ def test_both_branches_of_a_parallelogram_have_arcs(branch: int, tmp_path: Path)
     curve = PositionCurve(mechanism)
     start = departure(curve, mechanism.drawn, 0.0)
     assert start.met is not None
-    assert len(start.ways) == 2
-    arc = make_arc(curve, start.met.p, start.ways[branch], start.met)
+    assert len(start.directions) == 2
+    arc = make_arc(curve, start.met.p, start.directions[branch], start.met)
     assert arc is not None
     assert not arc.limit
     for q in (0.0, 1e-12, 1e-9, -1e-6, 1e-3, -4e-3):

@@ -12,7 +12,7 @@ import pytest
 from bundled import FILES
 
 from gimcli import load
-from gimcli.continuation.arclength import ArclengthConstants, pinned, place, walk
+from gimcli.continuation.arclength import ArclengthConstants, place, sign_change, walk
 from gimcli.mechanism import FloatArray
 from gimcli.structure.exact_equations import Constraints
 from gimcli.structure.system import System
@@ -69,7 +69,7 @@ def test_a_circle_is_walked_through_its_folds() -> None:
     assert angle[-1] - angle[0] > 2.0 * math.pi
     fold = next(k for k in range(len(places)) if places[k + 1].tangent[0] < 0.0)
     step = float(np.linalg.norm(p[fold + 1] - p[fold]))
-    found = pinned(circle, places[fold], step, lambda q: float(q.tangent[0]), policy)
+    found = sign_change(circle, places[fold], step, lambda q: float(q.tangent[0]), policy)
     assert found is not None
     assert np.abs(found[1].p - [1.0, 0.0]).max() < 1e-13
 
