@@ -1,0 +1,190 @@
+"""The page on commands: every column and every key that commands write is described in the section of the command."""
+
+import csv
+import json
+import re
+from contextlib import chdir
+
+import pytest
+import yaml
+from bundled import MODELS
+from fences import MANUAL
+from in_process import gim
+
+from gimcli import load
+from gimcli.branching import singularities
+from gimcli.cli import COMMANDS
+from gimcli.comparison.methods import METHODS
+from gimcli.dynamics import simulation_types
+from gimcli.dynamics.integrators import INTEGRATORS
+from gimcli.manual.pages import manual_text
+from gimcli.measures import KINDS
+from gimcli.model.source import read_source
+from gimcli.status import Status
+
+TEXT = (MANUAL / "commands.md").read_text(encoding="utf-8")
+NAMES = {
+    "ACTUATOR": lambda m: [a.name for a in m.actuators],
+    "NODE": lambda m: [*m.nodes, *(p.name for p in m.points)],
+    "POINT": lambda m: m.traced,
+    "MEMBER": lambda m: [*(member.name for member in m.members), *(slide.pair for slide in m.slides)],
+    "PAIR": lambda m: [slide.pair for slide in m.slides],
+}
+"""Words of the page in capitals, and the names of a model that each stands for."""
+FREE = {
+    "SPEC": r"(?:centre|curvature|transmission|advantage|area):[^.]*",
+    "COLUMN": r"(?:centre|curvature|transmission|advantage|area):.*",
+    "REACTION": r".+",
+}
+
+
+def changed(name, **sections):
+    """Return a change of a bundled model: sections that replace its own."""
+    return {**read_source(MODELS / f"{name}.yaml").data, **sections}
+
+
+def massive(name, **more):
+    """Return a bundled model in metres whose members have masses."""
+    members = load(MODELS / f"{name}.yaml").members[1:]
+    masses = {m.name: {"mass": 1.0, "inertia": 0.1} for m in members}
+    return changed(name, units={"length": "m"}, masses=masses, gravity=[0, -9.81], **more)
+
+
+def moved(name, **law):
+    """Return the actuators of a bundled model with another law."""
+    return {key: {**value, "law": law} for key, value in changed(name)["actuators"].items()}
+
+
+def freed(name, actuator):
+    """Return the actuators of a bundled model, one of them free, the others at rest."""
+    return {k: {**a, "free": k == actuator} for k, a in moved(name, by=0).items()}
+
+
+MEASURES = ["-m", "transmission", "-m", "centre:coupler/rocker", "-m", "centre:frame/coupler", "-m", "curvature:P",
+            "-m", "advantage:motor/rocker", "-m", "area:coupler"]  # fmt: skip
+CASES = {
+    "solve": ("crank_rocker", ["solve"]),
+    "solve, velocities": ("crank_rocker", ["solve", "--velocities", "--at", "motor=40"]),
+    "solve, history": ("gim_fig11", ["solve", "--method", "gim", "--history", "--at", "FD=100", "--tolerance", "1e-5"]),
+    "solve, failed": ("chebyshev", ["solve", "--at", "motor=179"]),
+    "solve, all": ("double_butterfly", ["solve", "--all"]),
+    "trace": ("crank_rocker", ["trace", "-n", "12", "-d", "3", *MEASURES]),
+    "trace, limit": (changed("chebyshev", actuators=moved("chebyshev", by=120)), ["trace", "-n", "12"]),
+    "trace, circuit": ("chebyshev", ["trace", "-n", "12", "--circuit", "-m", "transmission"]),
+    "trace, all branches": ("parallelogram", ["trace", "-n", "12", "--all-branches", "-m", "transmission"]),
+    "workspace": ("five_bar", ["workspace", "--grid", "6"]),
+    "workspace, ranges": (changed("five_bar", actuators=moved("five_bar", by=60)), ["workspace"]),
+    "workspace, paths": ("chebyshev", ["workspace"]),
+    "mobility": ("parallelogram_third_crank", ["mobility"]),
+    "groups": ("stephenson_3_far", ["groups"]),
+    "groups, sliding": ("crank_shaper", ["groups"]),
+    "sequence": ("double_butterfly", ["sequence"]),
+    "singularities": ("parallelogram", ["singularities"]),
+    "singularities, limits": ("chebyshev", ["singularities"]),
+    "circuits": ("crank_rocker", ["circuits", "--samples", "8"]),
+    "forces": ("watt_1", ["forces", "-n", "6"]),
+    "forces, sliding": (massive("crank_shaper"), ["forces", "-n", "6"]),
+    "forces, redundant": (massive("parallelogram_third_crank"), ["forces", "-n", "6"]),
+    "forces, several members": (massive("jansen"), ["forces", "-n", "6"]),
+    "simulate": ("watt_durango", ["simulate", "--time", "0.5", "--dt", "0.1", "--reactions"]),
+    "simulate, law": (
+        massive("five_bar", actuators=freed("five_bar", "motor_1")), ["simulate", "--time", "1", "--dt", "0.5"],
+    ),
+    "reduce": ("watt_1", ["reduce", "-n", "6", "--rpm", "60", "--fluctuation", "0.1"]),
+    "tradeoff": ("crank_rocker", ["tradeoff", "-n", "4", "--tolerances", "1e-4", "--seconds", "1"]),
+}  # fmt: skip
+
+
+def described(command, kind):
+    """Return what stands in the first cells of the tables of a kind in a command's section, and in the common ones."""
+    found = []
+    for text in (manual_text(command), TEXT[TEXT.index("### JSON") : TEXT.index("### Exit")]):
+        for head, rows in re.findall(r"(?m)^\| ([^|\n]+?) \|.*\n\|[-|]+\n((?:\|.*\n)+)", text):
+            if kind in head or (kind == "key" and head == "key"):
+                for row in rows.splitlines():
+                    found += re.findall(r"`([^`]+)`", re.split(r"(?<!\\)\|", row)[1])
+    return found
+
+
+def pattern(words, model):
+    """Return a regular expression for a pattern of the page."""
+    names = {word: "|".join(map(re.escape, names(model))) or "(?!)" for word, names in NAMES.items()} | FREE
+    parts = re.split(rf"\b({'|'.join(names)})\b", words)
+    return "".join(f"(?:{names[part]})" if part in names else re.escape(part) for part in parts)
+
+
+def paths(value, path=()):
+    """Yield the path of keys to every leaf of a report, and whether it is empty; a list of numbers is a leaf."""
+    if isinstance(value, dict) and value:
+        for key, part in value.items():
+            yield from paths(part, (*path, key))
+    elif isinstance(value, list) and any(isinstance(part, dict | str) for part in value):
+        for part in value:
+            yield from paths(part, (*path[:-1], f"{path[-1]}[]"))
+    else:
+        yield ".".join(path), value in ({}, [])
+
+
+def heads(words):
+    """Return a path, and those of all that holds it, without the brackets of a list at their ends."""
+    parts = words.split(".")
+    return {".".join(parts[:k]).removesuffix("[]") for k in range(1, len(parts) + 1)}
+
+
+@pytest.fixture(scope="module", params=CASES)
+def run(request, tmp_path_factory):
+    """Run a command; return its name, its model, the head of its table and its report."""
+    model, (command, *options) = CASES[request.param]
+    folder = tmp_path_factory.mktemp("page")
+    data = changed(model) if isinstance(model, str) else model
+    (folder / "model.yaml").write_text(yaml.safe_dump(data, sort_keys=False).replace("true:", "'on':"))
+    with chdir(folder):
+        done = gim(command, "model.yaml", *options, "-o", "table.csv", "--json")
+    assert done.code in (0, 5), done.error
+    with (folder / "table.csv").open(newline="", encoding="utf-8") as handle:
+        head = next(csv.reader(handle))
+    return command, load(folder / "model.yaml"), head, json.loads(done.text)
+
+
+def test_every_column_is_described(run):
+    command, model, head, _ = run
+    known = [pattern(words, model) for words in described(command, "column")]
+    missing = [name for name in head if not any(re.fullmatch(one, name) for one in known)]
+    assert not missing
+
+
+def test_every_key_is_described(run):
+    command, model, _, report = run
+    words = described(command, "key")
+    if command == "tradeoff":
+        words += [f"entries[].{name}" for name in described(command, "column")]
+    if "circuits[].measures" in words:
+        words += [f"circuits[].{word}" for word in words if word.startswith("measures.")]
+    full = [pattern(word.removesuffix("[]"), model) + r"(?:\[\])?" for word in words]
+    part = [pattern(head, model) for word in words for head in heads(word)]
+    missing = [
+        path for path, empty in paths(report) if not any(re.fullmatch(one, path) for one in (part if empty else full))
+    ]
+    assert not missing
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_option_of_a_section_exists(command):
+    """Options that the tables of a section name belong to the command, or to one that the section names."""
+    from typer.main import get_command
+
+    from gimcli.cli import app
+
+    group = get_command(app)
+    options = {o for p in group.get_command(None, command).params for o in [*p.opts, *p.secondary_opts]}
+    named = [word.split()[0] for word in described(command, "option")]
+    assert {word for word in named if word.startswith("-")} <= options
+
+
+def test_all_words_are_on_the_page():
+    words = {f"`{status.word}`" for status in Status}
+    words |= {f"`{getattr(singularities, k)}`" for k in ("LIMIT", "DEAD", "CHANGE", "TANGENCY", "STATIONARY")}
+    words |= {f"`{getattr(simulation_types, k)}`" for k in ("STANDSTILL", "DEAD_POINT", "LIMIT", "SINGULAR")}
+    words |= {f"`{name}`" for name in [*INTEGRATORS, *(method.name for method in METHODS), "sequence exchanged"]}
+    assert {word for word in words if word not in TEXT} == set()
+    assert all(re.search(rf"(?m)^\| `{kind}\b", TEXT) for kind in KINDS)
