@@ -3,6 +3,7 @@
 import re
 
 import pytest
+from bundled import MODELS
 from fences import MANUAL
 
 from gimcli.model.check import COLUMNS, FORMULA
@@ -60,6 +61,12 @@ def test_every_profile_and_kind_is_listed():
     assert set(PROFILES) <= words(section("profiles"))
     assert set(SCHEMA["$defs"]["Actuator"]["properties"]["type"]["enum"]) <= words(section("actuators"))
     assert set(SCHEMA["$defs"]["Effort"]["properties"]["over"]["enum"]) <= words(section("free inputs"))
+
+
+def test_the_examples_are_bundled_models():
+    named = set(re.findall(r"`(\w+\.yaml)`", section("From the drawing to the file")))
+    assert len(named) > 9
+    assert named <= {path.name for path in MODELS.glob("*.yaml")}
 
 
 def test_reserved_names_and_signs_are_listed():
