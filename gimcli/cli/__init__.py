@@ -97,7 +97,7 @@ class _Commands(TyperGroup):
             raise typer.Exit(0) from None
         except Exception as error:
             if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # typer's own: wrong usage
-                _tell_json(error.format_message(), error.exit_code)
+                _print_json_error(error.format_message(), error.exit_code)
             raise
         finally:
             end_bars()
@@ -126,7 +126,7 @@ def _main(
     pass
 
 
-def _tell_json(text: str, exit_code: int) -> None:
+def _print_json_error(text: str, exit_code: int) -> None:
     """Print what went wrong as a JSON object, where one is asked for."""
     if "--json" in sys.argv[1:]:
         from gimcli.cli.console import print_json
@@ -150,7 +150,7 @@ def main() -> None:
 
         text = printable(str(error))
         typer.echo(f"gim: {text}" if "\n" not in text else f"gim:\n{text}", err=True)
-        _tell_json(text, error.exit_code)
+        _print_json_error(text, error.exit_code)
         sys.exit(error.exit_code)
     except OSError as error:
         typer.echo(f"gim: the output cannot be written: {error.strerror or error}", err=True)

@@ -43,19 +43,33 @@ def command(
 
 
 def _print(result: CircuitsResult) -> None:
-    from gimcli.cli.console import how_it_ends, intervals, number, print_table
+    from gimcli.assemblies import drawn_configuration
+    from gimcli.cli.console import how_it_ends, print_table
     from gimcli.library.circuits import curve_label, inputs_at, span, verdict
+    from gimcli.library.rounding import at_inputs, intervals
 
-    found = result.found
+    found, mechanism = result.found, result.mechanism
+    drawn = drawn_configuration(found.start)
+    own_strands = {k for k, _ in found.places[drawn]} if drawn is not None else set()
     rows = []
     for k, strand in enumerate(found.strands):
         own = strand.circuit
-        how, ends = how_it_ends(own.closed, own.ended, own.turns), intervals(span(found, strand), "\n")
+        how, ends = how_it_ends(own.closed, own.ended, own.turns), intervals(mechanism, span(found, strand), "\n")
         there = [
             f"{i + 1}" + (f" (branch {b + 1})" if len(strand.branches) > 1 else "")
             for i, at in enumerate(found.places) for j, b in at if j == k
         ]  # fmt: skip
-        rows.append((curve_label(found, k), how, ends, str(len(strand.branches)), ", ".join(there) or "none"))
-    at = ", ".join(f"{name} = {number(value)}" for name, value in inputs_at(found, found.curve.begin()).items())
+        rows.append(
+            (
+                curve_label(found, k) + " *" * (k in own_strands),
+                how,
+                ends,
+                str(len(strand.branches)),
+                ", ".join(there) or "none",
+            )
+        )
+    at = at_inputs(mechanism, inputs_at(found, found.curve.begin()))
     print_table(result.headline(), ("circuit", "", "input", "branches", f"configurations at {at}"), rows, right=(3,))
+    if own_strands:
+        typer.echo("*: the circuit of the drawing")
     typer.echo(verdict(found))

@@ -36,15 +36,15 @@ def solve_all(outputs: Outputs, at: dict[str, str], tolerance: float) -> None:
 def _print(png: Path | None, result: ConfigurationsResult) -> None:
     import math
 
-    from gimcli.cli.console import number, print_more, print_table, room
+    from gimcli.cli.console import print_more, print_table, room
     from gimcli.cli.progress import end_bars
     from gimcli.library.configurations import verdict
-    from gimcli.library.inputs import at_inputs
+    from gimcli.library.rounding import length, titled
     from gimcli.table import labelled
 
     end_bars()
     found, drawn, places, mechanism = result.found, result.drawn, result.places, result.mechanism
-    typer.echo(at_inputs(mechanism.name, result.inputs))
+    typer.echo(titled(mechanism, result.inputs))
     typer.echo(verdict(found))
     if not len(found):
         return
@@ -55,12 +55,12 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
     rows = []
     for k in range(min(len(found), ROWS)):
         radius = f"{found.radius[k]:.0e}" if math.isfinite(found.radius[k]) else "multiple"
-        z = [number(part, 8) for n in shown for part in (places[n][k].real, places[n][k].imag)]
+        z = [length(mechanism, part) for n in shown for part in (places[n][k].real, places[n][k].imag)]
         mark = f"{k + 1}{' *' if k == drawn else ''}"
         rows.append((mark, found.signs[k] or "-", f"{found.residual[k]:.0e}", radius, *z))
     print_table("", head, rows, right=(0, 2, 3, *range(4, len(head))))
     print_more(len(found), ROWS, "--json and --csv hold all")
     if drawn is not None:
-        typer.echo("* is the drawn one, moved to these inputs")
+        typer.echo("*: the configuration of the drawing, moved to these inputs")
     if result.undrawn and png is not None:
         typer.echo(f"{png} shows the first {result.count - result.undrawn}; {result.undrawn} are not drawn")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,15 +72,15 @@ def print_written(paths: Sequence[Path]) -> None:
         typer.echo("wrote " + ", ".join(named[:-1]) + " and " * (len(named) > 1) + named[-1])
 
 
-def print_more(count: int, shown: int, where: str = "--json names all") -> None:
-    """Say how many rows are not shown, if any, and where they are."""
+def print_more(count: int, shown: int, where: str = "--json lists all") -> None:
+    """Print how many rows are not shown, if any, and where they are."""
     if count > shown:
         typer.echo(f"... and {count - shown} more ({where})")
 
 
 def print_status(motion: Motion) -> None:
-    """Say what ended the first row of a motion that is not solved, and the cure."""
-    worst = f" (worst: {motion.worst})" if motion.worst else ""
+    """Print the status of the first row of a motion that is not solved, and the cure."""
+    worst = f" (largest error: {motion.worst})" if motion.worst else ""
     typer.echo(f"{motion.overall.word}: {motion.overall.text}{worst}")
 
 
@@ -89,11 +88,6 @@ def how_it_ends(closed: bool, ended: str, turns: float) -> str:
     """Return whether a circuit is closed, after how many turns, or what ends it."""
     after = f" after {abs(turns):g} turn{'s' * (abs(turns) != 1)}" if turns else ""
     return f"closed{after}" if closed else ended
-
-
-def intervals(spans: Mapping[str, Sequence[float]], between: str = "; ") -> str:
-    """Return the intervals of the inputs by their names."""
-    return between.join(f"{name} {number(low)} to {number(high)}" for name, (low, high) in spans.items())
 
 
 def room() -> int:
@@ -115,8 +109,3 @@ def note_point_masses(mechanism: Mechanism) -> None:
     names = point_masses(mechanism)
     if names:
         note(f"masses: no `inertia` for {', '.join(names)}: taken as 0, as of a point mass (`inertia: 0` confirms it)")
-
-
-def number(value: float, digits: int = 10) -> str:
-    """Return a number readable in a table."""
-    return f"{value:.{digits}g}" if math.isfinite(value) else "-"

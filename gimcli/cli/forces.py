@@ -47,47 +47,51 @@ def _print(result: ForcesResult) -> None:
     found, peaks = result.found, result.found.peaks
     _print_peaks(found)
     typer.echo(
-        f"forces at {found.told} of {result.steps + 1} positions; power of all forces less the change of the kinetic"
-        f" energy: {peaks.power_error:.1e} W at most, {peaks.drift:.0e} of the greatest power"
+        f"forces at {found.told} of {result.steps + 1} positions; power-balance error at most {peaks.power_error:.1e}"
+        f" W, {peaks.drift:.0e} of the greatest power"
     )
     if found.open:
         print_open(found.open)
-    _tell_missing(found, result.steps)
+    _print_missing(found, result.steps)
 
 
 def print_open(names: list[str]) -> None:
     """Print which reactions are not unique."""
     typer.echo(
-        f"redundant constraints leave open the reactions at {', '.join(names)}; NODE.unique is the component of a pin's"
-        " reaction that is unique all the same"
+        f"redundant constraints: the reactions at {', '.join(names)} are not determined; NODE.unique is the component"
+        " of a pin's reaction that is still determined"
     )
 
 
 def _print_peaks(found: ForceMotion) -> None:
-    from gimcli.cli.console import number, print_more, print_table
+    from gimcli.cli.console import print_more, print_table
+    from gimcli.library.rounding import greatest, input_value, number
 
-    mechanism = found.statics.mechanism
+    mechanism, peaks = found.statics.mechanism, found.peaks.greatest
+    names = [a.name for a in mechanism.actuators]
+    sizes = {unit: greatest(value for value, own, _ in peaks.values() if own == unit) for _, unit, _ in peaks.values()}
     rows = [
-        (name, number(value, 8), unit, ", ".join(number(v, 8) for v in at))
-        for name, (value, unit, at) in found.peaks.greatest.items()
-    ]
-    inputs = ", ".join(a.name for a in mechanism.actuators)
-    print_table(f"{mechanism.name}: peak values", ("", "peak", "", f"at {inputs}"), rows[:SHOWN], (1, 3))
+        (name, number(value, sizes[unit]), unit,
+         ", ".join(input_value(mechanism, n, v) for n, v in zip(names, at, strict=True)))
+        for name, (value, unit, at) in peaks.items()
+    ]  # fmt: skip
+    head = ("", "peak", "unit", f"at {', '.join(names)}")
+    print_table(f"{mechanism.name}: peak values", head, rows[:SHOWN], (1, 3))
     print_more(len(rows), SHOWN)
     if found.peaks.left_out:
         typer.echo(
-            f"{found.peaks.left_out} rows beside singular positions, where forces grow without bound, are in the table,"
-            " not among the peak values and not drawn"
+            f"{found.peaks.left_out} rows near singular positions, where forces grow without bound, are in the table"
+            " but not in the peak values and the picture"
         )
 
 
-def _tell_missing(found: ForceMotion, steps: int) -> None:
+def _print_missing(found: ForceMotion, steps: int) -> None:
     from gimcli.cli.console import print_status
 
     if found.summary.solved < steps + 1:
         print_status(found.summary.motion)
     elif found.told < steps + 1:
         typer.echo(
-            "singular: where the mechanism passes a singular position or a dead point of its drive, velocities or"
-            " reactions are not unique or without bound: shift the law or the number of steps"
+            "singular: at a singular position or a dead point of the drive, velocities or reactions are not determined"
+            " or grow without bound; change the law or the number of steps"
         )

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from gimcli.mechanism import Mechanism
 
 QUANTITIES = "Quantities"
 
@@ -33,21 +36,25 @@ def print_measures() -> None:
     raise typer.Exit
 
 
-def print_ranges(report: dict[str, Any]) -> None:
+def print_ranges(mechanism: Mechanism, report: dict[str, Any]) -> None:
     """Print the measures' ranges."""
-    from gimcli.cli.console import number, print_table
+    from gimcli.cli.console import print_table
+    from gimcli.library.rounding import greatest, number
 
+    size = mechanism.size * mechanism.scale
     rows = []
     for spec, found in report.get("measures", {}).items():
-        for name, told in found["columns"].items():
-            most = "inf" if told["infinite"] else number(told["greatest"], 8)
-            empty = f"{told['empty']} rows empty" if told["empty"] else ""
-            rows.append((name, told["unit"].replace("unit", ""), number(told["least"], 8), most, empty))
+        for name, column in found["columns"].items():
+            least = size if column["unit"] == mechanism.length_unit else 0.0
+            own = greatest((least, column["least"], column["greatest"]))
+            most = "inf" if column["infinite"] else number(column["greatest"], own)
+            empty = f"{column['empty']} empty rows" if column["empty"] else ""
+            rows.append((name, column["unit"].replace("unit", ""), number(column["least"], own), most, empty))
         if "area" in found:
-            told = f"{number(found['area'], 6)} ± {found['error']:.1g}"
-            rows.append((f"{spec} (region)", found["unit"], "", told, "passed over by the whole motion"))
+            area = f"{number(found['area'], size**2)} ± {found['error']:.1g}"
+            rows.append((f"{spec} (region)", found["unit"], "", area, "region swept in the whole motion"))
         if "worst" in found:
             unit = found["columns"][spec]["unit"]
-            rows.append((f"{spec} (nearest to 0 or 180 deg)", unit, number(found["worst"], 8), "", ""))
+            rows.append((f"{spec} (nearest to 0 or 180 deg)", unit, number(found["worst"]), "", ""))
     if rows:
         print_table("", ("measure", "unit", "least", "greatest", ""), rows, right=(2, 3))

@@ -11,7 +11,6 @@ from gimcli.cli.arguments import INPUTS, MODEL, Jit, JitOption, Json, ModelPath,
 if TYPE_CHECKING:
     from gimcli.dynamics.flywheel import Flywheel
     from gimcli.library.reduce import ReduceResult
-    from gimcli.table import Table
 
 HELP = (
     "Reduced inertia J, torque tau of weight, loads and springs, potential V and their exact derivatives over the"
@@ -60,40 +59,46 @@ def command(
 
 
 def _print(found: ReduceResult) -> None:
-    _print_extremes(found.table())
+    _print_extremes(found)
     typer.echo(found.headline())
     if found.wheel:
-        _tell_wheel(found.wheel)
+        _print_wheel(found.wheel)
     if not found.complete:
         typer.echo(f"{found.overall.word}: {found.overall.plain_text}")
 
 
-def _print_extremes(table: Table) -> None:
+def _print_extremes(found: ReduceResult) -> None:
     import numpy as np
 
-    from gimcli.cli.console import number, print_table
+    from gimcli.cli.console import print_table
+    from gimcli.library.rounding import greatest, input_value, number
 
+    table, name = found.table(), found.report()["input"]
     q, rows = table.floats("q"), []
     for column in table.columns[1:-1]:
         values = table.floats(column.name)
         if np.any(np.isfinite(values)):
             low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
-            ends = [number(v, 8) for v in (values[low], q[low], values[high], q[high])]
-            rows.append((column.name, column.unit, *ends))
-    print_table("", ("", "unit", "least", "at q", "greatest", "at q"), rows, (2, 3, 4, 5))
+            size = greatest(values)
+            ends = [(number(values[k], size), input_value(found.mechanism, name, q[k])) for k in (low, high)]
+            rows.append((column.name, column.unit, *ends[0], *ends[1]))
+    at = f"at {name}"
+    print_table("", ("", "unit", "least", at, "greatest", at), rows, (2, 3, 4, 5))
 
 
-def _tell_wheel(wheel: Flywheel) -> None:
+def _print_wheel(wheel: Flywheel) -> None:
     import math
+
+    from gimcli.library.rounding import number
 
     rpm = wheel.speed * 30.0 / math.pi
     without = (
-        f"without one the fluctuation is {wheel.without:.4g}"
+        f"without one the fluctuation is {number(wheel.without)}"
         if math.isfinite(wheel.without)
         else "without one the machine would stop"
     )
-    what = f"flywheel of {wheel.inertia:.8g} kg m2" if wheel.inertia else "no flywheel"
+    what = f"flywheel of {number(wheel.inertia)} kg m2" if wheel.inertia else "no flywheel"
     typer.echo(
-        f"{what} for a fluctuation of {wheel.fluctuation:g} at {rpm:.6g} 1/min ({without}); driving torque"
-        f" {wheel.torque:.8g} N m, work to even out {wheel.work:.8g} J"
+        f"{what} for a fluctuation of {wheel.fluctuation:g} at {number(rpm)} 1/min ({without}); driving torque"
+        f" {number(wheel.torque, wheel.work)} N m, surplus energy {number(wheel.work)} J"
     )

@@ -11,6 +11,7 @@ from gimcli.dynamics.integrators import INTEGRATORS
 
 if TYPE_CHECKING:
     from gimcli.library.simulate import SimulateResult
+    from gimcli.mechanism import Mechanism
 
 HELP = (
     "Inputs with `free: true` move under weight, loads, springs, friction and driving efforts; the other inputs follow"
@@ -95,10 +96,11 @@ def command(
 def _print(result: SimulateResult) -> None:
     from gimcli.cli.forces import print_open
     from gimcli.cli.progress import end_bars
+    from gimcli.library.rounding import number
 
     end_bars()
     found = result.found
-    _tell_events(result.events)
+    _print_events(found.mechanism, result.events)
     typer.echo(
         f"{found.mechanism.name}: {len(found.time)} of {len(result.times)} rows, {found.steps} steps,"
         f" {found.evaluations} evaluations; energy drift {found.worst_drift:.1e} of the greatest energy"
@@ -106,18 +108,20 @@ def _print(result: SimulateResult) -> None:
     if result.open:
         print_open(result.open)
     if found.status.word != "ok":
-        typer.echo(f"ended at {found.end:.10g} s, {found.status.word}: {found.status.plain_text}")
+        typer.echo(f"ended at {number(found.end)} s, {found.status.word}: {found.status.plain_text}")
 
 
-def _tell_events(events: list[dict[str, Any]]) -> None:
-    from gimcli.cli.console import number, print_more, print_table
+def _print_events(mechanism: Mechanism, events: list[dict[str, Any]]) -> None:
+    from gimcli.cli.console import print_more, print_table
+    from gimcli.library.rounding import greatest, input_value, number
 
     if not events:
         return
     names = list(events[0]["at"])
+    sizes = {n: greatest(e["speed"][n] for e in events) for n in names}
     rows = [
-        (e["kind"] + (f" of {e['actuator']}" if "actuator" in e else ""), number(e["time"], 12),
-         *(number(e["at"][n], 12) for n in names), *(number(e["speed"][n], 8) for n in names))
+        (e["kind"] + (f" of {e['actuator']}" if "actuator" in e else ""), number(e["time"]),
+         *(input_value(mechanism, n, e["at"][n]) for n in names), *(number(e["speed"][n], sizes[n]) for n in names))
         for e in events[:EVENTS]
     ]  # fmt: skip
     head = ("event", "time [s]", *names, *(f"{n}.speed" for n in names))

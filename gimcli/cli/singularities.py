@@ -41,8 +41,9 @@ def command(
 
 
 def _print(result: SingularitiesResult) -> None:
-    from gimcli.cli.console import how_it_ends, intervals, number, print_table
+    from gimcli.cli.console import how_it_ends, print_table
     from gimcli.cli.progress import end_bars
+    from gimcli.library.rounding import input_value, intervals
     from gimcli.table import labelled
 
     end_bars()
@@ -54,7 +55,7 @@ def _print(result: SingularitiesResult) -> None:
         inputs = result.inputs(one)
         kind = f"{one.what.kind}{' (' + one.what.end + ')' if one.what.end else ''}"
         where = ", ".join(str(b + 1) for b in one.circuits)
-        values = [number(inputs[n], 12) for n in names]
+        values = [input_value(mechanism, n, inputs[n]) for n in names]
         rows.append((str(k + 1), kind, *values, where, ", ".join(one.what.about), _rates(result, one)))
     head = ("", "kind", *inputs_head, "branch", "about", "rates")
     if rows:
@@ -63,7 +64,7 @@ def _print(result: SingularitiesResult) -> None:
         typer.echo(f"{mechanism.name}: nothing is singular")
     for k, (circuit, reach) in enumerate(zip(found.branches.circuits, found.reach, strict=True)):
         how = how_it_ends(circuit.closed, circuit.ended, circuit.turns)
-        typer.echo(f"branch {k + 1}: {how}; {intervals(result.interval(reach))}")
+        typer.echo(f"branch {k + 1}: {how}; {intervals(mechanism, result.interval(reach))}")
     if not found.complete:
         typer.echo("more branches meet than are followed")
 

@@ -103,30 +103,31 @@ def command(
 def _print(found: SolveResult) -> None:
     import math
 
-    from gimcli.cli.console import number, print_table
+    from gimcli.cli.console import print_table
     from gimcli.cli.progress import end_bars
-    from gimcli.library.inputs import at_inputs
+    from gimcli.library.rounding import length, titled
     from gimcli.table import labelled
 
     end_bars()
     position, law = found.position, found.law
     mechanism, status = position.mechanism, position.status
-    typer.echo(at_inputs(mechanism.name, found.inputs))
+    typer.echo(titled(mechanism, found.inputs))
     residual = position.residual
     typer.echo(
-        f"{status.word}; eq. (1) {residual.lengths[0]:.1e}, eq. (2) {residual.angles[0]:.1e} rad;"
+        f"{status.word}; length error {residual.lengths[0]:.1e} (eq. 1), angle error {residual.angles[0]:.1e} rad"
+        f" (eq. 2);"
         f" {position.sweeps} sweeps"
         + (
-            f"; estimated error of the nodes {position.error:.1e} of the size"
+            f"; estimated position error {position.error:.1e} of the size"
             if math.isfinite(position.error) and not status.value
             else ""
         )
     )
     if status.value:
-        typer.echo(f"{status.text}\nworst off: {position.worst}, by {residual.total[0]:.3g}")
+        typer.echo(f"{status.text}\nlargest error: {position.worst}, {residual.total[0]:.3g}")
     else:
         nodes, points = found.places()
-        rows = [(k, number(v.real, 12), number(v.imag, 12)) for k, v in (nodes | points).items()]
+        rows = [(k, length(mechanism, v.real), length(mechanism, v.imag)) for k, v in (nodes | points).items()]
         print_table("", ("node", *(labelled(axis, mechanism.length_unit) for axis in "xy")), rows, right=(1, 2))
     if law is not None:
         rows = [(str(k), f"{a:.3e}", f"{b:.3e}") for k, (a, b) in enumerate(law.errors)]

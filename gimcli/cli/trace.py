@@ -118,50 +118,54 @@ def command(
 
 def _print(found: MotionTraceResult) -> None:
     from gimcli.cli.console import print_status
+    from gimcli.library.rounding import interval
 
-    motion, events = found.motion, found.events
+    mechanism, motion, events = found.mechanism, found.motion, found.events
     typer.echo(found.headline())
-    _tell_reach(found)
+    _print_reach(found)
     stops = [e for e in events if e["kind"] == "limit"]
     if motion.limit is None:
-        _tell_events(stops, "the law comes to a limit")
+        _print_events(found, stops, "the law ends exactly at a limit,")
     for name, ends in (stops[-1]["interval"] if stops else {}).items():
-        typer.echo(
-            f"{name} can be anywhere from {ends[0]:.12g} to {ends[1]:.12g} on this circuit (--circuit follows it)"
-        )
+        whole = interval(mechanism, name, *ends)
+        typer.echo(f"range of {name} on this circuit: {whole} (--circuit follows the whole circuit)")
     meetings = [e for e in events if e["kind"] == "change point"]
     if motion.bridged[:1] == (0.0,):
-        _tell_events(meetings[:1], "starts at a change point, on its first branch (--branch 2 takes another)")
+        _print_events(
+            found, meetings[:1], "the motion starts on the first branch (--branch 2: another) of the change point"
+        )
         meetings = meetings[1:]
-    _tell_events(meetings, "passed straight through a change point")
-    _tell_events([e for e in events if e["kind"] == "sequence exchanged"], "sequence exchanged for a faster one")
-    print_ranges(found.measured)
+    _print_events(found, meetings, "passed straight through a change point")
+    _print_events(found, [e for e in events if e["kind"] == "sequence exchanged"], "sequence replaced by a faster one")
+    print_ranges(mechanism, found.measured)
     if not found.complete:
         print_status(motion)
 
 
 def _print_circuits(found: CircuitTraceResult) -> None:
-    from gimcli.cli.console import how_it_ends, intervals
+    from gimcli.cli.console import how_it_ends
+    from gimcli.library.rounding import at_inputs, intervals
 
     typer.echo(found.headline())
     for one in found.circuits:
         how = how_it_ends(one["closed"], one["ended"], one["turns"])
-        typer.echo(f"branch {one['branch']}: {how}; {intervals(one['interval'])}")
+        typer.echo(f"branch {one['branch']}: {how}; {intervals(found.mechanism, one['interval'])}")
         for e in one["events"]:
-            typer.echo(f"  {e['kind']} at " + ", ".join(f"{n} = {v:.12g}" for n, v in e["at"].items()))
-        print_ranges(one)
+            typer.echo(f"  {e['kind']} at " + at_inputs(found.mechanism, e["at"]))
+        print_ranges(found.mechanism, one)
 
 
-def _tell_events(found: list[dict[str, Any]], what: str) -> None:
+def _print_events(found: MotionTraceResult, events: list[dict[str, Any]], what: str) -> None:
     from gimcli.cli.console import print_more
+    from gimcli.library.rounding import at_inputs
 
-    for event in found[:EVENTS]:
-        at = ", ".join(f"{k} = {v:.8g}" for k, v in event["at"].items())
-        typer.echo(f"{what} at {at}")
-    print_more(len(found), EVENTS)
+    for event in events[:EVENTS]:
+        typer.echo(f"{what} at {at_inputs(found.mechanism, event['at'])}")
+    print_more(len(events), EVENTS)
 
 
-def _tell_reach(found: MotionTraceResult) -> None:
+def _print_reach(found: MotionTraceResult) -> None:
+    from gimcli.library.rounding import interval
     from gimcli.positions.inputs import law_inputs
 
     motion, reached = found.motion, found.reachable
@@ -170,8 +174,7 @@ def _tell_reach(found: MotionTraceResult) -> None:
     ends = law_inputs(motion.mechanism)(motion.time[[0, -1]])
     for k, actuator in enumerate(motion.mechanism.actuators):
         law = motion.mechanism.value_to_file(k, ends[k])
-        unit = motion.mechanism.unit_of(actuator)
+        whole = interval(motion.mechanism, actuator.name, *law)
         for start, end in reached[actuator.name]:
-            typer.echo(
-                f"{actuator.name} reaches {start:.10g} to {end:.10g} {unit} of its law {law[0]:.10g} to {law[1]:.10g}"
-            )
+            part = interval(motion.mechanism, actuator.name, start, end)
+            typer.echo(f"{actuator.name} reaches {part} of its law ({whole})")

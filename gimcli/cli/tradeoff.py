@@ -82,10 +82,14 @@ def _print(result: TradeoffResult) -> None:
         rows.append(_row(e, name))
         last = e.method.name
     print_table(result.headline(), head, rows, range(2, 10))
-    typer.echo("iterations: sweeps with gim; paper's count: operations, 12 a moving node and sweep, 9 E^3 an iteration")
+    typer.echo(
+        "iterations: sweeps for gim; paper's count: 12 operations per moving node and sweep, 9 E^3 per iteration"
+    )
     typer.echo("* efficient: no other that solves all positions is both faster and more accurate")
     if found.untold:
-        typer.echo(f"{found.untold} positions are too near to a singular one for a true error and left out")
+        typer.echo(
+            f"{found.untold} positions are too near to a singular position to determine a true error; they are left out"
+        )
     if not found.reached:
         print_status(found.motion)
     for advice in advise(found):
@@ -93,13 +97,13 @@ def _print(result: TradeoffResult) -> None:
 
 
 def _row(e: Entry, name: str) -> tuple[str, ...]:
-    from gimcli.cli.console import number
+    from gimcli.library.rounding import number
 
     unknowns = " + ".join(map(str, e.unknowns))
     if not e.solved:
-        return (name, unknowns, number(e.tolerance, 3), *["-"] * 6, f"{e.solved}/{e.rows}", e.reason)
+        return (name, unknowns, number(e.tolerance), *["-"] * 6, f"{e.solved}/{e.rows}", e.reason)
     remark = e.reason + ("*" if e.efficient else "")
     return (
-        name, unknowns, number(e.tolerance, 3), f"{e.work:.2f}", f"{e.most:.0f}", f"{e.paper:.0f}",
+        name, unknowns, number(e.tolerance), f"{e.work:.2f}", f"{e.most:.0f}", f"{e.paper:.0f}",
         f"{e.operations:.0f}", f"{1e6 * e.seconds:.1f}", f"{e.error:.1e}", f"{e.solved}/{e.rows}", remark,
     )  # fmt: skip

@@ -97,64 +97,72 @@ def _orientations(given: list[str]) -> dict[str, float]:
 
 def _print_report(mechanism: Mechanism, report: dict[str, Any]) -> None:
     if "paths" in report:
-        _tell_paths(mechanism, report)
+        _print_paths(mechanism, report)
     else:
-        _tell_region(mechanism, report)
+        _print_region(mechanism, report)
     if "grid" in report:
         grid = report["grid"]
         typer.echo(
-            f"grid: {grid['positions']} inputs in {grid['configurations']} configurations,"
-            f" {grid['reached']} can be assembled; {grid['solved']} positions solved"
+            f"grid: {grid['positions']} combinations of inputs, {grid['reached']} can be assembled;"
+            f" {grid['solved']} positions solved in {grid['configurations']} configurations"
         )
 
 
-def _tell_region(mechanism: Mechanism, report: dict[str, Any]) -> None:
-    from gimcli.cli.console import number, print_table
+def _print_region(mechanism: Mechanism, report: dict[str, Any]) -> None:
+    from gimcli.cli.console import print_table
+    from gimcli.library.rounding import at_inputs, length, number
     from gimcli.table import labelled
 
     unit = "" if mechanism.length_unit == "unit" else f" {mechanism.length_unit}"
     square = f"{unit}^2" if unit else ""
-    spans = ", ".join(f"{k} {v[0]:.8g} to {v[1]:.8g}{unit}" for k, v in report["bounds"].items())
+    size = mechanism.size * mechanism.scale
+    spans = ", ".join(
+        f"{k} {length(mechanism, low)} to {length(mechanism, high)}{unit}"
+        for k, (low, high) in report["bounds"].items()
+    )
     rows = [
-        ("area", f"{number(report['area'])}{square} (estimated error {report['area_error']:.0e})"),
-        ("reaches", spans),
+        ("area", f"{number(report['area'], size**2)}{square} (estimated error {report['area_error']:.0e})"),
+        ("extent", spans),
         ("regions, holes", f"{report['regions']}, {report['holes']}"),
-        ("length of the edge", f"{number(report['perimeter'])}{unit}"),
+        ("length of the boundary", f"{length(mechanism, report['perimeter'])}{unit}"),
         ("inner curves", str(report["barriers"])),
     ]
     print_table(f"{mechanism.name}: what {report['point']} reaches", ("", ""), rows)
-    heads = ("curve", "kind", "inputs at an end", labelled("length", mechanism.length_unit))
-    ends = [", ".join(f"{n} = {v:.8g}" for n, v in c["held"].items()) or "singular" for c in report["curves"]]
+    heads = ("curve", "kind", "inputs at a limit of their range", labelled("length", mechanism.length_unit))
+    ends = [at_inputs(mechanism, c["held"]) or "singular" for c in report["curves"]]
     curves = [
-        (str(k), c["kind"], end, number(c["length"]))
+        (str(k), c["kind"], end, length(mechanism, c["length"]))
         for k, (c, end) in enumerate(zip(report["curves"], ends, strict=True))
     ]
     print_table("", heads, curves, right=(0, 3))
     if not report["regions"] and report["complete"]:
-        typer.echo("a single place is reached: the ranges of the inputs only just meet")
+        typer.echo("the point reaches a single place: the ranges of the inputs meet in one position only")
     elif not report["regions"]:
-        typer.echo("no boundary was found: nothing seems to hold the point back")
+        typer.echo("no boundary was found")
     elif not report["complete"]:
-        typer.echo("the boundary is not complete: some curve was not found or could not be sorted")
+        typer.echo("the boundary is not complete: a curve is missing or could not be classified")
 
 
-def _tell_paths(mechanism: Mechanism, report: dict[str, Any]) -> None:
-    from gimcli.cli.console import number, print_table
+def _print_paths(mechanism: Mechanism, report: dict[str, Any]) -> None:
+    from gimcli.cli.console import print_table
+    from gimcli.library.rounding import interval, length
     from gimcli.table import labelled
 
     rows = []
     for k, path in enumerate(report["paths"]):
         inputs = [
-            f"{n} {'turns fully' if i['full_turn'] else f'''{i['from']:.10g} to {i['to']:.10g}'''}"
+            f"{n} {'full turn' if i['full_turn'] else interval(mechanism, n, i['from'], i['to'])}"
             for n, i in path["inputs"].items()
         ]
-        spans = [f"{a:.8g} to {b:.8g}" for a, b in path["bounds"].values()]
-        rows.append((str(k), "drawn" if path["drawn"] else "", *spans, number(path["length"], 8), ", ".join(inputs)))
+        spans = [f"{length(mechanism, a)} to {length(mechanism, b)}" for a, b in path["bounds"].values()]
+        rows.append(
+            (str(k), "drawn" if path["drawn"] else "", *spans, length(mechanism, path["length"]), ", ".join(inputs))
+        )
     lengths = (labelled(what, mechanism.length_unit) for what in ("x", "y", "length"))
     heads = ("path", "", *lengths, "inputs")
     print_table(f"{mechanism.name}: what {report['point']} reaches", heads, rows, right=(0, 4))
     if not report["complete"]:
         typer.echo(
-            "there may be more paths: at some values of the input not all configurations are proved to be known, or one"
-            " of them lies on no path"
+            "there may be more paths: at some input values the list of configurations is not proved complete, or a"
+            " configuration is on no path"
         )

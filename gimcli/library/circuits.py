@@ -183,11 +183,11 @@ def verdict(found: Circuits) -> str:
     count = len(found.sampled)
     if not found.complete:
         lost = f"; {found.lost} configurations could not be followed" if found.lost else ""
-        return f"at {count} values of the input not all configurations are proved to be known{lost}"
+        return f"not proved complete: at some of {count} input values configurations may be missing{lost}"
     step = "{:.3g} {}".format(*spacing(found)).rstrip()
     return (
-        f"complete at {count} values of the input: all configurations there are proved to be known, and each is on one"
-        f" of these; a circuit that spans less than {step} may lie between them"
+        f"complete at {count} input values: all configurations there are proved, and each is on a circuit of this list;"
+        f" a circuit with a range of less than {step} between these values may be missing"
     )
 
 

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
-from gimcli.library.inputs import at_inputs, in_file_units, inputs_of
+from gimcli.library.inputs import in_file_units, inputs_of
 from gimcli.library.places import angles, coordinates, pairs, places
 from gimcli.library.result import ByName, Result
+from gimcli.library.rounding import titled
 from gimcli.mechanism import Mechanism
 from gimcli.positions.options import Options
 from gimcli.progress import Phases, no_phases
@@ -91,7 +92,7 @@ class ConfigurationsResult(Result):
 
     def headline(self) -> str:
         """Return the result in one line."""
-        return f"{at_inputs(self.mechanism.name, self.inputs)}: {verdict(self.found)}"
+        return f"{titled(self.mechanism, self.inputs)}: {verdict(self.found)}"
 
     def report(self) -> dict[str, Any]:
         """Return what --json prints."""

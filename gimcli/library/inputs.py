@@ -75,11 +75,6 @@ def interval_of(low: Mapping[str, float], high: Mapping[str, float]) -> dict[str
     return {name: sorted([low[name], high[name]]) for name in low}
 
 
-def at_inputs(name: str, inputs: Mapping[str, float]) -> str:
-    """Return the name of a mechanism and the inputs that it stands at."""
-    return f"{name} at {', '.join(f'{k} = {v:.10g}' for k, v in inputs.items())}" if inputs else name
-
-
 def refuse_unmoved(mechanism: Mechanism, cure: str) -> None:
     """Raise StructureError where a mechanism has no actuator."""
     if not mechanism.actuators:

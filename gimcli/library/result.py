@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
+from gimcli.library.rounding import greatest, number
 from gimcli.mechanism import Mechanism
 from gimcli.table import Column, Table, labelled
 
@@ -207,7 +208,10 @@ def joined(tables: Iterable[Table]) -> Table:
 def cells(table: Table) -> list[list[str]]:
     """Return the head and the first rows of a table as texts, dots for the rest."""
     head = [labelled(c.name, c.unit) for c in table.columns]
-    columns = [[_cell(value) for value in column.values[:SHOWN]] for column in table.columns]
+    columns = []
+    for column in table.columns:
+        size = greatest(column.values.tolist()) if column.values.dtype.kind == "f" else 0.0
+        columns.append([_cell(value, size) for value in column.values[:SHOWN]])
     rows = [list(row) for row in zip(*columns, strict=True)]
     return [head, *rows, *([["..."] * len(head)] if len(table) > SHOWN else [])]
 
@@ -219,7 +223,7 @@ def lines(table: Table) -> list[str]:
     return ["  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
 
 
-def _cell(value: Any) -> str:
+def _cell(value: Any, size: float) -> str:
     if isinstance(value, float | np.floating):
-        return "" if math.isnan(value) else f"{value:.6g}"
+        return "" if math.isnan(value) else number(float(value), size)
     return str(value)

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.library.inputs import at_inputs, in_file_units, inputs_of, refuse_choice, refuse_count
+from gimcli.library.inputs import in_file_units, inputs_of, refuse_choice, refuse_count
 from gimcli.library.places import angles, coordinates, places
 from gimcli.library.result import ByName, Result
+from gimcli.library.rounding import titled
 from gimcli.mechanism import Mechanism
 from gimcli.motion.solve import solve as solve_position
 from gimcli.positions.options import Options
@@ -112,7 +113,7 @@ class SolveResult(Result):
 
     def headline(self) -> str:
         """Return the result in one line."""
-        return f"{at_inputs(self.mechanism.name, self.inputs)}: {self.status}, residual {self.residual:.1e}"
+        return f"{titled(self.mechanism, self.inputs)}: {self.status}, residual {self.residual:.1e}"
 
     def report(self) -> dict[str, Any]:
         """Return what --json prints."""

@@ -1,0 +1,85 @@
+"""Numbers for people: rounded relative to the mechanism's size; files and reports for scripts have all digits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+from gimcli.mechanism import Mechanism
+
+DIGITS, LEAST = 6, 4
+"""Digits of a number as large as the size that it is relative to, and the fewest of any number."""
+
+ZERO = 1e-9
+"""Part of the size below which a number is zero."""
+
+
+def number(value: float, size: float = 0.0) -> str:
+    """Return a number rounded relative to a size: zero below 1e-9 of it, four to six digits; "-" if not finite."""
+    if not math.isfinite(value):
+        return "-"
+    if abs(value) <= ZERO * size or value == 0.0:
+        return "0"
+    digits = DIGITS
+    if size > 0.0 and math.isfinite(size):
+        digits = max(LEAST, DIGITS + _order(value) - _order(size))
+    return f"{value:.{digits}g}"
+
+
+def greatest(values: Iterable[float]) -> float:
+    """Return the greatest amount of finite values; 0 where there is none."""
+    return max((abs(value) for value in values if math.isfinite(value)), default=0.0)
+
+
+def length(mechanism: Mechanism, value: float) -> str:
+    """Return a coordinate or a length in the file's unit."""
+    return number(value, mechanism.size * mechanism.scale)
+
+
+def input_value(mechanism: Mechanism, name: str, value: float) -> str:
+    """Return the value of an actuator in the file's unit."""
+    return number(value, _turn(mechanism)) if _rotary(mechanism, name) else length(mechanism, value)
+
+
+def at_inputs(mechanism: Mechanism, inputs: Mapping[str, float]) -> str:
+    """Return values of actuators by their names, with units."""
+    texts = (
+        f"{name} = {input_value(mechanism, name, value)}{_unit(mechanism, name)}" for name, value in inputs.items()
+    )
+    return ", ".join(texts)
+
+
+def titled(mechanism: Mechanism, inputs: Mapping[str, float]) -> str:
+    """Return the name of a mechanism with the values of its actuators."""
+    return f"{mechanism.name} at {at_inputs(mechanism, inputs)}" if inputs else mechanism.name
+
+
+def interval(mechanism: Mechanism, name: str, low: float, high: float) -> str:
+    """Return an interval of an actuator with its unit; "full turn" where it is one or more."""
+    if _rotary(mechanism, name) and abs(high - low) >= _turn(mechanism) * (1.0 - ZERO):
+        return "full turn"
+    low_text, high_text = (input_value(mechanism, name, value) for value in (low, high))
+    return f"{low_text} to {high_text}{_unit(mechanism, name)}"
+
+
+def intervals(mechanism: Mechanism, spans: Mapping[str, Sequence[float]], between: str = "; ") -> str:
+    """Return intervals of actuators by their names."""
+    return between.join(f"{name} {interval(mechanism, name, low, high)}" for name, (low, high) in spans.items())
+
+
+def _order(value: float) -> int:
+    return math.floor(math.log10(abs(value)))
+
+
+def _turn(mechanism: Mechanism) -> float:
+    return 360.0 if mechanism.angle_unit == "deg" else 2.0 * math.pi
+
+
+def _unit(mechanism: Mechanism, name: str) -> str:
+    """Return the unit of an actuator after a space; nothing where lengths have no physical unit."""
+    unit = mechanism.angle_unit if _rotary(mechanism, name) else mechanism.length_unit
+    return "" if unit == "unit" else f" {unit}"
+
+
+def _rotary(mechanism: Mechanism, name: str) -> bool:
+    return next(a.rotary for a in mechanism.actuators if a.name == name)
