@@ -138,23 +138,6 @@ def test_an_invalid_part_is_reported_once(folder):
     assert len(str(caught.value).splitlines()) == 2, caught.value
 
 
-ACTING = """\
-masses:
-  crank: {mass: 1.0, inertia: 0.0833, centre: [0.5, 0]}
-gravity: [0, -9.81]
-loads:
-  push: {on: rod, at: [90, 0], force: [-50, 0]}
-  press: {on: slider, local: [0, 0], force: [1, 0], table: press.csv, over: motor}
-  screw: {on: rod, torque: 3}
-springs:
-  coil: {nodes: [A, C], stiffness: 200, free: 100}
-  torsion: {pivot: B, arm: A, reference: C, stiffness: 3}
-dampers:
-  shock: {nodes: [A, C], damping: 15}
-friction: {B: 0.02, slide: 5}
-"""
-
-
 def test_all_dynamic_sections_are_compiled_to_si_units(folder):
     text = """\
 units: {length: mm, angle: deg, mass: g}
@@ -239,6 +222,23 @@ def test_the_json_schema_covers_the_dynamic_sections():
     assert not valid.is_valid({**good, "springs": {"s": {"pivot": "O", "arm": "A"}}})
     assert not valid.is_valid({**good, "friction": {"O": "much"}})
     assert "N/m" in schema["$defs"]["Spring"]["properties"]["stiffness"]["description"]
+
+
+ACTING = """\
+masses:
+  crank: {mass: 1.0, inertia: 0.0833, centre: [0.5, 0]}
+gravity: [0, -9.81]
+loads:
+  push: {on: rod, at: [90, 0], force: [-50, 0]}
+  press: {on: slider, local: [0, 0], force: [1, 0], table: press.csv, over: motor}
+  screw: {on: rod, torque: 3}
+springs:
+  coil: {nodes: [A, C], stiffness: 200, free: 100}
+  torsion: {pivot: B, arm: A, reference: C, stiffness: 3}
+dampers:
+  shock: {nodes: [A, C], damping: 15}
+friction: {B: 0.02, slide: 5}
+"""
 
 
 def test_all_dynamic_sections_load_together(folder):
