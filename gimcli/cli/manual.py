@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 
 import typer
@@ -47,5 +48,17 @@ def _show(text: str) -> None:
     os.environ.setdefault("LESS", "FRX")  # keep colours; show a text that fits on the screen without waiting
     console = Console()
     console.width = min(console.width, WIDEST)
-    with console.pager(styles=True, links=False):
-        console.print(Markdown(text, hyperlinks=False))
+    with console.pager(styles=True):
+        console.print(Markdown(_without_links(text), code_theme="ansi_dark"))
+
+
+def _without_links(text: str) -> str:
+    """Return Markdown whose links are words: a terminal cannot follow them."""
+    text = re.sub(r"!\[([^]]*)\]\((?:\.\./)*([^)]*)\)", r"(Picture \2: \1)", text)
+    text = re.sub(r"\[`?([^]`]*)`?\]\(([\w-]+)\.md[^)]*\)", _reference, text)
+    return re.sub(r"\[([^]]*)\]\((?!https?:)[^)]*\)", r"\1", text)
+
+
+def _reference(link: re.Match[str]) -> str:
+    words, page = link[1], link[2]
+    return words if words.lower() == page else f"{words} (`gim manual {page}`)"

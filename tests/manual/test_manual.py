@@ -127,9 +127,10 @@ def test_nothing_heavy_is_imported():
 
 
 def test_a_terminal_gets_it_rendered(monkeypatch, capsys):
-    """The bold title of a heading, not its signs; no pager waits for keys."""
+    """Headings without their signs, links as words, pictures by their names; no pager waits for keys."""
     from gimcli.cli.manual import _show
 
     monkeypatch.setenv("PAGER", "cat")
-    _show("# Title\n\nSome *text*.\n")
-    assert "#" not in capsys.readouterr().out
+    _show("# Title\n\nSee [limits](branches.md#x), [python](python.md), [f](../../f.py).\n\n![Alt](../../a/b.png)\n")
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines() if line.strip()]
+    assert lines == ["Title", "See limits (gim manual branches), python, f.", "(Picture a/b.png: Alt)"]
