@@ -1,4 +1,4 @@
-"""The command line: parse, call, print, exit. Nothing heavy is imported before a command runs."""
+"""The command line: parse, call, print, exit. Heavy modules are imported when a command runs."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "manual": "Show a page of the manual.",
     },
 }
-"""Commands by what they answer, with one line each; each has a module of its name in this package."""
+"""Commands by the questions that they answer, with a line of help; each has a module of its name in this package."""
 
 COMMANDS = {name: line for group in GROUPS.values() for name, line in group.items()}
 
@@ -55,7 +55,7 @@ SETTINGS: dict[str, Any] = {
 
 
 class _Commands(TyperGroup):
-    """The commands, each imported when it is asked for; a reader that has gone away is no failure of theirs."""
+    """The commands; each is imported when it is used. A closed pipe (`gim ... | head`) is not an error."""
 
     def __init__(self, *given: Any, **named: Any) -> None:
         super().__init__(*given, **named)
@@ -93,7 +93,7 @@ class _Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except BrokenPipeError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left to flush goes nowhere
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the rest of the output is discarded
             raise typer.Exit(0) from None
         except Exception as error:
             if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # typer's own: wrong usage
@@ -113,8 +113,8 @@ app = typer.Typer(
 )
 
 
-def _version(asked: bool) -> None:
-    if asked:
+def _version(wanted: bool) -> None:
+    if wanted:
         typer.echo(f"gim {__version__}")
         raise typer.Exit
 
@@ -127,7 +127,7 @@ def _main(
 
 
 def _print_json_error(text: str, exit_code: int) -> None:
-    """Print what went wrong as a JSON object, where one is asked for."""
+    """Print an error as a JSON object, if --json is given."""
     if "--json" in sys.argv[1:]:
         from gimcli.cli.console import print_json
 
@@ -135,12 +135,12 @@ def _print_json_error(text: str, exit_code: int) -> None:
 
 
 def _stop(number: int, frame: FrameType | None) -> None:
-    """End as an error does, so that nothing half-written stays."""
+    """Exit as after an error, so that no incomplete file remains."""
     sys.exit(128 + number)
 
 
 def main() -> None:
-    """Run the command line and exit with the status that the format page promises."""
+    """Run the command line and exit with the status that the manual lists."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the matrices are small: more threads only wait for each other
     signal.signal(signal.SIGTERM, _stop)
     try:

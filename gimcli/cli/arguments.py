@@ -12,7 +12,7 @@ from gimcli.errors import UsageError
 
 
 class Method(StrEnum):
-    """How positions are found."""
+    """Methods for positions."""
 
     AUTO = "auto"
     GIM = "gim"
@@ -20,14 +20,14 @@ class Method(StrEnum):
 
 
 class Strategy(StrEnum):
-    """How the sequence is chosen."""
+    """Strategies for the sequence of geometric iteration."""
 
     SPECTRAL = "spectral"
     CLASSIC = "classic"
 
 
 class Jit(StrEnum):
-    """Whether kernels are compiled."""
+    """When kernels are compiled."""
 
     AUTO = "auto"
     ON = "on"
@@ -101,7 +101,7 @@ SequenceText = Annotated[
 
 
 def pairs(given: list[str]) -> dict[str, str]:
-    """Return what --at gives by the names of the actuators."""
+    """Return the values of --at by the names of the actuators."""
     values: dict[str, str] = {}
     for text in given:
         name, equals, number = text.partition("=")

@@ -1,4 +1,4 @@
-"""`gim circuits`: which configurations the motion joins."""
+"""`gim circuits`: the circuits, and the configurations that each connects."""
 
 from __future__ import annotations
 
@@ -71,5 +71,5 @@ def _print(result: CircuitsResult) -> None:
     at = at_inputs(mechanism, inputs_at(found, found.curve.begin()))
     print_table(result.headline(), ("circuit", "", "input", "branches", f"configurations at {at}"), rows, right=(3,))
     if own_strands:
-        typer.echo("*: the circuit of the drawing")
+        typer.echo("*: the circuit of the initial coordinates")
     typer.echo(verdict(found))

@@ -1,4 +1,4 @@
-"""What `gim solve --all` prints and writes."""
+"""`gim solve --all`: all configurations."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ if TYPE_CHECKING:
     from gimcli.library.configurations import ConfigurationsResult
 
 COLUMNS = 3
-"""Traced points whose places stand in the table, where there is room for them."""
+"""Traced points with coordinates in the table, at most; fewer on a narrow terminal."""
 
 BESIDE, EACH = 45, 28
-"""Characters of a table's line beside the places, and of a place."""
+"""Characters of a row without coordinates, and of a pair of coordinates."""
 
 ROWS = 60
-"""Configurations that the table shows; --json and --csv hold all."""
+"""Rows of the table; --json and -o write all configurations."""
 
 
 def solve_all(outputs: Outputs, at: dict[str, str], tolerance: float) -> None:
-    """Find every configuration, print and write it; exit with 5 where there is none."""
+    """Find every configuration, print and write it; exit with 5 if there is none."""
     from gimcli.cli.progress import progress_bar
     from gimcli.library.configurations import configurations
 
@@ -59,8 +59,8 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
         mark = f"{k + 1}{' *' if k == drawn else ''}"
         rows.append((mark, found.signs[k] or "-", f"{found.residual[k]:.0e}", radius, *z))
     print_table("", head, rows, right=(0, 2, 3, *range(4, len(head))))
-    print_more(len(found), ROWS, "--json and --csv hold all")
+    print_more(len(found), ROWS, "--json and -o write all")
     if drawn is not None:
-        typer.echo("*: the configuration of the drawing, moved to these inputs")
+        typer.echo("*: the configuration of the initial coordinates, moved to these inputs")
     if result.undrawn and png is not None:
         typer.echo(f"{png} shows the first {result.count - result.undrawn}; {result.undrawn} are not drawn")

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from gimcli.motion.motion import Motion
 
 WIDE = 160
-"""Columns where no terminal tells how many there are."""
+"""Columns of a table that is not printed on a terminal."""
 
 HEAD, MOST = 12, 10_000
-"""Characters of a head that are not broken, and of the widest line."""
+"""Characters of a heading that is not broken, and of the longest line."""
 
 
 def printable(text: str) -> str:
-    """Return a text whose control characters, line ends apart, are written out: a terminal obeys them."""
+    """Return a text with control characters escaped, except line ends: a terminal would execute them."""
     return "".join(repr(sign)[1:-1] if sign != "\n" and not sign.isprintable() else sign for sign in text)
 
 
@@ -36,7 +36,7 @@ def print_json(data: dict[str, Any]) -> None:
 
 
 def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], right: Iterable[int] = ()) -> None:
-    """Print a table; columns named in `right` are numbers, which are never broken: rather the table is too wide."""
+    """Print a table; columns in `right` are numbers: they are never broken, even if the table becomes too wide."""
     from rich import box
     from rich.console import Console
     from rich.measure import Measurement
@@ -91,21 +91,21 @@ def how_it_ends(closed: bool, ended: str, turns: float) -> str:
 
 
 def room() -> int:
-    """Return the columns that standard output has room for."""
+    """Return the width of standard output in characters."""
     import shutil
 
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else WIDE
 
 
 def note(text: str) -> None:
-    """Print a line for the user's eyes, above a bar that goes on; standard output stays clean."""
+    """Print a line on standard error, above the progress bar if there is one."""
     print_above(text)
 
 
 def note_point_masses(mechanism: Mechanism) -> None:
-    """Print which members count as point masses because the file gives no moment of inertia."""
+    """Print which members are point masses, because the file gives no moment of inertia."""
     from gimcli.dynamics.load_arrays import point_masses
 
     names = point_masses(mechanism)
     if names:
-        note(f"masses: no `inertia` for {', '.join(names)}: taken as 0, as of a point mass (`inertia: 0` confirms it)")
+        note(f"masses: {', '.join(names)} without `inertia`: treated as point masses (write `inertia: 0` to confirm)")

@@ -1,4 +1,4 @@
-"""`gim forces`: which efforts and reactions the prescribed motion asks for."""
+"""`gim forces`: efforts and reactions for a prescribed motion."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ def command(
     png: PngFile = None,
     as_json: Json = False,
 ) -> None:
-    """Show the formation."""
+    """Print the groups in the order of formation."""
     from gimcli.cli.console import print_table
     from gimcli.cli.outputs import Outputs
     from gimcli.library.groups import GroupsResult, groups

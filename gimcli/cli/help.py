@@ -11,7 +11,7 @@ from gimcli.cli.plain_values import taking_plain_values
 
 
 class Command(TyperCommand):
-    """A command whose help begins with examples; typer does not check its plain values."""
+    """A command whose help begins with examples; plain values are not checked by typer."""
 
     examples: tuple[str, ...] = ()
 
@@ -33,7 +33,7 @@ class Command(TyperCommand):
 
 
 def grouped(params: Iterable[Any], ctx: Any) -> dict[str, list[tuple[str, str]]]:
-    """Return the lines of the help by the titles of the groups; an option without a group is in the last one."""
+    """Return the lines of the help by group title; an option without a group is in the last group."""
     groups: dict[str, list[tuple[str, str]]] = {}
     for param in params:
         record = param.get_help_record(ctx)
@@ -44,7 +44,7 @@ def grouped(params: Iterable[Any], ctx: Any) -> dict[str, list[tuple[str, str]]]
 
 
 def _without_range(text: str) -> str:
-    """Return a help text without the range of a number, which the message of an error names."""
+    """Return a help text without the range of a number; the error message gives the range."""
     head, bracket, extra = text.rpartition("  [")
     kept = [part for part in extra.removesuffix("]").split("; ") if "x<=" not in part and "x>=" not in part]
     return (f"{head}{bracket}{'; '.join(kept)}]" if kept else head) if bracket else text

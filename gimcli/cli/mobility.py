@@ -23,7 +23,7 @@ def command(
     out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
     as_json: Json = False,
 ) -> None:
-    """Analyse the mobility at the assembled position nearest to the drawn one."""
+    """Analyse the mobility at the assembled position nearest to the initial coordinates."""
     from gimcli.cli.outputs import Outputs
     from gimcli.library.mobility import MobilityResult, mobility
 
@@ -41,7 +41,7 @@ def _print(result: MobilityResult) -> None:
     if found.stuck:
         typer.echo(
             f"The inputs do not determine the drawn position: {result.start}. `gim singularities` lists such positions;"
-            " draw the mechanism in another position to avoid it."
+            " choose other initial coordinates to avoid it."
         )
     if found.singular:
         typer.echo(

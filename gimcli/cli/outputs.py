@@ -1,4 +1,4 @@
-"""What a command writes: the files that `-o` names, or its usual ones, and the table on standard output."""
+"""The output of a command: the files of `-o` or the usual files, and the table on standard output."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from gimcli.table import Table
 
 REPORTED = {"table": "csv", "picture": "png", "arrays": "npz"}
-"""Keys of the report of --json for the first file with such contents."""
+"""Keys in the JSON report for the first file of each kind of content."""
 
 Kind = TypeVar("Kind", bound="Result", covariant=True)
 Found = TypeVar("Found", bound="Result")
 
 
 class Stream(Protocol[Kind]):
-    """A result under way: tables of its pieces, then the result."""
+    """A result that is computed in parts: the table of each part, then the result."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -35,11 +35,11 @@ class Stream(Protocol[Kind]):
         ...
 
     def tables(self) -> Iterator[Table]:
-        """Yield the table of each piece."""
+        """Yield the table of each part."""
         ...
 
     def result(self, table: Table | None) -> Kind:
-        """Return the result, when all tables have been taken."""
+        """Return the result, after the last table."""
         ...
 
 
@@ -68,7 +68,7 @@ class Outputs:
         return bool(self.files.of("picture"))
 
     def loaded(self) -> Mechanism:
-        """Return the mechanism of the model file; refuse files that cannot be written, before any work."""
+        """Return the mechanism of the model file; refuse files that cannot be written, before the computation."""
         from gimcli.library.load import load
 
         mechanism = load(self.model)
@@ -116,7 +116,7 @@ class Outputs:
         self.written = write_contents(result.contents(paths))
 
     def finish(self, found: Found, show: Callable[[Found], None]) -> None:
-        """Print the report, or its JSON object; exit with 5 where something is missing."""
+        """Print the report, or its JSON object; exit with 5 if a part is missing."""
         from gimcli.cli.console import print_json, print_written
 
         if self.as_json:
@@ -140,7 +140,7 @@ class Outputs:
 
 
 def _named(path: Path | None, contents: tuple[str, ...], option: str) -> list[str]:
-    """Return the file that an option of its own names; refuse a suffix with other contents."""
+    """Return the file of --csv or --png; refuse a suffix with other contents."""
     if path is None:
         return []
     try:

@@ -1,4 +1,4 @@
-"""Values of the command line that need no check, taken as they are.
+"""Values of the command line that are used without a check by typer.
 
 Typer checks each value, and each default, by adapters of pydantic: importing and building them takes longer than
 a short motion takes to solve. A value that is not plain is left to typer, and with it every message.
@@ -14,11 +14,11 @@ from typing import Any
 
 UNCHECKED = object()
 DIGITS = 9
-"""Of a number that is taken as it is."""
+"""Most digits of a number that is used without a check."""
 
 
 def taking_plain_values(params: Iterable[Any]) -> list[Any]:
-    """Return the parameters of a command, which take plain values without typer's check."""
+    """Return the parameters of a command; plain values are used without a check by typer."""
     return [_taking(param) for param in params]
 
 
@@ -37,7 +37,7 @@ def _taking(param: Any) -> Any:
 
 
 def plain_value(param: Any, value: Any) -> Any:
-    """Return the value of a parameter, or UNCHECKED; its type is that of the default, and lists are of texts."""
+    """Return the value of a parameter in the type of its default (lists have texts), or UNCHECKED."""
     kind = type(param.default)
     if value is None:
         return UNCHECKED if param.required or param.multiple or param.nargs != 1 else None

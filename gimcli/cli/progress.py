@@ -1,4 +1,4 @@
-"""Progress on a terminal: a bar that appears after a second, names the phase of the work, and moves by itself.
+"""Progress on a terminal: a bar that appears after a second and names the phase of the computation.
 
 A spinner and the time turn whether or not the work reports how far it has come.
 """
@@ -15,7 +15,7 @@ DRAWING = "drawing"
 """Name of the last phase of most commands."""
 
 DELAY = 1.0
-"""Seconds of work that show nothing."""
+"""Seconds before the bar appears."""
 
 _phases: list[_Phase] = []
 _bars: list[Any] = []
@@ -23,7 +23,7 @@ _lock = RLock()
 
 
 def progress_bar(label: str) -> Progress:
-    """Begin a phase of the work and end the one before; return a function of (done, of) for its bar."""
+    """Begin a phase and end the previous one; return a function of (done, total) that moves its bar."""
     if not sys.stderr.isatty():
         return no_progress
     end_bars()
@@ -34,7 +34,7 @@ def progress_bar(label: str) -> Progress:
 
 
 def end_bars() -> None:
-    """Take the bar off the screen and give the cursor back: before a report, and however the program ends."""
+    """Remove the bar and show the cursor again: before a report, and whenever the program ends."""
     with _lock:
         while _phases:
             _phases.pop().timer.cancel()
@@ -43,7 +43,7 @@ def end_bars() -> None:
 
 
 def print_above(text: str) -> None:
-    """Print a line on standard error; the bar, if there is one, goes on below."""
+    """Print a line on standard error, above the bar if there is one."""
     with _lock:
         if _bars:
             _bars[-1].console.print(text, markup=False, highlight=False, soft_wrap=True)
@@ -52,7 +52,7 @@ def print_above(text: str) -> None:
 
 
 class _Phase:
-    """A part of the work that may take long; its bar is opened by a timer, should the work not report."""
+    """A phase that may take long; a timer opens its bar, also if the computation does not report progress."""
 
     def __init__(self, label: str) -> None:
         import time
@@ -73,7 +73,7 @@ class _Phase:
             self.report()
 
     def show(self, done: int, of: int) -> None:
-        """Tell how far the work has come."""
+        """Report the progress: `done` of `of` parts."""
         with _lock:
             self.known = done, of
             if self.bar is not None:
@@ -82,7 +82,7 @@ class _Phase:
                 self.open()
 
     def report(self) -> None:
-        """Move the bar to where the work is known to be; where all is done, something follows that does not report."""
+        """Move the bar; after the last part it shows activity only, as the rest of the phase does not report."""
         done, of = self.known
         if done < of:
             self.bar.update(self.task, completed=done, total=of, part=f"{100 * done // of} %")
@@ -91,7 +91,7 @@ class _Phase:
 
 
 def _started() -> Any:
-    """Return a bar on the terminal; standard output may be a file, and stays as it is."""
+    """Return a bar on the terminal; standard output is not changed."""
     import atexit
 
     from rich.console import Console

@@ -1,4 +1,4 @@
-"""`gim reduce`: what a mechanism is from its input's point of view."""
+"""`gim reduce`: the equivalent one-degree-of-freedom model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`gim sequence`: in which order restrictions are imposed, and why."""
+"""`gim sequence`: the order in which restrictions are imposed, with reasons."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def command(
     png: PngFile = None,
     as_json: Json = False,
 ) -> None:
-    """Search and show the sequence."""
+    """Find and print the sequence."""
     from gimcli.cli.outputs import Outputs
     from gimcli.library.sequence import SequenceResult, sequence
 

@@ -1,4 +1,4 @@
-"""`gim simulate`: how a mechanism moves by itself."""
+"""`gim simulate`: forward dynamics."""
 
 from __future__ import annotations
 

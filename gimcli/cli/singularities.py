@@ -20,7 +20,7 @@ HELP = (
 EXAMPLES = ("gim singularities models/parallelogram.yaml -o positions.png",)
 MEMBERS = 3
 ALIKE = 1e-6
-"""Part of the greatest difference between branches that is none: tangents are told to half the digits at the worst."""
+"""Relative differences between branches below this are rounding: tangents are accurate to half the digits or better."""
 
 
 def command(
@@ -29,7 +29,7 @@ def command(
     png: PngFile = None,
     as_json: Json = False,
 ) -> None:
-    """Follow the circuits and list what is singular."""
+    """Follow the circuits and list the singular positions."""
     from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
     from gimcli.library.singularities import SingularitiesResult, singularities
@@ -61,26 +61,26 @@ def _print(result: SingularitiesResult) -> None:
     if rows:
         print_table(mechanism.name, head, rows, right=(0, *range(2, 2 + len(names))))
     else:
-        typer.echo(f"{mechanism.name}: nothing is singular")
+        typer.echo(f"{mechanism.name}: no singular positions")
     for k, (circuit, reach) in enumerate(zip(found.branches.circuits, found.reach, strict=True)):
         how = how_it_ends(circuit.closed, circuit.ended, circuit.turns)
         typer.echo(f"branch {k + 1}: {how}; {intervals(mechanism, result.interval(reach))}")
     if not found.complete:
-        typer.echo("more branches meet than are followed")
+        typer.echo("there are more branches than were followed")
 
 
 def _rates(result: SingularitiesResult, one: Found) -> str:
     """Return, for every branch, the members whose rates differ most between branches."""
-    told = result.tangents(one)
+    tangents = result.tangents(one)
     free = ["more than one freedom"] * one.what.loose
-    if not told:
+    if not tangents:
         return "".join(free)
-    names = list(told[0].members)
-    spread = {n: max(t.members[n] for t in told) - min(t.members[n] for t in told) for n in names}
+    names = list(tangents[0].members)
+    spread = {n: max(t.members[n] for t in tangents) - min(t.members[n] for t in tangents) for n in names}
     least = ALIKE * max(spread.values(), default=0.0)
     chosen = [n for n in sorted(names, key=lambda n: -spread[n])[:MEMBERS] if spread[n] > least] or names[:MEMBERS]
     lines = []
-    for t in told:
-        rest = "input rests: " if t.rests else ""
+    for t in tangents:
+        rest = "input rate zero: " if t.rests else ""
         lines.append(rest + ", ".join(f"{n} {t.members[n]:+.6g}" for n in chosen))
     return "\n".join(lines + free)

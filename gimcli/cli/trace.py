@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 class AtLimit(StrEnum):
-    """What is done at the limit of an input."""
+    """Actions at the limit of an input."""
 
     STOP = "stop"
     SKIP = "skip"

@@ -1,4 +1,4 @@
-"""`gim tradeoff`: which method and tolerance serve a motion best."""
+"""`gim tradeoff`: speed and accuracy of every method for a motion."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def command(
 
 
 def _tolerances(text: str) -> list[float]:
-    """Return the tolerances that the user lists."""
+    """Return the tolerances of --tolerances."""
     values: list[float] = []
     for word in text.replace(",", " ").split():
         try:
@@ -85,7 +85,7 @@ def _print(result: TradeoffResult) -> None:
     typer.echo(
         "iterations: sweeps for gim; paper's count: 12 operations per moving node and sweep, 9 E^3 per iteration"
     )
-    typer.echo("* efficient: no other that solves all positions is both faster and more accurate")
+    typer.echo("*: efficient: no other entry that solves all positions is both faster and more accurate")
     if found.untold:
         typer.echo(
             f"{found.untold} positions are too near to a singular position to determine a true error; they are left out"

@@ -1,4 +1,4 @@
-"""`gim workspace`: what a point reaches."""
+"""`gim workspace`: the region or the paths that a point can reach."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def command(
 
 
 def _orientations(given: list[str]) -> dict[str, float]:
-    """Return the members whose direction is held, and the angles in the file's unit."""
+    """Return the given directions [file's angle unit] by member."""
     import math
 
     held: dict[str, float] = {}
