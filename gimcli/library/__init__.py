@@ -1,5 +1,6 @@
-"""The library under the command line: one file a verb, each with its result.
+"""The public functions: one file for each, with the class of its result. The commands call the same functions.
 
-A verb takes a mechanism and arguments by the user's names and in the file's units, checks them, and returns a result.
-What was not solved has a status and NaN; only bad input and an impossible structure raise.
+A function takes a mechanism and arguments with the names and units of the model file, checks them and returns a result.
+A position that is not solved has a status and NaN. Exceptions are raised only for invalid arguments and models, and for
+mechanisms that cannot be driven or assembled.
 """

@@ -1,4 +1,4 @@
-"""Follow whole circuits instead of a law: rows at even distances, through limits and dead points."""
+"""Follow whole circuits instead of a law: rows at equal distances, also past limits and dead points."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ if TYPE_CHECKING:
     from gimcli.output.picture import Content
 
 DENSE = 720
-"""Rows of a circuit, at least, between which no member is taken to turn by more than half a turn."""
+"""Least number of rows of a circuit for which no member is expected to turn by half a turn between two rows."""
 
 
 class CircuitTrace:
-    """A circuit, or every branch that meets it, followed; tables, then the result."""
+    """A circuit, or all circuits that meet it: first the tables, then the result."""
 
     def __init__(
         self, mechanism: Mechanism, steps: int, tolerance: float, branch: int, every: bool,
         extras: Callable[[], Extras], progress: Phases,
     ) -> None:  # fmt: skip
-        """Follow; `extras` makes the measures of one circuit."""
+        """Follow the circuits; `extras` makes the measures and graphs of one circuit."""
         follow = progress("following the circuit")
         circuits: tuple[Circuit, ...] = (drawn_circuit(mechanism, tolerance),)
         if every or branch > 1:
@@ -45,7 +45,7 @@ class CircuitTrace:
             circuits = all_circuits(circuits[0], progress=follow).circuits
         if branch > len(circuits):
             raise UsageError(
-                f"--branch {branch}: {len(circuits)} circuit{'s meet' * (len(circuits) > 1) or ' there is'} here;"
+                f"branch {branch}: only {len(circuits)} circuit{'s meet' if len(circuits) > 1 else ' meets'} here;"
                 " `gim singularities` lists them"
             )
         self.mechanism, self.steps, self.tolerance, self.every = mechanism, steps, tolerance, every
@@ -72,23 +72,23 @@ class CircuitTrace:
         return self._tables[0].names
 
     def tables(self) -> Iterator[Table]:
-        """Yield the table of each circuit; `branch` is its last column where all are followed."""
+        """Yield the table of each circuit; if all are followed, the last column is `branch`."""
         yield from self._tables
 
     def result(self, table: Table | None) -> CircuitTraceResult:
-        """Return the result, when all tables have been taken; without its table where that went to a file."""
+        """Return the result, after all tables were read; `table` is None if they were written to a file."""
         return CircuitTraceResult(self, table)
 
 
 class CircuitTraceResult(TraceResult):
-    """Rows along whole circuits, one circuit after another; `circuits` tells of each."""
+    """Rows along whole circuits, one circuit after another; `circuits` describes each."""
 
     def __init__(self, found: CircuitTrace, table: Table | None) -> None:
         self.mechanism, self.found, self.motions, self._table = found.mechanism, found, found.motions, table
 
     @cached_property
     def circuits(self) -> list[dict[str, Any]]:
-        """How each circuit ends, what its inputs reach, its limits and change points, and its measures."""
+        """For each circuit: whether it is closed, the intervals of its inputs, limits, change points and measures."""
         found = self.found
         return [
             _of_circuit(self.mechanism, n, circuit, singularities(circuit)) | extras.report(motion)
@@ -112,7 +112,7 @@ class CircuitTraceResult(TraceResult):
         return f"{self.mechanism.name}: {self.solved} of {self.rows} positions solved, worst residual {self.worst:.1e}"
 
     def report(self) -> dict[str, Any]:
-        """Return what --json prints."""
+        """Return the report that --json prints."""
         circuits = self.circuits
         return {
             "steps": self.found.steps, "solved": self.solved, "residual": self.worst, "reachable": self.reachable,
@@ -123,7 +123,7 @@ class CircuitTraceResult(TraceResult):
         }  # fmt: skip
 
     def turns(self, member: Callable[[ComplexArray], FloatArray]) -> FloatArray:
-        """Return the angles of a member along every circuit, each counted through turns."""
+        """Return the angles of a member (rows,), full turns counted along each circuit."""
         parts = []
         for circuit in self.found.circuits:
             each = -(-max(DENSE, len(circuit.places)) // self.found.steps)
@@ -132,7 +132,7 @@ class CircuitTraceResult(TraceResult):
         return np.concatenate(parts)
 
     def picture(self) -> Content | None:
-        """Return poses of the first circuit, and the curves, areas and graphs of all."""
+        """Return positions on the first circuit, and the curves, areas and graphs of all circuits."""
         from gimcli.output.drawing import motion_picture
         from gimcli.output.panels import with_panels
 
@@ -152,7 +152,7 @@ class CircuitTraceResult(TraceResult):
 
 
 def _of_circuit(mechanism: Mechanism, number: int, circuit: Circuit, found: list[Any]) -> dict[str, Any]:
-    """Return what is told of a circuit: how it ends, what its inputs reach, its limits and change points."""
+    """Return the report of a circuit: whether it is closed, the intervals of its inputs, limits and change points."""
 
     def at(q: float) -> dict[str, float]:
         return in_file_units(mechanism, circuit.curve.inputs(q))

@@ -1,4 +1,4 @@
-"""List every configuration at given inputs."""
+"""List all configurations at given inputs."""
 
 from __future__ import annotations
 
@@ -23,27 +23,42 @@ if TYPE_CHECKING:
     from gimcli.output.picture import Content
 
 PANELS = 36
-"""Configurations that one picture has room for."""
+"""Largest number of configurations in one picture."""
 
 
 def configurations(
     mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, tolerance: float = 1e-10,
     progress: Phases = no_phases, **inputs: float,
 ) -> ConfigurationsResult:  # fmt: skip
-    """List every way to assemble a mechanism at inputs by name, each proved, and whether the list is.
+    """List all configurations of a mechanism at given inputs, for example `configurations(m, motor=45)`.
 
-    Inputs that are not given are those at the start of their laws; `at` holds inputs whose names are no Python names.
-    Raises UsageError, and StructureError where the mechanism is over-driven or not driven.
+    Args:
+        mechanism: from `load` or `loads`.
+        at: dict of inputs by name, for names that are not Python names or are names of arguments.
+        tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
+        progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+        inputs: inputs by name, in the file's units. Inputs that are not given have the value at the start of their law.
+
+    Returns:
+        A ConfigurationsResult: each configuration in it is proved to exist; `.complete` is whether the list is proved
+        complete. The list is empty if the mechanism cannot be assembled at these inputs.
+
+    Raises:
+        UsageError: an unknown name or an invalid argument.
+        StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
     Options.checked("auto", "spectral", tolerance, "auto")
-    values = inputs_of(mechanism, {**(at or {}), **inputs}, "--at ")
+    values = inputs_of(mechanism, at, inputs)
     with explained(mechanism):
         found = all_configurations(mechanism, values, tolerance, progress("configurations"))
     return ConfigurationsResult(found, drawn_configuration(found))
 
 
 class ConfigurationsResult(Result):
-    """Configurations: `xy[name]` (configurations, 2), `angle[member]`, `complete`, and which one is `drawn`."""
+    """Configurations: `count`, `xy[name]` (configurations, 2), `angle[member]` (configurations,) and `complete`.
+
+    `drawn` is the index of the configuration that the file's coordinates show, or None.
+    """
 
     KIND = "configurations"
 
@@ -52,22 +67,22 @@ class ConfigurationsResult(Result):
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """The number of configurations."""
         return len(self.found)
 
     @property
     def answered(self) -> bool:
-        """Tell whether there is any."""
+        """Whether there is at least one configuration."""
         return self.count > 0
 
     @property
     def complete(self) -> bool:
-        """Tell whether the list is proved to hold all."""
+        """Whether the list is proved complete."""
         return bool(self.found.complete)
 
     @property
     def status(self) -> tuple[str, ...]:
-        """The status words: all that are listed are "ok"."""
+        """The status words (configurations,), all "ok"."""
         return ("ok",) * self.count
 
     @property
@@ -77,17 +92,17 @@ class ConfigurationsResult(Result):
 
     @cached_property
     def xy(self) -> ByName:
-        """Places (configurations, 2) of nodes and points in the file's length unit."""
+        """Coordinates (configurations, 2) of nodes and points in the file's length unit."""
         return places(self.mechanism, self.found.z.T, pairs)
 
     @cached_property
     def angle(self) -> ByName:
-        """Directions (configurations,) of the members, from their first node to their second."""
+        """Directions (configurations,) of the members, from their first node to their second, in the file's unit."""
         return angles(self.mechanism, self.found.z.T, lambda a: a)
 
     @cached_property
     def places(self) -> dict[str, Any]:
-        """Nodes, then points, as complex numbers (configurations,) in the file's units."""
+        """Coordinates of nodes, then of points, as complex numbers (configurations,) in the file's units."""
         return dict(places(self.mechanism, self.found.z.T, lambda z: z))
 
     def headline(self) -> str:
@@ -95,7 +110,7 @@ class ConfigurationsResult(Result):
         return f"{titled(self.mechanism, self.inputs)}: {verdict(self.found)}"
 
     def report(self) -> dict[str, Any]:
-        """Return what --json prints."""
+        """Return the report that --json prints."""
         found, mechanism = self.found, self.mechanism
         points = [p.name for p in mechanism.points]
 
@@ -129,7 +144,7 @@ class ConfigurationsResult(Result):
         }  # fmt: skip
 
     def table(self) -> Table:
-        """Return one row a node or point of each configuration."""
+        """Return one row for each node and point of each configuration."""
         found, names, unit = self.found, list(self.places), self.mechanism.length_unit
         z = np.array([self.places[n] for n in names]).T.ravel()
         each = len(names)
@@ -144,11 +159,11 @@ class ConfigurationsResult(Result):
 
     @property
     def undrawn(self) -> int:
-        """How many there is no room for in the picture."""
+        """The number of configurations that are not in the picture."""
         return max(0, self.count - PANELS)
 
     def picture(self) -> Content | None:
-        """Return the configurations side by side; None where there is none."""
+        """Return the configurations side by side; None if there are none."""
         from gimcli.output.gallery import gallery_picture
 
         mechanism, shown = self.mechanism, min(self.count, PANELS)

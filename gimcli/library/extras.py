@@ -1,4 +1,4 @@
-"""What a trace is asked for beyond coordinates: measures and graphs."""
+"""The measures and graphs that are requested of a trace."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Extras:
             self.record = Record(mechanism, self.specs)
 
     def _include(self, word: str) -> None:
-        """Measure what a graph is asked of, unless that is done; refuse what does not exist."""
+        """Add the measure that a graph needs, unless it is there; raise UsageError for an unknown quantity."""
         from gimcli.measures import KINDS
         from gimcli.measures.graphs import ORDERS
         from gimcli.measures.naming import guess
@@ -45,11 +45,11 @@ class Extras:
         if word in ORDERS or any(word in (spec, spec.partition(":")[0]) for spec in self.specs):
             return
         if word.partition(":")[0] not in KINDS:
-            raise UsageError(f"--plot {word}: no such quantity; {guess(word, [*ORDERS, *KINDS])}")
+            raise UsageError(f"plot {word}: no such quantity; {guess(word, [*ORDERS, *KINDS])}")
         self.specs.append(word)
 
     def head(self, row: Motion) -> list[Column]:
-        """Return the measures' columns for the head of a table."""
+        """Return the measures' columns for the head of a table, with the rows of `row`."""
         return self.record.head_columns(len(row.time)) if self.record is not None else []
 
     def columns(self, piece: Motion) -> list[Column]:
@@ -65,13 +65,13 @@ class Extras:
         return self.record.outlines(motion) if self.record is not None else []
 
     def panels(self, motion: Motion) -> dict[str, Table]:
-        """Return the graphs: their names, and tables whose first column is the abscissa."""
+        """Return the graphs by name, as tables whose first column is the abscissa."""
         from gimcli.measures.graphs import ORDERS, abscissa, measured, quantity
         from gimcli.measures.record import Record
 
         if not self.plots:
             return {}
-        record = Record(self.mechanism, self.specs)  # anew: only some rows have been kept
+        record = Record(self.mechanism, self.specs)  # measured again: the motion has only the rows of the picture
         more, heads = record.columns(motion), record.heads
         specs = [measure.spec for measure in record.measures for _ in measure.heads]
         table, across, panels = motion_table(motion, order=self.order), abscissa(motion), {}
@@ -85,5 +85,5 @@ class Extras:
         return panels
 
     def report(self, motion: Motion) -> dict[str, Any]:
-        """Return what the measures tell of the whole motion, for --json."""
+        """Return the results of the measures for the whole motion, for --json."""
         return {"measures": self.record.told(motion)} if self.record is not None else {}

@@ -1,4 +1,4 @@
-"""Find the efforts and reactions that a prescribed motion asks for."""
+"""Find the driving efforts and the reactions of a prescribed motion."""
 
 from __future__ import annotations
 
@@ -32,17 +32,31 @@ def forces(
     mechanism: Mechanism, steps: int = 360, *, tolerance: float = 1e-10, jit: str = "auto",
     notify: Notify | None = None, progress: Phases = no_phases,
 ) -> ForcesResult:  # fmt: skip
-    """Find efforts, reactions and shaking force along the actuators' laws.
+    """Find driving efforts, reactions and shaking force along the actuators' laws (inverse dynamics).
 
-    Raises ModelError where nothing has mass and nothing acts, StructureError where the mechanism is over-driven or not
-    driven.
+    Args:
+        mechanism: from `load` or `loads`; it needs masses, loads, springs, dampers or friction.
+        steps: number of steps, 1 to 10 000 000; the result has steps + 1 rows.
+        tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
+        jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
+        notify: function of a text; called with notices, such as the start of a compilation.
+        progress: function of the name of a phase; returns a function of (rows done, all rows), for a progress bar.
+
+    Returns:
+        A ForcesResult: forces [N], torques [N m] and powers [W] as the columns of the CSV file, by name, (rows,); NaN
+        where they are not determined. `report()` has the peak values.
+
+    Raises:
+        UsageError: an invalid argument.
+        ModelError: no masses, loads, springs, dampers or friction are defined.
+        StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
     """
     found = ForcesAlong(mechanism, steps, tolerance, jit, notify, progress)
     return found.result(joined(found.tables()))
 
 
 class ForcesAlong:
-    """The forces of a motion that is under way: tables of its pieces, then the result."""
+    """The forces of a motion that is being solved in pieces: first the tables of the pieces, then the result."""
 
     def __init__(
         self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, notify: Notify | None,
@@ -67,18 +81,18 @@ class ForcesAlong:
         return force_table(start, motion_forces(start)).names
 
     def tables(self) -> Iterator[Table]:
-        """Yield the table of each piece."""
+        """Yield the table of each piece of the motion."""
         for piece in chain((self._first,), self._pieces):
             first = self.found.summary.seen
             yield force_table(piece, self.found.take(piece), first)
 
     def result(self, table: Table | None) -> ForcesResult:
-        """Return the result, when all tables have been taken; without its table where that went to a file."""
+        """Return the result, after all tables were read; `table` is None if they were written to a file."""
         return ForcesResult(self.found, self.steps, table)
 
 
 class ForcesResult(RowsResult):
-    """Efforts, reactions, shaking force and powers along a motion, by their columns."""
+    """Driving efforts, reactions, shaking force and powers along a motion, as columns by name."""
 
     KIND = "forces"
 
@@ -88,12 +102,12 @@ class ForcesResult(RowsResult):
 
     @property
     def complete(self) -> bool:
-        """Tell whether the forces of all rows are known."""
+        """Whether the forces of all rows are determined."""
         return self.found.told == self.steps + 1
 
     @property
     def events(self) -> list[dict[str, Any]]:
-        """Singular positions and limits on the way."""
+        """Singular positions and limits of the motion."""
         return events(self.found.summary.motion)
 
     def headline(self) -> str:
@@ -101,7 +115,7 @@ class ForcesResult(RowsResult):
         return f"{self.mechanism.name}: forces at {self.found.told} of {self.steps + 1} positions"
 
     def report(self) -> dict[str, Any]:
-        """Return what --json prints."""
+        """Return the report that --json prints."""
         found, motion, peaks = self.found, self.found.summary.motion, self.found.peaks
         whole = found.summary.solved < self.steps + 1 or self.complete
         return {
@@ -113,7 +127,7 @@ class ForcesResult(RowsResult):
         }  # fmt: skip
 
     def picture(self) -> Content | None:
-        """Return the efforts over the input, and the path of the shaking force; None where nothing is known."""
+        """Return graphs of the efforts over the input, and of the shaking force; None if no forces are determined."""
         from gimcli.output.forces import forces_sheet
 
         found = self.found

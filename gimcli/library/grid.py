@@ -1,4 +1,4 @@
-"""Solve a grid of inputs part by part, so that an interrupted run can go on."""
+"""Solve a grid of inputs in parts, so that an interrupted run can be resumed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from gimcli.version import __version__
 
 @dataclass(frozen=True)
 class Kept:
-    """Where the parts of a grid are kept until all are done, and whether those that are there count."""
+    """The folder of the parts of a grid until all are done, and whether to use the parts that are already there."""
 
     folder: Path
     resume: bool
@@ -28,21 +28,21 @@ class Kept:
 
 @dataclass(frozen=True)
 class Grid:
-    """Places of a point at all combinations of the inputs; NaN where a configuration does not exist."""
+    """Positions of a point at all combinations of the inputs; NaN where a configuration does not exist."""
 
     places: ComplexArray  # (configurations, values of the first input, of the second, ...), the file's coordinates
-    axes: dict[str, FloatArray]  # values of every input, the file's units
-    resumed: int  # parts that were there already
+    axes: dict[str, FloatArray]  # values of each input, the file's units
+    resumed: int  # number of parts that were already there
     parts: int
     store: Parts | None = None
 
     def clear(self) -> None:
-        """Remove the parts that were kept: when the whole has been written."""
+        """Remove the parts from the folder, after the whole grid was written."""
         if self.store is not None:
             self.store.clear()
 
     def report(self) -> dict[str, Any]:
-        """Return how much was solved."""
+        """Return the numbers of positions, configurations and solved positions."""
         z = self.places.reshape(len(self.places), -1)
         return {
             "positions": z.shape[1], "configurations": len(z), "solved": int(np.isfinite(z).sum()),
@@ -50,7 +50,7 @@ class Grid:
         }  # fmt: skip
 
     def arrays(self) -> dict[str, Any]:
-        """Return x, y and the values of the inputs by the names that a file has them by."""
+        """Return x, y and the values of the inputs by their names in the .npz file."""
         axes = {f"input_{name}": values for name, values in self.axes.items()}
         return {"x": self.places.real, "y": self.places.imag, **axes}
 
@@ -59,13 +59,13 @@ def solve_grid(
     mechanism: Mechanism, name: str, count: int, jit: str, kept: Kept | None, notify: Notify | None,
     progress: Progress,
 ) -> Grid:  # fmt: skip
-    """Solve `count` values of every input in all combinations, for the place of a node or point."""
+    """Solve the position of a node or point at all combinations of `count` values of each input."""
     job = readied(Scatterer(mechanism, carried_by(mechanism, name), input_grid(mechanism, count)), jit, notify)
     store = None if kept is None else Parts(kept.folder, _header(job, mechanism, name), kept.resume)
     done = set[int]() if store is None else store.done
     parts: dict[int, ComplexArray] = {}
-    asked = [k for k in range(job.parts) if k not in done]
-    for solved, (k, values) in enumerate(scattered(job, asked), start=len(done) + 1):
+    missing = [k for k in range(job.parts) if k not in done]
+    for solved, (k, values) in enumerate(scattered(job, missing), start=len(done) + 1):
         if store is None:
             parts[k] = values
         else:
@@ -78,7 +78,7 @@ def solve_grid(
 
 
 def _header(job: Scatterer, mechanism: Mechanism, name: str) -> dict[str, Any]:
-    """Return what parts of a grid belong to: the model's contents, its laws' ranges, and the options."""
+    """Return the run that the parts of a grid belong to: the model's content, the ranges of its laws, the options."""
     model = hashlib.sha256()
     for part in _contents(replace(mechanism, files=(), dynamics=Dynamics(), gauges=())):
         model.update(part)
@@ -90,7 +90,7 @@ def _header(job: Scatterer, mechanism: Mechanism, name: str) -> dict[str, Any]:
 
 
 def _contents(value: Any) -> Iterator[bytes]:
-    """Yield every number and name of what moves, those of its laws and tables too."""
+    """Yield all numbers and names of the moving parts, and of their laws and tables."""
     if isinstance(value, np.ndarray):
         yield value.tobytes()
     elif isinstance(value, tuple | list):

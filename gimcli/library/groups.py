@@ -20,9 +20,13 @@ if TYPE_CHECKING:
 
 
 def groups(mechanism: Mechanism) -> GroupsResult:
-    """Find the formation of a mechanism: driving links, and Assur groups joined to what was formed before.
+    """Find the formation of a mechanism: driving links, then Assur groups, each joined to earlier ones.
 
-    Raises StructureError where the mechanism is over-driven or not driven.
+    Returns:
+        A GroupsResult: a mapping of the columns group, kind, class, order, links, joined to, driven by.
+
+    Raises:
+        StructureError: the mechanism is not fully driven, or over-driven.
     """
     with explained(mechanism):
         make_plan(mechanism)
@@ -31,7 +35,7 @@ def groups(mechanism: Mechanism) -> GroupsResult:
 
 
 class GroupsResult(Result):
-    """The groups in the order of formation (`found`), one row each."""
+    """The groups in the order of formation, one row each."""
 
     KIND = "groups"
 
@@ -43,11 +47,11 @@ class GroupsResult(Result):
         return f"{self.mechanism.name}: {'  '.join(self.found.formula)}"
 
     def report(self) -> dict[str, Any]:
-        """Return what --json prints."""
+        """Return the report that --json prints."""
         return as_json(self.mechanism, self.found)
 
     def rows(self) -> list[tuple[str, ...]]:
-        """Return formula, kind, class, order, links, what it is joined to and by what it is driven, as text."""
+        """Return for each group, as text: formula, kind, class, order, links, links that it is joined to, actuators."""
         found, rows = self.found, list[tuple[str, ...]]()
         for group, formula in zip(found.groups, found.formula, strict=True):
             on = ", ".join(f"{found.links[k]} at {' '.join(names)}" for k, names in joined(found, group).items())
@@ -60,7 +64,7 @@ class GroupsResult(Result):
         return rows
 
     def table(self) -> Table:
-        """Return one row a group."""
+        """Return one row for each group."""
         names = ("group", "kind", "class", "order", "links", "joined to", "driven by")
         columns = zip(*self.rows(), strict=True)
         return Table(tuple(Column(n, np.array(c)) for n, c in zip(names, columns, strict=True)))
@@ -71,7 +75,7 @@ class GroupsResult(Result):
 
         found, mechanism = self.found, self.mechanism
 
-        home = {link: k for k, group in enumerate(found.groups, start=1) for link in group.links} | {FRAME: 0}
+        box_of = {link: k for k, group in enumerate(found.groups, start=1) for link in group.links} | {FRAME: 0}
         boxes, joints = [Box((f"0: {found.links[FRAME]}",), 0, "frame")], []
         for k, (group, layer, formula) in enumerate(
             zip(found.groups, layers(found), found.formula, strict=True), start=1
@@ -87,7 +91,7 @@ class GroupsResult(Result):
             boxes.append(Box(lines, layer, "driving" if group.driving else "group"))
             above: dict[int, tuple[list[str], list[str]]] = {}
             for base, names in joined(found, group).items():
-                pairs, tags = above.setdefault(home[base], ([], []))
+                pairs, tags = above.setdefault(box_of[base], ([], []))
                 pairs += names
                 tags.append(str(found.numbers[base]))
             joints += [BoxJoint(upper, k, " ".join(pairs), ", ".join(tags)) for upper, (pairs, tags) in above.items()]
@@ -95,5 +99,5 @@ class GroupsResult(Result):
 
 
 def _short(names: list[str], width: int = 3) -> list[str]:
-    """Return names in lines of a few."""
+    """Return lines of at most `width` names."""
     return [", ".join(names[k : k + width]) for k in range(0, len(names), width)]

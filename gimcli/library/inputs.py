@@ -1,4 +1,4 @@
-"""Values of the inputs, by the user's names and in the file's units."""
+"""Check arguments: values of the inputs by name in the file's units, counts and words."""
 
 from __future__ import annotations
 
@@ -13,27 +13,32 @@ from gimcli.mechanism import MOST_TURNS, SPAN, FloatArray, Mechanism
 MOST_STEPS = 10_000_000
 
 
-def refuse_count(option: str, value: int, least: int, most: int) -> None:
-    """Raise UsageError where what is counted is no whole number within its bounds."""
+def refuse_count(argument: str, value: int, least: int, most: int) -> None:
+    """Raise UsageError if the value is not a whole number from `least` to `most`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
-        raise UsageError(f"--{option} {value}: a whole number from {least} to {most} is needed")
+        raise UsageError(f"{argument}={value}: expected a whole number from {least} to {most}")
 
 
-def refuse_choice(option: str, value: str, known: Iterable[str]) -> None:
-    """Raise UsageError where a word is none of those known."""
+def refuse_choice(argument: str, value: str, known: Iterable[str]) -> None:
+    """Raise UsageError if a word is not one of the known words."""
     if value not in known:
-        raise UsageError(f"--{option} {value}: choose {', '.join(known)}")
+        raise UsageError(f"{argument}={value}: choose {', '.join(known)}")
 
 
-def inputs_of(mechanism: Mechanism, given: Mapping[str, float | str], before: str = "") -> FloatArray:
-    """Return the inputs (actuators,): the start of every law, replaced by the values given.
+def inputs_of(
+    mechanism: Mechanism, at: Mapping[str, float | str] | None, by_name: Mapping[str, float | str]
+) -> FloatArray:
+    """Return the inputs (actuators,) in the normal frame: the start of every law, replaced by the given values.
 
-    Messages begin with `before`. Raises UsageError where a name or a value is none that an input can have.
+    Raises UsageError for an unknown name, and for a value that the input cannot have.
     """
     values = mechanism.start_inputs
     names = [a.name for a in mechanism.actuators]
-    for name, value in given.items():
-        text = f"{before}{name}={value}"
+    if at is not None and not isinstance(at, Mapping):
+        name = next(iter(names), "motor")
+        raise UsageError(f"at={at!r}: name the input: {name}={at!r} or at={{'{name}': {at!r}}}")
+    for name, value in {**(at or {}), **by_name}.items():
+        text = f"at {name}={value}"
         if name not in names:
             raise UsageError(f"{text}: no actuator '{name}'{near(name, names)}")
         values[names.index(name)] = _value(mechanism, names.index(name), text, value)
@@ -41,7 +46,7 @@ def inputs_of(mechanism: Mechanism, given: Mapping[str, float | str], before: st
 
 
 def near(name: str, names: Iterable[str], what: str = "actuators") -> str:
-    """Return what was probably meant, or what there is."""
+    """Return a suggestion: the most similar known name, or all known names."""
     import difflib
 
     known = list(names)
@@ -50,7 +55,7 @@ def near(name: str, names: Iterable[str], what: str = "actuators") -> str:
 
 
 def _value(mechanism: Mechanism, k: int, text: str, value: float | str) -> float:
-    """Return an input in the normal frame; refuse what no law may reach either."""
+    """Return an input in the normal frame; raise UsageError for a value that laws may not have either."""
     try:
         given = float(value)
     except (TypeError, ValueError):
@@ -59,23 +64,24 @@ def _value(mechanism: Mechanism, k: int, text: str, value: float | str) -> float
         raise UsageError(f"{text}: '{value}' is not a finite number")
     actuator, found = mechanism.actuators[k], float(mechanism.value_from_file(k, given))
     if actuator.kind == SPAN and found <= 0.0:
-        raise UsageError(f"{text}: a distance must be above 0")
+        raise UsageError(f"{text}: a distance must be greater than 0")
     if abs(found) > MOST_TURNS * (2.0 * math.pi if actuator.rotary else mechanism.size):
-        raise UsageError(f"{text}: more than {MOST_TURNS:g} turns, or sizes of the mechanism, from 0")
+        limit = "turns" if actuator.rotary else "times the size of the mechanism"
+        raise UsageError(f"{text}: an input must be at most {MOST_TURNS:g} {limit} from 0")
     return found
 
 
 def in_file_units(mechanism: Mechanism, inputs: FloatArray, zero: float = 0.0) -> dict[str, float]:
-    """Return inputs (actuators,) by name in the file's units; what is at most `zero` in the normal frame is 0."""
+    """Return inputs (actuators,) by name in the file's units; values up to `zero` in the normal frame become 0."""
     return mechanism.inputs_to_file(np.where(np.abs(inputs) > zero, inputs, 0.0) if zero else inputs)
 
 
 def interval_of(low: Mapping[str, float], high: Mapping[str, float]) -> dict[str, list[float]]:
-    """Return the least and the greatest value of every input between two ends."""
+    """Return the smallest and the largest value of every input between two ends."""
     return {name: sorted([low[name], high[name]]) for name in low}
 
 
 def refuse_unmoved(mechanism: Mechanism, cure: str) -> None:
-    """Raise StructureError where a mechanism has no actuator."""
+    """Raise StructureError if a mechanism has no actuator."""
     if not mechanism.actuators:
         raise StructureError(f"{mechanism.name} has no actuator: nothing moves; {cure}")

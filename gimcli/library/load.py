@@ -1,4 +1,4 @@
-"""Load a mechanism: from a model file, from YAML text, or from plain data."""
+"""Load a mechanism from a model file, from YAML text or from a dict."""
 
 from __future__ import annotations
 
@@ -10,10 +10,19 @@ from gimcli.mechanism import Mechanism
 
 
 def load(model: Path | str | Mapping[str, Any], folder: Path | str | None = None) -> Mechanism:
-    """Return the mechanism of a model file, or of a dict with the keys of one.
+    """Load a mechanism from a model file, or from a dict with the keys of a model file.
 
-    Tables of laws and loads are looked for in `folder`: by default beside the file, for a dict where the program runs.
-    Raises ModelError with all faults: of a file with line and column, of a dict with the names of the keys.
+    Args:
+        model: path of the file, or the dict.
+        folder: folder of the tables that the model names; by default the folder of the file, for a dict the current
+            folder.
+
+    Returns:
+        The mechanism, the first argument of all other functions.
+
+    Raises:
+        ModelError: the model has errors. The message has one line for each; `.faults` is the list of these lines. They
+            name line and column of a file, or the keys of a dict.
     """
     from gimcli.model.read import read_data, read_file
 
@@ -23,7 +32,18 @@ def load(model: Path | str | Mapping[str, Any], folder: Path | str | None = None
 
 
 def loads(text: str, folder: Path | str = "") -> Mechanism:
-    """Return the mechanism of a model given as YAML text; tables are looked for in `folder`."""
+    """Load a mechanism from YAML text.
+
+    Args:
+        text: the content of a model file, at most 4 MB.
+        folder: folder of the tables that the model names; by default the current folder.
+
+    Returns:
+        The mechanism.
+
+    Raises:
+        ModelError: the model has errors; see `load`.
+    """
     from gimcli.model.read import read_text
 
     return read_text(text, Path(folder))

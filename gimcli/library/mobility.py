@@ -1,4 +1,4 @@
-"""Count the freedoms of a mechanism."""
+"""Find the mobility of a mechanism."""
 
 from __future__ import annotations
 
@@ -15,15 +15,19 @@ from gimcli.table import Column, Table
 
 
 def mobility(mechanism: Mechanism) -> MobilityResult:
-    """Analyse the mobility at the assembled position nearest to the drawn one.
+    """Find mobility, redundant constraints and undriven nodes at the assembled position nearest to the drawn one.
 
-    Raises UnassembledError where there is none near.
+    Returns:
+        A MobilityResult: `.mobility`, `.status`, and `report()` with Grübler's count, the rank and the names.
+
+    Raises:
+        UnassembledError: no assembled position was found near the drawn one.
     """
     z = assembled(mechanism)
     if z is None:
         raise UnassembledError(
-            f"{mechanism.name} cannot be assembled near its drawn position: draw it closer, or see `gim solve` for the"
-            " constraint that is worst off"
+            f"{mechanism.name} cannot be assembled near its drawn position: correct the coordinates or lengths;"
+            " `gim solve` reports the constraint with the largest error"
         )
     found = mobility_at(mechanism, z, mechanism.drawn_inputs)
     start = "regular"
@@ -35,7 +39,7 @@ def mobility(mechanism: Mechanism) -> MobilityResult:
 
 
 class MobilityResult(Result):
-    """Grübler's count, rank, mobility, and what is redundant, undriven or over-driven, by name (`found`)."""
+    """Mobility, Grübler's count, rank, and the names of redundant constraints, undriven nodes and surplus actuators."""
 
     KIND = "mobility"
 
@@ -44,12 +48,12 @@ class MobilityResult(Result):
 
     @property
     def mobility(self) -> int:
-        """The confirmed number of freedoms."""
+        """The number of freedoms: confirmed by the rank at neighbouring positions where the position is singular."""
         return self.found.mobility
 
     @property
     def status(self) -> str:
-        """What the drawn position is: "regular", or which kind of singular position."""
+        """The kind of the drawn position: "regular", or the kind of singular position."""
         return self.start
 
     def headline(self) -> str:
@@ -58,7 +62,7 @@ class MobilityResult(Result):
         return f"{self.mechanism.name}: mobility {found.mobility}, Grübler's count {found.gruebler}, rank {found.rank}"
 
     def report(self) -> dict[str, Any]:
-        """Return what --json prints."""
+        """Return the report that --json prints."""
         found = self.found
         return {
             "gruebler": found.gruebler, "rank": found.rank, "mobility": found.mobility,
@@ -68,12 +72,12 @@ class MobilityResult(Result):
         }  # fmt: skip
 
     def table(self) -> Table:
-        """Return what is told, as text."""
+        """Return the quantities and their values as text."""
         names, values = zip(*self.rows(), strict=True)
         return Table((Column("quantity", np.array(names)), Column("value", np.array(values))))
 
     def rows(self) -> list[tuple[str, str]]:
-        """Return quantities and values as text."""
+        """Return the quantities and their values as pairs of texts."""
         found = self.found
         return [
             ("Grübler's count", str(found.gruebler)),

@@ -1,4 +1,4 @@
-"""Places and directions by the user's names, in the file's units."""
+"""Coordinates and directions by name, in the file's units."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gimcli.motion.coupler_points import carried_point
 
 
 def places(mechanism: Mechanism, z: ComplexArray, shape: Callable[[ComplexArray], Any]) -> ByName:
-    """Return the places of nodes and points; `shape` makes the value of (rows,) complex numbers."""
+    """Return the coordinates of nodes and points; `shape` converts complex numbers (rows,) to the value."""
     names = (*mechanism.nodes, *(p.name for p in mechanism.points))
     return ByName(names, lambda name: shape(np.asarray(mechanism.to_file(carried_point(mechanism, name, z)))))
 
@@ -29,7 +29,10 @@ def coordinates(found: Mapping[str, complex]) -> dict[str, list[float]]:
 
 
 def angles(mechanism: Mechanism, z: ComplexArray, shape: Callable[[FloatArray], Any]) -> ByName:
-    """Return the directions of the moving members from their first node to their second, in the file's angle unit."""
+    """Return the directions of the moving members from their first node to their second, in the file's angle unit.
+
+    `shape` converts angles (rows,) to the value.
+    """
     members = {m.name: m for m in mechanism.members[FRAME + 1 :]}
 
     def direction(name: str) -> Any:
@@ -41,9 +44,10 @@ def angles(mechanism: Mechanism, z: ComplexArray, shape: Callable[[FloatArray], 
 
 
 def counted(mechanism: Mechanism, angle: FloatArray, ahead: FloatArray | float = 0.0) -> FloatArray:
-    """Return angles (rows,) counted through turns; rows without a position stay NaN.
+    """Return angles (rows,) with full turns counted; rows without a position stay NaN.
 
-    `ahead` (rows - 1,) is about how far each row is from the one before, where that is known.
+    `ahead` (rows - 1,) is the approximate change from each row to the next. By default it is 0: the change is then
+    taken to be less than half a turn.
     """
     found, good, turn = angle.copy(), np.isfinite(angle), _turn(mechanism)
     change = np.diff(angle[good])
@@ -54,7 +58,7 @@ def counted(mechanism: Mechanism, angle: FloatArray, ahead: FloatArray | float =
 
 
 def widest(mechanism: Mechanism, angle: FloatArray) -> float:
-    """Return the greatest change [rad] of an angle (rows,) between two rows, the shorter way round."""
+    """Return the largest change [rad] of an angle (rows,) from one row to the next, at most half a turn."""
     turn = _turn(mechanism)
     change = np.abs((np.diff(angle) + 0.5 * turn) % turn - 0.5 * turn) / turn
     return 2.0 * np.pi * float(np.max(change[np.isfinite(change)], initial=0.0))

@@ -1,4 +1,4 @@
-"""Reduce a mechanism to one input."""
+"""Reduce a mechanism to an equivalent model with one degree of freedom."""
 
 from __future__ import annotations
 
@@ -24,20 +24,36 @@ if TYPE_CHECKING:
     from gimcli.output.picture import Content
 
 WORK = 6e-4
-"""Seconds that a row takes without compiling, about."""
+"""Approximate time of one row without compilation [s]."""
 
 
 def reduce(
     mechanism: Mechanism, input: str = "", steps: int = 360, *, fluctuation: float | None = None,
     rpm: float | None = None, jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases,
 ) -> ReduceResult:  # fmt: skip
-    """Reduce a mechanism to an input, by default the first: inertia, torque, potential and their derivatives.
+    """Find the equivalent one-degree-of-freedom model: inertia, torque and potential reduced to one input.
 
-    `fluctuation` and `rpm` also find the flywheel that keeps the speed of a cycle. Raises UsageError, ModelError where
-    there are no masses, and StructureError.
+    Args:
+        mechanism: from `load` or `loads`; it needs masses.
+        input: name of the actuator; by default the first.
+        steps: number of steps over the law of that input, 1 to 10 000 000; the result has steps + 1 rows.
+        fluctuation: coefficient of speed fluctuation for a flywheel, (largest - smallest) / mean speed; with `rpm`.
+        rpm: mean speed of the flywheel [rev/min]; with `fluctuation`.
+        jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
+        notify: function of a text; called with notices, such as the start of a compilation.
+        progress: function of the name of a phase; returns a function of (rows done, all rows), for a progress bar.
+
+    Returns:
+        A ReduceResult: columns (rows,) q, J, dJ_dq, tau, V and status, units in `table()`; `.wheel` is the flywheel, or
+        None.
+
+    Raises:
+        UsageError: an unknown input or an invalid argument.
+        ModelError: no masses are defined.
+        StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
     """
     if (fluctuation is None) != (rpm is None):
-        raise UsageError("a flywheel needs both --fluctuation and --rpm")
+        raise UsageError("a flywheel needs both fluctuation and rpm")
     refuse_choice("jit", jit, JIT)
     refuse_count("steps", steps, 1, MOST_STEPS)
     require_masses(mechanism)
@@ -54,7 +70,7 @@ def reduce(
 
 
 class ReduceResult(RowsResult):
-    """Reduced inertia, torque and potential over the input, by their columns, and the `wheel` asked for."""
+    """Reduced inertia, torque and potential over the input, as columns by name, and the flywheel (`wheel`)."""
 
     KIND = "reduced"
 
@@ -64,12 +80,12 @@ class ReduceResult(RowsResult):
 
     @property
     def complete(self) -> bool:
-        """Tell whether all rows are solved."""
+        """Whether all rows are solved."""
         return self.found.solved == len(self.found.q)
 
     @property
     def overall(self) -> Status:
-        """OK, or what ended the first row that is not solved."""
+        """OK, or the status of the first row that is not solved."""
         bad = self.found.codes[self.found.codes != Status.OK]
         return Status(int(bad[0])) if not self.complete else Status.OK
 
@@ -78,7 +94,7 @@ class ReduceResult(RowsResult):
         return f"{self.mechanism.name}: reduced at {self.found.solved} of {len(self.found.q)} positions"
 
     def report(self) -> dict[str, Any]:
-        """Return what --json prints."""
+        """Return the report that --json prints."""
         found, table = self.found, self.table()
         report = {
             "input": self.mechanism.actuators[found.actuator].name, "steps": len(found.q) - 1,
@@ -88,7 +104,7 @@ class ReduceResult(RowsResult):
         return {**report, "flywheel": asdict(self.wheel)} if self.wheel else report
 
     def picture(self) -> Content | None:
-        """Return the reduced quantities over the input; None where there is nothing to draw."""
+        """Return graphs of the reduced quantities over the input; None if fewer than two rows are solved."""
         from gimcli.output.history import Panel, history_sheet
 
         found, table, actuator = self.found, self.table(), self.mechanism.actuators[self.found.actuator]

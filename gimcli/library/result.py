@@ -1,4 +1,4 @@
-"""What every verb returns: columns by name, a table, a report, a picture, and files of them."""
+"""Common attributes of all results: columns by name, a table, a report, a picture, and their files."""
 
 from __future__ import annotations
 
@@ -21,42 +21,48 @@ if TYPE_CHECKING:
     from gimcli.output.picture import Content
 
 SHOWN = 10
-"""Rows of a table that `repr` shows."""
+"""Number of rows of a table that `repr` shows."""
+
+LISTED = 20
+"""Number of known names in the message for an unknown name."""
 
 
 class Result(Mapping[str, NDArray[Any]]):
-    """A result is a mapping of its table's columns by their names; `print` shows it, a notebook draws it."""
+    """A mapping from the names of the columns to arrays; `print` shows it, a notebook also draws it.
+
+    `len(result)` is therefore the number of columns, not of rows. `save` writes files.
+    """
 
     KIND: ClassVar[str]
-    """The word before the suffix in the names of the usual files, such as `forces` in `model.forces.csv`."""
+    """The word before the suffix in the names of the usual files, such as "forces" in `model.forces.csv`."""
 
     mechanism: Mechanism
 
     @abstractmethod
     def report(self) -> dict[str, Any]:
-        """Return what the command's --json prints, without the names of files."""
+        """Return the report that the command prints with --json, without the names of files."""
 
     @abstractmethod
     def table(self) -> Table:
         """Return the columns with their units."""
 
     def picture(self) -> Content | None:
-        """Return the picture; None where there is nothing to draw."""
+        """Return the picture, for `save`; None if there is nothing to draw."""
         return None
 
     @property
     def events(self) -> list[dict[str, Any]]:
-        """What happened on the way; nothing where there is no way."""
+        """Events, such as limits and change points; empty for results without a motion."""
         return []
 
     @property
     def complete(self) -> bool:
-        """Tell whether nothing is missing."""
+        """Whether nothing is missing: all rows solved, or a list that is proved complete."""
         return True
 
     @property
     def answered(self) -> bool:
-        """Tell whether all that was asked for was found; where it was not, a command ends with status 5."""
+        """Whether everything that was requested was found; if not, the command ends with exit status 5."""
         return self.complete
 
     @abstractmethod
@@ -64,14 +70,14 @@ class Result(Mapping[str, NDArray[Any]]):
         """Return the result in one line."""
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """Return the columns by their names, as an .npz file has them."""
+        """Return the arrays of an .npz file by name: the columns."""
         return {column.name: column.values for column in self.table().columns}
 
     @classmethod
     def destinations(
         cls, out: Sequence[Path | str], stem: str, picture: bool = True, more: Sequence[str] = ()
     ) -> Destinations:
-        """Return where the output goes; folders get the usual files, `more` suffixes too, and the picture if asked."""
+        """Return the output files. A folder gets the usual files: table, picture (if `picture`) and suffixes `more`."""
         from gimcli.output import destinations
 
         draws = cls.picture is not Result.picture
@@ -80,11 +86,15 @@ class Result(Mapping[str, NDArray[Any]]):
         return destinations(out, f"{stem}.{cls.KIND}" if cls.KIND else stem, usual, known)
 
     def save(self, *paths: Path | str) -> None:
-        """Write files, each in the format of its suffix: .csv, .npz, .json, .png, .svg or .pdf.
+        """Write files, each in the format of its suffix; each file is written atomically.
 
-        A folder gets the files that the command writes by default. Raises UsageError where a suffix is not known, there
-        is nothing to draw, or a file is one that the model was read from; OutputError where a file cannot be written.
-        Each file is written atomically.
+        Args:
+            paths: files with the suffix .csv, .npz, .json, .png, .svg or .pdf; a folder gets the files that the command
+                writes by default.
+
+        Raises:
+            UsageError: a suffix is unknown, there is nothing to draw, or the model was read from one of the files.
+            OutputError: a file cannot be written.
         """
         files = self.destinations(paths, self.mechanism.files[0].stem if self.mechanism.files else "model")
         if files.stdout:
@@ -97,7 +107,7 @@ class Result(Mapping[str, NDArray[Any]]):
         write_contents(contents)
 
     def contents(self, paths: Iterable[Path]) -> dict[Path, Any]:
-        """Return the content of each file; None where there is nothing to draw."""
+        """Return the content of each file; None if there is nothing to draw."""
         from gimcli.output import format_of
 
         kinds = {path: format_of(path).content for path in paths}
@@ -105,7 +115,10 @@ class Result(Mapping[str, NDArray[Any]]):
         return {path: found[kind] for path, kind in kinds.items()}
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        return self.table()[name]
+        table = self.table()
+        if name not in table.names:
+            raise _unknown(name, table.names)
+        return table[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.table().names)
@@ -119,7 +132,7 @@ class Result(Mapping[str, NDArray[Any]]):
     __hash__ = object.__hash__
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if not isinstance(value, ByName)}  # read again
+        return {name: value for name, value in vars(self).items() if not isinstance(value, ByName)}  # made again
 
     def __repr__(self) -> str:
         return "\n".join([self.headline(), *lines(self.table())])
@@ -146,7 +159,7 @@ class Result(Mapping[str, NDArray[Any]]):
 
 
 class RowsResult(Result):
-    """A result of one row a step; a row that is not solved has a status and NaN."""
+    """A result with one row for each step; a row that is not solved has a status and NaN."""
 
     _table: Table | None
 
@@ -156,24 +169,21 @@ class RowsResult(Result):
         return self.table()["status"]
 
     def table(self) -> Table:
-        """Return one row a step."""
+        """Return one row for each step."""
         if self._table is None:
             raise ValueError("the rows were written to a file, not kept")
         return self._table
 
 
 class ByName(Mapping[str, Any]):
-    """Values by the user's names, each found when it is asked for."""
+    """A mapping from names of the file to values; each value is computed when it is read."""
 
     def __init__(self, names: tuple[str, ...], find: Callable[[str], Any]) -> None:
         self._names, self._find = names, find
 
     def __getitem__(self, name: str) -> Any:
         if name not in self._names:
-            from difflib import get_close_matches
-
-            near = get_close_matches(name, self._names, 1)
-            raise KeyError(f"{name}; did you mean {near[0]}?" if near else f"{name}; known: {', '.join(self._names)}")
+            raise _unknown(name, self._names)
         return self._find(name)
 
     def __iter__(self) -> Iterator[str]:
@@ -187,7 +197,7 @@ class ByName(Mapping[str, Any]):
 
 
 def write_contents(contents: Mapping[Path, Any]) -> list[Path]:
-    """Write the contents of files; return the files that were written."""
+    """Write the contents of files, except None; return the files that were written."""
     from gimcli.output import write
 
     written = [path for path, content in contents.items() if content is not None]
@@ -197,7 +207,7 @@ def write_contents(contents: Mapping[Path, Any]) -> list[Path]:
 
 
 def joined(tables: Iterable[Table]) -> Table:
-    """Return tables of the same columns as one."""
+    """Join the rows of tables that have the same columns."""
     parts = list(tables)
     if len(parts) == 1:
         return parts[0]
@@ -206,7 +216,7 @@ def joined(tables: Iterable[Table]) -> Table:
 
 
 def cells(table: Table) -> list[list[str]]:
-    """Return the head and the first rows of a table as texts, dots for the rest."""
+    """Return the head and the first rows of a table as texts, and a row of dots if there are more."""
     head = [labelled(c.name, c.unit) for c in table.columns]
     columns = []
     for column in table.columns:
@@ -221,6 +231,15 @@ def lines(table: Table) -> list[str]:
     rows = cells(table)
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
+
+
+def _unknown(name: str, names: Sequence[str]) -> KeyError:
+    """Return the error for a name that does not exist, with the most similar name or the known names."""
+    from difflib import get_close_matches
+
+    near = get_close_matches(str(name), names, 1)
+    known = f"{', '.join(names[:LISTED])}{', ...' * (len(names) > LISTED)}"
+    return KeyError(f"{name}; did you mean {near[0]}?" if near else f"{name}; known: {known}")
 
 
 def _cell(value: Any, size: float) -> str:

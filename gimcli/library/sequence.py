@@ -26,13 +26,27 @@ def sequence(
     mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, strategy: str = "spectral",
     tolerance: float = 1e-10, **inputs: float,
 ) -> SequenceResult:  # fmt: skip
-    """Search the sequence of moves at inputs by name: groups in order of solution, and how fast a sweep converges.
+    """Search the sequence of moves of the Geometrical-Iterative Method, for example `sequence(m, motor=45)`.
 
-    `strategy` is "spectral" (least spectral radius) or "classic" (the paper's rules alone). Raises UsageError and
-    StructureError.
+    Args:
+        mechanism: from `load` or `loads`.
+        at: dict of inputs by name, for names that are not Python names or are names of arguments.
+        strategy: "spectral" (the sequence with the smallest spectral radius, which converges fastest) or "classic" (the
+            rules of the paper only).
+        tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
+        inputs: inputs by name, in the file's units. Inputs that are not given have the value at the start of their law.
+
+    Returns:
+        A SequenceResult: one row for each move, in groups in the order of solution; `report()` has the spectral radius
+        and the expected number of sweeps of each group. If the position is not solved (`.status`), sequences are ranked
+        at the drawn position.
+
+    Raises:
+        UsageError: an unknown name or an invalid argument.
+        StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
     chosen = Options.checked("auto", strategy, tolerance, "auto")
-    values = inputs_of(mechanism, {**(at or {}), **inputs}, "--at ")
+    values = inputs_of(mechanism, at, inputs)
     with explained(mechanism):
         position = solve(mechanism, values, Options(tolerance=tolerance))
         refuse_contradiction(mechanism, position.z, values, position.status, tolerance)
@@ -42,7 +56,7 @@ def sequence(
 
 
 class SequenceResult(Result):
-    """The groups of the sequence, in order of solution, and the position that they are ranked at."""
+    """The groups of the sequence in the order of solution, one row for each move."""
 
     KIND = "sequence"
 
@@ -58,11 +72,11 @@ class SequenceResult(Result):
         return f"{self.mechanism.name}: {count}, {sum(len(g.steps) for g in self.groups)} moves a sweep"
 
     def report(self) -> dict[str, Any]:
-        """Return what --json prints."""
+        """Return the report that --json prints."""
         return {"groups": [_report(g) for g in self.groups]}
 
     def table(self) -> Table:
-        """Return one row a move: its group, node, the nodes it is moved about, constraint and rule."""
+        """Return one row for each move: group, moved node, nodes of the constraint, constraint, kind and rule."""
         steps = [(k, s) for k, group in enumerate(self.groups, start=1) for s in group.steps]
         columns = {
             "group": [k for k, _ in steps], "node": [s.node for _, s in steps],
@@ -72,7 +86,7 @@ class SequenceResult(Result):
         return Table(tuple(Column(name, np.array(values)) for name, values in columns.items()))
 
     def picture(self) -> Content:
-        """Return the position with its moves numbered."""
+        """Return the position with numbered moves."""
         from gimcli.output.drawing import sequence_picture
 
         steps = [(s.number, s.about_numbers) for g in self.groups for s in g.steps]

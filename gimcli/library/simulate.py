@@ -1,4 +1,4 @@
-"""Simulate how a mechanism moves by itself."""
+"""Simulate the motion of a mechanism with free inputs."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 ROWS = 200
 MOST_ROWS = 1_000_000
 LEAST = 3e-14
-"""Relative tolerance below which steps are no more exact."""
+"""Relative tolerance below which steps do not become more accurate."""
 WORK = 6e-4
-"""Seconds that one evaluation takes without compiling, about."""
+"""Approximate time of one evaluation without compilation [s]."""
 A_SECOND = 1500
-"""Evaluations for a second of motion, about."""
+"""Approximate number of evaluations for one second of motion."""
 
 
 def simulate(
@@ -42,17 +42,36 @@ def simulate(
     step: float = 1e-3, standstills: int = 0, reactions: bool = False, jit: str = "auto",
     notify: Notify | None = None, progress: Phases = no_phases,
 ) -> SimulateResult:  # fmt: skip
-    """Simulate `time` seconds of the motion of the inputs that are free, with a row every `dt` (default: time / 200).
+    """Simulate the motion of the free inputs (`free: true` in the model) under the forces that act (forward dynamics).
 
-    `method` is the integrator, `rtol` its relative tolerance, `step` the step of "rk4" [s]; `standstills` ends at that
-    standstill of a free input, `reactions` adds those of all pairs. Raises UsageError, ModelError where there are no
-    masses, and StructureError.
+    Args:
+        mechanism: from `load` or `loads`; it needs masses and at least one free input.
+        time: duration of the motion [s].
+        dt: time between two rows [s]; by default time / 200.
+        method: the integrator: "dop853", "rk45", "radau", "lsoda" (steps from `rtol`), "rk4" (equal steps of time) or
+            "euler" (equal steps of the only free input).
+        rtol: relative tolerance of the integrators with adaptive steps, from 1e-14 to 1e-2.
+        step: time step of "rk4" [s].
+        standstills: end at the standstill with this number of a free input; 0: do not end at standstills.
+        reactions: add the reactions in all pairs to the columns.
+        jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
+        notify: function of a text; called with notices, such as the start of a compilation.
+        progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+
+    Returns:
+        A SimulateResult: `xy[name]` (rows, 2), `angle[member]` (rows,), `status` (rows,), `events`, and the columns of
+        the CSV file by name, energies in J. Rows that were not reached have a status and NaN.
+
+    Raises:
+        UsageError: an invalid argument.
+        ModelError: no masses are defined.
+        StructureError: no input is free, or the mechanism is not fully driven or over-driven.
     """
     times = _times(time, dt)
     if not 1e-14 <= rtol <= 1e-2:
-        raise UsageError(f"--rtol {rtol:g}: a number from 1e-14 to 1e-2 is needed")
+        raise UsageError(f"rtol={rtol:g}: expected a number from 1e-14 to 1e-2")
     if not 0.0 < step <= time:
-        raise UsageError(f"--step {step:g}: a number above 0 and at most --time is needed")
+        raise UsageError(f"step={step:g}: expected a number of seconds above 0 and at most time={time:g}")
     refuse_choice("method", method, INTEGRATORS)
     refuse_choice("jit", jit, JIT)
     refuse_count("standstills", standstills, 0, MOST_STEPS)
@@ -70,7 +89,7 @@ def simulate(
 
 
 class SimulateResult(RowsResult):
-    """The motion by itself: `xy[name]` (rows, 2), `angle[member]`, `status`, `events`, energies by their columns."""
+    """A simulated motion: `xy[name]` (rows, 2), `angle[member]`, `status`, `events`, and the columns by name."""
 
     KIND = "simulation"
 
@@ -80,27 +99,30 @@ class SimulateResult(RowsResult):
 
     @property
     def complete(self) -> bool:
-        """Tell whether all rows were reached."""
+        """Whether all rows were reached."""
         return len(self.found.time) == len(self.times)
 
     @property
     def events(self) -> list[dict[str, Any]]:
-        """Standstills, dead points, and what ended the motion."""
+        """Standstills, dead points, and the event that ended the motion early."""
         return [event_report(self.mechanism, event) for event in self.found.events]
 
     @cached_property
     def xy(self) -> ByName:
-        """Places (rows, 2) of nodes and points in the file's length unit; NaN where a row was not reached."""
+        """Coordinates (rows, 2) of nodes and points in the file's length unit; NaN where a row was not reached."""
         return places(self.mechanism, self._z, pairs)
 
     @cached_property
     def angle(self) -> ByName:
-        """Directions (rows,) of the members, from their first node to their second, counted through turns."""
+        """Directions (rows,) of the members, from their first node to their second, in the file's angle unit.
+
+        They are continuous: full turns are counted. NaN where a row was not reached.
+        """
         each = angles(self.mechanism, self._z, np.asarray)
         return ByName(tuple(each), lambda name: self._counted(name, each[name]))
 
     def _counted(self, name: str, angle: FloatArray) -> FloatArray:
-        """Return the angles of a member (rows,), turns between two rows counted by its angular velocities."""
+        """Return the angles of a member (rows,); angular velocities show the full turns between two rows."""
         first, second = next(m for m in self.mechanism.members[FRAME + 1 :] if m.name == name).nodes[:2]
         arm, rate = (self.found.nodes[k, second] - self.found.nodes[k, first] for k in (0, 1))
         omega = (arm.conj() * rate).imag / np.abs(arm) ** 2
@@ -115,7 +137,7 @@ class SimulateResult(RowsResult):
 
     @property
     def open(self) -> list[str]:
-        """The reactions that redundant constraints leave open."""
+        """The reactions that are not determined, because of redundant constraints."""
         return open_reactions(self.forces) if self.forces else []
 
     def headline(self) -> str:
@@ -123,7 +145,7 @@ class SimulateResult(RowsResult):
         return f"{self.mechanism.name}: {len(self.found.time)} of {len(self.times)} rows, {self.found.status.word}"
 
     def report(self) -> dict[str, Any]:
-        """Return what --json prints."""
+        """Return the report that --json prints."""
         found = self.found
         return {
             "steps": len(self.times) - 1,
@@ -134,7 +156,7 @@ class SimulateResult(RowsResult):
         }  # fmt: skip
 
     def picture(self) -> Content | None:
-        """Return inputs, speeds and energies over the time; None where there is nothing to draw."""
+        """Return graphs of inputs, speeds and energies over the time; None if there is nothing to draw."""
         from gimcli.output.history import Panel, history_sheet
 
         found, mechanism, panels = self.found, self.mechanism, list[Panel]()
@@ -161,12 +183,12 @@ class SimulateResult(RowsResult):
 def _times(time: float, dt: float | None) -> FloatArray:
     every = time / ROWS if dt is None else dt
     if not 0.0 < time < 1e9:
-        raise UsageError(f"--time {time:g}: a number of seconds above 0 is needed")
+        raise UsageError(f"time={time:g}: expected a number of seconds above 0 and below 1e9")
     if not 0.0 < every <= time:
-        raise UsageError(f"--dt {every:g}: a number of seconds above 0 and at most --time is needed")
+        raise UsageError(f"dt={every:g}: expected a number of seconds above 0 and at most time={time:g}")
     count = int(time / every * (1.0 + 1e-12))
     if count > MOST_ROWS:
-        raise UsageError(f"--dt {every:g}: that are {count} rows, above {MOST_ROWS}; take a longer --dt")
+        raise UsageError(f"dt={every:g}: gives {count} rows, more than {MOST_ROWS}; use a longer dt")
     return np.asarray(np.arange(count + 1) * every, dtype=np.float64)
 
 
@@ -176,7 +198,7 @@ def _mark(mechanism: Mechanism, event: Any, k: int, order: int) -> complex:
 
 
 def _reached(found: Simulation) -> dict[str, list[list[float]]]:
-    """Return the interval that each input has passed over at the rows, in the file's unit."""
+    """Return the interval of each input in all rows, in the file's unit."""
     mechanism = found.mechanism
     rows = {a.name: mechanism.value_to_file(k, found.inputs[0, k]) for k, a in enumerate(mechanism.actuators)}
     return {name: [[float(u.min()), float(u.max())]] if len(u) else [] for name, u in rows.items()}

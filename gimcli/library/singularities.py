@@ -20,24 +20,34 @@ if TYPE_CHECKING:
     from gimcli.output.picture import Content
 
 CURVES = 6
-"""Curves that the picture has room for."""
+"""Largest number of curves in the picture."""
 
-DUST = 1e-14
-"""An input below this, in rad or in the normal frame's length, is 0."""
+ZERO = 1e-14
+"""An input below this value, in rad or in lengths of the normal frame, is shown as 0."""
 
 
 def singularities(mechanism: Mechanism, *, progress: Phases = no_phases) -> SingularitiesResult:
     """List limits, dead points, change points, tangencies and stationary positions.
 
-    They are those of the whole circuit that the mechanism is drawn on, and of every branch that meets it.
-    Raises StructureError where the mechanism is over-driven or not driven.
+    The whole circuit of the initial position is searched, and all branches that meet it.
+
+    Args:
+        mechanism: from `load` or `loads`.
+        progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+
+    Returns:
+        A SingularitiesResult: `.events` is a list of dicts with kind, inputs and node coordinates in the file's units.
+
+    Raises:
+        StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
+        UnassembledError: no assembled position to start from was found.
     """
     with explained(mechanism):
         return SingularitiesResult(mechanism, survey(mechanism, progress=progress("following branches")))
 
 
 class SingularitiesResult(Result):
-    """The singular positions (`events`), one row each, and the branches that they are on (`found`)."""
+    """The singular positions (`events`), one row each, and the branches on which they are."""
 
     KIND = "singularities"
 
@@ -46,29 +56,29 @@ class SingularitiesResult(Result):
 
     @property
     def complete(self) -> bool:
-        """Tell whether every branch that meets is followed."""
+        """Whether all branches that meet were followed."""
         return self.found.complete
 
     @property
     def answered(self) -> bool:
-        """Tell that the list is an answer, though branches may be missing."""
+        """True: the list is a result also if branches are missing."""
         return True
 
     @property
     def events(self) -> list[dict[str, Any]]:
-        """The singular positions: kind, inputs, branches, tangents, places of the nodes."""
+        """The singular positions: kind, inputs, branches, tangents, coordinates of the nodes."""
         return list(self.report()["singularities"])
 
     def inputs(self, one: Found) -> dict[str, float]:
         """Return the inputs at a singular position in the file's units."""
-        return in_file_units(self.mechanism, inputs_of(self.found, float(one.what.p[-1])), DUST)
+        return in_file_units(self.mechanism, inputs_of(self.found, float(one.what.p[-1])), ZERO)
 
     def interval(self, reach: tuple[float, float]) -> dict[str, list[float]]:
-        """Return the least and the greatest value of every input between two parameters."""
-        return interval_of(*(in_file_units(self.mechanism, self.found.curve.inputs(q), DUST) for q in reach))
+        """Return the smallest and the largest value of every input between two parameters of the curve."""
+        return interval_of(*(in_file_units(self.mechanism, self.found.curve.inputs(q), ZERO) for q in reach))
 
     def tangents(self, one: Found) -> list[BranchRates]:
-        """Return how inputs and members move on each branch through a singular position."""
+        """Return the rates of inputs and members on each branch through a singular position."""
         return [rates(self.found.curve, one.what.p, v) for v in one.what.branches]
 
     def headline(self) -> str:
@@ -77,7 +87,7 @@ class SingularitiesResult(Result):
         return f"{self.mechanism.name}: {count} singular position{'s' * (count != 1)}"
 
     def report(self) -> dict[str, Any]:
-        """Return what --json prints."""
+        """Return the report that --json prints."""
         found, mechanism = self.found, self.mechanism
         listed = []
         for one in found.found:
@@ -97,7 +107,7 @@ class SingularitiesResult(Result):
         return {"circuits": circuits, "singularities": listed, "complete": found.complete}
 
     def table(self) -> Table:
-        """Return one row a singular position: kind, inputs, end, places of the nodes."""
+        """Return one row for each singular position: kind, inputs, coordinates of the nodes."""
         found, mechanism = self.found.found, self.mechanism
         at = [self.inputs(one) for one in found]
         z = np.array([mechanism.to_file(self.found.curve.nodes(one.what.p)) for one in found])
@@ -110,7 +120,7 @@ class SingularitiesResult(Result):
         return Table(tuple(columns))
 
     def picture(self) -> Content:
-        """Return the positions, numbered, over the curves of the traced points."""
+        """Return the numbered positions and the curves of the traced points."""
         from gimcli.branching.resampling import along
         from gimcli.motion.coupler_points import carried_point
         from gimcli.output.singular import Shown, singular_picture

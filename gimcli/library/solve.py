@@ -34,18 +34,36 @@ def solve(
     strategy: str = "spectral", tolerance: float = 1e-10, start: str = "drawn", seed: int = 0, history: bool = False,
     velocities: bool = False, jit: str = "auto", sequence: str = "", **inputs: float,
 ) -> SolveResult:  # fmt: skip
-    """Solve one position: at the start of the laws, or at inputs by name, as in `solve(m, motor=45)`.
+    """Solve one position, for example `solve(m, motor=45)`.
 
-    `at` holds inputs whose names are no Python names, or are those of options. `start` is "drawn", or "random" with a
-    `seed`; `history` keeps the error of every sweep (method "gim"), `velocities` adds velocities and accelerations.
-    A position that was not solved has a status; raises UsageError and StructureError.
+    Args:
+        mechanism: from `load` or `loads`.
+        at: dict of inputs by name, for names that are not Python names or are names of arguments.
+        method: "auto", "newton" or "gim" (geometric iteration only).
+        strategy: how method "gim" ranks sequences: "spectral" or "classic"; see `sequence`.
+        tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
+        start: where the iteration starts: "drawn" (the coordinates of the file) or "random".
+        seed: seed of the random start.
+        history: keep the error after every sweep (only with method "gim").
+        velocities: also find velocities and accelerations, at the input rates of the laws.
+        jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
+        sequence: with method "gim": the moves of one sweep, such as "A>B O4>B": FROM>TO imposes a distance,
+            ARM^VERTEX>TO an angle. By default the best sequence is searched.
+        inputs: inputs by name, in the file's units. Inputs that are not given have the value at the start of their law.
+
+    Returns:
+        A SolveResult; `.status` is "ok" if the position is solved, otherwise coordinates and angles are NaN.
+
+    Raises:
+        UsageError: an unknown name or an invalid argument.
+        StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
     refuse_count("seed", seed, 0, 2**63)
     refuse_choice("start", start, STARTS)
     if history and method != "gim":
-        raise UsageError("--history tells the error per sweep: add --method gim")
+        raise UsageError("history is the error after every sweep: it needs method gim (--method gim)")
     chosen = Options.checked(method, strategy, tolerance, jit, sequence, seed if start == "random" else None)
-    values = inputs_of(mechanism, {**(at or {}), **inputs}, "--at ")
+    values = inputs_of(mechanism, at, inputs)
     with explained(mechanism):
         position = solve_position(mechanism, values, chosen, history)
     if start == "drawn":
@@ -63,7 +81,10 @@ def solve(
 
 
 class SolveResult(Result):
-    """A position: `status`, `xy[name]` (2,) of nodes and points, `angle[member]`, `inputs`, `residual`."""
+    """A position: `status`, `xy[name]` (2,) of nodes and points, `angle[member]`, `inputs`, `residual`.
+
+    `report()` also has velocities and accelerations if they were requested.
+    """
 
     KIND = "solve"
 
@@ -72,17 +93,17 @@ class SolveResult(Result):
 
     @property
     def answered(self) -> bool:
-        """Tell whether the position was found, and its velocities where they were asked for."""
+        """Whether the position was found, and its velocities if they were requested."""
         return not self.position.status.value and not (self.moving is not None and self.moving.singular)
 
     @property
     def status(self) -> str:
-        """The status word: "ok" where the position is solved."""
+        """The status word; "ok" if the position is solved."""
         return self.position.status.word
 
     @property
     def residual(self) -> float:
-        """The greatest error of a constraint, relative to the mechanism's size."""
+        """The largest error of a constraint, relative to the mechanism's size."""
         return float(self.position.residual.total[0])
 
     @property
@@ -92,12 +113,15 @@ class SolveResult(Result):
 
     @cached_property
     def xy(self) -> ByName:
-        """Places (2,) of nodes and points in the file's length unit; NaN where nothing was solved."""
+        """Coordinates (2,) of nodes and points in the file's length unit; NaN if the position is not solved."""
         return places(self.mechanism, self._z, lambda z: np.array([z[0].real, z[0].imag]))
 
     @cached_property
     def angle(self) -> ByName:
-        """Directions of the members, from their first node to their second, in the file's angle unit."""
+        """Directions of the members, from their first node to their second, -180 to 180 degrees in the file's unit.
+
+        NaN if the position is not solved.
+        """
         return angles(self.mechanism, self._z, lambda a: float(a[0]))
 
     @property
@@ -106,7 +130,7 @@ class SolveResult(Result):
         return np.full((len(self.mechanism.nodes), 1), complex(np.nan, np.nan)) if bad else self.position.z[:, None]
 
     def places(self) -> tuple[dict[str, complex], dict[str, complex]]:
-        """Return what was found, solved or not: nodes and points as complex numbers."""
+        """Return the coordinates of nodes and of points as complex numbers, also where the position is not solved."""
         found = places(self.mechanism, self.position.z[:, None], lambda z: complex(z[0]))
         nodes = {name: found[name] for name in self.mechanism.nodes}
         return nodes, {p.name: found[p.name] for p in self.mechanism.points}
@@ -116,7 +140,7 @@ class SolveResult(Result):
         return f"{titled(self.mechanism, self.inputs)}: {self.status}, residual {self.residual:.1e}"
 
     def report(self) -> dict[str, Any]:
-        """Return what --json prints."""
+        """Return the report that --json prints."""
         position = self.position
         nodes, points = self.places()
         good = position.status.value == 0
@@ -138,7 +162,7 @@ class SolveResult(Result):
         return report | (velocities_report(self.moving) if self.moving is not None else {})
 
     def table(self) -> Table:
-        """Return one row a node, then one a point: node, x, y, status."""
+        """Return one row for each node, then for each point: node, x, y, status."""
         nodes, points = self.places()
         found, unit = nodes | points, self.mechanism.length_unit
         bad = complex(np.nan, np.nan)
@@ -151,7 +175,7 @@ class SolveResult(Result):
         )  # fmt: skip
 
     def picture(self) -> Content | None:
-        """Return the drawing of the position, or of its errors; None where there is nothing to draw."""
+        """Return the drawing of the position, or the graph of the errors; None if there is nothing to draw."""
         from gimcli.output.drawing import history_picture, position_picture
 
         if self.law is not None:
@@ -167,7 +191,7 @@ class SolveResult(Result):
 
 
 def velocities_report(found: Instant) -> dict[str, Any]:
-    """Return velocities and accelerations by the user's names, in the file's units per second."""
+    """Return velocities and accelerations by name, in the file's units per second."""
     report: dict[str, Any] = {
         "velocity_status": "singular" if found.singular else "ok", "input_rates": input_rates(found),
     }  # fmt: skip
@@ -178,7 +202,7 @@ def velocities_report(found: Instant) -> dict[str, Any]:
 
 
 def input_rates(found: Instant) -> dict[str, dict[str, float]]:
-    """Return rate, acceleration and time [s] of the inputs; NaN as time where a unit rate was taken."""
+    """Return rate, acceleration and time [s] of the inputs; the time is NaN where a unit rate was assumed."""
     mechanism = found.mechanism
     rates, accelerations = (in_file_units(mechanism, v) for v in (found.input_rate, found.input_acceleration))
     return {
@@ -188,12 +212,12 @@ def input_rates(found: Instant) -> dict[str, dict[str, float]]:
 
 
 def velocity_arrows(found: Instant, at: Mapping[str, complex]) -> list[Any]:
-    """Return the vectors for the picture."""
+    """Return velocities and accelerations as vectors for the picture; `at` are the coordinates where they are drawn."""
     from gimcli.output.vectors import Arrows
 
     length = "1" if found.mechanism.length_unit == "unit" else found.mechanism.length_unit
     kinds = []
-    for order, name, unit in ((1, "velocity", f"{length}/s"), (2, "acceleration", f"{length}/s²")):
+    for order, name, unit in ((1, "velocity", f"{length}/s"), (2, "acceleration", f"{length}/s^2")):
         vectors = found.of_points(order)
         kinds.append(Arrows(name, unit, {n: (z, vectors[n]) for n, z in at.items()}))
     return kinds

@@ -1,4 +1,4 @@
-"""Follow a motion."""
+"""Trace a motion."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ if TYPE_CHECKING:
 AT_LIMIT = ("stop", "skip", "reverse")
 
 COUNTED = np.pi / 36.0
-"""Turning of an input [rad], or travel over the size, between two rows that are used to count turns."""
+"""Largest change of an input (in rad, or relative to the size) between two rows that are used to count full turns."""
 
 CLEAR, DENSEST = 1.0, 20_000
-"""Turning of a member [rad] between such rows from which more are used, and up to how many rows."""
+"""Rotation of a member [rad] between two such rows above which more rows are used, and the largest number of rows."""
 
 
 def trace(
@@ -47,12 +47,41 @@ def trace(
     all_branches: bool = False, method: str = "auto", strategy: str = "spectral", tolerance: float = 1e-10,
     jit: str = "auto", sequence: str = "", notify: Notify | None = None, progress: Phases = no_phases,
 ) -> TraceResult:  # fmt: skip
-    """Follow the actuators' laws in `steps` steps, steps + 1 rows; with `circuit` or `all_branches` whole circuits.
+    """Trace the motion that the actuators' laws prescribe, or whole circuits.
 
-    `derivatives` (1 to 3) adds velocities, accelerations and jerks by the real time, `measure` columns such as
-    "transmission" or "centre:rod/rocker", `plot` graphs to the picture. `at_limit` is "stop", "skip" or "reverse";
-    `branch` is taken where branches meet. Rows that are not solved have a status and NaN. Raises UsageError, and
-    StructureError where the mechanism is over-driven or not driven.
+    Args:
+        mechanism: from `load` or `loads`.
+        steps: number of steps, 1 to 10 000 000; the result has steps + 1 rows.
+        derivatives: 1 adds velocities to the columns, 2 also accelerations, 3 also jerks, with respect to the real time
+            (the `duration` of the model, or 1 s).
+        measure: one text or a list, such as "transmission" or ["centre:rod/rocker", "curvature:P"]; adds columns.
+        plot: graphs below the drawing in `picture()` and in saved pictures: "velocity", "acceleration", "jerk" (of the
+            traced points), "omega", "alpha" (of the members), or a measure. It adds the columns of a measure.
+        at_limit: what happens where the law exceeds a limit of the input. "stop": the rows after it have no position.
+            "skip": rows have no position while the law is out of reach, and are then solved again on the same arc.
+            "reverse": the input turns back.
+        circuit: follow the closed circuit of the initial position instead of the law.
+        branch: the branch to take at the first change point; with `circuit` the circuit to follow, as `singularities`
+            numbers them.
+        all_branches: follow the circuit and all circuits that meet it; adds the column "branch".
+        method: "auto", "newton" or "gim" (geometric iteration only).
+        strategy: how method "gim" ranks sequences: "spectral" or "classic"; see `sequence`.
+        tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
+        jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
+        sequence: with method "gim": the moves of one sweep, such as "A>B O4>B": FROM>TO imposes a distance,
+            ARM^VERTEX>TO an angle. By default the best sequence is searched.
+        notify: function of a text; called with notices, such as the start of a compilation.
+        progress: function of the name of a phase; returns a function of (rows done, all rows), for a progress bar.
+
+    Returns:
+        A TraceResult: `xy[name]` (rows, 2), `angle[member]` (rows,), `status` (rows,), `events`, and the columns of the
+        CSV file by name. A row that is not solved has a status word other than "ok", and NaN.
+
+    Raises:
+        UsageError: an unknown name, an invalid argument, or arguments that exclude each other.
+        StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
+        UnassembledError: with `circuit` or `all_branches`, if no assembled position to start from was found; a motion
+            along the laws has a status instead.
     """
     found = traced(
         mechanism, steps, derivatives=derivatives, measure=measure, plot=plot, at_limit=at_limit, circuit=circuit,
@@ -70,11 +99,11 @@ def traced(
     jit: str = "auto", sequence: str = "", notify: Notify | None = None, progress: Phases = no_phases,
     keep: bool = False,
 ) -> MotionTrace | CircuitTrace:  # fmt: skip
-    """Begin a trace as `trace` does, for rows that are written while it goes on; `keep` keeps them all."""
+    """Begin a trace with the arguments of `trace`; its tables can be written piece by piece. `keep` keeps all rows."""
     refuse_count("steps", steps, 1, MOST_STEPS)
     refuse_count("derivatives", derivatives, 0, 3)
     refuse_count("branch", branch, 1, MOST_STEPS)
-    refuse_choice("at-limit", at_limit, AT_LIMIT)
+    refuse_choice("at_limit", at_limit, AT_LIMIT)
     chosen = Options.checked(method, strategy, tolerance, jit, sequence)
     specs = [measure] if isinstance(measure, str) else list(measure)
     extras = partial(Extras, mechanism, specs, plot, derivatives)
@@ -94,22 +123,21 @@ def traced(
 
 
 def _refuse_mixed(method: str, rates: int, at_limit: str = "stop", branch: int = 1, every: bool = False) -> None:
-    """Refuse what does not go with following a circuit."""
+    """Raise UsageError for arguments that cannot be combined with circuits, branches or reversed inputs."""
     if method == "gim":
-        raise UsageError("--method gim: circuits, branches and limits are followed by continuation; leave it out")
+        raise UsageError("method gim: circuits, branches and limits are followed by continuation; leave the method out")
     if rates:
         raise UsageError(
-            "--derivatives and graphs of velocities belong to a motion by its law: leave out --circuit and"
-            " --at-limit reverse"
+            "derivatives and graphs of velocities need a motion along the law: leave out circuit and at-limit reverse"
         )
     if at_limit != "stop":
-        raise UsageError(f"--at-limit {at_limit}: a circuit goes through limits; leave out one of both")
+        raise UsageError(f"at-limit {at_limit}: a circuit continues through limits; leave out at-limit or circuit")
     if every and branch > 1:
-        raise UsageError("--all-branches follows all; leave out --branch")
+        raise UsageError("all-branches follows all branches; leave out branch")
 
 
 class MotionTrace:
-    """A motion under way: tables of its pieces, then the result."""
+    """A motion that is being solved in pieces: first the tables of the pieces, then the result."""
 
     def __init__(
         self, mechanism: Mechanism, steps: int, options: Options, extras: Extras, at_limit: str, branch: int,
@@ -144,7 +172,7 @@ class MotionTrace:
         return motion_table(row, rates=self._rates, more=self.extras.head(row)).names
 
     def tables(self) -> Iterator[Table]:
-        """Yield the table of each piece."""
+        """Yield the table of each piece of the motion."""
         for piece in chain((self._first,), self._pieces):
             more = self.extras.columns(piece)
             yield motion_table(piece, first=self.summary.seen, rates=self._rates, more=more)
@@ -153,7 +181,7 @@ class MotionTrace:
                 self.kept.append(piece)
 
     def result(self, table: Table | None) -> MotionTraceResult:
-        """Return the result, when all tables have been taken; without its table where that went to a file."""
+        """Return the result, after all tables were read; `table` is None if they were written to a file."""
         self._pieces = iter(())
         return MotionTraceResult(self, table)
 
@@ -167,7 +195,7 @@ class MotionTraceResult(TraceResult):
 
     @cached_property
     def motion(self) -> Motion:
-        """The rows that are drawn, with all events, change points to the last digits."""
+        """The rows that are drawn, and all events; change points are refined to full accuracy."""
         motion = self.summary.motion
         if not motion.bridged:
             return motion
@@ -177,27 +205,27 @@ class MotionTraceResult(TraceResult):
 
     @property
     def rows(self) -> int:
-        """How many rows there are."""
+        """The number of rows."""
         return self.summary.rows
 
     @property
     def solved(self) -> int:
-        """How many of them are ok."""
+        """The number of rows that are "ok"."""
         return self.summary.solved
 
     @property
     def worst(self) -> float:
-        """The greatest residual, relative to the mechanism's size."""
+        """The largest residual of all rows, relative to the mechanism's size."""
         return self.summary.residual
 
     @cached_property
     def reachable(self) -> dict[str, list[list[float]]]:
-        """The interval of every input's law that the motion reached."""
+        """The intervals of every input's law that the motion reached, in the file's unit."""
         return reachable(self.motion)
 
     @cached_property
     def events(self) -> list[dict[str, Any]]:
-        """Change points passed, sequences exchanged, and limits with the interval that the input can reach."""
+        """Change points that were passed, exchanges of the sequence, and limits with the interval of the input."""
         found = events(self.motion)
         limits = [event for event in found if event["kind"] == "limit"]
         if limits:
@@ -210,7 +238,7 @@ class MotionTraceResult(TraceResult):
 
     @cached_property
     def measured(self) -> dict[str, Any]:
-        """Ranges of the measures, and what they say of the whole motion."""
+        """Ranges of the measures, and their results for the whole motion."""
         return self.found.extras.report(self.motion)
 
     def headline(self) -> str:
@@ -219,14 +247,14 @@ class MotionTraceResult(TraceResult):
         return f"{self.mechanism.name}: {self.solved} of {self.rows} positions solved{quality}"
 
     def report(self) -> dict[str, Any]:
-        """Return what --json prints."""
+        """Return the report that --json prints."""
         return {
             "steps": self.found.steps, "solved": self.solved, "residual": self.worst, "reachable": self.reachable,
             "events": self.events, "status": self.motion.overall.word, **self.measured,
         }  # fmt: skip
 
     def turns(self, member: Callable[[ComplexArray], FloatArray]) -> FloatArray:
-        """Return the angles of a member (rows,) counted through turns, by more rows where these are far apart."""
+        """Return the angles of a member (rows,), full turns counted; more rows are solved where these are far apart."""
         inputs = np.concatenate([m.inputs for m in self.motions], axis=1) / scales(self.mechanism)[:, None]
         each = int(np.ceil(np.max(np.abs(np.diff(inputs)), initial=0.0) / COUNTED * (1.0 - 1e-12))) or 1
         angle = member(self._z if each == 1 else self.found.again(each * self.found.steps).z)
@@ -237,7 +265,7 @@ class MotionTraceResult(TraceResult):
         return np.where(np.isfinite(own), counted(self.mechanism, angle)[::each], np.nan)
 
     def picture(self) -> Content | None:
-        """Return some positions, the curves of the traced points and the graphs; None where nothing is solved."""
+        """Return some positions, the curves of the traced points and the graphs; None if no row is solved."""
         from gimcli.output.drawing import motion_picture
         from gimcli.output.panels import with_panels
 

@@ -1,4 +1,4 @@
-"""What the results of motions have in common: places, angles and statuses of their rows."""
+"""Common attributes of the results of motions: coordinates, angles and status of each row."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.motion import Motion
 
 POSES = 6
-"""Positions that a picture shows."""
+"""Number of positions in a picture."""
 
 
 class TraceResult(RowsResult):
-    """Rows of a motion: `xy[name]` (rows, 2), `angle[member]`, `status`, `events`, and columns by their names."""
+    """A motion: `xy[name]` (rows, 2), `angle[member]` (rows,), `status` (rows,), `events`, and the columns by name."""
 
     KIND = ""
 
@@ -27,37 +27,41 @@ class TraceResult(RowsResult):
 
     @property
     def rows(self) -> int:
-        """How many rows there are."""
+        """The number of rows."""
         return sum(len(m.time) for m in self.motions)
 
     @property
     def solved(self) -> int:
-        """How many of them are ok."""
+        """The number of rows that are "ok"."""
         return sum(m.solved for m in self.motions)
 
     @property
     def complete(self) -> bool:
-        """Tell whether all are."""
+        """Whether all rows are solved."""
         return self.solved == self.rows
 
     @property
     def worst(self) -> float:
-        """The greatest residual, relative to the mechanism's size."""
+        """The largest residual of all rows, relative to the mechanism's size."""
         return float(np.nanmax([np.nanmax(m.residual) for m in self.motions]))
 
     @property
     @abstractmethod
     def events(self) -> list[dict[str, Any]]:
-        """What happens on the way: kind, and the inputs there."""
+        """Events of the motion, such as limits and change points: kind, and the inputs."""
 
     @cached_property
     def xy(self) -> ByName:
-        """Places (rows, 2) of nodes and points in the file's length unit; NaN where a row is not solved."""
+        """Coordinates (rows, 2) of nodes and points in the file's length unit; NaN where a row is not solved."""
         return places(self.mechanism, self._z, pairs)
 
     @cached_property
     def angle(self) -> ByName:
-        """Directions (rows,) of the members, from their first node to their second, counted through turns."""
+        """Directions (rows,) of the members, from their first node to their second, in the file's angle unit.
+
+        They are continuous: full turns are counted. Over rows without a position (`at_limit="skip"`), an angle changes
+        by at most half a turn: full turns that the law makes there are not counted. NaN where a row is not solved.
+        """
         each = angles(self.mechanism, self._z, lambda a: a)
         return ByName(
             tuple(each), lambda name: self.turns(lambda z: angles(self.mechanism, z, lambda a: np.asarray(a))[name])
@@ -65,10 +69,10 @@ class TraceResult(RowsResult):
 
     @abstractmethod
     def turns(self, member: Callable[[ComplexArray], FloatArray]) -> FloatArray:
-        """Return the angles of a member (rows,) counted through turns."""
+        """Return the angles of a member (rows,), full turns counted; `member` finds them from positions."""
 
     def poses(self, motion: Motion) -> ComplexArray:
-        """Return some positions (poses, nodes) for a picture, evenly spread over the solved ones, in file units."""
+        """Return some positions (poses, nodes) for a picture, evenly spread over the solved rows, in file units."""
         good = np.flatnonzero(motion.good)
         chosen = good[np.unique(np.linspace(0, len(good), POSES, endpoint=False).astype(int))]
         return self.mechanism.to_file(motion.z[:, chosen].T)

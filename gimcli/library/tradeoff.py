@@ -28,17 +28,31 @@ def tradeoff(
     mechanism: Mechanism, steps: int = 72, *, tolerances: Sequence[float] = (), seconds: float = 10.0,
     jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases,
 ) -> TradeoffResult:  # fmt: skip
-    """Compare every method at every tolerance, by default 1e-2 to 1e-14, on the motion along the actuators' laws.
+    """Compare time and true error of all methods at several tolerances, on the motion along the actuators' laws.
 
-    It is meant to take `seconds` of processor time. Raises UsageError and StructureError.
+    Args:
+        mechanism: from `load` or `loads`.
+        steps: number of steps of the motion, 1 to 10 000 000.
+        tolerances: from 1e-14 to below 1; by default several from 1e-2 to 1e-14.
+        seconds: intended processor time [s], at least 1; the slowest combinations are then left out.
+        jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
+        notify: function of a text; called with notices, such as the start of a compilation.
+        progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+
+    Returns:
+        A TradeoffResult: one row for each method and tolerance; `report()` also has advice.
+
+    Raises:
+        UsageError: an invalid argument.
+        StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
     """
     refuse_choice("jit", jit, JIT)
     if not seconds >= 1.0:
-        raise UsageError(f"--seconds {seconds:g}: a number of at least 1 is needed")
+        raise UsageError(f"seconds={seconds:g}: expected a number of at least 1")
     refuse_count("steps", steps, 1, MOST_STEPS)
     for value in tolerances:
         if not FINEST <= value < COARSEST:
-            raise UsageError(f"--tolerances: '{value:g}' is not a number from 1e-14 to below 1")
+            raise UsageError(f"tolerances: expected numbers from 1e-14 to below 1, got {value:g}")
     chosen = tuple(dict.fromkeys(tolerances)) or TOLERANCES
     with explained(mechanism):
         refuse_unmoved(mechanism, "add one")
@@ -47,7 +61,7 @@ def tradeoff(
 
 
 class TradeoffResult(Result):
-    """Time, operations and true error of every method at every tolerance, one row each (`found`)."""
+    """Time, operations and true error of each method at each tolerance, one row each."""
 
     KIND = "tradeoff"
 
@@ -56,7 +70,7 @@ class TradeoffResult(Result):
 
     @property
     def complete(self) -> bool:
-        """Tell whether the motion was solved."""
+        """Whether the motion was solved."""
         return bool(self.found.reached)
 
     @property
@@ -70,7 +84,7 @@ class TradeoffResult(Result):
         return f"{self.mechanism.name}: a position of {self.steps} steps, {how}"
 
     def report(self) -> dict[str, Any]:
-        """Return what --json prints."""
+        """Return the report that --json prints."""
         found = self.found
         advice = [
             {
@@ -86,11 +100,11 @@ class TradeoffResult(Result):
         }  # fmt: skip
 
     def table(self) -> Table:
-        """Return one row a method and tolerance."""
+        """Return one row for each method and tolerance."""
         return tradeoff_table(self.found)
 
     def picture(self) -> Content | None:
-        """Return the error over the time; None where there is nothing to draw."""
+        """Return the graph of the error over the time; None if there is nothing to draw."""
         from gimcli.output.tradeoff import tradeoff_picture
 
         found = self.found

@@ -1,4 +1,4 @@
-"""Find what a point reaches."""
+"""Find the workspace of a point."""
 
 from __future__ import annotations
 
@@ -33,19 +33,34 @@ def workspace(
     jit: str = "auto", keep: Path | str | None = None, resume: bool = False, notify: Notify | None = None,
     progress: Phases = no_phases,
 ) -> WorkspaceResult:  # fmt: skip
-    """Find what a node or point reaches, over all configurations: by default the first that is traced.
+    """Find the region that a node or point can reach in all configurations, or its paths if one input moves it.
 
-    `orientation` keeps the directions of members, in the file's angle unit. `grid` also solves so many values of every
-    input in all combinations; their parts are kept in the folder `keep` until all are done, and `resume` goes on with
-    them. Raises UsageError, and StructureError where the mechanism is over-driven or not driven.
+    Args:
+        mechanism: from `load` or `loads`.
+        point: name of the node or point; by default the first traced one.
+        orientation: dict of members with a fixed direction, in the file's angle unit, such as {"platform": 0}.
+        grid: also solve all combinations of this number of values of each input; 0: no grid.
+        jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
+        keep: folder for the parts of the grid, so that an interrupted run can be resumed.
+        resume: use the parts in `keep` of an interrupted run with the same model and options.
+        notify: function of a text; called with notices, such as the start of a compilation.
+        progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+
+    Returns:
+        A WorkspaceResult: one row for each point of the curves, in the file's units; `report()` has the area.
+
+    Raises:
+        UsageError: an unknown name, an invalid argument, or arguments that exclude each other.
+        StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
+        UnassembledError: no assembled position within the ranges of the laws was found.
     """
     refuse_choice("jit", jit, JIT)
     refuse_count("grid", grid, 0, MOST_STEPS)
     name, held = _point(mechanism, point), _held(mechanism, orientation or {})
     if resume and not (grid and keep is not None):
-        raise UsageError("--resume goes on with a grid: add --grid N as before")
+        raise UsageError("resume continues a grid: give the same grid (--grid N) and folder again")
     if grid and held:
-        raise UsageError("--grid spaces the inputs evenly, which --orientation does not leave free: choose one of them")
+        raise UsageError("grid needs all inputs, and orientation fixes some of them: leave out one of both")
     with explained(mechanism):
         make_plan(mechanism)
     refuse_unmoved(mechanism, "add one")
@@ -61,7 +76,7 @@ def workspace(
 
 
 class WorkspaceResult(Result):
-    """The region that a point reaches, or its paths where one input moves it (`found`), and the `grid` solved."""
+    """The region that a point can reach, or its paths if one input moves it, and the solved `grid`, or None."""
 
     KIND = "workspace"
 
@@ -70,31 +85,31 @@ class WorkspaceResult(Result):
 
     @property
     def complete(self) -> bool:
-        """Tell whether nothing is missing of the boundary, or of the list of paths."""
+        """Whether the boundary, or the list of paths, is complete."""
         return bool(self.report()["complete"])
 
     def headline(self) -> str:
         """Return the result in one line."""
-        return f"{self.mechanism.name}: what {self.found.task.point} reaches"
+        return f"{self.mechanism.name}: workspace of {self.found.task.point}"
 
     @cached_property
     def _report(self) -> dict[str, Any]:
         return reach_report(self.found) if isinstance(self.found, Reach) else region_report(self.found)
 
     def report(self) -> dict[str, Any]:
-        """Return what --json prints."""
+        """Return the report that --json prints."""
         return self._report | ({"grid": self.grid.report()} if self.grid else {})
 
     def table(self) -> Table:
-        """Return one row a point of a curve."""
+        """Return one row for each point of a curve."""
         return reach_table(self.found) if isinstance(self.found, Reach) else region_table(self.found)
 
     def arrays(self) -> dict[str, Any]:
-        """Return the places that the grid reaches, if there is one, else the columns."""
+        """Return the positions of the grid, if there is one, otherwise the columns."""
         return self.grid.arrays() if self.grid else super().arrays()
 
     def picture(self) -> Content:
-        """Return the region, or the paths, over a position."""
+        """Return the region or the paths, with one position of the mechanism."""
         from gimcli.output.workspace import path_picture, workspace_picture
 
         found, mechanism, name = self.found, self.mechanism, self.found.task.point
@@ -103,7 +118,7 @@ class WorkspaceResult(Result):
         if isinstance(found, Reach):
             paths = [placed(mechanism, run.points()) for run in found.runs]
             return path_picture(mechanism, pose, paths, (name, at), self.headline())
-        if not found.loops:  # nothing else would show what is reached
+        if not found.loops:  # no boundary: draw the positions themselves
             reached = placed(mechanism, found.positions)
             at = complex(reached.mean()) if found.single is not None else at
             places = reached if places is None and found.single is None else places
@@ -111,25 +126,25 @@ class WorkspaceResult(Result):
 
 
 def _point(mechanism: Mechanism, given: str) -> str:
-    """Return the point asked for, or the first that is traced."""
+    """Return the requested point, or the first traced one."""
     names = [*mechanism.nodes, *(p.name for p in mechanism.points)]
     if not given:
         return mechanism.traced[0]
     if given not in names:
-        raise UsageError(f"--point {given}: no such node or point{near(given, names, 'nodes and points')}")
+        raise UsageError(f"point {given}: no such node or point{near(given, names, 'nodes and points')}")
     return given
 
 
 def _held(mechanism: Mechanism, given: Mapping[str, float]) -> dict[str, float]:
-    """Return the members whose direction is held, and the angles [rad]."""
+    """Return the members with a fixed direction, and the directions [rad]."""
     for name, angle in given.items():
         if not math.isfinite(angle):
-            raise UsageError(f"--orientation {name}={angle}: write MEMBER=ANGLE, such as platform=0")
+            raise UsageError(f"orientation {name}={angle}: expected a finite angle, such as {name}=0")
     return {name: math.radians(angle) if mechanism.angle_unit == "deg" else angle for name, angle in given.items()}
 
 
 def _pose(task: Any) -> tuple[ComplexArray | None, complex | None]:
-    """Return an assembled pose next to the drawn one and where the point is in it; none where directions are held."""
+    """Return an assembled position near the drawn one, and the point in it; None if directions are fixed."""
     mechanism = task.mechanism
     z = None if task.orientation else assembled(mechanism)
     if z is None:

@@ -85,7 +85,11 @@ def read_source(path: Path) -> Source:
 
 
 def read_yaml(text: str, path: Path) -> Source:
-    """Return the source of YAML text; messages name it by `path`. Raises ModelError if it is not a YAML mapping."""
+    """Return the source of YAML text; messages name it by `path`.
+
+    Raises ModelError if it is not a YAML mapping or too large.
+    """
+    _refuse_size(len(text.encode("utf-8", "surrogatepass")), path)
     _refuse_control(text, path)
     source = Source(path, folder=path.parent)
     loader = _LOADER(text)
@@ -109,14 +113,18 @@ def _text(path: Path) -> str:
         raise ModelError([f"{path}: no such file; give the path of a model file{_files_in(path.parent)}"]) from None
     except OSError as error:
         raise ModelError([f"{path}: cannot be read: {error.strerror}; give the path of a model file"]) from None
-    if len(raw) > MOST_BYTES:
-        raise ModelError([f"{path}: is too large for a model file; at most {MOST_BYTES // 1_000_000} MB are read"])
+    _refuse_size(len(raw), path)
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         cure = "save it as UTF-8"
         raise ModelError([f"{path}: not a text file (byte {error.start} is not UTF-8); {cure}"]) from None
     return text
+
+
+def _refuse_size(size: int, path: Path) -> None:
+    if size > MOST_BYTES:
+        raise ModelError([f"{path}: is too large for a model file; at most {MOST_BYTES // 1_000_000} MB are read"])
 
 
 def _refuse_control(text: str, path: Path) -> None:

@@ -451,15 +451,15 @@ WRONG = {
     "tolerance of zero": (["solve", "m.yaml", "--tolerance", "0"], ["--tolerance"]),
     "tolerance that is no number": (["solve", "m.yaml", "--tolerance", "nan"], ["--tolerance"]),
     "tolerance as a word": (["solve", "m.yaml", "--tolerance", "tight"], ["--tolerance"]),
-    "start elsewhere": (["solve", "m.yaml", "--start", "left"], ["--start", "left", "drawn"]),
-    "history without sweeps": (["solve", "m.yaml", "--history"], ["--history", "--method gim"]),
+    "start elsewhere": (["solve", "m.yaml", "--start", "left"], ["start=left", "drawn"]),
+    "history without sweeps": (["solve", "m.yaml", "--history"], ["history", "--method gim"]),
     "sequence of moves without sweeps": (["solve", "m.yaml", "--sequence", "O>A"], ["--sequence", "--method gim"]),
     "moves of unknown nodes": (["solve", "m.yaml", "--method", "gim", "--sequence", "O>Q"], ["Q"]),
     "moves that are none": (["solve", "m.yaml", "--method", "gim", "--sequence", "hop"], ["hop"]),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("value", "reason"), [("-5", "above 0"), ("0", "above 0"), ("1e200", "sizes")])
+@pytest.mark.parametrize(("value", "reason"), [("-5", "greater than 0"), ("0", "greater than 0"), ("1e200", "size of the mechanism")])
 def test_a_length_that_is_none_is_wrong_usage(value, reason, gim):
     code, out, err = gim(None, "solve", str(MODELS / "gim_fig11.yaml"), "--at", f"OA={value}")
     assert (code, out) == (2, "")

@@ -135,6 +135,26 @@ def test_names_that_do_not_exist_say_what_was_meant(four_bar):
         gimcli.solve(four_bar, moter=3)
     with pytest.raises(KeyError, match="rocker"):
         gimcli.solve(four_bar, motor=3).angle["rockr"]
+    with pytest.raises(KeyError, match=r"P\.yy; did you mean P\.y\?"):
+        gimcli.trace(four_bar, 2)["P.yy"]
+    with pytest.raises(KeyError, match="zzz; known: node, x, y, status"):
+        gimcli.solve(four_bar)["zzz"]
+
+
+@pytest.mark.parametrize("verb", ["solve", "configurations", "sequence"])
+def test_an_input_without_a_name_is_refused_with_both_forms(verb, four_bar):
+    with pytest.raises(gimcli.UsageError) as caught:
+        getattr(gimcli, verb)(four_bar, at=45)
+    assert str(caught.value) == "at=45: name the input: motor=45 or at={'motor': 45}"
+
+
+def test_a_text_is_limited_to_the_size_of_a_file():
+    text = (MODELS / "crank_rocker.yaml").read_text()
+    sizes = (4_000_000, 4_000_001)
+    fits, larger = (text + "#" * (size - len(text.encode())) for size in sizes)
+    assert gimcli.loads(fits).nodes == gimcli.loads(text).nodes
+    with pytest.raises(gimcli.ModelError, match="<text>: is too large for a model file; at most 4 MB are read"):
+        gimcli.loads(larger)
 
 
 def test_a_notebook_shows_a_table_and_a_picture_and_names_are_text():
@@ -257,7 +277,7 @@ WORDS = [
 @pytest.mark.parametrize(("verb", "given"), WORDS)
 def test_a_word_that_is_not_known_is_refused_with_the_known_ones(verb, given):
     mechanism = gimcli.load(MODELS / "watt_durango.yaml")
-    with pytest.raises(gimcli.UsageError, match=f"--{next(iter(given)).replace('_', '-')} q: choose "):
+    with pytest.raises(gimcli.UsageError, match=f"^{next(iter(given))}=q: choose "):
         getattr(gimcli, verb)(mechanism, **given)
 
 
@@ -331,6 +351,18 @@ def test_turns_are_counted_through_a_near_change_point():
     }  # fmt: skip
     coarse, fine = (gimcli.trace(gimcli.load(data), steps).angle["fo"] for steps in (144, 14400))
     assert coarse == pytest.approx(fine[::100], abs=1e-6)
+
+
+def test_turns_within_a_gap_are_not_counted():
+    """With `at_limit="skip"` an angle continues after a gap with a change of at most half a turn."""
+    data = read_source(MODELS / "chebyshev.yaml").data
+    data["actuators"]["motor"]["law"] = {"by": 720}
+    found = gimcli.trace(gimcli.load(data), 72, at_limit="skip")
+    driven, solved = found.angle["left"], found.status == "ok"
+    law = driven[0] + np.linspace(0.0, 720.0, 73)
+    assert np.flatnonzero(np.diff(solved)).size == 4  # rows: solved, a gap, solved, a gap, solved
+    np.testing.assert_allclose((driven - law)[solved] % 360.0 % 360.0, 0.0, atol=1e-8)
+    assert np.abs(np.diff(driven[solved])).max() < 180.0
 
 
 def test_rows_that_are_not_solved_have_no_angle():
