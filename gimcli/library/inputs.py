@@ -64,7 +64,7 @@ def _value(mechanism: Mechanism, k: int, text: str, value: float | str) -> float
         raise UsageError(f"{text}: '{value}' is not a finite number")
     actuator, found = mechanism.actuators[k], float(mechanism.value_from_file(k, given))
     if actuator.kind == SPAN and found <= 0.0:
-        raise UsageError(f"{text}: a distance must be greater than 0")
+        raise UsageError(f"{text}: a distance must be above 0")
     if abs(found) > MOST_TURNS * (2.0 * math.pi if actuator.rotary else mechanism.size):
         limit = "turns" if actuator.rotary else "times the size of the mechanism"
         raise UsageError(f"{text}: an input must be at most {MOST_TURNS:g} {limit} from 0")

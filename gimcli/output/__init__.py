@@ -1,7 +1,7 @@
-"""Everything that is written to a file: one file per format, and one line for each in `formats.py`.
+"""Writers of files: one module per format, with one line for each in `formats.py`.
 
-A picture is made by a function of one of the modules here and written by `write`. Importing this package is cheap:
-matplotlib is imported when a picture is written.
+The other modules compose pictures; `write` writes them. This package imports fast: matplotlib is imported when the
+first picture is written.
 """
 
 from gimcli.output.atomic import refuse_unwritable, written_bytes, written_text

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Atomic writing of files: a file is written under a temporary name and then renamed."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from gimcli.errors import OutputError, UsageError
 
 @contextmanager
 def written_text(path: Path | str) -> Iterator[TextIO]:
-    """Give a UTF-8 text handle (line ends as written) whose file appears at the end, or never."""
+    """Yield a UTF-8 text handle that does not convert line ends; the file appears only if the block succeeds."""
     with _written(Path(path), "x") as handle:
         yield cast(TextIO, handle)
 
 
 @contextmanager
 def written_bytes(path: Path | str) -> Iterator[BinaryIO]:
-    """Give a binary handle whose file appears at the end, or never."""
+    """Yield a binary handle; the file appears only if the block succeeds."""
     with _written(Path(path), "xb") as handle:
         yield cast(BinaryIO, handle)
 
 
 def refuse_unwritable(read: Iterable[Path], *paths: Path) -> None:
-    """Raise UsageError where a file is one of those that were read, OutputError where it could not appear.
+    """Raise UsageError for a file that was read, and OutputError for a file that cannot be written.
 
-    It is called before the work that is to fill the files.
+    It is called before the computation, so that no result is lost.
     """
     read = tuple(read)
     for path in paths:
@@ -45,7 +45,7 @@ def refuse_unwritable(read: Iterable[Path], *paths: Path) -> None:
 
 
 def _refuse_read(read: Iterable[Path], path: Path) -> None:
-    """Raise UsageError where a path leads to a file that was read, by a link too."""
+    """Raise UsageError if a path leads to a file that was read, also through a link."""
     for source in read:
         with suppress(OSError):
             if path.samefile(source):
@@ -56,7 +56,7 @@ def _refuse_read(read: Iterable[Path], path: Path) -> None:
 
 @contextmanager
 def _written(path: Path, mode: str) -> Iterator[IO[str] | IO[bytes]]:
-    """Write beside `path` and rename; whatever fails, the temporary file goes and `path` stays."""
+    """Write to a temporary file beside `path` and rename it; after an error it is removed and `path` is unchanged."""
     part = _beside(path)
     try:
         _make_room(path)
@@ -81,7 +81,7 @@ def _opened(part: Path, mode: str) -> IO[str] | IO[bytes]:
 
 
 def _make_room(path: Path) -> None:
-    """Create the folder, and refuse a target that a rename would wrongly replace."""
+    """Create the folder; raise OSError for a target that a rename must not replace."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.is_dir():
         raise IsADirectoryError(21, "a folder has this name")
@@ -92,10 +92,10 @@ def _make_room(path: Path) -> None:
 
 
 def _sentence(path: Path, fault: OSError) -> str:
-    """Return path, cause and cure."""
+    """Return the message: path, cause and correction."""
     cause = fault.strerror or str(fault)
     if isinstance(fault, (FileExistsError, NotADirectoryError)):
-        return f"{path}: cannot be written: '{path.parent}' runs through a file; choose another folder"
+        return f"{path}: cannot be written: '{path.parent}' contains the name of a file; choose another folder"
     if isinstance(fault, PermissionError):
-        return f"{path}: cannot be written: {cause}; choose a folder that you may write to"
-    return f"{path}: cannot be written: {cause}; free the place or choose another"
+        return f"{path}: cannot be written: {cause}; choose a folder with write permission"
+    return f"{path}: cannot be written: {cause}; correct this or choose another path"

@@ -1,4 +1,4 @@
-"""One picture on matplotlib's axes: limits, ticks and one artist per style."""
+"""One picture on matplotlib's axes: limits, ticks and one matplotlib artist per style."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from gimcli.output.picture import Picture, Text
 from gimcli.output.style import FONT, INK, LETTER, PAPER, Mark, Pen
 
 
-def dress(axes: Any, picture: Picture) -> None:
-    """Set limits, labels and ticks."""
+def set_up(axes: Any, picture: Picture) -> None:
+    """Set limits, labels and ticks of the axes."""
     low, high = picture.frame.low, picture.frame.high
     axes.set_xlim(low.real, high.real)
     axes.set_ylim(low.imag, high.imag)
@@ -35,14 +35,14 @@ def dress(axes: Any, picture: Picture) -> None:
 
 
 def _decades(low: float, high: float) -> tuple[NDArray[np.float64], list[str]]:
-    """Return ticks at powers of ten, and their texts."""
+    """Return ticks at powers of ten, and their labels."""
     decades = np.arange(np.ceil(low), np.floor(high) + 1)
     ticks = decades[:: max(1, len(decades) // 8)]
     return ticks, [_power(int(tick)) for tick in ticks]
 
 
 def _between(low: float, high: float) -> NDArray[np.float64]:
-    """Return ticks at 2 to 9 times the powers of ten."""
+    """Return minor ticks at 2 to 9 times the powers of ten."""
     decades = np.arange(np.floor(low), np.ceil(high))
     ticks = np.add.outer(decades, np.log10(np.arange(2.0, 10.0))).ravel()
     return np.asarray(ticks[(ticks > low) & (ticks < high)])
@@ -77,7 +77,7 @@ def _xy(z: ComplexArray) -> NDArray[np.float64]:
 
 
 def mark_style(mark: Mark) -> dict[str, Any]:
-    """Return a mark as arguments of matplotlib's."""
+    """Return a mark as matplotlib's keyword arguments."""
     return {
         "linestyle": "none", "marker": mark.shape, "markersize": mark.size, "markerfacecolor": mark.face,
         "markeredgecolor": mark.edge, "markeredgewidth": mark.width, "zorder": mark.layer,
@@ -93,15 +93,15 @@ def _write_text(axes: Any, text: Text) -> None:
 
 
 def title_lines(title: str, width: float) -> list[str]:
-    """Return a title in lines that fit a width [in]."""
+    """Return the lines of a title that fit into a width [in]."""
     return textwrap.wrap(title, int(width / (LETTER * (FONT + 2))))
 
 
 def write_title(figure: Any, lines: list[str], x: float, y: float) -> None:
-    """Write a figure's title."""
+    """Write the title of a figure; x, y are the middle of its upper edge, in parts of the figure."""
     figure.text(x, y, "\n".join(lines), ha="center", va="top", fontsize=FONT + 2, color=INK, parse_math=False)
 
 
 def dash(pen: Pen) -> Any:
-    """Return a pen's line style as matplotlib has it."""
+    """Return a pen's line style in matplotlib's form."""
     return (0.0, pen.dash) if pen.dash else "solid"

@@ -1,4 +1,4 @@
-"""Comma-separated values: one header row, one row per step, floats that read back equal."""
+"""Comma-separated values: one header row, then the rows of a table; numbers are written in full precision."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from gimcli.output.atomic import written_text
 from gimcli.table import Table
 
 ROWS_AT_ONCE = 50_000
-"""Rows that are held as text at the same time."""
+"""Rows that are converted to text at the same time, to limit memory."""
 
 
 def refuse_repeated(names: Iterable[str]) -> None:
-    """Raise UsageError where two columns of one file would have the same name."""
+    """Raise UsageError if two columns of one file would have the same name."""
     seen: set[str] = set()
     for name in names:
         if name in seen:
@@ -30,9 +30,10 @@ def refuse_repeated(names: Iterable[str]) -> None:
 
 
 class CsvStream:
-    """CSV text that grows table by table.
+    """CSV text to which tables are appended.
 
-    A file appears when the `with` block ends without an error; a handle, such as standard output, is written at once.
+    A file appears when the `with` block ends without an error. Text for a handle, such as standard output, is written
+    immediately.
     """
 
     def __init__(self, target: Path | str | TextIO, names: Sequence[str]) -> None:
@@ -57,7 +58,7 @@ class CsvStream:
     def append(self, table: Table) -> None:
         """Write the rows of a table with the stream's columns."""
         if self._handle is None or table.names != self._names:
-            raise ValueError(f"the stream is closed, or its columns {self._names} are not {table.names}")
+            raise ValueError(f"the stream is closed, or the table has columns {table.names}, not {self._names}")
         for start in range(0, len(table), ROWS_AT_ONCE):
             self._handle.write(_lines(table, slice(start, start + ROWS_AT_ONCE)))
 
@@ -70,13 +71,13 @@ def write_csv(table: Table, path: Path | str) -> None:
 
 def _lines(table: Table, rows: slice) -> str:
     columns = [_cells(column.values[rows]) for column in table.columns]
-    if len(columns) == 1:  # an empty line would not read back as a row
+    if len(columns) == 1:  # CSV readers skip an empty line
         columns = [[cell or '""' for cell in columns[0]]]
     return "\n".join(map(",".join, zip(*columns, strict=True))) + "\n"
 
 
 def _cells(values: NDArray[Any]) -> list[str]:
-    """Return the text of a column's cells."""
+    """Return the texts of a column's cells."""
     if values.dtype.kind == "f":
         return _float_cells(values.astype(np.float64))
     if values.dtype.kind in "iu":
@@ -85,7 +86,7 @@ def _cells(values: NDArray[Any]) -> list[str]:
 
 
 def _float_cells(values: NDArray[np.float64]) -> list[str]:
-    """Return the shortest texts that read back equal; a NaN is empty."""
+    """Return the shortest texts from which the same numbers are read; an empty text for NaN."""
     cells = list(map(repr, values.tolist()))
     for row in np.flatnonzero(np.isnan(values)).tolist():
         cells[row] = ""
@@ -101,5 +102,5 @@ def _quoted(value: str) -> str:
     if not value:
         return ""
     buffer = io.StringIO()
-    csv.writer(buffer).writerow([value])  # its own line end, so that either half of it is quoted
+    csv.writer(buffer).writerow([value])  # the line end "\r\n" makes the writer quote "\r" and "\n"
     return buffer.getvalue().removesuffix("\r\n")

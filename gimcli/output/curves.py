@@ -1,4 +1,4 @@
-"""Traced curves made light enough to draw: no point twice, no piece over another."""
+"""Simplify traced curves for drawing: no repeated points, no piece drawn over another."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from gimcli.mechanism import ComplexArray
 
 MOST_PIECES = 12
-"""Reversals above which a curve is drawn as it is."""
+"""A curve with more reversals is drawn without change."""
 
 MOST_LAPS = 6
-"""Laps that are looked for: twice the same dashes make a full line."""
+"""Largest number of laps that are recognised. Only one is drawn: dashes drawn twice would look like a full line."""
 
 TESTED = 60
-"""Points of a piece that are held against the others."""
+"""Approximate number of points of a piece that are compared with other pieces."""
 
 
 def drawn_runs(curve: ComplexArray, point: float) -> list[ComplexArray]:
@@ -26,7 +26,7 @@ def drawn_runs(curve: ComplexArray, point: float) -> list[ComplexArray]:
 
 
 def thinned(curve: ComplexArray, cell: float) -> ComplexArray:
-    """Return a long curve without the points that fall into the same cell as the one before."""
+    """Return a long curve without the points that are in the same cell as the previous point."""
     if len(curve) < 2000:
         return curve
     column, row = np.floor(curve.real / cell), np.floor(curve.imag / cell)
@@ -45,7 +45,7 @@ def _runs(curve: ComplexArray) -> list[ComplexArray]:
 
 
 def _one_lap(run: ComplexArray, near: float) -> ComplexArray:
-    """Return the first lap of a curve that goes round several times in equal steps."""
+    """Return the first lap of a curve that repeats itself with equal steps; otherwise the curve."""
     for laps in range(MOST_LAPS, 1, -1):
         lap, rest = divmod(len(run) - 1, laps)
         if lap > 2 and not rest and np.max(np.abs(run[lap:] - run[:-lap])) < near:
@@ -54,7 +54,7 @@ def _one_lap(run: ComplexArray, near: float) -> ComplexArray:
 
 
 def _once(run: ComplexArray, near: float) -> list[ComplexArray]:
-    """Return the pieces between reversals that do not retrace a longer one: dashes stay dashes."""
+    """Return the pieces between reversals, without those that retrace a longer piece, so that dashes stay visible."""
     step = np.diff(run)
     turn = step[1:] * step[:-1].conjugate()
     reversals = 1 + np.flatnonzero(turn.real < -0.9 * np.abs(turn))
@@ -71,7 +71,7 @@ def _once(run: ComplexArray, near: float) -> list[ComplexArray]:
 
 
 def _covers(path: ComplexArray, piece: ComplexArray, near: float) -> bool:
-    """Return whether a piece lies on a path."""
+    """Return whether all points of a piece are on a path."""
     points = piece[:: max(1, len(piece) // TESTED)]
     return bool(np.max(_distances(points, path[:: max(1, len(path) // 400)])) < near)
 

@@ -1,4 +1,4 @@
-"""Where the output goes: the one rule for `-o` of every command, and for `Result.save`."""
+"""Output files: the rule for `-o` of every command and for `Result.save`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ STDOUT = "-"
 
 @dataclass(frozen=True)
 class Destinations:
-    """The files that are written, and whether the table goes to standard output."""
+    """The files to write, and whether the table is written to standard output."""
 
     files: tuple[Path, ...] = ()
     named: frozenset[Path] = frozenset()  # files that the user named; the others are the usual ones of a folder
@@ -27,16 +27,16 @@ class Destinations:
         return tuple(path for path in self.files if format_of(path).content in contents)
 
     def refuse(self, read: Iterable[Path]) -> None:
-        """Raise UsageError where a file was read for the model, OutputError where a file cannot be written."""
+        """Raise UsageError if the model was read from a file, OutputError if a file cannot be written."""
         refuse_unwritable(read, *self.files)
 
 
 def destinations(out: Sequence[Path | str], stem: str, usual: Sequence[str], known: Sequence[str] = ()) -> Destinations:
-    """Return where the output goes.
+    """Return the output files.
 
-    Each of `out` is a file, if its suffix is that of a format; a folder, if it exists, ends with a slash or has no
-    suffix, which gets `stem` with the `usual` suffixes; or "-", the table as CSV on standard output. `known` are the
-    contents that exist ("table", ...), by default all. Raises UsageError for another suffix.
+    An entry of `out` is a folder if the folder exists, or if it ends with a slash or has no suffix; the folder gets
+    `stem` with the `usual` suffixes. "-" is the table as CSV on standard output. Any other entry is a file. `known` are
+    the contents that the result has ("table", ...), by default all. Raises UsageError for an unknown suffix.
     """
     files: dict[Path, bool] = {}
     for given in map(str, out):

@@ -1,4 +1,4 @@
-"""What each question's picture shows."""
+"""Pictures of positions, motions, sequences and convergence."""
 
 from __future__ import annotations
 
@@ -21,21 +21,20 @@ Step = tuple[int, tuple[int, ...]]
 """The node that a step moves, and the nodes about which it moves it."""
 
 MOST_NAMES = 40
-"""Nodes above which no names are written."""
+"""With more nodes, no names are written."""
 
 MOST_KEYS = 18
-"""Curves that the legend names."""
-
+"""Largest number of curves in the legend."""
 
 REACH = 0.4
-"""How far beyond the mechanism, in its own extents, a measure's curve is shown: centrodes run to infinity."""
+"""A measure's curve is shown up to this distance, in sizes of the drawing, beyond it: centrodes extend to infinity."""
 
 
 def motion_picture(
     mechanism: Mechanism, positions: ComplexArray, curves: Mapping[str, ComplexArray], title: str,
     measured: Mapping[str, ComplexArray] | None = None, areas: Sequence[ComplexArray] = (),
 ) -> Picture:  # fmt: skip
-    """Return some poses, the first strong and the rest light, the traced curves, and what was measured."""
+    """Return some poses, the first one strong and the others light, the traced curves, and curves of the measures."""
     skeleton = solved(mechanism, positions)
     traced = [np.asarray(curve, dtype=np.complex128) for curve in curves.values()]
     shown = [skeleton.extent(), *traced] if skeleton else traced
@@ -55,7 +54,7 @@ def motion_picture(
 
 
 def _within(curve: ComplexArray, shown: Sequence[ComplexArray]) -> ComplexArray:
-    """Return a curve without what lies far from all that is shown."""
+    """Return a curve with NaN for the points that are far from everything else in the picture."""
     z = np.concatenate([*shown, np.zeros(0, dtype=np.complex128)])
     z = z[np.isfinite(z)]
     if not len(z):
@@ -70,7 +69,7 @@ def position_picture(
     mechanism: Mechanism, position: ComplexArray, title: str, points: Mapping[str, complex],
     arrows: Sequence[Arrows] = (),
 ) -> Picture:  # fmt: skip
-    """Return one pose with the names of its nodes and points, and vectors there."""
+    """Return one pose with the names of its nodes and points, and vectors at them."""
     skeleton = solved(mechanism, position)
     named = np.array(list(points.values()), dtype=np.complex128)
     shown = [np.ravel(position), named, *([skeleton.extent()] if skeleton else [])]
@@ -88,7 +87,7 @@ def position_picture(
 
 
 def sequence_picture(mechanism: Mechanism, position: ComplexArray, steps: Sequence[Step], title: str) -> Picture:
-    """Return one pose with numbered arrows from the nodes that stand to the node that is moved."""
+    """Return one pose with a numbered arrow for each step, from the nodes of the constraint to the moved node."""
     skeleton = solved(mechanism, position)
     picture = plot(mechanism, title, [np.ravel(position), *([skeleton.extent()] if skeleton else [])])
     if not skeleton:
@@ -125,14 +124,14 @@ def history_picture(
 
 
 def solved(mechanism: Mechanism, positions: ComplexArray) -> Skeleton | None:
-    """Return the poses without a NaN, or nothing if none is left."""
+    """Return the poses without NaN, or None if there are none."""
     poses = np.atleast_2d(np.asarray(positions, dtype=np.complex128))
     poses = poses[np.all(np.isfinite(poses), axis=1)]
     return Skeleton(mechanism, poses) if len(poses) else None
 
 
 def plot(mechanism: Mechanism, title: str, shown: Sequence[ComplexArray]) -> Picture:
-    """Return an empty picture with equal axes that has room for some points."""
+    """Return an empty picture with equal axes around the given points."""
     frame = Frame.around(np.concatenate([*shown, np.zeros(0, dtype=np.complex128)]))
     return Picture(title, frame, length_labels(mechanism))
 
@@ -172,7 +171,7 @@ def _name(labels: Labels, skeleton: Skeleton, nodes: Sequence[int], points: Mapp
 
 
 def _draw_step(picture: Picture, z: ComplexArray, step: Step, drawn: Counter[Step]) -> ComplexArray:
-    """Draw a step's arrows and return the places for its number: on the first of them, or about its node."""
+    """Draw the arrows of a step; return possible places of its number: on the first arrow, or around the node."""
     node, about = step
     around = np.exp(1j * np.radians(np.arange(60, 420, 30)))
     offers = [complex(z[node]) + distance * picture.frame.point * around for distance in (12.0, 20.0, 28.0)]
@@ -187,7 +186,7 @@ def _draw_step(picture: Picture, z: ComplexArray, step: Step, drawn: Counter[Ste
 
 
 def _bow(picture: Picture, z: ComplexArray, start: int, end: int, drawn: Counter[Step]) -> ComplexArray:
-    """Return an arc from a node to another, clear of their pins and of the arcs `drawn` before."""
+    """Return an arc from one node to another that avoids their pins and the arcs already `drawn`."""
     first, span, pt = complex(z[start]), complex(z[end] - z[start]), picture.frame.point
     if abs(span) < 14.0 * pt:
         return np.zeros(0, dtype=np.complex128)
@@ -201,7 +200,7 @@ def _bow(picture: Picture, z: ComplexArray, start: int, end: int, drawn: Counter
 
 
 def _window(curve: ComplexArray) -> Frame:
-    """Return the window about a history, with whole decades."""
+    """Return the window of a history, from one power of ten to another."""
     z = curve if len(curve) else np.array([0.0j, 10.0 - 6.0j])
     low, high = np.floor(z.imag.min() - 0.05), np.ceil(z.imag.max() + 0.05)
     span = max(1.0, float(z.real.max() - z.real.min()))

@@ -1,4 +1,4 @@
-"""A picture as a matplotlib figure: one artist per style, no layout passes."""
+"""Convert a picture to a matplotlib figure, with one artist per style and without automatic layout, to save time."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from gimcli.output.axes import dash, dress, fill, mark_style, title_lines, write_title
+from gimcli.output.axes import dash, fill, mark_style, set_up, title_lines, write_title
 from gimcli.output.gallery import gallery_figure
 from gimcli.output.picture import Content, Gallery, Key, Picture, Sheet
 from gimcli.output.style import BOTTOM, DPI, FONT, LEFT, LETTER, LINE, PAPER, RIGHT, TOP, Mark
@@ -16,26 +16,26 @@ NARROWEST = 4.8
 """Least width of a figure [in]."""
 
 LONGEST = 48
-"""Letters of a name in the legend; a longer one is cut."""
+"""Largest number of letters of a name in the legend; longer names are cut."""
 
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep a glyph that the font lacks from printing a warning."""
+    """Suppress matplotlib's warnings about glyphs that the font does not have (context manager)."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
 
 
 def canvas_of(canvas: Any, content: Content) -> Any:
-    """Return what is to be drawn on matplotlib's canvas of some format."""
+    """Return the figure of a content on a matplotlib canvas of the given class."""
     if isinstance(content, Gallery):
         return canvas(gallery_figure(content))
     return canvas(figure_of(content))
 
 
 def figure_of(content: Picture | Sheet) -> Any:
-    """Return the matplotlib figure of a picture, or of several one above the other."""
+    """Return the matplotlib figure of a picture, or of several pictures one above the other."""
     from matplotlib.figure import Figure
 
     pictures = content.pictures if isinstance(content, Sheet) else (content,)
@@ -67,7 +67,7 @@ def _add_picture(figure: Any, picture: Picture, base: float, own: float, size: t
     bottom = base + BOTTOM + rows * LINE + (0.04 if rows else 0.0)
     left = LEFT + (width - LEFT - RIGHT - frame.width) / 2
     axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
-    dress(axes, picture)
+    set_up(axes, picture)
     fill(axes, picture)
     axes.yaxis.get_offset_text().set_fontsize(FONT)
     middle = (left + frame.width / 2) / width
@@ -81,7 +81,7 @@ def _cut(name: str) -> str:
 
 
 def _legend_shape(picture: Picture, width: float) -> tuple[int, int]:
-    """Return columns and rows that fit into the figure's width."""
+    """Return the numbers of columns and rows of the legend that fit into the figure's width."""
     count = len(picture.legend)
     if not count:
         return 0, 0

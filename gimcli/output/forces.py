@@ -1,4 +1,4 @@
-"""The picture of an inverse dynamics: efforts over the input, and the path of the shaking force."""
+"""The picture of inverse dynamics: graphs of the efforts over the input, and the hodograph of the shaking force."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ AXIS = Pen(0.8, SOFT, layer=2)
 
 
 def forces_sheet(efforts: Mapping[str, Table], shaking: ComplexArray, title: str) -> Sheet:
-    """Return a panel for each table of efforts, and the path of the shaking force."""
+    """Return a panel for each table of efforts, and the hodograph of the shaking force."""
     panels = [panel(name, table, WIDEST, peaks=True) for name, table in efforts.items()]
     return Sheet(title, (*panels, _hodograph(shaking)))
 
 
 def _hodograph(shaking: ComplexArray) -> Picture:
-    """Return the path of the force on the frame, its first value marked."""
+    """Return the curve of the tip of the force on the frame, with a mark at its start."""
     frame = Frame.around(np.concatenate((shaking, [0.0j])))
     picture = Picture("", frame, ("shaking force x [N]", "shaking force y [N]"))
     picture.stroke(AXIS, [complex(frame.low.real, 0.0), complex(frame.high.real, 0.0)])

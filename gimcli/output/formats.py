@@ -1,4 +1,4 @@
-"""The formats of files: one line each, for every command and for `Result.save`."""
+"""The file formats: one line each, for every command and for `Result.save`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Content = Literal["table", "arrays", "report", "picture"]
 
 @dataclass(frozen=True)
 class Format:
-    """A format: the method of a result that gives the content, and the function that writes it to a path."""
+    """A format: the name of the method of a result that returns the content, and the function that writes it."""
 
     content: Content
     write: Callable[[Any, Path], None]
@@ -38,7 +38,7 @@ FORMATS: dict[str, Format] = {
 
 
 def format_of(path: Path | str, contents: tuple[str, ...] = ()) -> Format:
-    """Return the format that a suffix names; raise UsageError where there is none, or none with these contents."""
+    """Return the format of a suffix; raise UsageError if it is unknown, or if its content is not one of `contents`."""
     suffix = Path(path).suffix.lower()
     known = {name: one for name, one in FORMATS.items() if not contents or one.content in contents}
     if suffix not in known:
@@ -47,5 +47,5 @@ def format_of(path: Path | str, contents: tuple[str, ...] = ()) -> Format:
 
 
 def write(content: Any, path: Path | str) -> None:
-    """Write a table, arrays, a report or a picture in the format that the suffix of `path` names."""
+    """Write a table, arrays, a report or a picture in the format of the suffix of `path`."""
     format_of(path).write(content, Path(path))

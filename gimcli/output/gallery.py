@@ -1,4 +1,4 @@
-"""Many positions of one mechanism side by side: the same window in every panel."""
+"""Many positions of one mechanism side by side, with the same window in every panel."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
-from gimcli.output.axes import dress, fill, title_lines, write_title
+from gimcli.output.axes import fill, set_up, title_lines, write_title
 from gimcli.output.drawing import length_labels
 from gimcli.output.labels import Labels
 from gimcli.output.picture import Frame, Gallery, Picture
@@ -16,28 +16,28 @@ from gimcli.output.skeleton import Skeleton, draw_markers, draw_strong
 from gimcli.output.style import DPI, FONT, LEFT, LINE, PAPER, RIGHT, TOP
 
 NAMED = 6
-"""Panels up to which the nodes are named in each."""
+"""Largest number of panels in which the nodes are named."""
 
 WIDTH, HIGHEST = 9.6, 3.4
-"""Width of all panels together, if they are few, and height of one [in]."""
+"""Width of all panels together, if there are few, and largest height of one panel [in]."""
 
 NARROWEST, WIDEST = 2.3, 3.4
-"""Width of a panel [in]; symbols have a size of their own."""
+"""Limits of the width of a panel [in]; the size of symbols does not depend on it."""
 
 FINE = 85
-"""Least resolution, where many panels make a large sheet."""
+"""Lowest resolution [dpi], for large sheets of many panels."""
 
 BORDER = 0.4
-"""Room for symbols inside a panel [in]."""
+"""Space for symbols inside a panel [in]."""
 
 GAP = 0.12
-"""Between panels [in]."""
+"""Distance between panels [in]."""
 
 HEAD = 0.2
-"""Room over a panel for its number [in]."""
+"""Space above a panel for its number [in]."""
 
 FOOT = 0.5
-"""Room under the last row for its numbers and the axis' name [in]."""
+"""Space below the last row for the numbers and the name of the axis [in]."""
 
 
 def gallery_picture(mechanism: Mechanism, positions: ComplexArray, titles: Sequence[str], title: str) -> Gallery:
@@ -61,12 +61,12 @@ def gallery_picture(mechanism: Mechanism, positions: ComplexArray, titles: Seque
 
 
 def _columns(count: int) -> int:
-    """Return how many panels stand side by side."""
+    """Return the number of panels side by side."""
     return next((c for c in range(1, 6) if count <= c * c), 6)
 
 
 def _window(points: ComplexArray, width: float) -> Frame:
-    """Return the window about some points with equal axes, at most so wide."""
+    """Return the window around some points with equal axes and at most the given width [in]."""
     around = Frame.around(points)
     low, high = complex(points.real.min(), points.imag.min()), complex(points.real.max(), points.imag.max())
     span = high - low
@@ -79,7 +79,7 @@ def _window(points: ComplexArray, width: float) -> Frame:
 
 
 def gallery_figure(gallery: Gallery) -> Any:
-    """Return the matplotlib figure of a gallery; numbers stand at the left and below only."""
+    """Return the matplotlib figure of a gallery; only the left and the lowest panels have numbers at their axes."""
     from matplotlib.figure import Figure
 
     columns, frame = gallery.columns, gallery.panels[0].frame
@@ -95,7 +95,7 @@ def gallery_figure(gallery: Gallery) -> Any:
         left = LEFT + column * (frame.width + GAP)
         bottom = height - top - (row + 1) * (frame.height + HEAD)
         axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
-        dress(axes, panel)
+        set_up(axes, panel)
         fill(axes, panel)
         axes.set_title(panel.title, fontsize=FONT, pad=3.0, parse_math=False)
         if column:

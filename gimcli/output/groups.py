@@ -1,4 +1,4 @@
-"""The picture of a formation: groups as boxes, in layers from the frame down, and the pairs that join them."""
+"""The picture of a formation: groups as boxes in layers below the frame, and the pairs that join them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LETTER = 0.0092
 """Width of a letter [in] per point of its size."""
 
 PAD, ACROSS, DOWN = 0.14, 0.35, 0.62
-"""Border inside a box, and the distances between boxes [in]."""
+"""Border inside a box, and horizontal and vertical distances between boxes [in]."""
 
 EDGE = 0.35
 """Free border of the picture [in]."""
@@ -28,7 +28,7 @@ FILLS = {"frame": GROUND, "driving": DRIVING, "group": BOX}
 
 @dataclass(frozen=True)
 class Box:
-    """The frame or a group: its lines of text, and how many layers are above it."""
+    """The frame or a group: its lines of text, and the number of layers above it."""
 
     lines: tuple[str, ...]
     layer: int
@@ -48,11 +48,11 @@ class BoxJoint:
     upper: int
     lower: int
     label: str
-    tag: str = ""  # what stands for the upper box where that is far away
+    tag: str = ""  # short name that is drawn instead of the upper box if that is not in the next layer
 
 
 def groups_picture(boxes: Sequence[Box], joints: Sequence[BoxJoint], title: str) -> Picture:
-    """Return the boxes in layers, with an arrow from each to those that are joined to it."""
+    """Return the boxes in layers, with an arrow from each box to the boxes that are joined to it."""
     centres, size = _places(boxes)
     picture = Picture(title, Frame(0.0j, size, size.real, size.imag), ("", ""), bare=True)
     for box, centre in zip(boxes, centres, strict=True):
@@ -71,7 +71,7 @@ def groups_picture(boxes: Sequence[Box], joints: Sequence[BoxJoint], title: str)
 
 
 def _places(boxes: Sequence[Box]) -> tuple[list[complex], complex]:
-    """Return the centres of the boxes [in], y up, and the size of the picture."""
+    """Return the centres of the boxes, y upwards, and the size of the picture [in]."""
     layers = [[k for k, b in enumerate(boxes) if b.layer == n] for n in range(max(b.layer for b in boxes) + 1)]
     layers = [layer for layer in layers if layer]
     widths = [sum(boxes[k].size.real for k in layer) + ACROSS * (len(layer) - 1) for layer in layers]
@@ -89,9 +89,9 @@ def _places(boxes: Sequence[Box]) -> tuple[list[complex], complex]:
 
 
 def _arrow(picture: Picture, boxes: Sequence[Box], centres: list[complex], joint: BoxJoint, share: float) -> None:
-    """Draw the arrow of a joint to its place along the upper side of the lower box, and name its pairs.
+    """Draw the arrow of a joint to the upper side of the lower box, at the part `share` of its width; name the pairs.
 
-    From a box more than one layer above it comes out of a tag, so that it crosses none between.
+    If the upper box is more than one layer above, the arrow starts at a tag, so that it does not cross other boxes.
     """
     upper, lower = boxes[joint.upper], boxes[joint.lower]
     to = centres[joint.lower] + complex(lower.size.real * (share - 0.5), lower.size.imag / 2)

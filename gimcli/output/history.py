@@ -1,4 +1,4 @@
-"""Values over the time, or over an input: one panel above the other."""
+"""Graphs of values over the time or over an input, one above the other."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from gimcli.table import Column, Table
 
 @dataclass(frozen=True)
 class Panel:
-    """Curves with one vertical axis; marks are places of events."""
+    """Curves with a common vertical axis, and marks of events."""
 
     label: str
-    curves: Sequence[tuple[str, FloatArray, FloatArray]]  # name, over (the same for all), values
-    marks: Sequence[complex] = ()
+    curves: Sequence[tuple[str, FloatArray, FloatArray]]  # name, abscissa (the same for all), values
+    marks: Sequence[complex] = ()  # abscissa + i value
 
 
 def history_sheet(panels: Sequence[Panel], over: str, title: str) -> Sheet:
-    """Return panels that share what they run over."""
+    """Return panels with a common abscissa; `over` is its name."""
     return Sheet(title, tuple(_panel(panel, over) for panel in panels))
 
 

@@ -1,4 +1,4 @@
-"""Names placed where nothing else is drawn."""
+"""Place names where they hide no lines and no other names."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gimcli.output.picture import Picture, Text
 from gimcli.output.style import FONT, INK
 
 LETTER = 0.64
-"""Width of a letter over its size."""
+"""Width of a letter relative to its size."""
 
 CLEAR = 1.3
 """Free border of a text [pt]."""
@@ -22,7 +22,7 @@ DENSITY = 2.0
 
 
 class Labels:
-    """Places texts one after another, each clear of the lines and of the earlier ones."""
+    """Places texts one after another; each avoids the lines and the earlier texts."""
 
     def __init__(self, picture: Picture) -> None:
         self._picture = picture
@@ -30,7 +30,7 @@ class Labels:
         self._boxes = np.zeros((0, 4))  # (texts, left right bottom top)
 
     def beside(self, place: complex, text: str, color: str = INK, size: float = FONT) -> None:
-        """Write a text as near to a place as there is room."""
+        """Write a text as close to a place as possible."""
         turns = np.exp(1j * np.radians(np.arange(30.0, 390.0, 22.5)))
         width, height = _extent(text, size)
         steps = [
@@ -43,7 +43,7 @@ class Labels:
     def at_best(
         self, offers: NDArray[Any], text: str, color: str = INK, size: float = FONT, ring: bool = False
     ) -> None:
-        """Write a text at the best of some places; earlier ones are preferred."""
+        """Write a text at the best of some places, the first of equal ones; `ring` draws a circle around it."""
         width, height = _extent(text, size)
         if ring:
             width = height = max(width, height) + 0.45 * size
@@ -55,7 +55,10 @@ class Labels:
         self._picture.texts.append(Text(complex(offers[best]), text, size, color, ring))
 
     def _cost(self, boxes: NDArray[np.float64], ring: bool) -> NDArray[np.float64]:
-        """Return what each box hides: texts weigh most, then the border, then lines; rings stand on lines."""
+        """Return the cost of each box: high for hidden texts, then outside the border, then for hidden lines.
+
+        Rings may be on lines.
+        """
         low, high = self._picture.frame.low, self._picture.frame.high
         outside = (boxes[:, 0] < low.real) | (boxes[:, 1] > high.real)
         outside |= (boxes[:, 2] < low.imag) | (boxes[:, 3] > high.imag)
@@ -69,7 +72,7 @@ def _extent(text: str, size: float) -> tuple[float, float]:
 
 
 def _overlaps(boxes: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return with how many of the other boxes each box overlaps."""
+    """Return for each box the number of other boxes that it overlaps."""
     a, b = boxes[:, None, :], others[None, :, :]
     aside = (a[..., 0] >= b[..., 1]) | (a[..., 1] <= b[..., 0])
     above = (a[..., 2] >= b[..., 3]) | (a[..., 3] <= b[..., 2])
@@ -77,14 +80,14 @@ def _overlaps(boxes: NDArray[np.float64], others: NDArray[np.float64]) -> NDArra
 
 
 def _inside(boxes: NDArray[np.float64], z: ComplexArray) -> NDArray[np.float64]:
-    """Return how many of the points lie in each box."""
+    """Return for each box the number of points in it."""
     across = (z.real > boxes[:, :1]) & (z.real < boxes[:, 1:2])
     upward = (z.imag > boxes[:, 2:3]) & (z.imag < boxes[:, 3:])
     return np.asarray(np.sum(across & upward, axis=1), dtype=np.float64)
 
 
 def _samples(picture: Picture) -> ComplexArray:
-    """Return points along everything that is drawn, in steps of `DENSITY`."""
+    """Return points along all lines, outlines and marks of a picture, in steps of `DENSITY`."""
     step = DENSITY * picture.frame.point
     paths = [path for group in picture.strokes.values() for path in group]
     paths += [np.append(area, area[:1]) for group in picture.areas.values() for area in group]
@@ -95,7 +98,7 @@ def _samples(picture: Picture) -> ComplexArray:
 
 def _along(path: ComplexArray, step: float) -> ComplexArray:
     finite = path[np.isfinite(path)]
-    if len(finite) > 60:  # a curve: its own points are close enough
+    if len(finite) > 60:  # the points of a curve are already close together
         return finite[:: max(1, len(finite) // 600)]
     lengths = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(finite)))))
     if len(finite) == 0 or lengths[-1] == 0.0:

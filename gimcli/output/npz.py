@@ -1,4 +1,4 @@
-"""Arrays by name, as numpy reads them."""
+"""Archives of named arrays in numpy's format."""
 
 from __future__ import annotations
 
@@ -15,4 +15,4 @@ from gimcli.output.atomic import written_bytes
 def write_npz(arrays: Mapping[str, NDArray[Any]], path: Path | str) -> None:
     """Write named arrays into one uncompressed archive."""
     with written_bytes(path) as handle:
-        np.savez(handle, **dict(arrays))  # type: ignore[arg-type]  # names are not known to be others than its own
+        np.savez(handle, **dict(arrays))  # type: ignore[arg-type]  # mypy: a name could be that of a parameter of savez

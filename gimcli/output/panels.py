@@ -1,4 +1,4 @@
-"""Graphs that stand below a drawing: one quantity each, over the input or the time."""
+"""Graphs below a drawing: one quantity each, over the input or the time."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ HEIGHT, LEAST_WIDTH = 1.55, 4.4
 """Size of a panel's axes [in]."""
 
 MOST_CURVES = 12
-"""Curves that a panel draws."""
+"""Largest number of curves in a panel."""
 
 REST, PEAK, BEYOND = 0.1, 12.0, 2.0
-"""Where the values reach over more than PEAK spreads, the window ends BEYOND spreads from them; a spread is that of
-all values but this part at either end."""
+"""A spread is the range of the values without the part REST at either end. If the full range is more than PEAK spreads,
+the window ends BEYOND spreads from that range."""
 
 ZERO = Pen(0.6, SOFT, layer=1)
 
 
 def with_panels(picture: Picture, panels: Mapping[str, Table]) -> Picture | Sheet:
-    """Return a picture with a panel below it for each table: its first column across, its name the quantity."""
+    """Return a picture with a panel below it for each table; the first column of a table is the abscissa."""
     width = max(picture.frame.width, LEAST_WIDTH)
     below = [panel(name, table, width) for name, table in panels.items()]
     return Sheet("", (picture, *below)) if below else picture
 
 
 def panel(name: str, table: Table, width: float, peaks: bool = False) -> Picture:
-    """Return a graph of a table's columns over its first one; `peaks` shows all, however few values make them."""
+    """Return a graph of a table's columns over its first column; `peaks` shows all values, also short peaks."""
     across, curves = table.columns[0], table.columns[1 : 1 + MOST_CURVES]
     x = np.asarray(across.values, dtype=np.float64)
     low, high = _window([np.asarray(c.values, dtype=np.float64) for c in curves], peaks)
@@ -62,7 +62,7 @@ def _draw(picture: Picture, index: int, x: FloatArray, column: Column) -> None:
 
 
 def _runs(z: ComplexArray, span: float) -> Iterable[ComplexArray]:
-    """Yield the pieces of a curve between its gaps, and between jumps from one infinity to the other."""
+    """Yield the pieces of a curve between its gaps, and between jumps from one infinite value to the other."""
     gap = ~np.isfinite(z)
     with np.errstate(all="ignore"):
         jump = (np.abs(np.diff(z.imag)) > span) & (z.imag[1:] * z.imag[:-1] < 0.0)
@@ -71,7 +71,7 @@ def _runs(z: ComplexArray, span: float) -> Iterable[ComplexArray]:
 
 
 def _window(columns: list[FloatArray], peaks: bool = False) -> tuple[float, float]:
-    """Return limits that show the columns, but not the peaks that a few of their values make, unless asked for."""
+    """Return limits that show the columns; peaks of only a few values are cut, except with `peaks`."""
     y = np.concatenate([*columns, np.zeros(0)])
     y = y[np.isfinite(y)]
     if not len(y):
@@ -82,7 +82,7 @@ def _window(columns: list[FloatArray], peaks: bool = False) -> tuple[float, floa
     if not peaks and 0.0 < PEAK * spread < high - low:
         low, high = max(low, float(inner[0]) - BEYOND * spread), min(high, float(inner[1]) + BEYOND * spread)
     margin = 0.06 * (high - low)
-    if margin <= 1e-9 * max(abs(low), abs(high)):  # constant but for rounding: its digits are no shape
+    if margin <= 1e-9 * max(abs(low), abs(high)):  # constant up to rounding errors
         margin = 0.1 * max(abs(low), abs(high)) or 1.0
     return low - margin, high + margin
 

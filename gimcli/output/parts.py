@@ -1,4 +1,4 @@
-"""Results of long runs kept part by part, each written whole, so that an interrupted run can go on."""
+"""Results of long runs, kept in parts that are written atomically, so that an interrupted run can be resumed."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ HEADER = "header.json"
 
 
 class Parts:
-    """A folder of numbered arrays and a header that says what they belong to."""
+    """A folder of numbered arrays, and a header that identifies their run."""
 
     def __init__(self, folder: Path, header: Mapping[str, Any], resume: bool) -> None:
-        """Open the folder; without `resume` parts of another run go, with it their header must be the same.
+        """Open the folder; without `resume` existing parts are removed, with it they must have the same header.
 
-        Raises UsageError where it is not, OutputError where the folder is none of ours or cannot be written.
+        Raises UsageError if they have another header, OutputError if the folder has other files or cannot be written.
         """
         self.folder, self.header = folder, json.loads(json.dumps(header))
         kept = self._kept()
         if resume and kept is not None and kept != self.header:
             raise UsageError(
-                f"--resume: {folder} belongs to another run ({_difference(kept, self.header)}); run without --resume"
-                " to begin anew"
+                f"resume: {folder} belongs to another run ({_difference(kept, self.header)}); leave out resume to start"
+                " a new run"
             )
         if not resume or kept is None:
             self.clear()
@@ -41,11 +41,11 @@ class Parts:
 
     @property
     def done(self) -> set[int]:
-        """Numbers of the parts that are there."""
+        """Numbers of the existing parts."""
         return {int(path.stem.split("-")[1]) for path in self.folder.glob("part-*.npy")}
 
     def put(self, number: int, values: NDArray[Any]) -> None:
-        """Write a part, whole or not at all."""
+        """Write a part atomically."""
         with written_bytes(self._path(number)) as handle:
             np.save(handle, values, allow_pickle=False)
 
@@ -54,13 +54,13 @@ class Parts:
         return np.asarray(np.load(self._path(number), allow_pickle=False))
 
     def clear(self) -> None:
-        """Remove the folder; one that holds anything else is left alone."""
+        """Remove the folder; raise OutputError if it has other files."""
         if not self.folder.exists():
             return
         ours = [self.folder / HEADER, *self.folder.glob("part-*.npy"), *self.folder.glob(".gim-*.part")]
         if set(self.folder.iterdir()) - set(ours):
             raise OutputError(
-                f"{self.folder}: holds files that are not of this run; move them, or choose another --out"
+                f"{self.folder}: contains files that do not belong to this run; move them, or choose another folder"
             )
         with suppress(OSError):
             shutil.rmtree(self.folder)
@@ -75,8 +75,8 @@ class Parts:
             return None
 
 
-def _difference(kept: Any, asked: Mapping[str, Any]) -> str:
-    """Return which entries of two headers differ."""
+def _difference(kept: Any, requested: Mapping[str, Any]) -> str:
+    """Return the names of the entries in which two headers differ, as text."""
     kept = kept if isinstance(kept, dict) else {}
-    names = [name for name in asked if kept.get(name) != asked[name]]
+    names = [name for name in requested if kept.get(name) != requested[name]]
     return "differs in " + ", ".join(names) if names else "differs"

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def write_pdf(picture: Content, path: Path | str) -> None:
-    """Write a picture as a one-page document; the same picture gives the same bytes."""
+    """Write a picture as a PDF file with one page; the same picture always gives the same bytes."""
     from matplotlib.backends.backend_pdf import FigureCanvasPdf
 
     from gimcli.output.figure import canvas_of, quiet

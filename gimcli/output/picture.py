@@ -1,4 +1,4 @@
-"""A picture before any format: lines, areas, marks and texts in data coordinates."""
+"""A picture independent of file formats: lines, areas, marks and texts in data coordinates."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from gimcli.mechanism import ComplexArray
 from gimcli.output.style import FONT, INK, Fill, Mark, Pen
 
 MARGIN = 0.5
-"""Free border inside the axes, room for symbols and names [in]."""
+"""Free border inside the axes, for symbols and names [in]."""
 
 WIDEST, HIGHEST, LEAST = 5.9, 5.4, 2.7
-"""Limits of the axes' sides [in]."""
+"""Largest width, largest height and smallest side of the axes [in]."""
 
 
 Key = Pen | Mark | tuple[Pen, Mark]
-"""What stands beside a name in the legend."""
+"""The line or mark beside a name in the legend."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Frame:
 
     @classmethod
     def around(cls, points: ComplexArray) -> Frame:
-        """Return the window with equal axes about the finite ones of some points."""
+        """Return the window with equal axes around some points; points that are not finite are ignored."""
         finite = points[np.isfinite(points)]
         z = finite if len(finite) else np.array([0.0, 1.0 + 1.0j])
         low, high = complex(z.real.min(), z.imag.min()), complex(z.real.max(), z.imag.max())
@@ -54,24 +54,24 @@ class Frame:
 
 @dataclass(frozen=True)
 class Text:
-    """A text centred on a place."""
+    """A text centred at a place."""
 
     at: complex
     text: str
     size: float = FONT
     color: str = INK
-    ring: bool = False  # a circle about it, for numbers
+    ring: bool = False  # draw a circle around it, for numbers
 
 
 @dataclass
 class Picture:
-    """What is drawn; the lists grow while a drawing is composed."""
+    """All parts of a drawing; the drawing functions add to the lists."""
 
     title: str
     frame: Frame
     labels: tuple[str, str] = ("x", "y")
-    logarithmic: bool = False  # the vertical axis holds decimal logarithms
-    logarithmic_x: bool = False  # so does the horizontal one
+    logarithmic: bool = False  # y are decimal logarithms
+    logarithmic_x: bool = False  # x are decimal logarithms
     bare: bool = False  # no axes: a diagram
     strokes: dict[Pen, list[ComplexArray]] = field(default_factory=dict)
     areas: dict[Fill, list[ComplexArray]] = field(default_factory=dict)
@@ -102,7 +102,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Gallery:
-    """Panels in rows; `columns` of them side by side."""
+    """Panels in rows of `columns` panels."""
 
     title: str
     panels: tuple[Picture, ...]
@@ -110,7 +110,7 @@ class Gallery:
 
 
 Content = Picture | Sheet | Gallery
-"""What a picture's file holds."""
+"""The content of a picture file."""
 
 
 def _array(path: ComplexArray | Iterable[complex]) -> ComplexArray:

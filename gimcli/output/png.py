@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def write_png(picture: Content, path: Path | str) -> None:
-    """Write a picture as pixels."""
+    """Write a picture as a PNG file."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     from gimcli.output.figure import canvas_of, quiet

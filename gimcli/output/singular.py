@@ -1,4 +1,4 @@
-"""Singular positions of a mechanism over the curves that its points draw."""
+"""The picture of singular positions, with the curves of the traced points."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from gimcli.output.skeleton import Skeleton, draw_ghost, draw_markers, draw_stro
 from gimcli.output.style import INK, Mark, Pen, curve_pen
 
 POSES = 6
-"""Positions that are drawn with their members."""
+"""Largest number of positions that are drawn with their members."""
 
 MARKS = {
     "change point": Mark("s", 7.0, width=1.4, layer=9),
@@ -25,7 +25,7 @@ MARKS = {
     "dead point": Mark("X", 7.0, face=INK, width=0.4, layer=9),
     "stationary": Mark("o", 5.0, layer=9),
 }
-"""A shape for every kind."""
+"""The mark of each kind of singular position."""
 
 
 @dataclass(frozen=True)
@@ -35,14 +35,14 @@ class Shown:
     number: int
     kind: str
     pose: ComplexArray = field(repr=False)  # (nodes,)
-    at: tuple[complex, ...]  # where its mark stands
+    at: tuple[complex, ...]  # places of its marks
 
 
 def singular_picture(
     mechanism: Mechanism, shown: Sequence[Shown], curves: Mapping[str, ComplexArray], title: str
 ) -> Picture:
     """Return the first position strong, some others light, and a numbered mark for each."""
-    poses = _spread(shown)
+    poses = _chosen(shown)
     skeleton = Skeleton(mechanism, np.array([s.pose for s in poses])) if poses else None
     picture = plot(mechanism, title, [*curves.values(), *([skeleton.extent()] if skeleton else [])])
     if skeleton:
@@ -59,8 +59,8 @@ def singular_picture(
     return picture
 
 
-def _spread(shown: Sequence[Shown]) -> list[Shown]:
-    """Return the positions drawn with their members: those of the weightiest kinds first."""
+def _chosen(shown: Sequence[Shown]) -> list[Shown]:
+    """Return the positions that are drawn with their members, in the order of the kinds in `MARKS`."""
     order = list(MARKS)
     ranked = sorted(shown, key=lambda s: order.index(s.kind))
     return ranked[:POSES]
@@ -75,7 +75,7 @@ def _mark(picture: Picture, shown: Sequence[Shown]) -> None:
 
 
 def _write(picture: Picture, mechanism: Mechanism, skeleton: Skeleton | None, shown: Sequence[Shown]) -> None:
-    """Write the numbers of the marks, one text where several stand together, and the names of nodes."""
+    """Write the numbers of the marks, one text for marks at the same place, and the names of the nodes."""
     labels = Labels(picture)
     together: list[tuple[complex, list[int]]] = []
     for s in shown:

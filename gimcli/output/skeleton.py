@@ -1,4 +1,4 @@
-"""A mechanism at one pose, drawn with the symbols of textbooks."""
+"""Draw a mechanism at one pose with the symbols of textbooks."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from gimcli.output.picture import Picture
 from gimcli.structure.convex_hull import convex_hull
 
 FLAT = 1e-3
-"""Width over length below which an element is drawn as a beam."""
+"""An element with a smaller ratio of width to length is drawn as a beam."""
 
 
 @dataclass(frozen=True)
 class Skeleton:
-    """What is drawn of a mechanism, and where it is at some poses (file units)."""
+    """A mechanism and some of its poses (file units), with the geometry that the drawing needs."""
 
     mechanism: Mechanism
     poses: ComplexArray = field(repr=False)  # (poses, nodes); the first is drawn strong
 
     def place(self, member: int, local: complex, pose: int = 0) -> complex:
-        """Return the place of a point given in a member's own frame."""
+        """Return the position of a point that is given in a member's own frame."""
         origin, turn = self._carrier(member, pose)
         return origin + turn * self.mechanism.scale * local
 
@@ -33,7 +33,7 @@ class Skeleton:
         return self._carrier(member, pose)[1]
 
     def _carrier(self, member: int, pose: int) -> tuple[complex, complex]:
-        """Return the place of the member frame's origin, and its rotation."""
+        """Return the position of the origin of a member's frame, and the rotation of the member."""
         m, scale = self.mechanism.members[member], self.mechanism.scale
         if member == FRAME and not self.mechanism.floating:
             return self.mechanism.origin, 1.0 + 0.0j
@@ -74,20 +74,20 @@ class Skeleton:
         return tuple(int(node) for node in np.flatnonzero(count > 1) if int(node) in self.used)
 
     def pairs(self) -> list[list[PairRow]]:
-        """Return the slides, those of one prismatic pair together."""
+        """Return the sliding pairs; a true prismatic pair is a list of two rows."""
         pairs: dict[str, list[PairRow]] = {}
         for slide in self.mechanism.slides:
             pairs.setdefault(slide.pair, []).append(slide)
         return list(pairs.values())
 
     def outline(self, member: int, pose: int = 0) -> ComplexArray:
-        """Return the nodes of a member and the points that it carries, or their hull."""
+        """Return the convex hull of the nodes and points of a member; a line if they are collinear."""
         carried = [p.local for p in self.mechanism.points if p.member == member]
         nodes = self.poses[pose][list(self.mechanism.members[member].nodes)]
         return hull(np.append(nodes, [self.place(member, local, pose) for local in carried]))
 
     def reach(self, pair: Sequence[PairRow]) -> tuple[complex, complex, complex]:
-        """Return the ends of a block's travel over all poses, at the first one, and the direction."""
+        """Return the ends of a block's travel over all poses, drawn in the first pose, and the direction (unit)."""
         slide = pair[0]
         line, along = self.place(slide.guide, slide.point), slide.along * self.turn(slide.guide)
         travel: list[float] = []
@@ -100,7 +100,7 @@ class Skeleton:
         return line + along * min(travel), line + along * max(travel), along
 
     def bracket(self, slide: PairRow, line: complex, along: complex) -> list[float]:
-        """Return where the carrying member holds a guide that misses all its nodes."""
+        """Return the position along a guide where its member holds it, if the guide passes through none of its nodes."""
         nodes = self.poses[0][list(self.mechanism.members[slide.guide].nodes)]
         feet = (nodes - line) * along.conjugate()
         if np.min(np.abs(feet.imag)) < 1e-6 * self.mechanism.size * self.mechanism.scale:
@@ -108,7 +108,7 @@ class Skeleton:
         return [float(feet.real[np.argmin(np.abs(feet.imag))])]
 
     def extent(self) -> ComplexArray:
-        """Return every place that the picture has to show."""
+        """Return points that the picture must contain."""
         nodes, poses = self.poses[:, sorted(self.used)].ravel(), range(len(self.poses))
         points = [self.place(p.member, p.local, pose) for p in self.mechanism.points for pose in poses]
         ends = [end for pair in self.pairs() for end in self.reach(pair)[:2]]
@@ -121,7 +121,7 @@ def hull(z: ComplexArray) -> ComplexArray:
 
 
 def draw_ghost(picture: Picture, skeleton: Skeleton, pose: int) -> None:
-    """Draw one of the other poses, lightly."""
+    """Draw one of the other poses with light lines."""
     z = skeleton.poses[pose]
     for member in _bodies(skeleton):
         outline = skeleton.outline(member, pose)
@@ -157,7 +157,7 @@ def _bodies(skeleton: Skeleton) -> range:
 
 
 def _draw_body(picture: Picture, skeleton: Skeleton, member: int) -> None:
-    """Draw a plate, a beam or a link; a link is pinned on top of another member's block."""
+    """Draw a plate, a beam or a link; a link is drawn over the block of another member to which it is pinned."""
     outline, nodes = skeleton.outline(member), set(skeleton.mechanism.members[member].nodes)
     if len(outline) > 2:
         picture.area(style.PLATE, outline)
@@ -182,7 +182,7 @@ def _draw_pair(picture: Picture, skeleton: Skeleton, pair: Sequence[PairRow]) ->
 
 
 def _draw_bracket(picture: Picture, skeleton: Skeleton, slide: PairRow, along: complex) -> None:
-    """Join a guide that misses all nodes of its member to the nearest one."""
+    """Draw a line from a guide that passes through no node of its member to the nearest node."""
     line = skeleton.place(slide.guide, slide.point)
     for travel in skeleton.bracket(slide, line, along):
         nodes = skeleton.poses[0][list(skeleton.mechanism.members[slide.guide].nodes)]
@@ -197,7 +197,7 @@ def _span(z: ComplexArray, pair: Sequence[PairRow], along: complex) -> tuple[com
 
 
 def _away(skeleton: Skeleton, foot: complex, along: complex) -> complex:
-    """Return the side of a frame guide where the ground is: away from the mechanism, else below."""
+    """Return the side (unit) of a frame guide for the hatching: below, or for a vertical guide away from the links."""
     z = skeleton.poses[0][sorted(skeleton.used)]
     aside = float(np.mean(((z - foot) * along.conjugate()).imag))
     if abs(along.imag) < 0.95:
@@ -206,7 +206,7 @@ def _away(skeleton: Skeleton, foot: complex, along: complex) -> complex:
 
 
 def _draw_support(picture: Picture, skeleton: Skeleton, node: int) -> None:
-    """Draw a fixed pivot on the side that its links leave free."""
+    """Draw a fixed pivot below its node, or above it if all links point down."""
     slopes = [direction.imag for direction in _directions(skeleton, node)]
     symbols.fixed_pivot(picture, complex(skeleton.poses[0][node]), bool(slopes) and max(slopes) < -0.2)
 
@@ -253,5 +253,5 @@ def _draw_nodes(picture: Picture, skeleton: Skeleton) -> None:
 
 
 def draw_markers(picture: Picture, skeleton: Skeleton) -> None:
-    """Draw the frame's nodes to which nothing is attached, such as those that only give a guide."""
+    """Draw the nodes of the frame to which nothing is attached, such as those that only define a guide."""
     picture.mark(style.CROSS, *skeleton.poses[0][sorted(skeleton.fixed - skeleton.used)].tolist())

@@ -1,7 +1,7 @@
-"""How the drawings look: line weights [pt], greys, dashes and the order of the layers.
+"""Styles of the drawings: line widths [pt], colours, dashes and the order of layers.
 
-Every difference that carries meaning is one of weight, dash or shape as well as of colour,
-so that a print in grey reads the same.
+Lines and marks with different meanings differ in width, dash or shape, not only in colour, so that they can be
+distinguished in a grey print.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ FONT = 8.0
 DPI = 110
 
 LEFT, RIGHT, BOTTOM, TOP = 0.85, 0.3, 0.5, 0.2
-"""Borders about the axes [in]."""
+"""Borders around the axes [in]."""
 
 LINE = 0.19
 """Height of a line of the title or of the legend [in]."""
@@ -29,7 +29,7 @@ LETTER = 0.0087
 
 @dataclass(frozen=True)
 class Pen:
-    """How a line is drawn."""
+    """The style of a line."""
 
     width: float  # pt
     color: str = INK
@@ -39,7 +39,7 @@ class Pen:
 
 @dataclass(frozen=True)
 class Fill:
-    """How an area is drawn."""
+    """The style of an area."""
 
     face: str = PAPER
     edge: str = INK
@@ -49,7 +49,7 @@ class Fill:
 
 @dataclass(frozen=True)
 class Mark:
-    """How a single point is drawn."""
+    """The style of a single point."""
 
     shape: str = "o"
     size: float = 6.0  # pt
@@ -96,6 +96,6 @@ _WEIGHTS = (1.5, 0.8, 2.4)
 
 
 def curve_pen(index: int) -> Pen:
-    """Return the pen of the index-th traced curve: colour, dash and weight vary together."""
+    """Return the pen of the index-th curve; colour, dash and width change together."""
     weight = _WEIGHTS[index // len(_DASHES) % len(_WEIGHTS)]
     return Pen(weight, _COLOURS[index % len(_COLOURS)], _DASHES[index % len(_DASHES)], layer=7)

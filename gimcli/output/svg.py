@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def write_svg(picture: Content, path: Path | str) -> None:
-    """Write a picture as scalable lines; the same picture gives the same bytes."""
+    """Write a picture as an SVG file; the same picture always gives the same bytes."""
     import matplotlib
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 

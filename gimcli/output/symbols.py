@@ -16,14 +16,14 @@ BLOCK_LENGTH, BLOCK_HEIGHT = 20.0, 12.0
 """Size of a sliding block [pt]."""
 
 OVERHANG = 12.0
-"""What a guide shows beyond its block [pt]."""
+"""Length of a guide beyond its block [pt]."""
 
 PIVOT_HEIGHT, PIVOT_HALF = 11.0, 7.0
 """Triangle of a fixed pivot [pt]."""
 
 
 def rectangle(first: complex, second: complex, beyond: float, height: float, along: complex) -> ComplexArray:
-    """Return the outline of a bar from `first` to `second`, lengthened at both ends."""
+    """Return the outline of a bar from `first` to `second` that extends by `beyond` at both ends."""
     start, end, half = first - along * beyond, second + along * beyond, 1j * along * height / 2
     return np.array([start - half, end - half, end + half, start + half])
 
@@ -60,7 +60,7 @@ def frame_guide(picture: Picture, first: complex, second: complex, along: comple
 
 
 def moving_guide(picture: Picture, first: complex, second: complex, along: complex) -> None:
-    """Draw the rod through a block that rides on a moving member."""
+    """Draw the guide of a block that slides on a moving member."""
     reach = along * (BLOCK_LENGTH / 2 + OVERHANG) * picture.frame.point
     picture.stroke(THIN, [first - reach, second + reach])
 
@@ -78,14 +78,14 @@ def cylinder(picture: Picture, base: complex, end: complex) -> None:
 
 
 def head(picture: Picture, tip: complex, along: complex, size: float = 6.0, fill: Fill = HEAD) -> None:
-    """Draw an arrow's head [pt] that points `along` (unit)."""
+    """Draw an arrowhead of `size` [pt] in the direction `along` (unit)."""
     back = tip - along * size * picture.frame.point
     half = 0.32j * along * size * picture.frame.point
     picture.area(fill, [tip, back + half, back - half])
 
 
 def arrow(picture: Picture, path: NDArray[Any], pen: Pen = ARROW, fill: Fill = HEAD, size: float = 6.0) -> None:
-    """Draw a polyline with a head at its end."""
+    """Draw a polyline with an arrowhead at its end."""
     along = path[-1] - path[-2]
     along = along / abs(along) if along else 1.0 + 0.0j
     picture.stroke(pen, np.append(path[:-1], path[-1] - 0.6 * along * size * picture.frame.point))
@@ -93,7 +93,7 @@ def arrow(picture: Picture, path: NDArray[Any], pen: Pen = ARROW, fill: Fill = H
 
 
 def turning_arrow(picture: Picture, at: complex, taken: Sequence[complex], sense: float) -> None:
-    """Draw the arc of a rotary input where no direction (unit) of `taken` is in the way."""
+    """Draw the arc of a rotary input as far as possible from the directions `taken` (unit) of the links."""
     angles = np.radians(np.arange(90.0, 450.0, 15.0))
     apart = np.angle(np.exp(1j * angles)[:, None] / np.array(taken or [-1j])[None, :])
     middle = angles[np.argmax(np.min(np.abs(apart), axis=1).round(6))]
@@ -102,7 +102,7 @@ def turning_arrow(picture: Picture, at: complex, taken: Sequence[complex], sense
 
 
 def travel_arrow(picture: Picture, at: complex, along: complex, aside: complex, sense: float) -> None:
-    """Draw the straight arrow of a driven slide on the side `aside` (unit) of its block."""
+    """Draw the straight arrow of a driven sliding pair on the side `aside` (unit) of its block."""
     pt, along = picture.frame.point, along if sense >= 0 else -along
     start = at + aside * (BLOCK_HEIGHT / 2 + 5.0) * pt - along * 9.0 * pt
     arrow(picture, np.linspace(start, start + along * 20.0 * pt, 8))

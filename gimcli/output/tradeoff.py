@@ -1,4 +1,4 @@
-"""The picture of speed against accuracy: one curve a method, and the efficient front."""
+"""The picture of time and accuracy: one curve for each method, and the efficient front."""
 
 from __future__ import annotations
 
@@ -11,18 +11,21 @@ from gimcli.output.picture import HIGHEST, WIDEST, Frame, Picture
 from gimcli.output.style import PAPER, Mark, Pen, curve_pen
 
 SHAPES = ("o", "s", "^", "D", "v", "P", "X")
-"""Shape of a method's marks."""
+"""Shapes of the marks of the methods."""
 
 FRONT, ON_FRONT = Pen(7.0, "#d2d2d2", layer=1), Mark("o", 12.0, "#d2d2d2", "#d2d2d2", layer=1)
 
 MICROSECONDS = 6.0
-"""Decades from seconds to the unit of the axis."""
+"""Decimal logarithm of the microseconds in a second."""
 
 
 def tradeoff_picture(curves: Mapping[str, FloatArray], front: FloatArray, title: str) -> Picture:
-    """Return error over time, both logarithmic; a hollow mark has positions missing."""
+    """Return the error over the time, both logarithmic; hollow marks: not all positions were solved.
+
+    `curves` are arrays (tolerances, 3) of time [s], error and the part of positions that were solved, by method.
+    """
     places = {name: _place(points) for name, points in curves.items()}
-    labels = ("time a position [µs]", "greatest true error of a traced point / size of the mechanism")
+    labels = ("time per position [µs]", "largest true error of a traced point / size of the mechanism")
     picture = Picture(title, _window(list(places.values())), labels, logarithmic=True, logarithmic_x=True)
     efficient = _place(front)
     efficient = efficient[np.argsort(efficient.real)]
@@ -46,14 +49,14 @@ def _draw_method(picture: Picture, index: int, name: str, places: ComplexArray, 
 
 
 def _place(points: FloatArray) -> ComplexArray:
-    """Return log10(time) + i log10(error) of points (points, 2 or 3); an error of 0 is the least that there is."""
+    """Return log10(time) + i log10(error) of points (points, 2 or 3); 0 is replaced by the smallest float."""
     least = float(np.finfo(float).tiny)
     seconds, error = (np.log10(np.maximum(points[:, k], least)) for k in (0, 1))
     return np.asarray(seconds + MICROSECONDS + 1j * error)
 
 
 def _window(curves: list[ComplexArray]) -> Frame:
-    """Return whole decades about the curves, a little beyond the marks."""
+    """Return a window from one power of ten to another, with some space around the marks."""
     z = np.concatenate([*curves, np.zeros(0, dtype=complex)])
     z = z if len(z) else np.array([0.0j, 2.0 - 16.0j])
     low = complex(np.floor(z.real.min() - 0.05), np.floor(z.imag.min() - 0.2))

@@ -1,4 +1,4 @@
-"""Velocities and accelerations of one pose as arrows, each kind with a scale bar of its own."""
+"""Velocities and accelerations at one pose as arrows, each kind with its own scale bar."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from gimcli.output.picture import Picture, Text
 from gimcli.output.style import FONT, Fill, Pen
 
 LONGEST = 0.3
-"""Length of the longest arrow, as part of the drawing's greater side."""
+"""Length of the longest arrow, relative to the longer side of the drawing."""
 
 NOTHING = 1e-9
-"""An arrow shorter than this part of the longest, or of the side a second, is not drawn."""
+"""Vectors below this part of the largest one, or of the drawing's longer side per second, are not drawn."""
 
 SHORT = 5.0
-"""An arrow shorter than this [pt] has no room for its head."""
+"""A shorter arrow [pt] is drawn without a head."""
 
 BAR = 0.1
-"""Distance of the scale bars, as part of the drawing's greater side."""
+"""Distance of the scale bars, relative to the longer side of the drawing."""
 
 PENS = (Pen(1.5, "#20508c", layer=9), Pen(1.2, "#a50f15", (4.0, 2.0), layer=9))
 HEADS = (Fill("#20508c", "#20508c", 0.3, layer=9), Fill("white", "#a50f15", 0.9, layer=9))
@@ -39,12 +39,12 @@ class Arrows:
 
     @property
     def greatest(self) -> float:
-        """Greatest magnitude."""
+        """The largest magnitude."""
         return max((abs(vector) for _, vector in self.vectors.values()), default=0.0)
 
 
 class Field:
-    """Arrows of some kinds about a drawing, and their scales."""
+    """Arrows of one or more kinds, and their scales."""
 
     def __init__(self, kinds: Sequence[Arrows], shown: ComplexArray) -> None:
         z = shown[np.isfinite(shown)] if np.isfinite(shown).any() else np.zeros(1, dtype=complex)
@@ -53,7 +53,7 @@ class Field:
         self.kinds = [kind for kind in kinds if kind.greatest > NOTHING * self.side]
 
     def scale(self, kind: Arrows) -> float:
-        """Return the length of an arrow per unit of its vector."""
+        """Return the length of an arrow for one unit of its vector."""
         return LONGEST * self.side / kind.greatest
 
     def extent(self) -> ComplexArray:
@@ -65,7 +65,7 @@ class Field:
         return np.array([*tips, *(end for bar in bars for end in bar)], dtype=np.complex128)
 
     def _bar(self, row: int, kind: Arrows) -> tuple[tuple[complex, complex], float]:
-        """Return the ends of a scale bar and the round value that it stands for."""
+        """Return the ends of a scale bar and the round value of its length."""
         value = _round(kind.greatest)
         start = self.corner - 1j * BAR * self.side * (row + 1)
         return (start, start + self.scale(kind) * value), value
@@ -83,17 +83,17 @@ class Field:
             picture.texts.append(Text(end + (6.0 + 0.28 * FONT * len(text)) * pt, text))
 
 
-def _arrow(picture: Picture, start: complex, way: complex, pen: Pen, head: Fill, seen: bool) -> None:
-    if not seen or not np.isfinite(way):
+def _arrow(picture: Picture, start: complex, vector: complex, pen: Pen, head: Fill, visible: bool) -> None:
+    if not visible or not np.isfinite(vector):
         return
-    length = abs(way) / picture.frame.point
+    length = abs(vector) / picture.frame.point
     if length < SHORT:
-        picture.stroke(pen, [start, start + way])
+        picture.stroke(pen, [start, start + vector])
     else:
-        symbols.arrow(picture, np.array([start, start + way]), pen, head, min(7.0, length))
+        symbols.arrow(picture, np.array([start, start + vector]), pen, head, min(7.0, length))
 
 
 def _round(value: float) -> float:
-    """Return the greatest of 1, 2, 5 times a power of ten that is not above a value."""
+    """Return the largest of 1, 2, 5 times a power of ten that is not above a value."""
     decade = 10.0 ** math.floor(math.log10(value))
     return max(m * decade for m in (1.0, 2.0, 5.0) if m * decade <= value * (1.0 + 1e-9) or m == 1.0)

@@ -1,4 +1,4 @@
-"""The picture of a workspace: the region, its curves, how often a grid of inputs leads there, and the mechanism."""
+"""The picture of a workspace: the region and its curves, or the density of a grid of positions, and the mechanism."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ PENS = {
     "hole": Pen(1.9, "#a50f15", (5.0, 1.6), layer=7),
     "inner": Pen(1.2, "#20508c", (1.4, 1.4), layer=7),
 }
-NAMES = {"outer": "edge", "hole": "hole", "inner": "inner curve: some configuration is held back"}
+NAMES = {"outer": "boundary", "hole": "hole", "inner": "inner curve: limit of some configurations"}
 
 GREYS = ("#efefef", "#e2e2e2", "#d4d4d4", "#c4c4c4", "#b0b0b0")
-"""Cells of rising density."""
+"""Greys of the cells, from few positions to many."""
 
 CELLS = 110
-"""Cells along the longer side."""
+"""Number of cells along the longer side."""
 
 
 def workspace_picture(
     mechanism: Mechanism, pose: ComplexArray | None, curves: Mapping[str, Sequence[ComplexArray]],
     point: tuple[str, complex | None], density: ComplexArray | None, title: str,
 ) -> Picture:  # fmt: skip
-    """Return the region between the curves of each kind, over a pose (nodes,), in the file's units.
+    """Return the region between the curves of each kind, and a pose (nodes,), in the file's units.
 
-    `density` (rows,) are reached places, drawn as cells; without it the region is filled.
+    `density` (rows,) are reached positions, drawn as cells; without it the region is filled.
     """
     skeleton = None if pose is None else solved(mechanism, pose)
     shown = [z for group in curves.values() for z in group]
@@ -61,7 +61,7 @@ def path_picture(
     mechanism: Mechanism, pose: ComplexArray | None, paths: Sequence[ComplexArray], point: tuple[str, complex | None],
     title: str,
 ) -> Picture:  # fmt: skip
-    """Return the paths of a point that one input moves, the drawn one's first, over a pose (nodes,)."""
+    """Return the paths of a point that one input moves, that of the drawn configuration first, and a pose (nodes,)."""
     skeleton = None if pose is None else solved(mechanism, pose)
     shown = [*paths, *([skeleton.extent()] if skeleton else [])]
     picture = plot(mechanism, title, shown)
@@ -77,7 +77,7 @@ def path_picture(
 
 
 def _draw_pose(picture: Picture, skeleton: Skeleton | None, point: tuple[str, complex | None]) -> None:
-    """Draw the mechanism and name its point."""
+    """Draw the mechanism, and its point with the name."""
     if skeleton is not None:
         draw_strong(picture, skeleton)
     name, at = point
@@ -87,7 +87,7 @@ def _draw_pose(picture: Picture, skeleton: Skeleton | None, point: tuple[str, co
 
 
 def _fill(picture: Picture, curves: Mapping[str, Sequence[ComplexArray]]) -> None:
-    """Fill the region: great loops first, so that an island in a hole stays."""
+    """Fill the region, large loops first, so that an island in a hole remains visible."""
     loops = [(z, REGION) for z in curves.get("outer", ())] + [(z, VOID) for z in curves.get("hole", ())]
     for layer, (z, fill) in enumerate(sorted(loops, key=lambda loop: -abs(_area(loop[0])))):
         level = -2.0 + layer / (len(loops) + 1.0)
@@ -99,7 +99,7 @@ def _area(z: ComplexArray) -> float:
 
 
 def _draw_density(picture: Picture, places: ComplexArray) -> None:
-    """Draw the cells that some places fall into, darker where more do."""
+    """Draw the cells that contain positions, darker for more positions."""
     z = places[np.isfinite(places)]
     if not len(z):
         return
@@ -122,6 +122,6 @@ def _draw_density(picture: Picture, places: ComplexArray) -> None:
 
 
 def _levels(counts: FloatArray) -> np.ndarray:
-    """Return 0 .. levels - 1, as many cells in each as can be."""
+    """Return the level of each count, 0 to the number of greys - 1, with about equal numbers of cells."""
     edges = np.quantile(counts, np.arange(1, len(GREYS)) / len(GREYS))
     return np.searchsorted(edges, counts, side="left")

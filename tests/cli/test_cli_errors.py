@@ -459,7 +459,7 @@ WRONG = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("value", "reason"), [("-5", "greater than 0"), ("0", "greater than 0"), ("1e200", "size of the mechanism")])
+@pytest.mark.parametrize(("value", "reason"), [("-5", "above 0"), ("0", "above 0"), ("1e200", "times the size")])
 def test_a_length_that_is_none_is_wrong_usage(value, reason, gim):
     code, out, err = gim(None, "solve", str(MODELS / "gim_fig11.yaml"), "--at", f"OA={value}")
     assert (code, out) == (2, "")

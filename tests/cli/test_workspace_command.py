@@ -185,7 +185,7 @@ def test_a_folder_that_is_not_ours_is_left_alone(tmp_path: Path) -> None:
     folder = tmp_path / "five_bar.workspace.parts"
     folder.mkdir()
     (folder / "thesis.txt").write_text("mine")
-    with pytest.raises(GimError, match="not of this run"):
+    with pytest.raises(GimError, match="do not belong to this run"):
         run("workspace", str(MODELS / "five_bar.yaml"), "--grid", "5", "--no-png", "-o", str(tmp_path))
     assert (folder / "thesis.txt").read_text() == "mine"
 
