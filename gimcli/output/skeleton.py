@@ -100,7 +100,7 @@ class Skeleton:
         return line + along * min(travel), line + along * max(travel), along
 
     def bracket(self, slide: PairRow, line: complex, along: complex) -> list[float]:
-        """Return the position along a guide where its member holds it, if the guide passes through none of its nodes."""
+        """Return the position along a guide where its member holds it, if the guide passes none of its nodes."""
         nodes = self.poses[0][list(self.mechanism.members[slide.guide].nodes)]
         feet = (nodes - line) * along.conjugate()
         if np.min(np.abs(feet.imag)) < 1e-6 * self.mechanism.size * self.mechanism.scale:
