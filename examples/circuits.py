@@ -1,4 +1,4 @@
-"""The double butterfly's circuits: at every input there are as many configurations as branches run over it.
+"""The circuits of the double butterfly: at each input there are as many configurations as branches over this input.
 
 Run from the repository: python examples/circuits.py
 """
@@ -16,23 +16,23 @@ MODEL = Path(__file__).parents[1] / "models" / "double_butterfly.yaml"
 
 
 def over(start: float, end: float, q: float) -> int:
-    """Return how often a stretch of the input runs over a value, turns not counted."""
+    """Return how often an interval of the input contains a value, modulo full turns."""
     low, high = min(start, end), max(start, end)
     return math.floor((high - q) / math.tau) - math.floor((low - q) / math.tau)
 
 
 def main() -> None:
-    """Hold the circuits against the configurations at inputs that the search has not looked at."""
+    """Compare the circuits with the configurations at inputs that the search did not use."""
     mechanism = load(MODEL)
     found = circuits(mechanism)
-    assert found.complete, "all configurations are proved to be known wherever they were asked for"
+    assert found.complete, "the configurations at all samples of the input are proved complete"
     for q in np.linspace(0.05, 6.2, 25):
         listed = all_configurations(mechanism, np.array([q]))
         branches = sum(over(b.start, b.end, q) for strand in found.strands for b in strand.branches)
         assert listed.complete
-        assert len(listed) == branches, "each configuration lies on one branch, and each branch has one"
+        assert len(listed) == branches, "each configuration is on one branch, and each branch has one configuration"
     turning = sum(abs(strand.circuit.turns) == 1.0 for strand in found.strands)
-    print(f"{found.count} circuits, on {turning} of them the input turns fully")
+    print(f"{found.count} circuits; on {turning} of them the input makes a full turn")
 
 
 if __name__ == "__main__":

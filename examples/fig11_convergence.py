@@ -1,4 +1,4 @@
-"""Fig. 11 of the GIM paper: the error of a sweep falls as eq. (3) says, at the predicted rate.
+"""Fig. 11 of the GIM paper: the error decreases by eq. (3), with the factor that the spectral radius predicts.
 
 Run from the repository: python examples/fig11_convergence.py
 """
@@ -16,13 +16,13 @@ MODEL = Path(__file__).parents[1] / "models" / "gim_fig11.yaml"
 
 
 def main() -> None:
-    """Solve the displaced position by sweeps and compare the rate with the spectral radius."""
+    """Solve the displaced position by sweeps, and compare the convergence factor with the spectral radius."""
     mechanism = load(MODEL)
     inputs = np.array([actuator.law(np.ones(1))[0] for actuator in mechanism.actuators])
     position = solve(mechanism, inputs, Options(method="gim", strategy="classic", tolerance=1e-5), history=True)
     assert position.sweeps == 13, "the paper's count"
     law = fit_history(position)
-    assert abs(law.rate / law.radius - 1.0) < 0.1, "eq. (3) with the predicted radius"
+    assert abs(law.rate / law.radius - 1.0) < 0.1, "eq. (3) with the predicted factor"
     print(f"{position.sweeps} sweeps; factor {law.rate:.4f} per sweep, spectral radius {law.radius:.4f}")
 
 

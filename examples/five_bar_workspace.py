@@ -1,4 +1,4 @@
-"""The workspace of a five-bar is what the rings of its two arms have in common: a lens without two discs.
+"""The workspace of a five-bar is the intersection of the rings that its two arms reach: a lens with two round holes.
 
 Run from the repository: python examples/five_bar_workspace.py
 """
@@ -14,21 +14,21 @@ MODEL = Path(__file__).parents[1] / "models" / "five_bar.yaml"
 
 
 def main() -> None:
-    """Trace the boundary and check its area, its arcs and its holes (base 4, links 5 and 6)."""
+    """Find the boundary, and check its area, arcs and holes (base 4, links 5 and 6)."""
     found = survey(load(MODEL), "P")
     base, far, near = 4.0, 5.0 + 6.0, 6.0 - 5.0
     half = 0.5 * base
     lens = 2.0 * far**2 * np.arccos(half / far) - half * np.sqrt(4.0 * far**2 - base**2)
     exact = lens - 2.0 * np.pi * near**2
     area = found.area * found.task.mechanism.scale**2
-    assert found.complete, "all of the boundary is found"
+    assert found.complete, "the boundary is complete"
     assert abs(area / exact - 1.0) < 1e-7, "area in closed form"
     for edge in found.edges:
         z = found.task.mechanism.to_file(edge.arc.y @ np.array([1.0, 1.0j]))
         off = min(np.abs(np.abs(z - pivot) - r).max() for pivot in (-half, half) for r in (far, near))
-        assert off < 1e-12, "every curve is an arc about one pivot: that arm is stretched or folded"
+        assert off < 1e-12, "every curve is an arc around a pivot, whose arm is stretched or folded"
     holes = sum(loop.area < 0.0 for loop in found.loops)
-    assert holes == 2, "one hole about each pivot"
+    assert holes == 2, "one hole around each pivot"
     print(f"area {area:.9g}, in closed form {exact:.9g}; {holes} holes")
 
 

@@ -1,4 +1,4 @@
-"""The library from a program: a four-bar solved, traced and saved, against the law of cosines.
+"""Use gimcli in a program: solve, trace and save a four-bar, and compare it with the law of cosines.
 
 Run from the repository: python examples/library.py
 """
@@ -25,7 +25,7 @@ FOUR_BAR = {
 
 
 def rocker(crank: float) -> float:
-    """Return the angle [deg] of the rocker at an angle [deg] of the crank: the law of cosines, twice."""
+    """Return the angle [deg] of the rocker at an angle [deg] of the crank, by the law of cosines."""
     x, y = 40.0 * math.cos(math.radians(crank)) - 100.0, 40.0 * math.sin(math.radians(crank))
     far = math.hypot(x, y)
     between = math.acos((80.0**2 + far**2 - 120.0**2) / (2.0 * 80.0 * far))
@@ -33,7 +33,7 @@ def rocker(crank: float) -> float:
 
 
 def main() -> None:
-    """Solve, trace and save."""
+    """Solve one position, trace a motion and save it."""
     four_bar = gimcli.load(FOUR_BAR)
     position = gimcli.solve(four_bar, motor=45)
     angle: float = position.angle["rocker"]
@@ -41,10 +41,10 @@ def main() -> None:
     assert math.isclose(angle % 360.0, rocker(45.0), abs_tol=1e-9), "law of cosines"
     motion = gimcli.trace(four_bar, steps=72, derivatives=1)
     assert all(word == "ok" for word in motion.status)
-    assert math.isclose(motion.angle["crank"][-1], 360.0, abs_tol=1e-9), "counted through the turn"
+    assert math.isclose(motion.angle["crank"][-1], 360.0, abs_tol=1e-9), "full turns are counted"
     with tempfile.TemporaryDirectory() as folder:
         motion.save(Path(folder) / "four_bar.csv", Path(folder) / "four_bar.png")
-    print(f"rocker at 45 deg: {angle:.9g} deg; {len(motion.status)} positions, worst residual {motion.worst:.0e}")
+    print(f"rocker at 45 deg: {angle:.9g} deg; {len(motion.status)} positions, largest residual {motion.worst:.0e}")
 
 
 if __name__ == "__main__":

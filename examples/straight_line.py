@@ -1,4 +1,4 @@
-"""Peaucellier and Lipkin's cell draws an exact straight line, and inverts: |OP| |OQ| is constant.
+"""The Peaucellier-Lipkin cell traces an exact straight line, because it is an inversor: |OP| |OQ| is constant.
 
 Run from the repository: python examples/straight_line.py
 """
@@ -15,10 +15,10 @@ MODEL = Path(__file__).parents[1] / "models" / "peaucellier.yaml"
 
 
 def main() -> None:
-    """Trace the cell and check both laws (crank 2, ground 2, arms 5, rhombus 2.5)."""
+    """Trace the motion and check both properties (crank 2, frame 2, arms 5, rhombus 2.5)."""
     motion = trace(load(MODEL), 360)
     path = traced_paths(motion, ("P", "Q"))
-    assert np.ptp(path["Q"].real) < 1e-12 * 4.6875, "Q draws a straight line"
+    assert np.ptp(path["Q"].real) < 1e-12 * 4.6875, "Q moves on a straight line"
     assert np.allclose(np.abs(path["P"]) * np.abs(path["Q"]), 5.0**2 - 2.5**2, rtol=1e-12, atol=0.0)
     print(f"x of Q is {path['Q'].real[0]:.12g} within {np.ptp(path['Q'].real):.1e}")
 

@@ -1,7 +1,7 @@
-"""Table 1 of the GIM paper: sweeps against Newton-Raphson, counted as the paper does and as they are.
+"""Table 1 of the GIM paper: operations of sweeps and of Newton-Raphson, by the paper's formulas and as counted.
 
-The paper: 4, 7, 18, 22 sweeps of 12 operations a moving node against 4, 4-5, 4, 4-5 iterations of 9 E^3,
-E the moving links. Dimensions and sequences are those that reproduce the sweeps (the paper gives neither).
+The paper: 4, 7, 18, 22 sweeps of 12 operations per moving node; 4, 4-5, 4, 4-5 iterations of 9 E^3 operations, E being
+the number of moving links. The paper gives neither dimensions nor sequences; these reproduce its numbers of sweeps.
 
 Run from the repository: python examples/table1_operations.py
 """
@@ -39,8 +39,8 @@ class Case:
     model: str
     step: float  # deg, from the drawn position
     sequence: str
-    sweeps: int  # the paper's
-    iterations: tuple[int, ...]  # the paper's, of Newton-Raphson
+    sweeps: int  # in the paper
+    iterations: tuple[int, ...]  # of Newton-Raphson in the paper
 
 
 CASES = (
@@ -58,7 +58,7 @@ CASES = (
 
 
 def displaced(case: Case) -> tuple[Mechanism, FloatArray, ComplexArray]:
-    """Return the mechanism, its inputs a step from the drawn position, and the nodes before the step."""
+    """Return the mechanism, the inputs one step after the drawn position, and the nodes before the step."""
     mechanism = load(MODELS / f"{case.model}.yaml")
     drawn = mechanism.drawn_inputs
     start = solve(mechanism, drawn, Options(tolerance=1e-13)).z
@@ -72,7 +72,7 @@ def measure(case: Case) -> dict[str, float]:
     found = {"sweeps": float(swept[0].sweeps), "tight sweeps": float(swept[1].sweeps), "rho": radius_at(swept[1])}
     found["paper"] = paper_sweep(mechanism) * found["sweeps"]
     found["real"] = sweep_cost(mechanism, parse_moves(mechanism, case.sequence)).operations(found["sweeps"])
-    unit = TextbookConstants(length=1.0 / mechanism.scale)  # corrections in the file's unit and rad, as the paper's
+    unit = TextbookConstants(length=1.0 / mechanism.scale)  # corrections in the file's unit and in rad, as in the paper
     for name, make in COORDINATES.items():
         system = make(mechanism)
         counts = [float(follow(system, inputs[:, None], start, t, plain, unit).iterations[0]) for t in (STOP, TIGHT)]
@@ -86,7 +86,7 @@ def measure(case: Case) -> dict[str, float]:
 
 
 def from_far(case: Case) -> tuple[int, int]:
-    """Return how many random starts sweeps settle from, and Newton-Raphson in absolute coordinates."""
+    """Return from how many random starts sweeps converge, and Newton-Raphson in absolute coordinates."""
     mechanism, inputs, _ = displaced(case)
     sweeper = Sweeper(mechanism, Options("gim", tolerance=STOP, moves=case.sequence), plain)
     system, swept, newton = COORDINATES["absolute"](mechanism), 0, 0
@@ -99,7 +99,7 @@ def from_far(case: Case) -> tuple[int, int]:
 
 
 def main() -> None:
-    """Print the table; assert the paper's counts, and where its conclusion does not hold."""
+    """Print the table; check the paper's counts, and show where its conclusion does not hold."""
     rows = [measure(case) for case in CASES]
     print(HEAD)
     for case, r in zip(CASES, rows, strict=True):
@@ -109,21 +109,24 @@ def main() -> None:
             f" {r['real absolute']:7.0f} {r['real joint']:7.0f} {r['real natural']:7.0f} {r['real auto']:7.0f}"
             f" {r['tight absolute']:8.0f}"
         )
-        assert r["sweeps"] == case.sweeps, "the paper's sweeps"
-        assert r["absolute iterations"] in case.iterations, "the paper's iterations"
-        assert r["paper"] < r["paper absolute"], "by the paper's count sweeps cost less"
+        assert r["sweeps"] == case.sweeps, "sweeps as in the paper"
+        assert r["absolute iterations"] in case.iterations, "iterations as in the paper"
+        assert r["paper"] < r["paper absolute"], "by the paper's formulas, sweeps need fewer operations"
         more = np.log(TIGHT / STOP) / np.log(r["rho"])
-        assert abs(r["tight sweeps"] - r["sweeps"] - more) < 1.0 + 0.1 * more, "they grow like ln(eps) / ln(rho)"
-        assert r["tight absolute"] <= r["absolute iterations"] + 2, "Newton-Raphson adds an iteration or two"
-        assert r["real auto"] < 0.6 * r["paper absolute"], "and costs less than 9 E^3 in few unknowns"
+        assert abs(r["tight sweeps"] - r["sweeps"] - more) < 1.0 + 0.1 * more, "sweeps increase like ln(eps) / ln(rho)"
+        assert r["tight absolute"] <= r["absolute iterations"] + 2, "Newton-Raphson needs one or two iterations more"
+        assert r["real auto"] < 0.6 * r["paper absolute"], "with few unknowns it needs fewer than 9 E^3 operations"
     far = [from_far(case) for case in CASES]
     print(
-        f"from {STARTS} random starts settle by sweeps", *(s for s, _ in far), "and by iterations", *(n for _, n in far)
+        f"of {STARTS} random starts converge by sweeps:",
+        *(s for s, _ in far),
+        "and by iterations:",
+        *(n for _, n in far),
     )
-    assert all(swept < STARTS for swept, _ in far[1:]), "sweeps do not converge from anywhere"
-    assert far[-1][0] < STARTS // 4, "from few starts of the ten-bar"
+    assert all(swept < STARTS for swept, _ in far[1:]), "sweeps do not converge from every start"
+    assert far[-1][0] < STARTS // 4, "for the ten-bar, sweeps converge from few starts"
     assert [r["paper"] for r in rows] == [48.0, 252.0, 1080.0, 2112.0], "12 nnod nit"
-    assert all(r["real auto"] < r["real"] for r in rows[2:]), "less than the sweeps of larger groups"
+    assert all(r["real auto"] < r["real"] for r in rows[2:]), "fewer operations than sweeps for larger groups"
 
 
 if __name__ == "__main__":

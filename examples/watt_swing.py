@@ -1,8 +1,8 @@
-"""Watt's six-bar swings under its own weight: its motion, its energies and the forces in its pins.
+"""Watt's six-bar swings under its own weight: motion, energies and pin forces.
 
-The case of Durango, Giraldo, Calle & Mesa 2014, section 3.3 (figures 6 and 7), as `models/watt_durango.yaml` has it.
+The model is `models/watt_durango.yaml`: Durango, Giraldo, Calle & Mesa 2014, section 3.3 (figures 6 and 7).
 
-Run from the repository: python examples/watt_swing.py [FOLDER for the picture]
+Run from the repository: python examples/watt_swing.py [FOLDER of the picture]
 """
 
 import sys
@@ -19,14 +19,14 @@ from gimcli.output.history import Panel, history_sheet
 
 MODEL = Path(__file__).parents[1] / "models" / "watt_durango.yaml"
 PERIOD = 3.59374750406788
-"""From an energy integral in 34 digits [s]."""
+"""From an energy integral, computed with 34 digits [s]."""
 
 PEAKS = {"O2": 329.866685, "A": 262.922483, "E": 60.962363}
-"""Greatest pin forces of the same reference [N]."""
+"""Largest pin forces by the same reference [N]."""
 
 
 def main(folder: Path | None = None) -> None:
-    """Simulate a period, check it against the reference, and draw it."""
+    """Simulate one period, compare it with the reference, and draw it."""
     mechanism = load(MODEL)
     times = np.linspace(0.0, PERIOD, 1801)
     found = simulate(mechanism, times, Settings(rtol=1e-11), compiled)
@@ -39,7 +39,7 @@ def main(folder: Path | None = None) -> None:
         node = mechanism.nodes[pin.node]
         if node in PEAKS:
             amounts[node] = np.abs(forces.pin(pin, pin.members[1]))
-            assert abs(amounts[node].max() - PEAKS[node]) < 0.05, node  # between two rows it may be a little more
+            assert abs(amounts[node].max() - PEAKS[node]) < 0.05, node  # the maximum may be between two rows
     print(f"a period of {2.0 * first.time:.12g} s; energy drift {found.worst_drift:.0e}")
     if folder is None:
         return
