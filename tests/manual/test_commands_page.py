@@ -10,10 +10,11 @@ import yaml
 from bundled import MODELS
 from fences import MANUAL
 from in_process import gim
+from typer.main import get_command
 
 from gimcli import load
 from gimcli.branching import singularities
-from gimcli.cli import COMMANDS
+from gimcli.cli import COMMANDS, app
 from gimcli.comparison.methods import METHODS
 from gimcli.dynamics import simulation_types
 from gimcli.dynamics.integrators import INTEGRATORS
@@ -169,16 +170,13 @@ def test_every_key_is_described(run):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_option_of_a_section_exists(command):
-    """Options that the tables of a section name belong to the command, or to one that the section names."""
-    from typer.main import get_command
-
-    from gimcli.cli import app
-
-    group = get_command(app)
-    options = {o for p in group.get_command(None, command).params for o in [*p.opts, *p.secondary_opts]}
-    named = [word.split()[0] for word in described(command, "option")]
+def test_options_are_those_of_the_command(command):
+    """The tables of a section name no other option; each option is in the section, or among the common ones."""
+    options = {o for p in get_command(app).get_command(None, command).params for o in [*p.opts, *p.secondary_opts]}
+    named = {word.split()[0] for word in described(command, "option")}
     assert {word for word in named if word.startswith("-")} <= options
+    text = TEXT[: TEXT.index("## gim solve")] + manual_text(command)
+    assert {option for option in options if option.startswith("-") and f"`{option}" not in text} == set()
 
 
 def test_all_words_are_on_the_page():
