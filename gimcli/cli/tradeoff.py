@@ -86,9 +86,10 @@ def _print(result: TradeoffResult) -> None:
         "iterations: sweeps for gim; paper's count: 12 operations per moving node and sweep, 9 E^3 per iteration"
     )
     typer.echo("*: efficient: no other entry that solves all positions is both faster and more accurate")
-    if found.untold:
+    if found.unrefined:
         typer.echo(
-            f"{found.untold} positions are too near to a singular position to determine a true error; they are left out"
+            f"{found.unrefined} positions are too near to a singular position to determine a true error;"
+            " they are left out"
         )
     if not found.reached:
         print_status(found.motion)

@@ -1,1 +1,1 @@
-"""Speed against accuracy: the methods of the field on one motion, and their true errors."""
+"""Speed and accuracy of several position methods on one motion, with their true errors."""

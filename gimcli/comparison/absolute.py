@@ -1,4 +1,4 @@
-"""Absolute coordinates: x, y and angle of every moving body; all pairs and drivers are equations.
+"""Absolute coordinates: x, y and angle of every moving body; each pair and driver gives equations.
 
 Source: Fraczek & Wojtyra, lecture notes on multibody methods; Nikravesh 1988, chapter 4.
 """
@@ -16,17 +16,18 @@ from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.positions.newton import Run
 
 NO_JOINTS = np.zeros((0, 9), dtype=np.int64), np.zeros((0, 10)), np.zeros(0, dtype=np.int64)
+"""Empty ji, jz and above of the kernel: absolute coordinates use no tree of joints."""
 
 
 class BodyCoordinates(Protocol):
-    """Coordinates of bodies, with pairs as equations."""
+    """Coordinates of rigid bodies; the pairs between them are the equations."""
 
     bodies: Bodies
     unknowns: int
     equations: int
 
     def weights(self, length: float) -> FloatArray:
-        """Return what a correction of each unknown (unknowns,) is worth."""
+        """Return the weights (unknowns,) of the corrections in the stopping test."""
         ...
 
     def start(self, z: ComplexArray) -> FloatArray:
@@ -35,7 +36,7 @@ class BodyCoordinates(Protocol):
 
 
 class AbsoluteCoordinates:
-    """A mechanism in absolute coordinates: three unknowns a body, two where it is a mere point."""
+    """A mechanism in absolute coordinates: three unknowns per body, two for a body that is a point."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.bodies = mechanism, Bodies(mechanism)
@@ -46,7 +47,7 @@ class AbsoluteCoordinates:
         self.equations = sum(p.rows for p in self.bodies.pairs)
 
     def weights(self, length: float) -> FloatArray:
-        """Return what a correction of each unknown (unknowns,) is worth: lengths by `length`, angles by 1."""
+        """Return the weights (unknowns,) of the corrections: 1 / `length` for coordinates, 1 for angles [rad]."""
         parts = [[1.0 / length] * 2 + [1.0] * int(turns) for _, turns in self.layout[1:]]
         return np.array([w for part in parts for w in part], dtype=float)
 
@@ -61,7 +62,7 @@ class AbsoluteCoordinates:
     def follow(
         self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
     ) -> tuple[ComplexArray, FloatArray, FloatArray]:
-        """Follow inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 where it settled."""
+        """Solve inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 for converged rows."""
         return follow_bodies(self, inputs, start, stop, run, self.layout, self.bodies.pairs, NO_JOINTS)
 
 
@@ -69,7 +70,7 @@ def follow_bodies(
     system: BodyCoordinates, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run,
     layout: IntArray, pairs: list[BodyPair], joints: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> tuple[ComplexArray, FloatArray, FloatArray]:  # fmt: skip
-    """Follow inputs by pairs between bodies and joints (ji, jz and above of the kernel); as `follow`."""
+    """Solve a motion with `pairs` as equations and `joints` (ji, jz, above of the kernel) as tree; see `follow`."""
     bodies, rows = system.bodies, inputs.shape[1]
     pose, iterations, good = frame_poses(rows, bodies.count), np.zeros(rows), np.zeros(rows)
     run(kernels.follow_bodies)(
@@ -81,12 +82,12 @@ def follow_bodies(
 
 
 def frame_poses(rows: int, bodies: int) -> FloatArray:
-    """Return room for poses (rows, bodies, 5), the frame's filled in."""
+    """Return an array for poses (rows, bodies, 5): x, y, angle, cosine, sine of each body; cosines are 1."""
     pose = np.zeros((rows, bodies, 5))
     pose[:, :, 3] = 1.0
     return pose
 
 
 def read_positions(bodies: Bodies, pose: FloatArray) -> ComplexArray:
-    """Return nodes (nodes, rows) from poses (rows, bodies, 5)."""
+    """Return the positions of the nodes (nodes, rows) for poses (rows, bodies, 5)."""
     return bodies.positions(pose[:, :, 0] + 1j * pose[:, :, 1], pose[:, :, 3] + 1j * pose[:, :, 4])

@@ -1,7 +1,8 @@
-"""Joint coordinates: a spanning tree of bodies, a variable for each freedom of its joints, cut pairs as equations.
+"""Joint coordinates: a spanning tree of bodies; the pairs that are not in the tree are the equations.
 
-A tree grows from the frame by the joint with the fewest variables, nearest to the frame first. A joint
-that an input drives costs no variable. A linear actuator can be a joint, too: its direction is the variable.
+Each freedom of a joint in the tree is a variable, except those driven by an input. The tree starts at the frame;
+the joint with the fewest variables is added first and, among equals, the one nearest to the frame. A linear actuator
+can be a joint of the tree; its direction is then the variable.
 Source: Fraczek & Wojtyra, lecture notes on multibody methods; Garcia de Jalon & Bayo 1994, section 2.1.
 """
 
@@ -22,17 +23,17 @@ from gimcli.positions.newton import Run
 from gimcli.structure.steps import NONE
 
 PARALLEL = 1e-12
-"""A travel drives a sliding pair whose direction differs by less (sine)."""
+"""A linear actuator drives a sliding pair if the sine of the angle between their directions is below this."""
 
 
 @dataclass(frozen=True)
 class JointFreedom:
-    """One freedom of a joint: constant, plus a variable or what an input says."""
+    """The angle [rad] or travel [normal frame] of a joint: a constant, plus a variable or an input."""
 
     constant: float = 0.0
     variable: bool = True
-    actuator: int = NONE
-    sense: int = 1
+    actuator: int = NONE  # number of the input, if one drives it
+    sense: int = 1  # factor of the input, +1 or -1
 
 
 FIXED = JointFreedom(variable=False)
@@ -40,22 +41,22 @@ FIXED = JointFreedom(variable=False)
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """How a body hangs on its parent: angle and travel, with points and directions in both bodies."""
+    """A joint between a body and its parent in the tree: angle and travel, points and directions in both bodies."""
 
     kind: int
     parent: int
     child: int
-    za: complex = 0.0j
-    da: complex = 0.0j
-    zb: complex = 0.0j
-    db: complex = 0.0j
+    za: complex = 0.0j  # point in the parent
+    da: complex = 0.0j  # direction of the travel, if fixed in the parent
+    zb: complex = 0.0j  # point in the child
+    db: complex = 0.0j  # direction of the travel, if fixed in the child
     angle: JointFreedom = FIXED
     travel: JointFreedom = FIXED
-    met: tuple[int, ...] = ()  # numbers of the pairs that it stands for
+    imposed: tuple[int, ...] = ()  # numbers of the pairs that the joint imposes
 
     @property
     def variables(self) -> int:
-        """Number of variables."""
+        """Number of free coordinates of the joint."""
         own = 2 if self.kind == pairs.FREE else int(self.travel.variable)
         return own + int(self.angle.variable)
 
@@ -66,8 +67,8 @@ class JointCoordinates:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.bodies = mechanism, Bodies(mechanism)
         self.joints = self._tree()
-        met = {number for joint in self.joints for number in joint.met}
-        self.cut = [p for k, p in enumerate(self.bodies.pairs) if k not in met]
+        imposed = {number for joint in self.joints for number in joint.imposed}
+        self.cut = [p for k, p in enumerate(self.bodies.pairs) if k not in imposed]
         self.unknowns = sum(j.variables for j in self.joints)
         self.equations = sum(p.rows for p in self.cut)
 
@@ -78,55 +79,55 @@ class JointCoordinates:
         while len(depth) < self.bodies.count:
             found = [j for j in self._joints() if j.parent in depth and j.child not in depth]
             if not found:
-                loose = next(b for b in range(self.bodies.count) if b not in depth)
-                angle = JointFreedom() if self.bodies.turns(loose) else FIXED
-                found = [TreeJoint(pairs.FREE, FRAME, loose, angle=angle, travel=JointFreedom())]
+                single = next(b for b in range(self.bodies.count) if b not in depth)
+                angle = JointFreedom() if self.bodies.turns(single) else FIXED
+                found = [TreeJoint(pairs.FREE, FRAME, single, angle=angle, travel=JointFreedom())]
             joint = min(found, key=lambda j: (j.variables, depth[j.parent]))
             depth[joint.child] = depth[joint.parent] + 1
             joints.append(joint)
         return joints
 
     def _joints(self) -> Iterator[TreeJoint]:
-        """Yield every joint that a pair could be, in both senses."""
+        """Yield each pair as a joint of the tree, once for each choice of the parent."""
         for number, pair in enumerate(self.bodies.pairs):
             for parent, child in ((pair.a, pair.b), (pair.b, pair.a)):
                 if pair.kind == pairs.COINCIDENT:
                     at = (pair.za, pair.zb) if parent == pair.a else (pair.zb, pair.za)
-                    joint = TreeJoint(pairs.HINGE, parent, child, za=at[0], zb=at[1], met=(number,))
-                    yield self._driven(joint)
+                    joint = TreeJoint(pairs.HINGE, parent, child, za=at[0], zb=at[1], imposed=(number,))
+                    yield self._with_angle(joint)
                 elif pair.slides:
                     yield self._sliding(number, pair, parent, child)
                 elif pair.kind == pairs.DISTANCE:
                     at = (pair.za, pair.zb) if parent == pair.a else (pair.zb, pair.za)
-                    ram = TreeJoint(pairs.RAM, parent, child, za=at[0], zb=at[1], met=(number,))
-                    yield self._driven(replace(ram, travel=JointFreedom(actuator=pair.actuator)))
+                    ram = TreeJoint(pairs.RAM, parent, child, za=at[0], zb=at[1], imposed=(number,))
+                    yield self._with_angle(replace(ram, travel=JointFreedom(actuator=pair.actuator)))
 
-    def _driven(self, joint: TreeJoint) -> TreeJoint:
-        """Let the joint's angle vary, if its bodies turn, or follow the input between them."""
+    def _with_angle(self, joint: TreeJoint) -> TreeJoint:
+        """Return the joint with its angle free, driven by the rotary input between its bodies, or fixed for a point."""
         if not self.bodies.turns(joint.child):
             return joint
         for number, pair in enumerate(self.bodies.pairs):
             if pair.kind == pairs.ANGLE and {pair.a, pair.b} == {joint.parent, joint.child}:
                 sense = 1 if pair.a == joint.child else -1
                 angle = JointFreedom(sense * pair.constant, False, pair.actuator, sense)
-                return replace(joint, angle=angle, met=(*joint.met, number))
+                return replace(joint, angle=angle, imposed=(*joint.imposed, number))
         return replace(joint, angle=JointFreedom())
 
     def _sliding(self, number: int, pair: BodyPair, parent: int, child: int) -> TreeJoint:
-        """Return a pin in a slot or, of two slides of one pair, a true prismatic pair."""
+        """Return a pin in a slot, or a true prismatic pair if the pair has two slides."""
         along = pair.normal / 1j
-        joint = TreeJoint(pairs.HINGE, parent, child, za=pair.za, zb=pair.zb, db=along, met=(number,))
+        joint = TreeJoint(pairs.HINGE, parent, child, za=pair.za, zb=pair.zb, db=along, imposed=(number,))
         if parent == pair.b:
             joint = replace(joint, za=pair.zb, da=along, zb=pair.za, db=0.0j)
         second = self._partner(number, pair)
         if second is None:
-            return self._travelling(self._driven(joint), pair)
+            return self._with_travel(self._with_angle(joint), pair)
         turn = self._prismatic_turn(pair, self.bodies.pairs[second])
         angle = JointFreedom(turn if child == pair.a else -turn, variable=False)
-        return self._travelling(replace(joint, angle=angle, met=(number, second)), pair)
+        return self._with_travel(replace(joint, angle=angle, imposed=(number, second)), pair)
 
     def _partner(self, number: int, pair: BodyPair) -> int | None:
-        """Return the other slide of a true prismatic pair."""
+        """Return the number of the other slide of a true prismatic pair; None for a pin in a slot."""
         for k, other in enumerate(self.bodies.pairs):
             same = other.slides and other.name == pair.name and (other.a, other.b) == (pair.a, pair.b)
             if k != number and same and other.za != pair.za:
@@ -134,15 +135,15 @@ class JointCoordinates:
         return None
 
     def _prismatic_turn(self, first: BodyPair, second: BodyPair) -> float:
-        """Return the constant angle from the guide to the sliding body, in the sense drawn."""
+        """Return the constant angle [rad] from the guide to the sliding body, in the drawn sense."""
         _, turns = self.bodies.poses(self.mechanism.drawn)
-        run = second.za - first.za
+        span = second.za - first.za
         along = first.normal / 1j * turns[first.b]
-        sense = 1.0 if (along.conjugate() * run * turns[first.a]).real >= 0.0 else -1.0
-        return cmath.phase(sense * first.normal / 1j / run)
+        sense = 1.0 if (along.conjugate() * span * turns[first.a]).real >= 0.0 else -1.0
+        return cmath.phase(sense * first.normal / 1j / span)
 
-    def _travelling(self, joint: TreeJoint, pair: BodyPair) -> TreeJoint:
-        """Let the travel vary, or follow the input that drives it."""
+    def _with_travel(self, joint: TreeJoint, pair: BodyPair) -> TreeJoint:
+        """Return the joint with its travel free, or driven by the input of the same line."""
         along = pair.normal / 1j
         for number, other in enumerate(self.bodies.pairs):
             same = other.kind == pairs.ON_LINE and not other.slides and (other.a, other.b) == (pair.a, pair.b)
@@ -150,10 +151,10 @@ class JointCoordinates:
                 sense = 1 if (other.normal.conjugate() * along).real > 0.0 else -1
                 offset = (other.normal.conjugate() * (pair.zb - other.zb)).real
                 travel = JointFreedom(-sense * offset, False, other.actuator, sense)
-                return replace(joint, travel=travel, met=(*joint.met, number))
+                return replace(joint, travel=travel, imposed=(*joint.imposed, number))
         return replace(joint, travel=JointFreedom())
 
-    # -- numbers ------------------------------------------------------------------------------
+    # -- arrays -------------------------------------------------------------------------------
 
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the joints as ji, jz and above of the kernel."""
@@ -173,7 +174,7 @@ class JointCoordinates:
         return np.array(heads, dtype=np.int64).reshape(-1, 9), np.array(parts).reshape(-1, 10), above
 
     def weights(self, length: float) -> FloatArray:
-        """Return what a correction of each variable (unknowns,) is worth: lengths by `length`, angles by 1."""
+        """Return the weights (unknowns,) of the corrections: 1 / `length` for travels, 1 for angles [rad]."""
         weights: list[float] = []
         for joint in self.joints:
             weights += [1.0] * joint.angle.variable
@@ -201,6 +202,6 @@ class JointCoordinates:
     def follow(
         self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
     ) -> tuple[ComplexArray, FloatArray, FloatArray]:
-        """Follow inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 where it settled."""
+        """Solve inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 for converged rows."""
         layout = np.zeros((self.bodies.count, 2), dtype=np.int64)
         return follow_bodies(self, inputs, start, stop, run, layout, self.cut, self.arrays())

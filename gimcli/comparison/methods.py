@@ -1,9 +1,9 @@
-"""The methods that are compared: how each solves a motion, what it costs, and how long it takes.
+"""The methods that are compared: the solution of a motion, its operations and its time.
 
-Timed is the way from the start to the last position: processor time, which other programs do not add
-to, the least of some runs in rounds over all methods, so that a slow moment of the machine does not fall
-on one of them. Not timed are what a method
-prepares once (plan, sequence, equations) and the assembly of the start.
+The time is the processor time from the assembled start to the last position, because other programs do not add to
+it. It is the least of several runs. The runs are made in rounds over all methods, so that a slowdown of the machine
+affects all methods alike. The preparation of a method (plan, sequence, equations) and the assembly of the start are
+not timed.
 """
 
 from __future__ import annotations
@@ -37,47 +37,47 @@ from gimcli.structure.steps import Plan
 
 @dataclass(frozen=True)
 class Timing:
-    """How often a run is repeated for its time."""
+    """Repetitions of a run for the measurement of its time."""
 
     rounds: int = 3
-    repeats: int = 40  # in one round, at the most
-    budget: float = 0.05  # s after which no further run is made in a round
-    total: float = 1.0  # s that the rounds of all methods may take together, about
+    repeats: int = 40  # runs in one round, at most
+    budget: float = 0.05  # [s] processor time after which a round makes no further run
+    total: float = 1.0  # [s] approximate limit for the rounds of all methods together
 
     def shared(self, clocks: int) -> Timing:
-        """Return the timing whose budget leaves its part to each of some clocks."""
+        """Return the timing with the total time divided among a number of clocks."""
         return replace(self, budget=min(self.budget, self.total / max(1, self.rounds * clocks)))
 
 
 @dataclass(frozen=True)
 class MotionTask:
-    """A motion to be solved; the start has been assembled."""
+    """A motion to be solved from an assembled start."""
 
     mechanism: Mechanism
     steps: int
     inputs: FloatArray  # (actuators, rows)
-    z: ComplexArray  # (nodes, rows) the continuous motion
+    z: ComplexArray  # (nodes, rows) positions of the continuous motion
     run: Run
     jit: str  # "on" or "off"
 
     @property
     def parts(self) -> int:
-        """Number of rows that path following solves for one of the user's steps."""
-        way = pace(self.mechanism, law_inputs(self.mechanism)(np.linspace(0.0, 1.0, 65)))
-        return max(1, math.ceil(way * STEPS_A_TURN / self.steps))
+        """Number of rows that path following solves per step of the user."""
+        turns = pace(self.mechanism, law_inputs(self.mechanism)(np.linspace(0.0, 1.0, 65)))
+        return max(1, math.ceil(turns * STEPS_A_TURN / self.steps))
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a method gave for one motion and one tolerance."""
+    """Result of one method for one motion and one tolerance."""
 
     z: ComplexArray  # (nodes, rows), NaN where not solved
-    good: NDArray[np.bool_]  # (rows,)
+    good: NDArray[np.bool_]  # (rows,) whether the row was solved
     work: FloatArray  # (rows,) sweeps or iterations
     cost: Cost
-    run: Callable[[], object]  # does it again, for the time
-    prepare: Callable[[], object] | None = None  # what of this is preparation
-    reason: str = ""  # why rows are missing
+    run: Callable[[], object]  # repeats the solution, to measure its time
+    prepare: Callable[[], object] | None = None  # the part of `run` that is preparation
+    reason: str = ""  # status word of the missing rows
 
 
 class Solver(Protocol):
@@ -90,41 +90,41 @@ class Solver(Protocol):
 
 @dataclass(frozen=True)
 class MotionMethod:
-    """A method by name: what the tool offers, or a reference that this comparison alone has."""
+    """A method of `gim`, or a reference method that only this comparison has."""
 
     name: str
     label: str
-    options: str  # of the command line; "" for a reference
+    options: str  # options of the command line that select the method; "" for a reference
     prepare: Callable[[MotionTask], Solver]
 
 
 class Clock:
-    """Least times of a run, and of what of it is preparation."""
+    """The least time of a run and the least time of its preparation."""
 
     def __init__(self, outcome: Outcome, timing: Timing) -> None:
         self.outcome, self.timing = outcome, timing
         self.whole, self.preparation = math.inf, math.inf
 
     def round(self) -> None:
-        """Time one round."""
+        """Measure one round."""
         self.whole = min(self.whole, fastest(self.outcome.run, self.timing))
         if self.outcome.prepare is not None:
             self.preparation = min(self.preparation, fastest(self.outcome.prepare, self.timing))
 
     @property
     def long(self) -> bool:
-        """Tell whether one run alone exceeds what all rounds may take: a second round tells nothing new."""
+        """Return whether one run takes longer than the budget of all rounds; a second round is then not made."""
         return math.isfinite(self.whole) and self.whole > self.timing.rounds * self.timing.budget
 
     @property
     def seconds(self) -> float:
-        """Time of the whole motion [s]."""
-        taken_off = self.preparation if math.isfinite(self.preparation) else 0.0
-        return max(self.whole - taken_off, 0.0)
+        """Time of the whole motion without preparation [s]."""
+        preparation = self.preparation if math.isfinite(self.preparation) else 0.0
+        return max(self.whole - preparation, 0.0)
 
 
 def fastest(run: Callable[[], object], timing: Timing) -> float:
-    """Return the least processor time of some runs [s]."""
+    """Return the least processor time of several runs [s]."""
     best, total = math.inf, 0.0
     for _ in range(timing.repeats):
         begin = time.process_time()
@@ -137,7 +137,7 @@ def fastest(run: Callable[[], object], timing: Timing) -> float:
 
 
 class Sweeps:
-    """The Geometrical-Iterative Method with the sequence of a strategy."""
+    """The Geometrical-Iterative Method with the sequence that a strategy finds."""
 
     def __init__(self, task: MotionTask, strategy: str) -> None:
         self.task, self.strategy = task, strategy
@@ -148,31 +148,31 @@ class Sweeps:
         return Options("gim", self.strategy, tolerance, self.task.jit)
 
     def solve(self, tolerance: float) -> Outcome:
-        """Solve the motion by `trace`; time the sweeps alone."""
+        """Solve the motion by `trace`; only the sweeps are timed."""
         task, options = self.task, self._options(tolerance)
         motion = trace(task.mechanism, task.steps, options)
-        self._take(options)
+        self._set(options)
         first = self.sweeper.settle(task.inputs[:, 0], task.mechanism.drawn).z
 
         def run() -> None:
-            self._take(options)
+            self._set(options)
             SwitchingState(self.sweeper, task.inputs, task.z).run(first)
 
-        cost, reason = sweep_cost(task.mechanism, self.moves), told(motion.overall, motion.good)
+        cost, reason = sweep_cost(task.mechanism, self.moves), missing_reason(motion.overall, motion.good)
         return Outcome(motion.z, motion.good, motion.work, cost, run, reason=reason)
 
-    def _take(self, options: Options) -> None:
+    def _set(self, options: Options) -> None:
         self.sweeper.options, self.sweeper.sequence, self.sweeper.moves = options, self.sequence, self.moves
 
 
 class Following:
-    """The library's path following: Newton-Raphson on base nodes, with closed forms or without."""
+    """Path following of this library: Newton-Raphson on base nodes, with or without closed forms."""
 
     def __init__(self, task: MotionTask, method: str) -> None:
         self.task, self.method = task, method
 
     def solve(self, tolerance: float) -> Outcome:
-        """Solve the motion by `trace`; what it prepares is timed apart and taken off."""
+        """Solve the motion by `trace`; the preparation is timed separately and subtracted."""
         task = self.task
         options = Options(self.method, tolerance=tolerance, jit=task.jit)
         motion = trace(task.mechanism, task.steps, options)
@@ -183,7 +183,8 @@ class Following:
         def prepare() -> Assembly:
             return start_position(task.mechanism, self._plan(), task.inputs[:, 0], task.run, tolerance)
 
-        cost, reason = plan_cost(task.mechanism, self._plan(), task.parts), told(motion.overall, motion.good)
+        cost = plan_cost(task.mechanism, self._plan(), task.parts)
+        reason = missing_reason(motion.overall, motion.good)
         return Outcome(motion.z, motion.good, motion.work, cost, run, prepare, reason)
 
     def _plan(self) -> Plan:
@@ -198,20 +199,20 @@ class Reference:
         self.system: Coordinates = COORDINATES[coordinates](task.mechanism)
 
     def solve(self, tolerance: float) -> Outcome:
-        """Solve the motion from its assembled start, each row from the one before."""
+        """Solve the motion from its assembled start, each row from the previous one."""
         task = self.task
 
         def run() -> Followed:
             return follow(self.system, task.inputs, task.z[:, 0], tolerance, task.run)
 
         found = run()
-        reason = told(Status.NOT_CONVERGED, found.good)
+        reason = missing_reason(Status.NOT_CONVERGED, found.good)
         cost = coordinates_cost(self.system)
         return Outcome(found.z, found.good, found.iterations, cost, run, reason=reason)
 
 
-def told(status: Status, good: NDArray[np.bool_]) -> str:
-    """Return the word for what ended the first row that is missing, "" where none is."""
+def missing_reason(status: Status, good: NDArray[np.bool_]) -> str:
+    """Return the status word if a row was not solved, "" if all rows were solved."""
     return "" if good.all() else status.word
 
 
@@ -223,4 +224,4 @@ METHODS: tuple[MotionMethod, ...] = (
     *(MotionMethod(name, name, f"--method {name}", partial(Following, method=name)) for name in ("newton", "auto")),
     *(MotionMethod(name, f"{name} coordinates", "", partial(Reference, coordinates=name)) for name in COORDINATES),
 )
-"""All methods, in the order in which they are told."""
+"""All methods, in the order of the report."""

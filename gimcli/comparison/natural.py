@@ -1,6 +1,6 @@
 """Natural coordinates: x and y of the points at which members are joined, and no angles.
 
-A member is the distance of its two points farthest apart, and two linear equations for each further
+A member gives the distance of its two points that are farthest apart, and two linear equations for each further
 point. Source: Garcia de Jalon & Bayo, Kinematic and Dynamic Simulation of Multibody Systems, 1994,
 chapter 2.
 """
@@ -20,11 +20,11 @@ from gimcli.structure.kinematic_nodes import free_nodes, kinematic_nodes
 from gimcli.structure.steps import NONE
 
 Row = tuple[tuple[int, ...], tuple[float, ...]]
-"""An equation in the kernel's integers and floats."""
+"""The integers and floats of an equation in the kernel."""
 
 
 class NaturalCoordinates:
-    """A mechanism in natural coordinates: two unknowns a point that moves."""
+    """A mechanism in natural coordinates: two unknowns per moving point."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
@@ -47,7 +47,7 @@ class NaturalCoordinates:
     def follow(
         self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
     ) -> tuple[ComplexArray, FloatArray, FloatArray]:
-        """Follow inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 where it settled."""
+        """Solve inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 for converged rows."""
         rows = inputs.shape[1]
         x, y = (np.tile(part, (rows, 1)) for part in (start.real, start.imag))
         iterations, good = np.zeros(rows), np.zeros(rows)
@@ -61,7 +61,7 @@ class NaturalCoordinates:
         return self._carried((x + 1j * y).T), iterations, good
 
     def _carried(self, z: ComplexArray) -> ComplexArray:
-        """Place the nodes that no equation holds: they are linear in their member's points."""
+        """Compute the nodes that are in no equation: they are linear in the points of their member."""
         for member, nodes, (u, v) in zip(self.mechanism.members[1:], self.points[1:], self.base[1:], strict=True):
             for node in set(member.nodes) - set(nodes):
                 ratio = member.reach(u, node) / member.reach(u, v)
@@ -69,7 +69,7 @@ class NaturalCoordinates:
         return z
 
     def _base(self, index: int) -> tuple[int, int]:
-        """Return the two points of a member that are farthest apart."""
+        """Return the two points of a member that are farthest apart; (NONE, NONE) if it has fewer than two."""
         member = self.mechanism.members[index]
         pairs = combinations(self.points[index], 2)
         return max(pairs, key=lambda p: abs(member.reach(*p)), default=(NONE, NONE))
@@ -86,7 +86,7 @@ class NaturalCoordinates:
         return rows
 
     def _row(self, row: PairRow, actuator: int) -> Row:
-        """Return the equation of a row of a pair, or of an actuator by its number."""
+        """Return the equation of a row of a pair, or of an actuator given by its number."""
         if row.kind == SPAN:
             p, q = row.nodes
             return (DISTANCE, q, p, NONE, NONE, actuator, NONE, 1), (0.0, 0.0, 0.0)
@@ -104,7 +104,7 @@ class NaturalCoordinates:
         return (LINE, row.node, anchor, u, v, actuator, NONE, 1), (w.real, w.imag, height)
 
     def _angle(self, row: PairRow, actuator: int) -> Row:
-        """Return that the arm has no part across the ray of the reference."""
+        """Return the equation: the component of the arm normal to the driven ray is zero."""
         arm, reference = (self.mechanism.members[k] for k in row.members)
         p, q = self.base[row.members[0]]
         across = 1j * row.reference / row.arm * arm.reach(p, q)

@@ -1,11 +1,11 @@
-"""What a sweep and an iteration cost: as Petuya et al. 2004 count it, and as it is.
+"""Operations of a sweep and of an iteration: the count of Petuya et al. 2004, and the actual number.
 
-The paper counts 12 operations a moving node and sweep (two distances, six operations each) against
-9 E^3 an iteration of Newton-Raphson on E moving links (a third of (3 E)^3 for the elimination).
-Here an operation is an addition, subtraction, multiplication, division, square root, sine or
-cosine; comparisons, signs and absolute values are free. Everything that one sweep or iteration does
-is counted: with sweeps the errors by which they end, with Newton-Raphson the equations, the
-Jacobian, the elimination (2 n^3 / 3, or reflections where equations are surplus) and the solution.
+The paper counts 12 operations per moving node and sweep (two distances with six operations each), and 9 E^3 per
+iteration of Newton-Raphson on E moving links (a third of (3 E)^3 for the elimination).
+The actual number counts each addition, subtraction, multiplication, division, square root, sine and cosine;
+comparisons, signs and absolute values are not counted. It includes every part of a sweep or iteration: for sweeps
+the errors of the stopping test; for Newton-Raphson the equations, the Jacobian, the elimination (2 n^3 / 3, or
+Householder reflections if there are redundant equations) and the solution.
 """
 
 from __future__ import annotations
@@ -24,48 +24,48 @@ from gimcli.structure.restrictions import Move
 from gimcli.structure.steps import NONE, Circle, Constraint, Coupled, Dyad, Line, Orient, Place, Plan, Tilt, Vector
 
 MULTIPLY = 6
-"""A product of two complex numbers."""
+"""Operations of a product of two complex numbers."""
 
 TURN = MULTIPLY + 1
-"""A complex number turned by an input, either way."""
+"""Operations of the rotation of a complex number by an input, in either sense."""
 
 GUARD = 12
-"""Error, quality and branch of one closed form."""
+"""Operations for the error, the quality and the branch of one closed form."""
 
 
 @dataclass(frozen=True)
 class Cost:
-    """What one position costs: a part of its own, and a part for every sweep or iteration."""
+    """Operations of one position: a constant part, and a part for each sweep or iteration."""
 
-    unknowns: tuple[int, ...]  # of every system that is solved; of a sweep, the coordinates moved
-    position: float
-    iterations: tuple[float, ...]  # of every system, for one sweep or iteration
-    paper: float  # as the paper counts one sweep or iteration
+    unknowns: tuple[int, ...]  # of each system that is solved; for sweeps the coordinates that are moved
+    position: float  # operations independent of the sweeps or iterations
+    iterations: tuple[float, ...]  # operations of one sweep or iteration, of each system
+    paper: float  # operations of one sweep or iteration as the paper counts them
 
     def operations(self, count: float) -> float:
-        """Return the operations of a position with this many sweeps or iterations.
+        """Return the operations of a position with `count` sweeps or iterations.
 
-        They are counted over all systems together, as path following tells them: each takes its even part.
+        Path following reports the sum over all systems; an equal share is assumed for each system.
         """
         mean = sum(self.iterations) / len(self.iterations) if self.iterations else 0.0
         return self.position + count * mean
 
 
-# -- the paper's counts ---------------------------------------------------------------------------
+# -- counts of the paper ---------------------------------------------------------------------------
 
 
 def moving_nodes(mechanism: Mechanism) -> int:
-    """Count the nodes that sweeps move: neither on the frame nor carried by an input, nor merely carried."""
+    """Return the number of nodes that sweeps move: free nodes that the inputs alone do not determine."""
     return len(set(free_nodes(mechanism)) - known_nodes(mechanism)[0])
 
 
 def paper_sweep(mechanism: Mechanism) -> float:
-    """Return 12 nnod. Source: Petuya et al. 2004, table 1."""
+    """Return 12 times the number of moving nodes. Source: Petuya et al. 2004, table 1."""
     return 12.0 * moving_nodes(mechanism)
 
 
 def paper_iteration(mechanism: Mechanism) -> float:
-    """Return 9 E^3, E the moving links. Source: Petuya et al. 2004, table 1."""
+    """Return 9 E^3 for E moving links. Source: Petuya et al. 2004, table 1."""
     return 9.0 * (len(mechanism.members) - 1 - FRAME) ** 3
 
 
@@ -73,12 +73,12 @@ def paper_iteration(mechanism: Mechanism) -> float:
 
 
 def elimination(m: int, n: int) -> float:
-    """Return what factoring a full table of m equations in n unknowns takes. Source: Golub & Van Loan, 3.2, 5.2."""
+    """Return the operations to factor a full m x n matrix. Source: Golub & Van Loan, 3.2, 5.2."""
     return 2.0 * n**3 / 3.0 if m <= n else 2.0 * n**2 * (m - n / 3.0)
 
 
 def substitution(m: int, n: int) -> float:
-    """Return what a solution with the factors takes."""
+    """Return the operations to solve with the factors of a full m x n matrix."""
     return 2.0 * n**2 if m <= n else 4.0 * m * n - n**2
 
 
@@ -86,7 +86,7 @@ def substitution(m: int, n: int) -> float:
 
 
 def sweep_cost(mechanism: Mechanism, moves: tuple[Move, ...]) -> Cost:
-    """Return what sweeping costs: every move, and the error of its restriction afterwards."""
+    """Return the operations of sweeps: each move, and then the error of its restriction."""
     check = float(sum(_check(m) for m in moves))
     sweep = float(sum(_move(m) for m in moves)) + check
     unknowns = 2 * len({m.node for m in moves})
@@ -103,7 +103,7 @@ def _direction(vector: Vector) -> int:
 
 
 def _move(move: Move) -> int:
-    """Count one move as `gimcli.kernels.sweep.impose` makes it."""
+    """Return the operations of one move in `gimcli.kernels.sweep.impose`."""
     r = move.restriction
     if r.kind == SPAN or r.vector is None:
         return 12 + _value(move)
@@ -116,21 +116,21 @@ def _move(move: Move) -> int:
 
 
 def _check(move: Move) -> int:
-    """Count one error as `gimcli.kernels.sweep.error_of` takes it."""
+    """Return the operations of one error in `gimcli.kernels.sweep.error_of`."""
     r = move.restriction
     if r.kind == SPAN or r.vector is None:
         return 8 + _value(move)
     return _direction(r.vector) + (19 if r.kind == ANGLE else 12) + _value(move)
 
 
-# -- closed forms and the library's Newton-Raphson ---------------------------------------------------
+# -- closed forms, and Newton-Raphson on base nodes --------------------------------------------------
 
 
 def plan_cost(mechanism: Mechanism, plan: Plan, parts: int = 1) -> Cost:
-    """Return what a plan costs a row, solved in some parts: closed forms each time, and iterations."""
+    """Return the operations of a plan per step: closed forms and factors in each of `parts` rows, and iterations."""
     closed = sum(_closed(step) for step in plan.steps if not isinstance(step, Coupled))
     groups = plan.coupled
-    factors = sum(group_factors(g) for g in groups)  # renewed once a row, where rows are some degrees apart
+    factors = sum(group_factors(g) for g in groups)  # computed once per row if rows are some degrees apart
     position = parts * (2.0 * len(mechanism.actuators) + closed + factors)
     unknowns = tuple(2 * len(g.base) for g in groups)
     return Cost(unknowns, position, tuple(group_iteration(g) for g in groups), paper_iteration(mechanism))
@@ -164,13 +164,13 @@ def _vector(vector: Vector | None) -> int:
 
 
 def group_factors(group: Coupled) -> float:
-    """Count what `gimcli.kernels.newton.factor` takes: the Jacobian and its elimination."""
+    """Return the operations of `gimcli.kernels.newton.factor`: the Jacobian and its elimination."""
     n, m = 2 * len(group.base), sum(e.rows for e in group.equations)
     return sum(_gradient(e, len(group.base)) for e in group.equations) + elimination(m, n)
 
 
 def group_iteration(group: Coupled) -> float:
-    """Count one correction of `gimcli.kernels.newton.newton`, with the factors that there are."""
+    """Return the operations of one correction in `gimcli.kernels.newton.newton` with factors already computed."""
     n, m = 2 * len(group.base), sum(e.rows for e in group.equations)
     carry = sum(_vector(p.vector) + 2 for p in group.places)
     return carry + sum(_equation(e) for e in group.equations) + substitution(m, n) + 2.5 * n
@@ -194,7 +194,7 @@ def _gradient(e: Constraint, base: int) -> int:
 
 
 def coordinates_cost(system: object) -> Cost:
-    """Return what a position costs in joint, absolute or natural coordinates."""
+    """Return the operations of a position in joint, absolute or natural coordinates."""
     assert isinstance(system, JointCoordinates | AbsoluteCoordinates | NaturalCoordinates)
     if isinstance(system, NaturalCoordinates):
         position, rows = 2.0 * len(system.mechanism.actuators), _natural_rows(system)
@@ -210,13 +210,13 @@ def coordinates_cost(system: object) -> Cost:
 
 
 def _pair(pair: BodyPair) -> int:
-    """Count one pair as `gimcli.kernels.bodies.pair_rows` writes it."""
+    """Return the operations of one pair in `gimcli.kernels.bodies.pair_rows`."""
     own = {bodies.COINCIDENT: 18, bodies.ON_LINE: 38, bodies.ANGLE: 5, bodies.DISTANCE: 32}[pair.kind]
     return own + (pair.actuator != NONE)
 
 
 def _tree(system: JointCoordinates) -> float:
-    """Count placing the bodies, as `gimcli.kernels.bodies.place_tree` does it."""
+    """Return the operations of `gimcli.kernels.bodies.place_tree`."""
     count = 0
     for joint in system.joints:
         values = (joint.angle, joint.travel) if joint.kind == bodies.HINGE else (joint.angle,)
@@ -226,7 +226,7 @@ def _tree(system: JointCoordinates) -> float:
 
 
 def _chains(system: JointCoordinates) -> int:
-    """Count collecting the partial derivatives along the chains: 7 operations a turn, 4 a shift."""
+    """Return the operations to sum the partial derivatives along the tree: 7 per rotation, 4 per translation."""
     above = {joint.child: joint for joint in system.joints}
     count = 0
     for pair in system.cut:
@@ -240,7 +240,7 @@ def _chains(system: JointCoordinates) -> int:
 
 
 def _natural_rows(system: NaturalCoordinates) -> float:
-    """Count the equations and gradients as `gimcli.kernels.points.point_rows` writes them."""
+    """Return the operations of the equations and gradients in `gimcli.kernels.points.point_rows`."""
     count = 0
     for kind, p, q, u, v, value, turning, _ in system.heads:
         ends = [int(system.columns[n] != NONE) for n in (p, q)]

@@ -1,7 +1,7 @@
-"""A mechanism as the multibody notes see it: rigid bodies, and pairs and drivers between two of them.
+"""A mechanism as rigid bodies, with pairs and drivers between two of them.
 
-Body 0 is the frame; bodies follow the members' numbers, and a node of no member is a body of its own
-that does not turn. A node of k members is k - 1 revolute pairs about the first of them.
+Body 0 is the frame. The bodies have the numbers of the members; a node without a member is a further body that does
+not turn. A node in k members gives k - 1 revolute pairs, each with the first of these members.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from gimcli.structure.steps import NONE
 class BodyPair:
     """One pair or driver between bodies a and b; points and directions in their own frames.
 
-    ON_LINE: the point of a on the line of b through its point; `normal` is the line's, or the
-    direction that a travel is measured along. ANGLE: from b to a, less `constant`.
+    ON_LINE: point za of body a is on a line of body b through zb; `normal` is normal to the line, or is
+    the direction in which a travel is measured. ANGLE: the angle from b to a, minus `constant` [rad].
     """
 
     kind: int
@@ -35,7 +35,7 @@ class BodyPair:
     normal: complex = 0.0j
     constant: float = 0.0
     actuator: int = NONE
-    name: str = ""  # of the pair in the file; two slides of a true prismatic pair share it
+    name: str = ""  # of the pair in the model file; the two slides of a true prismatic pair have the same name
 
     @property
     def rows(self) -> int:
@@ -44,33 +44,33 @@ class BodyPair:
 
     @property
     def slides(self) -> bool:
-        """Tell whether it is a sliding pair, not a driver."""
+        """Return whether it is a sliding pair, not a driver."""
         return self.kind == kernels.ON_LINE and self.actuator == NONE
 
 
 class Bodies:
-    """Bodies of a mechanism, where its nodes are in them, and the pairs between them."""
+    """Bodies of a mechanism, the nodes in each body, and the pairs between bodies."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.loose = loose_nodes(mechanism)
         self.count = len(mechanism.members) + len(self.loose)
-        self.holders = list(members_of(mechanism))
+        self.bodies_of = list(members_of(mechanism))
         for k, node in enumerate(self.loose):
-            self.holders[node] = (len(mechanism.members) + k,)
-        self._sliding: dict[str, set[int]] = {}  # bodies that may slide in each pair
+            self.bodies_of[node] = (len(mechanism.members) + k,)
+        self._sliding: dict[str, set[int]] = {}  # bodies that contain all sliding nodes of a pair
         for slide in mechanism.slides:
-            may = set(self.holders[slide.node]) - {slide.guide}
+            may = set(self.bodies_of[slide.node]) - {slide.guide}
             self._sliding[slide.pair] = self._sliding.get(slide.pair, may) & may
         rows = [*((row, NONE) for row in mechanism.pairs), *((a, k) for k, a in enumerate(mechanism.actuators))]
         self.pairs = [*self._revolutes(), *(self._row(*row) for row in rows)]
 
     def turns(self, body: int) -> bool:
-        """Tell whether a body has an angle."""
+        """Return whether a body has an angle; a body that is a single node has none."""
         return body < len(self.mechanism.members)
 
     def local(self, body: int, node: int) -> complex:
-        """Return the place of a node in a body's own frame."""
+        """Return the position of a node in the coordinate system of a body."""
         return self.mechanism.members[body].local(node) if self.turns(body) else 0.0j
 
     def poses(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
@@ -80,38 +80,38 @@ class Bodies:
         return np.array(origins), np.array([complex(e[0]) for _, e in found] + [1.0 + 0.0j] * len(self.loose))
 
     def positions(self, poses: ComplexArray, turns: ComplexArray) -> ComplexArray:
-        """Return nodes (nodes, rows) from origins and e^(i phi), each (rows, bodies)."""
-        homes = [holders[0] for holders in self.holders]
-        local = np.array([self.local(body, node) for node, body in enumerate(homes)])
-        return np.asarray((poses[:, homes] + turns[:, homes] * local).T)
+        """Return the positions (nodes, rows) of nodes from origins and e^(i phi), each (rows, bodies)."""
+        first = [bodies[0] for bodies in self.bodies_of]
+        local = np.array([self.local(body, node) for node, body in enumerate(first)])
+        return np.asarray((poses[:, first] + turns[:, first] * local).T)
 
     def arrays(self, pairs: list[BodyPair]) -> tuple[np.ndarray, np.ndarray]:
-        """Return pairs as pi, pz of the kernels."""
+        """Return pairs as the arrays pi, pz of the kernels."""
         heads = [(p.kind, p.a, p.b, p.actuator) for p in pairs]
         parts = [(p.za.real, p.za.imag, p.zb.real, p.zb.imag, p.normal.real, p.normal.imag, p.constant) for p in pairs]
         return np.array(heads, dtype=np.int64).reshape(-1, 4), np.array(parts, dtype=float).reshape(-1, 7)
 
     def _body_of(self, node: int, other: int = NONE) -> int:
-        return next(b for b in self.holders[node] if b != other)
+        return next(b for b in self.bodies_of[node] if b != other)
 
     def _revolutes(self) -> list[BodyPair]:
         pairs = []
-        for node, holders in enumerate(self.holders):
-            for body in holders[1:]:
-                first = holders[0]
+        for node, bodies in enumerate(self.bodies_of):
+            for body in bodies[1:]:
+                first = bodies[0]
                 at = self.local(body, node), self.local(first, node)
                 pairs.append(BodyPair(kernels.COINCIDENT, body, first, *at, name=self.mechanism.nodes[node]))
         return pairs
 
     def _row(self, row: PairRow, actuator: int) -> BodyPair:
-        """Return what a row of a pair, or of an actuator by its number, is between two bodies."""
+        """Return the pair between two bodies for a row of a pair, or of an actuator given by its number."""
         if row.rotary:
             turn = cmath.phase(row.reference) - cmath.phase(row.arm)
             return BodyPair(kernels.ANGLE, row.members[0], row.guide, constant=turn, actuator=actuator, name=row.pair)
         if row.kind == SPAN:
             p, q = row.nodes
             first = self._body_of(p)
-            second = next((b for b in self.holders[q] if b != first), self.holders[q][0])
+            second = next((b for b in self.bodies_of[q] if b != first), self.bodies_of[q][0])
             at = self.local(second, q), self.local(first, p)
             return BodyPair(kernels.DISTANCE, second, first, *at, actuator=actuator, name=row.pair)
         common = self._sliding.get(row.pair)

@@ -1,4 +1,4 @@
-"""When the textbook iteration ends."""
+"""Stopping test of the Newton-Raphson iterations in textbook coordinates."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Stop:
-    """No unknown is corrected by more than `tolerance`: angles in rad, lengths relative to `length`."""
+    """Stop when no correction exceeds `tolerance`: angles in rad, lengths relative to `length`."""
 
     tolerance: float
     length: float  # normal frame
-    iterations: int  # at the most, for one position
+    iterations: int  # maximum number for one position

@@ -1,9 +1,8 @@
-"""Textbook Newton-Raphson in the coordinates of multibody programs, behind one registry.
+"""Textbook Newton-Raphson in the coordinates of multibody programs; `COORDINATES` is their registry.
 
-Reference implementations for comparisons: the whole mechanism is one system of equations, drivers
-among them; every row starts from the row before it, and ends when no unknown is corrected by more
-than the tolerance (lengths relative to the mechanism's size, angles in rad), as the Newton-Raphson
-that Petuya et al. 2004 compare their method with.
+Reference implementations for comparisons. The whole mechanism is one system of equations that includes the drivers.
+Each row starts from the previous one. The iteration stops when no correction exceeds the tolerance (lengths relative
+to the mechanism's size, angles in rad), like the Newton-Raphson that Petuya et al. 2004 compare their method with.
 """
 
 from __future__ import annotations
@@ -28,21 +27,21 @@ from gimcli.positions.newton import Run
 class TextbookConstants:
     """Constants of the iteration."""
 
-    iterations: int = 50  # at the most, for one position
-    length: float = math.nan  # what corrections of lengths refer to; NaN: the mechanism's size
+    iterations: int = 50  # maximum number for one position
+    length: float = math.nan  # corrections of lengths are relative to it [normal frame]; NaN: the mechanism's size
 
 
 @dataclass(frozen=True)
 class Followed:
-    """What following a motion gave."""
+    """The positions of a motion that were computed by `follow`."""
 
     z: ComplexArray  # (nodes, rows), NaN where not solved
     iterations: FloatArray  # (rows,)
-    good: NDArray[np.bool_]  # (rows,) whether the corrections came to rest
+    good: NDArray[np.bool_]  # (rows,) whether the iteration converged
 
 
 class Coordinates(Protocol):
-    """A mechanism in some coordinates."""
+    """A mechanism in one kind of coordinates."""
 
     @property
     def unknowns(self) -> int:
@@ -56,13 +55,13 @@ class Coordinates(Protocol):
 
     @property
     def mechanism(self) -> Mechanism:
-        """The mechanism that is described."""
+        """The mechanism."""
         ...
 
     def follow(
         self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
     ) -> tuple[ComplexArray, FloatArray, FloatArray]:
-        """Follow inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 where it settled."""
+        """Solve inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 for converged rows."""
         ...
 
 
@@ -77,11 +76,11 @@ def follow(
     system: Coordinates, inputs: FloatArray, start: ComplexArray, tolerance: float, run: Run,
     constants: TextbookConstants | None = None,
 ) -> Followed:  # fmt: skip
-    """Follow inputs (actuators, rows) from an assembled position (nodes,), each row from the one before."""
+    """Solve inputs (actuators, rows) from an assembled position (nodes,), each row from the previous one."""
     constants = constants or TextbookConstants()
     length = system.mechanism.size if math.isnan(constants.length) else constants.length
     with np.errstate(all="ignore"):
-        z, iterations, settled = system.follow(inputs, start, Stop(tolerance, length, constants.iterations), run)
-    good = (settled == 1.0) & np.all(np.isfinite(z), axis=0)
+        z, iterations, converged = system.follow(inputs, start, Stop(tolerance, length, constants.iterations), run)
+    good = (converged == 1.0) & np.all(np.isfinite(z), axis=0)
     z[:, ~good] = complex(np.nan, np.nan)
     return Followed(z, iterations, good)

@@ -1,7 +1,7 @@
-"""Speed against accuracy: every method at every tolerance on the user's own motion.
+"""Speed and accuracy: each method at each tolerance on the motion of a model.
 
-The accuracy is the true error of the traced points, against positions refined to 40 digits. A position
-on another branch than that of the continuous motion is not solved, however small its residual is.
+The accuracy is the true error of the traced points, relative to positions refined to 40 digits. A position on
+another branch than that of the continuous motion counts as not solved, even if its residual is small.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ from gimcli.status import Status
 from gimcli.structure.drive_check import refuse_contradiction
 from gimcli.table import Column, Table
 
-ALIKE = 1.15
-"""Times that differ by less than this factor count as equal: the more accurate entry is advised."""
+EQUAL_TIMES = 1.15
+"""Times that differ by less than this factor count as equal; the more accurate entry is then recommended."""
 
 KERNELS = ("settle_rows", "follow_bodies", "follow_points")
-"""Those that every comparison runs."""
+"""Kernels that every comparison uses."""
 
 PLAIN, ITERATIONS, RUNS = 1.5e-7, 4, 3
-"""Seconds of an operation that is not compiled; iterations and runs that the work is estimated by."""
+"""Estimate of the work: seconds per operation without compilation, iterations per position, runs per method."""
 
 ROUNDING = 8.0 * float(np.finfo(float).eps)
-"""True errors below this are rounding: none is better than another."""
+"""True errors below this are rounding errors; they count as equal."""
 
 SHARE = 0.08
-"""Part of the time for a comparison that one method may take before its finer tolerances are left out."""
+"""Fraction of the time limit that one method may take before its finer tolerances are left out."""
 
 TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 DIGITS = (3, 6, 9, 12)
@@ -50,43 +50,43 @@ RECORD = (
     "method", "tolerance", "unknowns", "iteration_operations", "iterations", "most_iterations", "paper_operations",
     "operations", "seconds", "error", "solved", "positions", "efficient", "reason",
 )  # fmt: skip
-"""Names of what a table or a report holds of a method at a tolerance."""
+"""Columns of the table and keys of the report for one method at one tolerance."""
 UNITS = {"seconds": "s"}
 TIMING = Timing()
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One method at one tolerance; numbers are NaN where nothing was solved."""
+    """Result of one method at one tolerance; the numbers are NaN if no position was solved."""
 
     method: MotionMethod
     tolerance: float
-    unknowns: tuple[int, ...]  # of every system that is solved
-    iterations: tuple[float, ...]  # operations of one sweep or iteration, of every system
-    work: float  # sweeps or iterations a position, mean; of all systems together
-    most: float  # the greatest of them
-    paper: float  # operations a position as the paper counts them
-    operations: float  # operations a position as they are
-    seconds: float  # a position
-    error: float  # greatest true error of a traced point, relative to the size
-    solved: int
-    rows: int  # positions that there are
-    reason: str  # why some are missing
-    efficient: bool = False  # no other is both faster and more accurate
+    unknowns: tuple[int, ...]  # of each system that is solved
+    iterations: tuple[float, ...]  # operations of one sweep or iteration, of each system
+    work: float  # mean number of sweeps or iterations per position, all systems together
+    most: float  # largest number of sweeps or iterations of a position
+    paper: float  # operations per position as the paper counts them
+    operations: float  # actual operations per position
+    seconds: float  # [s] per position
+    error: float  # largest true error of a traced point, relative to the size
+    solved: int  # positions that the method solved
+    rows: int  # all positions that have a true position
+    reason: str  # cause of the missing positions
+    efficient: bool = False  # no other entry is both faster and more accurate
 
     @property
     def complete(self) -> bool:
-        """Tell whether all positions are solved."""
+        """Return whether all positions are solved."""
         return self.solved == self.rows > 0
 
     @property
-    def told(self) -> float:
-        """True error as far as it tells methods apart."""
+    def compared_error(self) -> float:
+        """True error for the comparison with other entries; not less than rounding."""
         return max(self.error, ROUNDING)
 
     @property
     def record(self) -> dict[str, Any]:
-        """What a table or a report holds of it, by name."""
+        """Values of the entry by the names in `RECORD`."""
         values = (
             self.method.name, self.tolerance, list(self.unknowns), list(self.iterations), self.work, self.most,
             self.paper, self.operations, self.seconds, self.error, self.solved, self.rows, self.efficient, self.reason,
@@ -95,23 +95,23 @@ class Entry:
 
     @property
     def drawable(self) -> bool:
-        """Tell whether there is a point (time, error) to draw."""
+        """Return whether time and error can be drawn as a point."""
         return math.isfinite(self.error) and self.seconds > 0.0
 
 
 @dataclass(frozen=True)
 class Tradeoff:
-    """All methods on one motion."""
+    """Results of all methods on one motion."""
 
     mechanism: Mechanism
     entries: tuple[Entry, ...]
-    motion: Motion  # the continuous motion that the truth was refined from
+    motion: Motion  # the continuous motion from which the true positions were refined
     compiled: bool
-    untold: int  # rows that are solved but too near to a singular position for a true error
+    unrefined: int  # rows that are solved, but too near to a singular position to determine a true error
 
     @property
     def reached(self) -> bool:
-        """Tell whether the continuous motion reaches all rows."""
+        """Return whether the continuous motion reaches all rows."""
         return self.motion.solved == len(self.motion.codes)
 
 
@@ -120,17 +120,18 @@ def tradeoff(
     notify: Notify | None = None, progress: Progress = no_progress, methods: Sequence[MotionMethod] = METHODS,
     timing: Timing = TIMING, seconds: float = math.inf,
 ) -> Tradeoff:  # fmt: skip
-    """Compare methods on the motion along the actuators' laws in some steps.
+    """Compare methods on the motion that the laws of the actuators define, in `steps` steps.
 
-    seconds: processor time that is meant for it; a method that has taken its share is not run at finer tolerances.
+    seconds: intended processor time [s]; a method that has used its share is not run at finer tolerances.
+    Raises StructureError if the constraints contradict each other.
     """
     ready = is_cached(*KERNELS)
     mode = choose(jit, _work(mechanism, steps, len(tolerances)), notify, KERNELS)
     fast = mode is compiled
-    share = SHARE * seconds if ready or not fast else math.inf  # a compilation is no method's time
+    share = SHARE * seconds if ready or not fast else math.inf  # the time of a compilation is not charged to a method
     motion = trace(mechanism, steps, Options(jit="on" if fast else "off"))
     refuse_contradiction(mechanism, motion.start, motion.inputs[:, 0], motion.first_status, Options().tolerance)
-    if motion.first_status is not Status.OK:  # nothing to begin from
+    if motion.first_status is not Status.OK:  # there is no start position
         methods = ()
     truth = refine(mechanism, motion.z, motion.inputs, motion.good)
     task = MotionTask(mechanism, steps, motion.inputs, motion.z, mode, "on" if fast else "off")
@@ -155,12 +156,12 @@ def tradeoff(
             part((1 + number) * total + k)
     part((1 + timing.rounds) * total)
     timed = [_timed(entry, clock) for entry, clock in entries]
-    untold = int((motion.good & ~truth.known)[1:].sum())
-    return Tradeoff(mechanism, tuple(mark_efficient(timed)), motion, fast, untold)
+    unrefined = int((motion.good & ~truth.known)[1:].sum())
+    return Tradeoff(mechanism, tuple(mark_efficient(timed)), motion, fast, unrefined)
 
 
 def _work(mechanism: Mechanism, steps: int, tolerances: int) -> float:
-    """Estimate the seconds that the whole comparison takes without compiling."""
+    """Return the estimated time of the comparison without compilation [s]."""
     position = coordinates_cost(AbsoluteCoordinates(mechanism)).operations(ITERATIONS) * PLAIN
     sweeps = gim_work(4 * len(mechanism.nodes), steps)
     return RUNS * tolerances * (2 * sweeps + 2 * steps * position)
@@ -169,7 +170,7 @@ def _work(mechanism: Mechanism, steps: int, tolerances: int) -> float:
 def _entries(
     method: MotionMethod, task: MotionTask, truth: Truth, tolerances: Sequence[float], timing: Timing, share: float
 ) -> Iterator[tuple[Entry, Clock | None]]:
-    """Yield a row for every tolerance, or one with the reason where the method cannot do the mechanism."""
+    """Yield an entry for each tolerance, or one with the reason if the method does not apply to the mechanism."""
     rows = int(truth.known[1:].sum())
     try:
         began = time.process_time()
@@ -183,14 +184,14 @@ def _entries(
             entry = _entry(method, tolerance, found, truth)
             clock = Clock(found, timing) if entry.solved else None
             if clock is not None and time.process_time() - before > share:
-                clock.whole = time.process_time() - before  # with what is prepared once: too long to be run again
+                clock.whole = time.process_time() - before  # includes the preparation: too long to be repeated
             yield entry, clock
-    except StructureError as fault:
-        yield _empty(method, math.nan, rows, str(fault)), None
+    except StructureError as error:
+        yield _empty(method, math.nan, rows, str(error)), None
 
 
 def _left_out(method: MotionMethod, tolerance: float, rows: int, spent: float) -> Entry:
-    """Return the entry of a tolerance at which a slow method is not run."""
+    """Return the entry for a tolerance at which a slow method is not run."""
     return _empty(method, tolerance, rows, f"left out: coarser tolerances took {spent:.1f} s; --seconds allows more")
 
 
@@ -200,7 +201,7 @@ def _empty(method: MotionMethod, tolerance: float, rows: int, reason: str) -> En
 
 
 def _entry(method: MotionMethod, tolerance: float, found: Outcome, truth: Truth) -> Entry:
-    """Judge what a method gave; the start, which all are given, is left out."""
+    """Return the entry for the result of a method; the start is left out because all methods are given it."""
     with np.errstate(all="ignore"):
         error = truth.errors(found.z)
     offered = found.good & truth.known
@@ -219,51 +220,51 @@ def _entry(method: MotionMethod, tolerance: float, found: Outcome, truth: Truth)
 
 
 def _timed(entry: Entry, clock: Clock | None) -> Entry:
-    """Return an entry with its time: of the rows that the method went through, right or not."""
+    """Return an entry with its time per row; rows on another branch count too."""
     if clock is None:
         return entry
     return replace(entry, seconds=clock.seconds / max(1, int(clock.outcome.good[1:].sum())))
 
 
-# -- conclusions ------------------------------------------------------------------------------------
+# -- recommendations --------------------------------------------------------------------------------
 
 
 def mark_efficient(entries: Sequence[Entry]) -> list[Entry]:
-    """Mark the complete entries that no other complete one beats in both time and error (Pareto's front)."""
+    """Mark the efficient entries: the Pareto front in time and error of the entries that solve all positions."""
     whole = [e for e in entries if e.complete and e.drawable]
 
-    def beaten(e: Entry) -> bool:
-        better = [o for o in whole if o.seconds <= e.seconds and o.told <= e.told]
-        return any(o.seconds < e.seconds or o.told < e.told for o in better)
+    def dominated(e: Entry) -> bool:
+        others = [o for o in whole if o.seconds <= e.seconds and o.compared_error <= e.compared_error]
+        return any(o.seconds < e.seconds or o.compared_error < e.compared_error for o in others)
 
-    return [replace(e, efficient=e in whole and not beaten(e)) for e in entries]
+    return [replace(e, efficient=e in whole and not dominated(e)) for e in entries]
 
 
 @dataclass(frozen=True)
 class Advice:
-    """What to use for some digits."""
+    """The recommended method for a number of correct digits."""
 
     digits: int
-    best: Entry | None  # of the methods that the tool offers; None where none reaches the digits
-    nearest: Entry | None  # the most accurate of them
-    reference: Entry | None  # a reference that is faster still, or reaches what none of them does
+    best: Entry | None  # the fastest method of `gim`; None if none reaches the digits
+    nearest: Entry | None  # the most accurate method of `gim`
+    reference: Entry | None  # a reference method that is faster, or that alone reaches the digits
 
     @property
     def text(self) -> str:
-        """One sentence."""
+        """The recommendation in one sentence."""
         return f"{self.digits} digits: {self._choice()}{self._reference()}."
 
     def _choice(self) -> str:
         if self.best is not None:
             return (
-                f"{self.best.method.options} --tolerance {self.best.tolerance:g} costs least"
-                f" ({_time(self.best)} a position, true error {self.best.error:.1e})"
+                f"{self.best.method.options} --tolerance {self.best.tolerance:g} is fastest"
+                f" ({_time(self.best)} per position, true error {self.best.error:.1e})"
             )
         if self.nearest is None:
             return "no method solves all positions"
         return (
-            f"no method reaches them in all positions; {self.nearest.method.options} --tolerance"
-            f" {self.nearest.tolerance:g} comes nearest (true error {self.nearest.error:.1e})"
+            f"no method reaches this accuracy in all positions; the most accurate is {self.nearest.method.options}"
+            f" --tolerance {self.nearest.tolerance:g} (true error {self.nearest.error:.1e})"
         )
 
     def _reference(self) -> str:
@@ -281,35 +282,38 @@ def _time(entry: Entry) -> str:
 
 
 def advise(found: Tradeoff, digits: Sequence[int] = DIGITS) -> list[Advice]:
-    """Return for some digits the fastest method whose true error is below 10^-digits in all positions."""
+    """Return for each number of digits the fastest method with true errors below 10^-digits in all positions."""
     whole = [e for e in found.entries if e.complete and e.drawable]
     tools, references = ([e for e in whole if bool(e.method.options) == offered] for offered in (True, False))
     advice = []
     for count in digits:
         best = _fastest(tools, count)
         other = _fastest(references, count)
-        if best is not None and other is not None and other.seconds * ALIKE >= best.seconds:
+        if best is not None and other is not None and other.seconds * EQUAL_TIMES >= best.seconds:
             other = None
-        advice.append(Advice(count, best, min(tools, key=lambda e: (e.told, e.seconds), default=None), other))
+        advice.append(Advice(count, best, _most_accurate(tools), other))
     return advice
 
 
 def _fastest(entries: Sequence[Entry], digits: int) -> Entry | None:
     enough = [e for e in entries if e.error < 10.0**-digits]
     least = min((e.seconds for e in enough), default=0.0)
-    alike = [e for e in enough if e.seconds <= ALIKE * least]
-    return min(alike, key=lambda e: (e.told, e.seconds), default=None)
+    return _most_accurate([e for e in enough if e.seconds <= EQUAL_TIMES * least])
+
+
+def _most_accurate(entries: Sequence[Entry]) -> Entry | None:
+    return min(entries, key=lambda e: (e.compared_error, e.seconds), default=None)
 
 
 def tradeoff_table(found: Tradeoff) -> Table:
-    """Return one row for every method and tolerance."""
+    """Return a table with one row for each method and tolerance."""
     records = [entry.record for entry in found.entries]
     columns = [Column(name, np.array([_cell(r[name]) for r in records]), UNITS.get(name, "")) for name in RECORD]
     return Table(tuple(columns))
 
 
 def _cell(value: Any) -> Any:
-    """Return a value as it stands in a table."""
+    """Return a value in the form for the table."""
     if isinstance(value, list):
         return "+".join(f"{part:.0f}" for part in value)
     return int(value) if isinstance(value, bool) else value

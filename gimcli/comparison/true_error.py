@@ -1,8 +1,8 @@
-"""True errors: positions refined to 40 digits, and how far others are from them.
+"""True errors: distances of positions from positions that are refined to 40 digits.
 
-A converged position is refined by Newton-Raphson on the constraints as written, residuals in high
-precision and the Jacobian in double: every step gains what a double holds beyond the condition of the
-position. Dimensions and inputs are taken as the doubles that all methods work with. The only home of mpmath.
+A converged position is refined by Newton-Raphson on the constraints as written, with residuals in high precision
+and the Jacobian in double precision. Each step adds about 16 digits, less those lost to the condition of the
+Jacobian. The dimensions and inputs are the doubles that all methods use. Only this module imports mpmath.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ class Precision:
     """Constants of the refinement."""
 
     digits: int = 40
-    steps: int = 40
-    settled: float = 1e-30  # last correction, relative to the size
-    rank: float = 1e-9  # singular values below this part of the greatest: the position is singular
-    near: float = 1e-6  # of the size: the position refined must be the one that was found
-    polish: int = 30  # steps that lead a rough position to its branch
-    sure: float = 1e-6  # error, relative to the size, below which a position is on the branch
+    steps: int = 40  # Newton-Raphson steps, at most
+    converged: float = 1e-30  # last correction, relative to the size
+    rank: float = 1e-9  # smallest over largest singular value, below which the position is singular
+    near: float = 1e-6  # largest distance between the given and the refined position, relative to the size
+    polish: int = 30  # Newton-Raphson steps in double precision, at most
+    same: float = 1e-6  # distance, relative to the size, below which two positions are on the same branch
 
 
 PRECISION = Precision()
@@ -38,37 +38,37 @@ PRECISION = Precision()
 
 @dataclass(frozen=True)
 class Truth:
-    """Traced points to twice the digits of a double, and where they are known."""
+    """True positions of the traced points, with twice the digits of a double, in the rows in which they are known."""
 
     mechanism: Mechanism = field(repr=False)
     inputs: FloatArray = field(repr=False)  # (actuators, rows)
-    z: ComplexArray = field(repr=False)  # (nodes, rows) nodes, rounded
-    points: ComplexArray = field(repr=False)  # (traced, rows) rounded
-    rest: ComplexArray = field(repr=False)  # (traced, rows) what rounding took
+    z: ComplexArray = field(repr=False)  # (nodes, rows) nodes, rounded to doubles
+    points: ComplexArray = field(repr=False)  # (traced, rows) rounded to doubles
+    rest: ComplexArray = field(repr=False)  # (traced, rows) rounding error of `points`
     known: Flags  # (rows,) rows with a true position
 
     def errors(self, z: ComplexArray) -> FloatArray:
-        """Return the greatest error of a traced point (rows,) of positions z (nodes, rows), relative to the size."""
+        """Return the largest error (rows,) of the traced points at positions z (nodes, rows), relative to the size."""
         with np.errstate(all="ignore"):
             traced = np.array([carried_point(self.mechanism, name, z) for name in self.mechanism.traced])
             return np.asarray(np.max(np.abs(traced - self.points - self.rest), axis=0) / self.mechanism.size)
 
     def same_branch(self, z: ComplexArray, error: FloatArray) -> Flags:
-        """Tell of positions z (nodes, rows) with given errors whether they are on the branch of the motion.
+        """Return for positions z (nodes, rows) with errors (rows,) whether they are on the branch of the motion.
 
-        A rough position belongs to the branch that Newton-Raphson leads it to.
+        A position with a large error belongs to the branch to which Newton-Raphson converges from it.
         """
-        same = np.asarray(error <= PRECISION.sure)
+        same = np.asarray(error <= PRECISION.same)
         rough = np.flatnonzero(~same & self.known & np.all(np.isfinite(z), axis=0))
         if len(rough):
             there = polished(self.mechanism, z[:, rough], self.inputs[:, rough], PRECISION.polish)
             apart = np.max(np.abs(there - self.z[:, rough]), axis=0)
-            same[rough] = apart <= PRECISION.sure * self.mechanism.size
+            same[rough] = apart <= PRECISION.same * self.mechanism.size
         return same
 
 
 def polished(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, steps: int) -> ComplexArray:
-    """Return where Newton-Raphson leads positions z (nodes, rows); NaN where to nothing."""
+    """Return the positions to which Newton-Raphson converges from z (nodes, rows); NaN where it diverges."""
     system, z = Constraints(mechanism), z.copy()
     with np.errstate(all="ignore"):
         for _ in range(steps):
@@ -88,7 +88,7 @@ def polished(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, steps: i
 
 
 def refine(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, good: Flags) -> Truth:
-    """Refine the good ones of positions z (nodes, rows) at inputs (actuators, rows)."""
+    """Refine the positions z (nodes, rows) of the rows marked in `good` (rows,) at inputs (actuators, rows)."""
     import mpmath
 
     rows = np.flatnonzero(good)
@@ -108,7 +108,7 @@ def refine(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, good: Flag
 
 
 def _refined(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Any:
-    """Return one position (nodes,) in high precision, None where it is singular or does not settle."""
+    """Return one position (nodes,) in high precision; None if it is singular or does not converge."""
     import mpmath
 
     if not np.all(np.isfinite(z)):
@@ -128,10 +128,10 @@ def _refined(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Any:
         scale = max((abs(r) for r in residual), default=mpmath.mpf(0))
         if scale == 0:
             return fine
-        change = inverse @ np.array([float(r / scale) for r in residual])  # scaled: a double has no such exponents
+        change = inverse @ np.array([float(r / scale) for r in residual])  # scaled: too small for doubles
         steps = change[0::2] + 1j * change[1::2]
         fine[system.free] -= np.array([_exact(c) * scale for c in steps], dtype=object)
-        if float(scale) * float(np.max(np.abs(change), initial=0.0)) <= PRECISION.settled * mechanism.size:
+        if float(scale) * float(np.max(np.abs(change), initial=0.0)) <= PRECISION.converged * mechanism.size:
             return fine
     return None
 
@@ -147,7 +147,7 @@ def _rounded(z: Any) -> ComplexArray:
 
 
 def _point(mechanism: Mechanism, name: str, z: Any) -> Any:
-    """Return a node or a carried point of a position in high PRECISION."""
+    """Return a node or a coupler point of a position in high precision."""
     if name in mechanism.nodes:
         return z[mechanism.nodes.index(name)]
     point = next(p for p in mechanism.points if p.name == name)

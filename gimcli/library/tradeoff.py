@@ -95,7 +95,7 @@ class TradeoffResult(Result):
         ]  # fmt: skip
         return {
             "steps": self.steps, "solved": found.motion.solved, "status": found.motion.overall.word,
-            "compiled": found.compiled, "untold": found.untold,
+            "compiled": found.compiled, "untold": found.unrefined,
             "entries": [e.record for e in found.entries], "advice": advice,
         }  # fmt: skip
 

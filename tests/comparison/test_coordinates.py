@@ -1,4 +1,4 @@
-"""Joint, absolute and natural coordinates against path following, closed forms and differences."""
+"""Joint, absolute and natural coordinates agree with path following, closed forms and difference quotients."""
 
 import math
 from itertools import pairwise
@@ -21,7 +21,7 @@ from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options
 
 STEPS = 72
-"""Steps of a bundled motion: 5 degrees of a turn, at which no row leads Newton-Raphson to another branch."""
+"""Steps of a bundled motion: 5 degrees per step, so that Newton-Raphson does not converge to another branch."""
 
 
 def agree(motion, names=tuple(COORDINATES), tolerance=1e-11):
@@ -40,7 +40,7 @@ def test_every_model_agrees_with_path_following(model):
 
 
 @pytest.mark.parametrize("name", ["gim_fig11", "platform_3rpr", "stephenson_3_far"])
-def test_compiled_iterations_are_the_plain_ones(name):
+def test_compiled_and_plain_iterations_agree(name):
     motion = trace(load(MODELS / f"{name}.yaml"), STEPS, Options(tolerance=1e-11))
     for make in COORDINATES.values():
         one, other = (
@@ -53,7 +53,7 @@ def test_compiled_iterations_are_the_plain_ones(name):
 
 @pytest.mark.parametrize(("seeds", "least"), [(10, 4), pytest.param(40, 15, marks=pytest.mark.soak)])
 def test_random_mechanisms_agree(seeds, least, tmp_path):
-    """Pins in slots, true prismatic pairs and drives between moving members among them."""
+    """The mechanisms include pins in slots, true prismatic pairs and drives between moving members."""
     tried = 0
     for seed in range(seeds):
         (tmp_path / "model.yaml").write_text(yaml.safe_dump(Growth(seed, 1 + seed % 5).model()))
@@ -87,8 +87,8 @@ trace: [A, P, R]
 """
 
 
-def test_a_body_that_only_travels_hold(tmp_path):
-    """No joint holds the plate: it is free in the tree. R is at its height, at its distance from P."""
+def test_a_body_positioned_by_linear_inputs_only(tmp_path):
+    """The plate has no joint and is a free body of the tree. R follows from its height and its distance from P."""
     mechanism = written(tmp_path, TABLE)
     motion = trace(mechanism, 12, Options(tolerance=1e-12))
     reach = abs(complex(3, 2))
@@ -100,10 +100,10 @@ def test_a_body_that_only_travels_hold(tmp_path):
         assert np.allclose(p, 4 + t + 1j * (2 - t), atol=1e-12), name
         rise = (4 - 0.5 * t) - (2 - t)
         assert np.allclose(r, p + np.sqrt(reach**2 - rise**2) + 1j * rise, atol=1e-12), name
-    assert COORDINATES["joint"](mechanism).unknowns == 3  # the carriage's travel is an input
+    assert COORDINATES["joint"](mechanism).unknowns == 3  # the travel of the carriage is an input
 
 
-RAMS = """
+CYLINDERS = """
 nodes: {O: [0, 0], G: [6, 0], P: [2, 3], C: [4, 6]}
 ground: [O, G]
 links: {arm: [P, C]}
@@ -115,9 +115,9 @@ trace: [P, C]
 """
 
 
-def test_two_rams_by_the_cosine_law(tmp_path):
-    """A ram is a joint of the tree whose direction is the variable; its cut partner closes the triangle."""
-    mechanism = written(tmp_path, RAMS)
+def test_two_linear_actuators_agree_with_the_cosine_law(tmp_path):
+    """One linear actuator is a joint of the tree, with its direction as variable; the other closes the triangle."""
+    mechanism = written(tmp_path, CYLINDERS)
     motion = trace(mechanism, 24, Options(tolerance=1e-12))
     left, right = (motion.inputs[k] * mechanism.scale for k in (0, 1))
     turn = np.arccos((36 + left**2 - right**2) / (12 * left))
@@ -140,7 +140,7 @@ trace: [U, V, T]
 """
 
 
-def test_a_guide_that_hangs_on_what_slides_in_it(tmp_path):
+def test_a_guide_on_the_sliding_body(tmp_path):
     """The rod slides through a driven trunnion and ends in a slot x = -2: U = -2 (1 + i tan)."""
     mechanism = written(tmp_path, TRUNNION)
     motion = trace(mechanism, 24, Options(tolerance=1e-12))
@@ -157,7 +157,7 @@ def test_a_guide_that_hangs_on_what_slides_in_it(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["parallelogram_third_crank", "plantigrade", "dixon_k33"])
-def test_surplus_constraints_are_met_by_least_squares(name):
+def test_there_are_more_equations_than_unknowns_with_redundant_constraints(name):
     mechanism = load(MODELS / f"{name}.yaml")
     for make in COORDINATES.values():
         system = make(mechanism)
@@ -168,7 +168,7 @@ def test_surplus_constraints_are_met_by_least_squares(name):
     ("case", "links", "loops", "moving"), list(zip(CASES, (3, 5, 7, 9), (1, 2, 3, 4), (2, 4, 7, 9), strict=True))
 )
 def test_unknowns_of_table_1(case, links, loops, moving):
-    """Three a link; two a loop where the input is none; two a node."""
+    """Absolute: three per link; joint: two per loop, because the input is no unknown; natural: two per node."""
     mechanism = displaced(case)[0]
     unknowns = {name: make(mechanism).unknowns for name, make in COORDINATES.items()}
     assert unknowns == {"joint": 2 * loops, "absolute": 3 * links, "natural": 2 * moving}
@@ -176,7 +176,7 @@ def test_unknowns_of_table_1(case, links, loops, moving):
 
 @pytest.mark.parametrize("case", CASES, ids=lambda c: c.model)
 def test_iterations_of_table_1(case):
-    """Absolute coordinates, start in the position before, stop at 1e-5 of the unit of length and of a rad."""
+    """Absolute coordinates, started in the previous position, stopped at 1e-5 of the length unit and 1e-5 rad."""
     mechanism, inputs, start = displaced(case)
     stop = TextbookConstants(length=1.0 / mechanism.scale)
     found = follow(COORDINATES["absolute"](mechanism), inputs[:, None], start, 1e-5, plain, stop)
@@ -189,7 +189,7 @@ def test_convergence_is_quadratic(name, model_name):
     traced = run_model(model_name, steps=24, tolerance=1e-14)
     mechanism, motion = traced.mechanism, traced.motion
     system, errors = COORDINATES[name](mechanism), []
-    for count in range(2, 10):  # what is told is the position before the last correction
+    for count in range(2, 10):  # the position returned is that before the last correction
         stop = Stop(0.0, mechanism.size, count)
         z = system.follow(motion.inputs[:, 3:4], motion.z[:, 0], stop, plain)[0]
         errors.append(float(np.max(np.abs(z[:, 0] - motion.z[:, 3]))) / mechanism.size)
@@ -201,7 +201,7 @@ def test_convergence_is_quadratic(name, model_name):
 
 
 def tables(system, name, q, values, z):
-    """Return residuals and Jacobian at unknowns q, straight from the kernels."""
+    """Return residuals and Jacobian at unknowns q, computed by the kernels alone."""
     f, j = np.zeros(system.equations), np.zeros((system.equations, system.unknowns))
     if name == "natural":
         x, y = z.real.copy(), z.imag.copy()
@@ -224,7 +224,7 @@ def tables(system, name, q, values, z):
 
 
 @pytest.mark.parametrize("name", COORDINATES)
-def test_jacobian_is_what_differences_show(name, model):
+def test_jacobian_agrees_with_central_differences(name, model):
     mechanism = load(model)
     system, values, h = COORDINATES[name](mechanism), mechanism.drawn_inputs, 1e-6
     generator = np.random.default_rng(0)
@@ -236,11 +236,11 @@ def test_jacobian_is_what_differences_show(name, model):
         assert np.max(np.abs((ahead - behind) / (2 * h) - j[:, k])) < 1e-7
 
 
-def test_a_position_that_does_not_exist_fails_and_the_next_goes_on(tmp_path):
-    mechanism = written(tmp_path, RAMS)
+def test_a_position_that_does_not_exist_fails_and_the_next_rows_are_solved(tmp_path):
+    mechanism = written(tmp_path, CYLINDERS)
     motion = trace(mechanism, 8, Options(tolerance=1e-12))
     inputs = motion.inputs.copy()
-    inputs[0, 4] = 100.0  # no triangle has such a side
+    inputs[0, 4] = 100.0  # too long for a triangle
     for make in COORDINATES.values():
         found = follow(make(mechanism), inputs, motion.z[:, 0], 1e-12, plain)
         assert list(np.flatnonzero(~found.good)) == [4]
@@ -249,7 +249,7 @@ def test_a_position_that_does_not_exist_fails_and_the_next_goes_on(tmp_path):
         assert np.max(np.abs(found.z - motion.z)[:, others]) < 1e-9 * mechanism.size
 
 
-def test_what_has_not_come_to_rest_is_not_solved():
+def test_a_row_that_has_not_converged_is_not_solved():
     mechanism, inputs, start = displaced(CASES[1])
     for make in COORDINATES.values():
         found = follow(make(mechanism), inputs[:, None], start, 1e-11, plain, TextbookConstants(iterations=3))

@@ -1,4 +1,4 @@
-"""Operations told against operations done: the kernels run with numbers that count."""
+"""The counts of operations agree with kernels that run on numbers which count their operations."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from bundled import MODELS
 from counted import COUNT, counted_array, operations
 
 from gimcli import load
-from gimcli.comparison import operations as told
+from gimcli.comparison import operations as counts
 from gimcli.comparison.absolute import AbsoluteCoordinates, frame_poses
 from gimcli.comparison.joint import JointCoordinates
 from gimcli.comparison.natural import NaturalCoordinates
@@ -27,15 +27,15 @@ def test_sweeps(model):
     values, z = mechanism.drawn_inputs, mechanism.drawn
     moves = Sweeper(mechanism, Options(method="gim"), plain).moves
     given = (z.real.copy(), z.imag.copy(), values, np.cos(values), np.sin(values), *sweeps.pack(moves))
-    cost = told.sweep_cost(mechanism, moves)
+    cost = counts.sweep_cost(mechanism, moves)
     check = operations(sweep.worst_errors, *given, mechanism.size, np.zeros(2))
     assert cost.position == check
     assert cost.iterations == (operations(sweep.sweep, *given) + check,)
 
 
 def iteration(cost, rows, m, n):
-    """Assert that an iteration is its rows, the linear algebra of a full table, and the correction."""
-    algebra = told.elimination(m, n) + told.substitution(m, n) + 2 * n
+    """Assert that an iteration consists of its rows, the linear algebra of a full matrix, and the correction."""
+    algebra = counts.elimination(m, n) + counts.substitution(m, n) + 2 * n
     assert cost.iterations == (pytest.approx(rows + algebra, rel=1e-12),)
     assert cost.unknowns == (n,)
 
@@ -52,7 +52,7 @@ def test_absolute_coordinates(model):
     bodies.place_bodies(q, system.layout, pose)
     pairs = system.bodies.arrays(system.bodies.pairs)
     rows += operations(bodies.pair_rows, mechanism.drawn_inputs, *pairs, pose, f, g, gb)
-    iteration(told.coordinates_cost(system), rows, system.equations, system.unknowns)
+    iteration(counts.coordinates_cost(system), rows, system.equations, system.unknowns)
 
 
 def test_joint_coordinates(model):
@@ -66,7 +66,7 @@ def test_joint_coordinates(model):
     rows += operations(bodies.pair_rows, values, *pairs, pose, f, g, gb)
     bodies.pair_rows(values, *pairs, pose, f, g, gb)
     rows += operations(bodies.joint_rows, g, gb, ji, above, pose, v, j)
-    iteration(told.coordinates_cost(system), rows, system.equations, system.unknowns)
+    iteration(counts.coordinates_cost(system), rows, system.equations, system.unknowns)
 
 
 def test_natural_coordinates(model):
@@ -75,11 +75,11 @@ def test_natural_coordinates(model):
     f, j = np.zeros(system.equations), np.zeros((system.equations, system.unknowns))
     given = (z.real.copy(), z.imag.copy(), values, np.cos(values), np.sin(values))
     rows = operations(points.point_rows, *given, system.heads, system.factors, system.columns, f, j)
-    iteration(told.coordinates_cost(system), rows, system.equations, system.unknowns)
+    iteration(counts.coordinates_cost(system), rows, system.equations, system.unknowns)
 
 
 @pytest.mark.parametrize(("m", "n"), [(8, 8), (27, 27), (12, 9), (40, 30)])
-def test_linear_algebra_of_full_tables(m, n):
+def test_linear_algebra_of_full_matrices(m, n):
     generator = np.random.default_rng(0)
     table, right, work = generator.random((m, n)), generator.random(m), np.zeros(2 * n)
     if m == n:
@@ -90,8 +90,8 @@ def test_linear_algebra_of_full_tables(m, n):
         factor, solve = (table, m, n, work), (m, n, work, right)
         factored, solved = operations(linear.qr_factor, *factor), linear.qr_solve
         linear.qr_factor(*factor)
-    assert factored == pytest.approx(told.elimination(m, n), rel=1.2 / n)
-    assert operations(solved, table, *solve) == pytest.approx(told.substitution(m, n), rel=1.2 / n)
+    assert factored == pytest.approx(counts.elimination(m, n), rel=1.2 / n)
+    assert operations(solved, table, *solve) == pytest.approx(counts.substitution(m, n), rel=1.2 / n)
 
 
 def test_closed_forms():
@@ -110,7 +110,7 @@ def test_closed_forms():
 
 @pytest.mark.parametrize("closed_forms", [True, False])
 def test_iterations_of_groups(model, closed_forms):
-    """The library's Newton-Raphson; zeros that elimination leaves out, and small tables, cost a little less or more."""
+    """Newton-Raphson on base nodes; elimination skips zeros, and small matrices have extra terms: agreement to 30 %."""
     mechanism = load(model)
     plan, values, z = make_plan(mechanism, closed_forms), mechanism.drawn_inputs, mechanism.drawn
     for group in plan.coupled:
@@ -121,20 +121,20 @@ def test_iterations_of_groups(model, closed_forms):
         room.cos[:], room.sin[:] = np.cos(values), np.sin(values)
         kernel.clear(g, room)
         kernel.coefficients(g, room)
-        assert 0.7 < operations(kernel.factor, g, room) / told.group_factors(group) < 1.3
+        assert 0.7 < operations(kernel.factor, g, room) / counts.group_factors(group) < 1.3
         kernel.factor(g, room)
         m, n = g.rows, 2 * g.base
         solve = (lu_solve, room.j, n) if m == n else (qr_solve, room.j, m, n)
         correction = operations(*solve, room.order, room.f)
         correction += sum(operations(part, g, room) for part in (kernel.carry, kernel.equations, kernel.move))
-        assert 0.7 < correction / told.group_iteration(group) < 1.3
+        assert 0.7 < correction / counts.group_iteration(group) < 1.3
 
 
 @pytest.mark.parametrize(
     ("name", "links", "nodes"), [("gim_fig13a", 3, 1), ("gim_fig13b", 5, 3), ("gim_fig13c", 7, 5), ("ten_bar", 9, 8)]
 )
 def test_the_papers_counts(name, links, nodes):
-    """E and nnod of table 1."""
+    """Number of moving links and of moving nodes of table 1."""
     mechanism = load(MODELS / f"{name}.yaml")
-    assert told.paper_iteration(mechanism) == 9 * links**3
-    assert told.paper_sweep(mechanism) == 12 * nodes
+    assert counts.paper_iteration(mechanism) == 9 * links**3
+    assert counts.paper_sweep(mechanism) == 12 * nodes

@@ -1,4 +1,4 @@
-"""`gim tradeoff`: what is solved, what it costs, what is advised."""
+"""`gim tradeoff`: solved positions, operations, times and recommendations."""
 
 import csv
 import json
@@ -16,7 +16,7 @@ from table1_operations import CASES, from_far, measure
 
 from gimcli import load
 from gimcli.comparison.methods import METHODS, Clock, MotionMethod, Outcome, Timing
-from gimcli.comparison.tradeoff import ALIKE, Entry, Tradeoff, advise, mark_efficient, tradeoff, tradeoff_table
+from gimcli.comparison.tradeoff import EQUAL_TIMES, Entry, Tradeoff, advise, mark_efficient, tradeoff, tradeoff_table
 from gimcli.errors import StructureError
 from gimcli.motion.motion import trace
 from gimcli.output.figure import canvas_of
@@ -44,15 +44,15 @@ def test_every_method_solves_a_four_bar_and_errors_follow_tolerances():
         assert all(a.work <= b.work for a, b in pairwise(entries))
 
 
-def test_closed_forms_take_no_iteration_and_have_no_error_but_rounding():
+def test_closed_forms_take_no_iteration_and_have_only_rounding_errors():
     for entry in of(compare("crank_rocker"), "auto"):
         assert (entry.work, entry.paper, entry.unknowns) == (0.0, 0.0, ())
         assert entry.operations > 0.0
         assert entry.error < 1e-15
 
 
-def test_sweeps_grow_with_the_digits_and_iterations_hardly():
-    """One dyad: the factor of a row is the squared cosine of the angle between its bars, exactly."""
+def test_sweeps_grow_with_the_digits_but_iterations_hardly_do():
+    """For one dyad the convergence factor is exactly the squared cosine of the angle between its bars."""
     found = compare("gim_fig13a", (1e-5, 1e-12), 72)
     coarse, tight = of(found, "gim-classic")
     motion = trace(found.mechanism, 72)
@@ -66,21 +66,21 @@ def test_sweeps_grow_with_the_digits_and_iterations_hardly():
     assert of(found, "absolute")[1].paper == pytest.approx(9.0 * 27.0 * of(found, "absolute")[1].work)
 
 
-class Faulty:
-    """Solves by path following, spoilt."""
+class Altered:
+    """Path following with altered positions."""
 
-    def __init__(self, task, spoil):
-        self.task, self.spoil = task, spoil
+    def __init__(self, task, alter):
+        self.task, self.alter = task, alter
 
     def solve(self, tolerance):
         z, good = self.task.z.copy(), np.ones(self.task.z.shape[1], dtype=bool)
-        self.spoil(self.task.mechanism, z, good)
+        self.alter(self.task.mechanism, z, good)
         cost = METHODS[3].prepare(self.task).solve(tolerance).cost
         return Outcome(z, good, np.ones(len(good)), cost, lambda: None)
 
 
 def mirrored(mechanism, z, good):
-    """Take the other branch of the dyad BCD in the last ten rows; nothing else is wrong."""
+    """Move the last ten rows to the other branch of the dyad BCD; all constraints remain satisfied."""
     b, c, d = (mechanism.nodes.index(n) for n in "BCD")
     rows = slice(-10, None)
     line = z[d, rows] - z[b, rows]
@@ -88,9 +88,9 @@ def mirrored(mechanism, z, good):
 
 
 def test_a_position_on_another_branch_is_not_solved():
-    spoilt = MotionMethod("spoilt", "spoilt", "--spoilt", lambda task: Faulty(task, mirrored))
-    found = compare("gim_fig13a", (1e-6,), methods=(spoilt, METHODS[3]))
-    (entry,) = of(found, "spoilt")
+    altered = MotionMethod("altered", "altered", "--altered", lambda task: Altered(task, mirrored))
+    found = compare("gim_fig13a", (1e-6,), methods=(altered, METHODS[3]))
+    (entry,) = of(found, "altered")
     assert (entry.solved, entry.rows, entry.complete) == (14, 24, False)
     assert entry.reason == "10 on another branch"
     assert entry.error < 1e-14
@@ -98,15 +98,15 @@ def test_a_position_on_another_branch_is_not_solved():
     assert all(a.best is None or a.best.method.name == "auto" for a in advise(found))
 
 
-def test_sweeps_that_leave_the_branch_say_so():
-    """Klann's leg to a hundredth: some rows settle in another configuration (measured), and count as failures."""
+def test_sweeps_that_leave_the_branch_give_a_status():
+    """Klann's leg at tolerance 0.01: some rows converge to another configuration (measured) and count as failures."""
     (entry,) = of(compare("klann", (1e-2,), 72), "gim-classic")
     assert 0 < entry.solved < entry.rows
     assert "other-configuration" in entry.reason
 
 
 @pytest.mark.soak
-def test_a_method_that_does_not_converge_or_has_no_sequence_keeps_its_row():
+def test_a_method_that_does_not_converge_or_has_no_sequence_has_an_entry_with_the_reason():
     found = compare("double_butterfly", (1e-4,))
     (entry,) = of(found, "gim-classic")
     assert 0 < entry.solved < entry.rows
@@ -127,7 +127,7 @@ def entry(number, seconds, error, solved=10):
     return Entry(METHODS[number], 1e-6, (2,), (100.0,), 1.0, 1.0, 1.0, 1.0, seconds, error, solved, 10, "")
 
 
-def test_the_front_is_what_nobody_beats():
+def test_no_entry_is_better_than_one_of_the_efficient_front():
     generator = np.random.default_rng(0)
     entries = [entry(k % 7, *10.0 ** generator.uniform(-12, -1, 2), solved=10 - (k % 5 == 0)) for k in range(60)]
     entries = [replace(e, seconds=10.0 ** generator.uniform(-6, -3)) for e in entries]
@@ -143,30 +143,30 @@ def advice_on(*entries):
     return {a.digits: a for a in advise(Tradeoff(None, entries, None, False, 0))}
 
 
-def test_advice_is_the_fastest_with_enough_digits_of_what_the_tool_offers():
+def test_the_fastest_method_of_gim_with_enough_digits_is_recommended():
     slow, quick, rough = entry(3, 5e-5, 1e-14), entry(2, 2e-5, 3e-9), entry(1, 1e-5, 3e-4)
     partial, reference = entry(0, 1e-6, 1e-14, solved=9), entry(5, 3e-5, 1e-15)
-    told = advice_on(slow, quick, rough, partial, reference)
-    assert [told[d].best for d in (3, 6, 9, 12)] == [rough, quick, slow, slow]
-    assert [told[d].reference for d in (3, 6, 9, 12)] == [None, None, reference, reference]
-    assert "--method gim --strategy spectral --tolerance 1e-06" in told[3].text
-    assert "absolute coordinates" in told[9].text
+    advice = advice_on(slow, quick, rough, partial, reference)
+    assert [advice[d].best for d in (3, 6, 9, 12)] == [rough, quick, slow, slow]
+    assert [advice[d].reference for d in (3, 6, 9, 12)] == [None, None, reference, reference]
+    assert "--method gim --strategy spectral --tolerance 1e-06" in advice[3].text
+    assert "absolute coordinates" in advice[9].text
 
 
-def test_of_times_alike_the_more_accurate_is_advised():
-    first, second = entry(2, 1e-5, 1e-7), entry(3, 1e-5 * (ALIKE - 0.01), 1e-12)
+def test_the_more_accurate_of_two_equally_fast_methods_is_recommended():
+    first, second = entry(2, 1e-5, 1e-7), entry(3, 1e-5 * (EQUAL_TIMES - 0.01), 1e-12)
     assert advice_on(first, second)[6].best is second
 
 
-def test_advice_says_so_where_nothing_reaches_the_digits():
-    told = advice_on(entry(1, 1e-5, 1e-4), entry(3, 1e-5, 1e-7))
-    assert told[9].best is None
-    assert told[9].text.startswith("9 digits: no method reaches them")
-    assert "--method auto" in told[9].text
+def test_the_recommendation_states_that_no_method_reaches_the_digits():
+    advice = advice_on(entry(1, 1e-5, 1e-4), entry(3, 1e-5, 1e-7))
+    assert advice[9].best is None
+    assert advice[9].text.startswith("9 digits: no method reaches this accuracy")
+    assert "--method auto" in advice[9].text
     assert advice_on(entry(1, 1e-5, 1e-9, solved=3))[3].text == "3 digits: no method solves all positions."
 
 
-def test_a_clock_takes_preparation_off():
+def test_a_clock_subtracts_the_preparation():
     def wait(seconds):
         import time
 
@@ -179,7 +179,7 @@ def test_a_clock_takes_preparation_off():
     assert clock.seconds == pytest.approx(0.01, abs=0.005)
 
 
-def test_nothing_of_the_picture_is_clipped():
+def test_no_part_of_the_picture_is_clipped():
     generator = np.random.default_rng(0)
     curves = {
         m.label: np.stack([*10.0 ** generator.uniform([[-6], [-16]], [[-1], [-1]], (2, 7)), np.ones(7)], axis=1)
@@ -225,18 +225,18 @@ def test_command_line(jit, tmp_path):
 
 
 @pytest.mark.parametrize("wrong", ["1e-3,x", "0", "2", "nan", "1e-16"])
-def test_tolerances_that_mean_nothing_are_refused(wrong, tmp_path):
+def test_tolerances_out_of_range_are_refused(wrong, tmp_path):
     gim("tradeoff", MODELS / "gim_fig13a.yaml", "--tolerances", wrong, cwd=tmp_path, code=2)
 
 
 @pytest.mark.soak
-def test_a_limit_on_the_way_leaves_the_rows_that_are_reached(tmp_path):
+def test_a_limit_of_the_motion_leaves_the_rows_up_to_the_limit(tmp_path):
     (tmp_path / "model.yaml").write_text(
         "nodes: {A: [0,0], B: [4,0.5], C: [5.2,2.4], D: [4,0]}\nground: [A,D]\n"
         "links: {a: {nodes: [A,B], length: 4}, b: {nodes: [B,C], length: 1.5}, c: {nodes: [D,C], length: 2}}\n"
         "actuators: {m: {type: rotary, pivot: A, arm: B, law: {from: 20, to: 200}}}\ntrace: [C]\n"
     )
-    arguments = ("--steps", 90, "--tolerances", "1e-8", "--no-png", "--json")  # one tolerance: nothing is left out
+    arguments = ("--steps", 90, "--tolerances", "1e-8", "--no-png", "--json")  # one tolerance: no entry is left out
     report = json.loads(gim("tradeoff", *arguments, cwd=tmp_path, code=5))
     limit = math.degrees(math.acos((4**2 + 4**2 - 3.5**2) / (2 * 4 * 4)))
     assert {e["positions"] for e in report["entries"]} == {math.floor((limit - 20) / 2)}
@@ -245,16 +245,16 @@ def test_a_limit_on_the_way_leaves_the_rows_that_are_reached(tmp_path):
 
 @pytest.mark.parametrize("column", [0, *(pytest.param(k, marks=pytest.mark.soak) for k in range(1, len(CASES)))])
 def test_the_manual_has_table_1(column):
-    """Every number of the table, measured."""
-    told, case = {}, CASES[column]
+    """Every number of the table agrees with a measurement."""
+    table, case = {}, CASES[column]
     for line in (MANUAL / "speed.md").read_text(encoding="utf-8").split("### Table 1")[1].splitlines():
         if line.startswith("| "):
             label, *cells = (cell.strip() for cell in line.strip("|").split("|"))
-            told[label] = cells
+            table[label] = cells
     found = measure(case)
 
     def number(start):
-        (cells,) = [cells for label, cells in told.items() if label.startswith(start)]
+        (cells,) = [cells for label, cells in table.items() if label.startswith(start)]
         return float(cells[column])
 
     names = {
@@ -271,7 +271,7 @@ def test_the_manual_has_table_1(column):
 # -- how long a comparison takes ---------------------------------------------------------------------------
 
 
-def test_rounds_share_what_they_may_take_together():
+def test_rounds_share_the_total_time():
     timing = Timing(rounds=3, repeats=40, budget=0.05, total=1.5)
     assert timing.shared(100).budget == pytest.approx(1.5 / 300)
     assert timing.shared(1).budget == 0.05
@@ -286,7 +286,7 @@ def test_the_sequence_of_a_strategy_is_searched_once(monkeypatch):
     assert sorted(searched) == ["classic", "spectral"]
 
 
-def test_a_method_that_has_taken_its_share_is_left_out_at_finer_tolerances():
+def test_a_method_that_has_used_its_share_is_left_out_at_finer_tolerances():
     found = tradeoff(load(MODELS / "crank_rocker.yaml"), 4, (1e-2, 1e-4, 1e-6), jit="off", timing=QUICK, seconds=0.0)
     for method in {e.method.name for e in found.entries}:
         first, *finer = (e for e in found.entries if e.method.name == method)
@@ -297,7 +297,7 @@ def test_a_method_that_has_taken_its_share_is_left_out_at_finer_tolerances():
 
 
 @pytest.mark.soak
-def test_a_comparison_takes_ten_seconds_at_the_most(model):
+def test_a_comparison_takes_at_most_ten_seconds(model):
     mechanism = load(model)
     tradeoff(mechanism, timing=QUICK)  # compiles
     began = time.process_time()

@@ -1,4 +1,4 @@
-"""True errors against closed forms in high precision, and the branch that a position is on."""
+"""True errors agree with closed forms in high precision; the branch of a position is determined."""
 
 import mpmath
 import numpy as np
@@ -21,12 +21,12 @@ def truth_of(name, steps=24):
 
 
 def deviation(truth, k, row, exact):
-    """Distance of a true point, both of its parts, from an exact one."""
-    told = mpmath.mpc(complex(truth.points[k, row])) + mpmath.mpc(complex(truth.rest[k, row]))
-    return float(abs(told - exact))
+    """Return the distance of a true point, the sum of its two parts, from an exact one."""
+    point = mpmath.mpc(complex(truth.points[k, row])) + mpmath.mpc(complex(truth.rest[k, row]))
+    return float(abs(point - exact))
 
 
-def test_a_four_bar_is_the_meeting_of_two_circles_to_30_digits():
+def test_a_four_bar_agrees_with_the_intersection_of_two_circles_to_30_digits():
     motion, truth = truth_of("crank_rocker")
     mechanism = motion.mechanism
     names = mechanism.nodes
@@ -52,7 +52,7 @@ def test_a_four_bar_is_the_meeting_of_two_circles_to_30_digits():
 
 
 @pytest.mark.few
-def test_refined_positions_close_to_rounding_and_stay_where_they_were(model):
+def test_refined_positions_have_residuals_of_rounding_and_stay_near_the_given_ones(model):
     motion = trace(load(model), 6)
     truth = refine(motion.mechanism, motion.z, motion.inputs, motion.good)
     assert truth.known.any()
@@ -61,7 +61,7 @@ def test_refined_positions_close_to_rounding_and_stay_where_they_were(model):
     assert np.max(truth.errors(motion.z)[known]) < 1e-11
 
 
-def test_slanting_guides_and_drives_between_members_close_too(tmp_path):
+def test_inclined_guides_and_drives_between_members_are_refined(tmp_path):
     known = 0
     for seed in range(30):
         (tmp_path / "model.yaml").write_text(yaml.safe_dump(Growth(seed, 3).model()))
@@ -77,7 +77,7 @@ def test_slanting_guides_and_drives_between_members_close_too(tmp_path):
     assert known > 100
 
 
-def test_errors_are_distances_of_traced_points_over_the_size():
+def test_errors_are_distances_of_traced_points_relative_to_the_size():
     motion, truth = truth_of("gim_fig13a")
     shifted = motion.z.copy()
     shifted[motion.mechanism.nodes.index("C"), 3] += 1e-7 * motion.mechanism.size * np.exp(0.7j)
@@ -87,7 +87,7 @@ def test_errors_are_distances_of_traced_points_over_the_size():
     assert np.nanmax(np.delete(error, 3)) < 1e-15
 
 
-def test_the_mirror_image_of_a_dyad_is_another_branch_however_well_it_closes():
+def test_the_mirror_image_of_a_dyad_is_another_branch_although_its_residual_is_zero():
     motion, truth = truth_of("gim_fig13a")
     mechanism = motion.mechanism
     b, c, d = (mechanism.nodes.index(n) for n in "BCD")
@@ -98,7 +98,7 @@ def test_the_mirror_image_of_a_dyad_is_another_branch_however_well_it_closes():
     assert not truth.same_branch(z, truth.errors(z)).any()
 
 
-def test_a_rough_position_is_on_the_branch_that_it_leads_to():
+def test_a_rough_position_belongs_to_the_branch_to_which_it_converges():
     motion, truth = truth_of("gim_fig13a")
     z = motion.z.copy()
     z[motion.mechanism.nodes.index("C")] += 0.03 * motion.mechanism.size * np.exp(0.4j)
@@ -107,7 +107,7 @@ def test_a_rough_position_is_on_the_branch_that_it_leads_to():
     assert truth.same_branch(z, error).all()
 
 
-def test_at_a_singular_position_there_is_no_truth(trace_model):
+def test_a_singular_position_has_no_true_position(trace_model):
     motion = trace_model("parallelogram", steps=24, laws={"motor": {"from": 30, "to": 390}}).motion
     assert motion.good.all()
     assert len(motion.bridged) == 2
@@ -118,7 +118,7 @@ def test_at_a_singular_position_there_is_no_truth(trace_model):
 
 
 def test_jacobian_of_the_constraints_is_exact(model):
-    """Second differences of what is of second degree are constant: those of the Jacobian's columns agree."""
+    """For equations of second degree, a difference equals the mean of the two Jacobians times the change."""
     mechanism = load(model)
     system, generator = Constraints(mechanism), np.random.default_rng(0)
     inputs = np.array([[a.drawn] for a in mechanism.actuators])
