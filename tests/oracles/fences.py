@@ -32,6 +32,7 @@ PAGES = [README, *sorted(MANUAL.glob("*.md"))]
 KINDS = ("bash", "yaml", "csv", "python", "output", "text")
 SHELL = set("|&;<>$`*?~")
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+ALONE = rf"(?<![\w.]){NUMBER}(?!\w)"
 
 
 @dataclass(frozen=True)
@@ -177,21 +178,27 @@ def merged(base, part):
 
 
 def compare(told, printed):
-    """Compare texts apart from spaces and the last digits of numbers; dots stand for anything."""
-    told, printed = (re.sub(r"[─━-]{3,}", "", text) for text in (told, printed))
-    pieces = [
-        r"\s+" if piece.isspace() else r".*?" if piece == "..." else f"({NUMBER})" if is_number else re.escape(piece)
-        for piece, is_number in split(told.strip())
-    ]
-    match = re.fullmatch("".join(pieces), printed.strip(), re.DOTALL)
-    assert match, f"the page has\n{told}\nprinted is\n{printed}"
-    expected = [float(piece) for piece, is_number in split(told.strip()) if is_number]
-    for a, b in zip(expected, map(float, match.groups()), strict=True):
-        assert abs(a - b) <= max(1e-3 * max(abs(a), abs(b)), 1e-9), f"the page has {a}, printed is {b} in\n{printed}"
+    """Compare texts apart from spaces and the last digits of numbers; three dots stand for anything.
+
+    Each piece between dots is looked for behind the one before: nothing is tried twice.
+    """
+    told, printed = (re.sub(r"[─━-]{3,}", "", text).strip() for text in (told, printed))
+    parts, at = told.split("..."), 0
+    for k, part in enumerate(parts):
+        first, last = k == 0, k == len(parts) - 1
+        pattern = re.compile(r"\s*" * (not first) + _pattern(part) + (r"\Z" if last else ""))
+        match = pattern.match(printed, at) if first else pattern.search(printed, at)
+        assert match, f"the page has\n{part}\nin\n{told}\nprinted is\n{printed}"
+        for a, b in zip(re.findall(ALONE, part), match.groups(), strict=True):
+            near = abs(float(a) - float(b)) <= max(1e-3 * abs(float(a)), 1e-9)
+            assert near, f"the page has {a}, printed is {b} in\n{printed}"
+        at = match.end()
 
 
-def split(text):
-    """Yield the pieces of a text, and whether each is a number that stands alone."""
-    for piece in re.split(rf"(\s+|\.\.\.|(?<![\w.]){NUMBER}(?![\w]))", text):
-        if piece:
-            yield piece, re.fullmatch(NUMBER, piece) is not None
+def _pattern(part):
+    """Return a pattern of words and numbers."""
+    pieces = [piece for piece in re.split(rf"(\s+|{ALONE})", part) if piece]
+    return "".join(
+        r"\s+" if piece.isspace() else f"({ALONE})" if re.fullmatch(NUMBER, piece) else re.escape(piece)
+        for piece in pieces
+    )
