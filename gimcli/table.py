@@ -23,6 +23,12 @@ def labelled(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit not in ("", "unit") else name
 
 
+def per_second(unit: str, order: int = 1) -> str:
+    """Return the unit of a derivative by time, such as mm/s^2; lengths without a physical unit give 1/s^2."""
+    own = "1" if unit in ("", "unit") else unit
+    return f"{own}/s" if order == 1 else f"{own}/s^{order}"
+
+
 def xy_columns(name: str, z: NDArray[np.complexfloating], unit: str) -> list[Column]:
     """Return the columns `name` + "x" and `name` + "y" of positions or vectors x + iy (rows,)."""
     return [Column(f"{name}x", z.real, unit), Column(f"{name}y", z.imag, unit)]

@@ -47,6 +47,7 @@ def _print(result: CircuitsResult) -> None:
     from gimcli.cli.console import how_it_ends, print_table
     from gimcli.library.circuits import curve_label, inputs_at, span, verdict
     from gimcli.library.rounding import at_inputs, intervals
+    from gimcli.structure.rigid_triangles import triangle_hints
 
     found, mechanism = result.found, result.mechanism
     drawn = drawn_configuration(found.start)
@@ -73,3 +74,5 @@ def _print(result: CircuitsResult) -> None:
     if own_strands:
         typer.echo("*: the circuit of the initial coordinates")
     typer.echo(verdict(found))
+    for hint in triangle_hints(mechanism):
+        typer.echo(hint)

@@ -40,6 +40,7 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
     from gimcli.cli.progress import end_bars
     from gimcli.library.configurations import verdict
     from gimcli.library.rounding import length, titled
+    from gimcli.structure.rigid_triangles import triangle_hints
     from gimcli.table import labelled
 
     end_bars()
@@ -62,5 +63,7 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
     print_more(len(found), ROWS, "--json and -o write all")
     if drawn is not None:
         typer.echo("*: the configuration of the initial coordinates, moved to these inputs")
+    for hint in triangle_hints(mechanism):
+        typer.echo(hint)
     if result.undrawn and png is not None:
         typer.echo(f"{png} shows the first {result.count - result.undrawn}; {result.undrawn} are not drawn")

@@ -47,7 +47,7 @@ def _print(result: ForcesResult) -> None:
     found, peaks = result.found, result.found.peaks
     _print_peaks(found)
     typer.echo(
-        f"forces at {found.told} of {result.steps + 1} positions; power-balance error at most {peaks.power_error:.1e}"
+        f"forces at {found.determined} of {result.steps + 1} positions; power-balance error at most {peaks.power_error:.1e}"
         f" W, {peaks.drift:.0e} of the greatest power"
     )
     if found.open:
@@ -90,7 +90,7 @@ def _print_missing(found: ForceMotion, steps: int) -> None:
 
     if found.summary.solved < steps + 1:
         print_status(found.summary.motion)
-    elif found.told < steps + 1:
+    elif found.determined < steps + 1:
         typer.echo(
             "singular: at a singular position or a dead point of the drive, velocities or reactions are not determined"
             " or grow without bound; change the law or the number of steps"

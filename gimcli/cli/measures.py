@@ -49,7 +49,7 @@ def print_ranges(mechanism: Mechanism, report: dict[str, Any]) -> None:
             own = greatest((least, column["least"], column["greatest"]))
             most = "inf" if column["infinite"] else number(column["greatest"], own)
             empty = f"{column['empty']} empty rows" if column["empty"] else ""
-            rows.append((name, column["unit"].replace("unit", ""), number(column["least"], own), most, empty))
+            rows.append((name, column["unit"], number(column["least"], own), most, empty))
         if "area" in found:
             area = f"{number(found['area'], size**2)} ± {found['error']:.1g}"
             rows.append((f"{spec} (region)", found["unit"], "", area, "region swept in the whole motion"))

@@ -97,7 +97,7 @@ def _print_wheel(wheel: Flywheel) -> None:
         if math.isfinite(wheel.without)
         else "without one the machine would stop"
     )
-    what = f"flywheel of {number(wheel.inertia)} kg m2" if wheel.inertia else "no flywheel"
+    what = f"flywheel of {number(wheel.inertia)} kg m^2" if wheel.inertia else "no flywheel"
     typer.echo(
         f"{what} for a fluctuation of {wheel.fluctuation:g} at {number(rpm)} 1/min ({without}); driving torque"
         f" {number(wheel.torque, wheel.work)} N m, surplus energy {number(wheel.work)} J"

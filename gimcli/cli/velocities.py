@@ -19,22 +19,23 @@ def print_velocities(found: Instant) -> None:
     from gimcli.cli.console import print_table
     from gimcli.library.rounding import greatest, number
     from gimcli.library.solve import input_rates
+    from gimcli.table import per_second
 
     if found.singular:
         typer.echo(SINGULAR)
         return
     mechanism = found.mechanism
-    length = "" if mechanism.length_unit == "unit" else mechanism.length_unit
     for actuator, (name, rate) in zip(mechanism.actuators, input_rates(found).items(), strict=True):
-        unit = (mechanism.angle_unit if actuator.rotary else length) or "1"
+        v, a = (per_second(mechanism.unit_of(actuator), order) for order in (1, 2))
         source = "unit rate" if math.isnan(rate["time"]) else f"its law at {number(rate['time'])} s"
-        values = f"{number(rate['rate'])} {unit}/s, {number(rate['acceleration'])} {unit}/s^2"
+        values = f"{number(rate['rate'])} {v}, {number(rate['acceleration'])} {a}"
         typer.echo(f"input rate of {name}: {values} ({source})")
     first, second = found.of_points(1), found.of_points(2)
     sizes = [greatest(abs(value) for value in vectors.values()) for vectors in (first, second)]
     places = [(n, *_cells(v, sizes[0]), *_cells(second[n], sizes[1])) for n, v in first.items()]
-    v, a = (f" [{length or '1'}/{unit}]" for unit in ("s", "s^2"))
-    print_table("", ("node", f"vx{v}", "vy", "speed", f"ax{a}", "ay", "magnitude"), places, right=range(1, 7))
+    v, a = (per_second(mechanism.length_unit, order) for order in (1, 2))
+    heads = ("node", f"vx [{v}]", "vy", "speed", f"ax [{a}]", "ay", "magnitude")
+    print_table("", heads, places, right=range(1, 7))
     omega, alpha = found.of_members(1), found.of_members(2)
     sizes = [greatest(values.values()) for values in (omega, alpha)]
     rows = [(name, number(w, sizes[0]), number(alpha[name], sizes[1])) for name, w in omega.items()]

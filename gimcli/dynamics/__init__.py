@@ -1,1 +1,1 @@
-"""Forces, forward dynamics and reduction to the inputs."""
+"""Inverse dynamics (forces), forward dynamics (simulation), and reduction to one input."""

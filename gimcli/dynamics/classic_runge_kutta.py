@@ -1,4 +1,4 @@
-"""Runge & Kutta's classic method in equal steps."""
+"""The classic Runge-Kutta method with equal steps."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from gimcli.mechanism import FloatArray
 
 
 class ClassicRungeKutta:
-    """Runge & Kutta's method of fourth order in equal steps, with the interface of scipy's.
+    """The Runge-Kutta method of fourth order with equal steps, with the interface of scipy's solvers.
 
-    Source: Kutta 1901; between steps Hermite's cubic.
+    Source: Kutta 1901. Dense output is a cubic Hermite interpolation.
     """
 
     def __init__(
@@ -24,7 +24,7 @@ class ClassicRungeKutta:
         self._last = (self.y, self.slope)
 
     def step(self) -> str | None:
-        """Take a step; return why that failed."""
+        """Take one step; return the reason if it failed, else None."""
         t, y, h = self.t, self.y, min(self.step_size, self.t_bound - self.t)
         k1 = self.slope
         k2 = self.fun(t + 0.5 * h, y + 0.5 * h * k1)
@@ -42,7 +42,7 @@ class ClassicRungeKutta:
         return None
 
     def dense_output(self) -> Any:
-        """Return the states over the last step."""
+        """Return the interpolation of the states over the last step, a function of time."""
         from scipy.interpolate import CubicHermiteSpline
 
         (before, slope), ends = self._last, [self.t_old, self.t]

@@ -1,7 +1,7 @@
-"""Dormand & Prince's method in compiled strides, behind the interface of scipy's solvers.
+"""The method of Dormand and Prince, many steps per compiled call (a stride), with the interface of scipy's solvers.
 
-Why beside scipy's DOP853: 50 s of the Watt six-bar (1510 steps, 201 rows) take 0.95 s instead of 4.3, the whole command
-2.6 s instead of 4.0; where every step holds a row both take the same time.
+It exists besides scipy's DOP853 for speed: 50 s of the Watt six-bar (1510 steps, 201 rows) take 0.95 s instead of 4.3,
+the whole command 2.6 s instead of 4.0. If every step contains a row, both take the same time.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from gimcli.mechanism import FloatArray
 
 
 class Strider:
-    """Steps until one holds a row, an event, or leads to a dead point; the others are accepted on the way."""
+    """Solver whose `step` takes many steps, until one contains a row or an event, or approaches a dead point."""
 
     def __init__(
         self, reducer: Reducer, fun: Slopes, start: float, y: FloatArray, end: float, rtol: float,
@@ -44,7 +44,7 @@ class Strider:
         clock[kernels.STEP] = min(first, end - start)
 
     def _first_step(self, start: float, end: float, rtol: float, atol: float) -> float:
-        """Return a step at which an explicit step is about as good as the tolerance: Hairer et al. 1993, II.4."""
+        """Return a first step whose error is about the tolerance. Source: Hairer et al. 1993, II.4."""
         own, y, slope = slice(0, len(self.y) - 2), self.y, self.f
         scale = atol + np.abs(y[own]) * rtol
 
@@ -62,7 +62,7 @@ class Strider:
         return float(min(100.0 * first, second, end - start))
 
     def step(self) -> str | None:
-        """Go on; return why that failed."""
+        """Take steps up to the next row or event; return the reason if a step failed, else None."""
         states = self.states
         states.k[0] = self.f
         while True:
@@ -96,7 +96,7 @@ class Strider:
         self.states.clock[kernels.DUE] = time
 
     def dense_output(self) -> Any:
-        """Return the states over the last step: it is taken once more."""
+        """Return the interpolation of the states over the last step, which scipy's DOP853 repeats."""
         from scipy.integrate import DOP853
 
         h = self.t - self.t_old
@@ -140,10 +140,10 @@ class Strider:
 
     @property
     def greatest_kinetic(self) -> float:
-        """Greatest kinetic energy met [J]."""
+        """Greatest kinetic energy so far [J]."""
         return float(self.states.clock[kernels.GREATEST_KINETIC])
 
     @property
     def corrected(self) -> float:
-        """Energy corrected [J], added up without signs."""
+        """Sum of the absolute energy corrections [J]."""
         return float(self.states.clock[kernels.CORRECTED])

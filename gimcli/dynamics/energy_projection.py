@@ -1,4 +1,4 @@
-"""The energy of the start, kept: speeds are corrected to it where nothing dissipates or supplies energy.
+"""Correction of the speeds so that a conservative mechanism keeps its initial energy.
 
 Source: Hairer, Lubich & Wanner, Geometric Numerical Integration, 2006, algorithm IV.4.2, along the speeds.
 """
@@ -12,17 +12,17 @@ from gimcli.mechanism import FloatArray
 
 
 class Projection:
-    """Brings states back to the energy of the start."""
+    """Projects states to the initial energy."""
 
     def __init__(self, reducer: Reducer, allowed: bool) -> None:
         self.reducer = reducer
-        self.serves = allowed and reducer.conservative
-        self.start: float | None = None  # J
-        self.greatest_kinetic = 0.0  # greatest kinetic energy met, J
-        self.total = 0.0  # corrected so far, J, added up without signs
+        self.active = allowed and reducer.conservative
+        self.start: float | None = None  # initial energy, J
+        self.greatest_kinetic = 0.0  # greatest kinetic energy so far, J
+        self.total = 0.0  # sum of the absolute corrections, J
 
     def begin(self) -> None:
-        """Keep the energy of the state just met."""
+        """Store the energy of the reducer's last state as the initial energy."""
         if self.start is None:
             self.start = self._energies[0] + self._energies[1]
 
@@ -32,8 +32,8 @@ class Projection:
         return float(energy[KINETIC]), float(energy[POTENTIAL])
 
     def __call__(self, y: FloatArray) -> tuple[FloatArray, float]:
-        """Return the state just met with speeds for the energy of the start, and the excess of energy before [J]."""
-        if not self.serves or self.start is None:
+        """Return the reducer's last state `y` with corrected speeds, and its excess of energy before [J]."""
+        if not self.active or self.start is None:
             return y, 0.0
         kinetic, potential = self._energies
         self.greatest_kinetic = max(self.greatest_kinetic, kinetic)

@@ -1,8 +1,9 @@
-"""The equations of motion M s'' = Q - h of the free inputs as a first-order system, beside inputs that follow laws.
+"""The equations of motion M s'' = Q - h of the free inputs as a first-order system; other inputs follow their laws.
 
-The state is the independent variables s, their speeds, and the energies dissipated and supplied since the start. What
-they are changes near a dead point of the inputs, where M grows beyond all numbers. Source: Durango, Giraldo, Calle &
-Mesa 2014, eq. 1, for any freedom; Wehage & Haug 1982 for the change of independent variables.
+The state consists of the independent variables s, their speeds, and the energies dissipated and supplied since the
+start. Near a dead point of the inputs M is unbounded; other variables are then chosen as independent. Source: Durango,
+Giraldo, Calle & Mesa 2014, eq. 1, for any number of degrees of freedom; Wehage & Haug 1982 for the change of
+independent variables.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ from gimcli.status import Status
 from gimcli.structure.coordinate_partitioning import free_choice, input_choice
 
 NOTHING: FloatArray = np.zeros(0)
-"""No accelerations given."""
+"""Accelerations of the inputs that follow laws, if there are no such inputs."""
 
 
 class Equations:
-    """A mechanism's equations of motion, and which variables are independent in them."""
+    """The equations of motion of a mechanism, and the choice of their independent variables."""
 
     def __init__(self, mechanism: Mechanism, run: Run) -> None:
         require_masses(mechanism)
@@ -32,10 +33,10 @@ class Equations:
         self.reducer = Reducer(mechanism, self.free, run)
         self.reducer.continues = True
 
-    # -- what moves ---------------------------------------------------------------------------------
+    # -- motion -------------------------------------------------------------------------------------
 
     def slopes(self, time: float, y: FloatArray) -> FloatArray:
-        """Return y' (2 f + 2,); NaN where there is no position."""
+        """Return y' (2 f + 2,), f being the number of free inputs; NaN if there is no position."""
         own = len(self.free)
         if not self.move(time, y):
             return np.full(len(y), np.nan)
@@ -43,7 +44,7 @@ class Equations:
         return np.concatenate([y[own : 2 * own], self.reducer.gain[:own], energy[[DISSIPATED, SUPPLIED]]])
 
     def move(self, time: float, y: FloatArray) -> bool:
-        """Let the reducer find a state; return whether that was reached."""
+        """Move the reducer to a state; return whether it was reached."""
         own, reducer = len(self.free), self.reducer
         if not reducer.given:
             return reducer.move(y[:own], y[own : 2 * own], NOTHING, time)
@@ -53,7 +54,7 @@ class Equations:
         return reducer.move(target, speeds, np.concatenate([np.zeros(own), laws[2]]), time)
 
     def given(self, time: float, order: int) -> FloatArray:
-        """Return the inputs that follow laws, or a derivative; beyond the ends these go on straight."""
+        """Return the inputs that follow laws, or a derivative by s; before and after the law the speed is constant."""
         duration = self.mechanism.duration
         at = np.array([time / duration])
         inside, result = np.clip(at, 0.0, 1.0), []
@@ -69,11 +70,11 @@ class Equations:
         return np.array(result)
 
     def velocity(self, time: float, y: FloatArray) -> FloatArray:
-        """Return the velocities of all variables at a state, zeros where there is no position."""
+        """Return the velocities of all variables at a state; zeros if there is no position."""
         moved = self.move(time, y)
         return self.reducer.room.velocity.copy() if moved else np.zeros(self.reducer.terms.variables)
 
-    # -- what is independent ------------------------------------------------------------------------
+    # -- independent variables ----------------------------------------------------------------------
 
     @property
     def is_steep(self) -> bool:
@@ -82,7 +83,7 @@ class Equations:
 
     @property
     def is_gentle(self) -> bool:
-        """Return whether the inputs would serve again as independent variables."""
+        """Return whether the inputs could be independent variables again."""
         reducer, own = self.reducer, len(self.free)
         if reducer.on_inputs:
             return False
@@ -92,26 +93,29 @@ class Equations:
             return False
         return bool(np.max(np.abs(np.linalg.solve(inner, b))) < SIMULATION.gentle)
 
-    def change(self, y: FloatArray, asked: bool) -> FloatArray | None:
-        """Stand on other independent variables; return them and their speeds, None where there are none."""
+    def change(self, y: FloatArray, requested: bool) -> FloatArray | None:
+        """Change the independent variables; return their values and speeds, None if no others are possible.
+
+        With `requested` the inputs are preferred, and the same choice again is allowed.
+        """
         reducer, own = self.reducer, len(self.free)
         v = reducer.base.v.copy()
         speeds = y[own : 2 * own] @ reducer.base.b[:own]
         if reducer.given:
             given = [reducer.terms.first_reading + k for k in reducer.given]
             speeds = speeds + reducer.room.velocity[given] @ reducer.base.b[own:]
-        if asked and not reducer.on_inputs and self.is_gentle:
+        if requested and not reducer.on_inputs and self.is_gentle:
             choice = input_choice(reducer.terms, v, self.free, reducer.given)
         else:
             choice = free_choice(reducer.terms, v, reducer.given, own)
-        if choice is None or (not asked and reducer.choice is not None and choice == reducer.choice):
+        if choice is None or (not requested and reducer.choice is not None and choice == reducer.choice):
             return None
-        if not reducer.stand(v, choice):
+        if not reducer.set_base(v, choice):
             return None
         return np.concatenate([v[reducer.own[:own]], speeds[reducer.own[:own]]])
 
     def reason(self) -> Status:
-        """Return why there is no way on: the law of an input asks too much, or the position is singular."""
+        """Return why the motion cannot continue: the law of an input reaches a limit, or the position is singular."""
         reducer = self.reducer
         regular = free_choice(reducer.terms, reducer.base.v, (), len(self.free) + len(reducer.given))
         return Status.LIMIT if reducer.given and regular is not None else Status.SINGULAR

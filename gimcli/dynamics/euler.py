@@ -1,9 +1,9 @@
-"""The scheme of the source: Euler's method over the coordinate, with dJ/dq by forward differences.
+"""The scheme of the source: Euler's method with steps of the coordinate q, and dJ/dq by forward differences.
 
     w_{i+1}^2 = w_i^2 + 2 a_i dq,   a_i = (tau_i - (J_{i+1} - J_i) / (2 dq) w_i^2) / J_i,   t += 2 dq / (w_i + w_{i+1})
 
-It is here so that its error can be seen: on the Watt six-bar 0.8 % of the energy. Source: Durango, Giraldo, Calle &
-Mesa 2014, section 3.3.
+It is provided to compare its error with the other methods: on the Watt six-bar 0.8 % of the energy. Source: Durango,
+Giraldo, Calle & Mesa 2014, section 3.3.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ STEP = 1e-3
 """Step of the source [rad], or in lengths of the normal frame."""
 
 AT_REST = 1e-9
-"""Step by which a scheme at rest in equilibrium would have to move: it stays."""
+"""Reduced torque below which a mechanism at rest is in equilibrium."""
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """One step: where it begins."""
+    """The state at the beginning of one step; `gain` is the acceleration during the step."""
 
     time: float
     q: float
@@ -38,16 +38,16 @@ class Sweep:
 
 
 class EulerIntegration(Integration):
-    """Steps over the coordinate instead of the time."""
+    """Integration with steps of the coordinate instead of the time."""
 
     def simulation(self) -> Simulation:
-        """Run, then write the rows."""
+        """Integrate, then evaluate the rows."""
         reducer = self.reducer
         if len(self.free) != 1 or reducer.given:
             raise UsageError("--method euler is for one free input and no other; choose dop853")
         if not reducer.steady:
             raise UsageError(
-                "--method euler knows forces that depend on the position alone: no dampers, friction, tables or"
+                "--method euler allows only forces that depend on the position: no dampers, friction, tables or"
                 " torque-speed lines; choose dop853"
             )
         time = float(self.times[0])
@@ -61,30 +61,30 @@ class EulerIntegration(Integration):
         return self._result(sweeps[-1].time)
 
     def _swept(self, time: float, y: FloatArray) -> list[Sweep]:
-        """Return the sweeps to the end of the times, to the last standstill asked for, or to where no way leads on."""
+        """Return the steps up to the last time, the last requested standstill, or a singular position."""
         q, speed, sweeps = float(y[0]), float(y[1]), []
         inertia, torque = self._reduced(q)
-        way = math.copysign(STEP, speed or torque)
+        step = math.copysign(STEP, speed or torque)
         stops = 0
         while time <= self.times[-1] and (speed or abs(torque) > AT_REST):
-            ahead = self._reduced(q + way)
+            ahead = self._reduced(q + step)
             if ahead is None:
                 self.status = Status.SINGULAR
                 break
-            gain = (torque - 0.5 * (ahead[0] - inertia) / way * speed * speed) / inertia
+            gain = (torque - 0.5 * (ahead[0] - inertia) / step * speed * speed) / inertia
             sweeps.append(Sweep(time, q, speed, gain))
-            square = speed * speed + 2.0 * gain * way
-            if square <= 0.0:  # it stands still within the step
-                q, time, speed, way = q - 0.5 * speed * speed / gain, time - speed / gain, 0.0, -way
+            square = speed * speed + 2.0 * gain * step
+            if square <= 0.0:  # a standstill within the step
+                q, time, speed, step = q - 0.5 * speed * speed / gain, time - speed / gain, 0.0, -step
                 stops += 1
                 self.events.append(Event(STANDSTILL, time, np.array([q]), np.zeros(1), self.free[0]))
                 if stops == self.settings.standstills:
                     break
                 inertia, torque = self._reduced(q)
                 continue
-            after = math.copysign(math.sqrt(square), way)
-            time += 2.0 * way / (speed + after)
-            q, speed, (inertia, torque) = q + way, after, ahead
+            after = math.copysign(math.sqrt(square), step)
+            time += 2.0 * step / (speed + after)
+            q, speed, (inertia, torque) = q + step, after, ahead
             self.reducer.accept()
             self.progress(min(999, int(1000 * time / self.times[-1])), 1000)
         self.steps = len(sweeps)
@@ -92,23 +92,23 @@ class EulerIntegration(Integration):
         return sweeps
 
     def _reduced(self, q: float) -> Any:
-        """Return J and tau; None where there is no position."""
+        """Return J and tau; None if there is no position."""
         self.evaluations += 1
         if not self.reducer.move(np.array([q]), np.zeros(1), np.zeros(0)):
             return None
         return float(self.reducer.out.m[0, 0]), float(self.reducer.out.q[0])
 
     def _resample(self, sweeps: list[Sweep]) -> None:
-        """Tell the rows that the sweeps reach, along their uniform accelerations."""
+        """Evaluate the rows that the steps reach; the acceleration is constant within a step."""
         begin, k = np.array([s.time for s in sweeps]), 0
         first = self.rows[0]
-        self.reducer.stand(first.v, self.reducer.choice)
+        self.reducer.set_base(first.v, self.reducer.choice)
         for row in range(1, len(self.times)):
             at = float(self.times[row])
             if at > begin[-1]:
                 break
             index = int(np.searchsorted(begin, at, side="right")) - 1
-            while k < index:  # the branch is followed, sweep by sweep
+            while k < index:  # the reducer follows the branch in parts of at most 100 steps
                 k = min(k + 100, index)
                 self._accept(sweeps[k].time, np.array([sweeps[k].q, sweeps[k].speed, 0.0, 0.0]))
             s, late = sweeps[index], at - begin[index]
@@ -116,7 +116,7 @@ class EulerIntegration(Integration):
             self._keep_row(at, np.array([q, speed, 0.0, self._work(q, first.v)]))
 
     def _work(self, q: float, v: FloatArray) -> float:
-        """Return what constant efforts have supplied."""
+        """Return the work of a constant effort since the start [J]."""
         variable = self.reducer.own[0]
         motor = self.reducer.acting.motor
         unit = 1.0 if self.reducer.acting.motors[0, 1] else self.reducer.acting.metre

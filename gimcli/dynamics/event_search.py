@@ -1,4 +1,4 @@
-"""Events of a simulation: a sign that changes over a step, bisection, and steps that end there."""
+"""Search for events of a simulation: sign changes over a step, bisection, and a step that ends at the event."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ Begin = Callable[[float, FloatArray, float], Any]
 
 
 class EventSearch:
-    """Watches free inputs for standstills and dead points."""
+    """Finds standstills and dead points of the free inputs."""
 
     def __init__(self, equations: Equations, begin: Begin, lands: bool) -> None:
         self.equations, self.begin, self.lands = equations, begin, lands
-        self.standing: list[float] = []  # signals at the last accepted state
-        self.last_y: FloatArray = np.zeros(0)  # that state
+        self.before: list[float] = []  # signals at the last accepted state
+        self.last_y: FloatArray = np.zeros(0)  # the last accepted state
         self.evaluations = 0
 
-    def stand(self, y: FloatArray) -> None:
-        """Keep the state where the reducer stands: the next step begins there."""
+    def keep(self, y: FloatArray) -> None:
+        """Store the state of the reducer, at which the next step begins."""
         self.last_y = np.array(y)
-        self.standing = self._here(y)
+        self.before = self._here(y)
 
-    def stand_on_inputs(self, y: FloatArray) -> None:
-        """Keep a state whose independent variables are the inputs."""
+    def keep_on_inputs(self, y: FloatArray) -> None:
+        """Store a state whose independent variables are the inputs."""
         self.last_y, own = y.copy(), len(self.equations.free)
-        self.standing = list(y[own : 2 * own])
+        self.before = list(y[own : 2 * own])
 
     def events(self, solver: Any, path: Callable[[], Any]) -> list[Event]:
-        """Return the events of a solver's last step by their times; `path` makes its states between."""
+        """Return the events of a solver's last step in order of time; `path` returns the states over the step."""
         crossed = self.crossed(solver)
         if not crossed:
             return []
@@ -43,19 +43,19 @@ class EventSearch:
         return sorted((self._refined(solver, between, k) for k in crossed), key=lambda event: event.time)
 
     def crossed(self, solver: Any) -> list[int]:
-        """Return which signals change their sign over a solver's last step."""
+        """Return the numbers of the signals that change their sign over a solver's last step."""
         after = self._signals(solver.t, solver.y)
-        return [k for k, (a, b) in enumerate(zip(self.standing, after, strict=True)) if a * b < 0.0]
+        return [k for k, (a, b) in enumerate(zip(self.before, after, strict=True)) if a * b < 0.0]
 
     def _signals(self, time: float, y: FloatArray) -> list[float]:
-        """Return what changes its sign at the events of a state."""
+        """Return the signals of a state: values that change their sign at an event."""
         reducer, own = self.equations.reducer, len(self.equations.free)
         if reducer.on_inputs:
             return [float(v) for v in y[own : 2 * own]]
-        return self._here(y) if self.equations.move(time, y) else [0.0] * len(self.standing)
+        return self._here(y) if self.equations.move(time, y) else [0.0] * len(self.before)
 
     def _here(self, y: FloatArray) -> list[float]:
-        """Return the speeds of the free inputs, and what vanishes at their dead point, where the reducer stands."""
+        """Return the signals of the reducer's state: speeds of free inputs, and a value that is 0 at a dead point."""
         reducer, own = self.equations.reducer, len(self.equations.free)
         if reducer.on_inputs:
             return [float(v) for v in y[own : 2 * own]]
@@ -66,9 +66,9 @@ class EventSearch:
         return [*(float(v) for v in reducer.room.velocity[inputs]), float(np.linalg.det(b))]
 
     def _refined(self, solver: Any, path: Any, signal: int) -> Event:
-        """Find an event by bisection of the states between, then by one step that ends there."""
+        """Find an event by bisection of the interpolated states, then by a step that ends at the event."""
         low, high = solver.t_old, solver.t
-        sign, free = self.standing[signal], self.equations.free
+        sign, free = self.before[signal], self.equations.free
         for _ in range(SIMULATION.bisections):
             middle = 0.5 * (low + high)
             if not low < middle < high:
@@ -87,7 +87,7 @@ class EventSearch:
         return Event(kind, time, reducer.inputs(state.v), reducer.inputs(state.velocity), actuator)
 
     def _landed(self, solver: Any, path: Any, time: float, signal: int) -> tuple[float, FloatArray]:
-        """Integrate from the last step to an event, and go the rest by a tangent: not what lies between steps."""
+        """Return time and state of an event by integration to its estimated time and a Newton step from there."""
         start, y, near, equations = solver.t_old, self.last_y, time, self.equations
         reducer = equations.reducer
         for _ in range(2):

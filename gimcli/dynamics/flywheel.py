@@ -1,7 +1,7 @@
-"""The flywheel that keeps a machine's speed within bounds over a cycle, from its reduced inertia and torque.
+"""The flywheel that keeps the speed of a machine within bounds over a cycle, from its reduced inertia and torque.
 
-At a constant driving torque, that of the cycle's mean, T(q) = T_0 + E(q) = (J(q) + J_F) w^2 / 2 with E the work since
-the cycle's begin. The greatest and the least speed w (1 +- delta / 2) are each met somewhere and nowhere passed:
+The driving torque is constant, the mean over the cycle. Then T(q) = T_0 + E(q) = (J(q) + J_F) w^2 / 2, E being the work
+since the beginning of the cycle. The speed reaches its bounds w (1 +- delta / 2) but does not exceed them if
 
     J_F = (max of (w_min^2 J / 2 - E) - min of (w_max^2 J / 2 - E)) / (w^2 delta)
 
@@ -20,23 +20,26 @@ from gimcli.errors import UsageError
 from gimcli.mechanism import FloatArray
 
 TURN = 1e-9
-"""Part of a turn by which a cycle may miss whole turns."""
+"""Greatest difference of a cycle from whole turns, in turns."""
 
 
 @dataclass(frozen=True)
 class Flywheel:
-    """A flywheel and what it is for."""
+    """A flywheel and the data that it was computed from."""
 
-    inertia: float  # kg m2, on the input's shaft; 0: none is needed
-    speed: float  # rad/s, mean of the greatest and the least
-    fluctuation: float  # (greatest - least) / mean
-    torque: float  # N m, of the drive: constant
-    work: float  # J, greatest change of E over the cycle
-    without: float  # coefficient of speed fluctuation without a flywheel; NaN where the machine would stop
+    inertia: float  # kg m^2, on the input's shaft; 0: no flywheel is needed
+    speed: float  # rad/s, mean of the greatest and the least speed
+    fluctuation: float  # coefficient of speed fluctuation, (greatest - least) / mean speed
+    torque: float  # N m, constant driving torque
+    work: float  # J, greatest minus least E over the cycle
+    without: float  # coefficient of speed fluctuation without a flywheel; NaN if the machine would stop
 
 
 def flywheel(found: Reduction, speed: float, fluctuation: float) -> Flywheel:
-    """Return the flywheel for a mean speed [rad/s] and a coefficient of speed fluctuation."""
+    """Return the flywheel for a mean speed [rad/s] and a coefficient of speed fluctuation.
+
+    Raises UsageError unless the reduction covers whole turns and all its rows are solved.
+    """
     _refuse(found, speed, fluctuation)
     drive, work = cycle_work(found)
     inertia = _needed(found.inertia, work, speed, fluctuation)
@@ -46,9 +49,9 @@ def flywheel(found: Reduction, speed: float, fluctuation: float) -> Flywheel:
 
 
 def cycle_work(found: Reduction) -> tuple[float, FloatArray]:
-    """Return the constant driving torque [N m] of a cycle, and the work [J] of everything since its begin (rows,).
+    """Return the constant driving torque [N m] of a cycle, and the work [J] of all forces since its beginning (rows,).
 
-    The integral is Euler & Maclaurin's: trapezia corrected by the slopes at their ends.
+    The integral is the trapezoidal rule with the end correction of Euler and Maclaurin.
     """
     step, tau, slope = np.diff(found.q), found.torque, found.torque_slope
     parts = 0.5 * step * (tau[:-1] + tau[1:])
@@ -65,7 +68,7 @@ def _needed(inertia: FloatArray, work: FloatArray, speed: float, fluctuation: fl
 
 
 def _without(inertia: FloatArray, work: FloatArray, speed: float) -> float:
-    """Return the fluctuation for which no flywheel is needed: more need ever less."""
+    """Return the fluctuation without a flywheel: the required inertia decreases with the fluctuation to 0 there."""
     from scipy.optimize import brentq
 
     most = 2.0 - TURN
@@ -82,8 +85,10 @@ def _refuse(found: Reduction, speed: float, fluctuation: float) -> None:
     whole = actuator.rotary and turns > 0.5 and abs(turns - round(turns)) < TURN
     if not whole or found.solved < len(found.q):
         raise UsageError(
-            f"a flywheel is for an input that turns: let the law of '{actuator.name}' run over whole turns, all of them"
-            " within reach"
+            f"a flywheel needs a rotary input that makes whole turns: the law of '{actuator.name}' must cover whole"
+            " turns, and all positions must be assembled"
         )
     if not speed > 0.0 or not 0.0 < fluctuation < 2.0:
-        raise UsageError(f"speed {speed:g} and fluctuation {fluctuation:g}: above 0, the fluctuation below 2")
+        raise UsageError(
+            f"expected a speed above 0 and a fluctuation between 0 and 2, got {speed:g} and {fluctuation:g}"
+        )

@@ -1,4 +1,4 @@
-"""Inverse dynamics of a motion that comes in pieces: forces of each piece, and what is kept of them all."""
+"""Inverse dynamics of a motion in pieces: the forces of each piece, and a summary of all pieces."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from gimcli.positions.dispatch import choose, plain
 from gimcli.progress import Notify
 
 EACH = 2.5e-6
-"""Seconds that a term of the equations takes without compiling, about."""
+"""Approximate time of one term of the equations without compilation [s]."""
 
 
 class ForceMotion:
-    """The forces of one piece of a motion after the other."""
+    """Computes the forces of the pieces of a motion, one after the other."""
 
     def __init__(self, mechanism: Mechanism, rows: int, jit: str = "auto", notify: Notify | None = None):
         self.statics: Statics = statics(mechanism)
@@ -27,8 +27,8 @@ class ForceMotion:
         self.run = plain if self.statics.surplus else choose(jit, work, notify, ("balance_rows",))
         self.courses, self.turns = Courses(mechanism, rows, jit, notify), Turns()
         self.summary, self.peaks = Summary(rows), Peaks(mechanism)
-        self.told = 0
-        self.open: list[str] = []  # reactions that redundant constraints leave open
+        self.determined = 0  # rows with determined forces
+        self.open: list[str] = []  # names of reactions that are indeterminate because of redundant constraints
         self._every = -(-rows // DRAWN)
         self._kept: list[tuple[FloatArray, FloatArray, FloatArray, ComplexArray]] = []
 
@@ -38,17 +38,17 @@ class ForceMotion:
         keep = (self.summary.seen + np.arange(len(piece.time))) % self._every == 0
         keep[-1] = True
         efforts = np.array([forces.effort(k) for k in range(len(self.statics.efforts))])
-        drawn = forces.bounded[keep]  # no axis reaches to infinity
+        drawn = forces.bounded[keep]  # unbounded values are not plotted
         shaking = np.where(drawn, forces.shaking_force[keep], np.nan)
         self._kept.append((piece.time[keep], piece.inputs[:, keep], np.where(drawn, efforts[:, keep], np.nan), shaking))
         self.summary.add(piece)
         self.peaks.add(piece, forces)
-        self.told += int(determined_rows(piece, forces).sum())
+        self.determined += int(determined_rows(piece, forces).sum())
         self.open = self.open or open_reactions(forces)
         return forces
 
     @property
     def kept(self) -> tuple[FloatArray, FloatArray, FloatArray, ComplexArray]:
-        """Time (rows,) 0..1, inputs and efforts (actuators, rows) and shaking force (rows,) of some rows."""
+        """Time 0..1 (rows,), inputs and efforts (actuators, rows) and shaking force (rows,) of the rows for plots."""
         time, inputs, efforts, shaking = (np.concatenate(part, axis=-1) for part in zip(*self._kept, strict=True))
         return time, inputs, efforts, shaking

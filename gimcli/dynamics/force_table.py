@@ -1,4 +1,4 @@
-"""Results of an inverse dynamics: its table, its peak values, and what redundant constraints leave open."""
+"""Results of inverse dynamics: the table, peak values, and indeterminate reactions."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from gimcli.status import Status
 from gimcli.table import Column, Table, xy_columns
 
 SHARED = "unique"
-"""Word in columns of the component of a reaction that is unique where the reaction is not."""
+"""Part of the column name for the component of a reaction that is still determined if the whole reaction is not."""
 
 
 def force_table(motion: Motion, forces: Forces, first: int = 0) -> Table:
-    """Return one row a step: time, inputs, efforts, reactions, shaking force, power, energy, status."""
+    """Return one row per step: time, inputs, efforts, reactions, shaking force, power, energy, status."""
     columns = [*reaction_columns(forces), *_frame_columns(forces), *_power_columns(forces)]
-    singular = motion.good & ~forces.good  # without velocities or reactions of its own
+    singular = motion.good & ~forces.good  # velocities or reactions are not determined
     status = status_column(np.where(singular, int(Status.SINGULAR), motion.codes))
     return Table((*first_columns(motion, first), *columns, Column("residual", motion.residual), status))
 
@@ -32,7 +32,7 @@ def determined_rows(motion: Motion, forces: Forces) -> NDArray[np.bool_]:
 
 
 def reaction_columns(forces: Forces) -> list[Column]:
-    """Return efforts and reactions [N, N m]; a reaction that is not unique is NaN."""
+    """Return efforts and reactions [N, N m]; an indeterminate reaction is NaN."""
     mechanism = forces.mechanism
     columns = []
     for k, actuator in enumerate(mechanism.actuators):
@@ -71,7 +71,7 @@ def _only(forces: Forces, values: FloatArray) -> FloatArray:
 
 
 def open_reactions(forces: Forces) -> list[str]:
-    """Return the names of the reactions that redundant constraints leave open in every row."""
+    """Return the names of the reactions that are indeterminate in every row because of redundant constraints."""
     good = forces.good
     if not forces.statics.surplus or not good.any():
         return []
@@ -80,20 +80,20 @@ def open_reactions(forces: Forces) -> list[str]:
 
 
 class Peaks:
-    """The greatest of every effort and reaction over a motion in pieces, and where it is.
+    """Peak value of every effort and reaction over a motion in pieces, and the inputs there.
 
-    Rows beside singular positions, where reactions grow without bound, are left out and counted.
+    Rows near singular positions, where reactions are unbounded, are left out and counted.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.greatest: dict[str, tuple[float, str, list[float]]] = {}  # value, unit, inputs in the file's unit
-        self.power = 0.0  # greatest power of any kind, W
-        self.power_error = 0.0
-        self.left_out = 0
+        self.power = 0.0  # greatest absolute power of any kind, W
+        self.power_error = 0.0  # greatest absolute error of the power balance, W
+        self.left_out = 0  # rows near singular positions
 
     def add(self, motion: Motion, forces: Forces) -> None:
-        """Take the next piece."""
+        """Add the next piece of the motion."""
         inputs = np.array([self.mechanism.value_to_file(k, row) for k, row in enumerate(motion.inputs)])
         self.left_out += int(np.sum(forces.good & ~forces.bounded))
         for name, unit, amounts in _amounts([*reaction_columns(forces), *_frame_columns(forces)]):
@@ -110,11 +110,11 @@ class Peaks:
 
     @property
     def drift(self) -> float:
-        """Return the worst error of the power balance beside the greatest power."""
+        """Return the greatest error of the power balance relative to the greatest power."""
         return self.power_error / self.power if self.power else 0.0
 
     def report(self) -> dict[str, Any]:
-        """Return the greatest values with the inputs there."""
+        """Return the peak values with their units and the inputs there (file's units)."""
         names = [a.name for a in self.mechanism.actuators]
         return {
             name: {"value": value, "unit": unit, "at": dict(zip(names, at, strict=True))}
@@ -123,7 +123,7 @@ class Peaks:
 
 
 def _amounts(columns: list[Column]) -> list[tuple[str, str, FloatArray]]:
-    """Return columns with the components of a force joined to its amount."""
+    """Return name, unit and values of columns, the components of a force replaced by its magnitude."""
     result, by_name = [], {c.name: c.values for c in columns}
     for column in columns:
         if column.name.endswith(".fx"):

@@ -1,9 +1,9 @@
-"""Inverse dynamics: efforts and reactions that a prescribed motion asks for.
+"""Inverse dynamics: efforts and reactions for a given motion.
 
-The equations of equilibrium of every body, inertia forces among them, are the transposed constraint equations; solved
-block by block in the reverse order of formation they give the reactions group by group, and last the drivers'
-efforts. Redundant constraints leave some reactions open: those that all solutions share are given. Source: Durango,
-Giraldo, Calle & Mesa 2014, section 2.3 (groups of the second class); here for any group.
+The equations of dynamic equilibrium of all bodies are solved block by block, in the reverse order of formation: first
+the reactions of the last group, in the end the efforts of the drivers. With redundant constraints some reactions are
+indeterminate; the others are given. Source: Durango, Giraldo, Calle & Mesa 2014, section 2.3 (groups of the second
+class); here for any group.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 
 SINGULAR = 1e-10
-"""Least over greatest pivot, or singular value, of a block below which its reactions are not determined."""
+"""Ratio of least to greatest pivot, or singular value, of a block below which its reactions are undetermined."""
 
 WEAK = 5e-2
-"""Least over greatest pivot below which reactions grow without bound: a dead point or a change point is near."""
+"""This ratio below which a dead point or change point is near, where reactions are unbounded."""
 
 AT_ONCE = 4096
-"""Rows of redundant equations that are decomposed at the same time."""
+"""Rows whose redundant equations are decomposed in one call."""
 
 
 @dataclass(frozen=True)
 class Forces:
-    """Efforts and reactions along a motion; NaN where they are not determined."""
+    """Efforts and reactions along a motion; NaN where they are undetermined."""
 
     statics: Statics = field(repr=False)
     course: Course = field(repr=False)
@@ -45,8 +45,8 @@ class Forces:
     unknowns: FloatArray = field(repr=False)  # (unknowns, rows) N; couples in N x length of the normal frame
     free: FloatArray = field(
         repr=False
-    )  # (surplus, unknowns, rows) unit stresses that redundant constraints leave open
-    weakest: FloatArray = field(repr=False)  # (rows,) least over greatest pivot, or singular value
+    )  # (surplus, unknowns, rows) unit self-stresses, possible because of redundant constraints
+    weakest: FloatArray = field(repr=False)  # (rows,) ratio of the least to the greatest pivot, or singular value
 
     @property
     def mechanism(self) -> Mechanism:
@@ -55,12 +55,12 @@ class Forces:
 
     @property
     def good(self) -> NDArray[np.bool_]:
-        """Return for every row whether its forces were found."""
+        """Return for every row whether its forces are determined."""
         return np.asarray(np.all(np.isfinite(self.unknowns), axis=0) & np.isfinite(self.loads.support))
 
     @property
     def bounded(self) -> NDArray[np.bool_]:
-        """Return for every row whether no singular position is so near that reactions grow without bound."""
+        """Return for every row whether it is not near a singular position, where reactions are unbounded."""
         return np.asarray(self.good & (self.weakest >= WEAK))
 
     def effort(self, actuator: int) -> FloatArray:
@@ -69,20 +69,20 @@ class Forces:
         return effort * (self._metre if self.mechanism.actuators[actuator].rotary else 1.0)
 
     def pin(self, pin: Pin, member: int) -> ComplexArray:
-        """Return the force [N] that a member receives at a node from the pin (rows,)."""
+        """Return the force [N] of the pin on a member, x + iy (rows,)."""
         force = self._force(pin, member)
         return joined(force.real.determined, force.imag.determined)
 
     def pin_shared(self, pin: Pin, member: int) -> ComplexArray:
-        """Return the component [N] of that force which is unique, where not all of it is (rows,)."""
+        """Return the determined component [N] of a pin force if the whole force is indeterminate, else NaN (rows,)."""
         return self._force(pin, member).shared
 
     def normal(self, pair: str) -> FloatArray:
-        """Return the normal force [N] on what slides, positive to the left of the guide (rows,)."""
+        """Return the normal force [N] on the sliding node or member, positive to the left of the guide (rows,)."""
         return self._sum([self._unknown(self.statics.normals[k]) for k in self._slides(pair)]).real.determined
 
     def moment(self, pair: str) -> FloatArray:
-        """Return the moment [N m] on what slides in a prismatic pair about its first node (rows,)."""
+        """Return the moment [N m] on the sliding member of a prismatic pair about its first node (rows,)."""
         first, *others = self._slides(pair)
         slides, nodes, normals = self.mechanism.slides, self.course.nodes[0], self.statics.normals
         turns = []
@@ -93,7 +93,7 @@ class Forces:
 
     @property
     def shaking_force(self) -> ComplexArray:
-        """The force [N] on the frame (rows,), from the momentum of all bodies: always unique."""
+        """The force [N] on the frame (rows,), from the momentum of all bodies; it is always determined."""
         return np.asarray(np.where(self.good, self.loads.support, np.nan))
 
     @property
@@ -112,7 +112,7 @@ class Forces:
 
     @property
     def power_error(self) -> FloatArray:
-        """Power of all forces less the change of the kinetic energy [W] (rows,): 0 but for rounding."""
+        """Power of all forces minus the rate of the kinetic energy [W] (rows,): 0 except for rounding."""
         applied = np.sum(list(self.loads.power.values()), axis=0)
         return np.asarray(self.drive_power + applied - self.loads.kinetic_rate)
 
@@ -120,9 +120,9 @@ class Forces:
     def _metre(self) -> float:
         return require_action(self.mechanism)
 
-    def _unknown(self, unknown: int, way: Any = 1.0) -> Amount:
+    def _unknown(self, unknown: int, factor: Any = 1.0) -> Amount:
         """Return an unknown times a factor or a direction (rows,)."""
-        return Amount(way * self.unknowns[unknown], way * self.free[:, unknown])
+        return Amount(factor * self.unknowns[unknown], factor * self.free[:, unknown])
 
     def _sum(self, amounts: list[Amount]) -> Amount:
         rows = len(self.course.time)
@@ -130,7 +130,7 @@ class Forces:
         return sum(amounts, zero)
 
     def _force(self, pin: Pin, member: int) -> Amount:
-        """Return the force [N] that a member receives at a node from the pin."""
+        """Return the force [N] of the pin on a member."""
         k = pin.members.index(member)
         if k:
             first = pin.first + 2 * (k - 1)
@@ -145,7 +145,7 @@ class Forces:
         return np.asarray(directions(self.statics, self.course.nodes[0])[unknown])
 
     def _attached(self, node: int) -> Amount:
-        """Return the forces of springs, sliding pairs and actuators on a node's pin."""
+        """Return the sum of the forces of springs, sliding pairs and actuators on the pin of a node."""
         acting = []
         for unknown in self.statics.on_pins:
             reaction = self.statics.reactions[unknown]
@@ -159,7 +159,10 @@ class Forces:
 def inverse_dynamics(
     statics: Statics, course: Course, run: Run = plain, turns: Turns | None = None, every: bool = False
 ) -> Forces:
-    """Return the efforts and reactions of a motion; `every` includes those not unique, the smallest."""
+    """Return the efforts and reactions of a motion.
+
+    With `every`, indeterminate reactions have the values of the least-norm solution instead of NaN.
+    """
     loads = loading(statics, course, turns)
     right = np.zeros((statics.equations, len(course.time)))
     for k, (body, first) in enumerate(zip(statics.bodies, statics.first_row, strict=True)):
@@ -195,7 +198,7 @@ def directions(statics: Statics, z: ComplexArray) -> ComplexArray:
 
 
 class Balance:
-    """The equations of equilibrium as the kernel takes them."""
+    """The equations of equilibrium in the arrays of the kernel."""
 
     def __init__(self, statics: Statics) -> None:
         self.statics = statics
@@ -212,13 +215,13 @@ class Balance:
 
     def _terms(self) -> tuple[list[tuple[int, ...]], list[tuple[int, int, int]]]:
         statics = self.statics
-        home = {row: (g, i) for g, block in enumerate(statics.blocks) for i, row in enumerate(block.rows)}
+        block_of = {row: (g, i) for g, block in enumerate(statics.blocks) for i, row in enumerate(block.rows)}
         own = {column: (g, j) for g, block in enumerate(statics.blocks) for j, column in enumerate(block.columns)}
         by_block: list[list[tuple[int, ...]]] = [[] for _ in statics.blocks]
         for c, reaction in enumerate(statics.reactions):
             for body, sense, node in statics.senses(reaction):
                 for axis in statics.axes(reaction, body, node):
-                    g, i = home[statics.first_row[body] + axis]
+                    g, i = block_of[statics.first_row[body] + axis]
                     j = own[c][1] if own[c][0] == g else KNOWN
                     kind = TURN if reaction.kind == COUPLE else axis
                     by_block[g].append((i, j, c, kind, sense, node, statics.bodies[body].node))
@@ -230,7 +233,7 @@ class Balance:
         return terms, ends
 
     def solve(self, z: ComplexArray, right: FloatArray, run: Run) -> tuple[FloatArray, FloatArray]:
-        """Return the unknowns (unknowns, rows), and the least pivot of each row beside the greatest of its block."""
+        """Return the unknowns (unknowns, rows), and the least ratio of pivots in the blocks of each row (rows,)."""
         count, widest = len(self.statics.reactions), int(max(self.blocks[:, 0], default=0))
         out, weakest = np.full((count, z.shape[1]), np.nan), np.zeros(z.shape[1])
         x, y = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag)
@@ -244,11 +247,11 @@ class Balance:
 def equilibrium(statics: Statics, z: ComplexArray) -> FloatArray:
     """Return the equations of equilibrium (rows, equations, unknowns) at positions z (nodes, rows)."""
     table = np.zeros((z.shape[1], statics.equations, len(statics.reactions)))
-    way = directions(statics, z)
+    unit = directions(statics, z)
     for c, reaction in enumerate(statics.reactions):
         for body, sense, node in statics.senses(reaction):
             arm = z[node] - z[statics.bodies[body].node]
-            parts = (way[c].real, way[c].imag, (arm.conj() * way[c]).imag)
+            parts = (unit[c].real, unit[c].imag, (arm.conj() * unit[c]).imag)
             for axis in statics.axes(reaction, body, node):
                 part = 1.0 if reaction.kind == COUPLE else parts[axis]
                 table[:, statics.first_row[body] + axis, c] += sense * part
@@ -256,7 +259,7 @@ def equilibrium(statics: Statics, z: ComplexArray) -> FloatArray:
 
 
 def _least(statics: Statics, z: ComplexArray, right: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the least reactions that balance, the unit stresses in which others differ, and least singular values."""
+    """Return the least-norm reactions, the unit self-stresses, and the ratio of least to greatest singular value."""
     count, rows, weakest = len(statics.reactions), z.shape[1], np.zeros(z.shape[1])
     found, free = np.full((count, rows), np.nan), np.zeros((statics.surplus, count, rows))
     good = np.flatnonzero(np.all(np.isfinite(right), axis=0) & np.all(np.isfinite(z), axis=0))

@@ -1,4 +1,4 @@
-"""A reaction beside the stresses that redundant constraints leave open: what all solutions share of it."""
+"""Determined parts of a reaction when redundant constraints allow self-stresses."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 from gimcli.mechanism import ComplexArray, FloatArray
 
 UNIQUE = 1e-8
-"""Part that a reaction may have in a free stress (a unit vector) and still count as unique."""
+"""Greatest component of a reaction in a unit self-stress for which the reaction counts as determined."""
 
 
 @dataclass(frozen=True)
 class Amount:
-    """A sum of unknowns with factors: real, or x + iy of a force."""
+    """A linear combination of unknowns: a real value, or a force x + iy."""
 
     value: NDArray[np.inexact]  # (rows,) in one solution
-    free: NDArray[np.inexact]  # (surplus, rows) in each stress by which other solutions differ
+    free: NDArray[np.inexact]  # (surplus, rows) in each self-stress; solutions differ by combinations of them
 
     def __add__(self, other: Amount) -> Amount:
         return Amount(self.value + other.value, self.free + other.free)
@@ -38,14 +38,14 @@ class Amount:
 
     @property
     def determined(self) -> FloatArray:
-        """The real value where all solutions share it, else NaN (rows,)."""
+        """The real value if it is the same in all solutions, else NaN (rows,)."""
         if not len(self.free):
             return np.asarray(self.value)
         return np.where(np.linalg.norm(self.free, axis=0) < UNIQUE, self.value, np.nan)
 
     @property
     def shared(self) -> ComplexArray:
-        """The component of a force that all solutions share, where they share one direction only, else NaN (rows,)."""
+        """The component of a force that is the same in all solutions if exactly one component is, else NaN (rows,)."""
         if not len(self.free):
             return np.full(self.value.shape, np.nan + 1j * np.nan)
         open_ones = np.stack([self.free.real, self.free.imag]).transpose(2, 0, 1)  # rows, axis, stress
@@ -57,7 +57,7 @@ class Amount:
 
 
 def joined(x: FloatArray, y: FloatArray) -> ComplexArray:
-    """Return x + iy, each with its own NaN."""
+    """Return x + iy; NaN in x does not make y NaN."""
     force = np.empty(len(x), dtype=complex)
     force.real, force.imag = x, y
     return force

@@ -1,4 +1,4 @@
-"""Integration of the equations of motion, piece by piece, with its rows and events."""
+"""Integration of the equations of motion in pieces, with rows and events."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from gimcli.status import Status
 
 
 class Integration:
-    """One simulation; each piece has its own independent variables."""
+    """One simulation; the independent variables can differ from piece to piece."""
 
     def __init__(
         self, mechanism: Mechanism, times: FloatArray, settings: Settings, run: Run, progress: Progress
@@ -48,13 +48,13 @@ class Integration:
         self.projection = Projection(self.reducer, self.integrator.corrected)
         self.search = EventSearch(self.equations, self._solver, self.integrator.lands)
         self.rows: list[ReducedState] = []
-        self.exchanged: list[tuple[float, float]] = []  # dissipated and supplied at the rows
+        self.exchanged: list[tuple[float, float]] = []  # energy dissipated and supplied up to each row, J
         self.events: list[Event] = []
         self.evaluations = self.steps = 0
         self.status, self.contradiction = Status.OK, 0.0
 
     def simulation(self) -> Simulation:
-        """Run; everything up to the end is kept, whatever ends it."""
+        """Integrate; the result has all rows and events up to the end, also if the integration fails."""
         time = float(self.times[0])
         y = self._start(time)
         if y is not None:
@@ -62,7 +62,7 @@ class Integration:
         return self._result(time)
 
     def _start(self, time: float) -> FloatArray | None:
-        """Return the state to begin with; None where it cannot be assembled."""
+        """Return the initial state; None if it cannot be assembled."""
         mechanism, reducer = self.mechanism, self.reducer
         inputs = mechanism.start_inputs
         speeds = []
@@ -80,21 +80,21 @@ class Integration:
         if not reducer.on_inputs:
             if any(speeds):
                 raise UsageError(
-                    f"{mechanism.name} starts at a dead point of its free inputs, where they cannot have a speed: give"
-                    " another `start:`"
+                    f"{mechanism.name} starts at a dead point of its free inputs, where their speed must be 0: change"
+                    " `start:`, or remove `speed:`"
                 )
             self._event(DEAD_POINT, time, np.zeros(reducer.terms.variables))
         own = len(self.free)
         return np.concatenate([reducer.base.v[reducer.own[:own]], speeds, [0.0, 0.0]])
 
-    # -- piece by piece -----------------------------------------------------------------------------
+    # -- pieces -------------------------------------------------------------------------------------
 
     def _integrate(self, time: float, y: FloatArray) -> float:
-        """Integrate to the end; return where that is."""
+        """Integrate to the end; return the time of the end [s]."""
         self._keep_row(time, y)
         end = float(self.times[-1])
         while time < end:
-            if not self._accept(time, y):  # the signs of a new piece
+            if not self._accept(time, y):  # sets the signals of events for the new piece
                 self.status = self.equations.reason()
                 break
             solver = self._strider(time, y, end) or self._solver(time, y, end)
@@ -111,12 +111,15 @@ class Integration:
                 self._event(kind, time, self.equations.velocity(time, y))
                 break
             y = np.concatenate([moved, y[-2:]])
-        if self.status is Status.OK and self._due < math.inf:  # that row stands at a singular position
+        if self.status is Status.OK and self._due < math.inf:  # the next row is at a singular position
             time, self.status = self._due, self.equations.reason()
         return time
 
     def _piece(self, solver: Any, end: float) -> tuple[float | None, bool]:
-        """Step until other variables serve better, or no step leads on; return an asked end, and which it was."""
+        """Take steps until other independent variables are better or a step fails.
+
+        Return the time of the requested end, None before it, and whether other variables are better.
+        """
         changed, crept = False, 0
         while solver.status == "running" and not changed:
             if not self._step(solver):
@@ -136,14 +139,14 @@ class Integration:
         return None, changed
 
     def _step(self, solver: Any) -> bool:
-        """Take a step, or a stride of them; return whether it led anywhere."""
+        """Take one step, or many in one compiled call; return whether it succeeded."""
         strides = isinstance(solver, Strider)
         if strides:
             solver.due(self._due)
         failed = solver.step() is not None or not np.all(np.isfinite(solver.y))
         if strides:
             self.projection.greatest_kinetic = max(self.projection.greatest_kinetic, solver.greatest_kinetic)
-            self.search.stand_on_inputs(solver.before)
+            self.search.keep_on_inputs(solver.before)
         elif hasattr(solver, "h_abs") and len(self.free) == 1:
             solver.h_abs = min(solver.h_abs, max(DOUBLE * (solver.t - solver.t_old), FREELY * self._creep))
         stuck = 0.0 < solver.t - solver.t_old < self._shortest and solver.status == "running"
@@ -163,7 +166,7 @@ class Integration:
         return np.array([SIMULATION.absolute * self.settings.rtol] * 2 * len(self.free) + [SIMULATION.energies] * 2)
 
     def _strider(self, time: float, y: FloatArray, end: float) -> Strider | None:
-        """Return the solver that takes many steps in one compiled call, where nothing has to be asked between."""
+        """Return the solver that takes many steps per compiled call, if the model allows it."""
         reducer, settings = self.reducer, self.settings
         compiled = reducer.run is not plain and self.integrator.compiled
         if not compiled or reducer.given or not reducer.constant or not reducer.on_inputs:
@@ -182,12 +185,12 @@ class Integration:
 
     @property
     def _shortest(self) -> float:
-        """Step below which the motion is stuck [s]."""
+        """Step below which the integration has failed [s]."""
         return SIMULATION.shortest * float(self.times[-1] - self.times[0])
 
     @property
     def _creep(self) -> float:
-        """Step of which no long row may follow [s]."""
+        """Step below which only `patience` steps in succession are allowed [s]."""
         return SIMULATION.creep * float(self.times[-1] - self.times[0])
 
     def _count(self, solver: Any) -> None:
@@ -199,11 +202,11 @@ class Integration:
     # -- rows and events ----------------------------------------------------------------------------
 
     def _pass(self, solver: Any) -> bool:
-        """Tell rows and events of the last step; return whether the motion is to end there."""
+        """Store the rows and events of the last step; return whether the requested end is reached."""
         paths: list[Any] = []
 
         def path() -> Any:
-            """Return the states of the step: made once, where they are asked for."""
+            """Return the interpolation of the step, made on first use."""
             if not paths:
                 paths.append(solver.dense_output())
                 if not np.all(np.isfinite(paths[0](0.5 * (solver.t_old + solver.t)))):
@@ -224,7 +227,7 @@ class Integration:
         return stop < math.inf
 
     def _again(self, solver: Any) -> Any:
-        """Return the states of a step by shorter ones: its method's stages between have no position."""
+        """Return the states of a step by shorter steps, if the stages of its dense output have no position."""
         start, y = solver.t_old, self.search.last_y
 
         def state(time: float) -> FloatArray:
@@ -237,7 +240,7 @@ class Integration:
         return state
 
     def _keep_row(self, time: float, y: FloatArray) -> bool:
-        """Keep a row."""
+        """Store a row; return whether its position was reached."""
         if not self.equations.move(time, y):
             return False
         y, excess = self.projection(y)
@@ -251,27 +254,27 @@ class Integration:
         return True
 
     def _accept(self, time: float, y: FloatArray) -> bool:
-        """Stand at a state; everything is followed from there."""
+        """Accept a state: the branch is followed from there."""
         if not self.equations.move(time, y):
             return False
         self.reducer.accept()
-        self.search.stand(y)
+        self.search.keep(y)
         return True
 
     def _keep_energy(self, solver: Any) -> None:
-        """Correct the state of a solver where nothing is dissipated or supplied."""
+        """Correct the energy of the solver's state if the mechanism is conservative."""
         y, excess = self.projection(solver.y)
         if excess and self.equations.move(solver.t, y):
             self.projection.total += abs(excess)
             self.reducer.accept()
             solver.y, solver.f = y, self.equations.slopes(solver.t, y)
-            self.search.stand(y)
+            self.search.keep(y)
 
     def _event(self, kind: str, time: float, velocity: FloatArray) -> None:
         inputs, speeds = self.reducer.inputs(self.reducer.base.v).copy(), self.reducer.inputs(velocity).copy()
         self.events.append(Event(kind, time, inputs, speeds, self.free[0] if len(self.free) == 1 else -1))
 
-    # -- what comes out -----------------------------------------------------------------------------
+    # -- result -------------------------------------------------------------------------------------
 
     def _result(self, end: float) -> Simulation:
         mechanism, reducer, rows = self.mechanism, self.reducer, self.rows

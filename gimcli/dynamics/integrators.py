@@ -1,7 +1,7 @@
-"""Integrators of the equations of motion: one line here for each.
+"""Registry of the integrators of the equations of motion, one row each in `INTEGRATORS`.
 
-Those of scipy (Dormand & Prince 8(5,3) and 5(4), Radau IIA, LSODA) choose their steps; Runge & Kutta's classic one
-takes equal steps. Importing this file is cheap: the command line shows the names.
+The integrators of scipy (Dormand & Prince 8(5,3) and 5(4), Radau IIA, LSODA) have adaptive steps; the classic method of
+Runge and Kutta has equal steps. The command line imports this file for the names, so it imports nothing slow.
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ if TYPE_CHECKING:
     from gimcli.mechanism import FloatArray
 
 Slopes = Callable[[float, "FloatArray"], "FloatArray"]
-"""Returns the derivatives of a state at a time."""
+"""Function of time [s] and state that returns the derivatives of the state."""
 
 
 @dataclass(frozen=True)
 class StepControl:
-    """What an integrator may choose its steps by."""
+    """Tolerances and steps of an integrator."""
 
     rtol: float
     atol: FloatArray  # (state,)
     step: float  # s, of methods with equal steps
-    least: float  # s, the shortest first step of the others
+    least: float  # s, least first step of methods with adaptive steps
 
 
 Begin = Callable[[Slopes, float, "FloatArray", float, StepControl], Any]
-"""Makes a solver of scipy's interface from derivatives, a time, a state there, and the end."""
+"""Function of derivatives, initial time, initial state, end time and control; returns a solver like those of scipy."""
 
 
 @dataclass(frozen=True)
@@ -36,20 +36,20 @@ class Integrator:
     """A method of integration."""
 
     begin: Begin
-    lands: bool = True  # a step that is cut to end at an event is as exact as any other
-    corrected: bool = False  # its state may be corrected between steps
-    compiled: bool = False  # it has compiled steps too
-    over_input: bool = False  # its steps are of the input, not of the time: `begin` is not asked
+    lands: bool = True  # a shortened step that ends at an event is as accurate as the others
+    corrected: bool = False  # the state may be changed between steps
+    compiled: bool = False  # there is also a compiled version
+    over_input: bool = False  # its steps are steps of the input instead of the time; `begin` is not used
 
 
 def of_scipy(name: str) -> Begin:
-    """Return what begins a solver of scipy's."""
+    """Return the function that creates a solver of scipy."""
 
     def begin(slopes: Slopes, start: float, y: FloatArray, end: float, control: StepControl) -> Any:
         from scipy import integrate
 
         solver = getattr(integrate, name)(slopes, start, y, end, rtol=control.rtol, atol=control.atol)
-        if hasattr(solver, "h_abs"):  # LSODA keeps its own
+        if hasattr(solver, "h_abs"):  # LSODA has its own first step
             solver.h_abs = min(max(solver.h_abs, control.least), end - start)
         return solver
 
@@ -57,7 +57,7 @@ def of_scipy(name: str) -> Begin:
 
 
 def in_equal_steps(slopes: Slopes, start: float, y: FloatArray, end: float, control: StepControl) -> Any:
-    """Begin Runge & Kutta's classic method."""
+    """Return a solver of the classic Runge-Kutta method."""
     from gimcli.dynamics.classic_runge_kutta import ClassicRungeKutta
 
     return ClassicRungeKutta(slopes, start, y, end, control.step)

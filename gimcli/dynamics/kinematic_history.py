@@ -1,4 +1,4 @@
-"""A motion as arrays of positions, velocities and accelerations, and what is read from it."""
+"""Positions, velocities and accelerations of a motion as arrays, and quantities computed from them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Course:
 
 
 class Courses:
-    """Velocities and accelerations of a motion that comes in pieces."""
+    """Computes velocities and accelerations of a motion in pieces."""
 
     def __init__(self, mechanism: Mechanism, rows: int = 0, jit: str = "off", notify: Notify | None = None) -> None:
         self.mechanism = mechanism
@@ -34,20 +34,20 @@ class Courses:
         self._run = choose(jit, self._made.plain_seconds(rows), notify, ("play",))
 
     def __call__(self, motion: Motion) -> Course:
-        """Return the course of a piece along its laws."""
+        """Return positions, velocities and accelerations of a piece, the inputs following their laws."""
         given = law_rates(self.mechanism, motion.time, 2)
         nodes, angles = self._made(motion.z, given, self._run)
         return Course(motion.time * self.mechanism.duration, motion.inputs, nodes, angles)
 
 
 class Turns:
-    """Angles followed from piece to piece, so that a torsion spring knows its whole turns."""
+    """Continues angles from piece to piece without jumps, so that a torsion spring can make whole turns."""
 
     def __init__(self) -> None:
         self.last: dict[int, float] = {}
 
     def followed(self, key: int, angle: FloatArray, drawn: float) -> FloatArray:
-        """Return an angle without jumps, next to the last one, or to the drawn one."""
+        """Return an angle [rad] without jumps (rows,), continued from the last one or from the initial one."""
         good = np.flatnonzero(np.isfinite(angle))
         if not len(good):
             return angle
@@ -59,14 +59,17 @@ class Turns:
 
 
 def carried(mechanism: Mechanism, nodes: ComplexArray, index: int, local: complex) -> ComplexArray:
-    """Return position, velocity ... of a place of a member from those of the nodes (., nodes, rows)."""
+    """Return position, velocity ... of a point of a member from those of the nodes (., nodes, rows).
+
+    `local` is the point in the member's own frame; the result is in the normal frame (., rows).
+    """
     if index == FRAME:
         jet = np.zeros((len(nodes), nodes.shape[2]), dtype=complex)
         jet[0] = local
         return jet
     member = mechanism.members[index]
-    u, v, way = member.ends
-    share, z, other = (local - complex(member.shape[0])) / way, nodes[:, u], nodes[:, v]
+    u, v, span = member.ends
+    share, z, other = (local - complex(member.shape[0])) / span, nodes[:, u], nodes[:, v]
     return np.asarray(z + share * (other - z)) if share else np.asarray(z)
 
 
@@ -74,23 +77,23 @@ def unit_of(mechanism: Mechanism, z: ComplexArray, index: int) -> ComplexArray:
     """Return e^(i phi) of a member (rows,) at positions z (nodes, rows)."""
     if index == FRAME:
         return np.ones(z.shape[1], dtype=complex)
-    u, v, way = mechanism.members[index].ends
-    return np.asarray((z[v] - z[u]) / way)
+    u, v, span = mechanism.members[index].ends
+    return np.asarray((z[v] - z[u]) / span)
 
 
 def turning(mechanism: Mechanism, course: Course, index: int) -> FloatArray:
-    """Return omega and alpha of a member (2, rows) [rad/s, rad/s2]."""
+    """Return omega and alpha of a member (2, rows) [rad/s, rad/s^2]."""
     if index == FRAME:
         return np.zeros((2, len(course.time)))
     if course.angles is not None:
         return np.asarray(course.angles[:, index - 1])
-    u, v, way = mechanism.members[index].ends
+    u, v, span = mechanism.members[index].ends
     arm = course.nodes[:, v] - course.nodes[:, u]
-    return np.asarray((arm[0].conj() * arm[1:]).imag / abs(way) ** 2)  # a = (i alpha - omega^2) arm
+    return np.asarray((arm[0].conj() * arm[1:]).imag / abs(span) ** 2)  # a = (i alpha - omega^2) arm
 
 
 def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatArray, FloatArray, ComplexArray]:
-    """Return value, rate and unit direction of what a gauge or an actuator reads (rows,)."""
+    """Return value, rate and unit direction of the quantity of a gauge or an actuator (rows,)."""
     nodes, member = course.nodes, gauge.guide
     if gauge.rotary:
         arm = unit_of(mechanism, nodes[0], gauge.members[0]) * gauge.arm
@@ -100,7 +103,7 @@ def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatAr
     if gauge.kind == SPAN:
         arm, rate = nodes[0, gauge.nodes[1]] - nodes[0, gauge.node], nodes[1, gauge.nodes[1]] - nodes[1, gauge.node]
         length = np.abs(arm)
-        unit = np.divide(arm, length, out=np.full_like(arm, np.nan), where=length > 0.0)  # NaN: a row not solved
+        unit = np.divide(arm, length, out=np.full_like(arm, np.nan), where=length > 0.0)  # NaN in unsolved rows
         return length, (unit.conj() * rate).real, unit
     unit = unit_of(mechanism, nodes[0], member) * gauge.normal
     origin = carried(mechanism, nodes[:2], member, gauge.point)
@@ -110,5 +113,5 @@ def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatAr
 
 
 def travel_along(slide: PairRow, name: str) -> Input:
-    """Return a gauge that reads how far a node has slid along its guide."""
+    """Return a gauge that measures the travel of a node along its guide."""
     return Input(name, HEIGHT, slide.nodes, slide.members, slide.point, slide.along)

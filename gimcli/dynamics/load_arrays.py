@@ -1,4 +1,4 @@
-"""What has mass and what acts on a mechanism, in the flat arrays of the kernels that reduce it."""
+"""Masses, loads, springs, dampers and friction in the flat arrays of the reduction kernels."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from gimcli.mechanism import FRAME, FloatArray, Input, IntArray, Mechanism
 from gimcli.structure.rotation import members_of, rotation_classes
 from gimcli.structure.steps import NONE
 
-RUBBED = "friction in "
-"""Begins the name of a gauge that reads a sliding pair with friction."""
+FRICTION_GAUGE = "friction in "
+"""Start of the name of a gauge that measures a sliding pair with friction."""
 
 
-def with_rubbing(mechanism: Mechanism) -> Mechanism:
+def with_friction_gauges(mechanism: Mechanism) -> Mechanism:
     """Return the mechanism with a gauge for every sliding pair that has friction."""
     extra = []
     for friction in mechanism.dynamics.frictions:
         if friction.slide >= 0:
             slide = mechanism.slides[friction.slide]
             away = complex(mechanism.drawn[slide.node])
-            extra.append(replace(travel_along(slide, RUBBED + friction.name), drawn=abs(away)))
+            extra.append(replace(travel_along(slide, FRICTION_GAUGE + friction.name), drawn=abs(away)))
     return replace(mechanism, gauges=(*mechanism.gauges, *extra))
 
 
 def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Acting:
-    """Return what acts on a mechanism from `with_rubbing`; released: inputs that move as they will."""
+    """Return the arrays of a mechanism returned by `with_friction_gauges`; `released` are its free inputs."""
     dynamics = mechanism.dynamics
     first = 2 * len(mechanism.nodes)
     gauges = first + len(mechanism.actuators)
@@ -66,7 +66,7 @@ def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Actin
 
 
 def point_masses(mechanism: Mechanism) -> list[str]:
-    """Return the members that can turn and have a mass, but no moment of inertia in the file."""
+    """Return the names of the members that can turn and have a mass, but no moment of inertia in the file."""
     turning = rotation_classes(mechanism).of
     own = [i for i in mechanism.dynamics.inertias if i.mass > 0.0 and not i.stated]
     return [mechanism.members[i.member].name for i in own if turning[i.member] != turning[FRAME]]
@@ -78,7 +78,7 @@ def moving_loads(mechanism: Mechanism) -> list[AppliedLoad]:
 
 
 def _pivots(mechanism: Mechanism) -> tuple[list[tuple[int, ...]], list[tuple[float, ...]]]:
-    """Return the pairs of members that rub at revolute pairs, each against the first at the node."""
+    """Return the members with friction in revolute pairs, each paired with the first member at the node."""
     rubs: list[tuple[int, ...]] = []
     rub: list[tuple[float, ...]] = []
     holders = members_of(mechanism)
@@ -94,7 +94,7 @@ def _pivots(mechanism: Mechanism) -> tuple[list[tuple[int, ...]], list[tuple[flo
 def _load(mechanism: Mechanism, load: AppliedLoad) -> tuple[float, ...]:
     member = mechanism.members[load.member]
     force = load.force
-    if load.follows:  # turned by the arm as it is, not made a unit vector there
+    if load.follows:  # the kernel multiplies by the arm, not by a unit vector
         force /= member.ends[2]
     z = _local(mechanism, load.member, load.point) if not load.torque else (0.0, 0.0)
     return (*z, force.real, force.imag, load.torque, _square(mechanism, load.member))

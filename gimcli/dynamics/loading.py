@@ -1,6 +1,6 @@
-"""What acts on each body along a motion: inertia, gravity, loads, springs, dampers, friction; and its power.
+"""Forces on each body along a motion (inertia, gravity, loads, springs, dampers, friction), and their power.
 
-Forces in N at places of the normal frame: moments are in N times its length unit until they are written.
+Forces are in N and positions in the normal frame, so moments are in N times the length unit of the normal frame.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray
 from gimcli.structure.steps import NONE
 
 POWERS = ("load", "gravity", "spring", "damping")
-"""Kinds of applied forces, each with its own power."""
+"""Kinds of applied forces; the power of each kind is a column of the table."""
 
 
 @dataclass
 class Loading:
-    """Forces and moments on the bodies, and what they do."""
+    """Forces and moments on the bodies, their power and energies."""
 
     force: ComplexArray  # (bodies, rows) N, applied
     moment: FloatArray  # (bodies, rows) N x length, about each body's node
-    inertia_force: ComplexArray  # (bodies, rows) m a
-    inertia_moment: FloatArray  # (bodies, rows)
+    inertia_force: ComplexArray  # (bodies, rows) N, mass times acceleration
+    inertia_moment: FloatArray  # (bodies, rows) N x length
     pins: dict[int, ComplexArray]  # (rows,) N applied to a node's pin, by node
-    support: ComplexArray  # (rows,) N: what the frame has to bear, from outside and from inertia
+    support: ComplexArray  # (rows,) N on the frame, from external and inertia forces
     support_moment: FloatArray  # (rows,) N x length, about the normal frame's origin
     power: dict[str, FloatArray]  # (rows,) W, of every kind in POWERS
     kinetic: FloatArray  # (rows,) J
@@ -39,7 +39,7 @@ class Loading:
 
 
 def loading(statics: Statics, course: Course, turns: Turns | None = None) -> Loading:
-    """Return what acts along a motion; `turns` remembers angles of springs from one piece to the next."""
+    """Return the forces along a motion; `turns` continues the angles of springs from one piece to the next."""
     return _Loader(statics, course, turns if turns is not None else Turns()).run()
 
 
@@ -60,7 +60,7 @@ class _Loader:
     def run(self) -> Loading:
         with np.errstate(all="ignore"):
             for inertia in self.dynamics.inertias:
-                if inertia.member != FRAME:  # what stands still has no part in the motion
+                if inertia.member != FRAME:  # the frame does not move
                     self._inertia(inertia)
             for load in self.dynamics.loads:
                 if load.member != FRAME:
@@ -70,13 +70,13 @@ class _Loader:
             self._friction()
         return self.found
 
-    # -- what acts on a body --------------------------------------------------------------------
+    # -- forces on a body -----------------------------------------------------------------------
 
     def _arm(self, body: int, place: ComplexArray) -> ComplexArray:
         return np.asarray(place - self.course.nodes[0, self.statics.bodies[body].node])
 
     def _push(self, body: int, place: ComplexArray, force: ComplexArray) -> None:
-        """Apply a force to a body, or to the frame."""
+        """Apply a force to a body; nothing is stored for the frame."""
         if body != NONE:
             self.found.force[body] += force
             self.found.moment[body] += (self._arm(body, place).conj() * force).imag
@@ -86,7 +86,7 @@ class _Loader:
             self.found.moment[self.statics.body_of_member[member]] += torque / self.metre
 
     def _outside(self, place: ComplexArray, force: ComplexArray) -> None:
-        """Let the frame bear a force that comes from outside."""
+        """Add an external or inertia force to the force on the frame."""
         self.found.support += force
         self.found.support_moment += (place.conj() * force).imag
 
@@ -132,7 +132,7 @@ class _Loader:
         self.found.power["load"] += self.metre * (speed.conj() * force).real
 
     def _gauge(self, number: int) -> None:
-        """Apply what the springs and dampers on one gauge do: an effort along what it reads."""
+        """Apply the efforts of the springs and dampers on one gauge."""
         gauge = self.mechanism.gauges[number]
         value, rate, unit = reading(self.mechanism, gauge, self.course)
         metre = 1.0 if gauge.rotary else self.metre
@@ -148,7 +148,7 @@ class _Loader:
             self._effort(number, -damper.damping * metre * rate, unit)
 
     def _effort(self, number: int, effort: FloatArray, unit: ComplexArray) -> None:
-        """Apply a torque [N m] or a force [N] that would drive what a gauge reads up."""
+        """Apply a torque [N m] or force [N], positive in the direction in which the gauge's value increases."""
         gauge = self.mechanism.gauges[number]
         if gauge.rotary:
             self._twist(gauge.members[0], effort)

@@ -1,4 +1,4 @@
-"""What dynamics needs of a model file: forces or masses, and lengths in a physical unit."""
+"""Requirements of dynamics on the model file: masses or forces, and a physical unit of length."""
 
 from __future__ import annotations
 
@@ -6,18 +6,24 @@ from gimcli.errors import ModelError
 from gimcli.mechanism import FRAME, Mechanism
 
 SHOWN = 8
-"""Members that a message names."""
+"""Most members that a message names."""
 
 
 def require_action(mechanism: Mechanism) -> float:
-    """Return m per unit of the normal frame; raise ModelError where nothing acts or lengths have no unit."""
+    """Return m per unit of the normal frame.
+
+    Raises ModelError if no masses, loads or springs are defined, or the unit of length is not physical.
+    """
     if mechanism.dynamics.empty:
         raise _no_masses(mechanism, "masses, loads or springs")
     return _metre(mechanism)
 
 
 def require_masses(mechanism: Mechanism) -> float:
-    """Return m per unit of the normal frame; raise ModelError where nothing has mass or lengths have no unit."""
+    """Return m per unit of the normal frame.
+
+    Raises ModelError if no masses are defined, or the unit of length is not physical.
+    """
     if not any(part.mass > 0.0 or part.moment > 0.0 for part in mechanism.dynamics.inertias):
         raise _no_masses(mechanism, "masses")
     return _metre(mechanism)
@@ -26,20 +32,20 @@ def require_masses(mechanism: Mechanism) -> float:
 def _metre(mechanism: Mechanism) -> float:
     if mechanism.dynamics.metre is None:
         raise ModelError(
-            [f"{mechanism.name} has lengths without a physical unit: use m, mm, cm, um, km, in or ft, for example\n"
+            [f"{mechanism.name}: the unit of length is not physical; set m, mm, cm, um, km, in or ft, for example\n"
              "units: {length: m}"]
         )  # fmt: skip
     return mechanism.dynamics.metre
 
 
 def _no_masses(mechanism: Mechanism, missing: str) -> ModelError:
-    """Return the error with lines that can be added to the file."""
+    """Return the error, with lines that can be copied to the model file."""
     names = [member.name for member in mechanism.members[FRAME + 1 :]][:SHOWN]
     lines = [f"  {_quoted(name)}: {{mass: 1, inertia: 0.1}}" for name in names]
-    text = f"{mechanism.name} has no {missing}: add masses of its members to the model file, for example"
+    text = f"{mechanism.name}: no {missing} defined; add the masses of the members to the model file, for example"
     return ModelError(["\n".join([text, "masses:", *lines])])
 
 
 def _quoted(name: str) -> str:
-    """Return a name as it can stand in the file."""
+    """Return a name as a YAML key."""
     return name if name.isidentifier() else "'" + name.replace("'", "''") + "'"

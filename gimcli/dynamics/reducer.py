@@ -1,4 +1,4 @@
-"""A mechanism reduced to its independent variables: positions on one branch, inertia, bias and forces, in one call."""
+"""Reduction of a mechanism to its independent variables: position on a branch, inertia, bias and forces in one call."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from gimcli.dynamic_data import TIME, Release
 from gimcli.dynamics.kinematic_history import Course, reading
-from gimcli.dynamics.load_arrays import acting, moving_loads, with_rubbing
+from gimcli.dynamics.load_arrays import acting, moving_loads, with_friction_gauges
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.windows import WEAK, WindowSearch, no_windows, with_window
 from gimcli.errors import StructureError
@@ -24,38 +24,38 @@ from gimcli.structure.coordinate_partitioning import Choice, free_choice, gradie
 from gimcli.structure.polynomials import is_rotary, make_terms, with_gauges
 
 CORRECTIONS = 20
-"""At the most, of a drawn position that is singular."""
+"""Most Newton corrections of a singular initial position."""
 
 ASSEMBLED = 1e-13
-"""Residual of equations about 1 in size, below which a position is assembled."""
+"""Residual below which a position is assembled; the equations are scaled to about 1."""
 
 BESIDE = 0.9
-"""Part of the determinant at the edges of a window that is allowed beside them."""
+"""Least determinant allowed outside of a window, relative to the determinant at its edges."""
 
 NEAREST = 1e-6
-"""Determinant below which none is looked for any more, and where no place is gone to without a window."""
+"""Least determinant: below it no window is searched, and no position is reached without a window."""
 
 MOST_OPENED = 10
-"""Windows that may be opened on one step: where more change points crowd together there is no way on."""
+"""Most windows opened in one step; the motion ends where more change points are close together."""
 
 SOFT = 1e-6
-"""Singular values below this part of the greatest move nothing in such corrections."""
+"""Singular values below this fraction of the greatest are ignored in the corrections of a singular position."""
 
 
 @dataclass(frozen=True)
 class ReducedState:
-    """A mechanism at one position and speed, copied out of the scratch."""
+    """The reduced quantities at one position and speed; k independent variables, SI units and normal frame."""
 
-    v: FloatArray  # (variables,) x and y of nodes, readings, 1; normal frame and rad
+    v: FloatArray  # (variables,) x and y of nodes, values of inputs and gauges, 1; normal frame and rad
     velocity: FloatArray  # (variables,) by s
-    bias: FloatArray  # (variables,) accelerations without those of the independent variables
+    bias: FloatArray  # (variables,) accelerations while those of the independent variables are 0
     b: FloatArray  # (k, variables) influence coefficients
-    m: FloatArray  # (k, k)
-    h: FloatArray  # (k,)
-    q: FloatArray  # (k,) forces on those that are free, efforts on the others
-    rate: float  # of the forces, by the first independent variable at unit speed
-    energy: FloatArray  # (4,) kinetic, potential; powers dissipated, supplied
-    gain: FloatArray  # (k,) accelerations
+    m: FloatArray  # (k, k) reduced inertia
+    h: FloatArray  # (k,) velocity terms of the equations of motion
+    q: FloatArray  # (k,) generalised forces of free variables, efforts of the others
+    rate: float  # derivative of the force by the first independent variable
+    energy: FloatArray  # (4,) kinetic and potential energy; powers dissipated and supplied
+    gain: FloatArray  # (k,) accelerations of the independent variables
 
     @property
     def acceleration(self) -> FloatArray:
@@ -64,30 +64,30 @@ class ReducedState:
 
 
 class Reducer:
-    """Follows a mechanism on the branch of a position; `chart` holds what is independent there."""
+    """Follows the branch of a mechanism from a base position; `chart` has the independent variables there."""
 
     def __init__(self, mechanism: Mechanism, free: Sequence[int], run: Run = plain) -> None:
         self.mechanism, self.free, self.run = mechanism, tuple(free), run
         self.given = tuple(k for k in range(len(mechanism.actuators)) if k not in self.free)
-        read = with_rubbing(mechanism)
+        read = with_friction_gauges(mechanism)
         self.terms = make_terms(with_gauges(read))
         self.acting = acting(read, self.free, require_masses(mechanism))
         self.loads = moving_loads(read)
         self.courses = [_course(load) for load in self.loads]
         self.releases = {r.actuator: r for r in mechanism.dynamics.releases}
         self.choice: Choice | None = None
-        self.continues = False  # whether change points are passed in windows
+        self.continues = False  # whether motions pass change points, by windows
 
-    # -- where it is --------------------------------------------------------------------------------
+    # -- base position ------------------------------------------------------------------------------
 
     def start(self, z: ComplexArray, inputs: FloatArray) -> bool:
-        """Stand at an assembled position; return whether a motion from there is unique."""
-        return self.stand(self._variables(z, inputs))
+        """Set the base to an assembled position; return whether the motion from there is unique."""
+        return self.set_base(self._variables(z, inputs))
 
-    def come(self, z: ComplexArray, inputs: FloatArray) -> bool:
-        """Stand at an assembled position of a motion; return whether the inputs determine it.
+    def set_base_of_motion(self, z: ComplexArray, inputs: FloatArray) -> bool:
+        """Set the base to an assembled position of a motion; return whether the inputs determine the position.
 
-        Of redundant equations those are used that are most independent there; angles go on from the last position.
+        Of redundant equations the most independent ones are used; angles continue those of the last base.
         """
         v = self._variables(z, inputs)
         if self.choice is not None:
@@ -96,7 +96,7 @@ class Reducer:
             turns = np.round((self.base.v[gauges] - v[gauges]) / (2.0 * math.pi))
             v[gauges] += np.where(rotary, 2.0 * math.pi * turns, 0.0)
         choice = input_choice(self.terms, v, self.free, self.given)
-        return choice is not None and self.stand(v, choice)
+        return choice is not None and self.set_base(v, choice)
 
     def _variables(self, z: ComplexArray, inputs: FloatArray) -> FloatArray:
         v = np.zeros(self.terms.variables)
@@ -108,7 +108,7 @@ class Reducer:
         return v
 
     def start_singular(self, inputs: FloatArray) -> bool:
-        """Stand at the drawn position, corrected, if inputs do not determine it; return whether it is assembled."""
+        """Set the base to the corrected initial position, which may be singular; return whether it is assembled."""
         terms, first = self.terms, self.terms.first_reading
         mechanism = terms.mechanism
         v = self._variables(mechanism.drawn, inputs)
@@ -118,17 +118,17 @@ class Reducer:
             if np.max(np.abs(error)) <= ASSEMBLED:
                 break
             v[open_ones] -= np.linalg.lstsq(gradients(terms, v)[:, open_ones], error, rcond=SOFT)[0]
-        return bool(np.max(np.abs(residuals(terms, v))) <= ASSEMBLED and self.stand(v))
+        return bool(np.max(np.abs(residuals(terms, v))) <= ASSEMBLED and self.set_base(v))
 
-    def stand(self, v: FloatArray, choice: Choice | None = None) -> bool:
-        """Choose independent variables at a place and stand there; return whether that can be done."""
+    def set_base(self, v: FloatArray, choice: Choice | None = None) -> bool:
+        """Set the base to a position and choose its independent variables; return whether that is possible."""
         choice = choice or input_choice(self.terms, v, self.free, self.given)
         if choice is None:
             choice = free_choice(self.terms, v, self.given, len(self.free))
         if choice is None:
             return False
         if choice == self.choice:
-            return self._face(v)
+            return self._set_base_only(v)
         self.choice, self.chart = choice, make_chart(self.terms, choice)
         size, variables = len(choice.independent), self.terms.variables
         blocks, widest = len(self.chart.blocks), max([1, size, *(b[2] - b[1] for b in self.chart.blocks)])
@@ -145,10 +145,10 @@ class Reducer:
         )
         self.gain, self.factors = np.zeros(size), np.ones(len(self.loads))
         self.own = list(choice.independent)
-        return self._face(v)
+        return self._set_base_only(v)
 
-    def _face(self, v: FloatArray) -> bool:
-        """Stand at a place with the independent variables as they are."""
+    def _set_base_only(self, v: FloatArray) -> bool:
+        """Set the base to a position without a change of the independent variables; return whether it is regular."""
         self.windows, self.opened = no_windows(len(self.own), len(v), len(self.chart.blocks)), 0
         self.watch()
         self.base.v[:] = v
@@ -164,9 +164,9 @@ class Reducer:
     # -- one call -----------------------------------------------------------------------------------
 
     def move(self, target: FloatArray, speeds: FloatArray, given: FloatArray, time: float = 0.0) -> bool:
-        """Go from where it stands to a state of the independent variables (k,); return whether that was reached.
+        """Move from the base to a state of the independent variables (k,); return whether it was reached.
 
-        given: accelerations of the inputs that follow laws, at the end of (k,).
+        `given` (k,) ends with the accelerations of the inputs that follow laws.
         """
         self._force(target, speeds, time)
         while True:
@@ -178,16 +178,16 @@ class Reducer:
                 return bool(moved)
 
     def watch(self) -> None:
-        """Stop again near change points that have no window yet."""
+        """Make `move` stop near change points without a window."""
         self.room.weak[1:] = WEAK if self.continues else 0.0, 0.0
 
     @property
     def is_within(self) -> bool:
-        """Return whether it stands in a window."""
+        """Return whether the base is in a window."""
         return bool(self.run(window_of)(self.windows, self.base.v[self.own]) >= 0)
 
     def open_window(self) -> bool:
-        """Open a window where the last call stopped near a change point, or let it come nearer; return success."""
+        """Open a window at the change point where `move` stopped, or allow a smaller distance; return success."""
         room = self.room
         if not room.weak[2]:
             return False
@@ -207,14 +207,14 @@ class Reducer:
         return True
 
     def accept(self) -> None:
-        """Stand where the last call led to."""
+        """Set the base to the position of the last `move`."""
         self.run(influence.copy_place)(self.base, self.at)
         self.opened = 0
         if self.room.weak[0] > 2.0 * WEAK:
             self.watch()
 
     def state(self) -> ReducedState:
-        """Return what the last call found."""
+        """Return the reduced quantities of the last `move`."""
         room, out = self.room, self.out
         return ReducedState(
             self.at.v.copy(), room.velocity.copy(), room.acceleration.copy(), self.at.b.copy(), out.m.copy(),
@@ -223,13 +223,13 @@ class Reducer:
 
     @cached_property
     def constant(self) -> bool:
-        """Return whether nothing that acts follows a table."""
+        """Return whether no load and no effort has a table."""
         efforts = [self.releases[k].effort for k in self.free if k in self.releases]
         return not any(self.courses) and all(e.curve is None for e in efforts)
 
     @cached_property
     def steady(self) -> bool:
-        """Return whether forces depend on the position alone, and the work of loads needs no integral."""
+        """Return whether all forces depend on the position alone and there are no loads."""
         p = self.acting
         return self.constant and not (len(p.loads) or len(p.dampers) or len(p.rubs) or np.any(p.motor[:, 1]))
 
@@ -241,7 +241,7 @@ class Reducer:
         return not (len(p.loads) or len(p.dampers) or len(p.rubs) or self.given or driven)
 
     def _force(self, target: FloatArray, speeds: FloatArray, time: float) -> None:
-        """Set the forces that tables give."""
+        """Evaluate the tables of loads and efforts at a state."""
         if self.constant:
             return
         first = self.terms.first_reading
@@ -270,40 +270,40 @@ class Reducer:
             return math.nan, math.nan
         return float(self.at.v[variable]), float(self.room.velocity[variable])
 
-    # -- results at a place -------------------------------------------------------------------------
+    # -- results at a position ----------------------------------------------------------------------
 
     def nodes(self, v: FloatArray) -> ComplexArray:
-        """Return x + iy of the nodes of variables (..., variables)."""
+        """Return x + iy of the nodes from variables (..., variables)."""
         first = self.terms.first_reading
         return np.asarray(v[..., 0:first:2] + 1j * v[..., 1:first:2])
 
     def inputs(self, v: FloatArray) -> FloatArray:
-        """Return the actuators' readings of variables (..., variables)."""
+        """Return the values of the actuators from variables (..., variables)."""
         first = self.terms.first_reading
         return np.asarray(v[..., first : first + len(self.mechanism.actuators)])
 
     def error(self, v: FloatArray) -> float:
-        """Return the greatest residual of all equations: those that were not used show contradictions."""
+        """Return the greatest residual of all equations, including redundant ones, which may be contradictory."""
         return float(np.max(np.abs(residuals(self.terms, v)), initial=0.0))
 
 
 def free_inputs(mechanism: Mechanism) -> tuple[int, ...]:
-    """Return the inputs that are let go; raise StructureError where there is none."""
+    """Return the free inputs; raise StructureError if there is none."""
     free = tuple(r.actuator for r in mechanism.dynamics.releases if r.free)
     if not free:
         names = ", ".join(a.name for a in mechanism.actuators)
         cure = f"write `free: true` at one of {names}" if names else "add an actuator with `free: true`"
-        raise StructureError(f"no input of {mechanism.name} is let go, so that nothing moves as it will: {cure}")
+        raise StructureError(f"{mechanism.name} has no free input: {cure}")
     return free
 
 
 def release_of(mechanism: Mechanism, actuator: int) -> Release:
-    """Return how an input takes part."""
+    """Return whether an input is free, with its initial state and effort."""
     return next((r for r in mechanism.dynamics.releases if r.actuator == actuator), Release(actuator))
 
 
 def _read(mechanism: Mechanism, gauge: Input, z: ComplexArray) -> float:
-    """Return what a gauge reads at a position (nodes,), an angle next to the drawn one."""
+    """Return the value of a gauge at a position (nodes,); angles are within half a turn of the initial one."""
     still = Course(np.zeros(1), np.zeros((0, 1)), np.array([z, np.zeros_like(z)])[:, :, None])
     value = float(reading(mechanism, gauge, still)[0][0])
     return value + 2.0 * math.pi * round((gauge.drawn - value) / (2.0 * math.pi)) if gauge.rotary else value
@@ -316,7 +316,7 @@ def _course(load: object) -> Callable[[float, float], float] | None:
     return lambda time, value: float(curve(np.array([time if over == TIME else value]))[0])
 
 
-def holding(mechanism: Mechanism, actuator: int) -> Mechanism:
-    """Return the mechanism with one input let go and no effort on it; the others stand still."""
+def with_one_free(mechanism: Mechanism, actuator: int) -> Mechanism:
+    """Return the mechanism in which exactly one input is free."""
     releases = [replace(release_of(mechanism, k), free=k == actuator) for k in range(len(mechanism.actuators))]
     return replace(mechanism, dynamics=replace(mechanism.dynamics, releases=tuple(releases)))

@@ -1,9 +1,9 @@
-"""A mechanism reduced to one input: inertia J(q), torque tau(q), potential V(q), and their derivatives.
+"""Equivalent one-degree-of-freedom model: inertia J(q), torque tau(q), potential V(q), and their derivatives.
 
     J = sum of m |B|^2 + J_i w^2,   dJ/dq = 2 sum of m B.B' + J_i w w',   tau = sum of F.B + T w
 
-with the influence coefficients B, w and their exact derivatives by q: no differences. Source: Durango, Giraldo, Calle
-& Mesa 2014, eqs 1-6.
+with the influence coefficients B, w and their exact derivatives by q (not finite differences). Source: Durango,
+Giraldo, Calle & Mesa 2014, eqs 1-6.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gimcli.dynamic_data import TIME, DrivingEffort
-from gimcli.dynamics.reducer import Reducer, holding, release_of
+from gimcli.dynamics.reducer import Reducer, release_of, with_one_free
 from gimcli.errors import UsageError
 from gimcli.kernels.reduction import POTENTIAL
 from gimcli.mechanism import ConstantLaw, FloatArray, IntArray, Mechanism
@@ -29,36 +29,36 @@ from gimcli.table import Column, Table
 
 @dataclass(frozen=True)
 class Reduction:
-    """What is left of a mechanism in one input; NaN where it cannot be. SI units, per rad or per m."""
+    """The reduced quantities of a mechanism along one input; NaN in rows without a solution. SI units, by rad or m."""
 
     mechanism: Mechanism = field(repr=False)
     actuator: int
     q: FloatArray  # (rows,) rad, or length in the normal frame
-    inertia: FloatArray  # (rows,) kg m2, or kg
-    inertia_slope: FloatArray  # (rows,)
+    inertia: FloatArray  # (rows,) kg m^2, or kg
+    inertia_slope: FloatArray  # (rows,) kg m^2/rad, or kg/m
     torque: FloatArray  # (rows,) N m, or N: of weight, loads and springs
-    torque_slope: FloatArray  # (rows,) NaN where a load follows a table over the input or over time
+    torque_slope: FloatArray  # (rows,) N m/rad, or N/m; NaN if a load has a table over the input or over time
     potential: FloatArray  # (rows,) J: of weight and springs
-    potential_slope: FloatArray  # (rows,)
-    codes: IntArray  # (rows,) of Status
+    potential_slope: FloatArray  # (rows,) N m, or N
+    codes: IntArray  # (rows,) values of Status
 
     @property
     def solved(self) -> int:
-        """Number of rows that could be reduced."""
+        """Number of rows with a solution."""
         return int(np.sum(self.codes == Status.OK))
 
 
 def reduce_to_input(
     mechanism: Mechanism, actuator: int, steps: int, run: Run = plain, progress: Progress = no_progress
 ) -> Reduction:
-    """Reduce a mechanism to one input along its law, in `steps` steps; the other inputs stand where theirs begin.
+    """Reduce a mechanism to one input along its law, in `steps` steps; the others keep the first value of their laws.
 
-    Tables over time are taken at the times at which the law has the positions.
+    Tables over time are evaluated at the time of each row of the law.
     """
-    bare = undamped(holding(mechanism, actuator))
+    bare = undamped(with_one_free(mechanism, actuator))
     reducer = Reducer(bare, (actuator,), run)
     weights = Reducer(without_loads(bare), (actuator,), run)
-    motion = trace(held(mechanism, actuator), steps, Options(jit="off" if run is plain else "auto"))
+    motion = trace(with_others_fixed(mechanism, actuator), steps, Options(jit="off" if run is plain else "auto"))
     table, codes = np.full((6, steps + 1), np.nan), motion.codes.copy()
     speeds, rest = np.zeros(len(motion.inputs)), np.zeros(len(motion.inputs))
     speeds[0] = 1.0
@@ -66,7 +66,8 @@ def reduce_to_input(
         inputs, clock = motion.inputs[:, row], float(motion.time[row]) * mechanism.duration
         target = inputs[[actuator, *reducer.given]]
         both = (reducer, weights)
-        if not all(each.come(motion.z[:, row], inputs) and each.move(target, speeds, rest, clock) for each in both):
+        z = motion.z[:, row]
+        if not all(each.set_base_of_motion(z, inputs) and each.move(target, speeds, rest, clock) for each in both):
             codes[row] = int(Status.SINGULAR)
             continue
         state = reducer.state()
@@ -79,8 +80,8 @@ def reduce_to_input(
     return _reduction(mechanism, actuator, motion.inputs[actuator], table, codes)
 
 
-def held(mechanism: Mechanism, actuator: int) -> Mechanism:
-    """Return the mechanism whose inputs but one stand where their laws begin."""
+def with_others_fixed(mechanism: Mechanism, actuator: int) -> Mechanism:
+    """Return the mechanism in which all inputs but one keep the first value of their laws."""
     start = mechanism.start_inputs
     others = [a if k == actuator else replace(a, law=ConstantLaw(start[k])) for k, a in enumerate(mechanism.actuators)]
     return replace(mechanism, actuators=tuple(others))
@@ -99,19 +100,19 @@ def _reduction(mechanism: Mechanism, actuator: int, q: FloatArray, table: FloatA
 
 
 def undamped(mechanism: Mechanism) -> Mechanism:
-    """Return the mechanism without what depends on speeds, and without efforts."""
+    """Return the mechanism without dampers, friction and efforts."""
     dynamics = mechanism.dynamics
     releases = tuple(replace(release_of(mechanism, k), effort=DrivingEffort()) for k in range(len(mechanism.actuators)))
     return replace(mechanism, dynamics=replace(dynamics, dampers=(), frictions=(), releases=releases))
 
 
 def without_loads(mechanism: Mechanism) -> Mechanism:
-    """Return the mechanism with weight and springs alone."""
+    """Return the mechanism without loads; weight and springs remain."""
     return replace(mechanism, dynamics=replace(mechanism.dynamics, loads=()))
 
 
 def chosen_input(mechanism: Mechanism, name: str) -> int:
-    """Return an input by name, or the only one; raise UsageError where that is not clear."""
+    """Return the input of a given name, the first if the name is ""; raise UsageError if there is none."""
     names = [a.name for a in mechanism.actuators]
     if name in names:
         return names.index(name)
@@ -121,10 +122,10 @@ def chosen_input(mechanism: Mechanism, name: str) -> int:
 
 
 def reduction_table(found: Reduction) -> Table:
-    """Return q in the file's unit and what is reduced to it, in SI units."""
+    """Return the table of q in the file's unit and the reduced quantities in SI units."""
     actuator = found.mechanism.actuators[found.actuator]
     quantities = (
-        ("J", found.inertia, "kg m2", "kg"), ("dJ_dq", found.inertia_slope, "kg m2/rad", "kg/m"),
+        ("J", found.inertia, "kg m^2", "kg"), ("dJ_dq", found.inertia_slope, "kg m^2/rad", "kg/m"),
         ("tau", found.torque, "N m", "N"), ("V", found.potential, "J", "J"),
         ("dtau_dq", found.torque_slope, "N m/rad", "N/m"), ("dV_dq", found.potential_slope, "N m", "N"),
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Forward dynamics: the motion that loads, weight and drives give a mechanism whose inputs are free."""
+"""Forward dynamics: the motion of a mechanism with free inputs under weight, loads and driving efforts."""
 
 from __future__ import annotations
 
@@ -19,23 +19,26 @@ from gimcli.status import Status
 from gimcli.structure.residual import holds
 
 TOLERANCE = 1e-10
-"""Residual up to which a row is written."""
+"""Greatest residual of a row in the results."""
 
 
 def simulate(
     mechanism: Mechanism, times: FloatArray, settings: Settings | None = None, run: Run = plain,
     progress: Progress = no_progress,
 ) -> Simulation:  # fmt: skip
-    """Let a mechanism move from its start; return it at `times` (rows,) [s], ascending from the start's."""
+    """Simulate a mechanism from its initial state at times[0]; return the states at `times` (rows,) [s], ascending.
+
+    Raises UsageError for an unknown method, StructureError without a free input, ModelError without masses.
+    """
     settings = settings or Settings()
     if settings.method not in INTEGRATORS:
-        raise UsageError(f"method '{settings.method}': choose {', '.join(INTEGRATORS)}")
+        raise UsageError(f"expected a method of {', '.join(INTEGRATORS)}, got '{settings.method}'")
     kind = EulerIntegration if INTEGRATORS[settings.method].over_input else Integration
     return _checked(kind(mechanism, np.asarray(times, dtype=float), settings, run, progress).simulation())
 
 
 def _checked(found: Simulation) -> Simulation:
-    """Return a simulation up to the first row that does not satisfy every constraint."""
+    """Return the simulation up to the last row before one that violates a constraint."""
     good = holds(found.mechanism, found.nodes[0], found.inputs[0], TOLERANCE)
     if good.all():
         return found

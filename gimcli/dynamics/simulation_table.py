@@ -1,4 +1,4 @@
-"""Results of a simulation: its table, and its events in the file's units."""
+"""Results of a simulation: the table, and the events in the file's units."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from gimcli.dynamics.simulation_types import Event, Simulation
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
 from gimcli.status import Status
-from gimcli.table import Column, Table, xy_columns
+from gimcli.table import Column, Table, per_second, xy_columns
 
 ENERGIES = ("kinetic", "potential", "dissipated", "supplied")
 
 
 def column_names(mechanism: Mechanism) -> list[str]:
-    """Return the names of the columns, reactions apart: they are known before the work."""
+    """Return the names of the columns except those of reactions; no simulation is needed for them."""
     names = ["step", "time", "status", *(f"energy.{kind}" for kind in (*ENERGIES, "drift"))]
     names += [a.name + part for a in mechanism.actuators for part in ("", ".speed", ".acceleration", ".effort")]
     return [*names, *(f"{name}.{axis}" for name in mechanism.traced for axis in "xy")]
 
 
 def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None = None) -> Table:
-    """Return one row a time: inputs and their rates, points, energies, efforts or all reactions, status.
+    """Return one row per time: inputs and their rates, points, energies, efforts or all reactions, status.
 
-    Rows that the simulation did not reach keep their time and the reason.
+    Rows that the simulation did not reach are kept as empty rows with time and status.
     """
     mechanism, rows, columns = found.mechanism, len(found.time), list[Column]()
     for k, actuator in enumerate(mechanism.actuators):
         unit = mechanism.unit_of(actuator)
-        for order, (suffix, per) in enumerate((("", ""), (".speed", "/s"), (".acceleration", "/s^2"))):
+        for order, suffix in enumerate(("", ".speed", ".acceleration")):
             values = mechanism.value_to_file(k, found.inputs[order, k])
-            columns.append(Column(actuator.name + suffix, values, unit + per))
+            columns.append(Column(actuator.name + suffix, values, per_second(unit, order) if order else unit))
     for name in mechanism.traced:
         path = np.asarray(mechanism.to_file(carried_point(mechanism, name, found.nodes[0])))
         columns += xy_columns(f"{name}.", path, mechanism.length_unit)
@@ -54,7 +54,7 @@ def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None
 
 
 def _efforts(found: Simulation) -> list[Column]:
-    """Return what the inputs that follow laws ask for."""
+    """Return the efforts of the inputs that follow laws."""
     columns = []
     for k, actuator in enumerate(found.mechanism.actuators):
         if not np.all(np.isnan(found.efforts[k])):
@@ -74,7 +74,7 @@ def event_report(mechanism: Mechanism, event: Event) -> dict[str, Any]:
 
 
 def reactions(found: Simulation) -> Forces:
-    """Return the reactions along a simulation; the free inputs ask for their own efforts."""
+    """Return the reactions along a simulation; the efforts of the free inputs are computed from the motion."""
     from gimcli.dynamics.forces import inverse_dynamics
     from gimcli.dynamics.statics import statics
 

@@ -1,4 +1,4 @@
-"""What a simulation is asked for and what it gives."""
+"""Settings, constants, events and results of a simulation."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ STANDSTILL, DEAD_POINT, LIMIT, SINGULAR = "standstill", "dead point", "limit", "
 
 @dataclass(frozen=True)
 class Settings:
-    """What the user decides about an integration."""
+    """Settings of an integration that the user chooses."""
 
-    method: str = "dop853"
-    rtol: float = 1e-9  # of variables and speeds
+    method: str = "dop853"  # a name of INTEGRATORS
+    rtol: float = 1e-9  # relative tolerance of variables and speeds
     step: float = 1e-3  # s, of rk4
-    standstills: int = 0  # end at this one; 0: do not
+    standstills: int = 0  # number of the standstill at which to end; 0: none
 
 
 @dataclass(frozen=True)
 class SimulationConstants:
     """Constants of the method, each with its reason."""
 
-    steep: float = 12.0  # influence coefficient above which other variables are better: M grows with its square
-    gentle: float = 6.0  # below which the inputs serve again: half of it, so that they do not change to and fro
-    absolute: float = 0.1  # absolute tolerance (rad, lengths about 1) beside the relative one: where a variable is 0
-    energies: float = 1e30  # tolerance of the energies: they follow the motion, the steps do not follow them
-    shortest: float = 1e-12  # step beside the whole time: shorter ones lead nowhere, as before a singular position
-    beginning: float = 1e3  # first step beside that: rounded zeros in the state suggest shorter ones
-    creep: float = 1e-7  # step beside the whole time: shorter ones lead nowhere ...
-    patience: int = 300  # ... if more come one after the other
-    beside: float = 2e-2  # determinant of a dyad below which steps are watched one by one
-    landing: float = 1e-2  # of a step: corrections of an event beyond that come from a change point on the way
-    bisections: int = 60  # of a bracket: to the last digit
-    moving: float = 1e-2  # part of the greatest energies above which the kinetic one determines speeds to enough digits
+    steep: float = 12.0  # influence coefficient above which other variables are chosen: M grows with its square
+    gentle: float = 6.0  # influence coefficient below which the inputs are chosen again; half, to avoid changes in turn
+    absolute: float = 0.1  # absolute tolerance relative to rtol (rad, lengths about 1), for variables near 0
+    energies: float = 1e30  # tolerance of the energies, so that they do not control the steps
+    shortest: float = 1e-12  # least step relative to the whole time: shorter steps occur before a singular position
+    beginning: float = 1e3  # least first step relative to the least step: rounded zeros suggest too short ones
+    creep: float = 1e-7  # step relative to the whole time; the piece ends if more than `patience` steps ...
+    patience: int = 300  # ... in succession are shorter
+    beside: float = 2e-2  # determinant of a dyad below which every step is checked
+    landing: float = 1e-2  # greatest correction of an event relative to the step; greater ones mean a change point
+    bisections: int = 60  # of a bracket, for full precision
+    moving: float = 1e-2  # least kinetic energy relative to the greatest energies for a correction of the speeds
 
 
 SIMULATION = SimulationConstants()
@@ -47,18 +47,18 @@ SIMULATION = SimulationConstants()
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened on the way."""
+    """An event of a simulation: a standstill, a dead point, a limit or a singular position."""
 
     kind: str
     time: float  # s
-    inputs: FloatArray  # (actuators,)
+    inputs: FloatArray  # (actuators,) rad, or length in the normal frame
     speeds: FloatArray  # (actuators,) by s
-    actuator: int = -1  # the input that it is about
+    actuator: int = -1  # the input concerned; -1: several
 
 
 @dataclass(frozen=True)
 class Simulation:
-    """A motion as it came about; rows after its end are missing."""
+    """The result of a simulation; rows after its end are missing."""
 
     mechanism: Mechanism = field(repr=False)
     time: FloatArray  # (rows,) s
@@ -67,16 +67,16 @@ class Simulation:
     efforts: FloatArray = field(repr=False)  # (actuators, rows) N m or N x length: of the inputs that follow laws
     energy: FloatArray = field(repr=False)  # (4, rows) J: kinetic, potential; dissipated and supplied since the start
     events: tuple[Event, ...]
-    status: Status  # how it ended
+    status: Status  # reason of the end
     end: float  # s
-    evaluations: int
+    evaluations: int  # of the equations of motion
     steps: int
-    corrected: float  # J: what the steps alone would have let the energy drift by, added up without signs
-    contradiction: float  # greatest residual of all equations, those not used among them
+    corrected: float  # J, sum of the absolute energy corrections
+    contradiction: float  # greatest residual of all equations, including redundant ones
 
     @property
     def total(self) -> FloatArray:
-        """Kinetic and potential energy and what has been dissipated, less what has been supplied [J] (rows,)."""
+        """Kinetic plus potential plus dissipated minus supplied energy [J] (rows,): constant except for errors."""
         kinetic, potential, dissipated, supplied = self.energy
         return np.asarray(kinetic + potential + dissipated - supplied)
 
@@ -94,5 +94,5 @@ class Simulation:
         return float(np.max(np.abs(self.drift))) / scale if scale > 0.0 else 0.0
 
     def course(self) -> Course:
-        """Return the motion as what reactions are asked for."""
+        """Return positions, velocities and accelerations for the computation of reactions."""
         return Course(self.time, self.inputs[0], self.nodes)

@@ -1,9 +1,9 @@
-"""Which reactions and efforts hold a mechanism in equilibrium, on which bodies they act, and in which order they come.
+"""Unknown reactions and efforts of a mechanism, the bodies that they act on, and the order of solution.
 
-Unknowns: two force components for every member at a node but the first, one normal force for every node on a line,
-the effort of every actuator. Equations: three for every moving member, two for a node of no member. The pin of a node
-belongs to the first of its members (the frame first, then as in the file): what is attached to the pin loads
-that one. A true prismatic pair holds the member whose two nodes slide. The blocks come out in the reverse order of
+Unknowns: two force components for every member at a node except the first member, one normal force for every node on a
+line, and the effort of every actuator. Equations: three for every moving member, two for a node without a member. The
+pin of a node belongs to its first member (the frame first, then the order of the file): forces on the pin act on that
+member. A true prismatic pair acts on the member whose two nodes slide. The order of the blocks is the reverse order of
 formation.
 """
 
@@ -24,10 +24,10 @@ from gimcli.structure.steps import NONE, Vector
 
 @dataclass(frozen=True)
 class Body:
-    """A moving member, or a node of no member."""
+    """A moving member, or a node without a member."""
 
     member: int  # NONE for a node
-    node: int  # moments are about this one
+    node: int  # reference point of moments
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Pin:
 
 @dataclass(frozen=True)
 class Statics:
-    """Bodies, unknowns, and what they mean."""
+    """The bodies and unknowns of a mechanism."""
 
     mechanism: Mechanism
     bodies: tuple[Body, ...]
@@ -63,9 +63,9 @@ class Statics:
     normals: dict[int, int]  # unknown of each slide
     efforts: tuple[int, ...]  # unknown of each actuator
     body_of_member: dict[int, int]
-    body_of_pin: dict[int, int]  # body that a node's pin belongs to; NONE for the frame
-    pushed: tuple[int, ...]  # body of the slider that each gauge along a guide pushes; NONE: it pushes pins
-    on_pins: frozenset[int]  # unknowns that act on pins, and not on a member beside them
+    body_of_pin: dict[int, int]  # body to which the pin of each node belongs; NONE for the frame
+    pushed: tuple[int, ...]  # by gauge: body of the sliding member on which it acts; NONE: it acts on pins
+    on_pins: frozenset[int]  # unknowns that act on pins
 
     @property
     def equations(self) -> int:
@@ -87,7 +87,7 @@ class Statics:
         return tuple(starts)
 
     def senses(self, reaction: Reaction) -> list[tuple[int, int, int]]:
-        """Return body, sense and node of the sides of a reaction that are not the frame."""
+        """Return body, sense (1 or -1) and node of the sides of a reaction, without the frame."""
         sides = [(reaction.plus, 1, reaction.node), (reaction.minus, -1, reaction.other)]
         return [side for side in sides if side[0] != NONE]
 
@@ -115,7 +115,7 @@ class Statics:
 
     @cached_property
     def open_pins(self) -> frozenset[int]:
-        """Nodes whose reactions redundant constraints can leave open: a stress without loads may reach them."""
+        """Nodes whose reactions can be indeterminate: self-stresses of redundant constraints may act there."""
         loose: set[int] = set()
         for block in self.blocks:
             rows = set(block.rows)
@@ -153,7 +153,7 @@ class _StaticsBuilder:
         held = [self._row(row) for row in mechanism.pairs]
         normals = dict(enumerate(k for k, row in zip(held, mechanism.pairs, strict=True) if row.kind == HEIGHT))
         efforts = tuple(self._row(actuator) for actuator in mechanism.actuators)
-        bodies = [Body(k, self._busiest(k)) for k in range(1, len(mechanism.members))]
+        bodies = [Body(k, self._moment_node(k)) for k in range(1, len(mechanism.members))]
         bodies += [Body(NONE, n) for n in self.loose]
         pushed = tuple(self.body_of_member.get(self._slider(gauge), NONE) for gauge in mechanism.gauges)
         return Statics(
@@ -176,7 +176,7 @@ class _StaticsBuilder:
         return Pin(node, tuple(members), first, node in self.attached)
 
     def _row(self, row: PairRow) -> int:
-        """Add what a row of a pair, or an actuator, bears: a couple, a force between nodes, or one on a guide."""
+        """Add the reaction of a constraint or an actuator: a couple, a force between nodes, or one on a guide."""
         body = self.body_of_member
         if row.rotary:
             return self._add(Reaction(COUPLE, body[row.members[0]], body[row.guide]))
@@ -190,18 +190,18 @@ class _StaticsBuilder:
         return self._add(Reaction(ALONG, plus, minus, second, first, vector), on_pin=True)
 
     def _slider(self, row: PairRow) -> int:
-        """Return the member of a true prismatic pair whose height, or travel, a row is; or NONE."""
+        """Return the sliding member if a row is a height or travel of a true prismatic pair, else NONE."""
         for number, slide in enumerate(self.mechanism.slides if row.kind == HEIGHT else ()):
             if slide.node == row.node and slide.guide == row.guide:
                 return pair_of(self.mechanism, number).body
         return NONE
 
     def _ends(self, row: PairRow) -> Sequence[int]:
-        """Return the nodes whose pins a row pushes."""
+        """Return the nodes on whose pins a row acts."""
         return row.nodes if row.kind == SPAN or (row.kind == HEIGHT and self._slider(row) == NONE) else ()
 
-    def _busiest(self, member: int) -> int:
-        """Return the node of a member at which most unknowns act: they leave the equation of moments."""
+    def _moment_node(self, member: int) -> int:
+        """Return the node of a member at which most unknowns act; they have no moment about it."""
         body = self.body_of_member[member]
         count = dict.fromkeys(self.mechanism.members[member].nodes, 0)
         for reaction in self.reactions:
@@ -212,8 +212,8 @@ class _StaticsBuilder:
 
 
 def carried_direction(mechanism: Mechanism, index: int, direction: complex) -> Vector:
-    """Return a direction of a member's own frame as a vector that is carried along."""
+    """Return a direction in a member's own frame as a vector that moves with the member."""
     if index == FRAME:
         return Vector(direction)
-    u, v, way = mechanism.members[index].ends
-    return Vector(direction / way, u, v)
+    u, v, span = mechanism.members[index].ends
+    return Vector(direction / span, u, v)

@@ -1,7 +1,7 @@
-"""Windows about change points: slabs of the independent variables within which the branch followed is interpolated.
+"""Windows about change points: slabs in the independent variables in which the branch is interpolated.
 
-Places before a change point give a polynomial that predicts the one beyond, on whichever sides the blocks are there:
-any number of them may change at once. A window is kept where places on both sides determine those within.
+Positions before a change point give a polynomial that predicts a position behind it; any number of blocks may change
+their configuration there. A window is accepted if the positions on both sides determine those inside.
 """
 
 from __future__ import annotations
@@ -23,54 +23,54 @@ from gimcli.structure.coordinate_partitioning import residuals
 from gimcli.structure.polynomials import Terms
 
 REACHES = (4.0, 3.0, 2.2, 1.6)
-"""Distance of the farthest place from the middle beside half the width of the window, tried in this order."""
+"""Distances of the farthest position from the middle, in half widths of the window, in the order of trial."""
 
 WEAK, BEYOND = 0.03, 1.2
-"""Determinant (unit gradients) below which a change point is looked for: beyond, accelerations are known to 1e-11; it
-is less than that within a window, and somewhat beyond."""
+"""Determinant (unit gradients) below which a change point is searched: above it accelerations are accurate to 1e-11.
+BEYOND times WEAK is the determinant at the edges of a window."""
 
 CLOSE, ALONG = 10.0, 0.3
-"""Determinant beside WEAK below which other blocks are heeded; least part of a direction along their sheets."""
+"""Determinant relative to WEAK below which other blocks count; least part of a direction along their sheets."""
 
 FAR = 1.0
-"""Distance beyond which no change point is looked for: a determinant that hardly changes has none."""
+"""Greatest distance of a change point: a determinant that hardly changes has none."""
 
 NEAR = 2.0
-"""Distance of another change point in half widths within which the window is made to hold it as well."""
+"""Distance in half widths within which another change point is included in the window."""
 
 BACK, MOST = 0.01, 0.5
-"""Step from which a change point is looked for; greatest half width."""
+"""Step before the search for a change point; greatest half width."""
 
 SLOPED = 0.1
-"""Part of the way to a change point over which slopes of determinants are taken."""
+"""Step for slopes of determinants, relative to the distance of the change point."""
 
 PREDICTED, BENT = 1e-4, 1e-2
-"""Greatest error of a predicted place beyond, and of its slopes, relative to the greatest."""
+"""Greatest error of a predicted position, and of its slopes relative to the greatest slope."""
 
 FITS, EXACT = 1e-12, 3e-14
-"""Greatest residual within a window, of equations about 1 in size; below the latter no better one is looked for."""
+"""Greatest residual in a window (equations scaled to about 1); residual below which no better window is searched."""
 
 INSIDE = 9
-"""Places of a window at which the equations are asked."""
+"""Number of positions in a window at which the residual is computed."""
 
 KEPT = 8
-"""Windows that are kept, those nearest to the motion."""
+"""Most windows that are kept; those nearest to the motion."""
 
 
 @dataclass(frozen=True)
 class Window:
-    """One window."""
+    """A window: the slab |(s - centre) . normal| <= half in the independent variables s (k,)."""
 
     centre: FloatArray  # (k,)
-    normal: FloatArray  # (k,)
-    half: float
-    offsets: FloatArray  # (2, NODES)
+    normal: FloatArray  # (k,) unit vector
+    half: float  # half width
+    offsets: FloatArray  # (2, NODES) of the interpolated positions along the normal, before and behind
     edges: tuple[InfluencePosition, InfluencePosition]
     weakest: float  # least determinant at the edges
 
 
 def no_windows(size: int, variables: int, blocks: int) -> Windows:
-    """Return none for so many independent variables."""
+    """Return empty arrays of windows for `size` independent variables."""
     return Windows(
         np.zeros((0, size)), np.zeros((0, size)), np.zeros(0), np.zeros(0), np.zeros((0, 2, NODES)),
         np.zeros((0, 2, NODES)), np.zeros((0, 2, variables)), np.zeros((0, 2, size, variables)),
@@ -79,7 +79,7 @@ def no_windows(size: int, variables: int, blocks: int) -> Windows:
 
 
 def with_window(windows: Windows, found: Window, here: FloatArray) -> Windows:
-    """Return windows with another one before them; the farthest from where the motion is (k,) are dropped."""
+    """Return windows with another one added in front; those farthest from the motion at `here` (k,) are dropped."""
     apart = found.offsets.ravel()[:, None] - found.offsets.ravel()[None, :] + np.eye(2 * NODES)
     new = (
         found.centre, found.normal, found.half, found.weakest, found.offsets,
@@ -106,7 +106,10 @@ def _normals(slopes: FloatArray) -> list[FloatArray]:
 
 
 def _sides(here: FloatArray, gains: FloatArray) -> tuple[float, float]:
-    """Return how far the window lies along its normal, where determinants `here` change by `gains`."""
+    """Return the least and greatest distance of the window along its normal.
+
+    Determinants have the values `here`, and the slopes `gains` along the normal.
+    """
     with np.errstate(divide="ignore"):
         middles, halves = -here / gains, BEYOND * WEAK / np.abs(gains)
     near = np.abs(middles - middles[0]) <= NEAR * halves[0]
@@ -116,7 +119,7 @@ def _sides(here: FloatArray, gains: FloatArray) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class WindowSearch:
-    """Looks for windows on the branch of a place."""
+    """Searches for windows on the branch of a position."""
 
     run: Run
     terms: Terms
@@ -126,9 +129,9 @@ class WindowSearch:
     room: InfluenceScratch
 
     def find(self, last: InfluencePosition, at: InfluencePosition, together: bool) -> Window | None:
-        """Return the window about the change point near the place `at`, reached from `last`; None without one.
+        """Return the window about the change point near the position `at`, reached from `last`; None if there is none.
 
-        together: whether it must hold the change points of all weak blocks, those on sheets that cross too.
+        With `together` it must contain the change points of all weak blocks, also those on crossing sheets.
         """
         start = self.before(copied(last), copied(at))
         weak, slopes = self.slopes(start)
@@ -141,21 +144,21 @@ class WindowSearch:
 
     @cached_property
     def turning(self) -> NDArray[np.bool_]:
-        """Which blocks have a determinant that changes (blocks,)."""
+        """Whether the determinant of each block varies (blocks,)."""
         return np.asarray(self.chart.blocks[:, 0] != influence.LINEAR)
 
     def to(self, place: InfluencePosition, target: FloatArray) -> InfluencePosition | None:
-        """Return the place at a target, followed from another."""
+        """Return the position at a target (k,), followed from another position; None if it is not reached."""
         last, found = copied(place), copied(place)
         there = self.run(influence.follow)(self.chart, last, found, target, np.zeros(len(target)), self.room)
         return found if there else None
 
     def weakest(self, place: InfluencePosition) -> float:
-        """Return the least determinant of the blocks at a place."""
+        """Return the least absolute determinant of the blocks at a position."""
         return float(np.min(np.abs(place.sign[self.turning])))
 
     def before(self, last: InfluencePosition, near: InfluencePosition) -> InfluencePosition:
-        """Return a place on the way to a weak one that is just before: by the branch that leads there."""
+        """Return a position on the same branch shortly before a weak one."""
         target = near.v[self.own]
         while self.weakest(last) > WEAK and np.max(np.abs(target - last.v[self.own])) > BACK:
             middle = self.to(last, 0.5 * (last.v[self.own] + target))
@@ -166,23 +169,23 @@ class WindowSearch:
         return last
 
     def slopes(self, start: InfluencePosition) -> tuple[IntArray, FloatArray]:
-        """Return the blocks that are weak, the weakest first, and how their determinants change (blocks, k)."""
+        """Return the weak blocks, the weakest first, and the slopes of their determinants (blocks, k)."""
         here = np.abs(start.sign)
         weak = np.flatnonzero(self.turning & (here < CLOSE * max(WEAK, self.weakest(start))))
         weak = weak[np.argsort(here[weak])]
         step = min(BACK, SLOPED * self.weakest(start))
         slopes = np.zeros((len(weak), len(self.own)))
-        for k, way in enumerate(step * np.eye(len(self.own))):
-            there = [self.to(start, start.v[self.own] + side * way) for side in (1.0, -1.0)]
+        for k, shift in enumerate(step * np.eye(len(self.own))):
+            there = [self.to(start, start.v[self.own] + side * shift) for side in (1.0, -1.0)]
             one, other = (start if place is None else place for place in there)
             if one is not other:
                 apart = one.v[self.own[k]] - other.v[self.own[k]]
                 slopes[:, k] = (np.abs(one.sign) - np.abs(other.sign))[weak] / apart
-        met = here[weak] < FAR * np.linalg.norm(slopes, axis=1)
-        return weak[met], slopes[met]
+        near = here[weak] < FAR * np.linalg.norm(slopes, axis=1)
+        return weak[near], slopes[near]
 
     def best(self, start: InfluencePosition, normal: FloatArray, low: float, high: float) -> Window | None:
-        """Return the window between two distances from a place whose places determine those within best."""
+        """Return the window between two distances from a position that has the least residual inside."""
         half, centre = 0.5 * (high - low), start.v[self.own] + 0.5 * (low + high) * normal
         best: tuple[float, Window] | None = None
         for reach in REACHES if half < MOST else ():
@@ -196,7 +199,7 @@ class WindowSearch:
     def window(
         self, start: InfluencePosition, centre: FloatArray, normal: FloatArray, half: float, reach: float
     ) -> tuple[float, Window] | None:
-        """Return the residual within a window and the window, from places as far as a reach."""
+        """Return the residual in a window and the window, interpolated from positions up to the distance `reach`."""
         spread = half + (reach - half) * 0.5 * (1.0 - np.cos(np.pi * np.arange(NODES) / (NODES - 1)))
         near = self._along(start, centre, normal, -spread)
         if near is None:
@@ -224,11 +227,11 @@ class WindowSearch:
     def _predicted(
         self, near: Sequence[InfluencePosition], centre: FloatArray, normal: FloatArray, half: float, reach: float
     ) -> InfluencePosition | None:
-        """Return the place beyond a change point that continues others; None where no block changes its side."""
+        """Return the position behind a change point predicted from others; None if no block changes its sign."""
         x = half / reach
         factors = self._fitted(near, centre, normal, reach)
         slopes = np.asarray(chebyshev.chebval(x, chebyshev.chebder(factors))) / reach
-        v, unknown = near[0].v.copy(), self.chart.unknown  # what stands still keeps all its digits
+        v, unknown = near[0].v.copy(), self.chart.unknown  # fixed nodes keep their exact coordinates
         v[unknown] = np.asarray(chebyshev.chebval(x, factors))[unknown]
         v[self.own] = centre + half * normal
         found = InfluencePosition(v.copy(), np.zeros_like(near[0].b), np.zeros(len(near[0].sign)))
@@ -244,7 +247,7 @@ class WindowSearch:
     def _fitted(
         self, places: Sequence[InfluencePosition], centre: FloatArray, normal: FloatArray, reach: float
     ) -> FloatArray:
-        """Return Chebyshev factors (degrees, variables) that fit places along a line and their slopes."""
+        """Return Chebyshev coefficients (degrees, variables) fitted to positions along a line and their slopes."""
         x, degree = np.array([(place.v[self.own] - centre) @ normal / reach for place in places]), 2 * NODES - 1
         slopes = chebyshev.chebder(np.eye(degree + 1))  # of each polynomial
         table = np.vstack([chebyshev.chebvander(x, degree), chebyshev.chebvander(x, degree - 1) @ slopes])
@@ -252,7 +255,7 @@ class WindowSearch:
         return np.asarray(np.linalg.lstsq(table, right, rcond=None)[0])
 
     def _residual(self, window: Window) -> float:
-        """Return the greatest residual within a window."""
+        """Return the greatest residual in a window."""
         size = len(self.own)
         one = with_window(no_windows(size, len(self.base.v), len(self.base.sign)), window, window.centre)
         last, found, error = copied(self.base), copied(self.base), 0.0
@@ -266,5 +269,5 @@ class WindowSearch:
 
 
 def copied(place: InfluencePosition) -> InfluencePosition:
-    """Return a copy of a place."""
+    """Return a copy of a position."""
     return InfluencePosition(place.v.copy(), place.b.copy(), place.sign.copy())

@@ -86,4 +86,4 @@ class Extras:
 
     def report(self, motion: Motion) -> dict[str, Any]:
         """Return the results of the measures for the whole motion, for --json."""
-        return {"measures": self.record.told(motion)} if self.record is not None else {}
+        return {"measures": self.record.results(motion)} if self.record is not None else {}

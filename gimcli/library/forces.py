@@ -103,7 +103,7 @@ class ForcesResult(RowsResult):
     @property
     def complete(self) -> bool:
         """Whether the forces of all rows are determined."""
-        return self.found.told == self.steps + 1
+        return self.found.determined == self.steps + 1
 
     @property
     def events(self) -> list[dict[str, Any]]:
@@ -112,14 +112,14 @@ class ForcesResult(RowsResult):
 
     def headline(self) -> str:
         """Return the result in one line."""
-        return f"{self.mechanism.name}: forces at {self.found.told} of {self.steps + 1} positions"
+        return f"{self.mechanism.name}: forces at {self.found.determined} of {self.steps + 1} positions"
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
         found, motion, peaks = self.found, self.found.summary.motion, self.found.peaks
         whole = found.summary.solved < self.steps + 1 or self.complete
         return {
-            "steps": self.steps, "solved": found.told, "residual": found.summary.residual,
+            "steps": self.steps, "solved": found.determined, "residual": found.summary.residual,
             "reachable": reachable(motion), "events": self.events,
             "status": motion.overall.word if whole else "singular",
             "energy_drift": peaks.drift, "power_error": peaks.power_error, "peaks": peaks.report(),
@@ -131,7 +131,7 @@ class ForcesResult(RowsResult):
         from gimcli.output.forces import forces_sheet
 
         found = self.found
-        if not found.told:
+        if not found.determined:
             return None
         mechanism = found.statics.mechanism
         time, inputs, efforts, shaking = found.kept

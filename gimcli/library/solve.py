@@ -18,7 +18,7 @@ from gimcli.motion.solve import solve as solve_position
 from gimcli.positions.options import Options
 from gimcli.positions.position import Position
 from gimcli.structure.drive_check import explained, refuse_contradiction
-from gimcli.table import Column, Table, xy_columns
+from gimcli.table import Column, Table, per_second, xy_columns
 
 if TYPE_CHECKING:
     from gimcli.gim.convergence import ErrorLaw
@@ -215,9 +215,9 @@ def velocity_arrows(found: Instant, at: Mapping[str, complex]) -> list[Any]:
     """Return velocities and accelerations as vectors for the picture; `at` are the coordinates where they are drawn."""
     from gimcli.output.vectors import Arrows
 
-    length = "1" if found.mechanism.length_unit == "unit" else found.mechanism.length_unit
     kinds = []
-    for order, name, unit in ((1, "velocity", f"{length}/s"), (2, "acceleration", f"{length}/s^2")):
+    for order, name in ((1, "velocity"), (2, "acceleration")):
         vectors = found.of_points(order)
+        unit = per_second(found.mechanism.length_unit, order)
         kinds.append(Arrows(name, unit, {n: (z, vectors[n]) for n, z in at.items()}))
     return kinds

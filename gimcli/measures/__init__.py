@@ -1,4 +1,4 @@
-"""Measures: results of a motion beyond coordinates. One file a kind, one line here for each."""
+"""Measures: quantities computed from a motion. Each kind has one file and one entry in `KINDS`."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ KINDS: dict[str, Kind] = {
 
 
 def measures_of(mechanism: Mechanism, spec: str) -> list[Measure]:
-    """Return the measures that a text such as "centre:rod/rocker" asks for.
+    """Return the measures of a text such as "centre:rod/rocker".
 
-    Raises UsageError for a kind or name that does not exist.
+    Raises UsageError for an unknown kind or name.
     """
     kind, colon, names = spec.partition(":")
     if kind not in KINDS:
@@ -25,5 +25,5 @@ def measures_of(mechanism: Mechanism, spec: str) -> list[Measure]:
 
 
 def help_lines() -> list[tuple[str, str]]:
-    """Return how each kind is written, and what it gives."""
+    """Return the form and the description of each kind."""
     return [(f"{kind.name}:{kind.arguments}", kind.text) for kind in KINDS.values()]

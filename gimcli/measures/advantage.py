@@ -1,7 +1,7 @@
-"""Mechanical advantage: output force or torque over that of an input, without losses, the other inputs held.
+"""Mechanical advantage: output force or torque divided by that of an input, without losses, the other inputs fixed.
 
-The power that goes in comes out, F_out v_out = F_in v_in, so that it is the ratio of the rates d(in) / d(out), angles
-in rad. Source: Norton, Design of Machinery, section 6.6; Uicker, Pennock & Shigley, Theory of Machines and Mechanisms.
+Without losses F_out v_out = F_in v_in, so that the advantage is the ratio of rates d(in) / d(out), angles in rad.
+Source: Norton, Design of Machinery, section 6.6; Uicker, Pennock & Shigley, Theory of Machines and Mechanisms.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from gimcli.rates.path_derivatives import PathDerivatives
 from gimcli.structure.residual import pose
 
 STILL = 1e-12
-"""Rate of an output at rest for a unit rate of the input, normal frame: rounding of a dead centre."""
+"""Rate of the output for a unit rate of the input (normal frame) below which the output is at rest."""
 
 
 class Advantage(Measure):
-    """Advantage and its inverse, the ratio of the rates."""
+    """The mechanical advantage and its inverse."""
 
     def __init__(self, mechanism: Mechanism, spec: str, actuator: int, output: str) -> None:
         self.mechanism, self.spec, self.actuator = mechanism, spec, actuator
@@ -36,14 +36,14 @@ class Advantage(Measure):
         self.scale = scale  # from the normal frame to the file's units
 
     def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
-        """Return d(in) / d(out) (inf where the output stands still) and d(out) / d(in)."""
+        """Return d(in) / d(out) (inf if the output is at rest) and d(out) / d(in), each (rows,)."""
         ratio = self._rate(derivatives.of_input(self.actuator))
         ratio = np.where(np.abs(ratio) <= STILL, 0.0, ratio)
         with np.errstate(all="ignore"):
             return [np.where(ratio == 0.0, np.inf, 1.0 / (ratio * self.scale)), ratio * self.scale]
 
     def _rate(self, rates: MotionRates) -> FloatArray:
-        """Return the output's rate (rows,): of a member's angle, along a guide, or along a point's path."""
+        """Return the rate of the output (rows,): of a member's angle, along a guide, or along a point's path."""
         if self.member is not None:
             return np.asarray(rates.angular(self.member)[0])
         if self.slide is not None:
@@ -53,7 +53,7 @@ class Advantage(Measure):
 
 
 def sliding_rate(rates: MotionRates, slide: PairRow) -> FloatArray:
-    """Return how fast a node slides along its guide (rows,), positive along the guide's direction."""
+    """Return the sliding velocity of a node along its guide (rows,), positive in the guide's direction."""
     z, v = rates.nodes[0], rates.nodes[1]
     _, turn = pose(rates.mechanism, slide.guide, z)
     speed = v[slide.node]
@@ -64,7 +64,7 @@ def sliding_rate(rates: MotionRates, slide: PairRow) -> FloatArray:
 
 
 def _output(mechanism: Mechanism, spec: str, name: str) -> tuple[int | None, PairRow | None, str | None]:
-    """Return what an output's name means: a moving member, a sliding pair, or a point or node."""
+    """Return the moving member, sliding pair, or point or node of a name; the two others are None."""
     members = [m.name for m in mechanism.members]
     if name in members[FRAME + 1 :]:
         return members.index(name, FRAME + 1), None, None

@@ -1,10 +1,10 @@
-"""Area swept by a member: of the region that its outline passes over, and signed.
+"""Area swept by a member: the area of the region that its outline covers, and the signed area of its line.
 
-The region (counted once, however often it is passed over) is a union of triangles between close poses: see
-`sweeping_area`. The signed area is that of the line from the member's first node A to its second B, positive where it
-moves to its left, d(area)/dt = Im((B - A)* (v_A + v_B) / 2); what is swept back is taken off, and over a closed cycle
-it is the area within B's path less that within A's (planimeter). It is integrated by the trapezoidal rule with end
-corrections, of fourth order. Source: Bottema & Roth, Theoretical Kinematics, 1979, chapter VIII (Holditch).
+The region (each part counted once) is a union of triangles between close poses, see `sweeping_area`. The signed area is
+swept by the line from the member's first node A to its second node B, positive if the line moves to its left:
+d(area)/dt = Im((B - A)* (v_A + v_B) / 2). Over a closed cycle it is the area inside B's path minus that inside A's
+(planimeter). It is integrated by the trapezoidal rule with end corrections, of fourth order. Source: Bottema & Roth,
+Theoretical Kinematics, 1979, chapter VIII (Holditch).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from gimcli.rates.path_derivatives import PathDerivatives
 
 
 class Area(Measure):
-    """Signed area so far in the rows; the region's area of the whole motion."""
+    """The signed area up to each row, and the area of the region of the whole motion."""
 
     def __init__(self, mechanism: Mechanism, spec: str, member: int) -> None:
         self.mechanism, self.spec, self.member = mechanism, spec, member
@@ -34,7 +34,7 @@ class Area(Measure):
         self._last: ComplexArray | None = None  # (time, rate, its derivative, arm, middle) of the last row so far
 
     def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
-        """Return the signed area swept up to each row; a stretch that is not solved adds nothing."""
+        """Return the signed area swept up to each row; intervals that are not solved add nothing."""
         rows = self._signed_rate(derivatives)
         joint = rows if self._last is None else np.concatenate([self._last, rows], axis=1)
         steps = _signed_steps(joint)
@@ -45,7 +45,7 @@ class Area(Measure):
 
     def _signed_rate(self, derivatives: PathDerivatives) -> ComplexArray:
         ends = list(self.mechanism.members[self.member].nodes[:2])
-        z = derivatives.motion.z[ends]  # known even where velocities are not
+        z = derivatives.motion.z[ends]  # known also in rows without velocities
         paths = np.moveaxis(derivatives.timed.nodes[:, ends], 0, 1).copy()
         paths[:, 0] = z
         a, b = completed(derivatives.clock, paths)
@@ -55,20 +55,20 @@ class Area(Measure):
         return np.array([derivatives.clock + 0j, rate + 0j, change + 0j, z[1] - z[0], (z[0] + z[1]) / 2.0])
 
     def outlines(self, derivatives: PathDerivatives) -> list[ComplexArray]:
-        """Return triangles that cover the region."""
+        """Return the triangles that cover the region."""
         corners = corners_of(self.mechanism, self.member)
         found = swept(derivatives, corners, 1) * self.mechanism.scale + self.mechanism.origin
         return list(found)
 
     def whole(self, derivatives: PathDerivatives) -> dict[str, Any]:
-        """Return the region's area, how far it may be off, and the signed area of the whole motion."""
+        """Return area and error estimate of the region, and the signed area of the whole motion."""
         area, error = swept_area(derivatives, corners_of(self.mechanism, self.member))
         square = self.mechanism.scale**2
         return {"area": area * square, "error": error * square, "signed": self._sum * square, "unit": self.unit}
 
 
 def _signed_steps(rows: ComplexArray) -> FloatArray:
-    """Return the area swept between successive rows; by the chord where a velocity is not known."""
+    """Return the signed area swept between successive rows; by the chord where a velocity is unknown."""
     time, rate, change = rows[:3].real
     h = np.diff(time)
     smooth = h / 2.0 * (rate[1:] + rate[:-1]) + h**2 / 12.0 * (change[:-1] - change[1:])
@@ -81,12 +81,12 @@ def _signed_steps(rows: ComplexArray) -> FloatArray:
 def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> list[Measure]:
     index = naming.member(mechanism, spec, names[0])
     if index == FRAME:
-        raise UsageError(f"measure '{spec}': the frame sweeps nothing; name a moving member")
+        raise UsageError(f"measure '{spec}': expected a moving member, got the frame")
     return [Area(mechanism, spec, index)]
 
 
 KIND = Kind(
     "area", "MEMBER",
-    "area that a member sweeps: signed by its line so far, and of the region passed over (told at the end)",
+    "area that a member sweeps: signed area of its line, and area of the region it covers (printed at the end)",
     (1,), _make,
 )  # fmt: skip

@@ -1,9 +1,9 @@
-"""Instant centres and centrodes: where a point of two members has one velocity, over the motion.
+"""Instant centres and centrodes: the point at which two members have the same velocity, over a motion.
 
-A point P of a member moves at v + i omega (P - O); two members i, j agree at P = i (v_i - v_j) / (omega_i - omega_j),
-v being the velocity of the member's point at the frame's origin. Where they rest against each other for a moment, both
-differences vanish and their derivatives determine the centre; a pin that joins them is their centre always. Its
-place in the frame is the fixed centrode, its places in the members are the moving ones; they roll on each other.
+A point P of a member has the velocity v + i omega (P - O), v being that of the member's point at the origin O. Two
+members i, j have the same velocity at P = i (v_i - v_j) / (omega_i - omega_j). If they are at rest relative to each
+other for an instant, both differences are 0 and their derivatives determine the centre. A common pin is always the
+centre. The path of the centre in the frame is the fixed centrode, its paths in the members are the moving centrodes.
 Source: Bottema & Roth, Theoretical Kinematics, 1979, chapter VIII; Norton, Design of Machinery, section 6.5.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.measures import naming
-from gimcli.measures.measure import Head, Kind, Measure
+from gimcli.measures.measure import Head, Kind, Measure, unit_of
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.path_derivatives import PathDerivatives
@@ -25,22 +25,22 @@ from gimcli.structure.residual import pose
 
 @dataclass(frozen=True)
 class Far:
-    """Where a centre counts as being at infinity."""
+    """Limits beyond which a centre counts as infinitely far."""
 
-    sizes: float = 1e7  # of the mechanism: half the digits of the difference of two speeds are gone
-    still: float = 1e-12  # sizes a unit of the parameter: members that hardly move against each other have no centre
+    sizes: float = 1e7  # distance in sizes of the mechanism: the velocity difference is accurate to half the digits
+    still: float = 1e-12  # relative motion, in sizes per unit of the parameter, below which there is no centre
 
 
 FAR = Far()
 
 
 class Centre(Measure):
-    """The instant centre of two members, in the frame and in each of them that moves."""
+    """The instant centre of two members, in the frame and in each of the two that moves."""
 
     def __init__(self, mechanism: Mechanism, spec: str, first: int, second: int) -> None:
         self.mechanism, self.spec, self.pair = mechanism, spec, (first, second)
         self.moving = [m for m in self.pair if m != FRAME]
-        unit = mechanism.length_unit
+        unit = unit_of(mechanism)
         names = [f".{mechanism.members[m].name}" for m in self.moving]
         self.heads = tuple(
             Head(f"{spec}{name}.{axis}", unit, "" if name else "instant centre")
@@ -49,7 +49,7 @@ class Centre(Measure):
         )
 
     def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
-        """Return x, y in the frame, then along and to the left of each moving member's first two nodes."""
+        """Return x, y in the frame, then x, y in the own frame of each moving member."""
         place = instant_centre(derivatives.along, *self.pair)
         columns = [self.mechanism.to_file(place)]
         columns += [
@@ -58,7 +58,7 @@ class Centre(Measure):
         return [part for column in columns for part in (column.real, column.imag)]
 
     def curves(self, derivatives: PathDerivatives) -> dict[str, ComplexArray]:
-        """Return the centrodes: the moving ones in the first pose."""
+        """Return the centrodes; the moving ones are drawn in the first pose of their member."""
         mechanism, z = self.mechanism, derivatives.motion.z
         place = instant_centre(derivatives.along, *self.pair)
         names = [mechanism.members[m].name for m in self.pair]
@@ -74,7 +74,7 @@ class Centre(Measure):
 
 
 def instant_centre(rates: MotionRates, first: int, second: int) -> ComplexArray:
-    """Return where two members have one velocity (rows,), normal frame; NaN at infinity or where they are one."""
+    """Return the instant centre of two members (rows,), normal frame; NaN if infinitely far or not defined."""
     mechanism, size = rates.mechanism, rates.mechanism.size
     pins = set(mechanism.members[first].nodes) & set(mechanism.members[second].nodes)
     if len(pins) == 1:
@@ -99,7 +99,7 @@ def _spin(rates: MotionRates, index: int) -> tuple[ComplexArray, FloatArray]:
 
 
 def _frame_of(mechanism: Mechanism, index: int, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Return a member's first node and the direction (unit) to its second, as `local` in a file; (rows,)."""
+    """Return a member's first node and the unit direction to its second node, its own frame in a file; each (rows,)."""
     member, unit = mechanism.members[index], pose(mechanism, index, z)[1]
     along = member.shape[1] - member.shape[0]
     with np.errstate(all="ignore"):
@@ -107,7 +107,7 @@ def _frame_of(mechanism: Mechanism, index: int, z: ComplexArray) -> tuple[Comple
 
 
 def local_place(mechanism: Mechanism, index: int, place: ComplexArray, z: ComplexArray) -> ComplexArray:
-    """Return places (rows,) as seen from a moving member: along, and to the left of, its first two nodes."""
+    """Return points (rows,) in the own frame of a moving member, as `local` in a file."""
     first, along = _frame_of(mechanism, index, z)
     return np.asarray((place - first) * np.conj(along))
 
@@ -115,7 +115,7 @@ def local_place(mechanism: Mechanism, index: int, place: ComplexArray, z: Comple
 def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> list[Measure]:
     first, second = (naming.member(mechanism, spec, name) for name in names)
     if first == second:
-        raise UsageError(f"measure '{spec}': two different members have an instant centre")
+        raise UsageError(f"measure '{spec}': expected two different members")
     return [Centre(mechanism, spec, first, second)]
 
 

@@ -1,8 +1,8 @@
-"""Curvature of a point's path: a property of the path alone, not of the speed.
+"""Curvature of a point's path; it does not depend on the speed.
 
-kappa = Im(v* a) / |v|^3, positive where the path bends to the left of the motion's direction. Where the point comes to
-rest, v = a s + j s^2 / 2 + ... about that row: it has a cusp (radius 0), unless a and j are parallel; then it turns
-back on its own path, and the curvature is the mean of those a step to either side.
+kappa = Im(v* a) / |v|^3, positive if the path turns to the left of the direction of motion. Where the point comes to
+rest, v = a s + j s^2 / 2 + ... near that row: the path has a cusp (radius 0) unless a and j are parallel. If they are,
+the point reverses on its path, and the curvature is the mean of the values one step before and behind.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from gimcli.rates.path_derivatives import PathDerivatives
 
 @dataclass(frozen=True)
 class CurvatureConstants:
-    """Where a path counts as straight, and a point as resting."""
+    """Limits for straight paths and for points at rest."""
 
     flat: float = 1e-12  # sine between v and a, or size over radius: nothing but rounding is left
     rest: float = 2e-5  # |v| / |a| in the parameter below which a point rests: above it 7 digits are right
@@ -37,7 +37,7 @@ class Curvature(Measure):
 
     def __init__(self, mechanism: Mechanism, spec: str, point: str) -> None:
         self.mechanism, self.spec, self.point = mechanism, spec, point
-        unit = mechanism.length_unit
+        unit = unit_of(mechanism)
         self.heads = (
             Head(f"{spec}.radius", unit, "radius of curvature"),
             Head(f"{spec}.curvature", unit_of(mechanism, "1/{}"), "curvature"),
@@ -46,7 +46,7 @@ class Curvature(Measure):
         )
 
     def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
-        """Return radius (inf where straight, 0 at a cusp), curvature, and the centre (empty where straight)."""
+        """Return radius (inf if straight, 0 at a cusp), curvature, and x, y of the centre (NaN if straight)."""
         kappa, place, normal = path_curvature(derivatives, self.point)
         with np.errstate(all="ignore"):
             radius = np.where(kappa == 0.0, np.inf, 1.0 / kappa)
@@ -56,7 +56,7 @@ class Curvature(Measure):
 
 
 def path_curvature(derivatives: PathDerivatives, point: str) -> tuple[FloatArray, ComplexArray, ComplexArray]:
-    """Return signed curvature, place and left normal (unit) of a point's path, each (rows,), normal frame."""
+    """Return signed curvature, position and unit left normal of a point's path, each (rows,), normal frame."""
     size = derivatives.mechanism.size
     p, v, a = derivatives.along.point(point)
     kappa = _curvature(v, a, size)
@@ -70,7 +70,7 @@ def path_curvature(derivatives: PathDerivatives, point: str) -> tuple[FloatArray
 
 
 def _curvature(v: ComplexArray, a: ComplexArray, size: float) -> FloatArray:
-    """Return the signed curvature from two derivatives; 0 where nothing but rounding is left of it."""
+    """Return the signed curvature from two derivatives; 0 if it is only rounding."""
     with np.errstate(all="ignore"):
         speed, bend = np.abs(v), (np.conj(v) * a).imag
         kappa = bend / speed**3
@@ -79,12 +79,12 @@ def _curvature(v: ComplexArray, a: ComplexArray, size: float) -> FloatArray:
 
 
 def _at_rest(derivatives: PathDerivatives, point: str, rows: IntArray, kappa: FloatArray, normal: ComplexArray) -> None:
-    """Set curvature and normal of rows in which the point rests."""
+    """Set curvature and normal in rows in which the point is at rest, in place."""
     size = derivatives.mechanism.size
     _, _, a, j = derivatives.along_to(3, rows).point(point)
     sides = (derivatives.beside(rows, step).point(point) for step in (LIMITS.step, -LIMITS.step))
     ahead, behind = (_curvature(side[1], side[2], size) for side in sides)
-    turned = (ahead - behind) / 2.0  # behind it runs the other way
+    turned = (ahead - behind) / 2.0  # behind the row the direction of motion is opposite
     turned[np.abs(turned) * size <= LIMITS.straight] = 0.0
     with np.errstate(all="ignore"):
         cusp = np.abs((np.conj(a) * j).imag) > LIMITS.cusp * np.abs(a) * np.maximum(np.abs(j), np.abs(a))

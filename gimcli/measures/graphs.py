@@ -1,4 +1,4 @@
-"""Quantities of a motion as graphs: which columns belong to one, and over what they are drawn."""
+"""Graphs of quantities over a motion: their curves and their abscissa."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ ORDERS = {name: order for name, (_, order) in POINT_QUANTITIES.items()} | MEMBER
 
 
 def abscissa(motion: Motion) -> Column:
-    """Return what graphs of a motion are drawn over; of a circuit the part of the way."""
+    """Return the abscissa of graphs of a motion; for a circuit the fraction of its length."""
     if motion.headings is not None:
-        return Column("part of the way", motion.time)
+        return Column("part of the length", motion.time)
     return input_or_time(motion.mechanism, motion.time, motion.inputs)
 
 
 def input_or_time(mechanism: Mechanism, time: FloatArray, inputs: FloatArray) -> Column:
-    """Return the input where there is one of inputs (actuators, rows) and it runs one way, else the time [s]."""
+    """Return the input if there is only one in `inputs` (actuators, rows) and it is monotonic, else the time [s]."""
     if len(mechanism.actuators) == 1:
         steps = np.diff(inputs[0])
         if np.all(steps > 0.0) or np.all(steps < 0.0):
@@ -53,7 +53,7 @@ def quantity(mechanism: Mechanism, table: Table, name: str) -> list[Column]:
 
 
 def measured(heads: Sequence[Head], columns: Sequence[Column]) -> dict[str, list[Column]]:
-    """Return the graphs that measures' columns make: those of one graph and unit together."""
+    """Return the curves of each graph, from columns of measures; curves with the same graph and unit are together."""
     groups: dict[tuple[str, str], list[Column]] = {}
     for head, column in zip(heads, columns, strict=True):
         if head.graph:

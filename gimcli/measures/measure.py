@@ -1,4 +1,4 @@
-"""What a measure is: columns over a motion, curves for its picture, and a sentence about the whole."""
+"""Base class of measures: columns over a motion, curves for the picture, and results for the whole motion."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ class Measure(ABC):
     """One quantity for every row of a motion; `heads` name its columns."""
 
     spec: str
-    """What was asked for, such as "centre:rod/rocker"."""
+    """The text of the measure, such as "centre:rod/rocker"."""
     heads: tuple[Head, ...]
 
     @abstractmethod
     def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
-        """Return one array (rows,) a column in the file's units; NaN where it is not determined.
+        """Return one array (rows,) per column in the file's units; NaN where it is not determined.
 
-        The pieces of a motion come in their order.
+        The pieces of a motion must be given in order.
         """
 
     def curves(self, derivatives: PathDerivatives) -> dict[str, ComplexArray]:
@@ -51,17 +51,17 @@ class Measure(ABC):
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of measure: how it is asked for, and what makes it."""
+    """A kind of measure: its form in the command line, its help and its constructor."""
 
     name: str
     arguments: str  # as the user writes them
     text: str  # one line of help
-    counts: tuple[int, ...]  # of names that it may have
-    make: Callable[[Mechanism, str, Sequence[str]], list[Measure]]  # from what was asked for and its names
+    counts: tuple[int, ...]  # allowed numbers of names
+    make: Callable[[Mechanism, str, Sequence[str]], list[Measure]]  # from the mechanism, the text and its names
 
 
 def unit_of(mechanism: Mechanism, text: str = "{}") -> str:
-    """Return a unit made from the file's length unit; "" where that has no physical unit."""
+    """Return a unit built from the file's unit of length, put in place of {}; "" if that is not physical."""
     return "" if mechanism.length_unit == "unit" else text.format(mechanism.length_unit)
 
 

@@ -1,4 +1,4 @@
-"""Rates of points at rows where the equations determine none, as at a change point that is passed straight through."""
+"""Rates of points in rows in which the equations do not determine them, as at a change point."""
 
 from __future__ import annotations
 
@@ -7,11 +7,14 @@ import numpy as np
 from gimcli.mechanism import ComplexArray, FloatArray
 
 SMOOTH = 1e-2
-"""Part of the way between the rows beside it within which a position must lie on the curve through these."""
+"""Greatest distance of a position from the curve through the rows beside it, relative to their distance."""
 
 
 def quintic(h: FloatArray, before: ComplexArray, after: ComplexArray) -> ComplexArray:
-    """Return the coefficients (6, ...) in s = 0..1 of the curves through places, rates and changes (3, ...) h apart."""
+    """Return coefficients (6, ...) in s = 0..1 of curves with given positions, rates and accelerations at both ends.
+
+    The ends (3, ...) are `h` apart in time.
+    """
     (p0, v0, a0), (p1, v1, a1) = before, after
     v0, v1, a0, a1, d = v0 * h, v1 * h, a0 * h**2, a1 * h**2, p1 - p0
     third = 10 * d - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1
@@ -20,9 +23,9 @@ def quintic(h: FloatArray, before: ComplexArray, after: ComplexArray) -> Complex
 
 
 def completed(time: FloatArray, paths: ComplexArray) -> ComplexArray:
-    """Return paths (points, 3, rows) with the rates of single rows that have none, where the motion is smooth there.
+    """Return paths (points, 3, rows) in which missing rates of single rows are filled if the motion is smooth there.
 
-    They are those of the polynomial of sixth degree through the row's place and all that is known beside it.
+    They are those of the polynomial of sixth degree through the position of the row and all values of the rows beside.
     """
     known = np.all(np.isfinite(paths), axis=(0, 1)).reshape(-1)
     alone = np.flatnonzero(~known[1:-1] & known[:-2] & known[2:]) + 1

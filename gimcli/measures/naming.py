@@ -1,4 +1,4 @@
-"""The user's names in a measure: what they mean, and what was probably meant."""
+"""Names in a measure: their members, actuators and nodes, and messages with similar names."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ FRAME_NAMES = ("frame", "ground")
 
 
 def refuse_count(spec: str, names: Sequence[str], counts: Sequence[int], form: str) -> None:
-    """Raise UsageError where a measure has more or fewer names than its form."""
+    """Raise UsageError if a measure has too many or too few names."""
     if len(names) not in counts or not all(names):
-        raise UsageError(f"measure '{spec}': write {form}")
+        raise UsageError(f"measure '{spec}': expected {form}")
 
 
 def guess(name: str, known: Iterable[str]) -> str:
-    """Return what was probably meant, else all that is known."""
+    """Return "did you mean" with a similar name, else a list of all names."""
     words = list(dict.fromkeys(known))
     near = [w for w in words if w.lower() == name.lower()] or difflib.get_close_matches(name, words, 1)
     return f"did you mean '{near[0]}'?" if near else f"known: {', '.join(words) or 'none'}"
 
 
 def unknown(spec: str, what: str, name: str, known: Iterable[str]) -> UsageError:
-    """Return the error for a name that does not exist."""
+    """Return the error for an unknown name."""
     return UsageError(f"measure '{spec}': no {what} '{name}'; {guess(name, known)}")
 
 
 def member(mechanism: Mechanism, spec: str, name: str) -> int:
-    """Return the index of a member; `frame` and `ground` are the member that stands still."""
+    """Return the index of a member; `frame` and `ground` are the fixed member."""
     names = [m.name for m in mechanism.members]
     if name in names[FRAME + 1 :]:
         return names.index(name, FRAME + 1)
@@ -48,7 +48,7 @@ def actuator(mechanism: Mechanism, spec: str, name: str) -> int:
 
 
 def refuse_no_point(mechanism: Mechanism, spec: str, name: str) -> None:
-    """Raise UsageError where no node or point has a name."""
+    """Raise UsageError if no node or point has the name."""
     known = [*(p.name for p in mechanism.points), *mechanism.nodes]
     if name not in known:
         raise unknown(spec, "point or node", name, known)

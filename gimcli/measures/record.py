@@ -1,4 +1,4 @@
-"""What is kept of the measures of a motion that comes in pieces: their columns, ranges, and the whole."""
+"""Measures of a motion in pieces: their columns, their ranges, and results for the whole motion."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from gimcli.table import Column
 
 @dataclass
 class ColumnRange:
-    """Least and greatest finite value of a column; whether it was infinite, and in how many rows it was empty."""
+    """Least and greatest finite value of a column, whether it has infinite values, and its number of empty rows."""
 
     least: float = math.nan
     greatest: float = math.nan
@@ -27,7 +27,7 @@ class ColumnRange:
     empty: int = 0  # of the solved rows
 
     def add(self, values: np.ndarray, solved: np.ndarray) -> None:
-        """Take more values (rows,)."""
+        """Add values (rows,)."""
         finite = values[np.isfinite(values)]
         if len(finite):
             self.least = float(np.fmin(self.least, finite.min()))
@@ -37,7 +37,7 @@ class ColumnRange:
 
 
 class Record:
-    """The measures asked for, and their ranges over the pieces seen so far."""
+    """Requested measures, and their ranges over the pieces so far."""
 
     def __init__(self, mechanism: Mechanism, specs: Sequence[str]) -> None:
         found = {m.spec: m for spec in specs for m in measures_of(mechanism, spec)}
@@ -50,12 +50,12 @@ class Record:
         return [head for measure in self.measures for head in measure.heads]
 
     def head_columns(self, rows: int) -> list[Column]:
-        """Return columns that are empty, for a table's head."""
+        """Return empty columns, for the header of a table."""
         return [Column(head.name, np.full(rows, np.nan), head.unit) for head in self.heads]
 
     def columns(self, piece: Motion) -> list[Column]:
         """Return the columns of the next piece of a motion."""
-        derivatives, columns = sight_of(piece), []
+        derivatives, columns = derivatives_of(piece), []
         for measure in self.measures:
             for head, values in zip(measure.heads, measure.values(derivatives), strict=True):
                 self.ranges[head.name].add(values, piece.good)
@@ -64,25 +64,25 @@ class Record:
 
     def curves(self, motion: Motion) -> dict[str, ComplexArray]:
         """Return the curves that the measures add to a drawing of a motion."""
-        derivatives = sight_of(motion)
+        derivatives = derivatives_of(motion)
         return {name: curve for measure in self.measures for name, curve in measure.curves(derivatives).items()}
 
     def outlines(self, motion: Motion) -> list[ComplexArray]:
         """Return the areas that the measures add to a drawing of a motion."""
-        derivatives = sight_of(motion)
+        derivatives = derivatives_of(motion)
         return [outline for measure in self.measures for outline in measure.outlines(derivatives)]
 
-    def told(self, motion: Motion) -> dict[str, dict[str, Any]]:
-        """Return the results of the measures for the whole motion, of which some rows have been kept."""
-        derivatives, report = sight_of(motion), {}
+    def results(self, motion: Motion) -> dict[str, dict[str, Any]]:
+        """Return ranges and results of the measures for the whole motion, of which `motion` has some rows."""
+        derivatives, report = derivatives_of(motion), {}
         for measure in self.measures:
             columns = {head.name: {"unit": head.unit, **asdict(self.ranges[head.name])} for head in measure.heads}
             report[measure.spec] = {"columns": columns, **measure.whole(derivatives)}
         return report
 
 
-def sight_of(motion: Motion) -> PathDerivatives:
-    """Return the derivatives of a motion: by its inputs' path, or by the length of the curve that it is given by."""
+def derivatives_of(motion: Motion) -> PathDerivatives:
+    """Return the derivatives of a motion along its laws, or along the arc length of its curve if it is a circuit."""
     if motion.parameter is None:
         return PathDerivatives(motion)
     from gimcli.rates.arclength_derivatives import ArclengthDerivatives

@@ -1,9 +1,9 @@
-"""The region that a moving outline passes over, and its area.
+"""The region that a moving outline covers, and its area.
 
-Between the rows the corners follow polynomials of fifth degree through positions, velocities and accelerations; from
-one fine pose to the next every side covers one or two triangles. The area of their union is the integral of the
-length that a horizontal line has in them, by the midpoint rule in an angle that makes the ends of the range smooth.
-Its error is taken as the difference from a computation with half the rows, poses and lines.
+Between the rows the corners follow polynomials of fifth degree through positions, velocities and accelerations. From
+one interpolated pose to the next every side covers one or two triangles. The area of their union is the integral of the
+length of horizontal lines inside them, by the midpoint rule in an angle, for which the integrand is smooth at the ends.
+The error estimate is the difference from a computation with half the rows, poses and lines.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from gimcli.structure.convex_hull import convex_hull
 
 @dataclass(frozen=True)
 class Fineness:
-    """How finely a region is resolved."""
+    """Resolution of a region."""
 
     poses: int = 1440  # a turn: its chords err by 3e-6 of a circle's area
     turns: tuple[float, float] = (0.05, 6.0)  # beyond these, no fewer and no more poses
@@ -44,7 +44,7 @@ def corners_of(mechanism: Mechanism, index: int) -> list[str]:
 
 
 def swept_area(derivatives: PathDerivatives, corners: Sequence[str]) -> tuple[float, float]:
-    """Return the area of the region that an outline passes over, and how far it may be off; normal frame."""
+    """Return the area of the region that an outline covers, and its error estimate; normal frame."""
     rows = derivatives.motion.solved
     if not rows:
         return 0.0, 0.0
@@ -55,7 +55,7 @@ def swept_area(derivatives: PathDerivatives, corners: Sequence[str]) -> tuple[fl
 
 
 def _turns(derivatives: PathDerivatives, corners: Sequence[str]) -> float:
-    """Return about how often a member or its corners go round, within the limits."""
+    """Return the approximate number of turns of a member or its corners, within the limits."""
     z = derivatives.motion.z[:, derivatives.motion.good]
     paths = np.array([carried_point(derivatives.mechanism, name, z) for name in corners])
     arm = paths[1] - paths[0]
@@ -66,12 +66,12 @@ def _turns(derivatives: PathDerivatives, corners: Sequence[str]) -> float:
 
 
 def swept(derivatives: PathDerivatives, corners: Sequence[str], parts: int, every: int = 1) -> ComplexArray:
-    """Return triangles (triangles, 3) that cover what an outline passes over, each step in some parts."""
+    """Return triangles (triangles, 3) that cover the region of an outline, each step divided into `parts`."""
     time = derivatives.clock
     paths = np.array([derivatives.timed.point(name) for name in corners])  # (corners, 3, rows)
     paths[:, 0] = [
         carried_point(derivatives.mechanism, name, derivatives.motion.z) for name in corners
-    ]  # where v is unknown too
+    ]  # also in rows without velocities
     good = np.flatnonzero(derivatives.motion.good)
     found = [np.zeros((0, 3), dtype=complex)]
     edges = range(1, 2) if len(corners) == 2 else range(len(corners))
@@ -84,7 +84,7 @@ def swept(derivatives: PathDerivatives, corners: Sequence[str], parts: int, ever
 
 
 def _between(time: FloatArray, paths: ComplexArray, parts: int) -> ComplexArray:
-    """Return corners (corners, poses) at the rows and between them (quintic; straight where nothing is known)."""
+    """Return corners (corners, poses) at the rows and between them: quintic, or linear without velocities."""
     if len(time) == 1:
         return np.asarray(paths[:, 0])
     s, h = np.arange(parts) / parts, np.diff(time)
@@ -120,11 +120,11 @@ def _cross(a: ComplexArray, b: ComplexArray) -> FloatArray:
 
 
 def union_area(triangles: ComplexArray, lines: int) -> float:
-    """Return the area of a union of triangles (triangles, 3), by sections along some horizontal lines."""
+    """Return the area of a union of triangles (triangles, 3), from their sections with horizontal lines."""
     if not len(triangles):
         return 0.0
     if np.sum(np.ptp(triangles.real, axis=1)) < np.sum(np.ptp(triangles.imag, axis=1)):
-        triangles = 1j * triangles  # lines that cross fewer triangles
+        triangles = 1j * triangles  # so that lines cross fewer triangles
     low, high = float(triangles.imag.min()), float(triangles.imag.max())
     angle = (np.arange(lines) + 0.5) * np.pi / lines
     y = (low + high) / 2.0 - (high - low) / 2.0 * np.cos(angle)
@@ -144,7 +144,7 @@ def union_area(triangles: ComplexArray, lines: int) -> float:
 
 
 def _section_lengths(corners: ComplexArray, first: IntArray, last: IntArray, y: FloatArray) -> FloatArray:
-    """Return the length of each line (lines,) in a union of triangles that meet the lines first..last."""
+    """Return the length of each line (lines,) inside a union of triangles, each of which crosses lines first..last."""
     count = last - first
     which = np.repeat(np.arange(len(corners)), count)
     line = np.arange(len(which)) - np.repeat(np.cumsum(count) - count - first, count)
@@ -154,7 +154,7 @@ def _section_lengths(corners: ComplexArray, first: IntArray, last: IntArray, y: 
     left, right = np.minimum(long, short), np.maximum(long, short)
     order = np.lexsort((left, line))
     line, left, right = line[order], left[order], right[order]
-    # the lines are laid side by side, so that one running maximum shows what is covered already
+    # the lines are shifted one behind the other, so that one running maximum gives the covered part of each
     width = float(np.max(right, initial=0.0) - np.min(left, initial=0.0)) + 1.0
     shift = line * width
     covered = np.maximum.accumulate(np.concatenate([[-np.inf], right + shift]))[:-1] - shift
@@ -163,7 +163,7 @@ def _section_lengths(corners: ComplexArray, first: IntArray, last: IntArray, y: 
 
 
 def _at(p: ComplexArray, q: ComplexArray, y: FloatArray) -> FloatArray:
-    """Return x of the line p-q at a height."""
+    """Return x of the line p-q at the ordinate y."""
     with np.errstate(all="ignore"):
         s = np.where(q.imag == p.imag, 0.0, (y - p.imag) / (q.imag - p.imag))
     return np.asarray(p.real + np.clip(s, 0.0, 1.0) * (q.real - p.real))

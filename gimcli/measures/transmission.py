@@ -1,9 +1,9 @@
-"""Transmission angle of a joint: how well the force of one part moves the other, best at 90 degrees.
+"""Transmission angle of a joint between a driving and a driven part; the transmission of force is best at 90 degrees.
 
-At a pin it is the angle between the two members' lines, each from the pin to the member's other node or, of an n-ary
-member, to the node that its dyad is placed from, else to its pivot on the frame; at a sliding pair the angle between
-the member's line and the normal of the guide, that is 90 degrees less the pressure angle; at a ram the angle between
-ram and member. It runs from 0 to 180 degrees; what counts is how far it is from both.
+At a pin it is the angle between the lines of the two members. The line of a binary member joins its nodes; that of an
+n-ary member goes from the pin to the node from which its dyad is solved, otherwise to its pivot on the frame. At a
+sliding pair it is the angle between the member's line and the normal of the guide (90 degrees minus the pressure
+angle), at a ram the angle between ram and member. It is between 0 and 180 degrees, and poor near both.
 Source: Norton, Design of Machinery, section 3.3; Balli & Chand, Transmission angle in mechanisms, Mech. Mach. Theory
 37 (2002) 175-195.
 """
@@ -25,6 +25,7 @@ from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray, Mechanism, P
 from gimcli.rates.path_derivatives import PathDerivatives
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import pose
+from gimcli.structure.rigid_triangles import rigid_bodies
 from gimcli.structure.rotation import members_of
 from gimcli.structure.sliding_pairs import pair_of
 from gimcli.structure.steps import Circle, Coupled, Dyad, Locus
@@ -32,7 +33,7 @@ from gimcli.structure.steps import Circle, Coupled, Dyad, Locus
 
 @dataclass(frozen=True)
 class ForceLine:
-    """A direction at a joint: to another node, or the left normal of a guide."""
+    """The line of a part at a joint: to another node, or the left normal of a guide."""
 
     name: str
     node: int = -1
@@ -79,7 +80,7 @@ class Transmission(Measure):
         return [angle_to_file(self.mechanism, angle)]
 
     def whole(self, derivatives: PathDerivatives) -> dict[str, Any]:
-        """Return how near to 0 or 180 degrees the angle has come in all rows so far."""
+        """Return the least distance of the angle from 0 and 180 degrees in all rows so far."""
         worst = angle_to_file(self.mechanism, np.array([self._worst]))
         return {"worst": float(worst[0])} if np.isfinite(self._worst) else {}
 
@@ -88,7 +89,7 @@ class Transmission(Measure):
 
 
 def member_line(mechanism: Mechanism, index: int, joint: int) -> ForceLine | None:
-    """Return a member's line at one of its nodes; None where it has no single one."""
+    """Return a member's line at one of its nodes; None if it is ambiguous."""
     member = mechanism.members[index]
     others = [n for n in member.nodes if n != joint]
     if len(others) > 1:
@@ -97,7 +98,7 @@ def member_line(mechanism: Mechanism, index: int, joint: int) -> ForceLine | Non
 
 
 def _joined(mechanism: Mechanism, joint: int) -> Iterator[tuple[ForceLine, ForceLine]]:
-    """Yield what meets at a node: member and member, member and guide, ram and member."""
+    """Yield the pairs of lines at a node: of two members, a member and a guide, or a ram and a member."""
     at = [m for m in members_of(mechanism)[joint] if m != FRAME]
     lines = {m: line for m in at if (line := member_line(mechanism, m, joint)) is not None}
     yield from combinations(lines.values(), 2)
@@ -126,11 +127,12 @@ def _rams(mechanism: Mechanism) -> list[_Ram]:
 
 
 def output_joints(mechanism: Mechanism) -> list[TransmissionJoint]:
-    """Return the joints through which the inputs move the rest: the dyads, and the pins of strongly coupled groups.
+    """Return the joints inside the dyads, and the pins of strongly coupled groups.
 
-    A dyad's lines are those along which it is placed, so that an n-ary member has one too.
+    The lines of a dyad are those from which its node is solved, so that n-ary members have one too. A rigid triangle of
+    bars is no dyad: its angles are constant.
     """
-    found = []
+    found, body = [], rigid_bodies(mechanism)
     for step in make_plan(mechanism).steps:
         if isinstance(step, Dyad):
             lines = [_locus_line(mechanism, locus) for locus in (step.first, step.second)]
@@ -139,11 +141,11 @@ def output_joints(mechanism: Mechanism) -> list[TransmissionJoint]:
                 found.append(TransmissionJoint(step.node, one, two))
         elif isinstance(step, Coupled):
             found += [TransmissionJoint(n, *pair) for n in step.nodes for pair in _joined(mechanism, n)]
-    return found
+    return [j for j in found if body.get(j.first.name, j.first.name) != body.get(j.second.name, j.second.name)]
 
 
 def _locus_line(mechanism: Mechanism, locus: Locus) -> ForceLine | None:
-    """Return the line of a member or ram, or the normal of a guide, that a dyad's locus stands for."""
+    """Return the line of the member or ram, or the normal of the guide, that gives a locus of a dyad; None if none."""
     if locus.offset is not None:
         return None
     if isinstance(locus, Circle):
@@ -153,13 +155,13 @@ def _locus_line(mechanism: Mechanism, locus: Locus) -> ForceLine | None:
 
 
 def joints_at(mechanism: Mechanism, node: int) -> list[TransmissionJoint]:
-    """Return all joints at a node, each pair of parts once."""
+    """Return all joints at a node, each combination of parts once."""
     own = [joint for joint in output_joints(mechanism) if joint.node == node]
     known = {joint.names for joint in own}
     return own + [j for pair in _joined(mechanism, node) if (j := TransmissionJoint(node, *pair)).names not in known]
 
 
-# -- what the user asks for -----------------------------------------------------------------------------
+# -- construction ---------------------------------------------------------------------------------------
 
 
 def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> list[Measure]:
@@ -173,7 +175,7 @@ def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> list[Measure
     if len(names) == 3:
         first, joint, second = (naming.node(mechanism, spec, name) for name in names)
         if joint in (first, second) or first == second:
-            raise UsageError(f"measure '{spec}': three different nodes make an angle")
+            raise UsageError(f"measure '{spec}': expected three different nodes")
         return [
             Transmission(
                 mechanism, spec, TransmissionJoint(joint, ForceLine(names[0], first), ForceLine(names[2], second))
@@ -190,7 +192,7 @@ def _at_node(mechanism: Mechanism, spec: str, node: int) -> list[Measure]:
     found = joints_at(mechanism, node)
     if not found:
         raise UsageError(
-            f"measure '{spec}': no two parts that have a line of their own meet there; write"
+            f"measure '{spec}': no two parts with a unique line meet there; write"
             f" {KIND.name}:NODE/{mechanism.nodes[node]}/NODE"
         )
     return [_measure(mechanism, joint) for joint in found]
@@ -207,8 +209,8 @@ def _between(mechanism: Mechanism, spec: str, first: str, second: str) -> Measur
             if joint.names == {first, second}:
                 return Transmission(mechanism, spec, joint)
     raise UsageError(
-        f"measure '{spec}': they have no joint at which both have a line (an n-ary member has one where it is pivoted"
-        f" on the frame); write {KIND.name}:NODE/JOINT/NODE"
+        f"measure '{spec}': the two parts have no common joint at which the lines of both are unique; write"
+        f" {KIND.name}:NODE/JOINT/NODE"
     )
 
 

@@ -81,6 +81,5 @@ def _plain(value: Any, where: tuple[Any, ...]) -> Any:
     if isinstance(value, Path):
         return str(value)
     kind = type(value).__name__
-    raise ModelError(
-        [f"<dict>: {'.'.join(map(str, where))}: expected a number, text, a list or a dict, got a value of type {kind}"]
-    )
+    text = f"expected a number, text, a list or a dict, got a value of type {kind}"
+    raise ModelError([f"<dict>: {'.'.join(map(str, where))}: {text}"])

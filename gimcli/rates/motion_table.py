@@ -12,7 +12,7 @@ from gimcli.motion.coupler_points import carried_point
 from gimcli.motion.motion import Motion
 from gimcli.positions.inputs import law_inputs
 from gimcli.status import Status
-from gimcli.table import Column, Table, xy_columns
+from gimcli.table import Column, Table, per_second, xy_columns
 
 if TYPE_CHECKING:
     from gimcli.rates.derivatives import TracedRates
@@ -64,13 +64,12 @@ def _rate_columns(motion: Motion, rates: TracedRates) -> list[Column]:
         np.degrees(angles, out=angles)
     for number, name in enumerate(rates.names):
         for k in range(rates.order):
-            unit, path = f"{mechanism.length_unit}/s{('', '^2', '^3')[k]}", points[k, number]
             label = f"{name}.{'vaj'[k]}"
-            columns += xy_columns(label, path, unit)
+            columns += xy_columns(label, points[k, number], per_second(mechanism.length_unit, k + 1))
     for number, member in enumerate(mechanism.members[FRAME + 1 :]):
         for k in range(rates.order):
-            unit = f"{mechanism.angle_unit}/s{('', '^2', '^3')[k]}"
-            columns.append(Column(f"{member.name}.{('omega', 'alpha', 'jerk')[k]}", angles[k, number], unit))
+            label = f"{member.name}.{('omega', 'alpha', 'jerk')[k]}"
+            columns.append(Column(label, angles[k, number], per_second(mechanism.angle_unit, k + 1)))
     return columns
 
 

@@ -57,13 +57,6 @@ class System:
         """Return F_x (m, n)."""
         return self._slope(x, self._values(u, 0))
 
-    def by_inputs(self, x: FloatArray, u: FloatArray) -> FloatArray:
-        """Return F_u (m, actuators)."""
-        slopes, table = self._values(u, 1), np.zeros((self.m, len(u)))
-        for k in range(len(u)):
-            table[:, k] = self._polynomial(x, np.where(self._owner == k, slopes, 0.0))
-        return table
-
     def along_inputs(self, x: FloatArray, u: FloatArray, rate: FloatArray) -> FloatArray:
         """Return F_u rate (m,) for rates of the inputs (actuators,)."""
         own = np.append(rate, 0.0)[self._owner]  # 0 for the constant part, whose owner is -1

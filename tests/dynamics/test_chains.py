@@ -24,7 +24,7 @@ GRAVITY = 9.81
 
 
 def chain(windows, speed):
-    """Return the model file, B0 at a speed [m/s] in +x."""
+    """Return the model file; `speed` is the initial speed of B0 in +x [m/s]."""
     crank, coupler = "mass: 1, inertia: 0.08333333333333333", range(windows)
     cranks = range(windows + 1)
     nodes = ", ".join(f"A{i}: [{i}, 0], B{i}: [{i}, 1]" for i in cranks)
@@ -46,7 +46,7 @@ def constants(windows):
 
 
 def closed_form(windows, speed, times):
-    """Return psi at times, by the equation of the one angle."""
+    """Return psi at times [s], from the differential equation of psi."""
     inertia, weight = constants(windows)
     return solve_ivp(
         lambda t, y: [y[1], weight / inertia * math.sin(y[0])], (0.0, times[-1]), [0.0, speed], method="DOP853",
@@ -55,15 +55,15 @@ def closed_form(windows, speed, times):
 
 
 def time_of(windows, speed, angle):
-    """Return when psi reaches an angle, by the energy integral."""
+    """Return the time at which psi reaches an angle, from the energy integral."""
     inertia, weight = constants(windows)
     psi = np.polynomial.legendre.leggauss(400)
     x = 0.5 * angle * (psi[0] + 1.0)
     return float(0.5 * angle * np.sum(psi[1] / np.sqrt(speed**2 + 2.0 * weight / inertia * (1.0 - np.cos(x)))))
 
 
-def hold(folder, windows, speed, times, rtol, angle_error, energy_error):
-    """Assert that a chain passes everything on the way as the closed form does."""
+def check_chain(folder, windows, speed, times, rtol, angle_error, energy_error):
+    """Assert that the motion of a chain agrees with the closed form in angle and energy."""
     found = simulate(written(folder, chain(windows, speed)), times, Settings(rtol=rtol), compiled)
     assert found.status is Status.OK
     assert np.abs(math.pi / 2 - found.inputs[0, 0] - closed_form(windows, speed, times)).max() < angle_error
@@ -82,42 +82,42 @@ BOUNDS = {1e-6: (1e-3, 1e-6), 1e-9: (1e-6, 1e-9), 1e-12: (1e-6, 1e-9)}
 @pytest.mark.parametrize("rtol", BOUNDS)
 @pytest.mark.parametrize("windows", [2, 5])
 def test_a_chain_passes_every_flat_position(windows, rtol, tmp_path):
-    hold(tmp_path, windows, 1.0, np.linspace(0.0, 20.0, 201), rtol, *BOUNDS[rtol])
+    check_chain(tmp_path, windows, 1.0, np.linspace(0.0, 20.0, 201), rtol, *BOUNDS[rtol])
 
 
-def test_a_step_whose_estimate_cancels_is_not_followed_by_one_four_times_as_long(tmp_path):
-    """The chain of 9 is nearly symmetric about the top of its way in one of its steps."""
-    hold(tmp_path, 9, 1.0, np.linspace(0.0, 20.0, 201), 1e-9, 1e-6, 1e-9)
+def test_a_step_whose_error_estimate_cancels_does_not_lengthen_the_next(tmp_path):
+    """One step of the chain of 9 is nearly symmetric about the highest position, so that its error estimate cancels."""
+    check_chain(tmp_path, 9, 1.0, np.linspace(0.0, 20.0, 201), 1e-9, 1e-6, 1e-9)
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("rtol", BOUNDS)
 @pytest.mark.parametrize("windows", [1, 3, 4, 6, 7, 8, 9, 10, 20, 40])
 def test_longer_chains_pass_every_flat_position(windows, rtol, tmp_path):
-    simulate(written(tmp_path, chain(1, 1.0)), np.linspace(0.0, 1.0, 3), Settings(), compiled)  # compiles
+    simulate(written(tmp_path, chain(1, 1.0)), np.linspace(0.0, 1.0, 3), Settings(), compiled)  # compiles the kernels
     begun = time.process_time()
-    hold(tmp_path, windows, 1.0, np.linspace(0.0, 20.0, 201), rtol, *BOUNDS[rtol])
+    check_chain(tmp_path, windows, 1.0, np.linspace(0.0, 20.0, 201), rtol, *BOUNDS[rtol])
     assert time.process_time() - begun < 60.0
 
 
-def pass_three(folder, windows, speeds):
+def check_three_turns(folder, windows, speeds):
     for speed in speeds.tolist():
         end = time_of(windows, speed, 2.6 * math.pi)
-        hold(folder, windows, speed, np.linspace(0.0, end, 21), 1e-9, 1e-6, 1e-9)
+        check_chain(folder, windows, speed, np.linspace(0.0, end, 21), 1e-9, 1e-6, 1e-9)
 
 
 @pytest.mark.parametrize("windows", [2, 5])
-def test_no_start_speed_stops_a_chain(windows, tmp_path):
-    pass_three(tmp_path, windows, np.linspace(0.3, 9.0, 10))
+def test_a_chain_passes_flat_positions_at_every_initial_speed(windows, tmp_path):
+    check_three_turns(tmp_path, windows, np.linspace(0.3, 9.0, 10))
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("windows", [*range(1, 11), 20, 40])
-def test_no_start_speed_stops_longer_chains(windows, tmp_path):
-    pass_three(tmp_path, windows, np.linspace(0.3, 9.0, 50 if windows <= 10 else 5))
+def test_longer_chains_pass_flat_positions_at_every_initial_speed(windows, tmp_path):
+    check_three_turns(tmp_path, windows, np.linspace(0.3, 9.0, 50 if windows <= 10 else 5))
 
 
-def test_a_revolution_takes_what_the_benchmark_states():
+def test_the_time_of_a_revolution_agrees_with_the_benchmark():
     """N = 40: published to 19 digits."""
     assert time_of(40, 1.0, 2.0 * math.pi) == pytest.approx(1.965601928704650439, abs=1e-12)
     inertia, weight = constants(40)
@@ -139,7 +139,7 @@ def test_a_coupled_group_passes_its_change_point(windows, tmp_path):
     assert np.abs(tips - 1j * np.exp(-1j * psi)).max() < 1e-7
 
 
-def test_a_flat_start_is_refused_without_advice_that_the_command_lacks(tmp_path):
+def test_the_message_for_a_flat_start_names_no_option_that_the_command_does_not_have(tmp_path):
     path = tmp_path / "m.yaml"
     flat = chain(2, 1.0).replace(f"start: {math.pi / 2!r}", "start: 0.0")
     for i in range(3):

@@ -1,4 +1,4 @@
-"""Change points met while several inputs are free: parallelograms that stay parallel have equations of two angles.
+"""Change points of mechanisms with several free inputs, compared with the two differential equations of parallelograms.
 
 Bars are uniform; cranks have length and mass 1, bases and couplers length 2 and mass 2. M s'' = Q is Lagrange's, with
 the sums of m u u, m u v, ... of the mass centres u e(p) + v e(q).
@@ -30,8 +30,8 @@ def turned(angle):
     return complex(math.cos(angle), math.sin(angle))
 
 
-def told(gradient, start, times):
-    """Return coordinates (2, rows) of equations of two coordinates; gradient gives M and the right side."""
+def solved(gradient, start, times):
+    """Return the solution (2, rows) of M q'' = f; `gradient` returns M and f."""
 
     def slopes(_, y):
         m, right = gradient(*y)
@@ -40,13 +40,13 @@ def told(gradient, start, times):
     return solve_ivp(slopes, (0.0, times[-1]), start, "DOP853", times, rtol=1e-13, atol=1e-13).y[:2]
 
 
-def hold(folder, text, gradient, start, coordinates, rtol, times, error):
-    """Assert that a motion is what its two coordinates tell; `coordinates` makes them of inputs (2, rows)."""
+def check_motion(folder, text, gradient, start, coordinates, rtol, times, error):
+    """Assert that a motion agrees with the two equations; `coordinates` computes q from the inputs (2, rows)."""
     mechanism = written(folder, text)
     found = simulate(mechanism, times, Settings(rtol=rtol), compiled)
     assert found.status is Status.OK
     assert len(found.time) == len(times)
-    assert np.abs(coordinates(found.inputs[0], mechanism.dynamics.metre) - told(gradient, start, times)).max() < error
+    assert np.abs(coordinates(found.inputs[0], mechanism.dynamics.metre) - solved(gradient, start, times)).max() < error
     assert found.worst_drift < max(100.0 * rtol, 1e-10)
     return found
 
@@ -76,8 +76,8 @@ def slides(x, q, speed, rate):
     return m, np.array([3.0 * c * rate * rate, -3.0 * GRAVITY * c])
 
 
-def hold_on_slider(folder, q, rate, speed, rtol, error):
-    hold(
+def check_on_slider(folder, q, rate, speed, rtol, error):
+    check_motion(
         folder, on_slider(q, rate, speed), slides, [5.0, q, speed, rate],
         lambda inputs, metre: inputs * np.array([[metre], [1.0]]), rtol, np.linspace(0.0, 3.0, 31), error,
     )  # fmt: skip
@@ -98,22 +98,22 @@ FALLS = (
 @pytest.mark.few(7)
 @pytest.mark.parametrize("rtol", ERRORS)
 @pytest.mark.parametrize("start", FALLS)
-def test_a_parallelogram_on_a_slider_stays_one(start, rtol, tmp_path):
-    hold_on_slider(tmp_path, *start, rtol, ERRORS[rtol])
+def test_a_parallelogram_on_a_slider_remains_a_parallelogram(start, rtol, tmp_path):
+    check_on_slider(tmp_path, *start, rtol, ERRORS[rtol])
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("rtol", ERRORS)
-def test_no_start_speed_stops_a_parallelogram_on_a_slider(rtol, tmp_path):
+def test_a_parallelogram_on_a_slider_moves_at_every_initial_speed(rtol, tmp_path):
     for rate in np.linspace(-6.0, 6.0, 60).tolist():
-        hold_on_slider(tmp_path, 0.8, rate, 0.5, rtol, 100.0 * ERRORS[rtol])
+        check_on_slider(tmp_path, 0.8, rate, 0.5, rtol, 100.0 * ERRORS[rtol])
 
 
 # -- on a crank -------------------------------------------------------------------------------------------
 
 
 def on_crank(p, p_rate, q, q_rate, relative):
-    """Return a parallelogram whose base turns about a pin; its cranks are told from the base or from the frame."""
+    """Return a parallelogram whose base turns about a pin; `relative`: its crank angle is measured from the base."""
     base, a = 2.0 * turned(p), turned(q)
     start, rate, reference = (q - p, q_rate - p_rate, "reference: P, ") if relative else (q, q_rate, "")
     return f"""units: {{length: m, angle: rad}}
@@ -146,8 +146,8 @@ SWINGS = ((-0.5, 0.0, 0.5, 0.0), (0.3, 1.0, 0.8, -1.0), (-1.5, 1.0, -1.1, 0.0), 
 @pytest.mark.few(4)
 @pytest.mark.parametrize("relative", [False, True])
 @pytest.mark.parametrize("start", SWINGS)
-def test_a_parallelogram_on_a_crank_stays_one(start, relative, tmp_path):
-    """The two sheets of change points are where both bars are in line: they lie across both inputs, or one."""
+def test_a_parallelogram_on_a_crank_remains_a_parallelogram(start, relative, tmp_path):
+    """Change points are two surfaces in the inputs, where both bars are in line; they depend on one input or both."""
     p, p_rate, q, q_rate = start
     bodies = [(2.0, 1.0, 0.0, 2.0 / 3.0, 0.0), (1.0, 0.0, 0.5, 0.0, 1.0 / 12.0), (1.0, 2.0, 0.5, 0.0, 1.0 / 12.0),
               (2.0, 1.0, 1.0, 2.0 / 3.0, 0.0)]  # fmt: skip  # mass, u, v, inertias that turn with p and with q
@@ -155,14 +155,14 @@ def test_a_parallelogram_on_a_crank_stays_one(start, relative, tmp_path):
         sum(m * u * u + i for m, u, _, i, _ in bodies), sum(m * v * v + i for m, _, v, _, i in bodies),
         sum(m * u * v for m, u, v, _, _ in bodies), sum(b[0] * b[1] for b in bodies), sum(b[0] * b[2] for b in bodies),
     )  # fmt: skip
-    hold(
+    check_motion(
         tmp_path, on_crank(*start, relative), gradient, [p, q, p_rate, q_rate],
         lambda inputs, _: np.array([inputs[0], inputs[1] + relative * inputs[0]]), 1e-9,
         np.linspace(0.0, 3.0, 31), 2e-7,
     )  # fmt: skip
 
 
-# -- one on the other -------------------------------------------------------------------------------------
+# -- a parallelogram on another -------------------------------------------------------------------------------------
 
 
 def one_on_another(p, p_rate, q, q_rate):
@@ -180,9 +180,9 @@ actuators:
 """
 
 
-def hold_one_on_another(folder, start, rtol, error):
+def check_one_on_another(folder, start, rtol, error):
     p, p_rate, q, q_rate = start
-    hold(
+    check_motion(
         folder, one_on_another(*start), linked(2.0 / 3.0 + 6.0, 2.0 / 3.0 + 2.0, 3.0, 7.0, 3.0),
         [p, q, p_rate, q_rate], lambda inputs, _: np.array([inputs[0], inputs[0] + inputs[1] - math.pi]), rtol,
         np.linspace(0.0, 2.0, 21), error,
@@ -193,26 +193,26 @@ def hold_one_on_another(folder, start, rtol, error):
 @pytest.mark.parametrize("rtol", ERRORS)
 @pytest.mark.parametrize("start", [(0.6, -1.0, 0.6, -1.0), (0.5, -2.0, 0.5, -2.1), (0.3, 0.0, -0.3, 0.0)])
 def test_two_parallelograms_pass_their_flat_positions_together(start, rtol, tmp_path):
-    hold_one_on_another(tmp_path, start, rtol, ERRORS[rtol])
+    check_one_on_another(tmp_path, start, rtol, ERRORS[rtol])
 
 
 @pytest.mark.soak
 def test_two_parallelograms_pass_or_end_with_a_status(tmp_path):
-    """Where the sheets of both cross at once it may end; what is told up to there is the motion."""
+    """Where the change points of both coincide the simulation may end; the motion up to there is correct."""
     rng, ended = np.random.default_rng(1), 0
     for _ in range(100):
         p, q, p_rate, q_rate = start = rng.uniform(-3.0, 3.0, 4)
         times = np.linspace(0.0, 2.0, 21)
         text = one_on_another(*(float(v) for v in (p, p_rate, q, q_rate)))
         found = simulate(written(tmp_path, text), times, Settings(rtol=1e-9), compiled)
-        right = told(linked(2.0 / 3.0 + 6.0, 2.0 / 3.0 + 2.0, 3.0, 7.0, 3.0), start, times)[:, : len(found.time)]
+        right = solved(linked(2.0 / 3.0 + 6.0, 2.0 / 3.0 + 2.0, 3.0, 7.0, 3.0), start, times)[:, : len(found.time)]
         assert np.abs(np.array([found.inputs[0, 0], found.inputs[0].sum(axis=0) - math.pi]) - right).max() < 1e-5
         assert found.status in (Status.OK, Status.SINGULAR)
         ended += found.status is not Status.OK
     assert ended < 20
 
 
-# -- rams whose nodes meet --------------------------------------------------------------------------------
+# -- rams whose length becomes zero --------------------------------------------------------------------------------
 
 ON_A_RAIL = """
 nodes: {O: [0, 0], G: [-3, 0], H: [5, 0], P: [1, 0], Q: [1.5, 0]}
@@ -255,7 +255,7 @@ actuators:
 
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-12])
 @pytest.mark.parametrize(
-    ("text", "met", "way"),
+    ("text", "ends_at", "path"),
     [
         (ON_A_RAIL, 3.0 - 5.0**0.5, lambda t: 1.0 - 1.5 * t + 0.25 * t * t),
         (ON_TWO_RAILS, 1.0, lambda t: (1.0 - t) * (1.0 + 1.0j)),
@@ -263,16 +263,16 @@ actuators:
     ],
     ids=["rail", "rails", "rams"],
 )
-def test_a_ram_whose_nodes_meet_ends_the_motion_there_or_is_passed(text, met, way, rtol, tmp_path):
-    """A mass runs straight into the ram's other end: its length is an input no more, and effort has no direction.
+def test_a_ram_of_zero_length_ends_the_motion_or_is_passed(text, ends_at, path, rtol, tmp_path):
+    """A mass moves on a line to the ram's other end, where the direction of the ram's effort is undefined.
 
-    Errors of the steps may lead past it, at a distance that lets other variables serve: then the way is straight on.
+    Errors of the steps may pass that point at a small distance; then the path must remain straight.
     """
     mechanism, times = written(tmp_path, text), np.linspace(0.0, 2.0, 21)
     found = simulate(mechanism, times, Settings(rtol=rtol), compiled)
     if found.status is not Status.OK:
-        assert met - 0.1 < found.end < met + 0.1
-    assert len(found.time) == np.sum(times < (met - 1e-12 if found.status is not Status.OK else np.inf))
+        assert ends_at - 0.1 < found.end < ends_at + 0.1
+    assert len(found.time) == np.sum(times < (ends_at - 1e-12 if found.status is not Status.OK else np.inf))
     assert found.steps < 1000
     tip = found.nodes[0, mechanism.nodes.index("P")] * mechanism.scale + mechanism.origin
-    assert np.abs(tip - way(found.time)).max() < 100.0 * rtol + 1e-10
+    assert np.abs(tip - path(found.time)).max() < 100.0 * rtol + 1e-10

@@ -1,4 +1,4 @@
-"""Springs, dampers, friction and loads of every kind, each against its closed form."""
+"""Springs, dampers, friction and loads of every kind, each compared with a closed form."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ TURN = math.pi  # rad/s: a turn in 2 s
 
 
 def crank(folder, text, steps=16):
-    """Return angles, the motor's torque and the forces of a crank of 0.3 m on which something acts."""
+    """Return angles, motor torque and forces of a crank of 0.3 m with the sections of `text`."""
     motion = trace(written(folder, CRANK + text), steps)
     forces = motion_forces(motion)
     assert np.all(forces.good)
@@ -44,12 +44,12 @@ def test_a_weight_and_its_moment_of_inertia(tmp_path):
     text = "masses: {crank: {mass: 2, inertia: 0.05, centre: [200, 0]}}\ngravity: [0, -9.81]\n"
     angle, torque, found = crank(tmp_path, text)
     assert torque == pytest.approx(2 * 9.81 * 0.2 * np.cos(angle), abs=1e-13)
-    push = on(found, "O", "crank")  # bears the weight and pulls the mass inwards
+    push = on(found, "O", "crank")  # weight and centripetal force
     assert np.max(np.abs(push - 2 * 9.81j + 2 * 0.2 * TURN**2 * np.exp(1j * angle))) < 1e-13
     assert found.loads.kinetic == pytest.approx(0.5 * (0.05 + 2 * 0.04) * TURN**2)
 
 
-def test_an_accelerated_mass_takes_torque(tmp_path):
+def test_the_torque_of_an_accelerated_mass(tmp_path):
     """Quintic law: theta'' = 360 deg (60 t - 180 t^2 + 120 t^3) / T^2."""
     text = CRANK.replace("to: 370}", "to: 370, profile: quintic}") + "masses: {crank: {mass: 2, inertia: 0.05}}\n"
     forces = motion_forces(trace(written(tmp_path, text), 16))
@@ -68,22 +68,22 @@ def test_a_spring_between_two_nodes(tmp_path):
     assert found.loads.potential == pytest.approx(100 * (np.abs(away) - 0.1) ** 2)
 
 
-def test_a_spring_has_no_force_as_drawn_unless_told(tmp_path):
+def test_the_free_length_of_a_spring_is_its_initial_length_unless_given(tmp_path):
     text = CRANK.replace("from: 10, to: 370", "from: 0, to: 90") + "springs: {s: {nodes: [G, A], stiffness: 200}}\n"
     forces = motion_forces(trace(written(tmp_path, text), 4))
     assert forces.effort(0)[0] == pytest.approx(0.0, abs=1e-12)
     assert abs(forces.effort(0)[1]) > 1.0
 
 
-def test_a_torsion_spring_keeps_count_of_its_turns(tmp_path):
+def test_the_torque_of_a_torsion_spring_grows_over_whole_turns(tmp_path):
     """3 N m/rad, free at 30 deg: over three turns the torque grows with the angle, also from piece to piece."""
     text = CRANK.replace("to: 370", "to: 1090") + "springs: {s: {pivot: O, arm: A, stiffness: 3, free: 30}}\n"
     mechanism = written(tmp_path, text)
     motion = trace(mechanism, 90)
     assert motion_forces(motion).effort(0) == pytest.approx(3 * (motion.inputs[0] - math.radians(30)), abs=1e-12)
     whole = ForceMotion(mechanism, 91)
-    told = [whole.take(piece).effort(0) for piece in stream(mechanism, 90, rows=20)]
-    assert np.concatenate(told) == pytest.approx(3 * (motion.inputs[0] - math.radians(30)), abs=1e-12)
+    torques = [whole.take(piece).effort(0) for piece in stream(mechanism, 90, rows=20)]
+    assert np.concatenate(torques) == pytest.approx(3 * (motion.inputs[0] - math.radians(30)), abs=1e-12)
 
 
 def test_a_damper_between_two_nodes_and_one_about_a_pivot(tmp_path):
@@ -124,7 +124,7 @@ def test_forces_on_a_member(case, tmp_path):
     assert np.max(np.abs(found.shaking_force - expected)) < 1e-12
 
 
-def test_a_place_as_drawn_is_the_same_place(tmp_path):
+def test_at_and_local_give_the_same_point(tmp_path):
     one = crank(tmp_path, "loads: {f: {on: crank, local: [150, 60], force: [30, -50]}}\n")[1]
     two = crank(tmp_path, "loads: {f: {on: crank, at: [150, 60], force: [30, -50]}}\n")[1]
     assert one == pytest.approx(two, abs=1e-13)
@@ -136,7 +136,7 @@ def test_a_torque_over_the_input(tmp_path):
     assert torque == pytest.approx(-10.0)
 
 
-def test_a_load_on_the_frame_moves_nothing(tmp_path):
+def test_a_load_on_the_frame_has_no_effect(tmp_path):
     text = "loads: {f: {on: ground, at: [1, 1], force: [30, -50]}}\nfriction: {O: 1}\n"
     _, torque, found = crank(tmp_path, text)
     assert torque == pytest.approx(TURN)
@@ -158,7 +158,7 @@ FORMS = {"pin in a slot": ("", "node: B"), "prismatic pair": (", slider: [B, C]"
     "friction: {slide: 12}", "dampers: {d: {node: B, guide: [O, G], damping: 12}}",
 ])  # fmt: skip
 def test_friction_and_damping_along_a_guide(form, element, tmp_path):
-    """The motor's power is 12 v^2, v the slider's speed in closed form; the force on the guide has no part along it."""
+    """The motor's power is 12 v^2, v being the slider's speed; the reaction of the guide is normal to it."""
     motion = trace(written(tmp_path, SLIDER % FORMS[form] + element + "\n"), 24)
     found = motion_forces(motion)
     a, w = motion.inputs[0], 2 * math.pi
@@ -170,7 +170,7 @@ def test_friction_and_damping_along_a_guide(form, element, tmp_path):
     assert found.normal("slide") == pytest.approx(-push * rod.imag, abs=1e-9)
 
 
-def test_a_spring_along_a_guide_with_its_free_travel(tmp_path):
+def test_a_spring_along_a_guide_with_a_free_travel(tmp_path):
     text = SLIDER % FORMS["pin in a slot"] + "springs: {s: {node: B, guide: [G, O], stiffness: 40, free: 5}}\n"
     motion = trace(written(tmp_path, text), 24)
     found = motion_forces(motion)
@@ -201,12 +201,12 @@ def test_friction_in_a_slot_beside_the_levers_pivot(element, tmp_path):
     rate = -3 * np.sin(a) * w / s
     assert found.effort(0) == pytest.approx(12 * rate**2 / w, abs=1e-10)
     assert found.normal("slot") == pytest.approx(-0.3 * 12 * rate / s, abs=1e-9)
-    assert np.max(np.abs(found.shaking_force)) < 1e-9  # nothing from outside
+    assert np.max(np.abs(found.shaking_force)) < 1e-9  # no external forces
 
 
 @pytest.mark.parametrize("nodes", ["[G, A]", "[A, G]"])
 def test_a_ram_on_a_pin_of_two_links(nodes, tmp_path):
-    """The links are massless and loaded at their ends only: each receives a force along itself."""
+    """The links are massless and loaded only at their ends, so their forces act along them."""
     text = f"""\
 nodes: {{O: [0, 0], A: [1, 2], B: [4, 0], G: [3, -1], H: [9, 0]}}
 ground: [O, G, H]
@@ -229,7 +229,7 @@ loads: {{push: {{on: right, local: [{math.hypot(3, 2)}, 0], force: [-60, 0]}}}}
 
 
 def test_a_moment_in_a_prismatic_pair(tmp_path):
-    """A torque on the slider alone is borne by its guide, and so is a force beside the pin."""
+    """The guide takes a torque on the slider, and a force beside the pin."""
     text = (
         SLIDER % FORMS["prismatic pair"]
         + "loads: {t: {on: slider, torque: 6}, f: {on: slider, local: [0.5, 2], force: [0, -8]}}\n"
@@ -251,10 +251,10 @@ actuators: {ram: {type: linear, node: B, guide: [O, G], law: {from: 2, to: 2.2}}
 
 @pytest.mark.parametrize("links", ["slider: [B, C], rod: [A, B]", "rod: [A, B], slider: [B, C]"])
 @pytest.mark.parametrize("element", ["", "springs: {s: {node: B, guide: [O, G], stiffness: 50, free: 1}}\n"])
-def test_what_holds_or_drives_a_slider_acts_on_the_slider(element, links, tmp_path):
+def test_forces_of_guide_ram_and_spring_act_on_the_slider(element, links, tmp_path):
     """Three links at B, the slider named first or second: crank and rod are unloaded, the arm hangs on B and its hook.
 
-    What the three receive from the pin adds up to nothing, whatever the guide, the ram and the spring do to the slider.
+    The pin forces of the three links add up to zero: guide, ram and spring act on the slider, not on the pin.
     """
     loads = "loads: {w: {on: arm, at: [2.5, 1], force: [7, -12]}}\n"
     found = motion_forces(trace(written(tmp_path, BLOCK % links + loads + element), 2))
@@ -270,8 +270,8 @@ def test_what_holds_or_drives_a_slider_acts_on_the_slider(element, links, tmp_pa
     assert {"B.slider.fx", "B.rod.fx", "B.arm.fx"} <= names
 
 
-def test_the_potential_is_what_gravity_and_springs_have_done():
-    """Differences of the potential against the power: errors fall by 4 when the step is halved."""
+def test_the_rate_of_the_potential_is_minus_the_power_of_gravity_and_springs():
+    """The error of central differences falls by 4 when the step is halved."""
 
     def sprung(data):
         data["loads"] = {}
@@ -291,8 +291,8 @@ def test_the_potential_is_what_gravity_and_springs_have_done():
 
 
 @pytest.mark.few
-def test_power_closes_with_every_element_on_every_model(model):
-    """Springs, dampers and friction wherever they fit: power of all forces = dT/dt, and the frame bears the rest."""
+def test_power_and_frame_forces_balance_with_every_element_on_every_model(model):
+    """With springs, dampers and friction: power of all forces = dT/dt, and the force on the frame balances."""
 
     def sprung(data):
         nodes = list(data["nodes"])
@@ -317,7 +317,7 @@ def test_power_closes_with_every_element_on_every_model(model):
     assert np.min(forces.loads.power["damping"][good]) < 0.0
     assert np.max(forces.loads.power["damping"][good]) <= 0.0
     assert np.max(np.abs(forces.power_error[good])) < 1e-9 * max(np.max(np.abs(p[good])) for p in powers)
-    if not forces.mechanism.slides:  # what a slider rubs off on the frame's guide is no pin's
+    if not forces.mechanism.slides:  # friction on a guide of the frame does not act on a pin
         force, _ = total_on_frame(forces)
         for node, push in forces.loads.pins.items():
             if forces.statics.body_of_pin[node] == NONE:
@@ -325,8 +325,8 @@ def test_power_closes_with_every_element_on_every_model(model):
         assert np.max(np.abs(force - forces.shaking_force)[good]) < 1e-10 * np.nanmax(np.abs(forces.unknowns[:, good]))
 
 
-def test_what_meets_at_a_pin_is_in_balance(tmp_path):
-    """Three members and a spring at one pin: what the members receive adds up to the spring's pull."""
+def test_the_forces_at_a_pin_balance(tmp_path):
+    """Three members and a spring at one pin: the pin forces on the members add up to the spring force."""
 
     def sprung(data):
         data["springs"] = {"s": {"nodes": ["J1", "G"], "stiffness": 9000.0, "free": 1.0}}
@@ -340,16 +340,16 @@ def test_what_meets_at_a_pin_is_in_balance(tmp_path):
     assert np.max(np.abs(total - forces.loads.pins[pin.node])[good]) < 1e-10 * np.max(np.abs(total[good]))
 
 
-def test_pieces_tell_what_the_whole_motion_tells():
+def test_pieces_give_the_same_results_as_the_whole_motion():
     mechanism = weighted(MODELS / "watt_1.yaml")
     whole, pieces = ForceMotion(mechanism, 61), ForceMotion(mechanism, 61)
     whole.take(trace(mechanism, 60))
     for piece in stream(mechanism, 60, rows=13):
         pieces.take(piece)
-    assert pieces.told == whole.told == 61
+    assert pieces.determined == whole.determined == 61
     for name, (value, unit, at) in whole.peaks.greatest.items():
-        told = pieces.peaks.greatest[name]
-        assert (told[0], told[1], told[2]) == (pytest.approx(value, rel=1e-9), unit, pytest.approx(at))
+        peak = pieces.peaks.greatest[name]
+        assert (peak[0], peak[1], peak[2]) == (pytest.approx(value, rel=1e-9), unit, pytest.approx(at))
     assert pieces.peaks.power == pytest.approx(whole.peaks.power)
     for one, two in zip(whole.kept, pieces.kept, strict=True):
         assert two == pytest.approx(one, rel=1e-9, abs=1e-9)
@@ -373,7 +373,7 @@ def test_the_command_writes_columns_picture_and_report(tmp_path, monkeypatch):
     assert max(efforts, key=abs) == report["peaks"]["motor.effort"]["value"]
 
 
-def test_the_command_names_what_redundant_constraints_leave_open(tmp_path, monkeypatch):
+def test_the_command_names_indeterminate_reactions(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = (MODELS / "parallelogram_third_crank.yaml").read_text() + "\nmasses: {bar: {mass: 1}}\n"
     if "unit" in text.split("nodes:")[0]:
@@ -382,16 +382,16 @@ def test_the_command_names_what_redundant_constraints_leave_open(tmp_path, monke
     result = CliRunner().invoke(app, ["forces", "--steps", "7", "--json"])
     report = json.loads(result.stdout)
     assert set(report["open"]) == set("ABCDEF")
-    assert report["peaks"]["C.unique"]["value"] < 1e-12  # a crank without mass, not driven: no force across it
+    assert report["peaks"]["C.unique"]["value"] < 1e-12  # a massless crank that is not driven has no transverse force
     assert "motor.effort" in report["peaks"]
     assert not set(report["open"]) & set(report["peaks"])
 
 
 @pytest.mark.parametrize(("change", "words"), [
-    (lambda text: text, "has no masses, loads or springs"),
+    (lambda text: text, "no masses, loads or springs defined"),
     (lambda text: text.replace("length: mm", "length: unit") + "friction: {O: 1}\n", "units: {length: m}"),
 ])  # fmt: skip
-def test_the_command_refuses_what_it_cannot_tell(change, words, tmp_path, monkeypatch):
+def test_the_command_rejects_models_without_forces_or_physical_units(change, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "model.yaml").write_text(change(CRANK))
     result = CliRunner().invoke(app, ["forces"])
@@ -400,8 +400,8 @@ def test_the_command_refuses_what_it_cannot_tell(change, words, tmp_path, monkey
     assert list(tmp_path.iterdir()) == [tmp_path / "model.yaml"]
 
 
-def test_a_dead_point_is_told_and_the_rest_is_written(tmp_path, monkeypatch):
-    """A slider driven through its dead centre: without bound there, and 5 is the status."""
+def test_rows_up_to_a_dead_point_are_written(tmp_path, monkeypatch):
+    """A slider driven through its dead centre: the exit status is 5."""
     monkeypatch.chdir(tmp_path)
     text = """\
 nodes: {O: [0, 0], A: [0.6, 0.8], B: [2.4, 0], G: [9, 0]}
@@ -420,8 +420,8 @@ masses: {crank: {mass: 1}, rod: {mass: 2}}
     assert rows[-1].split(",")[3] == ""
 
 
-def test_a_change_point_is_passed_and_its_forces_are_told_singular(tmp_path, monkeypatch):
-    """The flat parallelogram has two velocities: positions go on, forces are empty there."""
+def test_forces_at_a_change_point_are_empty_with_status_singular(tmp_path, monkeypatch):
+    """The flat parallelogram has two velocities: its positions are solved, its forces are empty."""
     monkeypatch.chdir(tmp_path)
     text = (MODELS / "parallelogram.yaml").read_text().replace("{from: 5, to: 170}", "{from: -90, to: 270}")
     text = text.replace("length: unit", "length: m") + "\nmasses: {coupler: {mass: 1}}\n"
@@ -435,8 +435,8 @@ def test_a_change_point_is_passed_and_its_forces_are_told_singular(tmp_path, mon
     assert [row[3] == "" for row in rows] == [row[-1] == "singular" for row in rows]
 
 
-def test_the_picture_shows_the_greatest_effort():
-    """A short peak is what a drive is chosen by: it is inside the window."""
+def test_the_axis_of_the_picture_includes_the_greatest_effort():
+    """A short peak must be visible, since drives are chosen by it."""
     over = np.linspace(0.0, 1.0, 1001)
     effort = np.where(np.abs(over - 0.5) < 0.01, 900.0, np.sin(6.0 * over))
     table = Table((Column("time", over, "s"), Column("motor", effort, "N m")))
@@ -447,7 +447,7 @@ def test_the_picture_shows_the_greatest_effort():
 
 
 def test_the_benchmark_runs(tmp_path):
-    """Tiny; what it times is not looked at."""
+    """With few rows; the measured times are not checked."""
     import inverse_dynamics
     import machine
 
@@ -457,8 +457,8 @@ def test_the_benchmark_runs(tmp_path):
     assert len(lines) == 3
 
 
-def test_forces_cost_little_beside_positions():
-    """One process, both compiled; measured 5 times the positions' cost, which a share of numpy's overhead blurs."""
+def test_forces_take_at_most_a_few_times_as_long_as_positions():
+    """One process, both compiled; the measured ratio is 5, including a varying overhead of numpy."""
     import time
 
     import inverse_dynamics as bench
@@ -481,8 +481,8 @@ def test_forces_cost_little_beside_positions():
     assert best[1] < 25.0 * best[0]
 
 
-def test_a_trace_imports_nothing_of_this():
-    """Not even of a model with masses, loads and a table."""
+def test_trace_does_not_import_dynamics():
+    """Also for a model with masses, loads and a table."""
     import subprocess
     import sys
 
@@ -494,11 +494,11 @@ trace(load({str(MODELS / "watt_1.yaml")!r}), 3)
 heavy = ("forces", "force_", "loading", "course", "statics", "equilibrium", "scipy.interpolate")
 print([name for name in sys.modules if any(part in name.removeprefix("gimcli.") for part in heavy)])
 """
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert told.stdout.strip() == "[]"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
 
 
-# -- beside singular positions --------------------------------------------------------------------------------
+# -- near singular positions --------------------------------------------------------------------------------
 
 BESIDE = """
 units: {length: m}
@@ -511,8 +511,8 @@ gravity: [0, -9.81]
 """
 
 
-def test_forces_without_bound_are_no_peak_and_take_no_axis(tmp_path):
-    """The cranks of a parallelogram flatten: the pull along them grows as 1 / sin q, the shaking force does not."""
+def test_unbounded_forces_are_left_out_of_peaks_and_plots(tmp_path):
+    """Near the flat position of a parallelogram the crank force grows as 1 / sin q, the shaking force does not."""
     mechanism = written(tmp_path, BESIDE)
     motion = trace(mechanism, 100)
     found = ForceMotion(mechanism, 101)
@@ -530,7 +530,7 @@ def test_forces_without_bound_are_no_peak_and_take_no_axis(tmp_path):
 
 @pytest.mark.filterwarnings("error")
 def test_singular_rows_are_empty_without_a_warning(tmp_path):
-    """Three parallel cranks, flat at 180 deg: the matrix of their redundant equations has no rank there."""
+    """Three parallel cranks, flat at 180 deg: the matrix of their redundant equations loses rank there."""
     text = (MODELS / "parallelogram_third_crank.yaml").read_text().replace("from: 10, to: 170", "from: 0, to: 360")
     text += "masses: {left: {mass: 1, inertia: 0.1}, bar: {mass: 2, inertia: 0.1}}\n"
     forces = motion_forces(trace(written(tmp_path, text), 36))

@@ -42,16 +42,16 @@ def at(mechanism, value, speed, gain):
 
 
 @pytest.mark.parametrize("run", [lambda kernel: kernel, compiled], ids=["plain", "compiled"])
-def test_watts_six_bar_falling_freely(run):
+def test_watts_six_bar_without_driving_torque(run):
     """All pins of Durango et al. 2014, section 3.3, over 2 s; from a differential-algebraic solution in the table."""
     table, mechanism = reference("watt_six_bar_W1.csv"), load(MODELS / "watt_1.yaml")
     course = at(mechanism, table["theta2"], table["omega"], table["alpha"])
     found = inverse_dynamics(statics(mechanism), course, run)
-    assert np.max(np.abs(found.effort(0))) < 1e-9  # it falls freely
-    told = {
+    assert np.max(np.abs(found.effort(0))) < 1e-9  # there is no driving torque
+    values = {
         "O2": "crank", "A": "link_3", "B": "link_4", "O4": "link_4", "C": "link_5", "D": "link_6", "E": "link_6",
     }  # fmt: skip
-    for node, member in told.items():
+    for node, member in values.items():
         expected = table[f"F{node}x"] + 1j * table[f"F{node}y"]
         assert np.max(np.abs(on(found, node, member) - expected)) < 1e-6, node
     assert np.max(np.abs(found.loads.kinetic - table["T"])) < 1e-9
@@ -118,7 +118,7 @@ def rtr():
             "link_1": {"mass": 0.2 * bar, "inertia": inertia(0.2 * bar, 0.2, 0.01)},
             "slider_2": {"mass": block, "inertia": inertia(block, 0.02, 0.05), "centre": [0, 0]},
             "link_3": {"mass": 0.7 * bar, "inertia": inertia(0.7 * bar, 0.7, 0.01)},
-            "link_4": {"mass": 0.3 * bar, "inertia": 6.00667e-5},  # the published program's, see the reference
+            "link_4": {"mass": 0.3 * bar, "inertia": 6.00667e-5},  # value of the published program
             "slider_5": {"mass": block, "inertia": inertia(block, 0.02, 0.05), "centre": [0, 0]},
         },
         "loads": {"external": {"on": "slider_5", "local": [0, 0], "force": [500, 0]}},
@@ -143,20 +143,20 @@ def test_marghitu_and_dupacs_r_rtr_rrt(tmp_path):
     assert z["E"][2].real == pytest.approx(-17.464, abs=5e-4)
     names = [m.name for m in mechanism.members]
     for name, omega, alpha in (("link_3", 6.46, 30.4), ("link_4", 3.93, -82.5)):
-        told = turning(mechanism, found.course, names.index(name))[:, 0]
-        assert told[0] == pytest.approx(omega, abs=5e-3)
-        assert told[1] == pytest.approx(alpha, abs=5e-2)
+        values = turning(mechanism, found.course, names.index(name))[:, 0]
+        assert values[0] == pytest.approx(omega, abs=5e-3)
+        assert values[1] == pytest.approx(alpha, abs=5e-2)
     f12, f01 = on(found, "B", "slider_2")[0], on(found, "A", "link_1")[0]
     assert (f12.real, f12.imag) == (pytest.approx(-625.61, abs=5e-3), pytest.approx(162.864, abs=5e-4))
     assert (f01.real, f01.imag) == (pytest.approx(-626.106, abs=5e-4), pytest.approx(162.525, abs=5e-4))
     assert found.effort(0)[0] == pytest.approx(111.518, abs=5e-4)
 
 
-def test_a_third_crank_leaves_one_component_of_the_pins(tmp_path):
-    """Parallelogram of three cranks at rest at 60 deg (Fraczek & Wojtyra 1.12; reference/dynamics.md, section 5).
+def test_with_a_third_crank_one_component_of_the_pin_forces_is_determined(tmp_path):
+    """Parallelogram of three cranks at rest at 60 deg (Fraczek & Wojtyra 1.12).
 
-    Cranks 1 kg, coupler 2 kg, all lengths 1, AD = BC = 2: the angular acceleration is -5.7225 rad/s2 exactly; pin
-    reactions are unique only normal to the cranks.
+    Cranks 1 kg, coupler 2 kg, all lengths 1, AD = BC = 2: the angular acceleration is -5.7225 rad/s^2 exactly; pin
+    reactions are determined only normal to the cranks.
     """
     text = """\
 nodes: {A: [0, 0], E: [1, 0], D: [2, 0], B: [0.5, 0.8660254037844386], F: [1.5, 0.8660254037844386],
@@ -179,11 +179,13 @@ masses:
     assert all(np.isnan(on(found, n, m)[0]) for n, m in (("B", "coupler"), ("A", "left"), ("F", "coupler")))
     some = inverse_dynamics(statics(mechanism), course, every=True)
     normal = 1j * np.exp(1j * math.pi / 3)
-    told = {mechanism.nodes[pin.node]: found.pin_shared(pin, pin.members[1])[0] for pin in found.statics.pins}
+    values = {mechanism.nodes[pin.node]: found.pin_shared(pin, pin.members[1])[0] for pin in found.statics.pins}
     for node in ("B", "F", "C"):  # the coupler has no acceleration of its own: moment of a crank about its ground pin
-        assert told[node] == pytest.approx((5.7225 / 3.0 - 9.81 / 4.0) * normal, abs=1e-12), node
-    for node in ("A", "E", "D"):  # on the crank: m (g cos 60 deg + alpha / 2) less what the coupler gives
-        assert told[node] == pytest.approx((9.81 / 2.0 - 5.7225 / 2.0 + 5.7225 / 3.0 - 9.81 / 4.0) * normal, abs=1e-12)
+        assert values[node] == pytest.approx((5.7225 / 3.0 - 9.81 / 4.0) * normal, abs=1e-12), node
+    for node in ("A", "E", "D"):  # on the crank: m (g cos 60 deg + alpha / 2) minus the force of the coupler
+        assert values[node] == pytest.approx(
+            (9.81 / 2.0 - 5.7225 / 2.0 + 5.7225 / 3.0 - 9.81 / 4.0) * normal, abs=1e-12
+        )
     for node, crank in (("B", "left"), ("F", "middle"), ("C", "right")):
         # moment of a crank about its ground pin: I alpha + m g l / 2 cos 60 deg = - F.n
         across = (on(some, node, "coupler")[0] * normal.conjugate()).real
@@ -191,8 +193,8 @@ masses:
         assert across == pytest.approx(held, abs=1e-12), crank
 
 
-def test_what_is_never_told():
-    with pytest.raises(ModelError, match="has no masses, loads or springs"):
+def test_a_model_without_masses_loads_or_springs_is_rejected():
+    with pytest.raises(ModelError, match="no masses, loads or springs defined"):
         motion_forces(trace(load(MODELS / "crank_rocker.yaml"), 2))
 
 
@@ -200,8 +202,8 @@ def test_what_is_never_told():
 
 
 @pytest.mark.few
-def test_power_and_what_the_frame_bears_on_every_model(model):
-    """Power of all forces = dT/dt; the balances of the whole mechanism, which nothing has used, close."""
+def test_power_and_frame_forces_balance_on_every_model(model):
+    """Power of all forces = dT/dt; the equilibrium of the whole mechanism, which the solution does not use, holds."""
     mechanism = weighted(model)
     _, forces, good = moved(mechanism)
     powers = [forces.drive_power, forces.loads.kinetic_rate, *forces.loads.power.values()]
@@ -215,8 +217,8 @@ def test_power_and_what_the_frame_bears_on_every_model(model):
 
 
 @pytest.mark.few
-def test_efforts_are_what_virtual_work_says_on_every_model(model):
-    """Effort = -B' (applied - inertia) for every input: influence coefficients, and no reaction at all."""
+def test_efforts_agree_with_virtual_work_on_every_model(model):
+    """Effort = -B' (applied - inertia) for every input, from influence coefficients without reactions."""
     mechanism = weighted(model)
     motion, forces, good = moved(mechanism)
     found = Influence(mechanism).over(motion.z, motion.inputs)
@@ -228,13 +230,13 @@ def test_efforts_are_what_virtual_work_says_on_every_model(model):
             work += (found.points[body.node, a].conj() * force).real
             if body.member != NONE:
                 work += found.angles[body.member - 1, a] * (loads.inertia_moment[k] - loads.moment[k])
-        told = forces.unknowns[forces.statics.efforts[a]]
-        assert np.max(np.abs(work - told)[good]) < 1e-9 * max(scale, np.max(np.abs(work[good])))
+        values = forces.unknowns[forces.statics.efforts[a]]
+        assert np.max(np.abs(work - values)[good]) < 1e-9 * max(scale, np.max(np.abs(work[good])))
 
 
 @pytest.mark.few
-def test_blocks_and_the_whole_system_agree_on_every_model(model):
-    """Group by group in the reverse order of formation, and all equations at once by LAPACK."""
+def test_solution_by_blocks_agrees_with_the_whole_system_on_every_model(model):
+    """Solution group by group in the reverse order of formation, and of all equations at once by LAPACK."""
     mechanism = weighted(model)
     _, forces, good = moved(mechanism, 12)
     table = equilibrium(forces.statics, forces.course.nodes[0][:, good])
@@ -340,7 +342,7 @@ def test_plain_and_compiled_kernels_give_the_same_numbers(tmp_path):
 
 
 def test_the_second_named_member_receives_the_force(tmp_path):
-    """`elements` written before `links`: where one of each meet, the force told is the opposite."""
+    """`elements` written before `links`: at a pair of one of each, the force has the opposite sign."""
     text = (MODELS / "watt_1.yaml").read_text()
     links, elements = text.index("links:"), text.index("elements:")
     after = text.index("actuators:")
@@ -362,7 +364,7 @@ def reaction_table(mechanism):
     return {column.name: column.values for column in reaction_columns(motion_forces(trace(mechanism, 8)))}
 
 
-def test_efforts_of_a_law_that_turns_back_or_stands_still_are_drawn_over_the_time():
+def test_efforts_of_a_law_that_reverses_or_is_constant_are_plotted_over_time():
     mechanism = load(MODELS / "watt_1.yaml")
     time = np.linspace(0.0, 1.0, 3)
     for inputs, name in (([0.0, 0.5, 1.0], "motor"), ([0.0, 0.5, 0.0], "time"), ([0.5, 0.5, 0.5], "time")):

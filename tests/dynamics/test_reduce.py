@@ -1,4 +1,4 @@
-"""Reduction to an input, the modular one of the source beside the general one, and flywheels."""
+"""Reduction to one input, compared with the modular method of the source, and flywheels."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def modular(mechanism, z):
 # -- the reference and closed forms -----------------------------------------------------------------
 
 
-def test_watt_is_the_reference():
+def test_watt_agrees_with_the_reference():
     rows = reference("watt_six_bar_reduced.csv")
     row_of = {round(angle): k for k, angle in enumerate(rows["theta2_deg"])}
     mechanism = load(MODELS / "watt_durango.yaml")
@@ -43,9 +43,9 @@ def test_watt_is_the_reference():
     angles = np.round(np.degrees(found.q)).astype(int) % 360
     columns = {"J_red": "inertia", "dJ_dq": "inertia_slope", "tau_red": "torque", "V": "potential"}
     for name, own in columns.items():
-        told = rows[name][[row_of[k] for k in angles]]
-        assert np.abs(getattr(found, own) - told).max() < 2e-12, name
-    assert np.abs(found.potential_slope + found.torque).max() < 1e-14  # weight alone
+        expected = rows[name][[row_of[k] for k in angles]]
+        assert np.abs(getattr(found, own) - expected).max() < 2e-12, name
+    assert np.abs(found.potential_slope + found.torque).max() < 1e-14  # there is only weight
 
 
 def test_a_parallelogram_of_unit_bars_has_an_inertia_of_five_thirds(tmp_path):
@@ -70,7 +70,7 @@ gravity: [0, -9.81]
         assert np.abs(value + 2.0 * 9.81 * np.cos(found.q)).max() < 1e-13
 
 
-def test_a_slider_crank_is_its_closed_form(tmp_path):
+def test_a_slider_crank_agrees_with_its_closed_form(tmp_path):
     """Crank r, massless rod l, slider m: J = I + m x'^2 with x = r cos q + sqrt(l^2 - r^2 sin^2 q); a spring on x."""
     text = """
 units: {length: mm}
@@ -121,8 +121,8 @@ springs: {spring: {nodes: [O, P], stiffness: 50, free: 300}}
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("stem", ["whitworth", "klann", "crank_shaper", "watt_2", "double_butterfly"])
-def test_slopes_are_those_of_the_values(stem):
-    """Differences of the fourth order over a model with every kind of pair, loads and springs."""
+def test_slopes_agree_with_differences_of_the_values(stem):
+    """Differences of fourth order, for models with every kind of pair, a load and a spring."""
 
     def loaded(data):
         parts = {**data.get("links", {}), **data.get("elements", {})}
@@ -145,10 +145,10 @@ def test_slopes_are_those_of_the_values(stem):
         ("torque", "torque_slope"),
         ("potential", "potential_slope"),
     ):
-        f, told = getattr(found, value), getattr(found, slope)
+        f, expected = getattr(found, value), getattr(found, slope)
         difference = (f[rows - 2] - 8.0 * f[rows - 1] + 8.0 * f[rows + 1] - f[rows + 2]) / (12.0 * h)
-        scale = np.abs(told[rows]).max() + np.abs(f[rows]).max()
-        assert np.abs(difference - told[rows]).max() < 2e-6 * scale, (stem, value)
+        scale = np.abs(expected[rows]).max() + np.abs(f[rows]).max()
+        assert np.abs(difference - expected[rows]).max() < 2e-6 * scale, (stem, value)
 
 
 # -- module by module ---------------------------------------------------------------------------------
@@ -161,17 +161,17 @@ DYADIC = ("antiparallelogram", "chebyshev", "crank_rocker", "crank_shaper", "dou
 
 @pytest.mark.few
 @pytest.mark.parametrize("stem", DYADIC)
-def test_modular_is_general(stem):
+def test_modular_and_general_reduction_agree(stem):
     mechanism = let_go(stem)
     found = reduce_to_input(mechanism, 0, 24)
     motion = trace(mechanism, 24, Options(tolerance=1e-13))
     good = motion.good & np.isfinite(found.inertia)
     assert good.sum() > 10
     values = modular(mechanism, motion.z)
-    for value, told in zip(values, (found.inertia, found.inertia_slope, found.torque), strict=True):
-        scale = np.abs(told[good]).max()
-        bound = 3e-12 if stem == "antiparallelogram" else 1e-13  # 1e-6 rad from its change point at the nearest
-        assert np.abs(value - told)[good].max() < bound * scale
+    for value, expected in zip(values, (found.inertia, found.inertia_slope, found.torque), strict=True):
+        scale = np.abs(expected[good]).max()
+        bound = 3e-12 if stem == "antiparallelogram" else 1e-13  # it passes its change point at 1e-6 rad
+        assert np.abs(value - expected)[good].max() < bound * scale
 
 
 PRP = """
@@ -191,12 +191,12 @@ def test_two_sliders_on_one_pin_are_a_dyad(tmp_path):
     assert [g.dyad for g in formation(mechanism).groups] == ["", "PRP", "RRR"]
     found = reduce_to_input(mechanism, 0, 8)
     values = modular(mechanism, trace(mechanism, 8, Options(tolerance=1e-13)).z)
-    for value, told in zip(values, (found.inertia, found.inertia_slope, found.torque), strict=True):
-        assert np.abs(value - told).max() < 1e-13 * np.abs(told).max()
+    for value, expected in zip(values, (found.inertia, found.inertia_slope, found.torque), strict=True):
+        assert np.abs(value - expected).max() < 1e-13 * np.abs(expected).max()
 
 
 def test_every_dyad_keeps_its_pairs_closed():
-    """Velocities and accelerations of the pairs' places agree from both links, on bases that move in any way."""
+    """Velocities and accelerations of the pairs' places agree from both links, on links with random motions."""
     rng = np.random.default_rng(7)
 
     def any_motion():
@@ -207,7 +207,7 @@ def test_every_dyad_keeps_its_pairs_closed():
         return complex(*rng.normal(size=2))
 
     def slides(link, guide, z, u):
-        """Return how far a link's place at z is from staying on a guide's line, in velocity and in acceleration."""
+        """Return the errors in velocity and acceleration of a link's point at z relative to the line of a guide."""
         (v, a), (vg, ag) = link.at(z), guide.at(z)
         travel = ((v - vg) * u.conjugate()).real
         off = a - ag - 2j * guide.turn * u * travel
@@ -234,7 +234,7 @@ def test_every_dyad_keeps_its_pairs_closed():
     assert rotating_driver(STILL, 0j).at(2.0) == (2j, -2.0)
 
 
-def test_what_is_no_dyad_is_told():
+def test_a_mechanism_without_dyads_is_rejected():
     mechanism = let_go("double_butterfly")
     with pytest.raises(StructureError, match="driving links and dyads"):
         modular_reduction(mechanism, mechanism.drawn[:, None])
@@ -252,8 +252,8 @@ gravity: [0, -9.81]
 """
 
 
-def test_a_flywheel_evens_out_an_unbalanced_wheel(tmp_path):
-    """Constant J: the work to even out is 2 m g r, and J + J_F = work / (delta w^2) exactly."""
+def test_the_flywheel_of_an_unbalanced_wheel(tmp_path):
+    """Constant J: the work is 2 m g r, and J + J_F = work / (delta w^2) exactly."""
     found = reduce_to_input(written(tmp_path, WHEEL), 0, 360)
     inertia, work, speed = 0.5 + 2.0 * 0.25**2, 2.0 * 2.0 * 9.81 * 0.25, 3.0
     wheel = flywheel(found, speed, 0.1)
@@ -264,7 +264,7 @@ def test_a_flywheel_evens_out_an_unbalanced_wheel(tmp_path):
     assert flywheel(found, 300.0, 0.1).inertia == 0.0
 
 
-def test_the_speed_with_the_flywheel_fluctuates_as_asked():
+def test_the_speed_with_the_flywheel_has_the_required_fluctuation():
     """Watt's six-bar at the drive's constant torque: the speed from its own energy balance."""
     mechanism = load(MODELS / "watt_durango.yaml")
     found = reduce_to_input(mechanism, 0, 1800, compiled)
@@ -285,7 +285,7 @@ def test_the_speed_with_the_flywheel_fluctuates_as_asked():
     assert (greatest - least) / 20.0 == pytest.approx(0.04, rel=1e-6)
 
 
-def test_a_flywheel_needs_a_turn(tmp_path):
+def test_a_flywheel_needs_a_full_turn(tmp_path):
     text = WHEEL.replace("to: 360", "to: 200")
     with pytest.raises(UsageError, match="whole turns"):
         flywheel(reduce_to_input(written(tmp_path, text), 0, 10), 1.0, 0.1)
@@ -294,7 +294,7 @@ def test_a_flywheel_needs_a_turn(tmp_path):
 # -- the command ----------------------------------------------------------------------------------------------
 
 
-def test_the_command_writes_what_it_says(tmp_path):
+def test_the_command_writes_report_table_and_picture(tmp_path):
     from typer.testing import CliRunner
 
     from gimcli.cli import app
@@ -315,7 +315,7 @@ def test_the_command_writes_what_it_says(tmp_path):
     assert (tmp_path / "watt_durango.reduced.png").stat().st_size > 10_000
 
 
-def test_rows_beyond_reach_keep_their_reason(tmp_path):
+def test_rows_out_of_reach_keep_their_status(tmp_path):
     """A crank that cannot turn fully: exit status 5, everything up to the limit written."""
     from typer.testing import CliRunner
 
@@ -337,14 +337,14 @@ masses: {crank: {mass: 1}}
     assert words[-1] == "unreachable"
 
 
-def test_an_input_is_chosen_by_its_name():
+def test_an_input_is_chosen_by_name():
     mechanism = load(MODELS / "platform_3rrr.yaml")
     assert chosen_input(mechanism, mechanism.actuators[1].name) == 1
     with pytest.raises(UsageError, match="no actuator 'none'"):
         chosen_input(mechanism, "none")
 
 
-def test_masses_of_zero_are_none(tmp_path):
+def test_zero_masses_count_as_absent(tmp_path):
     text = (
         "units: {length: m}\nnodes: {O: [0, 0], A: [1, 0]}\nground: [O]\nlinks: {crank: [O, A]}\n"
         "actuators: {motor: {type: rotary, pivot: O, arm: A}}\nmasses: {crank: {mass: 0}}\n"
@@ -356,7 +356,7 @@ def test_masses_of_zero_are_none(tmp_path):
 # -- tables over time, redundant equations ----------------------------------------------------------------------
 
 
-def test_a_table_over_time_is_taken_at_the_times_of_the_law(tmp_path):
+def test_a_table_over_time_is_evaluated_at_the_times_of_the_law(tmp_path):
     """3 N m s on a wheel that turns by q = 2 pi (3 s^2 - 2 s^3), s = t / T: the work is 3 pi."""
     (tmp_path / "t.csv").write_text("t,f\n0,0\n4,1\n")
     text = WHEEL.replace("gravity: [0, -9.81]", "duration: 4\nloads: {pull: {on: wheel, torque: 3, table: t.csv}}")
@@ -364,13 +364,13 @@ def test_a_table_over_time_is_taken_at_the_times_of_the_law(tmp_path):
     found = reduce_to_input(written(tmp_path, text), 0, 4000, compiled)
     s = np.linspace(0.0, 1.0, 4001)
     assert found.torque == pytest.approx(3.0 * s, abs=1e-12)
-    assert np.all(np.isnan(found.torque_slope))  # tau is no function of q alone
+    assert np.all(np.isnan(found.torque_slope))  # tau does not depend on q alone
     work = 2.0 * math.pi * 3.0 * 0.5  # integral of 3 s (6 s - 6 s^2) ds = 3 (2 - 3 / 2)
     assert flywheel(found, 30.0, 0.1).torque == pytest.approx(-work / (2.0 * math.pi), abs=1e-5)
 
 
 @pytest.mark.parametrize(("end", "steps", "singular"), [(170, 24, 0), (370, 360, 2)])
-def test_redundant_equations_are_chosen_anew_where_they_lose_rank(end, steps, singular, tmp_path):
+def test_other_redundant_equations_are_chosen_where_they_lose_rank(end, steps, singular, tmp_path):
     """Three parallel cranks of 1 m carry a bar: J = m/4 + m/4 + M, tau = -g cos q (m/2 + m/2 + M)."""
     text = (MODELS / "parallelogram_third_crank.yaml").read_text().replace("to: 170", f"to: {end}")
     text += "masses: {left: {mass: 1, inertia: 0}, middle: {mass: 1, inertia: 0}, bar: {mass: 2, inertia: 0.1}}\n"
@@ -378,6 +378,6 @@ def test_redundant_equations_are_chosen_anew_where_they_lose_rank(end, steps, si
     found = reduce_to_input(mechanism, 0, steps)
     good = found.codes == Status.OK
     assert np.array_equal(good, motion_forces(trace(mechanism, steps)).good)
-    assert np.count_nonzero(~good) == singular  # flat: each crank may turn either way there
+    assert np.count_nonzero(~good) == singular  # flat: each crank can turn in either direction
     assert found.inertia[good] == pytest.approx(2.5, abs=1e-10)
     assert found.torque[good] == pytest.approx(-3.0 * 9.81 * np.cos(found.q[good]), abs=1e-9)

@@ -1,4 +1,4 @@
-"""What the reducer knows of a position, against other means: the plan's derivatives, System, a walk round a branch."""
+"""The reducer compared with other methods: derivatives of the plan, System, and a full turn on a branch."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from gimcli.structure.system import System
 NAMES = sorted(path.stem for path in MODELS.glob("*.yaml"))
 
 
-def standing(stem, share=0.3):
-    """Return a reducer a part of the way along the laws of a model, the position and the inputs there."""
+def reducer_of(stem, share=0.3):
+    """Return a reducer at the fraction `share` of the laws of a model, and the position and inputs there."""
     mechanism = let_go(stem)
     start = mechanism.start_inputs
     inputs = np.array([float(a.law(np.array([share]))[0]) for a in mechanism.actuators])
@@ -38,8 +38,8 @@ def standing(stem, share=0.3):
 
 
 @pytest.mark.parametrize("stem", NAMES)
-def test_terms_are_the_system(stem):
-    """Equations and gradients of the sparse terms against the dense ones, at places far from assembled."""
+def test_sparse_and_dense_equations_agree(stem):
+    """Equations and gradients of Terms (sparse) and System (dense) agree, also at positions that are not assembled."""
     mechanism = let_go(stem)
     terms, system, rng = make_terms(mechanism), System(mechanism), np.random.default_rng(3)
     x, u = rng.normal(size=system.n), rng.normal(size=len(mechanism.actuators))
@@ -50,31 +50,32 @@ def test_terms_are_the_system(stem):
     assert np.allclose(residuals(terms, v), system.residual(x, u), atol=1e-12)
     table = gradients(terms, v)
     assert np.allclose(table[:, list(terms.moving)], system.jacobian(x, u), atol=1e-12)
-    assert np.allclose(table[:, terms.first_reading : -1], system.by_inputs(x, u), atol=1e-12)
+    by_inputs = [system.along_inputs(x, u, unit) for unit in np.eye(len(u))]
+    assert np.allclose(table[:, terms.first_reading : -1], np.array(by_inputs).T, atol=1e-12)
 
 
 @pytest.mark.few
 @pytest.mark.parametrize("stem", NAMES)
-def test_influence_is_that_of_the_plan(stem):
-    """B and the accelerations without those of the inputs, by two programs that share no line."""
-    reducer, z, inputs = standing(stem)
+def test_influence_coefficients_agree_with_those_of_the_plan(stem):
+    """B and the accelerations at constant input speeds, compared with an independent program."""
+    reducer, z, inputs = reducer_of(stem)
     mechanism = reducer.mechanism
     rates = np.random.default_rng(11).normal(size=len(inputs))
     assert reducer.move(inputs, rates, np.zeros(len(inputs)))
     state = reducer.state()
-    told = Influence(mechanism, make_plan(mechanism), points=mechanism.nodes).at(z, inputs, rates)
-    free = [k for k, name in enumerate(mechanism.nodes) if np.all(np.isfinite(told.points[k]))]
+    expected = Influence(mechanism, make_plan(mechanism), points=mechanism.nodes).at(z, inputs, rates)
+    free = [k for k, name in enumerate(mechanism.nodes) if np.all(np.isfinite(expected.points[k]))]
     b, bias = reducer.nodes(state.b), reducer.nodes(state.bias)
-    scale = 1.0 + np.abs(told.points[free]).max()
+    scale = 1.0 + np.abs(expected.points[free]).max()
     assert np.abs(reducer.nodes(state.v) - z)[free].max() < 1e-11
-    assert np.abs(b.T - told.points)[free].max() < 1e-9 * scale
-    assert np.abs(bias - told.points_bias)[free].max() < 1e-8 * scale**3
+    assert np.abs(b.T - expected.points)[free].max() < 1e-9 * scale
+    assert np.abs(bias - expected.points_bias)[free].max() < 1e-8 * scale**3
 
 
 @pytest.mark.parametrize("stem", ["watt_durango", "whitworth", "five_bar", "double_butterfly"])
-def test_other_independent_variables_tell_the_same(stem):
-    """Accelerations of all nodes do not depend on the choice; nor do energies."""
-    reducer, _, inputs = standing(stem)
+def test_results_do_not_depend_on_the_independent_variables(stem):
+    """Velocities, accelerations and energies are the same for another choice of independent variables."""
+    reducer, _, inputs = reducer_of(stem)
     count = len(inputs)
     rates = 0.5 + np.random.default_rng(5).random(count)
     assert reducer.move(inputs, rates, np.zeros(count))
@@ -82,7 +83,7 @@ def test_other_independent_variables_tell_the_same(stem):
     reducer.accept()
     choice = free_choice(reducer.terms, before.v, (), count)
     assert choice is not None
-    assert reducer.stand(before.v, choice)
+    assert reducer.set_base(before.v, choice)
     assert reducer.move(before.v[reducer.own], before.velocity[reducer.own], np.zeros(count))
     after = reducer.state()
     scale = np.abs(before.acceleration).max()
@@ -92,9 +93,9 @@ def test_other_independent_variables_tell_the_same(stem):
 
 
 @pytest.mark.parametrize("stem", ["watt_durango", "crank_rocker", "whitworth", "slider_crank", "jansen", "klann"])
-def test_a_branch_is_kept_round_a_turn_in_large_steps(stem):
-    """Back at the start after a turn, in any step: no dyad has turned over."""
-    reducer, z, inputs = standing(stem, 0.0)
+def test_a_full_turn_in_large_steps_returns_to_the_start(stem):
+    """For every step size no dyad changes its configuration."""
+    reducer, z, inputs = reducer_of(stem, 0.0)
     for steps in (3, 7, 24):
         for turned in np.linspace(0.0, 2.0 * math.pi, steps + 1)[1:]:
             assert reducer.move(inputs + turned, np.ones(1), np.zeros(1))
@@ -103,8 +104,8 @@ def test_a_branch_is_kept_round_a_turn_in_large_steps(stem):
         reducer.start(z, inputs)
 
 
-def test_two_sides_of_a_dead_point_are_not_joined():
-    """A crank asked beyond its reach: there is no position, and where it stands it still stands."""
-    reducer, z, inputs = standing("double_butterfly", 0.1)
+def test_a_target_beyond_a_dead_point_is_not_reached():
+    """A crank angle out of reach has no position, and the base position does not change."""
+    reducer, z, inputs = reducer_of("double_butterfly", 0.1)
     assert not reducer.move(inputs + 30.0, np.ones(1), np.zeros(1))
     assert np.abs(reducer.nodes(reducer.base.v) - z).max() < 1e-11

@@ -1,4 +1,4 @@
-"""A model without masses, or without a unit of length, is a fault of the model: exit 3, and the lines to add."""
+"""A model without masses or without a physical unit: exit status 3, and a message with the lines to add."""
 
 from __future__ import annotations
 
@@ -37,25 +37,25 @@ def run(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_the_lines_to_add_make_the_model_complete(command, run):
-    code, out, told = run(MODEL, command)
+def test_the_lines_of_the_message_complete_the_model(command, run):
+    code, out, lines = run(MODEL, command)
     assert (code, out) == (3, "")
-    at = told.index("masses:")
-    assert "no masses" in told[at - 1]
-    assert len(told) == at + 4
-    assert run(MODEL + "\n".join(told[at:]) + "\n", command)[0] == 0
+    at = lines.index("masses:")
+    assert "no masses" in lines[at - 1]
+    assert len(lines) == at + 4
+    assert run(MODEL + "\n".join(lines[at:]) + "\n", command)[0] == 0
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_the_unit_to_add_makes_the_model_complete(command, run):
+def test_the_unit_of_the_message_completes_the_model(command, run):
     text = "units: {length: unit}\n" + MODEL + "masses: {crank: {mass: 1, inertia: 1}}\n"
-    code, out, told = run(text, command)
+    code, out, lines = run(text, command)
     assert (code, out) == (3, "")
-    assert run(text.replace("units: {length: unit}", told[-1]), command)[0] == 0
+    assert run(text.replace("units: {length: unit}", lines[-1]), command)[0] == 0
 
 
 @pytest.mark.parametrize("command", ["simulate", "reduce"])
-def test_masses_of_zero_are_none(command, run):
-    code, _, told = run(MODEL + "masses: {crank: {mass: 0, inertia: 0}}\n", command)
+def test_zero_masses_count_as_absent(command, run):
+    code, _, lines = run(MODEL + "masses: {crank: {mass: 0, inertia: 0}}\n", command)
     assert code == 3
-    assert "no masses" in told[1]
+    assert "no masses" in lines[1]

@@ -1,4 +1,4 @@
-"""Instant centres, curvatures, transmission angles, advantages and swept areas against closed forms."""
+"""Instant centres, curvatures, transmission angles, advantages and swept areas, compared with closed forms."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from gimcli.motion.motion import Motion, stream, trace
 from gimcli.rates.path_derivatives import PathDerivatives, input_path
 
 TRANSLATING = ("parallelogram", "parallelogram_third_crank", "scotch_yoke")
-"""Models in which no three members have all their centres in reach."""
+"""Models without three members whose centres are all at a finite distance."""
 
 
-def sight_of(name, steps=72, **more):
+def derivatives_of(name, steps=72, **more):
     return PathDerivatives(run_model(name, steps, **more).motion)
 
 
-def told(sight, spec):
-    """Columns of one measure by the last part of their names."""
-    (measure,) = measures_of(sight.mechanism, spec)
-    values = dict(zip((h.name for h in measure.heads), measure.values(sight), strict=True))
+def values_of(derivatives, spec):
+    """Return the columns of one measure by the last part of their names."""
+    (measure,) = measures_of(derivatives.mechanism, spec)
+    values = dict(zip((h.name for h in measure.heads), measure.values(derivatives), strict=True))
     return {name.removeprefix(spec).lstrip("."): column for name, column in values.items()}
 
 
 def moving_at(rates, mechanism, member, place):
-    """Velocity of the point of a member that is at a place."""
+    """Return the velocity of the point of a member at a position."""
     if member == 0:
         return np.zeros(len(place), dtype=complex)
     node = mechanism.members[member].nodes[0]
@@ -47,27 +47,27 @@ def moving_at(rates, mechanism, member, place):
 # --- instant centres -------------------------------------------------------------------------------------
 
 
-def test_both_members_have_one_velocity_at_their_centre(model):
+def test_both_members_have_the_same_velocity_at_their_centre(model):
     mechanism = load(model)
-    sight = PathDerivatives(trace(mechanism, 24))
+    derivatives = PathDerivatives(trace(mechanism, 24))
     for i, j in combinations(range(len(mechanism.members)), 2):
-        place = instant_centre(sight.along, i, j)
-        known = np.abs(place) < 30.0 * mechanism.size  # farther off, rounding is multiplied by the distance
-        one, other = (moving_at(sight.along, mechanism, m, place)[known] for m in (i, j))
-        fastest = max(1.0, np.nanmax(np.abs(sight.along.nodes[1])))
+        place = instant_centre(derivatives.along, i, j)
+        known = np.abs(place) < 30.0 * mechanism.size  # rounding errors grow with the distance
+        one, other = (moving_at(derivatives.along, mechanism, m, place)[known] for m in (i, j))
+        fastest = max(1.0, np.nanmax(np.abs(derivatives.along.nodes[1])))
         assert np.max(np.abs(one - other), initial=0.0) < 1e-9 * fastest
 
 
 def test_the_three_centres_of_any_three_members_are_on_a_line(model):
     """Kennedy's theorem. Source: Norton, Design of Machinery, section 6.3."""
     mechanism = load(model)
-    sight = PathDerivatives(trace(mechanism, 16))
-    centre = {p: instant_centre(sight.along, *p) for p in combinations(range(len(mechanism.members)), 2)}
+    derivatives = PathDerivatives(trace(mechanism, 16))
+    centre = {p: instant_centre(derivatives.along, *p) for p in combinations(range(len(mechanism.members)), 2)}
     seen = 0
     for i, j, k in combinations(range(len(mechanism.members)), 3):
         a, b, c = centre[i, j], centre[j, k], centre[i, k]
         near = np.maximum(np.maximum(np.abs(a), np.abs(b)), np.abs(c)) < 30.0 * mechanism.size
-        # twice the triangle's area against what an error of 1e-9 sizes in a corner makes of it
+        # twice the triangle's area, and its change by an error of 1e-9 sizes in a corner
         twice = np.abs((np.conj(b - a) * (c - a)).imag)[near]
         longest = (np.abs(b - a) + np.abs(c - a) + mechanism.size)[near]
         assert np.max(twice / longest, initial=0.0) < 1e-8 * mechanism.size
@@ -75,10 +75,10 @@ def test_the_three_centres_of_any_three_members_are_on_a_line(model):
     assert seen or len(mechanism.members) < 3 or model.stem in TRANSLATING
 
 
-def test_the_centre_of_a_couplers_motion_is_where_crank_and_rocker_meet():
+def test_the_centre_of_a_coupler_is_the_intersection_of_crank_and_rocker():
     """Crank-rocker 40, 120, 80, 100: lines O2-A and O4-B, and for crank and rocker lines A-B and O2-O4."""
     run = run_model("crank_rocker", 90)
-    sight = PathDerivatives(run.motion)
+    derivatives = PathDerivatives(run.motion)
     o2, o4, a, b = (run.xy(n) for n in ("O2", "O4", "A", "B"))
 
     def meeting(p, q, r, s):
@@ -88,25 +88,25 @@ def test_the_centre_of_a_couplers_motion_is_where_crank_and_rocker_meet():
         ("centre:frame/coupler", meeting(o2, a, o4, b)),
         ("centre:crank/rocker", meeting(a, b, o2, o4)),
     ):
-        got = told(sight, spec)
+        got = values_of(derivatives, spec)
         off = np.abs(got["x"] + 1j * got["y"] - expected) / np.maximum(np.abs(expected), 100.0)
         near = np.abs(expected) < 1e4
         assert near.sum() > 80
         assert np.max(off[near]) < 1e-10
 
 
-def test_cardans_circles():
+def test_the_centrodes_of_an_elliptic_trammel_are_cardan_circles():
     """Elliptic trammel, bar L = 2.5: centrodes are circles of radius L about O and of L/2 about the bar's middle."""
-    sight = sight_of("elliptic_trammel", 72)
-    got = told(sight, "centre:frame/bar")
+    derivatives = derivatives_of("elliptic_trammel", 72)
+    got = values_of(derivatives, "centre:frame/bar")
     assert np.abs(got["x"] + 1j * got["y"]) == pytest.approx(np.full(73, 2.5), abs=1e-13)
     assert np.abs(got["bar.x"] - 1.25 + 1j * got["bar.y"]) == pytest.approx(np.full(73, 1.25), abs=1e-13)
 
 
-def test_a_centrodes_places_in_frame_and_member_are_one_place():
-    sight = sight_of("crank_rocker", 36)
-    got, z = told(sight, "centre:crank/rocker"), sight.motion.z
-    mechanism = sight.mechanism
+def test_fixed_and_moving_centrode_agree_in_each_row():
+    derivatives = derivatives_of("crank_rocker", 36)
+    got, z = values_of(derivatives, "centre:crank/rocker"), derivatives.motion.z
+    mechanism = derivatives.mechanism
     for member in mechanism.members[1:4:2]:
         first, second = (mechanism.to_file(z[n]) for n in member.nodes)
         local = got[f"{member.name}.x"] + 1j * got[f"{member.name}.y"]
@@ -114,35 +114,37 @@ def test_a_centrodes_places_in_frame_and_member_are_one_place():
         assert np.max(np.abs(place - got["x"] - 1j * got["y"])) < 1e-9 * np.max(np.abs(place))
 
 
-def test_a_centrode_does_not_depend_on_the_law_nor_on_standing_still():
-    """A quintic law stands still at both ends: the same places in the frame as for a uniform one."""
+def test_a_centrode_does_not_depend_on_the_law():
+    """A quintic law is at rest at both ends: the centres are the same as for uniform speed."""
     laws = [{"motor": {"from": 0, "to": 90, **more}} for more in ({}, {"profile": "quintic"})]
-    even, slow = (told(sight_of("crank_rocker", 2, laws=law), "centre:frame/coupler") for law in laws)
+    even, slow = (values_of(derivatives_of("crank_rocker", 2, laws=law), "centre:frame/coupler") for law in laws)
     for column in even:
         assert slow[column] == pytest.approx(even[column], rel=1e-9)
 
 
-def test_a_law_that_never_moves_has_centres_all_the_same():
-    still = told(sight_of("crank_rocker", 1, laws={"motor": {"from": 40, "to": 40}}), "centre:frame/coupler")
-    moving = told(sight_of("crank_rocker", 1, laws={"motor": {"from": 40, "to": 41}}), "centre:frame/coupler")
+def test_a_constant_law_has_centres_too():
+    still = values_of(derivatives_of("crank_rocker", 1, laws={"motor": {"from": 40, "to": 40}}), "centre:frame/coupler")
+    moving = values_of(
+        derivatives_of("crank_rocker", 1, laws={"motor": {"from": 40, "to": 41}}), "centre:frame/coupler"
+    )
     assert still["x"][0] == pytest.approx(moving["x"][0], rel=1e-12)
 
 
-def mechanism_place(sight, name):
-    return sight.mechanism.to_file(sight.motion.z[sight.mechanism.nodes.index(name)])
+def mechanism_place(derivatives, name):
+    return derivatives.mechanism.to_file(derivatives.motion.z[derivatives.mechanism.nodes.index(name)])
 
 
-def test_centres_at_infinity_are_empty_and_poison_nothing():
-    """The coupler of a parallelogram only translates; crank and rocker never turn against each other."""
-    sight = sight_of("parallelogram", 8, laws={"motor": {"from": 10, "to": 90}})
-    names = [m.name for m in sight.mechanism.members[1:]]
-    lost = told(sight, f"centre:frame/{names[1]}")
+def test_centres_at_infinity_are_empty():
+    """The coupler of a parallelogram only translates; crank and rocker have no relative rotation."""
+    derivatives = derivatives_of("parallelogram", 8, laws={"motor": {"from": 10, "to": 90}})
+    names = [m.name for m in derivatives.mechanism.members[1:]]
+    lost = values_of(derivatives, f"centre:frame/{names[1]}")
     assert np.isnan(lost["x"]).all()
-    assert np.isfinite(told(sight, f"centre:frame/{names[0]}")["x"]).all()
+    assert np.isfinite(values_of(derivatives, f"centre:frame/{names[0]}")["x"]).all()
 
 
-def test_members_at_rest_for_a_moment_keep_their_centre():
-    """Watt II at a dead centre of its first loop: the second loop rests too, its centre is the neighbours' middle."""
+def test_members_at_rest_for_an_instant_have_a_centre():
+    """Watt II at a dead centre of its first loop: the second loop is at rest too; its centre is near both neighbours'."""
     mechanism = load(MODELS / "watt_2.yaml")
     motor = mechanism.actuators[0].name
     a, b, c, d = _first_loop(mechanism)
@@ -150,11 +152,13 @@ def test_members_at_rest_for_a_moment_keep_their_centre():
     base = math.degrees(np.angle(mechanism.drawn[mechanism.nodes.index("O4")] - mechanism.drawn[0]))
     middle = {}
     for h in (0.0, 0.01, 0.02):
-        sight = sight_of("watt_2", 2, laws={motor: {"from": base + dead - h - 1.0, "to": base + dead - h + 1.0}})
-        got = told(sight, "centre:frame/drag_link")
+        derivatives = derivatives_of(
+            "watt_2", 2, laws={motor: {"from": base + dead - h - 1.0, "to": base + dead - h + 1.0}}
+        )
+        got = values_of(derivatives, "centre:frame/drag_link")
         middle[h] = complex(got["x"][1], got["y"][1])
         if h == 0.0:
-            assert np.max(np.abs(sight.along.nodes[1, mechanism.nodes.index("B"), 1])) < 1e-10
+            assert np.max(np.abs(derivatives.along.nodes[1, mechanism.nodes.index("B"), 1])) < 1e-10
     # a one-sided difference extrapolated to the dead centre: third order in 0.01 deg
     assert abs(middle[0.0] - (2 * middle[0.01] - middle[0.02])) < 1e-4 * abs(middle[0.0] - mechanism.origin)
     assert abs(middle[0.01] - middle[0.02]) > 1e-7
@@ -172,8 +176,8 @@ def _first_loop(mechanism):
     return a, b, c, d
 
 
-def test_members_that_move_as_one_for_a_moment():
-    """Body 1 turns about 0 by s, body 2 against it about c by s^2: at s = 0 they have one twist, their centre is c."""
+def test_members_without_relative_velocity_for_an_instant():
+    """Body 1 turns about 0 by s, body 2 relative to it about c by s^2: at s = 0 they move together, the centre is c."""
     c, p, q = 0.7 + 0.4j, np.array([0.3 + 0.1j, 1.1 - 0.2j]), np.array([0.2 - 0.5j, 1.5 + 0.6j])
     z, v = np.concatenate([p, q]), 1j * np.concatenate([p, q])
     a = np.concatenate([-p, -q + 2j * (q - c)])
@@ -185,15 +189,20 @@ def test_members_that_move_as_one_for_a_moment():
     assert found[0] == pytest.approx(c, abs=1e-12)
 
 
-def test_the_pivots_are_centres_themselves():
-    sight = sight_of("crank_rocker", 12)
-    got, b = told(sight, "centre:coupler/rocker"), sight.motion.z[sight.mechanism.nodes.index("B")]
-    place = sight.mechanism.to_file(b)
+def test_pivots_are_centres():
+    derivatives = derivatives_of("crank_rocker", 12)
+    got, b = (
+        values_of(derivatives, "centre:coupler/rocker"),
+        derivatives.motion.z[derivatives.mechanism.nodes.index("B")],
+    )
+    place = derivatives.mechanism.to_file(b)
     assert np.max(np.abs(got["x"] + 1j * got["y"] - place)) < 1e-9
     assert got["coupler.x"] == pytest.approx(np.full(13, 120.0))
     assert np.max(np.abs(got["coupler.y"])) < 1e-9
-    sight = sight_of("crank_rocker", 1, laws={"motor": {"from": 1e-6, "to": 90}})  # hardly turning against each other
-    place, got = mechanism_place(sight, "B"), told(sight, "centre:coupler/rocker")
+    derivatives = derivatives_of(
+        "crank_rocker", 1, laws={"motor": {"from": 1e-6, "to": 90}}
+    )  # almost no relative rotation
+    place, got = mechanism_place(derivatives, "B"), values_of(derivatives, "centre:coupler/rocker")
     assert np.max(np.abs(got["x"] + 1j * got["y"] - place)) < 1e-11
 
 
@@ -201,9 +210,9 @@ def test_the_pivots_are_centres_themselves():
 
 
 def test_the_curvature_of_an_ellipse():
-    """P is 1 beyond A: semi-axes 3.5 and 1; radius (a^2 sin^2 + b^2 cos^2)^(3/2) / (a b), centre on the evolute."""
+    """P is 1 behind A: semi-axes 3.5 and 1; radius (a^2 sin^2 + b^2 cos^2)^(3/2) / (a b), centre on the evolute."""
     run = run_model("elliptic_trammel", 72)
-    got, p, a, b = told(PathDerivatives(run.motion), "curvature:P"), run.xy("P"), 3.5, 1.0
+    got, p, a, b = values_of(PathDerivatives(run.motion), "curvature:P"), run.xy("P"), 3.5, 1.0
     t = np.arctan2(p.imag / b, p.real / a)
     assert np.abs(got["radius"]) == pytest.approx((a**2 * np.sin(t) ** 2 + b**2 * np.cos(t) ** 2) ** 1.5 / (a * b))
     assert got["centre.x"] == pytest.approx((a**2 - b**2) / a * np.cos(t) ** 3, abs=1e-12)
@@ -213,33 +222,33 @@ def test_the_curvature_of_an_ellipse():
     assert got["curvature"] == pytest.approx(1.0 / got["radius"])
 
 
-def test_a_rocker_turns_back_on_its_own_circle():
-    """At the rocker's dead centres B stands still: crank and coupler in line (law of cosines). The radius stays 80."""
+def test_the_curvature_of_a_rocker_at_its_dead_centres():
+    """At the rocker's dead centres B is at rest: crank and coupler in line (law of cosines). The radius stays 80."""
     stretched, folded = (math.acos((100**2 + r**2 - 80**2) / (2 * 100 * r)) for r in (160.0, 80.0))
     dead = [math.degrees(stretched), math.degrees(folded) + 180.0]
     run = run_model("crank_rocker", 1, laws={"motor": {"from": dead[0], "to": dead[1]}})
-    sight = PathDerivatives(run.motion)
-    speed = np.abs(sight.along.point("B")[1])
+    derivatives = PathDerivatives(run.motion)
+    speed = np.abs(derivatives.along.point("B")[1])
     assert np.max(speed) < 1e-12, "both rows are dead centres"
-    got = told(sight, "curvature:B")
+    got = values_of(derivatives, "curvature:B")
     assert np.abs(got["radius"]) == pytest.approx([80.0, 80.0], rel=1e-6)
     assert got["centre.x"] == pytest.approx([100.0, 100.0], abs=1e-4)
     assert got["centre.y"] == pytest.approx([0.0, 0.0], abs=1e-4)
 
 
-def test_a_slider_turns_back_on_its_line():
-    """Crank 1, rod 3 and no offset: B stands still at 0 and 180 deg; its radius is infinite everywhere."""
+def test_the_curvature_of_a_slider_at_its_dead_centres():
+    """Crank 1, rod 3 and no offset: B is at rest at 0 and 180 deg; its radius is infinite everywhere."""
     run = run_model("slider_crank", 8, laws={"motor": {"from": 0, "to": 360}}, change=_no_offset)
-    got = told(PathDerivatives(run.motion), "curvature:B")
+    got = values_of(PathDerivatives(run.motion), "curvature:B")
     assert np.isinf(got["radius"]).all()
     assert (got["curvature"] == 0.0).all()
     assert np.isnan(got["centre.x"]).all()
 
 
-def test_a_slider_turns_back_on_a_slanting_line():
-    """Where rounding leaves a bend: still straight."""
+def test_the_curvature_of_a_slider_on_an_inclined_line():
+    """A curvature that is only rounding counts as 0."""
     run = run_model("slider_crank", 8, laws={"motor": {"from": 33, "to": 393}}, change=_slanting)
-    got = told(PathDerivatives(run.motion), "curvature:B")
+    got = values_of(PathDerivatives(run.motion), "curvature:B")
     assert np.abs(PathDerivatives(run.motion).along.point("B")[1][[0, 4, 8]]) == pytest.approx(np.zeros(3), abs=1e-12)
     assert np.isinf(got["radius"]).all()
 
@@ -253,13 +262,13 @@ def _slanting(data):
     data["nodes"] |= {n: [float((r * turn).real), float((r * turn).imag)] for n, r in (("G", 1), ("H", 5), ("B", 3.5))}
 
 
-def test_a_rolling_circles_cusp_has_radius_0():
-    """The middle of the trammel's moving centrode's rim draws straight lines; a point on no rim has no cusp.
+def test_the_radius_at_a_cusp_is_0():
+    """The middle of the trammel's moving centrode's rim draws straight lines; other points have no cusp.
 
-    A point at the pole has a cusp: in the drawn frame of a four-bar, the coupler's point at the pole of that row.
+    A point at the pole has a cusp: here the coupler point of a four-bar at the pole of one row.
     """
-    start = sight_of("crank_rocker", 1, laws={"motor": {"from": 60, "to": 61}})
-    pole = told(start, "centre:frame/coupler")
+    start = derivatives_of("crank_rocker", 1, laws={"motor": {"from": 60, "to": 61}})
+    pole = values_of(start, "centre:frame/coupler")
     place = [float(pole[f"coupler.{axis}"][0]) for axis in "xy"]
     run = run_model(
         "crank_rocker",
@@ -267,13 +276,13 @@ def test_a_rolling_circles_cusp_has_radius_0():
         laws={"motor": {"from": 60, "to": 61}},
         change=lambda d: d["points"].update(C={"on": "coupler", "local": place}),
     )
-    got = told(PathDerivatives(run.motion), "curvature:C")
+    got = values_of(PathDerivatives(run.motion), "curvature:C")
     assert got["radius"][0] == 0.0
     assert got["centre.x"][0] == pytest.approx(float(pole["x"][0]), rel=1e-9)
     assert 0.0 < abs(got["radius"][1]) < math.inf
 
 
-def test_euler_savary():
+def test_the_euler_savary_equation():
     """Points of a coupler on one ray from the pole: (1/r_A - 1/r_C) sin(psi) is the same for all rays: 1/diameter.
 
     r from the pole to the point and to its centre of curvature. Source: Hartenberg & Denavit, Kinematic Synthesis of
@@ -285,12 +294,12 @@ def test_euler_savary():
         24,
         change=lambda d: d["points"].update({n: {"on": "coupler", "local": at} for n, at in local.items()}),
     )
-    sight = PathDerivatives(run.motion)
-    pole = told(sight, "centre:frame/coupler")
+    derivatives = PathDerivatives(run.motion)
+    pole = values_of(derivatives, "centre:frame/coupler")
     p = pole["x"] + 1j * pole["y"]
     rows = []
     for name in local:
-        got = told(sight, f"curvature:{name}")
+        got = values_of(derivatives, f"curvature:{name}")
         ray = run.xy(name) - p
         centre = got["centre.x"] + 1j * got["centre.y"] - p
         along = ray / np.abs(ray)
@@ -309,7 +318,7 @@ def test_exact_straight_lines_have_no_curvature():
     for model, point in (("peaucellier", "Q"), ("hart_a_frame", None), ("scott_russell", "P")):
         run = run_model(model, 20)
         names = [point] if point else [p.name for p in run.mechanism.points] or list(run.mechanism.traced)
-        got = told(PathDerivatives(run.motion), f"curvature:{names[0]}")
+        got = values_of(PathDerivatives(run.motion), f"curvature:{names[0]}")
         size = run.mechanism.size * run.mechanism.scale
         assert np.nanmax(np.abs(got["curvature"])) * size < 1e-9
         assert np.isfinite(got["curvature"]).sum() > 10
@@ -320,10 +329,10 @@ def test_curvature_agrees_with_a_circle_through_neighbours(model):
     """Independent of derivatives: the circle through three close positions, error of second order."""
     mechanism = load(model)
     motion = trace(mechanism, 800)
-    sight = PathDerivatives(motion)
+    derivatives = PathDerivatives(motion)
     point = mechanism.traced[0]
-    got = told(sight, f"curvature:{point}")["curvature"][1:-1] * mechanism.scale
-    p = sight.along.point(point)[0]
+    got = values_of(derivatives, f"curvature:{point}")["curvature"][1:-1] * mechanism.scale
+    p = derivatives.along.point(point)[0]
     a, b, c = p[:-2], p[1:-1], p[2:]
     with np.errstate(all="ignore"):
         near = 2.0 * (np.conj(b - a) * (c - b)).imag / (np.abs(b - a) * np.abs(c - b) * np.abs(c - a))
@@ -335,45 +344,45 @@ def test_curvature_agrees_with_a_circle_through_neighbours(model):
 
 
 def test_curvature_where_several_inputs_start_from_rest():
-    """Two inputs with one profile keep to one line of the plane of inputs: the path is that of a uniform run."""
+    """Two inputs with the same profile: the path is the same as at uniform speed."""
     laws = [
         {"motor_1": {"from": 60, "to": 80, **more}, "motor_2": {"from": 120, "to": 90, **more}}
         for more in ({}, {"profile": "quintic"}, {"profile": "cubic"})
     ]
     names = [a.name for a in load(MODELS / "five_bar.yaml").actuators]
     runs = [
-        sight_of("five_bar", 2, laws=dict(zip(names, law.values(), strict=True))) for law in laws
+        derivatives_of("five_bar", 2, laws=dict(zip(names, law.values(), strict=True))) for law in laws
     ]  # fmt: skip
     point = runs[0].mechanism.traced[0]
-    even, *slow = (told(s, f"curvature:{point}") for s in runs)
+    even, *slow = (values_of(s, f"curvature:{point}") for s in runs)
     for other in slow:
         assert other["radius"] == pytest.approx(even["radius"], rel=1e-7)
         assert other["centre.x"] == pytest.approx(even["centre.x"], rel=1e-7)
 
 
-def test_curvature_where_the_inputs_turn_against_each_other():
-    """Two inputs of which one slows down: the circle through three close positions tells the same."""
+def test_curvature_with_different_profiles_of_the_inputs():
+    """One of two inputs slows down; compared with the circle through three close positions."""
     names = [a.name for a in load(MODELS / "five_bar.yaml").actuators]
     laws = {names[0]: {"by": 25, "profile": "cubic"}, names[1]: {"by": -20}}
-    sight = sight_of("five_bar", 400, laws=laws)
-    point = sight.mechanism.traced[0]
-    p = sight.along.point(point)[0]
+    derivatives = derivatives_of("five_bar", 400, laws=laws)
+    point = derivatives.mechanism.traced[0]
+    p = derivatives.along.point(point)[0]
     a, b, c = p[:-2], p[1:-1], p[2:]
     near = 2.0 * (np.conj(b - a) * (c - b)).imag / (np.abs(b - a) * np.abs(c - b) * np.abs(c - a))
-    got = told(sight, f"curvature:{point}")["curvature"][1:-1] * sight.mechanism.scale
+    got = values_of(derivatives, f"curvature:{point}")["curvature"][1:-1] * derivatives.mechanism.scale
     known = np.isfinite(got) & np.isfinite(near)
     assert known.sum() > 100
     assert np.max(np.abs(near - got)[known]) < 1e-4 * np.max(np.abs(got[known]))
 
 
-def test_inputs_that_start_from_rest_in_different_ways_have_no_curvature_there():
+def test_curvature_is_empty_where_inputs_start_from_rest_with_different_profiles():
     names = [a.name for a in load(MODELS / "five_bar.yaml").actuators]
     laws = {names[0]: {"by": 20, "profile": "cubic"}, names[1]: {"by": -20, "profile": "quintic"}}
-    sight = sight_of("five_bar", 2, laws=laws)
-    way = input_path(sight.mechanism, sight.motion.time)
+    derivatives = derivatives_of("five_bar", 2, laws=laws)
+    way = input_path(derivatives.mechanism, derivatives.motion.time)
     assert way.smooth.tolist() == [False, True, False]
-    point = sight.mechanism.traced[0]
-    assert np.isnan(told(sight, f"curvature:{point}")["radius"]).tolist() == [True, False, True]
+    point = derivatives.mechanism.traced[0]
+    assert np.isnan(values_of(derivatives, f"curvature:{point}")["radius"]).tolist() == [True, False, True]
 
 
 # --- transmission angle ----------------------------------------------------------------------------------
@@ -393,7 +402,7 @@ def test_the_transmission_angle_of_a_four_bar():
 
 
 def test_the_transmission_angle_of_a_slider_crank():
-    """90 deg less the pressure angle: sin(pressure) = (r sin theta - e) / l; towards either side of the guide."""
+    """90 deg minus the pressure angle: sin(pressure) = (r sin theta - e) / l; for both sides of the guide."""
     run = run_model("slider_crank", 90)
     (measure,) = measures_of(run.mechanism, "transmission")
     assert measure.spec == "transmission:rod/slide"
@@ -425,13 +434,13 @@ def test_two_guides_have_no_transmission_angle():
 
 
 def test_every_output_dyad_has_a_transmission_angle():
-    """Jansen's leg: the three dyads of Assur that its crank drives; Whitworth's ram; none without a line."""
+    """Jansen's leg: the three dyads of Assur driven by its crank; the ram of Whitworth."""
     named = {
         "jansen": ["j/bde", "k/c", "f/g"],
         "whitworth": ["rod/ram"],
         "watt_2": ["coupler/bell_crank", "drag_link/output"],
         "scott_russell": ["bar/slide"],
-        "stephenson_2": ["ad/left", "be/left"],  # strongly coupled: its pins
+        "stephenson_2": ["ad/left", "be/left"],  # strongly coupled group: its pins
     }
     for model, parts in named.items():
         found = [m.spec for m in measures_of(load(MODELS / f"{model}.yaml"), "transmission")]
@@ -446,7 +455,7 @@ def test_the_advantage_of_a_four_bar():
     run = run_model("crank_rocker", 90)
     o2, o4, a, b = (run.xy(n) for n in ("O2", "O4", "A", "B"))
     t2, t3, t4 = np.angle(a - o2), np.angle(b - a), np.angle(b - o4)
-    got = told(PathDerivatives(run.motion), "advantage:motor/rocker")
+    got = values_of(PathDerivatives(run.motion), "advantage:motor/rocker")
     assert got["ratio"] == pytest.approx(40 * np.sin(t2 - t3) / (80 * np.sin(t4 - t3)), abs=1e-11)
     assert got[""] == pytest.approx(80 * np.sin(t4 - t3) / (40 * np.sin(t2 - t3)), rel=1e-9)
 
@@ -466,17 +475,17 @@ def test_the_advantage_of_a_slider_crank_has_the_unit_of_its_output():
     assert path.values(PathDerivatives(run.motion))[1] == pytest.approx(np.abs(slope), abs=1e-12)
 
 
-def test_power_goes_through_each_input_of_several():
+def test_the_advantage_of_each_of_several_inputs():
     """Five-bar: the point's velocity is the sum over the inputs of rate times partial velocity."""
     run = run_model("five_bar", 20)
-    sight, point = PathDerivatives(run.motion), run.mechanism.traced[0]
+    derivatives, point = PathDerivatives(run.motion), run.mechanism.traced[0]
     member = next(m.name for m in run.mechanism.members[3:])
     index = [m.name for m in run.mechanism.members].index(member)
     total = sum(
-        a.law(run.motion.time, 1) * told(sight, f"advantage:{a.name}/{member}")["ratio"]
+        a.law(run.motion.time, 1) * values_of(derivatives, f"advantage:{a.name}/{member}")["ratio"]
         for a in run.mechanism.actuators
     )
-    assert total == pytest.approx(sight.timed.angular(index)[0] * run.mechanism.duration, abs=1e-9)
+    assert total == pytest.approx(derivatives.timed.angular(index)[0] * run.mechanism.duration, abs=1e-9)
     assert point
 
 
@@ -491,7 +500,7 @@ def test_a_linear_inputs_advantage_over_a_rotation_is_a_length():
     assert advantage * ratio == pytest.approx(np.ones(7))
     sides = [run.motion.z[n] for n in ram.nodes]
     pivots = [n for n in member.nodes if n in run.mechanism.members[0].nodes]
-    if pivots:  # the advantage is the arm of the ram's force about the pivot
+    if pivots:  # the advantage is the lever arm of the ram's force about the pivot
         pivot = run.motion.z[pivots[0]]
         line = (sides[1] - sides[0]) / np.abs(sides[1] - sides[0])
         arm = np.abs((np.conj(line) * (pivot - sides[0])).imag) * run.mechanism.scale
@@ -508,11 +517,11 @@ def test_a_linear_inputs_advantage_over_a_rotation_is_a_length():
     ],
 )
 def test_a_block_slides_on_its_moving_guide(model, pair, offset):
-    """The rate along a guide, beside its member's pivot too, is the difference of the travel, of second order."""
+    """The sliding velocity agrees with central differences of the travel."""
 
     def change(data):
         data["prismatic"][pair]["offset"] = offset
-        if model == "crank_shaper":  # a plate whose first node moves, and not across the slot alone
+        if model == "crank_shaper":  # the first node of the plate moves, not only normal to the slot
             del data["links"]["arm"]
             data["nodes"]["E"] = [1, -1]
             data["elements"] = {"arm": ["E", "C", "D"]}
@@ -526,14 +535,16 @@ def test_a_block_slides_on_its_moving_guide(model, pair, offset):
     foot = a + turn * (slide.point - carrier.shape[0])
     travel = ((motion.z[slide.node] - foot) * np.conj(turn * slide.along)).real * mechanism.scale
     speed = (travel[2:] - travel[:-2]) / (motion.inputs[0, 2:] - motion.inputs[0, :-2])
-    got = told(PathDerivatives(motion), f"advantage:{mechanism.actuators[0].name}/{pair}")["ratio"][1:-1]
+    got = values_of(PathDerivatives(motion), f"advantage:{mechanism.actuators[0].name}/{pair}")["ratio"][1:-1]
     assert np.max(np.abs(speed)) > 0.1
     assert np.max(np.abs(speed - got)) < 2e-3 * np.max(np.abs(speed))
 
 
 def test_an_output_at_rest_has_an_infinite_advantage():
     dead = math.degrees(math.acos((100**2 + 160**2 - 80**2) / (2 * 100 * 160)))
-    got = told(sight_of("crank_rocker", 1, laws={"motor": {"from": dead, "to": 90}}), "advantage:motor/rocker")
+    got = values_of(
+        derivatives_of("crank_rocker", 1, laws={"motor": {"from": dead, "to": 90}}), "advantage:motor/rocker"
+    )
     assert got["ratio"][0] == 0.0
     assert np.isposinf(got[""][0])
 
@@ -541,12 +552,12 @@ def test_an_output_at_rest_has_an_infinite_advantage():
 # --- swept area ------------------------------------------------------------------------------------------
 
 
-def test_a_crank_sweeps_a_disk_and_its_half():
+def test_a_crank_sweeps_a_disk_or_a_half_disk():
     for turn, part in ((360.0, 1.0), (90.0, 0.25), (720.0, 1.0)):
-        sight = sight_of("crank_rocker", 60, laws={"motor": {"from": 0, "to": turn}})
-        (measure,) = measures_of(sight.mechanism, "area:crank")
-        signed = measure.values(sight)[0]
-        whole, disk = measure.whole(sight), math.pi * 1600.0
+        derivatives = derivatives_of("crank_rocker", 60, laws={"motor": {"from": 0, "to": turn}})
+        (measure,) = measures_of(derivatives.mechanism, "area:crank")
+        signed = measure.values(derivatives)[0]
+        whole, disk = measure.whole(derivatives), math.pi * 1600.0
         assert abs(whole["area"] - part * disk) <= max(whole["error"], 1e-9)
         assert whole["error"] < 3e-5 * disk
         assert signed == pytest.approx(np.linspace(0.0, turn / 360.0, 61) * disk, rel=1e-10)
@@ -554,7 +565,7 @@ def test_a_crank_sweeps_a_disk_and_its_half():
 
 
 def ring(data):
-    """A bar from 1 to 3 from its centre of rotation: the crank carries it."""
+    """Return a model: a bar from radius 1 to 3, fixed to the crank."""
     data["nodes"] = {"O": [0, 0], "A": [1, 0], "B": [3, 0]}
     data["ground"] = ["O"]
     data["links"] = {"bar": ["A", "B"], "arm": ["O", "A"], "brace": ["O", "B"]}
@@ -571,18 +582,18 @@ def plate(data):
     data["nodes"]["C"] = [2, 1]
 
 
-def test_a_bar_off_its_centre_sweeps_an_annulus():
-    """The same bar as a member of its own: pi (9 - 1); Archimedes' annulus for a bar tangent to the inner circle."""
+def test_a_bar_beside_its_centre_of_rotation_sweeps_an_annulus():
+    """The bar as a separate member: pi (9 - 1); also for a bar tangent to the inner circle."""
     run = run_model("slider_crank", 90, change=tangent)
-    sight = PathDerivatives(run.motion)
-    area, error = swept_area(sight, ["A", "B"])
+    derivatives = PathDerivatives(run.motion)
+    area, error = swept_area(derivatives, ["A", "B"])
     scale = run.mechanism.scale**2
     assert abs(area * scale - math.pi * 4.0) <= error * scale
     assert error * scale < 1e-4 * 4.0 * math.pi
 
 
 def tangent(data):
-    """An L-shaped crank O-A-B with A-B tangent to A's circle: length 2, radii 1 and sqrt(5)."""
+    """Return a model: an L-shaped crank O-A-B with A-B tangent to A's circle: length 2, radii 1 and sqrt(5)."""
     ring(data)
     del data["links"]
     data["nodes"] = {"O": [0, 0], "A": [1, 0], "B": [1, 2]}
@@ -597,7 +608,7 @@ def test_a_plate_sweeps_the_disk_of_its_farthest_corner():
     assert whole["unit"] == "m^2"
 
 
-def test_a_plate_that_stands_still_covers_itself():
+def test_a_plate_at_rest_covers_its_own_area():
     """Corners O, B and C at 0, 3 and 2 + i, A on the side O-B: 3/2."""
     run = run_model("slider_crank", 1, change=lambda d: (plate(d), d["actuators"]["motor"].update(law={"by": 0})))
     (measure,) = measures_of(run.mechanism, "area:plate")
@@ -612,7 +623,7 @@ def test_a_translating_bar_sweeps_a_parallelogram():
     whole = measure.whole(PathDerivatives(run.motion))
     along = (b - a)[0]
     area = abs((np.conj(along) * (a[-1] - a[0])).imag)
-    # the coupler's path bulges along the bar: what its ends add beyond the chords cancels in a parallelogram of arcs
+    # the path is an arc: the areas between arc and chord at both ends of the bar cancel
     assert abs(whole["area"] - area) <= max(3.0 * whole["error"], 1e-6 * area)
 
 
@@ -621,33 +632,33 @@ def _named(mechanism, *nodes):
     return next(m.name for m in mechanism.members[1:] if numbers <= set(m.nodes))
 
 
-def test_a_trammels_bar_sweeps_an_astroid():
+def test_the_bar_of_a_trammel_sweeps_an_astroid():
     """Ends on two axes: the envelope is an astroid of area 3 pi L^2 / 8 (without the point beyond the bar)."""
-    sight = sight_of("elliptic_trammel", 120)
-    area, error = swept_area(sight, ["A", "B"])
-    scale = sight.mechanism.scale**2
+    derivatives = derivatives_of("elliptic_trammel", 120)
+    area, error = swept_area(derivatives, ["A", "B"])
+    scale = derivatives.mechanism.scale**2
     assert abs(area * scale - 3 * math.pi * 2.5**2 / 8) <= error * scale
     assert error * scale < 3e-4
 
 
-def test_the_signed_area_is_a_planimeters():
-    """Over a turn the coupler's is the area within B's path (an arc: 0) less that within A's: -pi 40^2."""
-    sight = sight_of("crank_rocker", 120)
-    (measure,) = measures_of(sight.mechanism, "area:coupler")
-    signed = measure.values(sight)[0]
+def test_the_signed_area_is_the_difference_of_the_areas_of_two_paths():
+    """Over a turn the coupler's is the area inside B's path (an arc: 0) minus that inside A's: -pi 40^2."""
+    derivatives = derivatives_of("crank_rocker", 120)
+    (measure,) = measures_of(derivatives.mechanism, "area:coupler")
+    signed = measure.values(derivatives)[0]
     assert signed[-1] == pytest.approx(-math.pi * 1600.0, rel=1e-7)
-    coarse = measures_of(sight.mechanism, "area:coupler")[0].values(sight_of("crank_rocker", 60))[0]
+    coarse = measures_of(derivatives.mechanism, "area:coupler")[0].values(derivatives_of("crank_rocker", 60))[0]
     off = [abs(s[len(s) // 3] - signed_at_third()) for s in (coarse, signed)]
     assert off[1] < 0.1 * off[0], "fourth order"
 
 
 def signed_at_third():
-    sight = sight_of("crank_rocker", 1200)
-    (measure,) = measures_of(sight.mechanism, "area:coupler")
-    return measure.values(sight)[0][400]
+    derivatives = derivatives_of("crank_rocker", 1200)
+    (measure,) = measures_of(derivatives.mechanism, "area:coupler")
+    return measure.values(derivatives)[0][400]
 
 
-def test_pieces_of_a_motion_tell_what_the_whole_does():
+def test_pieces_give_the_same_results_as_the_whole_motion():
     mechanism = load(MODELS / "crank_rocker.yaml")
     specs = ["area:coupler", "centre:frame/coupler", "curvature:P", "transmission"]
     whole, parts = (Record(mechanism, specs) for _ in range(2))
@@ -656,20 +667,20 @@ def test_pieces_of_a_motion_tell_what_the_whole_does():
     several = [[c.values for c in parts.columns(piece)] for piece in pieces]
     for k, column in enumerate(one):
         assert np.concatenate([s[k] for s in several]) == pytest.approx(column, rel=1e-12, abs=1e-9)
-    told = [r.told(Motion.joined(pieces)) for r in (whole, parts)]
-    assert told[0].keys() == told[1].keys()
+    results = [r.results(Motion.joined(pieces)) for r in (whole, parts)]
+    assert results[0].keys() == results[1].keys()
     angle = "transmission:coupler/rocker"
-    assert [t[angle]["worst"] for t in told] == pytest.approx(
+    assert [t[angle]["worst"] for t in results] == pytest.approx(
         [math.degrees(math.acos((14400 + 6400 - 3600) / 19200))] * 2
     )
-    for spec in told[0]:
-        for name, column in told[0][spec]["columns"].items():
-            assert told[1][spec]["columns"][name]["least"] == pytest.approx(column["least"])
+    for spec in results[0]:
+        for name, column in results[0][spec]["columns"].items():
+            assert results[1][spec]["columns"][name]["least"] == pytest.approx(column["least"])
 
 
-def test_what_was_infinite_once_is_told():
+def test_infinite_values_are_recorded():
     dead = math.degrees(math.acos((100**2 + 160**2 - 80**2) / (2 * 100 * 160)))
-    motion = sight_of("crank_rocker", 5, laws={"motor": {"from": dead, "to": 90}}).motion
+    motion = derivatives_of("crank_rocker", 5, laws={"motor": {"from": dead, "to": 90}}).motion
     record = Record(motion.mechanism, ["advantage:motor/rocker"])
     for rows in (np.arange(2), np.arange(2, 6)):
         record.columns(motion.rows(rows))
@@ -677,7 +688,7 @@ def test_what_was_infinite_once_is_told():
 
 
 def test_the_union_of_triangles():
-    """Counted once: two that overlap by half, one within another, two apart, and none."""
+    """Two that overlap by half, one inside another, two disjoint, and none."""
     square = np.array([[0, 1, 1 + 1j], [0, 1 + 1j, 1j]])
     assert union_area(square, 500) == pytest.approx(1.0, rel=1e-5)
     assert union_area(np.vstack([square, square + 0.5]), 500) == pytest.approx(1.5, rel=1e-5)
@@ -687,10 +698,10 @@ def test_the_union_of_triangles():
     assert union_area(np.vstack([1j * square, 1j * square + 0.5j]), 500) == pytest.approx(1.5, rel=1e-5)
 
 
-def test_what_is_not_solved_is_swept_by_nothing():
+def test_unsolved_rows_add_no_area():
     """Up to a limit of the input: the rows beyond add nothing and stay empty."""
-    sight = sight_of("crank_rocker", 8)
-    gap = sight.motion
+    derivatives = derivatives_of("crank_rocker", 8)
+    gap = derivatives.motion
     z, codes = gap.z.copy(), gap.codes.copy()
     z[:, 4:], codes[4:] = np.nan, 1
     cut = PathDerivatives(Motion(gap.mechanism, gap.time, gap.inputs, z, codes, gap.residual, gap.work, gap.start))
@@ -703,7 +714,7 @@ def test_what_is_not_solved_is_swept_by_nothing():
     assert measure.whole(nothing)["area"] == 0.0
 
 
-# --- asking ----------------------------------------------------------------------------------------------
+# --- names ----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -721,11 +732,11 @@ def test_what_is_not_solved_is_swept_by_nothing():
         ("transmission:X", "no node 'X'"),
         ("advantage:rotor/rocker", "did you mean 'motor'"),
         ("advantage:motor/Rocker", "did you mean 'rocker'"),
-        ("area:frame", "the frame sweeps nothing"),
+        ("area:frame", "expected a moving member, got the frame"),
         ("area:", "write area:MEMBER"),
     ],
 )
-def test_what_does_not_exist_is_refused_with_its_cure(spec, part):
+def test_unknown_names_are_rejected_with_a_suggestion(spec, part):
     with pytest.raises(UsageError, match="measure") as met:
         measures_of(load(MODELS / "crank_rocker.yaml"), spec)
     assert part in str(met.value)
@@ -733,7 +744,7 @@ def test_what_does_not_exist_is_refused_with_its_cure(spec, part):
 
 @pytest.mark.few
 def test_every_kind_measures_every_model(model, monkeypatch):
-    """No kind stumbles over a structure: rows are finite, empty or infinite, never an exception."""
+    """Every row is finite, empty or infinite; no structure raises an exception."""
     monkeypatch.setattr(sweeping_area, "FINENESS", replace(sweeping_area.FINENESS, poses=90, lines=64))
     mechanism = load(model)
     motion = trace(mechanism, 6)
@@ -746,7 +757,7 @@ def test_every_kind_measures_every_model(model, monkeypatch):
     record = Record(mechanism, specs)
     columns = record.columns(motion)
     assert all(len(c.values) == 7 for c in columns)
-    assert record.told(motion).keys() >= set(specs[:4])
+    assert record.results(motion).keys() >= set(specs[:4])
 
 
 def _joints(mechanism):
@@ -756,10 +767,10 @@ def _joints(mechanism):
 
 
 @pytest.mark.parametrize("rows", [8, 36, 100])
-def test_a_change_point_costs_an_area_no_digits(tmp_path, rows):
+def test_an_area_is_accurate_through_a_change_point(tmp_path, rows):
     """Slider-crank with r = l = 1 over half a turn, through 90 degrees, where no rate is known.
 
-    The rod is half a ladder of 2: it sweeps what the crank's circle and the astroid of its envelope bound, 5 pi / 8.
+    The rod is half a ladder of 2: it sweeps the region between the crank's circle and its astroid, 5 pi / 8.
     """
     model = tmp_path / "ladder.yaml"
     model.write_text("""
@@ -771,8 +782,8 @@ actuators: {motor: {type: rotary, pivot: O, arm: A, law: {from: 0, to: 180}}}
 """)
     mechanism = load(model)
     (measure,) = measures_of(mechanism, "area:rod")
-    sight = PathDerivatives(trace(mechanism, rows))
-    measure.values(sight)
-    whole = measure.whole(sight)
+    derivatives = PathDerivatives(trace(mechanism, rows))
+    measure.values(derivatives)
+    whole = measure.whole(derivatives)
     assert whole["area"] == pytest.approx(5.0 * math.pi / 8.0, rel=2e-5)
     assert whole["signed"] == pytest.approx(-0.5 * math.pi, rel=0.5 / rows**3 + 1e-9)
