@@ -1,1 +1,1 @@
-"""The region that a point reaches, its boundary and its inner singular curves."""
+"""The workspace of a point: the region or path that it reaches, its boundary and inner singular curves."""

@@ -1,4 +1,4 @@
-"""The paths of a point along curves of critical positions: cubics between exact points, cut where they meet."""
+"""Paths of a point along curves of critical positions: cubics between exact points, cut at their intersections."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from gimcli.mechanism import FloatArray, IntArray
 from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, point_between, seamless, spacing
 
 GAUSS = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)]), np.array([5.0, 8.0, 5.0]) / 18.0
-"""Nodes and weights on 0..1, exact for the area under a cubic."""
+"""Gauss nodes and weights on 0..1, exact for polynomials of fifth degree."""
 
 Cut = tuple[int, float]
-"""A piece between two knots, and the part of it."""
+"""The number of a piece between two knots, and the parameter 0..1 in it."""
 
 
 @dataclass(frozen=True, eq=False)
 class PathArc:
-    """The image of a branch: y as cubics over the branch's own length."""
+    """The path y = Y x + y0 of a point along a branch, as cubics between the knots of the branch."""
 
     branch: CriticalCurve
     table: FloatArray  # Y (2, n)
     shift: FloatArray  # y0 (2,)
-    inside: float = 0.0  # +1: positions next to the curve's lie to the left of the path, -1: to the right; 0: unknown
-    held: tuple[tuple[int, float], ...] = ()  # actuator and end, as in the stratum
-    alone: bool = False  # one more input stands at an end all along
+    inside: float = 0.0  # side of the reachable points next to the path: +1 left, -1 right, 0 unknown
+    held: tuple[tuple[int, float], ...] = ()  # actuators at an end of their range, as in the stratum
+    alone: bool = False  # one more input is at an end of its range along the whole path
 
     @property
     def closed(self) -> bool:
@@ -43,7 +43,7 @@ class PathArc:
 
     @cached_property
     def rate(self) -> FloatArray:
-        """Their velocities (knots, 2) along the branch."""
+        """Derivatives of the points (knots, 2) by the length of the branch."""
         n = self.table.shape[1]
         return np.array([self.table @ k.tangent[:n] for k in self.branch.knots])
 
@@ -66,15 +66,15 @@ class PathArc:
         return self.hull.min(axis=1), self.hull.max(axis=1)
 
     def at(self, piece: np.ndarray | int, t: FloatArray | float) -> FloatArray:
-        """Return points (..., 2) of some cubics."""
+        """Return points (..., 2) of pieces at parameters t in 0..1."""
         return _cubic(self.hull[piece], t)
 
     def slope(self, piece: np.ndarray | int, t: FloatArray | float) -> FloatArray:
-        """Return their derivatives (..., 2) by t."""
+        """Return derivatives (..., 2) by t of pieces at parameters t."""
         return _cubic_slope(self.hull[piece], t)
 
     def dense(self, parts: int = 4) -> FloatArray:
-        """Return points (rows, 2) with some parts a piece."""
+        """Return points (rows, 2) of the path, `parts` per piece."""
         grid = np.arange(parts) / parts
         piece = np.repeat(np.arange(len(self.span)), parts)
         return np.concatenate([self.at(piece, np.tile(grid, len(self.span))), self.y[-1:]])
@@ -101,8 +101,8 @@ class PathArc:
 
     @property
     def extremes(self) -> FloatArray:
-        """Return points (rows, 2) among which are those farthest in x and y."""
-        first, second, third = np.moveaxis(np.diff(self.hull, axis=1), 1, 0)  # of the derivative, a quadratic
+        """Points (rows, 2) that include those with extreme x or y."""
+        first, second, third = np.moveaxis(np.diff(self.hull, axis=1), 1, 0)  # control points of the derivative
         a, b, c = first - 2.0 * second + third, 2.0 * (second - first), first
         root = np.sqrt(np.maximum(b * b - 4.0 * a * c, 0.0))
         lean = -0.5 * (b + np.where(b >= 0.0, root, -root))
@@ -113,19 +113,19 @@ class PathArc:
 
     @property
     def coarse(self) -> PathArc:
-        """The path with every other knot."""
+        """The path with every second knot."""
         knots = self.branch.knots
         return self._part([*knots[:-1:2], knots[-1]], self.closed)
 
     def halfway(self, part: float = 0.5) -> Cut:
-        """Return the piece and its part at a part of the length."""
+        """Return the cut at a fraction `part` of the length."""
         ends = np.cumsum(self.lengths)
         goal = part * ends[-1]
         k = min(int(np.searchsorted(ends, goal)), len(ends) - 1)
         return k, float(np.clip(1.0 - (ends[k] - goal) / max(self.lengths[k], 1e-300), 0.0, 1.0))
 
     def knot(self, cut: Cut) -> CriticalPoint:
-        """Return the exact place at a cut."""
+        """Return the corrected position at a cut."""
         k, t = cut
         here, there = self.branch.knots[k], self.branch.knots[k + 1]
         guess = point_between(here, there, t)
@@ -138,7 +138,7 @@ class PathArc:
         return CriticalPoint(p, found.tangent if found.regular > WALK.rank else towards)
 
     def cut(self, cuts: Sequence[Cut]) -> list[PathArc]:
-        """Return the pieces between some cuts."""
+        """Return the paths between cuts."""
         knots, runs = self.branch.knots, []
         run: list[CriticalPoint] = [knots[0]]
         ordered = sorted(cuts)
@@ -157,7 +157,7 @@ class PathArc:
         return [self._part(run, closed) for run in runs if len(run) > 1]
 
     def _end(self, cut: Cut) -> CriticalPoint | None:
-        """Return the knot that a cut falls upon."""
+        """Return the knot at a cut; None if the cut is between knots."""
         k, t = cut
         knots = self.branch.knots
         return knots[k] if t <= 0.0 else knots[k + 1] if t >= 1.0 else None
@@ -168,20 +168,20 @@ class PathArc:
 
 @dataclass(frozen=True)
 class Meeting:
-    """Constants of how paths meet, relative to the mechanism's size (about 1)."""
+    """Constants for intersections of paths, relative to the mechanism's size (about 1)."""
 
-    same: float = 1e-6  # places nearer than this are one
-    parallel: float = 1e-5  # sine of the angle below which paths touch rather than cross
-    rounds: int = 10
-    exact: float = 1e-12
-    least: float = 1e-7  # path that is a point
+    same: float = 1e-6  # distance below which points are the same
+    parallel: float = 1e-5  # sine of the angle below which paths touch instead of cross
+    rounds: int = 10  # Newton iterations
+    exact: float = 1e-12  # greatest distance of the paths at a crossing
+    least: float = 1e-7  # length below which a path is a point
 
 
 MEETING = Meeting()
 
 
 def footpoints(arc: PathArc, z: FloatArray) -> list[Cut | None]:
-    """Return where a path passes places (rows, 2), nearer than `same`."""
+    """Return for points (rows, 2) the cut at which a path passes at less than `same`; None where it does not."""
     low, high = arc.boxes
     near = np.all((low <= z[:, None] + MEETING.same) & (high >= z[:, None] - MEETING.same), axis=2)
     found: list[Cut | None] = [None] * len(z)
@@ -195,7 +195,7 @@ def footpoints(arc: PathArc, z: FloatArray) -> list[Cut | None]:
 
 
 class Crowd:
-    """The cubics of many paths, to ask for the room about places and for crossings."""
+    """The cubics of many paths, for distances of points and for crossings."""
 
     def __init__(self, arcs: Sequence[PathArc]) -> None:
         counts = [len(arc.span) for arc in arcs]
@@ -206,7 +206,7 @@ class Crowd:
         self.low, self.high = self.hull.min(axis=1), self.hull.max(axis=1)
 
     def room(self, z: FloatArray, but: IntArray, most: float) -> FloatArray:
-        """Return the distances of places (rows, 2) from the nearest path but one, `most` where none is nearer."""
+        """Return the distances of points (rows, 2) from the nearest path except path `but`, at most `most`."""
         pairs = [self._near(place, own, most) for place, own in zip(z, but.tolist(), strict=True)]
         row, near = np.repeat(np.arange(len(z)), [len(found) for found in pairs]), np.concatenate(pairs)
         room = np.full(len(z), most)
@@ -214,12 +214,12 @@ class Crowd:
         return room
 
     def _near(self, z: FloatArray, but: int, most: float) -> IntArray:
-        """Return the cubics, but those of one path, whose boxes are within a distance of a place (2,)."""
+        """Return the cubics, except those of path `but`, whose boxes are within `most` of a point (2,)."""
         close = np.flatnonzero(np.all((self.low < z + most) & (self.high > z - most), axis=1))
         return np.asarray(close[self.owner[close] != but])
 
     def crossings(self) -> Iterator[tuple[int, Cut]]:
-        """Yield the path and the cut of every place at which paths cross others or themselves."""
+        """Yield path and cut of every crossing of paths with others or themselves."""
         found = [self._overlapping(k) for k in range(len(self.closed))]
         i, j = np.concatenate(found, axis=1)
         a, b, t, u = self.hull[i], self.hull[j], np.full(len(i), 0.5), np.full(len(i), 0.5)
@@ -242,7 +242,7 @@ class Crowd:
                 yield owner, (int(piece - self.first[owner]), float(part))
 
     def _overlapping(self, k: int) -> IntArray:
-        """Return the pairs (2, pairs) of a path's cubics and its own later ones or later paths' with common boxes."""
+        """Return pairs (2, pairs) of cubics with overlapping boxes, one of path k, the other later."""
         first, end = self.first[k], self.first[k + 1]
         low, high = self.low[first:end], self.high[first:end]
         later = np.all((self.low[first:] <= high.max(axis=0)) & (self.high[first:] >= low.min(axis=0)), axis=1)
@@ -255,7 +255,7 @@ class Crowd:
 
 
 def _feet(hull: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the distances (rows,) of places (rows, 2) from cubics (rows, 4, 2), and the parts where the feet are."""
+    """Return the distances (rows,) of points (rows, 2) from cubics (rows, 4, 2), and the parameters of the feet."""
     t = np.full(len(hull), 0.5)
     for _ in range(MEETING.rounds):
         slope = _cubic_slope(hull, t)
@@ -272,7 +272,7 @@ def _cubic(hull: FloatArray, t: FloatArray | float) -> FloatArray:
 
 
 def _cubic_slope(hull: FloatArray, t: FloatArray | float) -> FloatArray:
-    """Return their derivatives (..., 2) by t."""
+    """Return derivatives (..., 2) by t of cubics given by control points (..., 4, 2)."""
     a, b, c, d = (hull[..., k, :] for k in range(4))
     t, s = np.asarray(t)[..., None], 1.0 - np.asarray(t)[..., None]
     return np.asarray(3.0 * (s * s * (b - a) + 2.0 * s * t * (c - b) + t * t * (d - c)))

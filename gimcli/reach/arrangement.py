@@ -1,4 +1,4 @@
-"""Paths cut at all their meetings, each of those that lie upon each other once."""
+"""Cutting of paths at all their intersections, without duplicates."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gimcli.reach.arcs import MEETING, Crowd, Cut, PathArc, footpoints
 
 
 def arranged(arcs: Sequence[PathArc]) -> list[PathArc]:
-    """Return paths that meet at their ends only, none twice and none a point."""
+    """Return paths that meet only at their ends, without duplicates and without paths of zero length."""
     pieces = [piece for arc in arcs if arc.length > MEETING.least for piece in _once(arc)]
     pieces = distinct(pieces)
     pieces = _cut(pieces, _at_ends(pieces))
@@ -21,7 +21,7 @@ def arranged(arcs: Sequence[PathArc]) -> list[PathArc]:
 
 
 def _once(arc: PathArc) -> list[PathArc]:
-    """Return a path that runs over itself in thirds, so that each place is in one of them once."""
+    """Return the path, or its thirds if it covers itself, so that each part covers a point only once."""
     thirds = arc.cut([arc.halfway(part) for part in ((1 / 6, 1 / 2, 5 / 6) if arc.closed else (1 / 3, 2 / 3))])
     for part in thirds:
         z = part.at(*part.halfway(0.5))[None, :]
@@ -31,7 +31,7 @@ def _once(arc: PathArc) -> list[PathArc]:
 
 
 def distinct(arcs: Sequence[PathArc]) -> list[PathArc]:
-    """Return the paths without those that lie upon another."""
+    """Return the paths without duplicates."""
     kept: list[PathArc] = []
     for arc in sorted(arcs, key=lambda a: len(a.held)):
         if not any(_same(arc, other) for other in kept):
@@ -40,7 +40,7 @@ def distinct(arcs: Sequence[PathArc]) -> list[PathArc]:
 
 
 def _same(a: PathArc, b: PathArc) -> bool:
-    """Return whether two paths of one length are one."""
+    """Return whether two paths are the same curve."""
     if abs(a.length - b.length) > 10.0 * MEETING.same:
         return False
     marks = np.array([a.at(*a.halfway(part)) for part in (0.25, 0.5, 0.8)])
@@ -48,7 +48,7 @@ def _same(a: PathArc, b: PathArc) -> bool:
 
 
 def _at_ends(arcs: Sequence[PathArc]) -> list[list[Cut]]:
-    """Return where an end of a path lies on another path."""
+    """Return for each path the cuts at which another path ends."""
     ends = _ends(arcs)
     return [[cut for cut in footpoints(arc, ends) if cut and _inner(arc, cut)] for arc in arcs]
 
@@ -62,7 +62,7 @@ def _at_crossings(arcs: Sequence[PathArc]) -> list[list[Cut]]:
 
 
 def _ends(arcs: Sequence[PathArc]) -> FloatArray:
-    """Return the ends (rows, 2) of the open paths, each once."""
+    """Return the ends (rows, 2) of the open paths, without duplicates."""
     ends: list[FloatArray] = []
     for arc in arcs:
         for z in () if arc.closed else (arc.y[0], arc.y[-1]):
@@ -72,7 +72,7 @@ def _ends(arcs: Sequence[PathArc]) -> FloatArray:
 
 
 def _inner(arc: PathArc, cut: Cut) -> bool:
-    """Return whether a cut is away from the path's ends."""
+    """Return whether a cut is not at an end of the path."""
     if arc.closed:
         return True
     z = arc.at(*cut)

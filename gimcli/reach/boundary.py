@@ -1,4 +1,4 @@
-"""The workspace of a point: all its curves found, cut, sorted and checked."""
+"""The workspace of a point: its curves are found, cut, sorted into boundary and inner curves, and checked."""
 
 from __future__ import annotations
 
@@ -22,47 +22,50 @@ from gimcli.reach.task import SLACK, WorkspaceTask
 from gimcli.structure.mobility import refuse_unfit
 
 ROUNDS = 3
-"""Times that more starts are made where the boundary is not closed or leaves reached places out."""
+"""Most attempts, each with twice the starts, while the boundary is not closed or does not enclose a reached point."""
 
 MANY = 200
-"""Curves beyond which one pass is made only: the next ones would take twice and four times as long."""
+"""Number of curves above which there is only one attempt: the next would take twice and four times as long."""
 
 SINGLE = 1e-3
-"""Width of reached places, relative to the size, below which they are one: ranges that touch hold it to a root only."""
+"""Extent of the reached points, relative to the size, below which they are one point (ranges that only touch)."""
 
 ANYWHERE = SamplingConstants(starts=200, enough=1)
-"""To find one position."""
+"""Constants for a search of one position."""
 
 LOOKED_AT = 16
-"""Positions by which it is seen what inputs leave free."""
+"""Number of positions used to determine in which directions the point can move."""
 
 RANK = 1e-9
-"""Part of the point's greatest velocity that is none."""
+"""Velocity of the point relative to the greatest below which it is 0."""
 
 INPUTS = 5
-"""Inputs with ranges, at most: their ends are tried in all combinations."""
+"""Most inputs with ranges: all combinations of their ends are searched."""
 
 
 @dataclass(frozen=True, eq=False)
 class Workspace:
-    """The region that a point reaches in some configuration, in the normal frame."""
+    """The region that a point reaches in any configuration, in the normal frame."""
 
     task: WorkspaceTask = field(repr=False)
-    loops: tuple[Loop, ...]  # outer ones by falling area, then holes
-    inner: tuple[Edge, ...]  # curves within, where some configuration holds the point back
-    open: tuple[Edge, ...]  # curves that could not be sorted, and those that are reached with nothing beside them
-    missed: int  # reached places that the boundary leaves out, and curves that do not fulfil every constraint
-    positions: FloatArray = field(repr=False)  # (rows, 2) reached places
+    loops: tuple[Loop, ...]  # outer boundaries by decreasing area, then holes
+    inner: tuple[Edge, ...]  # singular curves inside the region
+    open: tuple[Edge, ...]  # curves that could not be sorted, and reached curves with no region beside them
+    missed: int  # number of reached points outside the boundary, and of curves that violate a constraint
+    positions: FloatArray = field(repr=False)  # (rows, 2) reached points
 
     @property
     def single(self) -> FloatArray | None:
-        """The only place (2,) that is reached, where it is one alone."""
+        """The reached point (2,) if it is only one, else None."""
         alone = not self.edges and np.ptp(self.positions, axis=0).max() <= SINGLE
         return self.positions.mean(axis=0) if alone else None
 
     @property
     def complete(self) -> bool:
-        """Return whether every loop is closed, every curve sorted and every reached place enclosed; or it is one."""
+        """Return whether every loop is closed, every curve sorted and every reached point enclosed.
+
+        A single reached point is complete too.
+        """
         if not self.loops:
             return self.single is not None
         sorted_ = all(edge.kind == ALONE for edge in self.open)
@@ -70,24 +73,24 @@ class Workspace:
 
     @property
     def area(self) -> float:
-        """Area; NaN where no boundary is known."""
+        """Area; NaN if no boundary is known."""
         if not self.loops:
             return float("nan") if self.single is None else 0.0
         return sum(loop.area for loop in self.loops)
 
     @property
     def area_error(self) -> float:
-        """Estimated error of the area: what half as many points would change it by, in fourth order."""
+        """Error estimate of the area, from the area with half as many points, for fourth order."""
         return sum(abs(edge.arc.moment - edge.arc.coarse.moment) for loop in self.loops for edge in loop.edges) / 15.0
 
     @property
     def perimeter(self) -> float:
-        """Length of the boundary, around holes too."""
+        """Length of the boundary, including that of holes."""
         return sum(edge.arc.length for loop in self.loops for edge in loop.edges)
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper corner (2,) of what is reached; of the places found where no boundary is known."""
+        """Lower and upper corner (2,) of the region, or of the reached points if no boundary is known."""
         if not self.loops:
             found = self.positions if self.single is None else self.single[None, :]
             return found.min(axis=0), found.max(axis=0)
@@ -96,21 +99,21 @@ class Workspace:
 
     @property
     def edges(self) -> tuple[Edge, ...]:
-        """All curves: around the region, around holes, within, and those not sorted."""
+        """All curves: of the outer boundary, of holes, inside, and those not sorted."""
         return (*(edge for loop in self.loops for edge in loop.edges), *self.inner, *self.open)
 
 
 def survey(
     mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None, progress: Progress = no_progress
 ) -> Workspace:
-    """Return the workspace of a node or point that two or more inputs move; all configurations count.
+    """Return the workspace of a node or point that two or more inputs move, over all configurations.
 
-    `orientation` (rad) holds members' directions. Raises UsageError where fewer or too many inputs remain,
-    StructureError where no position within the inputs' ranges exists.
+    `orientation` fixes the directions [rad] of members. Raises UsageError if less than two or too many inputs remain,
+    UnassembledError if there is no position within the ranges of the inputs.
     """
     task = task_of(mechanism, point, orientation or {})
     if task.freedoms < 2:
-        raise UsageError(f"'{point}' runs along curves: {task.freedoms} freedom is left; see `reach`")
+        raise UsageError(f"'{point}' moves along curves, with one degree of freedom; see `reach`")
     found: Workspace | None = None
     for attempt in range(ROUNDS):
         bank = Bank(task, SamplingConstants(seed=attempt).more(2**attempt))
@@ -126,9 +129,10 @@ def survey(
 
 
 def task_of(mechanism: Mechanism, point: str, orientation: Mapping[str, float]) -> WorkspaceTask:
-    """Return what is asked of the chain that moves a point; refuse what has no workspace.
+    """Return the task for the chain that moves a point.
 
-    Raises UnassembledError where another chain cannot be assembled within the ranges of its inputs.
+    Raises UsageError if the point has no workspace, UnassembledError if another chain of the mechanism cannot be
+    assembled within the ranges of its inputs.
     """
     own, others = chains(mechanism, point, orientation)
     for other in others:
@@ -139,18 +143,20 @@ def task_of(mechanism: Mechanism, point: str, orientation: Mapping[str, float]) 
 
 
 def checked(task: WorkspaceTask) -> WorkspaceTask:
-    """Refuse what has no workspace, or is not driven by its inputs alone."""
+    """Return a task; raise UsageError if its point cannot move, or is not driven by the inputs alone."""
     refuse_unfit(task.mechanism)
     if task.freedoms < 1:
         what = "with the orientations held and the inputs without a range" if task.orientation else "within its inputs"
-        raise UsageError(f"'{task.point}' cannot move {what}: give the inputs laws with a from and a to")
+        raise UsageError(f"'{task.point}' cannot move {what}: give the inputs laws with `from` and `to`")
     if len(task.limited) > INPUTS:
-        raise UsageError(f"{len(task.limited)} inputs have ranges, {INPUTS} at most are combined: hold some by a law")
+        raise UsageError(
+            f"{len(task.limited)} inputs have ranges, at most {INPUTS} are possible: give some a constant law"
+        )
     return task
 
 
 def unreached(task: WorkspaceTask) -> str:
-    """Say that no position exists, and the cure."""
+    """Return the message that no position exists."""
     held = f" with {', '.join(task.orientation)} held" if task.orientation else ""
     return (
         f"{task.mechanism.name}{held} has no position within the ranges of its inputs: widen their laws, or check"
@@ -159,7 +165,7 @@ def unreached(task: WorkspaceTask) -> str:
 
 
 def strata(task: WorkspaceTask) -> list[Stratum]:
-    """Return all ways of holding inputs at an end of their ranges that leave a freedom."""
+    """Return all strata that have a degree of freedom, for all combinations of inputs at an end of their ranges."""
     found = []
     for ends in product((0.0, 1.0, -1.0), repeat=len(task.limited)):
         held = tuple((r.actuator, end) for r, end in zip(task.limited, ends, strict=True) if end)
@@ -174,15 +180,15 @@ def strata(task: WorkspaceTask) -> list[Stratum]:
 
 
 def _confined(stratum: Stratum, x: FloatArray) -> bool:
-    """Return whether the inputs held leave the point on a curve, though they leave several freedoms.
+    """Return whether the point can only move along a curve, although the stratum has several degrees of freedom.
 
-    All such positions are critical; the ends of what they reach are on strata with one freedom.
+    All such positions are critical; the ends of the curve belong to strata with one degree of freedom.
     """
     if stratum.freedoms == 1:
         return False
     few = x[:: max(1, len(x) // LOOKED_AT)]
-    ways = np.linalg.svd(stratum.form.slope(few))[2][:, -stratum.freedoms :]
-    moved = np.linalg.svd(stratum.table @ np.swapaxes(ways, -1, -2), compute_uv=False)
+    directions = np.linalg.svd(stratum.form.slope(few))[2][:, -stratum.freedoms :]
+    moved = np.linalg.svd(stratum.table @ np.swapaxes(directions, -1, -2), compute_uv=False)
     return bool(np.all(moved[:, 1] <= RANK * moved[:, 0]))
 
 
@@ -206,7 +212,7 @@ def _surveyed(task: WorkspaceTask, bank: Bank, progress: Progress) -> Workspace:
 
 
 def _walked(task: WorkspaceTask, curve: Critical, bank: Bank) -> list[CriticalCurve]:
-    """Return the curves of critical positions; no more seeds are tried than lead to new ones."""
+    """Return the curves of critical positions; seeds are tried until they give no new curve."""
     walker = CriticalWalker(task, curve)
     for seeds in bank.seeds(curve):
         if not walker.take(seeds) and walker.found:
@@ -215,7 +221,7 @@ def _walked(task: WorkspaceTask, curve: Critical, bank: Bank) -> list[CriticalCu
 
 
 def _one_sided(task: WorkspaceTask, stratum: Stratum, curve: Critical, branch: CriticalCurve) -> list[PathArc]:
-    """Return the paths along a branch that hold the point back: all ways on lead to one side."""
+    """Return the paths along a branch on which the point can only move to one side."""
 
     def tests(knot: CriticalPoint) -> FloatArray:
         signs = sides(curve, knot.p, knot.tangent)
@@ -237,14 +243,14 @@ def _one_sided(task: WorkspaceTask, stratum: Stratum, curve: Critical, branch: C
 
 
 def _rests(task: WorkspaceTask, stratum: Stratum, knot: CriticalPoint) -> bool:
-    """Return whether an input that is not held stands at an end of its range: it may bar the way to either side."""
+    """Return whether another input is at an end of its range along the path; it may limit both sides."""
     held = {actuator for actuator, _ in stratum.held}
     free = np.tile([r.actuator not in held for r in task.limited], 2).astype(bool)
     return bool(np.any(task.margins(knot.p[: stratum.n])[free] <= SLACK))
 
 
 def _speed(curve: Critical, knot: CriticalPoint) -> float:
-    """Return the point's speed along its path, + where alpha lies to its left: 0 where it turns back."""
+    """Return the speed of the point along its path, positive if alpha is to its left; 0 where it reverses."""
     alpha = curve.multipliers(knot.p, knot.tangent)[-2:]
     velocity = curve.stratum.table @ knot.tangent[: curve.stratum.n]
     return float(velocity[0] * alpha[1] - velocity[1] * alpha[0])

@@ -1,6 +1,6 @@
-"""The curves along which one input moves a mechanism: its circuits, as far as the input's range goes.
+"""The curves along which one input moves a mechanism: the parts of its circuits within the range of the input.
 
-They run through every configuration that `gim solve --all` lists at many values of the input, and through no other.
+They contain every configuration that `gim solve --all` finds at many values of the input.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from gimcli.reach.critical_positions import CriticalPath, Stratum
 from gimcli.reach.task import WorkspaceTask, law_range
 
 ROUNDING = 1e-13
-"""Of what is 0 where a range ends."""
+"""Absolute value below which the distance from the end of a range is 0."""
 
 
 def along_circuits(task: WorkspaceTask, progress: Progress = no_progress) -> tuple[list[CriticalCurve], bool]:
-    """Return the curves of positions within the input's range, and whether they are proved to be all."""
+    """Return the curves of positions within the range of the input, and whether they are proved to be complete."""
     (actuator,) = task.moving
     turning = not task.limited
     span = law_range(task.mechanism, actuator)
@@ -46,7 +46,7 @@ def along_circuits(task: WorkspaceTask, progress: Progress = no_progress) -> tup
 
 
 def _line(task: WorkspaceTask, actuator: int) -> InputLine:
-    """Return the line along which one input moves and the others stand still."""
+    """Return the line in the inputs along which one input moves and the others are constant."""
     base = np.array([law_range(task.mechanism, k).low for k in range(len(task.mechanism.actuators))])
     along = np.zeros(len(base))
     base[actuator], along[actuator] = 0.0, 1.0
@@ -54,7 +54,7 @@ def _line(task: WorkspaceTask, actuator: int) -> InputLine:
 
 
 def _knots(task: WorkspaceTask, circuit: Circuit) -> Iterator[CriticalPoint]:
-    """Yield places along a circuit so near to each other that cubics between them are true; none far outside."""
+    """Yield positions along a circuit that are close enough for cubics between them; none far outside the range."""
     first, last = nearby(circuit)
     for k in range(first, last):
         here, there = circuit.places[k], circuit.places[k + 1]
@@ -68,19 +68,19 @@ def _knots(task: WorkspaceTask, circuit: Circuit) -> Iterator[CriticalPoint]:
 
 
 def _parts(here: CurvePoint, there: CurvePoint) -> int:
-    """Return into how many parts a step of a circuit is cut."""
+    """Return the number of parts into which a step of a circuit is divided."""
     bend = math.acos(min(1.0, max(-1.0, float(here.tangent @ there.tangent))))
     return max(1, math.ceil(max(float(np.linalg.norm(there.p - here.p)) / WALK.longest, bend / WALK.bend)))
 
 
 def _knot(task: WorkspaceTask, p: FloatArray, tangent: FloatArray) -> CriticalPoint:
-    """Return a place without its parameter."""
+    """Return a position and tangent without the parameter of the circuit."""
     along = task.velocity(tangent[:-1])
     return CriticalPoint(task.coordinates(p[:-1]), along / max(float(np.linalg.norm(along)), 1e-300))
 
 
 def _within(task: WorkspaceTask, branch: CriticalCurve) -> list[CriticalCurve]:
-    """Return the stretches of a curve on which the input is within its range."""
+    """Return the parts of a curve on which the input is within its range."""
 
     def room(knot: CriticalPoint) -> FloatArray:
         room_left = task.room(knot.p)
@@ -91,7 +91,7 @@ def _within(task: WorkspaceTask, branch: CriticalCurve) -> list[CriticalCurve]:
 
 
 def _middle(part: CriticalCurve) -> CriticalPoint:
-    """Return a place between the ends of a curve."""
+    """Return a position between the ends of a curve."""
     knots = part.knots
     if len(knots) > 2:
         return knots[len(knots) // 2]
@@ -99,7 +99,7 @@ def _middle(part: CriticalCurve) -> CriticalPoint:
 
 
 def _rolled(branch: CriticalCurve, room: FloatArray) -> CriticalCurve:
-    """Return a closed curve that begins where the input is farthest outside its range, and so not at an end of it."""
+    """Return a closed curve that begins where the input is farthest outside its range."""
     if not branch.closed:
         return branch
     k = int(np.argmin(room[:-1]))

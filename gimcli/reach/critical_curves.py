@@ -1,4 +1,4 @@
-"""Curves of critical positions walked from end to end: closed, or up to where an input meets its range."""
+"""Curves of critical positions, followed by continuation until they close or an input reaches an end of its range."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from gimcli.reach.critical_positions import Critical
 from gimcli.reach.task import SLACK, WorkspaceTask
 
 WALK = arclength.ArclengthConstants(first=5e-3, longest=3e-2, bend=0.05, points=20_000)
-"""Steps so short that a cubic between two points is true to about 1e-8."""
+"""Steps short enough for cubics between two points to be accurate to about 1e-8."""
 
 FAR = 30.0
-"""Sizes beyond which a curve has run away."""
+"""Distance in sizes beyond which a curve is no longer followed."""
 
 
 @dataclass(frozen=True)
 class CriticalCurveConstants:
-    """Constants of locating places on a curve."""
+    """Constants for points on a curve."""
 
-    degree: int = 6  # of the polynomial through a step on which something is located
-    least: int = 5  # points of it that must be found
-    same: float = 0.1  # a place this much aside of a curve, over its distance from a point, lies on the curve
-    near: float = 2.0  # longest steps within which it is looked for
-    still: float = 1e-6  # a curve whose positions move less than this, beside its multipliers, is none
-    within: float = 1e-9  # part of a step within which a zero is its end
-    fitted: float = 1e-6  # what the polynomial may be off the curve
+    degree: int = 6  # of the interpolating polynomial over a step
+    least: int = 5  # least number of its points
+    same: float = 0.1  # distance from the tangent, relative to that from the knot, of positions on the curve
+    near: float = 2.0  # greatest distance from a knot, in longest steps, for this check
+    still: float = 1e-6  # least component of the tangent in the positions
+    within: float = 1e-9  # fraction of a step within which a zero counts as its end
+    fitted: float = 1e-6  # greatest distance of the polynomial from the curve
 
 
 LOCATING = CriticalCurveConstants()
@@ -39,7 +39,7 @@ LOCATING = CriticalCurveConstants()
 
 @dataclass(frozen=True, eq=False)
 class CriticalPoint:
-    """A point of a walked curve with its unit tangent."""
+    """A point of a curve with its unit tangent."""
 
     p: FloatArray
     tangent: FloatArray
@@ -47,7 +47,7 @@ class CriticalPoint:
 
 @dataclass(frozen=True, eq=False)
 class CriticalCurve:
-    """A curve between two ends, or closed: its last knot is then its first."""
+    """A curve between two ends, or a closed curve, whose last knot is its first."""
 
     curve: Critical
     knots: tuple[CriticalPoint, ...]
@@ -60,7 +60,7 @@ class CriticalCurve:
 
 
 Tests = Callable[[CriticalPoint], FloatArray]
-"""Numbers (tests,) that change their sign where something happens."""
+"""Function of a point that returns values (tests,) with sign changes at the points to be found."""
 
 
 class CriticalWalker:
@@ -72,12 +72,14 @@ class CriticalWalker:
         self.found: list[CriticalCurve] = []
         held = {actuator for actuator, _ in curve.stratum.held}
         names = [(r.actuator, end) for end in (1.0, -1.0) for r in task.limited]
-        self._ends = [names.index(pair) for pair in curve.stratum.held]  # a line does not know a half turn
+        self._ends = [
+            names.index(pair) for pair in curve.stratum.held
+        ]  # an input's equation also holds half a turn away
         self._loose = np.tile([r.actuator not in held for r in task.limited], 2).astype(bool)
         self._points, self._tangents = np.zeros((0, self.n)), np.zeros((0, self.n))
 
     def take(self, seeds: FloatArray) -> list[CriticalCurve]:
-        """Walk the curves that seeds p (rows, ·) lie on and that are not walked yet; return the new ones."""
+        """Follow the curves of seeds p (rows, ·) that have not been followed yet; return the new curves."""
         new: list[CriticalCurve] = []
         x = seeds[:, : self.n]
         for p in seeds[self.task.allowed(x) & np.all(np.abs(self.task.margins(x)[:, self._ends]) < SLACK, axis=1)]:
@@ -107,11 +109,11 @@ class CriticalWalker:
         return CriticalCurve(self.curve, knots) if len(knots) > 1 else None
 
     def _half(self, start: CurvePoint) -> tuple[list[CriticalPoint], bool]:
-        """Return the knots from a start on, and whether they lead back to it."""
+        """Return the knots from a start in one direction, and whether the curve closes."""
         knots = [CriticalPoint(start.p, start.tangent)]
         for there in arclength.walk(self.curve, start, WALK):
             here, next_knot = knots[-1], CriticalPoint(there.p, there.tangent)
-            beyond = self._margins(next_knot) < -SLACK  # an input may stand at an end all along
+            beyond = self._margins(next_knot) < -SLACK  # an input may be at an end of its range along the whole curve
             if np.any(beyond):
                 if np.any(self._margins(here)[beyond] <= SLACK):
                     return knots, False
@@ -126,11 +128,11 @@ class CriticalWalker:
         return knots, False
 
     def _margins(self, knot: CriticalPoint) -> FloatArray:
-        """Return how far the inputs that are not held are within their ranges."""
+        """Return the distances of the other inputs from the ends of their ranges, positive inside."""
         return np.asarray(self.task.margins(knot.p[: self.n])[self._loose])
 
     def _closes(self, start: CurvePoint, here: CriticalPoint, there: CriticalPoint) -> bool:
-        """Return whether the start lies between two knots; multipliers may come back with the other sign."""
+        """Return whether the start is between two knots; the multipliers may have the opposite sign."""
         n, first = self.n, start.p[: self.n]
         step = there.p[:n] - here.p[:n]
         length = float(np.linalg.norm(step))
@@ -145,7 +147,7 @@ class CriticalWalker:
         return False
 
     def _known(self, x: FloatArray) -> bool:
-        """Return whether a position lies on a curve that is walked already."""
+        """Return whether a position is on a curve that has been followed."""
         apart = x - self._points
         far = np.linalg.norm(apart, axis=1)
         near = far < LOCATING.near * WALK.longest
@@ -163,9 +165,9 @@ class CriticalWalker:
 
 
 def zeros(curve: Critical, here: CriticalPoint, there: CriticalPoint, tests: Tests) -> Iterator[CriticalPoint]:
-    """Yield the places between two knots at which a test changes its sign, in order.
+    """Yield the points between two knots at which a test changes its sign, in order.
 
-    They are read off a polynomial through corrected places, so that branches may meet right there.
+    They are zeros of a polynomial through corrected points, so that branches may intersect there.
     """
     from numpy.polynomial import chebyshev as poly
 
@@ -179,12 +181,12 @@ def zeros(curve: Critical, here: CriticalPoint, there: CriticalPoint, tests: Tes
     table = poly.chebfit(grid, np.array([k.p for k in knots]), degree)
     rates = poly.chebder(table)
     edge = 1.0 - LOCATING.within
-    met: list[float] = []
+    found: list[float] = []
     for column in values.T:
         if (column[0] or column[-1]) and np.any(np.diff(np.sign(column))):
             roots = poly.chebroots(poly.chebtrim(poly.chebfit(grid, column, degree), 1e-14 * np.abs(column).max()))
-            met += [float(r.real) for r in roots if abs(r.imag) < 1e-9 and -edge < r.real < edge]
-    for at in sorted(met):
+            found += [float(r.real) for r in roots if abs(r.imag) < 1e-9 and -edge < r.real < edge]
+    for at in sorted(found):
         p, tangent = np.asarray(poly.chebval(at, table)), np.asarray(poly.chebval(at, rates))
         tangent = tangent / np.linalg.norm(tangent)
         exact = arclength.correct(curve, p, WALK, tangent)
@@ -194,7 +196,7 @@ def zeros(curve: Critical, here: CriticalPoint, there: CriticalPoint, tests: Tes
 
 
 def _sampled(curve: Critical, here: CriticalPoint, there: CriticalPoint) -> tuple[FloatArray, list[CriticalPoint]]:
-    """Return places between two knots, in planes across the first one's tangent, and where they are in -1..1."""
+    """Return parameters in -1..1 and corrected points between two knots, in planes normal to the first tangent."""
     span = float((there.p - here.p) @ here.tangent)
     grid = -np.cos(np.pi * np.arange(LOCATING.degree + 1) / LOCATING.degree)
     found, at = [here], [-1.0]
@@ -210,25 +212,25 @@ def _sampled(curve: Critical, here: CriticalPoint, there: CriticalPoint) -> tupl
 
 
 def spacing(here: CriticalPoint, there: CriticalPoint) -> float:
-    """Return the length of the curve between two knots, to fourth order."""
+    """Return the length of the curve between two knots, accurate to fourth order."""
     chord = float(np.linalg.norm(there.p - here.p))
     bend = float(np.linalg.norm(there.tangent - here.tangent))
     return chord * (1.0 + bend**2 / 24.0)
 
 
 def point_between(here: CriticalPoint, there: CriticalPoint, t: float) -> FloatArray:
-    """Return the point at the part t of the cubic between two knots."""
+    """Return the point at the parameter t in 0..1 of the cubic between two knots."""
     return hermite(*_ends(here, there), t)
 
 
 def _ends(here: CriticalPoint, there: CriticalPoint) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return the ends of the cubic between two knots and its derivatives there, by the part of its length."""
+    """Return the ends of the cubic between two knots and its derivatives there by t."""
     h = spacing(here, there)
     return here.p, h * here.tangent, there.p, h * there.tangent
 
 
 def split(branch: CriticalCurve, tests: Tests) -> list[CriticalCurve]:
-    """Return the pieces of a branch between the places at which a test changes its sign."""
+    """Return the pieces of a branch between the points at which a test changes its sign."""
     values = np.array([tests(k) for k in branch.knots])
     pieces: list[CriticalCurve] = []
     run: list[CriticalPoint] = [branch.knots[0]]
@@ -245,7 +247,7 @@ def split(branch: CriticalCurve, tests: Tests) -> list[CriticalCurve]:
             run = [there]
     if len(run) > 1:
         pieces.append(CriticalCurve(branch.curve, tuple(run)))
-    if branch.closed and len(pieces) > 1:  # the seam is no end
+    if branch.closed and len(pieces) > 1:  # join the pieces at the seam of a closed curve
         last = pieces.pop()
         pieces[0] = CriticalCurve(
             branch.curve, (*last.knots[:-1], *seamless(last.knots[-1], pieces[0].knots, branch.curve.stratum.n))
@@ -255,13 +257,13 @@ def split(branch: CriticalCurve, tests: Tests) -> list[CriticalCurve]:
 
 
 def seamless(seam: CriticalPoint, knots: Sequence[CriticalPoint], n: int) -> Sequence[CriticalPoint]:
-    """Return knots of n coordinates with the multipliers' sign that the seam before them has on its other side."""
+    """Return knots of n coordinates, their multipliers changed in sign if necessary to continue those of the seam."""
     if len(seam.p) == n or float(knots[0].p[n:] @ seam.p[n:]) > 0.0:
         return knots
     return [turned(k, n, -1.0) for k in knots]
 
 
 def turned(place: CurvePoint | CriticalPoint, n: int, sign: float) -> CriticalPoint:
-    """Return a place of n coordinates with its multipliers times a sign."""
+    """Return a point of n coordinates with its multipliers times a sign."""
     turn = np.concatenate([np.ones(n), np.full(len(place.p) - n, sign)])
     return CriticalPoint(place.p * turn, place.tangent * turn)

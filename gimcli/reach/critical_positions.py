@@ -1,9 +1,9 @@
-"""Curves on which a point is held back: critical positions of a map y = Y x + y0 on the positions G(x) = 0.
+"""Critical positions of a point: singularities of the map y = Y x + y0 on the positions G(x) = 0.
 
-A position is critical where l = (lambda, alpha) != 0 exists with lambda' G_x = alpha' Y: no velocity of the
-mechanism moves the point along alpha. With l as unknowns, of length 1, these positions are a curve of a regular
-system (Jo & Haug 1989; Haug, Luh, Adkins & Wang 1996). Positions with one freedom are critical throughout: there
-alpha is normal to the path, and the equations are G alone.
+A position is critical if l = (lambda, alpha) != 0 exists with lambda' G_x = alpha' Y: no velocity of the mechanism
+moves the point along alpha. With l as additional unknowns, of length 1, these positions are a curve of a regular system
+(Jo & Haug 1989; Haug, Luh, Adkins & Wang 1996). With one degree of freedom all positions are critical: alpha is normal
+to the path, and the equations are G alone.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from gimcli.mechanism import FloatArray
 from gimcli.structure.quadric import Quadric
 
 NOTHING = 1e-9
-"""A multiplier below this is rounding; tangents, and multipliers of folds, have length 1."""
+"""Multiplier below which it is rounding; tangents, and multipliers of folds, have length 1."""
 
 
 @dataclass(frozen=True)
 class Stratum:
-    """Positions with some inputs held at an end of their ranges."""
+    """The set of positions with some inputs at an end of their ranges."""
 
-    form: Quadric  # G: members and pairs, then one equation a held input
+    form: Quadric  # G: members and pairs, then one equation per input at an end
     table: FloatArray  # Y (2, n)
-    held: tuple[tuple[int, float], ...] = ()  # actuator, and +1 at the low end, -1 at the high end: inwards
+    held: tuple[tuple[int, float], ...] = ()  # actuator; +1 at the low end of its range, -1 at the high end
 
     @property
     def n(self) -> int:
@@ -39,7 +39,7 @@ class Stratum:
 
 
 class CriticalPath:
-    """The positions of a stratum with one freedom: p = x (n,)."""
+    """The positions of a stratum with one degree of freedom: p = x (n,)."""
 
     def __init__(self, stratum: Stratum) -> None:
         self.stratum = stratum
@@ -57,7 +57,7 @@ class CriticalPath:
         return x
 
     def multipliers(self, p: FloatArray, tangent: FloatArray) -> FloatArray:
-        """Return l (m + 2,): alpha is the point's velocity turned to the left, 0 where the point stops."""
+        """Return l (m + 2,): alpha is the point's velocity turned to the left, 0 where the point is at rest."""
         form, velocity = self.stratum.form, self.stratum.table @ tangent
         alpha = np.array([-velocity[1], velocity[0]])
         weights = np.linalg.lstsq(form.slope(p).T, self.stratum.table.T @ alpha, rcond=None)[0]
@@ -65,7 +65,7 @@ class CriticalPath:
 
 
 class Fold:
-    """The critical positions of a stratum with several freedoms: p = (x, lambda, alpha)."""
+    """The critical positions of a stratum with several degrees of freedom: p = (x, lambda, alpha)."""
 
     def __init__(self, stratum: Stratum) -> None:
         self.stratum = stratum
@@ -79,7 +79,7 @@ class Fold:
         return np.concatenate([form.value(x), balance, length], axis=-1)
 
     def jacobian(self, p: FloatArray) -> FloatArray:
-        """Return its derivatives."""
+        """Return the derivatives of the residual by p."""
         form, n, m = self.stratum.form, self.stratum.n, self.stratum.form.m
         slope = form.slope(p[..., :n])
         table = np.zeros((*p.shape[:-1], m + n + 1, n + m + 2))
@@ -91,7 +91,7 @@ class Fold:
         return table
 
     def starts(self, x: FloatArray) -> FloatArray:
-        """Return starts p (2 rows, ·) at positions x (rows, n): the directions that are hardest to move in."""
+        """Return starts p (2 rows, ·) at positions x (rows, n), with the two least singular vectors as multipliers."""
         slope = self.stratum.form.slope(x)
         minus = np.broadcast_to(-self.stratum.table, (len(x), *self.stratum.table.shape))
         left = np.linalg.svd(np.concatenate([slope, minus], axis=1))[0]
@@ -111,19 +111,19 @@ def critical(stratum: Stratum) -> Critical:
 
 
 def sides(curve: Critical, p: FloatArray, tangent: FloatArray) -> FloatArray:
-    """Return to which side of its path, + along alpha, the point can go from a critical position.
+    """Return on which sides of its path the point can move from a critical position, positive along alpha.
 
-    One number for each held input let go inwards, 0 where that moves the point along the path only, and one for each
-    curvature across the path: alpha . y'' = -lambda' G_xx (v, v) for the velocities v that leave the point where it is.
+    There is one number for each input at an end, released into its range (0 if the point then moves only along the
+    path), and one for each curvature: alpha . y'' = -lambda' G_xx (v, v) for the velocities v at which the point rests.
     """
     stratum = curve.stratum
     multipliers, x = curve.multipliers(p, tangent), p[: stratum.n]
     weights, base = multipliers[:-2], stratum.form.m - len(stratum.held)
-    lets = [weights[base + k] * inward for k, (_, inward) in enumerate(stratum.held)]
-    lets = [0.0 if abs(way) <= NOTHING else way for way in lets]
+    released = [weights[base + k] * inward for k, (_, inward) in enumerate(stratum.held)]
+    released = [0.0 if abs(gain) <= NOTHING else gain for gain in released]
     count = stratum.freedoms - 1
     if not count:
-        return np.array(lets)
+        return np.array(released)
     across = np.linalg.svd(np.vstack([stratum.form.slope(x), stratum.table]))[2][-count:]
     bend = -across @ stratum.form.weighted(weights) @ across.T
-    return np.concatenate([lets, np.linalg.eigvalsh(bend)])
+    return np.concatenate([released, np.linalg.eigvalsh(bend)])

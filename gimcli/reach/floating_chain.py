@@ -1,4 +1,4 @@
-"""The part of a mechanism that a point depends on: what hangs together without the frame."""
+"""The chain on which a point depends: moving members that are connected without the frame."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Row = TypeVar("Row", bound=PairRow)
 
 
 def chains(mechanism: Mechanism, point: str, members: Iterable[str] = ()) -> tuple[Mechanism, list[Mechanism]]:
-    """Return the chain that a node or point and some members belong to, and the other ones, each with the frame."""
+    """Return the chain of a node or point and some members, and the other chains, each with the frame."""
     groups = _groups(mechanism)
     named = [m.nodes for m in mechanism.members[FRAME + 1 :] if m.name in set(members)]
     wanted = {n for nodes in (_carriers(mechanism, point), *named) for n in nodes}
@@ -25,14 +25,14 @@ def chains(mechanism: Mechanism, point: str, members: Iterable[str] = ()) -> tup
 
 
 def _carriers(mechanism: Mechanism, point: str) -> tuple[int, ...]:
-    """Return the nodes that a point goes along with."""
+    """Return the nodes of the member to which a point is fixed; for a node itself."""
     if point in mechanism.nodes:
         return (mechanism.nodes.index(point),)
     return next(mechanism.members[p.member].nodes for p in mechanism.points if p.name == point)
 
 
 def _groups(mechanism: Mechanism) -> list[set[int]]:
-    """Return the moving nodes that hang together."""
+    """Return the sets of connected moving nodes."""
     fixed = set(mechanism.members[FRAME].nodes)
     groups: list[set[int]] = []
     for nodes in _ties(mechanism):
@@ -43,7 +43,7 @@ def _groups(mechanism: Mechanism) -> list[set[int]]:
 
 
 def _ties(mechanism: Mechanism) -> Iterator[tuple[int, ...]]:
-    """Yield the nodes that every member, sliding pair and input holds together."""
+    """Yield the nodes that are connected by each member, sliding pair and input."""
     yield from (m.nodes for m in mechanism.members[FRAME + 1 :])
     yield from (_held(mechanism, row) for row in (*mechanism.pairs, *mechanism.actuators))
 
@@ -57,7 +57,7 @@ def _moving(mechanism: Mechanism, member: int) -> tuple[int, ...]:
 
 
 def _cut_out(mechanism: Mechanism, own: set[int]) -> Mechanism:
-    """Return the frame and the chain of some moving nodes, in the same normal frame."""
+    """Return the mechanism of the frame and the chain of some moving nodes, in the same normal frame."""
     kept = [n for n in range(len(mechanism.nodes)) if n in own or n in mechanism.members[FRAME].nodes]
     node = {old: new for new, old in enumerate(kept)}
     chosen = [k for k, m in enumerate(mechanism.members) if k == FRAME or set(m.nodes) & own]

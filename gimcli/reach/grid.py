@@ -1,4 +1,4 @@
-"""The grid of inputs whose positions are scattered, from the ranges of the laws."""
+"""The grid of inputs for `--grid`, from the ranges of the laws."""
 
 from __future__ import annotations
 
@@ -13,30 +13,35 @@ from gimcli.reach.task import FULL, law_range
 from gimcli.structure.checks import farthest
 
 MOST = 50_000_000
-"""Positions of a grid, at most."""
+"""Most positions of a grid."""
 
 
 def input_grid(mechanism: Mechanism, count: int) -> InputGrid:
-    """Return `count` values of every input that moves, over its law's range; a full turn's end is left out."""
+    """Return a grid of `count` values per moving input over the range of its law; a full turn has no end value.
+
+    Raises UsageError for more than MOST positions.
+    """
     spans = [law_range(mechanism, k) for k in range(len(mechanism.actuators))]
     rotary = [a.rotary for a in mechanism.actuators]
     turning = tuple(r and 2.0 * s.half >= FULL for s, r in zip(spans, rotary, strict=True))
     high = [s.low + 2.0 * math.pi if t else s.high for s, t in zip(spans, turning, strict=True)]
     grid = InputGrid(np.array([s.low for s in spans]), np.array(high), turning, count)
     if grid.rows > MOST:
-        raise UsageError(f"--grid {count}: {grid.rows} positions of {len(spans)} inputs, {MOST} at most; take fewer")
+        raise UsageError(
+            f"--grid {count}: {grid.rows} positions of {len(spans)} inputs are more than {MOST}; use fewer values"
+        )
     return grid
 
 
 def carried_by(mechanism: Mechanism, name: str) -> Carried:
-    """Return a node or point as a combination of two nodes; refuse one of the ground."""
+    """Return a node or point as a linear combination of two nodes; raise UsageError for a fixed point."""
     if name in mechanism.nodes:
         node = mechanism.nodes.index(name)
         return Carried(node, node, 0.0j)
     point = next(p for p in mechanism.points if p.name == name)
     member = mechanism.members[point.member]
     if point.member == FRAME or len(member.nodes) < 2:
-        raise UsageError(f"'{name}' stands still: choose a moving node or point")
+        raise UsageError(f"'{name}' does not move: choose a moving node or point")
     far, first = farthest(member), complex(member.shape[0])
     factor = (point.local - first) / (complex(member.shape[far]) - first)
     return Carried(member.nodes[0], member.nodes[far], factor)

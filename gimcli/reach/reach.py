@@ -1,4 +1,4 @@
-"""How far a point reaches that one freedom moves: its paths, their extent, and the interval of the inputs."""
+"""Reach of a point with one degree of freedom: its paths, their extent, and the range of the inputs on each."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from gimcli.reach.sampling import Bank
 from gimcli.reach.task import FULL, WorkspaceTask
 
 NOTHING = 1e-13
-"""A velocity below this is rounding."""
+"""Velocity below which it is rounding."""
 
 
 @dataclass(frozen=True)
 class Interval:
-    """Values of an input along a path, rad or lengths in the normal frame."""
+    """Range of an input along a path, rad or lengths in the normal frame."""
 
     actuator: int
     low: float
     high: float
-    full: bool = False  # a whole turn
-    folds: tuple[float, ...] = ()  # values at which it turns back
+    full: bool = False  # a full turn
+    folds: tuple[float, ...] = ()  # values at which the input reverses
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class ReachedPath:
     pieces: tuple[PathArc, ...] = field(repr=False)  # between the extremes of x, y and the inputs
     closed: bool
     intervals: tuple[Interval, ...]
-    drawn: bool  # it runs through the drawn position
+    drawn: bool  # it contains the initial position
 
     @property
     def x(self) -> FloatArray:
@@ -51,7 +51,7 @@ class ReachedPath:
 
     @property
     def length(self) -> float:
-        """Length of the path, there and back where it is run over twice."""
+        """Length of the path; parts that are traversed twice count twice."""
         return sum(piece.length for piece in self.pieces)
 
     @property
@@ -67,44 +67,44 @@ class ReachedPath:
 
 @dataclass(frozen=True, eq=False)
 class Reach:
-    """All paths of a point over all configurations, the drawn one's first."""
+    """All paths of a point over all configurations; the one through the initial position comes first."""
 
     task: WorkspaceTask = field(repr=False)
     runs: tuple[ReachedPath, ...]
-    complete: bool  # every configuration within the range is proved to be known and lies on a path
+    complete: bool  # it is proved that the paths contain every configuration within the ranges
 
 
 def reach(
     mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None, progress: Progress = no_progress
 ) -> Reach:
-    """Return the paths of a node or point that one freedom moves.
+    """Return the paths of a node or point with one degree of freedom.
 
-    Raises UsageError where more freedoms remain, StructureError where no position exists.
+    Raises UsageError if there are more degrees of freedom, UnassembledError if there is no position.
     """
     task = task_of(mechanism, point, orientation or {})
     if task.freedoms > 1:
-        raise UsageError(f"'{point}' reaches a region: {task.freedoms} freedoms are left; see `survey`")
+        raise UsageError(f"'{point}' reaches a region, with {task.freedoms} degrees of freedom; see `survey`")
     driven = len(task.moving) == 1 and not task.orientation
     branches, complete = along_circuits(task, progress) if driven else _from_everywhere(task)
     if not branches:
         raise UnassembledError(unreached(task))
-    home = _home(task, branches)
-    runs = [_run(task, branch, k == home) for k, branch in enumerate(branches)]
+    initial = _initial_branch(task, branches)
+    runs = [_run(task, branch, k == initial) for k, branch in enumerate(branches)]
     good = [run for run in runs if bool(task.fulfilled(run.x).all())]
     if not good:
-        raise UnassembledError(f"{mechanism.name}: no path of '{point}' holds every constraint within the bounds")
+        raise UnassembledError(f"{mechanism.name}: no path of '{point}' fulfils every constraint within the tolerance")
     ordered = tuple(sorted(good, key=lambda run: (not run.drawn, -run.length)))
     return Reach(task, ordered, complete and len(good) == len(runs))
 
 
 def _from_everywhere(task: WorkspaceTask) -> tuple[list[CriticalCurve], bool]:
-    """Return the curves that positions from random starts lie on: members' directions are held, not one input's."""
+    """Return the curves through positions from random starts; used if orientations or several inputs are given."""
     curve = CriticalPath(Stratum(task.free, task.output[0]))
     return CriticalWalker(task, curve).take(Bank(task).x), True
 
 
-def _home(task: WorkspaceTask, branches: list[CriticalCurve]) -> int:
-    """Return which path passes the drawn position most closely."""
+def _initial_branch(task: WorkspaceTask, branches: list[CriticalCurve]) -> int:
+    """Return the number of the branch nearest to the initial position."""
     drawn = task.coordinates(task.system.coordinates(task.mechanism.drawn))
     return int(np.argmin([np.min(np.linalg.norm(branch.x - drawn, axis=1)) for branch in branches]))
 
@@ -138,14 +138,14 @@ def _interval(task: WorkspaceTask, k: int, values: list[FloatArray], closed: boo
 
 
 def _fold(u: FloatArray, end: int) -> float | None:
-    """Return an input's value where a piece ends, if it turns back there; the last knot stands there twice."""
+    """Return the value of an input at the end of a piece if it reverses there; the last knot is repeated there."""
     here = float(u[end - 1])
     before, after = here - float(u[end - 2]), float(u[(end + 1) % len(u)]) - here
     return here if before * after < 0.0 else None
 
 
 def _shift(task: WorkspaceTask, k: int, low: float, high: float) -> float:
-    """Return the whole turns that bring an interval about the start of its input's law, or else next to the law."""
+    """Return the whole turns [rad] that move an interval to the start of the input's law, or near the law."""
     law = law_inputs(task.mechanism)(np.linspace(0.0, 1.0, 33))[k]
     turns = math.ceil((float(law[0]) - high) / (2.0 * math.pi) - 1e-9)
     if low + 2.0 * math.pi * turns > float(law[0]) + 1e-9:

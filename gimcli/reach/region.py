@@ -1,4 +1,4 @@
-"""The region between paths: which of them bound it, from outside or around a hole, and its area by Green's theorem."""
+"""The region between paths: its outer boundaries and holes, and its area by Green's theorem."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from gimcli.reach.arcs import Crowd, Cut, PathArc
 from gimcli.reach.sampling import Bank
 
 OUTER, HOLE, INNER, ALONE, OPEN = "outer", "hole", "inner", "alone", "open"
-"""Kinds of curves: `inner` has reachable places on both sides, `alone` on none, as two inputs stand at an end all along
-it; `open` has none where there should be."""
+"""Kinds of curves. `inner` has reachable points on both sides; `alone` on none, since two inputs are at an end of their
+ranges along it; `open` on none although it should have."""
 
 
 @dataclass(frozen=True)
 class RegionConstants:
     """Constants of the sorting; lengths relative to the mechanism's size (about 1)."""
 
-    aside: float = 1e-3  # from a path, at most: where reachability is asked
-    clear: float = 0.2  # part of the distance to the next path
-    short: float = 0.05  # and of the path's own length
-    parts: tuple[float, ...] = (0.5, 0.31, 0.73, 0.11, 0.89)  # places of a path that are tried
-    rounds: int = 4  # of trying: starts are random
-    hints: int = 12  # starts about the path's own position
-    farthest: float = 0.3  # from it
-    joined: float = 1e-5  # ends nearer than this are one corner: where curves touch it is known to about 4e-6
-    checked: int = 400  # positions that must lie within the boundary
-    margin: float = 1e-4  # but those nearer to it than this
-    dense: int = 6  # points a cubic of the outlines for that check
+    aside: float = 1e-3  # greatest distance from a path of the points tested for reachability
+    clear: float = 0.2  # their distance relative to that of the next path
+    short: float = 0.05  # their distance relative to the length of the path
+    parts: tuple[float, ...] = (0.5, 0.31, 0.73, 0.11, 0.89)  # fractions of the path at which points are tested
+    rounds: int = 4  # of tests, with other random starts
+    hints: int = 12  # starts near the position on the path
+    farthest: float = 0.3  # greatest distance of these starts
+    joined: float = 1e-5  # distance below which ends are one corner: touching curves are accurate to about 4e-6
+    checked: int = 400  # number of reached points for the check of the boundary
+    margin: float = 1e-4  # distance from the boundary within which points are not checked
+    dense: int = 6  # points per cubic of the outlines for that check
 
 
 REGION = RegionConstants()
@@ -43,51 +43,51 @@ class Edge:
 
     arc: PathArc = field(repr=False)
     kind: str
-    forward: bool = True  # the way of the arc
+    forward: bool = True  # in the direction of the arc
 
     @property
     def moment(self) -> float:
-        """Its part of the area."""
+        """Contribution to the area."""
         return self.arc.moment if self.forward else -self.arc.moment
 
     def points(self, parts: int = 4) -> FloatArray:
-        """Return points (rows, 2) along it."""
+        """Return points (rows, 2) along the edge."""
         dense = self.arc.dense(parts)
         return dense if self.forward else dense[::-1]
 
     @property
     def ends(self) -> tuple[FloatArray, FloatArray]:
-        """Where it begins and ends."""
+        """First and last point (2,)."""
         y = self.arc.y if self.forward else self.arc.y[::-1]
         return y[0], y[-1]
 
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """Edges that follow each other; closed but for what was not found."""
+    """A sequence of edges; it is closed unless a curve was not found."""
 
     edges: tuple[Edge, ...]
     closed: bool
 
     @property
     def area(self) -> float:
-        """Enclosed area, negative around a hole; what corners leave open is closed straight."""
+        """Enclosed area, negative around a hole; gaps at corners are closed by straight lines."""
         ends = [edge.ends for edge in self.edges]
         gaps = [(last, first) for (_, last), (first, _) in zip(ends, [*ends[1:], ends[0]], strict=True)]
         closing = sum(0.5 * float(last[0] * first[1] - last[1] * first[0]) for last, first in gaps)
         return float(sum(edge.moment for edge in self.edges) + closing)
 
     def points(self, parts: int = 4) -> FloatArray:
-        """Return its outline (rows, 2)."""
+        """Return the outline (rows, 2)."""
         return np.concatenate([edge.points(parts)[:-1] for edge in self.edges])
 
 
 def sorted_edges(arcs: Sequence[PathArc], bank: Bank) -> list[Edge]:
-    """Return every path with what it is: the places beside it are tried, those of a loop that does not close again."""
+    """Return every path with its kind, from tests of the points beside it; repeated for loops that do not close."""
     if not arcs:
         return []
     crowd = Crowd(arcs)
-    reached = np.array([[arc.inside > 0.0, arc.inside < 0.0] for arc in arcs])  # by the curve's own curvatures
+    reached = np.array([[arc.inside > 0.0, arc.inside < 0.0] for arc in arcs])  # from the curvatures
     chosen = np.arange(len(arcs))
     for _ in range(REGION.rounds):
         _ask(arcs, chosen, reached, crowd, bank)
@@ -100,7 +100,7 @@ def sorted_edges(arcs: Sequence[PathArc], bank: Bank) -> list[Edge]:
 
 
 def _ask(arcs: Sequence[PathArc], chosen: IntArray, reached: NDArray[np.bool_], crowd: Crowd, bank: Bank) -> None:
-    """Try the places beside some paths that are not known to be reached; note in `reached` (paths, 2) what is."""
+    """Test the points beside chosen paths, and set `reached` (paths, 2) for the left and right side."""
     asked = [(k, side) for k in chosen.tolist() for side in (0, 1) if not reached[k, side]]
     if not asked:
         return
@@ -120,11 +120,11 @@ def _edge(arc: PathArc, left: bool, right: bool) -> Edge:
 
 
 Mark = tuple[FloatArray, FloatArray, float, FloatArray]
-"""A place (2,) of a path, the normal to its left, how far to go, and the position."""
+"""A point (2,) of a path, its left normal, the distance of the tests, and the position."""
 
 
 def _marks(chosen: Sequence[int], arcs: Sequence[PathArc], crowd: Crowd) -> dict[int, Mark]:
-    """Return the place with most room about it of every chosen path."""
+    """Return for every chosen path the point with the greatest distance from other paths."""
     cuts = [[arcs[k].halfway(part) for part in REGION.parts] for k in chosen]
     places = np.array([arcs[k].at(*cut) for k, own in zip(chosen, cuts, strict=True) for cut in own])
     but = np.repeat(chosen, len(REGION.parts))
@@ -144,13 +144,13 @@ def _mark(arc: PathArc, cuts: Sequence[Cut], rooms: Sequence[float]) -> Mark:
 
 
 def _hints(x: FloatArray, step: float, bank: Bank) -> FloatArray:
-    """Return starts next to a position and farther off: the way on may be by another configuration close by."""
+    """Return starts at several distances from a position: the point beside may belong to a close configuration."""
     spread = np.geomspace(np.sqrt(step), REGION.farthest, REGION.hints)
     return np.asarray(x + spread[:, None] * bank.rng.normal(size=(REGION.hints, len(x))))
 
 
 def loops(edges: Sequence[Edge]) -> list[Loop]:
-    """Return the boundary's edges in their order around the region, outer ones first."""
+    """Return the loops of the boundary, outer ones first."""
     rest = [e for e in edges if e.kind == OUTER]
     found: list[Loop] = []
     while rest:
@@ -163,13 +163,13 @@ def loops(edges: Sequence[Edge]) -> list[Loop]:
                 break
             rest.remove(following)
             chain.append(following)
-        if not closed or sum(e.arc.length for e in chain) > REGION.joined:  # what is shorter is a corner
+        if not closed or sum(e.arc.length for e in chain) > REGION.joined:  # shorter chains are corners
             found.append(Loop(tuple(chain), closed))
     return [_named(loop) for loop in sorted(found, key=lambda loop: -loop.area)]
 
 
 def _named(loop: Loop) -> Loop:
-    """Return a loop whose edges say whether they go around a hole."""
+    """Return a loop whose edges have the kind of an outer boundary or of a hole."""
     kind = OUTER if loop.area > 0.0 else HOLE
     return replace(loop, edges=tuple(replace(e, kind=kind) for e in loop.edges))
 
@@ -179,7 +179,7 @@ def _meets(first: Edge, second: Edge) -> bool:
 
 
 def _following(edge: Edge, rest: Sequence[Edge]) -> Edge | None:
-    """Return the edge that begins where one ends: of several, the leftmost, so that loops touch but do not cross."""
+    """Return the edge that begins at the end of another: of several the leftmost, so that loops do not cross."""
     offers = [other for other in rest if _meets(edge, other)]
     if len(offers) < 2:
         return offers[0] if offers else None
@@ -195,9 +195,9 @@ def _following(edge: Edge, rest: Sequence[Edge]) -> Edge | None:
 
 
 def outside(found: Sequence[Loop], others: Sequence[Edge], y: FloatArray) -> int:
-    """Return how many of some reached places (rows, 2) the loops do not enclose, nor lie on other curves.
+    """Return the number of reached points (rows, 2) that are neither inside the loops nor on other curves.
 
-    0 if all of the boundary is known.
+    It is 0 if the boundary is complete.
     """
     y = y[: REGION.checked]
     winding, gap, z = np.zeros(len(y)), np.full(len(y), np.inf), y @ np.array([1.0, 1.0j])
@@ -214,7 +214,7 @@ def outside(found: Sequence[Loop], others: Sequence[Edge], y: FloatArray) -> int
 
 
 def _distances(first: ComplexArray, second: ComplexArray) -> FloatArray:
-    """Return the distances of 0 from segments."""
+    """Return the distances of the origin from segments."""
     step = second - first
     square = np.maximum(np.abs(step) ** 2, np.finfo(float).tiny)
     part = np.clip(-(first * step.conjugate()).real / square, 0.0, 1.0)

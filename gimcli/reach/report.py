@@ -1,4 +1,4 @@
-"""A workspace and a reach in the user's names and the file's units."""
+"""Tables and reports of a workspace or reach, with the user's names and in the file's units."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from gimcli.reach.task import WorkspaceTask
 from gimcli.table import Column, Table, xy_columns
 
 REGION_COLUMNS = ("curve", "loop", "kind", "held", "x", "y")
-"""Columns of the curves of a region."""
+"""Columns of the table of a region."""
 
 
 def placed(mechanism: Mechanism, y: FloatArray) -> ComplexArray:
-    """Return places (rows, 2) of the normal frame in the file's coordinates."""
+    """Return points (rows, 2) of the normal frame in the file's coordinates (rows, 2)."""
     return mechanism.to_file(y @ np.array([1.0, 1.0j]))
 
 
 def held_inputs(task: WorkspaceTask, edge: Edge) -> dict[str, float]:
-    """Return the inputs that stand at an end along a curve, to 12 digits: none where the mechanism is singular."""
+    """Return the inputs that are at an end of their range along a curve (12 digits); empty on singular curves."""
     held = {}
     for actuator, inward in edge.arc.held:
         span = next(r for r in task.limited if r.actuator == actuator)
@@ -37,7 +37,7 @@ def _value(mechanism: Mechanism, actuator: int, value: float) -> float:
 
 
 def region_table(found: Workspace) -> Table:
-    """Return one row a point of a curve; boundaries keep the region to their left."""
+    """Return one row per point of a curve; the region is to the left of its boundaries."""
     task, unit = found.task, found.task.mechanism.length_unit
     number = {id(edge): k for k, loop in enumerate(found.loops) for edge in loop.edges}
     columns: list[list[Any]] = [[] for _ in REGION_COLUMNS]
@@ -54,7 +54,7 @@ def region_table(found: Workspace) -> Table:
 
 
 def region_report(found: Workspace) -> dict[str, Any]:
-    """Return what scripts count on."""
+    """Return the results for `--json`."""
     mechanism, scale = found.task.mechanism, found.task.mechanism.scale
     return {
         "point": found.task.point, "freedoms": found.task.freedoms, "complete": found.complete,
@@ -83,7 +83,7 @@ def outlines(found: Workspace) -> dict[str, list[ComplexArray]]:
 
 
 def reach_table(found: Reach) -> Table:
-    """Return one row a point of a path, with the inputs there."""
+    """Return one row per point of a path, with the inputs there."""
     mechanism, columns = found.task.mechanism, []
     knots = [(k, run.x) for k, run in enumerate(found.runs)]
     x = np.concatenate([path for _, path in knots])
@@ -96,7 +96,7 @@ def reach_table(found: Reach) -> Table:
 
 
 def _along(found: Reach, k: int, number: int, path: FloatArray) -> FloatArray:
-    """Return an input along a path, angles without leaps, within its interval."""
+    """Return an input along a path within its interval; angles are continuous."""
     mechanism, interval = found.task.mechanism, found.runs[number].intervals[k]
     u = found.task.inputs(path)[:, k]
     if mechanism.actuators[k].rotary:
@@ -106,7 +106,7 @@ def _along(found: Reach, k: int, number: int, path: FloatArray) -> FloatArray:
 
 
 def reach_report(found: Reach) -> dict[str, Any]:
-    """Return what scripts count on."""
+    """Return the results for `--json`."""
     mechanism = found.task.mechanism
     return {
         "point": found.task.point, "freedoms": 1, "complete": found.complete,

@@ -1,4 +1,4 @@
-"""Random positions over all configurations, and whether a place can be reached: equations solved from many starts."""
+"""Random positions of all configurations, and tests whether a point can be reached, by solution from many starts."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ from gimcli.reach.task import WorkspaceTask
 
 @dataclass(frozen=True)
 class SamplingConstants:
-    """How many starts are made."""
+    """Numbers of starts."""
 
-    starts: int = 1500  # of the bank
+    starts: int = 1500  # of the bank, per round
     spread: float = 1.0  # half side of the square of random nodes, in sizes
-    first: int = 3  # starts with which most places that can be reached are
-    near: int = 12  # starts from the bank's positions whose point is nearest to the place asked for
-    far: int = 36  # more of them where those fail
-    mixed: int = 12  # and some from anywhere
-    seeds: int = 240  # positions from which curves are looked for
-    batch: int = 80  # of these: where a whole batch leads to no new curve, all are taken to be known
+    first: int = 3  # starts of the first test, sufficient for most reachable points
+    near: int = 12  # starts of the second test, from positions of the bank nearest to the tested point
+    far: int = 36  # more of them in the last test
+    mixed: int = 12  # random positions of the bank in the last test
+    seeds: int = 240  # positions from which curves are searched
+    batch: int = 80  # seeds per batch: the search ends after a batch without a new curve
     enough: int = 400  # positions of the bank
-    rounds: int = 12  # of starts, at most, until there are so many
+    rounds: int = 12  # most rounds of starts for the bank
     seed: int = 0
 
     def more(self, times: int) -> SamplingConstants:
-        """Return the constants with so many times the starts."""
+        """Return the constants with `times` as many starts."""
         return replace(self, starts=self.starts * times, seeds=self.seeds * times)
 
 
 BRIEF = GaussNewtonConstants(iterations=30)
-"""Where many starts lead nowhere and others to the same curves."""
+"""Constants for tasks with one degree of freedom: many starts do not converge, others give the same curves."""
 
 
 class Bank:
-    """Positions (rows, n) within the inputs' ranges, from random starts: configurations mixed."""
+    """Positions (rows, n) of various configurations within the ranges of the inputs, from random starts."""
 
     def __init__(self, task: WorkspaceTask, constants: SamplingConstants | None = None) -> None:
         self.task, self.constants = task, constants or SamplingConstants()
@@ -49,20 +49,20 @@ class Bank:
         for _ in range(self.constants.rounds):
             random = _random(task, self.rng, self.constants)
             narrow = self.rng.uniform(0.0, 1.0, (len(random), len(task.limited)))
-            narrow[1::2] = 1.0  # what is left of a range, lest all positions end up at its ends
+            narrow[1::2] = 1.0  # narrower ranges, so that not all positions are at their ends
             self.x = np.concatenate([self.x, self._settled(random, narrow)])
             if len(self.x) >= self.constants.enough:
                 break
         self.y = task.place(self.x)
 
     def seeds(self, curve: Critical) -> Iterator[FloatArray]:
-        """Yield places p (rows, ·) of a curve, inputs within their ranges, that the bank's positions are moved to."""
+        """Yield points p (rows, ·) of a curve within the ranges of the inputs, solved from positions of the bank."""
         starts = curve.starts(self.x[: self.constants.seeds])
         for first in range(0, len(starts), self.constants.batch):
             yield self._on(curve, starts[first : first + self.constants.batch])
 
     def _on(self, curve: Critical, starts: FloatArray) -> FloatArray:
-        """Return the places of a curve, inputs within their ranges, that starts p (rows, ·) are moved to."""
+        """Return the points of a curve within the ranges of the inputs, solved from starts p (rows, ·)."""
         task, n = self.task, self.task.n
 
         def equations(p: FloatArray, which: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -75,7 +75,7 @@ class Bank:
         return np.asarray(p[good & task.allowed(p[:, :n])])
 
     def reaches(self, places: FloatArray, hints: FloatArray | None = None) -> NDArray[np.bool_]:
-        """Tell of places (rows, 2) whether the point gets there; `hints` (rows, hints, n) are more starts."""
+        """Return for points (rows, 2) whether they can be reached; `hints` (rows, hints, n) are more starts."""
         found = np.zeros(len(places), dtype=bool)
         if not len(self.x):
             return found
@@ -94,7 +94,7 @@ class Bank:
         return found
 
     def _any(self, places: FloatArray, starts: FloatArray) -> NDArray[np.bool_]:
-        """Tell of places (rows, 2) whether a position is found from any of some starts (rows, starts, n)."""
+        """Return for points (rows, 2) whether a position is found from any of its starts (rows, starts, n)."""
         rows, count, n = starts.shape
         targets = np.repeat(places, count, axis=0)
         x, good = settle(self._equations(targets), starts.reshape(-1, n))
@@ -106,9 +106,9 @@ class Bank:
         return np.asarray(x[good & self.task.allowed(x)])
 
     def _equations(self, targets: FloatArray | None, narrow: FloatArray | None = None) -> Equations:
-        """Return the constraints, what the inputs are beyond their ranges, and the point's distance from a place.
+        """Return the function of constraints, excess of the inputs over their ranges, and difference from a point.
 
-        narrow (rows, limited) are the parts of the ranges that count.
+        `narrow` (rows, limited) are factors of the ranges.
         """
         task, table = self.task, self.task.output[0]
 
@@ -124,7 +124,7 @@ class Bank:
 
 
 def _beyond(task: WorkspaceTask, x: FloatArray, narrow: FloatArray | float = 1.0) -> tuple[FloatArray, FloatArray]:
-    """Return by how much inputs are beyond some part of their ranges, 0 within, and derivatives."""
+    """Return the excess of the inputs over their narrowed ranges, 0 inside, and its derivatives."""
     over, slopes = task.excess(x)
     over = over + (1.0 - narrow) * np.array([r.half for r in task.limited])
     out = (over > 0.0).astype(float)
@@ -132,7 +132,7 @@ def _beyond(task: WorkspaceTask, x: FloatArray, narrow: FloatArray | float = 1.0
 
 
 def _random(task: WorkspaceTask, rng: np.random.Generator, constants: SamplingConstants) -> FloatArray:
-    """Return random places of all nodes about the frame and about the drawn position, as x (rows, n)."""
+    """Return random positions of all nodes near the frame and near the initial position, as x (rows, n)."""
     mechanism, n = task.mechanism, task.system.n
     centre = complex(np.mean(mechanism.members[FRAME].shape))
     spread = constants.spread * mechanism.size

@@ -1,8 +1,8 @@
-"""What a workspace is asked of: a mechanism, the ranges of its inputs, a point and held orientations.
+"""The task of a workspace: a mechanism, the ranges of its inputs, a point and given orientations.
 
-The coordinates x are those of the moving nodes as far as linear equations leave them free: nodes that others carry have
-none. They fulfil G(x) = 0, the members and pairs without the actuators; the point is y = Y x + y0. An input's value is
-a function of x, and its range an inequality.
+The coordinates x are those of the moving nodes after elimination by the linear equations: a node that other nodes
+determine linearly has none. They fulfil G(x) = 0, the equations of members and pairs without actuators; the point is
+y = Y x + y0. The value of an input is a function of x, and its range an inequality.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ from gimcli.structure.residual import holds
 from gimcli.structure.system import System, system_of
 
 SAMPLES = 4097
-"""Times at which a law is looked at for its extremes."""
+"""Times at which a law is evaluated in the search for its extremes."""
 
 FULL = 2.0 * math.pi * (1.0 - 1e-12)
-"""A rotary input whose law covers this is free."""
+"""Range [rad] from which on a rotary input has no limits."""
 
 SLACK = 1e-9
-"""An input this far beyond its range [rad, or of the size] still counts as at its end."""
+"""Excess over its range [rad, or sizes] at which an input still counts as at the end."""
 
 TOLERANCE = 1e-10
-"""Up to which what is written out fulfils the mechanism, relative to the size."""
+"""Greatest residual of results, relative to the size."""
 
 SETTLED = 1e-6
-"""Up to which positions that were solved from random starts do: beside singular positions they are known to less."""
+"""Greatest residual of positions from random starts: near singular positions they are less accurate."""
 
 TINY = float(np.finfo(float).tiny)
-"""What is divided by where nothing is."""
+"""Divisor in place of 0."""
 
 RANK = 1e-8
-"""A pivot below this part of the greatest is none."""
+"""Pivot relative to the greatest below which it counts as 0."""
 
 
 @dataclass(frozen=True)
@@ -61,26 +61,26 @@ class InputRange:
 
     @property
     def half(self) -> float:
-        """Half the width; 0: the input stands still."""
+        """Half the width; 0 if the input is constant."""
         return 0.5 * (self.high - self.low)
 
 
 @dataclass(frozen=True)
 class WorkspaceTask:
-    """A point's workspace as equations and inequalities in x (n,)."""
+    """The workspace of a point as equations and inequalities in x (n,)."""
 
     mechanism: Mechanism
     point: str
-    orientation: Mapping[str, float] = field(default_factory=dict)  # rad, of a member's first -> second node
+    orientation: Mapping[str, float] = field(default_factory=dict)  # rad, direction of a member's first -> second node
 
     @cached_property
     def system(self) -> System:
-        """The equations with the actuators' own."""
+        """The equations of the mechanism, including those of the actuators."""
         return system_of(self.mechanism)
 
     @cached_property
     def ranges(self) -> tuple[InputRange, ...]:
-        """Ranges of the inputs that have one: the others turn fully."""
+        """Ranges of the inputs, without those that make a full turn."""
         found = (law_range(self.mechanism, k) for k in range(len(self.mechanism.actuators)))
         return tuple(r for r in found if not (self._kinds[0][r.actuator] and 2.0 * r.half >= FULL))
 
@@ -98,7 +98,7 @@ class WorkspaceTask:
         y = np.array([path.real, path.imag])
         table = y[:, 1:] - y[:, :1]
         if not np.any(table):
-            raise UsageError(f"'{self.point}' stands still: choose a moving node or point")
+            raise UsageError(f"'{self.point}' does not move: choose a moving node or point")
         flat = self._parted[0]
         return table @ flat.basis, y[:, 0] + table @ flat.origin
 
@@ -116,7 +116,7 @@ class WorkspaceTask:
         return self._parted[0].drop(every)
 
     def velocity(self, every: FloatArray) -> FloatArray:
-        """Return the rate of x (n,) of the moving nodes' (system.n,)."""
+        """Return the rate of x (n,) from that of the moving nodes' coordinates (system.n,)."""
         return np.asarray(every @ self._parted[0].basis)
 
     def place(self, x: FloatArray) -> FloatArray:
@@ -126,12 +126,12 @@ class WorkspaceTask:
 
     @property
     def whole(self) -> Quadric:
-        """The equations that hold whatever the inputs do: members, pairs, orientations, held inputs."""
+        """The nonlinear equations of members, pairs, orientations and constant inputs."""
         return self._parted[1]
 
     @cached_property
     def _parted(self) -> tuple[Flat, Quadric]:
-        """The places at which the linear ones of them hold, and the others."""
+        """The affine space in which the linear equations hold, and the nonlinear equations in its coordinates."""
         count = len(self.mechanism.actuators)
         members = self.system.quadric(np.zeros(count)).rows(range(self.system.m - count))
         still = [self._drive(r.actuator, r.low) for r in self.ranges if r.half == 0.0]
@@ -140,12 +140,12 @@ class WorkspaceTask:
 
     @cached_property
     def free(self) -> Quadric:
-        """The independent ones of them; `fulfilled` holds positions against those that are left out."""
+        """The independent equations of `whole`; `fulfilled` checks the others."""
         return _independent(self.whole, self)
 
     @cached_property
     def moving(self) -> tuple[int, ...]:
-        """The actuators whose inputs do not stand still."""
+        """The actuators whose inputs are not constant."""
         still = {r.actuator for r in self.ranges if r.half == 0.0}
         return tuple(k for k in range(len(self.mechanism.actuators)) if k not in still)
 
@@ -155,18 +155,18 @@ class WorkspaceTask:
         return self.n - self.free.m
 
     def drive(self, actuator: int, value: float) -> Quadric:
-        """Return the equation of an actuator that stands still."""
+        """Return the equation of an actuator with a constant value."""
         return self._drive(actuator, value).within(self._parted[0])
 
     def _drive(self, actuator: int, value: float) -> Quadric:
-        """Return it in the coordinates of all moving nodes."""
+        """Return that equation in the coordinates of all moving nodes."""
         count = len(self.mechanism.actuators)
         u = np.zeros(count)
         u[actuator] = value
         return self.system.quadric(u).rows([self.system.m - count + actuator])
 
     def inputs(self, x: FloatArray) -> FloatArray:
-        """Return the inputs' values (..., actuators), angles within half a turn of 0."""
+        """Return the values of the inputs (..., actuators), angles in -pi..pi."""
         raw, (rotary, spans) = self._drives.value(x), self._kinds
         count = len(rotary)
         values = raw[..., :count]
@@ -175,7 +175,7 @@ class WorkspaceTask:
         return values
 
     def rates(self, x: FloatArray) -> FloatArray:
-        """Return the inputs' derivatives (..., actuators, n)."""
+        """Return the derivatives of the inputs by x (..., actuators, n)."""
         raw, table, (rotary, spans) = self._drives.value(x), self._drives.slope(x), self._kinds
         count = len(rotary)
         rates, sine, cosine = table[..., :count, :], raw[..., :count][..., rotary], -raw[..., count:]
@@ -186,22 +186,22 @@ class WorkspaceTask:
         return rates
 
     def excess(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return by how much (..., limited) inputs leave their ranges, below 0 within, and derivatives (..., n)."""
+        """Return the excess of inputs over their ranges (..., limited), negative inside, and derivatives (..., n)."""
         apart, (which, _, half) = self._apart(x), self._spans
         return np.abs(apart) - half, np.where(apart >= 0.0, 1.0, -1.0)[..., None] * self.rates(x)[..., which, :]
 
     def margins(self, x: FloatArray) -> FloatArray:
-        """Return how far (..., 2 limited) inputs are above their low ends and below their high ends."""
+        """Return the distances of inputs above their low ends and below their high ends (..., 2 limited)."""
         apart, half = self._apart(x), self._spans[2]
         return np.concatenate([half + apart, half - apart], axis=-1)
 
     def room(self, x: FloatArray) -> FloatArray:
-        """Return numbers (..., limited) that are above 0 within the inputs' ranges and smooth everywhere."""
+        """Return smooth functions (..., limited) that are positive inside the ranges of the inputs."""
         apart, (which, _, half) = self._apart(x), self._spans
         return np.where(self._kinds[0][which], np.cos(apart) - np.cos(half), half**2 - apart**2)
 
     def _apart(self, x: FloatArray) -> FloatArray:
-        """Return how far (..., limited) inputs are from the middles of their ranges."""
+        """Return the differences of inputs from the middles of their ranges (..., limited)."""
         which, middle, _ = self._spans
         apart = self.inputs(x)[..., which] - middle
         return np.asarray(apart - self._kinds[0][which] * 2.0 * math.pi * np.round(apart / (2.0 * math.pi)))
@@ -213,13 +213,13 @@ class WorkspaceTask:
         return which, np.array([r.middle for r in self.limited]), np.array([r.half for r in self.limited])
 
     def fulfilled(self, x: FloatArray, tolerance: float = TOLERANCE) -> NDArray[np.bool_]:
-        """Tell of x (rows, n) whether every constraint of the mechanism as written holds, whatever the inputs are."""
+        """Return for x (rows, n) whether every constraint of the mechanism holds, for any inputs (rows,)."""
         return holds(self.mechanism, self.nodes(x), self.inputs(x).T, tolerance)
 
     def allowed(self, x: FloatArray) -> np.ndarray:
-        """Tell of x (rows, n) whether they are configurations of the mechanism, with all inputs within their ranges.
+        """Return for x (rows, n) whether they are configurations with all inputs within their ranges.
 
-        The equations solved leave out surplus constraints, and let blocks and held members be turned end for end.
+        The solved equations do not include redundant constraints, and allow blocks and fixed directions to be reversed.
         """
         fits = np.all(self.excess(x)[0] <= SLACK, axis=-1) & self.fulfilled(x, SETTLED)
         for name, angle in self.orientation.items():
@@ -229,13 +229,13 @@ class WorkspaceTask:
 
     @cached_property
     def _kinds(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Tell of every actuator whether it is rotary, and whether it is a distance."""
+        """Return for every actuator whether it is rotary, and whether it drives a distance."""
         actuators = self.mechanism.actuators
         return np.array([a.rotary for a in actuators]), np.array([a.kind == SPAN for a in actuators])
 
     @cached_property
     def _drives(self) -> Quadric:
-        """The actuators' equations at 0, then those of rotary ones at a quarter turn: sines and minus cosines."""
+        """The equations of the actuators at 0, then those of rotary ones at a quarter turn: sines, -cosines."""
         first, *others = [self.drive(k, 0.0) for k in range(len(self.mechanism.actuators))]
         return first.joined(*others, *(self.drive(int(k), math.pi / 2) for k in np.flatnonzero(self._kinds[0])))
 
@@ -243,17 +243,17 @@ class WorkspaceTask:
         found = next((m for m in self.mechanism.members[FRAME + 1 :] if m.name == name), None)
         if found is None:
             names = [m.name for m in self.mechanism.members[FRAME + 1 :]]
-            raise UsageError(f"--orientation {name}: no such moving member; {guess(name, names)}")
+            raise UsageError(f"--orientation {name}: unknown moving member; {guess(name, names)}")
         return found.nodes[0], found.nodes[1]
 
     def _arm(self, name: str, x: FloatArray) -> ComplexArray:
-        """Return the vector (...) from a member's first node to its second at the moving nodes' x (..., system.n)."""
+        """Return the vector (...) from a member's first to its second node at moving nodes x (..., system.n)."""
         first, second = self._ends(name)
         z = self.system.nodes(x.reshape(-1, self.system.n).T)
         return np.asarray((z[second] - z[first]).reshape(x.shape[:-1]))
 
     def _held(self, name: str) -> Quadric:
-        """Return the equation that keeps a member's direction, in the coordinates of all moving nodes."""
+        """Return the equation of a member's given direction, in the coordinates of all moving nodes."""
         n, turn = self.system.n, cmath.exp(-1j * self.orientation[name])
         height = (self._arm(name, np.vstack([np.zeros(n), np.eye(n)])) * turn).imag
         return Quadric(height[:1], (height[1:] - height[0])[None, :], np.zeros((1, n, n)))
@@ -279,7 +279,7 @@ def law_range(mechanism: Mechanism, actuator: int) -> InputRange:
 
 
 def _independent(whole: Quadric, task: WorkspaceTask) -> Quadric:
-    """Return the equations without those that follow from the others about the drawn position in general."""
+    """Return independent equations, chosen by their general rank near the initial position."""
     from scipy.linalg import qr
 
     from gimcli.continuation.gauss_newton import settle
@@ -292,7 +292,7 @@ def _independent(whole: Quadric, task: WorkspaceTask) -> Quadric:
         return whole
     near = x[good][np.argsort(np.linalg.norm(x[good] - drawn, axis=1))[:9]]
     found: list[list[int]] = []
-    for place in near:  # some may be singular, or assembled another way
+    for place in near:  # some may be singular, or of another configuration
         r, order = qr(whole.slope(place).T, mode="r", pivoting=True)
         size = np.abs(np.diag(r))
         found.append(sorted(order[: int(np.sum(size > RANK * size[0]))].tolist()))

@@ -73,7 +73,7 @@ def test_held_orientation_is_an_option(tmp_path: Path) -> None:
     [
         (["-p", "Q"], "point Q: no such node or point"),
         (["--orientation", "proximal_1"], "write MEMBER=ANGLE"),
-        (["--orientation", "proximal=3"], "no such moving member"),
+        (["--orientation", "proximal=3"], "unknown moving member"),
         (["--orientation", "distal_1=3", "--orientation", "distal_1=4"], "give it once"),
         (["--orientation", "distal_1=3", "--grid", "5"], "leave out one of both"),
         (["--resume"], "--grid N"),

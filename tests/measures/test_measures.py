@@ -144,7 +144,7 @@ def test_centres_at_infinity_are_empty():
 
 
 def test_members_at_rest_for_an_instant_have_a_centre():
-    """Watt II at a dead centre of its first loop: the second loop is at rest too; its centre is near both neighbours'."""
+    """Watt II at a dead centre of its first loop: the second loop is at rest too, with a smooth centrode."""
     mechanism = load(MODELS / "watt_2.yaml")
     motor = mechanism.actuators[0].name
     a, b, c, d = _first_loop(mechanism)
@@ -722,18 +722,18 @@ def test_unsolved_rows_add_no_area():
     [
         ("center:crank/rocker", "did you mean 'centre'"),
         ("centre:crank/roker", "did you mean 'rocker'"),
-        ("centre:crank", "write centre:MEMBER/MEMBER"),
+        ("centre:crank", "expected centre:MEMBER/MEMBER"),
         ("centre:crank/crank", "two different members"),
         ("curvature:Q", "no point or node 'Q'"),
-        ("curvature", "write curvature:POINT"),
+        ("curvature", "expected curvature:POINT"),
         ("transmission:coupler/crnk", "did you mean 'crank'"),
-        ("transmission:crank/rocker", "no joint"),
+        ("transmission:crank/rocker", "no common joint"),
         ("transmission:A/B/B", "three different nodes"),
         ("transmission:X", "no node 'X'"),
         ("advantage:rotor/rocker", "did you mean 'motor'"),
         ("advantage:motor/Rocker", "did you mean 'rocker'"),
         ("area:frame", "expected a moving member, got the frame"),
-        ("area:", "write area:MEMBER"),
+        ("area:", "expected area:MEMBER"),
     ],
 )
 def test_unknown_names_are_rejected_with_a_suggestion(spec, part):

@@ -207,7 +207,7 @@ class Subject:
         traced = self.run("trace", "--circuit", "--steps", 1500, *out)
         if found.code or traced.code:
             self.expect(
-                found.code == traced.code == 0 or "stands still" in found.error,
+                found.code == traced.code == 0 or "does not move" in found.error,
                 f"workspace of {point}: {found.code} {found.error[:200]}; trace --circuit: {traced.code}",
             )
             return

@@ -1,4 +1,4 @@
-"""The region that a point reaches, against areas and arcs in closed form and against strewn positions."""
+"""The region that a point reaches, compared with areas and arcs in closed form and with random positions."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def made(tmp_path: Path, data: dict[str, Any]) -> Mechanism:
 
 
 def five_bar(base: float, arms: Sequence[tuple[float, float]], laws: Sequence[Any] = (None, None)) -> dict[str, Any]:
-    """Two arms (proximal, distal) whose pivots are `base` apart and whose ends meet in P."""
+    """Return a five-bar: two arms (proximal, distal) with pivots at the distance `base` that meet in P."""
     at = complex(0.45 * base, 0.55 * min(sum(a) for a in arms))
     nodes: dict[str, Any] = {"A1": [0.0, 0.0], "A2": [base, 0.0], "P": [at.real, at.imag]}
     links: dict[str, Any] = {}
@@ -51,7 +51,7 @@ def five_bar(base: float, arms: Sequence[tuple[float, float]], laws: Sequence[An
 
 
 def two_link_arm(first: float, second: float, laws: Sequence[Any] = (None, None)) -> dict[str, Any]:
-    """A serial arm: the second motor turns the second link against the first."""
+    """Return a serial arm; the second motor turns the second link relative to the first."""
     return {
         "nodes": {"O": [0, 0], "A": [first, 0], "P": [first, second]},
         "ground": ["O"],
@@ -65,7 +65,7 @@ def two_link_arm(first: float, second: float, laws: Sequence[Any] = (None, None)
 
 
 def lens(r: float, s: float, d: float) -> float:
-    """Area that two circles of radii r and s, d apart, have in common (Weisstein, Circle-Circle Intersection)."""
+    """Return the common area of two circles of radii r, s at the distance d (Weisstein, Circle-Circle Intersection)."""
     if d >= r + s:
         return 0.0
     if d <= abs(r - s):
@@ -77,7 +77,7 @@ def lens(r: float, s: float, d: float) -> float:
 
 
 def two_rings(base: float, arms: Sequence[tuple[float, float]]) -> float:
-    """Area that the rings |r - s| .. r + s about two pivots have in common."""
+    """Return the common area of the rings |r - s| .. r + s about two pivots."""
     (out_1, in_1), (out_2, in_2) = ((r + s, abs(r - s)) for r, s in arms)
     return lens(out_1, out_2, base) - lens(in_1, out_2, base) - lens(out_1, in_2, base) + lens(in_1, in_2, base)
 
@@ -93,7 +93,7 @@ def holes(found: Workspace) -> int:
 FIVE_BARS: list[tuple[float, list[tuple[float, float]], int, int]] = [
     (4.0, [(5.0, 6.0), (5.0, 6.0)], 1, 2),  # outer loops, holes
     (4.0, [(5.0, 6.0), (3.0, 5.5)], 1, 2),
-    (7.0, [(4.0, 6.5), (3.0, 2.0)], 1, 1),  # one hole inside, the other cuts into the edge
+    (7.0, [(4.0, 6.5), (3.0, 2.0)], 1, 1),  # one hole is inside, the other crosses the boundary
     (9.0, [(2.0, 5.0), (5.0, 3.0)], 1, 0),
     (1.0, [(6.0, 2.5), (2.0, 6.5)], 1, 1),  # holes about both pivots overlap
     (2.0, [(6.0, 2.0), (4.0, 3.2)], 1, 1),
@@ -102,7 +102,7 @@ FIVE_BARS: list[tuple[float, list[tuple[float, float]], int, int]] = [
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize(("base", "arms", "outer", "hole"), FIVE_BARS)
-def test_five_bar_reaches_what_two_rings_have_in_common(
+def test_a_five_bar_reaches_the_intersection_of_two_rings(
     tmp_path: Path, base: float, arms: list[tuple[float, float]], outer: int, hole: int
 ) -> None:
     found = survey(made(tmp_path, five_bar(base, arms)), "P")
@@ -115,15 +115,15 @@ def test_five_bar_reaches_what_two_rings_have_in_common(
         assert min(np.abs(np.abs(z - c) - r).max() for c, r in circles) < 1e-10, "knots lie on a circle exactly"
 
 
-def test_two_link_arm_reaches_a_ring(tmp_path: Path) -> None:
+def test_a_two_link_arm_reaches_a_ring(tmp_path: Path) -> None:
     found = survey(made(tmp_path, two_link_arm(3.0, 2.0)), "P")
     assert found.complete
     assert area(found) == pytest.approx(math.pi * (25.0 - 1.0), rel=1e-7)
     assert [loop.area < 0.0 for loop in found.loops] == [False, True]
 
 
-def test_two_link_arm_with_stops_reaches_a_sector_of_a_ring(tmp_path: Path) -> None:
-    """The elbow's angle gives the radius by the law of cosines, the shoulder turns the arc: an area by Pappus."""
+def test_a_two_link_arm_with_stops_reaches_a_sector_of_a_ring(tmp_path: Path) -> None:
+    """The radius follows from the elbow's angle (law of cosines), the area from Pappus' theorem."""
     first, second, turn = 3.0, 2.0, (20.0, 110.0)
     found = survey(
         made(tmp_path, two_link_arm(first, second, ({"from": -40, "to": 60}, {"from": turn[0], "to": turn[1]}))), "P"
@@ -137,7 +137,7 @@ def test_two_link_arm_with_stops_reaches_a_sector_of_a_ring(tmp_path: Path) -> N
 
 
 def platform(rams: Sequence[tuple[float, float]]) -> dict[str, Any]:
-    """The bundled 3-RPR with other strokes."""
+    """Return the bundled 3-RPR with other strokes."""
     data: dict[str, Any] = read_source(MODELS / "platform_3rpr.yaml").data
     for k, (low, high) in enumerate(rams, start=1):
         data["actuators"][f"ram_{k}"]["law"] = {"from": low, "to": high}
@@ -145,7 +145,7 @@ def platform(rams: Sequence[tuple[float, float]]) -> dict[str, Any]:
 
 
 def rings_area(centres: Sequence[complex], radii: Sequence[tuple[float, float]]) -> float:
-    """Area that rings have in common: the arcs of every circle that the other rings cover, by Green's theorem."""
+    """Return the common area of rings, from the arcs of each circle inside the other rings, by Green's theorem."""
     circles = [
         (c, r, sign) for c, pair in zip(centres, radii, strict=True) for r, sign in zip(pair, (-1, 1), strict=True)
     ]
@@ -177,7 +177,7 @@ STROKES = [
 @pytest.mark.few(2)
 @pytest.mark.parametrize("strokes", STROKES)
 @pytest.mark.parametrize("degrees", [0.0, 17.0, -140.0])
-def test_platform_at_a_given_orientation_reaches_what_three_rings_have_in_common(
+def test_a_platform_of_given_orientation_reaches_the_intersection_of_three_rings(
     tmp_path: Path, strokes: list[tuple[float, float]], degrees: float
 ) -> None:
     """Each ram's ring about its pivot, shifted by the platform's joint."""
@@ -196,18 +196,18 @@ def test_platform_at_a_given_orientation_reaches_what_three_rings_have_in_common
     assert all(edge.arc.held for edge in found.edges), "only rams at their ends bound it"
 
 
-def test_what_does_not_fit_is_refused() -> None:
+def test_points_and_orientations_without_a_workspace_are_rejected() -> None:
     mechanism = load(MODELS / "five_bar.yaml")
-    with pytest.raises(UsageError, match="stands still"):
+    with pytest.raises(UsageError, match="does not move"):
         survey(mechanism, "A1")
-    with pytest.raises(UsageError, match="no such moving member"):
+    with pytest.raises(UsageError, match="unknown moving member"):
         survey(mechanism, "P", {"lever": 0.0})
-    with pytest.raises(UsageError, match="runs along curves"):
+    with pytest.raises(UsageError, match="moves along curves"):
         survey(load(MODELS / "crank_rocker.yaml"), load(MODELS / "crank_rocker.yaml").traced[0])
 
 
 def enclosed(found: Workspace, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Tell of places (file units) whether the loops wind around them, and how far they are from the loops."""
+    """Return for points (file units) whether the loops enclose them, and their distances from the loops."""
     winding, gap = np.zeros(len(z)), np.full(len(z), np.inf)
     for loop in found.loops:
         outline = found.task.mechanism.to_file(loop.points(8) @ np.array([1.0, 1.0j]))
@@ -218,7 +218,7 @@ def enclosed(found: Workspace, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def arm_reaches(z: np.ndarray, pivot: float, arm: tuple[float, float], law: dict[str, float] | None) -> np.ndarray:
-    """Tell whether a two-link arm with stops at its pivot gets to places: the triangle solved for both elbows."""
+    """Return whether a two-link arm with a stop at its pivot reaches points: its triangle for both elbows."""
     way, fits = z - pivot, np.zeros(len(z), dtype=bool)
     cosine = (arm[0] ** 2 + np.abs(way) ** 2 - arm[1] ** 2) / (2.0 * arm[0] * np.abs(way))
     for elbow in (1.0, -1.0):
@@ -237,15 +237,15 @@ STOPS = [
 
 @cache
 def stopped(k: int) -> Workspace:
-    """Return what the five-bar of `STOPS[k]` reaches."""
+    """Return the workspace of the five-bar of `STOPS[k]`."""
     with TemporaryDirectory() as folder:
         return survey(made(Path(folder), five_bar(*STOPS[k])), "P")
 
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("number", range(len(STOPS)))
-def test_five_bar_with_stops_reaches_what_both_arms_reach(number: int) -> None:
-    """Strewn places, each decided by the triangles of both arms, against the loops."""
+def test_a_five_bar_with_stops_reaches_the_points_that_both_arms_reach(number: int) -> None:
+    """Random points: inside the loops if and only if the triangles of both arms close."""
     found, (base, arms, laws) = stopped(number), STOPS[number]
     size = sum(arms[0])
     parts = np.random.default_rng(3).uniform(-size, size, (2, 5000))
@@ -269,15 +269,15 @@ def test_five_bar_with_stops_reaches_what_both_arms_reach(number: int) -> None:
 SHAPE = np.array([0.0, 17.04, 13.236373239436618 + 16.096708466836507j])
 PIVOTS = np.array([0.0, 15.91, 10.0j])
 RAMS = ((14.98, 16.0), (13.0, 15.38), (12.0, 20.0))
-"""models/platform_3rpr.yaml: corners of the platform, pivots of its rams, and their laws."""
+"""Corners of the platform, pivots of its rams and their laws in models/platform_3rpr.yaml."""
 
 
 def room(k: int, place: np.ndarray) -> np.ndarray:
-    """How far inside their ranges the other rams can be with corner k at places (rows,), at the best angle."""
+    """Return the greatest margin of the other rams within their ranges with corner k at points (rows,)."""
     others = [j for j in range(3) if j != k]
     angle, step = np.zeros((len(place), 1)), 2.0 * math.pi / 4000
     look = step * np.arange(4000)
-    for _ in range(9):  # ever nearer to the best
+    for _ in range(9):  # refinement about the best angle
         way = np.exp(1j * (angle + look))
         lengths = [(np.abs(place[:, None] + (SHAPE[j] - SHAPE[k]) * way - PIVOTS[j]), *RAMS[j]) for j in others]
         least = np.min([np.minimum(length - low, high - length) for length, low, high in lengths], axis=0)
@@ -288,7 +288,7 @@ def room(k: int, place: np.ndarray) -> np.ndarray:
 
 
 def reached_angles(k: int, radius: float) -> list[float]:
-    """The angles at which corner k begins or ceases to be reached on a circle about its pivot, by bisection."""
+    """Return the ends of the reached arcs of a circle about the pivot of corner k, by bisection."""
 
     def inside(angle: np.ndarray) -> np.ndarray:
         return np.asarray(room(k, PIVOTS[k] + radius * np.exp(1j * angle)) >= 0.0)
@@ -305,8 +305,8 @@ def reached_angles(k: int, radius: float) -> list[float]:
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("k", range(3))
-def test_a_corner_on_a_ram_is_bounded_by_circles_as_far_as_the_other_rams_let_it(k: int) -> None:
-    """With its ram at an end the corner is on a circle, though two freedoms are left: all of them are critical."""
+def test_a_corner_on_a_ram_is_bounded_by_arcs_within_the_ranges_of_the_other_rams(k: int) -> None:
+    """With its ram at an end the corner is on a circle, with two degrees of freedom: all positions are critical."""
     mechanism = load(MODELS / "platform_3rpr.yaml")
     found = survey(mechanism, f"B{k + 1}")
     assert found.complete
@@ -318,7 +318,7 @@ def test_a_corner_on_a_ram_is_bounded_by_circles_as_far_as_the_other_rams_let_it
         turns = ends[:, None, :] + 2.0 * math.pi * np.arange(-1, 2)[:, None]
         expected = reached_angles(k, radius)
         assert expected
-        for angle in expected:  # corners are joined where they are within 1e-5
+        for angle in expected:  # corners closer than 1e-5 are joined
             assert np.min(np.abs(turns - angle)) < 3e-5
         for middle in 0.5 * np.array([*pairwise([*expected, expected[0] + 2.0 * math.pi])]).sum(axis=1):
             along = np.any((turns.min(axis=2) <= middle) & (middle <= turns.max(axis=2)))
@@ -326,10 +326,10 @@ def test_a_corner_on_a_ram_is_bounded_by_circles_as_far_as_the_other_rams_let_it
 
 
 @pytest.mark.soak
-def test_stops_whose_circles_are_one_bound_a_region_and_lone_curves(tmp_path: Path) -> None:
-    """All lengths 4: at 60 and 120 degrees the proximal links end in one knee, about which P turns on its own.
+def test_stops_with_the_same_circle_bound_a_region_and_isolated_curves(tmp_path: Path) -> None:
+    """All lengths 4: at 60 and 120 degrees the proximal links end at the same point, about which P turns freely.
 
-    The edge by hand: circles of 4 about the knees at the stops and of 8 about the pivots, by Green's theorem.
+    The expected boundary: circles of 4 about the knees at the stops and of 8 about the pivots, by Green's theorem.
     """
     laws = [{"from": 60, "to": 200}, {"from": -20, "to": 120}]
     found = survey(made(tmp_path, five_bar(4.0, [(4.0, 4.0), (4.0, 4.0)], laws)), "P")
@@ -349,14 +349,14 @@ def test_stops_whose_circles_are_one_bound_a_region_and_lone_curves(tmp_path: Pa
 
 
 def under_arc(centre: complex, r: float, start: float, end: float) -> float:
-    """Return the part of an area by Green's theorem of an arc between two angles [deg]."""
+    """Return the contribution of an arc between two angles [deg] to an area, by Green's theorem."""
     a, b = math.radians(start), math.radians(end)
     turn = centre.real * (math.sin(b) - math.sin(a)) - centre.imag * (math.cos(b) - math.cos(a))
     return 0.5 * r * (r * (b - a) + turn)
 
 
-def test_inner_curves_have_reached_places_on_both_sides() -> None:
-    """Where a motor's stop holds one elbow back, the other one gets past."""
+def test_inner_curves_have_reached_points_on_both_sides() -> None:
+    """Where a stop limits one configuration of the elbow, the other configuration passes."""
     found, (base, arms, laws) = stopped(0), STOPS[0]
     assert len(found.inner) >= 2
     for edge in found.inner:
@@ -366,8 +366,8 @@ def test_inner_curves_have_reached_places_on_both_sides() -> None:
         assert all(np.all(arm_reaches(beside, k * base, arms[k], laws[k])) for k in (0, 1))
 
 
-def test_two_sliders_reach_what_their_strokes_allow(tmp_path: Path) -> None:
-    """2-PRR: at height y each slider stands sqrt(L^2 - y^2) to one side of P."""
+def test_two_sliders_reach_the_region_of_their_strokes(tmp_path: Path) -> None:
+    """2-PRR: at height y each slider is sqrt(L^2 - y^2) beside P."""
     from scipy.integrate import quad
 
     data = {
@@ -382,7 +382,7 @@ def test_two_sliders_reach_what_their_strokes_allow(tmp_path: Path) -> None:
     }
 
     def width(y: float) -> float:
-        """Length of the x that both strokes allow at a height: unions of intervals, met."""
+        """Return the length of the x at a height that both strokes allow: an intersection of unions of intervals."""
         h = math.sqrt(max(16.0 - y * y, 0.0))
         marks = sorted({e + s * h for e in (0.0, 4.0, 5.0, 9.0) for s in (1.0, -1.0)})
         middles = [(0.5 * (a + b), b - a) for a, b in pairwise(marks)]
@@ -401,8 +401,8 @@ def test_two_sliders_reach_what_their_strokes_allow(tmp_path: Path) -> None:
 
 
 @pytest.mark.soak
-def test_redundant_platform_reaches_what_some_orientation_allows() -> None:
-    """3-RRR with its angle free: strewn places against a scan of the angle, every leg's triangle solved."""
+def test_a_redundant_platform_reaches_the_points_of_all_its_orientations() -> None:
+    """3-RRR with a free angle: random points compared with a scan of the angle with all legs' triangles."""
     mechanism = load(MODELS / "platform_3rrr.yaml")
     data = read_source(MODELS / "platform_3rrr.yaml").data
     found = survey(mechanism, "M")
@@ -421,8 +421,8 @@ def test_redundant_platform_reaches_what_some_orientation_allows() -> None:
 
 
 @pytest.mark.soak
-def test_regions_of_both_ways_to_assemble_the_boom_are_of_one_size() -> None:
-    """The excavator's boom turns by one angle on either side of its ram: so does all that it carries."""
+def test_the_regions_of_both_configurations_of_the_boom_have_the_same_size() -> None:
+    """The boom of the excavator turns by the same angle in both configurations of its ram."""
     found = survey(load(MODELS / "excavator.yaml"), "tip")
     assert found.complete
     assert [loop.area > 0.0 for loop in found.loops] == [True, True]
@@ -430,7 +430,7 @@ def test_regions_of_both_ways_to_assemble_the_boom_are_of_one_size() -> None:
 
 
 def legs_reach(data: dict[str, Any], mechanism: Mechanism, z: np.ndarray, angle: float) -> np.ndarray:
-    """Tell whether every leg of the 3-RRR gets to its joint of the platform within its motor's law."""
+    """Return whether every leg of the 3-RRR reaches its joint of the platform within the law of its motor."""
     member = next(m for m in mechanism.members if m.name in data["elements"])
     point = next(p for p in mechanism.points if p.name == "M")
     fits = np.ones(len(z), dtype=bool)
@@ -453,7 +453,7 @@ def legs_reach(data: dict[str, Any], mechanism: Mechanism, z: np.ndarray, angle:
     ("scale", "turn", "shift"),
     [(2.5e5, 73.0, 3e6 - 1e6j), (1e-6, 0.0, 0.0j), (2.5e5, 0.0, 3e6 - 1e6j), (1.0, 73.0, 12.0 + 5.0j)],
 )
-def test_scale_place_and_direction_change_the_numbers_alone(
+def test_scale_position_and_direction_change_only_the_coordinates(
     tmp_path: Path, scale: float, turn: float, shift: complex
 ) -> None:
     first, (base, arms, laws) = stopped(1), STOPS[1]
@@ -489,7 +489,7 @@ def test_an_input_with_a_stop_limits_the_path_of_a_four_bar() -> None:
 
 
 def rocker(tmp_path: Path, ground: float, crank: float, coupler: float, follower: float) -> Mechanism:
-    """A four-bar driven at its first link, drawn where that stands at 30 degrees to the ground."""
+    """Return a four-bar driven at its first link, with an initial angle of 30 degrees to the ground."""
     a = crank * cmath.exp(1j * math.pi / 6.0)
     way = ground - a
     cosine = (coupler**2 + abs(way) ** 2 - follower**2) / (2.0 * coupler * abs(way))
@@ -510,20 +510,20 @@ def rocker(tmp_path: Path, ground: float, crank: float, coupler: float, follower
     )
 
 
-def test_the_input_of_a_non_grashof_four_bar_turns_back_where_coupler_and_follower_are_in_line(tmp_path: Path) -> None:
+def test_the_input_of_a_non_grashof_four_bar_reverses_where_coupler_and_follower_are_in_line(tmp_path: Path) -> None:
     """Law of cosines with coupler + follower against crank and ground (Norton, Design of Machinery, 4.10)."""
     ground, crank, coupler, follower = 7.0, 5.0, 4.0, 3.5  # 7 + 3.5 > 5 + 4: a triple rocker
     mechanism = rocker(tmp_path, ground, crank, coupler, follower)
     found = reach(mechanism, "B")
     limit = math.acos((ground**2 + crank**2 - (coupler + follower) ** 2) / (2.0 * ground * crank))
-    (run,) = found.runs  # both configurations are one circuit
+    (run,) = found.runs  # both configurations belong to one circuit
     assert run.closed
     (interval,) = run.intervals
     assert not interval.full
     assert (interval.low, interval.high) == pytest.approx((-limit, limit), abs=1e-9)
     assert interval.folds == pytest.approx((-limit, limit), abs=1e-9)
     angle = math.acos((ground**2 + follower**2 - (crank + coupler) ** 2) / (2.0 * ground * follower))
-    low, high = run.bounds  # B farthest right: crank and coupler in line; it passes over its leftmost place
+    low, high = run.bounds  # B is farthest right with crank and coupler in line; it also passes its leftmost position
     assert high[0] * mechanism.scale == pytest.approx(ground - follower * math.cos(angle), rel=1e-9)
     assert low[0] * mechanism.scale == pytest.approx(ground - follower, rel=1e-9)
 

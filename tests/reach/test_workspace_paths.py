@@ -1,4 +1,4 @@
-"""The paths of a point that one input moves: they run through the configurations that there are, and no others."""
+"""Paths of a point moved by one input: they contain all configurations and no other positions."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ def made(tmp_path: Path, data: dict[str, Any]) -> Mechanism:
 
 
 def worst(found: Reach, run: ReachedPath) -> float:
-    """Return the greatest residual of a path against the constraints as written."""
+    """Return the greatest residual of the constraints along a path."""
     task = found.task
     return float(residual(task.mechanism, task.nodes(run.x), task.inputs(run.x).T).total.max())
 
 
 def passes(found: Reach, run: ReachedPath, value: float) -> int:
-    """Return how often the input has a value along a path: the ends of its pieces stand there twice."""
+    """Return how often the input has a value along a path; the ends of its pieces are repeated."""
     u = np.concatenate([found.task.inputs(p.branch.x)[:, 0] for p in run.pieces])
     away = u - value
     if found.task.mechanism.actuators[0].rotary:
@@ -54,8 +54,8 @@ def passes(found: Reach, run: ReachedPath, value: float) -> int:
     return int(np.sum((away[:-1] * away[1:] < 0.0) & (np.abs(np.diff(away)) < 1.0)))
 
 
-def test_a_link_that_is_redundant_keeps_its_length_along_every_path() -> None:
-    """The third crank of a parallelogram: the antiparallelogram would pull the link EF out."""
+def test_a_redundant_link_keeps_its_length_along_every_path() -> None:
+    """The third crank of a parallelogram: the antiparallelogram would change the length of EF."""
     found = reach(load(MODELS / "parallelogram_third_crank.yaml"), "F")
     (run,) = found.runs
     mechanism, z = found.task.mechanism, found.task.nodes(run.x)
@@ -68,7 +68,7 @@ def test_a_link_that_is_redundant_keeps_its_length_along_every_path() -> None:
     "stem",
     ["parallelogram_third_crank", "scotch_yoke", "slider_crank", "plantigrade", "hart_a_frame", "whitworth", "watt_1"],
 )
-def test_paths_run_through_every_configuration_once(stem: str) -> None:
+def test_paths_pass_every_configuration_once(stem: str) -> None:
     mechanism = load(MODELS / f"{stem}.yaml")
     found = reach(mechanism, mechanism.traced[0])
     assert found.complete
@@ -79,8 +79,8 @@ def test_paths_run_through_every_configuration_once(stem: str) -> None:
     assert max(worst(found, run) for run in found.runs) < 1e-10
 
 
-def test_a_block_is_not_turned_end_for_end(tmp_path: Path) -> None:
-    """An engine: the rod to either side of the crank, the piston as it is drawn; strokes of r + l (Norton 4.11)."""
+def test_a_block_is_not_reversed(tmp_path: Path) -> None:
+    """An engine: the rod on either side of the crank, the piston as in the model; strokes of r + l (Norton 4.11)."""
     found = reach(made(tmp_path, ENGINE), "S")
     assert len(found.runs) == 2
     crank, rod = math.hypot(1.0, 0.5), math.hypot(3.0, 0.5)
@@ -89,18 +89,18 @@ def test_a_block_is_not_turned_end_for_end(tmp_path: Path) -> None:
     assert np.allclose(ends, [(-crank - rod, crank - rod), (rod - crank, rod + crank)], atol=1e-9)
 
 
-def test_chains_that_share_the_frame_alone_do_not_multiply_paths() -> None:
-    """A point of the first arm of the hexagon turns about H0 as its own cylinder says, whatever the others do."""
+def test_chains_connected_only_by_the_frame_do_not_multiply_paths() -> None:
+    """A point of the first arm of the hexagon turns about H0 by its own cylinder, independent of the others."""
     found = reach(load(MODELS / "floating_hexagon.yaml"), "M0")
     assert [a.name for a in found.task.mechanism.actuators] == ["cylinder_0"]
-    assert len(found.runs) == 4  # the rod to either side, mirrored about the line of the hexagon's corners too
+    assert len(found.runs) == 4  # the rod on either side, also mirrored about the line of the hexagon's corners
     mechanism = found.task.mechanism
     for run in found.runs:
         points = mechanism.to_file(run.points() @ np.array([1.0, 1.0j]))
         assert np.allclose(np.abs(points - 3.0), math.hypot(2.5, 0.8), atol=1e-7)
 
 
-def test_a_chain_that_cannot_be_assembled_leaves_no_path(tmp_path: Path) -> None:
+def test_with_a_chain_that_cannot_be_assembled_there_is_no_path(tmp_path: Path) -> None:
     data: dict[str, Any] = read_source(MODELS / "floating_hexagon.yaml").data
     data["actuators"]["cylinder_1"]["law"] = {"from": 30, "to": 40}
     with pytest.raises(UnassembledError):
@@ -109,7 +109,7 @@ def test_a_chain_that_cannot_be_assembled_leaves_no_path(tmp_path: Path) -> None
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("stem", ["crank_rocker", "watt_2", "watt_1", "double_crank"])
-def test_extremes_are_those_of_the_circuits(stem: str) -> None:
+def test_extremes_agree_with_those_of_the_circuits(stem: str) -> None:
     mechanism = load(MODELS / f"{stem}.yaml")
     name = mechanism.traced[0]
     found = reach(mechanism, name)
@@ -123,7 +123,7 @@ def test_extremes_are_those_of_the_circuits(stem: str) -> None:
 
 
 def vertex(values: FloatArray) -> float:
-    """Return the greatest value of a closed curve, by the parabola about its greatest row."""
+    """Return the greatest value of a closed curve, from the parabola through its greatest row and the neighbours."""
     k = int(np.argmax(values[:-1]))
     a, b, c = values[k - 1] if k else values[-2], values[k], values[k + 1]
     return float(b - (c - a) ** 2 / (8.0 * (a - 2.0 * b + c)))
