@@ -30,7 +30,7 @@ class Inertia:
 
     member: int
     mass: float  # kg
-    moment: float  # kg m2
+    moment: float  # kg m^2
     centre: complex  # in the member's own frame, normal frame
     stated: bool = True  # whether the file gives the moment of inertia; if not, it is 0
 

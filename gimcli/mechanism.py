@@ -158,7 +158,7 @@ class Dynamics:
 
     metre: float | None = 1.0  # length of one unit of the normal frame in m; None: the file has no physical length unit
     inertias: tuple[Inertia, ...] = ()
-    gravity: complex = 0.0j  # m/s2
+    gravity: complex = 0.0j  # m/s^2
     loads: tuple[AppliedLoad, ...] = ()
     springs: tuple[SpringForce, ...] = ()
     dampers: tuple[DampingForce, ...] = ()

@@ -1,9 +1,9 @@
-"""The circuits of a mechanism: which of its configurations the motion joins.
+"""The circuits of a mechanism: the sets of configurations that are connected by motions.
 
-A circuit is all that is reached from a configuration without taking the mechanism apart; a branch of it is a stretch
-between two limits of the input. All configurations are listed at many values of the input; each that lies on no
-curve known so far is followed, through limits and change points, until it is home. Source: Chase & Mirth, Circuits
-and branches of single-degree-of-freedom planar linkages, J. Mech. Design 115, 1993.
+A circuit contains all positions that can be reached from one without disassembly; a branch is a part of it between two
+limits of the input. All configurations are found at many values of the input. Each that is on no known curve is
+followed, through limits and change points, until it is back in its initial configuration. Source: Chase & Mirth,
+Circuits and branches of single-degree-of-freedom planar linkages, J. Mech. Design 115, 1993.
 """
 
 from __future__ import annotations
@@ -29,30 +29,30 @@ from gimcli.progress import Progress, no_progress
 from gimcli.structure.mobility import refuse_unfit
 
 TOLERANCE = 1e-10
-"""Of the drawn position, relative to the size."""
+"""Tolerance of the initial position, relative to the size."""
 
 
 @dataclass(frozen=True)
 class EnumerationConstants:
     """Constants of the search."""
 
-    samples: int = 72  # values of the input at which all configurations are listed
-    aside: float = 0.3819660112501051  # part of a step by which they stand off round values, where change points are
-    narrow: float = 0.7  # part of the range looked at below which what was found there is looked at once more
+    samples: int = 72  # values of the input at which all configurations are found
+    aside: float = 0.3819660112501051  # offset of these values in steps, since change points are at round values
+    narrow: float = 0.7  # fraction of the searched range below which the range of the result is searched once more
 
 
 @dataclass(frozen=True)
 class CircuitBranch:
-    """A stretch of a curve between two limits, or the whole where there is none."""
+    """The part of a curve between two limits, or the whole curve if there are none."""
 
     start: float  # parameter
     end: float
-    way: tuple[float, float]  # 0..1 along the curve; beyond 1: through its start
+    fractions: tuple[float, float]  # of the length of the curve; above 1 if the part contains its start
 
 
 @dataclass(frozen=True)
 class Strand:
-    """One curve of a circuit; those of a circuit meet at change points."""
+    """One curve of a circuit; the curves of a circuit intersect at change points."""
 
     number: int  # of the circuit, from 0
     circuit: Circuit = field(repr=False)
@@ -64,7 +64,7 @@ class Strand:
 
 @dataclass
 class _Asked:
-    """A parameter and the configurations x (rows, n) there that lie on no strand known so far."""
+    """A parameter and the configurations x (rows, n) there that are on no known curve."""
 
     q: float
     x: FloatArray
@@ -72,16 +72,16 @@ class _Asked:
 
 @dataclass(frozen=True)
 class Circuits:
-    """All circuits that were met, and what is known of their being all."""
+    """The circuits that were found, and how complete they are."""
 
     curve: PositionCurve = field(repr=False)
     strands: tuple[Strand, ...]
-    sampled: FloatArray = field(repr=False)  # parameters at which all configurations were asked for
-    spacing: float  # of these over the whole range: a circuit that spans less may be missed
-    complete: bool  # the list of configurations was proved at each, and each lies on one of the strands
-    lost: int  # configurations that could not be followed
-    start: Configurations  # those at the start of the law
-    places: tuple[tuple[tuple[int, int], ...], ...]  # strand and branch of each of these
+    sampled: FloatArray = field(repr=False)  # parameters at which all configurations were found
+    spacing: float  # greatest spacing of these parameters: circuits with a smaller range may be missed
+    complete: bool  # at each parameter the list of configurations is proved, and all are on the curves
+    lost: int  # number of configurations that could not be followed
+    start: Configurations  # configurations at the start of the law
+    places: tuple[tuple[tuple[int, int], ...], ...]  # numbers of curve and branch of each of these
 
     @property
     def count(self) -> int:
@@ -94,10 +94,10 @@ def circuits(
 ) -> Circuits:
     """Find the circuits of a mechanism driven by one input, or by several that follow their laws together.
 
-    Raises StructureError without an actuator, or where it is not driven or over-driven.
+    Raises StructureError if there is no actuator, or the mechanism is underdriven or overdriven.
     """
     if not mechanism.actuators:
-        raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve --all`")
+        raise StructureError(f"{mechanism.name} has no actuator: add one, or use `gim solve --all`")
     refuse_unfit(mechanism)
     curve = PositionCurve(mechanism)
     search = CircuitSearch(curve, curve.single and bool(curve.rotary[0]), constants or EnumerationConstants(), progress)
@@ -111,7 +111,7 @@ def circuits(
 
 
 class CircuitSearch:
-    """The strands found so far. `turning`: the parameter is an angle that may turn fully."""
+    """Search for circuits; `turning` is whether the parameter is an angle that can make full turns."""
 
     def __init__(
         self, curve: PositionCurve, turning: bool, constants: EnumerationConstants, progress: Progress
@@ -123,29 +123,29 @@ class CircuitSearch:
 
     @property
     def mechanism(self) -> Mechanism:
-        """What moves."""
+        """The mechanism of the curve."""
         return self.curve.mechanism
 
     def run(self) -> None:
-        """Look at all that the input can reach, from the drawn circuit on."""
+        """Return the circuits over the range of the input, the one of the initial position first."""
         self.begin()
         low, high = self._range()
         self.sample(low, high)
         if self.turning or not self.curve.single:
             return
-        for turned in (1.0, -1.0):  # a linear input: as fine where it moves, and where a mirrored assembly would
+        for turned in (1.0, -1.0):  # a linear input: its own range and that of the mirrored one
             ends = [turned * q for strand in self.strands for q in strand.interval] or [low, high]
             own = max(low, min(ends)), min(high, max(ends))
             if 0.0 < own[1] - own[0] < self.constants.narrow * (high - low):
                 self.sample(*own)
 
     def begin(self) -> None:
-        """Take the drawn circuit."""
-        with suppress(GimError):  # other configurations may be assembled where the drawn one is not
+        """Follow the circuit of the initial position."""
+        with suppress(GimError):  # other configurations may exist if the initial one cannot be assembled
             self._take(drawn_circuit(self.mechanism, TOLERANCE))
 
     def _range(self) -> tuple[float, float]:
-        """Return the parameters to look at: a turn, the laws' time, or as far as members reach."""
+        """Return the range of parameters: a full turn, the time of the laws, or the reach of the members."""
         if self.turning:
             begin = self.curve.begin()
             return begin, begin + 2.0 * math.pi
@@ -157,7 +157,7 @@ class CircuitSearch:
         return (0.0 if distance else -reach), reach
 
     def sample(self, low: float, high: float) -> None:
-        """Ask for all configurations at evenly spaced parameters and follow those that are new."""
+        """Find all configurations at evenly spaced parameters, and follow those that are new."""
         count = self.constants.samples
         q = low + (high - low) * (np.arange(count) + self.constants.aside) / count
         inputs = np.array([self.curve.inputs(value) for value in q.tolist()]).T
@@ -175,7 +175,7 @@ class CircuitSearch:
         self._report(1, 1, 1, 1)
 
     def _report(self, listed: int, of_values: int, followed: int, of_configurations: int) -> None:
-        """Report how far a sample has come: half of it is to list configurations, half to follow them."""
+        """Report the progress of a sample: half of it for finding configurations, half for following them."""
         part = listed / of_values + followed / of_configurations
         self.progress(int(50.0 * part), 100)
 
@@ -185,7 +185,7 @@ class CircuitSearch:
         return np.array(rows).reshape(len(rows), self.curve.system.n)
 
     def _follow(self, asked: _Asked, left: list[_Asked]) -> None:
-        """Follow the first configuration at a parameter and cross off all that lie on its circuit."""
+        """Follow the first configuration at a parameter, and remove all configurations that are on its circuit."""
         first, known = asked.x[0], len(self.strands)
         with suppress(GimError):
             self._take(first_circuit(self.curve, self.curve.system.nodes(first), asked.q))
@@ -196,7 +196,7 @@ class CircuitSearch:
             asked.x = asked.x[1:]
 
     def _take(self, first: Circuit) -> None:
-        """Add a circuit with all that meet it."""
+        """Add a circuit with all curves that intersect it."""
         for circuit in all_circuits(first).circuits:
             found = limits(circuit)
             ends = interval(circuit, found)
@@ -205,29 +205,29 @@ class CircuitSearch:
         self.number += 1
 
     def places(self, z: ComplexArray, q: float) -> Iterator[tuple[int, int]]:
-        """Yield the strands, and their branches, that run through positions z (nodes,) at a parameter."""
+        """Yield the numbers of the curves through a position z (nodes,) at a parameter, and of their branches."""
         x = self.curve.system.coordinates(z)
         for number, strand in enumerate(self.strands):
-            (way,) = strand.visits.locations(x[None, :], q).tolist()
-            if not math.isnan(way):
-                yield number, _branch_at(strand, way)
+            (fraction,) = strand.visits.locations(x[None, :], q).tolist()
+            if not math.isnan(fraction):
+                yield number, _branch_at(strand, fraction)
 
 
 def _cross_off(strand: Strand, left: list[_Asked]) -> None:
-    """Leave out the configurations that a strand runs through."""
+    """Remove the configurations that are on a curve."""
     for asked in left:
         if len(asked.x):
             asked.x = asked.x[np.isnan(strand.visits.locations(asked.x, asked.q))]
 
 
 def _branches(circuit: Circuit, found: list[Singularity]) -> Iterator[CircuitBranch]:
-    """Yield the stretches between limits along a circuit."""
-    folds = [(s.way, float(s.p[-1])) for s in found if s.kind == LIMIT]
+    """Yield the branches of a circuit."""
+    folds = [(s.fraction, float(s.p[-1])) for s in found if s.kind == LIMIT]
     first, last = float(circuit.p[-1, 0]), float(circuit.p[-1, -1])
     if not folds:
         yield CircuitBranch(first, last, (0.0, 1.0))
     elif circuit.closed:
-        shift = last - first  # turns of the input
+        shift = last - first  # full turns of the input
         rounds = [*folds, (folds[0][0] + 1.0, folds[0][1] + shift)]
         for (a, qa), (b, qb) in pairwise(rounds):
             yield CircuitBranch(qa, qb, (a, b))
@@ -238,9 +238,10 @@ def _branches(circuit: Circuit, found: list[Singularity]) -> Iterator[CircuitBra
                 yield CircuitBranch(qa, qb, (a, b))
 
 
-def _branch_at(strand: Strand, way: float) -> int:
-    """Return which branch of a strand holds a place of its way."""
+def _branch_at(strand: Strand, fraction: float) -> int:
+    """Return the number of the branch that contains a fraction of the length of a curve."""
     for k, branch in enumerate(strand.branches):
-        if branch.way[0] <= way <= branch.way[1] or branch.way[0] <= way + 1.0 <= branch.way[1]:
+        low, high = branch.fractions
+        if low <= fraction <= high or low <= fraction + 1.0 <= high:
             return k
     return 0

@@ -1,7 +1,7 @@
-"""The change points of a motion to the last digits, and the range of its inputs: after the motion, where it has any.
+"""Refinement of the change points of a motion, and the range of its inputs, computed after the motion.
 
-A change point is a crossing of branches of the circuit: a regular solution of equations of its own, which the motion
-itself, interpolated over it, determines to some digits less.
+A change point is an intersection of branches. It is a regular solution of extended equations, more accurate than the
+interpolated motion.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from gimcli.motion.motion import Motion
 from gimcli.status import Status
 
 MOST = 100
-"""Change points that are refined."""
+"""Most change points that are refined."""
 
 NEAR = 1e-4
-"""Distance of the parameter within which what is found is the event."""
+"""Greatest difference of the parameter between an event and its refinement."""
 
 
 def sharpened(motion: Motion) -> Motion:
-    """Return the motion with its change points at the last digits; limits are there already."""
+    """Return the motion with refined change points; limits are accurate already."""
     if not motion.bridged or motion.first_status is not Status.OK or too_large(motion.mechanism):
         return motion
     curve = PositionCurve(motion.mechanism)
@@ -42,14 +42,14 @@ def sharpened(motion: Motion) -> Motion:
 
 
 def too_large(mechanism: Mechanism) -> bool:
-    """Return whether a mechanism is too large for its curve to be followed beside a motion."""
+    """Return whether a mechanism is too large for its circuit to be followed in addition to the motion."""
     return 2 * len(mechanism.nodes) > LARGEST
 
 
 def reach(motion: Motion) -> dict[str, list[float]]:
-    """Return the least and greatest value of every input on the motion's whole circuit, in the file's unit.
+    """Return the least and greatest value of every input on the whole circuit of a motion, in the file's unit.
 
-    Empty where the circuit is not known.
+    Empty if the circuit is not known.
     """
     mechanism = motion.mechanism
     if motion.first_status is not Status.OK or too_large(mechanism):
@@ -69,7 +69,7 @@ def reach(motion: Motion) -> dict[str, list[float]]:
 
 
 def _change_point(curve: PositionCurve, time: float, z: ComplexArray, inputs: FloatArray) -> tuple[float, Meeting]:
-    """Return time and place of a change point that was passed with nodes (nodes,) and inputs, all of them nearby."""
+    """Return time and position of the change point near given nodes (nodes,) and inputs."""
     q = curve.at_time(time) if curve.line is None else float(inputs[curve.line.main])
     found = crossing(curve, curve.point(z, q))
     if found is None or not abs(found.p[-1] - q) <= NEAR:
@@ -79,11 +79,11 @@ def _change_point(curve: PositionCurve, time: float, z: ComplexArray, inputs: Fl
 
 
 def _time(curve: PositionCurve, near: float, q: float) -> float:
-    """Return the time next to another at which the parameter has a value; the other one where none is."""
+    """Return the time near `time` at which the parameter has a value; `time` itself if there is none."""
     time = near
     for _ in range(BRANCHING.corrections):
         if abs(q - curve.at_time(time)) <= BRANCHING.closeness:
-            break  # a time that is right stays as it is
+            break  # the time is accurate already
         rate = curve.rate_at(time)
         step = (q - curve.at_time(time)) / rate if rate else np.nan
         if not abs(step) <= NEAR:

@@ -1,4 +1,4 @@
-"""Rows along a circuit: places at even distances of the way, as a motion of their own."""
+"""Rows at even distances along a circuit, as a motion."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from gimcli.status import Status
 from gimcli.structure.residual import holds, residual
 
 
-def way(circuit: Circuit) -> FloatArray:
-    """Return the length of the way (places,) up to every place."""
+def lengths(circuit: Circuit) -> FloatArray:
+    """Return the arc length of a circuit up to every point (places,)."""
     steps = np.linalg.norm(np.diff(circuit.p, axis=1), axis=0)
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def along(circuit: Circuit, rows: int) -> FloatArray:
-    """Return positions and parameter (n + 1, rows) at even distances, both ends among them."""
+    """Return positions and parameter (n + 1, rows) at even distances, including both ends."""
     return np.array([settled(circuit, k, part) for k, part in sample_places(circuit, rows)]).T
 
 
 def sample_places(circuit: Circuit, rows: int) -> Iterator[tuple[int, float]]:
-    """Yield at even distances, both ends among them, the place before and the part (0..1) of the way to the next.
+    """Yield number of the point before and fraction (0..1) to the next point, at even distances, including both ends.
 
-    Of a curve that runs to infinity the part nearby is taken.
+    Of a curve that goes to infinity only the part nearby is used.
     """
-    marks = way(circuit)
+    marks = lengths(circuit)
     first, last = nearby(circuit)
     wanted = np.linspace(marks[first], marks[last], rows)
     index = np.clip(np.searchsorted(marks, wanted, side="right") - 1, 0, len(marks) - 2)
@@ -41,7 +41,7 @@ def sample_places(circuit: Circuit, rows: int) -> Iterator[tuple[int, float]]:
 
 
 def heading(circuit: Circuit, k: int, part: float) -> FloatArray:
-    """Return the direction (n + 1,) of a circuit at a part (0..1) of the way from place k to the next."""
+    """Return the direction (n + 1,) of a circuit at a fraction (0..1) from point k to the next."""
     here, there = circuit.places[k], circuit.places[k + 1]
     if part in (0.0, 1.0):
         return here.tangent if part == 0.0 else there.tangent
@@ -49,7 +49,7 @@ def heading(circuit: Circuit, k: int, part: float) -> FloatArray:
 
 
 def settled(circuit: Circuit, k: int, part: float) -> FloatArray:
-    """Return the position at a part (0..1) of the way from place k to the next."""
+    """Return the corrected position (n + 1,) at a fraction (0..1) from point k to the next."""
     here, there = circuit.places[k], circuit.places[k + 1]
     if part in (0.0, 1.0):
         return here.p if part == 0.0 else there.p
@@ -61,26 +61,26 @@ def settled(circuit: Circuit, k: int, part: float) -> FloatArray:
 
 
 def beside(circuit: Circuit, k: int, p: FloatArray) -> bool:
-    """Return whether p is so near to a crossing that the curve through the places is more exact than equations."""
+    """Return whether p is so near to an intersection that interpolation is more accurate than the equations."""
     ends = [circuit.places[j].p for j in (k, k + 1) if j in circuit.crossings]
     return any(float(np.linalg.norm(p - end)) <= CIRCUIT.beside for end in ends)
 
 
 def between(here: CurvePoint, there: CurvePoint, part: float) -> tuple[FloatArray, FloatArray]:
-    """Return the cubic through two places and its derivative."""
+    """Return the cubic through two points and its derivative, at a fraction (0..1)."""
     h = float(np.linalg.norm(there.p - here.p))
     ends = here.p, h * here.tangent, there.p, h * there.tangent
     return hermite(*ends, part), hermite_slope(*ends, part)
 
 
 def circuit_motion(circuit: Circuit, rows: int, tolerance: float) -> Motion:
-    """Return rows at even distances along a circuit as a motion; its time is the part of the way, 0..1."""
+    """Return rows at even distances along a circuit as a motion; its time is the fraction of the length, 0..1."""
     motion = as_motion(circuit, np.linspace(0.0, 1.0, rows), along(circuit, rows), tolerance)
     return replace(motion, headings=np.array([heading(circuit, k, part) for k, part in sample_places(circuit, rows)]).T)
 
 
 def as_motion(circuit: Circuit, time: FloatArray, p: FloatArray, tolerance: float) -> Motion:
-    """Return positions p (n + 1, rows) as a motion; every row is held against the members as written."""
+    """Return positions p (n + 1, rows) as a motion, with the residual of the members as written."""
     mechanism, curve = circuit.mechanism, circuit.curve
     inputs = np.array([curve.inputs(q) for q in p[-1].tolist()]).T
     z = curve.nodes(p)

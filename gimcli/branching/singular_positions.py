@@ -1,4 +1,4 @@
-"""All singular positions of all circuits that meet, each listed once."""
+"""The singular positions of all circuits that intersect, without duplicates."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import holds
 
 MOST_NODES = 100
-"""Nodes of the largest mechanism whose circuits are followed."""
+"""Most nodes of a mechanism whose circuits are followed."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """A singular position and the circuits (from 0) that run through it."""
+    """A singular position and the numbers (from 0) of the circuits through it."""
 
     what: Singularity
     circuits: tuple[int, ...]
@@ -36,12 +36,12 @@ class Found:
 
 @dataclass(frozen=True)
 class Survey:
-    """Circuits, what is singular on them, and the least and greatest parameter of each."""
+    """Circuits, their singular positions, and the least and greatest parameter of each."""
 
     branches: Branches = field(repr=False)
     found: tuple[Found, ...]
     reach: tuple[tuple[float, float], ...]
-    complete: bool  # nothing was left out
+    complete: bool  # no circuit was left out
 
     @property
     def curve(self) -> PositionCurve:
@@ -50,16 +50,17 @@ class Survey:
 
 
 def drawn_circuit(mechanism: Mechanism, tolerance: float) -> Circuit:
-    """Return the circuit that the laws start on; if they start out of reach, the one that is drawn.
+    """Return the circuit of the start of the laws, or of the initial position if that start is out of reach.
 
-    Raises StructureError without an actuator, of too many nodes, or where neither can be assembled.
+    Raises StructureError if there is no actuator or there are too many nodes, UnassembledError if neither position can
+    be assembled.
     """
     if not mechanism.actuators:
-        raise StructureError(f"{mechanism.name} has no actuator: nothing moves; add one, or use `gim solve`")
+        raise StructureError(f"{mechanism.name} has no actuator: add one, or use `gim solve`")
     if len(mechanism.nodes) > MOST_NODES:
         raise StructureError(
-            f"{mechanism.name} has {len(mechanism.nodes)} nodes: circuits of at most {MOST_NODES} are followed, as"
-            " their equations are kept as full tables"
+            f"{mechanism.name} has {len(mechanism.nodes)} nodes: circuits of at most {MOST_NODES} nodes are followed,"
+            " since their equations are stored as full tables"
         )
     plan, curve = make_plan(mechanism), PositionCurve(mechanism)
     starts = [curve.begin(), float(mechanism.drawn_inputs[0])] if curve.single else [curve.begin()]
@@ -74,18 +75,18 @@ def drawn_circuit(mechanism: Mechanism, tolerance: float) -> Circuit:
             z = settled(mechanism, start)
             return first_circuit(curve, z, q)
     raise UnassembledError(
-        f"{mechanism.name} cannot be assembled at the start of its laws, nor as drawn: {start.status.text}"
+        f"{mechanism.name} cannot be assembled at the start of its laws or in its initial position: {start.status.text}"
     )
 
 
 def _refuse_contradiction(mechanism: Mechanism, z: ComplexArray, u: FloatArray, tolerance: float) -> None:
-    """Raise StructureError where surplus constraints contradict the others at the start found."""
+    """Raise StructureError if redundant constraints contradict the others at the start."""
     good = holds(mechanism, z[:, None], u[:, None], tolerance)[0]
     refuse_contradiction(mechanism, z, u, Status.OK if good else Status.CONTRADICTORY, tolerance)
 
 
 def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress = no_progress) -> Survey:
-    """Follow all circuits that meet the drawn one and list what is singular on them."""
+    """Follow all circuits that intersect the initial one, and list their singular positions."""
     branches = all_circuits(drawn_circuit(mechanism, tolerance), progress=progress)
     found: list[Found] = []
     reach: list[tuple[float, float]] = []
@@ -104,7 +105,7 @@ def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress = 
 
 
 def _add(found: list[Found], what: Singularity, number: int, circuit: Circuit) -> None:
-    """Note a position; a change point that is known already gets one more circuit."""
+    """Add a position; a known change point gets the number of one more circuit."""
     for k, known in enumerate(found):
         same = known.what.kind == what.kind == CHANGE
         if same and np.linalg.norm(circuit.curve.apart(what.p, known.what.p)) <= SAME:
@@ -115,13 +116,13 @@ def _add(found: list[Found], what: Singularity, number: int, circuit: Circuit) -
 
 
 def _first_round(ends: tuple[float, float], begin: float) -> tuple[float, float]:
-    """Return an interval moved by whole turns into the turn from where the first circuit's begins."""
+    """Return an interval moved by whole turns into the turn at which the first circuit begins."""
     shift = 2.0 * math.pi * math.floor((ends[0] - begin + SAME) / (2.0 * math.pi))
     return ends[0] - shift, ends[1] - shift
 
 
 def first_turn(survey: Survey, q: float) -> float:
-    """Return a parameter within the turn that begins where the first circuit does, if a rotary input turns fully."""
+    """Return a parameter moved by whole turns into the turn at which the first circuit begins, for full turns."""
     curve, first = survey.curve, survey.branches.circuits[0]
     if not curve.single or not first.turns:
         return q

@@ -1,4 +1,4 @@
-"""What kind of singular position a mechanism is drawn in, by the curve that `trace` and `singularities` follow."""
+"""Kind of a singular initial position, determined on the curve that `trace` and `singularities` follow."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from gimcli.errors import GimError
 from gimcli.mechanism import ComplexArray, Mechanism
 
 SINGULAR = "singular"
-"""Kind of a position that the curve does not leave in one direction, or that is not on it."""
+"""Kind of a position at which the curve has no unique direction, or that is not on the curve."""
 
 
 def singular_start(mechanism: Mechanism, z: ComplexArray) -> str:
-    """Return the kind of an assembled position z (nodes,) that its inputs do not determine: limit, change point, ..."""
+    """Return the kind (limit, change point, ...) of an assembled position z (nodes,) that inputs do not determine."""
     curve, inputs = PositionCurve(mechanism), mechanism.drawn_inputs
     q = float(inputs[0]) if curve.single else curve.begin()
     if not np.allclose(curve.inputs(q), inputs, rtol=0.0, atol=1e-9):
-        return SINGULAR  # several inputs whose laws begin elsewhere
+        return SINGULAR  # the laws of several inputs begin at other values
     try:
         left = departure(curve, z, q)
     except GimError:

@@ -1,9 +1,9 @@
 """Limits, dead points, change points and stationary positions along a circuit.
 
-Along a circuit with unit tangent t the input rests where t_q = 0: there F_x is singular and the input cannot drive.
-It turns back (limit) or not (dead point). Where [F_x F_q] loses rank too, branches meet (change point), or one that
-is double goes on alone (tangency). A member hinged to the frame, or a slider on it, is stationary where its rate
-is 0: what a teacher calls a dead centre.
+Along a circuit with unit tangent t the input rate is zero where t_q = 0: there F_x is singular and the input cannot
+drive. The input reverses (limit) or not (dead point). If [F_x F_q] loses rank too, branches intersect (change point),
+or there is only one, which is double (tangency). A member hinged to the frame, or a slider on it, is stationary where
+its rate is 0 (often called a dead centre).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from gimcli.continuation.folds import REST, Rate, between, folds, roots
 from gimcli.mechanism import FRAME, HEIGHT, FloatArray
 
 TOGETHER = 9
-"""Digits of the way, 0..1, to which two positions are at one place."""
+"""Decimals of the fraction of the length to which two positions are the same."""
 
 LIMIT, DEAD, CHANGE, TANGENCY, STATIONARY = "limit", "dead point", "change point", "tangency", "stationary"
 
@@ -30,9 +30,9 @@ LIMIT, DEAD, CHANGE, TANGENCY, STATIONARY = "limit", "dead point", "change point
 class Bounds:
     """Constants of the search."""
 
-    still: float = 1e-7  # part of a unit tangent that is none where a smallest value is looked at
-    slow: float = 0.2  # part of a unit tangent below which a smallest value may be none
-    share: float = 0.05  # of the greatest entry of a null vector: what it is about
+    still: float = 1e-7  # component of a unit tangent that counts as 0 at a minimum
+    slow: float = 0.2  # component of a unit tangent below which a minimum is searched
+    share: float = 0.05  # least entry of a null vector, relative to the greatest, for a constraint to be named
 
 
 BOUNDS = Bounds()
@@ -40,43 +40,43 @@ BOUNDS = Bounds()
 
 @dataclass(frozen=True)
 class Singularity:
-    """A position of a circuit that is singular, or in which something rests."""
+    """A singular or stationary position of a circuit."""
 
     kind: str
-    way: float  # along the circuit, 0..1
-    p: FloatArray = field(repr=False)  # (n + 1,)
-    tangent: FloatArray = field(repr=False)  # (n + 1,) of the circuit there
-    about: tuple[str, ...]  # constraints whose forces hold each other, or the members that rest
+    fraction: float  # of the length of the circuit, 0..1
+    p: FloatArray = field(repr=False)  # (n + 1,) position and parameter
+    tangent: FloatArray = field(repr=False)  # (n + 1,) of the circuit
+    about: tuple[str, ...]  # constraints with a self-stress, or the stationary members
     branches: tuple[FloatArray, ...] = field(repr=False, default=())  # tangents of all branches (n + 1,)
     end: str = ""  # of a limit: "upper" or "lower"
-    circuit: int = 0  # which of several
-    loose: bool = False  # positions of more than one freedom meet the circuit there
+    circuit: int = 0  # number of the circuit
+    loose: bool = False  # positions with more than one degree of freedom intersect the circuit there
 
 
 def singularities(circuit: Circuit, number: int = 0) -> list[Singularity]:
-    """Return what is singular along a circuit, in its order."""
+    """Return the singular and stationary positions of a circuit, in order along it."""
     search = _SingularitySearch(circuit, number)
     found = [*search.crossings(), *search.limits(), *search.dead_points(), *search.stationary()]
     return _in_order(found)
 
 
 def limits(circuit: Circuit) -> list[Singularity]:
-    """Return the limits of the input alone."""
+    """Return only the limits of the input."""
     return _in_order(_SingularitySearch(circuit, 0).limits())
 
 
 def dead_points(circuit: Circuit) -> list[Singularity]:
-    """Return where the input rests without turning back."""
+    """Return the positions with zero input rate in which the input does not reverse."""
     return _in_order(_SingularitySearch(circuit, 0).dead_points())
 
 
 def _in_order(found: Iterable[Singularity]) -> list[Singularity]:
-    """Return positions in the order of the way; those at one place in the order found, whatever rounding says."""
-    return sorted(found, key=lambda s: round(s.way, TOGETHER))
+    """Return positions in order along the circuit; those at the same place keep the order in which they were found."""
+    return sorted(found, key=lambda s: round(s.fraction, TOGETHER))
 
 
 def interval(circuit: Circuit, found: list[Singularity]) -> tuple[float, float]:
-    """Return the least and greatest parameter of a circuit with its limits `found`; at infinity it is not reached."""
+    """Return the least and greatest parameter of a circuit with the limits `found`; an end at infinity is excluded."""
     ends = [q for q in circuit.infinite if q is not None]
     q = np.concatenate([circuit.p[-1], [s.p[-1] for s in found if s.kind == LIMIT], ends])
     return float(q.min()), float(q.max())
@@ -84,9 +84,9 @@ def interval(circuit: Circuit, found: list[Singularity]) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class BranchRates:
-    """How inputs and members move on a branch, in the file's units, over the rate of the input that moves most.
+    """Rates of inputs and members on a branch (file's units), relative to the rate of the input that moves most.
 
-    Where all inputs rest, over the rate of the member that turns fastest.
+    If all input rates are zero they are relative to the rate of the member that turns fastest.
     """
 
     inputs: dict[str, float]
@@ -94,7 +94,7 @@ class BranchRates:
 
     @property
     def rests(self) -> bool:
-        """Return whether the inputs rest."""
+        """Return whether all input rates are zero."""
         return not any(self.inputs.values())
 
 
@@ -107,20 +107,20 @@ def rates(curve: PositionCurve, p: FloatArray, v: FloatArray) -> BranchRates:
         a.name: rate * (degree if a.rotary else mechanism.scale)
         for a, rate in zip(mechanism.actuators, driven.tolist(), strict=True)
     }
-    dust = REST * max(map(abs, turns.values()), default=0.0)  # what rounding left of no rotation
+    dust = REST * max(map(abs, turns.values()), default=0.0)  # rotations below this are rounding
     members = {name: degree * rate if abs(rate) > dust else 0.0 for name, rate in turns.items()}
     unit = max(inputs.values(), key=abs) or max(members.values(), key=abs, default=0.0) or 1.0
     return BranchRates({k: r / unit + 0.0 for k, r in inputs.items()}, {k: r / unit + 0.0 for k, r in members.items()})
 
 
 class _SingularitySearch:
-    """What is found along one circuit."""
+    """The search along one circuit."""
 
     def __init__(self, circuit: Circuit, number: int) -> None:
         self.circuit, self.curve, self.number = circuit, circuit.curve, number
         self.places = circuit.places
         steps = np.linalg.norm(np.diff(circuit.p, axis=1), axis=0)
-        self.way = np.concatenate([[0.0], np.cumsum(steps)]) / max(float(steps.sum()), 1e-300)
+        self.fractions = np.concatenate([[0.0], np.cumsum(steps)]) / max(float(steps.sum()), 1e-300)
 
     def crossings(self) -> Iterator[Singularity]:
         """Yield the positions where the Jacobian with the input loses rank."""
@@ -132,13 +132,13 @@ class _SingularitySearch:
             yield self._position(TANGENCY if single else CHANGE, index, here, _involved(self.curve, met.left), met)
 
     def limits(self) -> Iterator[Singularity]:
-        """Yield where the parameter turns back."""
+        """Yield the positions in which the parameter reverses."""
         for root in folds(self.circuit):
             end = "upper" if root.side < 0.0 else "lower"
             yield self._position(LIMIT, root.index, root.place, self._held(root.place), end=end)
 
     def dead_points(self) -> Iterator[Singularity]:
-        """Yield where the parameter rests without turning back, and once where it rests for good."""
+        """Yield the positions in which the parameter rate is zero without reversal; one if it is zero everywhere."""
         speed = np.abs([here.tangent[-1] for here in self.places])
         if np.all(speed <= BOUNDS.still):
             yield self._position(DEAD, 0, self.places[0], self._held(self.places[0]))
@@ -154,7 +154,7 @@ class _SingularitySearch:
                 yield self._position(DEAD, k - 1, found, self._held(found))
 
     def stationary(self) -> Iterator[Singularity]:
-        """Yield where members hinged to the frame, and sliders on it, turn back."""
+        """Yield the positions in which members hinged to the frame, or sliders on it, reverse."""
         for name, rate in outputs(self.curve):
             for root in roots(self.circuit, rate):
                 yield self._position(STATIONARY, root.index, root.place, (name,))
@@ -166,25 +166,27 @@ class _SingularitySearch:
         ahead = min(index + 1, len(self.places) - 1)
         part = np.linalg.norm(here.p - self.places[index].p)
         whole = max(float(np.linalg.norm(self.places[ahead].p - self.places[index].p)), 1e-300)
-        way = float(self.way[index] + (self.way[ahead] - self.way[index]) * min(part / whole, 1.0))
+        fraction = float(
+            self.fractions[index] + (self.fractions[ahead] - self.fractions[index]) * min(part / whole, 1.0)
+        )
         branches = () if met is None else ordered(self.curve, met)
         loose = met is not None and met.loose
-        return Singularity(kind, way, here.p, here.tangent, about, branches, end, self.number, loose)
+        return Singularity(kind, fraction, here.p, here.tangent, about, branches, end, self.number, loose)
 
     def _held(self, here: CurvePoint) -> tuple[str, ...]:
-        """Return the constraints whose forces hold each other while the input is held: they stop it."""
+        """Return the constraints with a self-stress while the input is fixed."""
         return _involved(self.curve, _null_left(here.jacobian[:, :-1], here.left.shape[1]))
 
 
 def bend(curve: PositionCurve, here: CurvePoint) -> FloatArray:
-    """Return the derivative of the tangent (n + 1,) by the way."""
+    """Return the derivative of the tangent (n + 1,) by the arc length."""
     table = np.vstack([here.jacobian, here.tangent])
     wanted = np.append(-curve.jacobian_along(here.p, here.tangent) @ here.tangent, 0.0)
     return np.asarray(np.linalg.lstsq(table, wanted, rcond=None)[0])
 
 
 def outputs(curve: PositionCurve) -> Iterator[tuple[str, Rate]]:
-    """Yield members hinged to the frame and sliders on it, but those that an input drives, and their rates."""
+    """Yield name and rate of members hinged to the frame and sliders on it, except those driven by an input."""
     mechanism, column = curve.mechanism, {n: 2 * k for k, n in enumerate(curve.system.free)}
     frame = set(mechanism.members[FRAME].nodes)
     driven = {a.members[0] for a in mechanism.actuators if a.rotary and a.guide == FRAME}
@@ -211,13 +213,13 @@ def _sliding(at: int, direction: complex) -> Rate:
 
 
 def _null_left(table: FloatArray, rank: int) -> FloatArray:
-    """Return the left vector (m, 1) of the least singular value that the table has at a place of full rank."""
+    """Return the left vector (m, 1) of the least singular value that is not 0 at positions of full rank."""
     left, _, _ = np.linalg.svd(table)
     return np.asarray(left[:, rank - 1 : rank])
 
 
 def _involved(curve: PositionCurve, left: FloatArray) -> tuple[str, ...]:
-    """Return the constraints that left null vectors (m, r) are about."""
+    """Return the names of the constraints with significant entries in left null vectors (m, r)."""
     weight = np.linalg.norm(left, axis=1)
     chosen = weight > BOUNDS.share * float(weight.max(initial=1e-300))
     return tuple(dict.fromkeys(name for name, own in zip(curve.names, chosen, strict=True) if own))

@@ -159,7 +159,7 @@ def _of_circuit(mechanism: Mechanism, number: int, circuit: Circuit, found: list
 
     reach = interval_of(*(at(q) for q in interval(circuit, found)))
     own = [one for one in found if one.kind != STATIONARY]
-    events = [{"kind": one.kind, "at": at(float(one.p[-1])), "way": one.way} for one in own]
+    events = [{"kind": one.kind, "at": at(float(one.p[-1])), "way": one.fraction} for one in own]
     return {
         "branch": number, "closed": circuit.closed, "ended": circuit.ended, "turns": abs(circuit.turns),
         "interval": reach, "events": events,

@@ -1,1 +1,1 @@
-"""Velocities, accelerations and jerks: by the time, by an input, along a circuit."""
+"""Velocities, accelerations and jerks by time, by an input, or along a circuit."""

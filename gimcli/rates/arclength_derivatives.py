@@ -1,4 +1,4 @@
-"""Derivatives along a circuit by its own length: through limits of the input, where those by the input have no bound.
+"""Derivatives along a circuit by its arc length; at limits of the input derivatives by the input are unbounded.
 
 Along the curve G(p) = 0 of positions and parameter, with its unit tangent t:
 
@@ -26,14 +26,14 @@ from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.path_derivatives import PathDerivatives
 
 ROUNDS = 3
-"""Of the length between two rows, each of which adds two orders."""
+"""Iterations for the length between two rows; each adds two orders of accuracy."""
 
 
 @dataclass(frozen=True, eq=False)
 class ArclengthDerivatives(PathDerivatives):
-    """A motion given by the parameter of its curve, and its derivatives by the curve's length (positions and inputs).
+    """A motion along a curve of positions and inputs, and its derivatives by the arc length of the curve.
 
-    There is no derivative beyond the first one where branches meet, nor of a row at which the motion turns back.
+    Second and third derivatives are NaN at intersections of branches and in rows in which the motion reverses.
     """
 
     @cached_property
@@ -48,7 +48,7 @@ class ArclengthDerivatives(PathDerivatives):
 
     @cached_property
     def along(self) -> MotionRates:
-        """First and second derivatives by the length."""
+        """First and second derivatives by the arc length."""
         return self.along_to(2)
 
     @property
@@ -58,7 +58,7 @@ class ArclengthDerivatives(PathDerivatives):
 
     @cached_property
     def clock(self) -> FloatArray:
-        """Length up to every row (rows,): found from the rows' tangents and their bend, right to the fourth order."""
+        """Arc length up to every row (rows,), accurate to fourth order, from tangents and curvatures of the rows."""
         t, bend = self._series[1], self._series[2]
         chord = np.diff(self._series[0])
         middle, change = 0.5 * (t[:, 1:] + t[:, :-1]), bend[:, 1:] - bend[:, :-1]
@@ -70,11 +70,11 @@ class ArclengthDerivatives(PathDerivatives):
         return np.concatenate([[0.0], np.cumsum(h)])
 
     def along_to(self, order: int, rows: IntArray | slice = slice(None)) -> MotionRates:
-        """Return derivatives of some rows by the length, up to an order (3 at the most)."""
+        """Return derivatives of some rows by the arc length, up to an order of at most 3."""
         return self._rates(self._series[: order + 1, :, rows], self.motion.z[:, rows])
 
     def beside(self, rows: IntArray, step: float) -> MotionRates:
-        """Return first and second derivatives a short step of the length from some rows."""
+        """Return first and second derivatives at a short distance (arc length) from some rows."""
         series = self._series[:, :, rows]
         found = np.full((3, *series.shape[1:]), np.nan)
         for k, near in enumerate(np.moveaxis(series, 2, 0)):
@@ -95,7 +95,7 @@ class ArclengthDerivatives(PathDerivatives):
         return np.moveaxis(np.array(series), 0, 2)
 
     def _rates(self, series: FloatArray, z: ComplexArray) -> MotionRates:
-        """Return derivatives (order + 1, n + 1, rows) as those of nodes and members."""
+        """Return the rates of nodes and members from derivatives (order + 1, n + 1, rows)."""
         nodes = np.zeros((len(series), *z.shape), dtype=complex)
         nodes[0] = z
         nodes[1:, self.curve.system.free] = series[1:, :-1:2] + 1j * series[1:, 1:-1:2]
@@ -106,9 +106,9 @@ class ArclengthDerivatives(PathDerivatives):
 
 
 def headings(motion: Motion, p: FloatArray) -> FloatArray:
-    """Return the sense (n + 1, rows) in which a motion runs through its positions p; NaN where it turns back.
+    """Return the direction (n + 1, rows) of a motion at its positions p; NaN where it reverses.
 
-    Where the motion does not know it, it is that of its rows' differences.
+    If the motion has no directions, they are taken from the differences of its rows.
     """
     if motion.headings is not None:
         return motion.headings
@@ -121,7 +121,7 @@ def headings(motion: Motion, p: FloatArray) -> FloatArray:
 
 
 def _derivatives(curve: PositionCurve, p: FloatArray, heading: FloatArray) -> FloatArray:
-    """Return a position with three derivatives by the length (4, n + 1), in the sense of a direction."""
+    """Return a position with three derivatives by the arc length (4, n + 1), oriented along a direction."""
     found = np.full((4, len(p)), np.nan)
     found[0] = p
     if not (np.all(np.isfinite(p)) and np.all(np.isfinite(heading))):

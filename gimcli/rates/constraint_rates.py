@@ -1,4 +1,4 @@
-"""What holds the unknowns of a step: distances, lines and closures, differentiated and by their gradients.
+"""Constraints on the unknowns of a step (distances, lines and closures): derivatives and gradients.
 
 distance   (|p - q|^2 - v^2) / 2 = 0
 line       n.(p - q) - v = 0
@@ -19,7 +19,7 @@ from gimcli.structure.steps import Circle, Constraint, Locus, Value
 
 @dataclass(frozen=True)
 class Imposed:
-    """A distance, a line or a closure that holds some unknowns, by slots: what is away, and the vector."""
+    """A distance, a line or a closure; `away` gives the slots of p - q, `vector` those of the vector."""
 
     of: SlotValues
     kind: int  # of kernels.constraints
@@ -29,12 +29,12 @@ class Imposed:
 
     @staticmethod
     def locus(of: SlotValues, node: int, locus: Locus) -> Imposed:
-        """Return a locus of a node."""
+        """Return the constraint of a locus of a node."""
         hung = locus.centre if isinstance(locus, Circle) else locus.anchor
 
         def away(k: int) -> Number:
-            way = of.tape.plus(of.nodes[node][k], of.nodes[hung][k], -1.0)
-            return way if locus.offset is None else of.tape.plus(way, of.vector(locus.offset, k), -1.0)
+            arm = of.tape.plus(of.nodes[node][k], of.nodes[hung][k], -1.0)
+            return arm if locus.offset is None else of.tape.plus(arm, of.vector(locus.offset, k), -1.0)
 
         if isinstance(locus, Circle):
             return Imposed(of, SPAN, away, None, locus.radius)
@@ -42,7 +42,7 @@ class Imposed:
 
     @staticmethod
     def equation(of: SlotValues, equation: Constraint) -> Imposed:
-        """Return an equation of a coupled group."""
+        """Return the constraint of an equation of a coupled group."""
 
         def away(k: int) -> Number:
             return of.tape.plus(of.nodes[equation.p][k], of.nodes[equation.q][k], -1.0)
@@ -56,27 +56,27 @@ class Imposed:
         return self.vector(k)
 
     def gradient(self) -> Number:
-        """Return the gradient by what is away."""
+        """Return the gradient by p - q."""
         return self.away(0) if self.kind == SPAN else self.normal(0)
 
-    def gradients(self, way: Number, turning: Number) -> list[Number]:
-        """Return the gradients by a complex unknown that moves what is away by `way`, the vector by `turning`.
+    def gradients(self, arm: Number, turning: Number) -> list[Number]:
+        """Return the gradients by a complex unknown that changes p - q by `arm` and the vector by `turning`.
 
         Re(conj(a) c s) is, by the two parts of s, the complex number conj(c) a.
         """
         tape = self.of.tape
         if self.kind == CLOSURE:
-            both = tape.plus(way, turning, -1.0)
+            both = tape.plus(arm, turning, -1.0)
             return [tape.products([(1.0, both, unit)], conjugate=True) for unit in (1.0 + 0j, 1j)]
         if self.kind == SPAN:
-            return [tape.products([(1.0, way, self.away(0))], conjugate=True)]
-        terms: list[Term] = [(1.0, way, self.normal(0))]
+            return [tape.products([(1.0, arm, self.away(0))], conjugate=True)]
+        terms: list[Term] = [(1.0, arm, self.normal(0))]
         if turning != 0.0:
             terms.append((1.0, turning, self.away(0)))
         return [tape.products(terms, conjugate=True)]
 
     def fill(self, to: int, k: int) -> bool:
-        """Fill a lane, two for a closure, with slot k > 0 as everything stands; tell whether it is not 0 anyway."""
+        """Fill a lane, two for a closure, with slot k > 0 of the residual; return whether it can differ from 0."""
         of, tape = self.of, self.of.tape
         if self.kind == CLOSURE:
             apart = tape.plus(self.away(k), self.normal(k), -1.0)

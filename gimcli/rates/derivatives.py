@@ -1,6 +1,6 @@
-"""Velocities, accelerations and jerks along a motion, from the constraint equations and the laws' derivatives.
+"""Velocities, accelerations and jerks along a motion, from the constraint equations and the derivatives of the laws.
 
-The equations are differentiated in `plan_rates`; never by differences.
+The equations are differentiated exactly in `plan_rates`, not by finite differences.
 """
 
 from __future__ import annotations
@@ -55,23 +55,23 @@ class MotionRates:
 def rates(
     mechanism: Mechanism, time: FloatArray, z: ComplexArray, order: int, plan: Plan | None = None, run: Run = plain
 ) -> MotionRates:
-    """Differentiate positions z (nodes, rows) at normalised times (rows,) up to an order of 3 at the most."""
+    """Differentiate positions z (nodes, rows) at normalised times (rows,) up to an order of at most 3."""
     return rates_of_inputs(mechanism, z, law_rates(mechanism, time, order), plan, run)
 
 
 def rates_of_inputs(
     mechanism: Mechanism, z: ComplexArray, given: FloatArray, plan: Plan | None = None, run: Run = plain
 ) -> MotionRates:
-    """Differentiate positions z (nodes, rows) whose inputs have given derivatives (order + 1, actuators, rows)."""
+    """Differentiate positions z (nodes, rows) for given inputs and derivatives (order + 1, actuators, rows)."""
     order = len(given) - 1
     made = Differentiator(mechanism, plan or make_plan(mechanism), ORDERS[:order], mechanism.nodes)
     return MotionRates(mechanism, order, *made(z, given, run))
 
 
 def law_rates(mechanism: Mechanism, time: FloatArray, order: int, inputs: FloatArray | None = None) -> FloatArray:
-    """Return the laws, or inputs (actuators, rows), and the laws' derivatives by the real time.
+    """Return inputs and their derivatives by the real time (order + 1, actuators, rows), from the laws.
 
-    They are (order + 1, actuators, rows).
+    `inputs` (actuators, rows) replaces the values of the laws.
     """
     given = np.empty((order + 1, len(mechanism.actuators), len(time)))
     if inputs is not None:
@@ -83,7 +83,7 @@ def law_rates(mechanism: Mechanism, time: FloatArray, order: int, inputs: FloatA
 
 
 class TracedRates:
-    """Derivatives of traced points and of all members along a motion that comes in pieces."""
+    """Computes the derivatives of traced points and of all members along a motion in pieces."""
 
     def __init__(
         self, mechanism: Mechanism, names: Sequence[str], order: int, rows: int = 0, jit: str = "off",

@@ -1,4 +1,4 @@
-"""Derivatives of solved positions in many rows by one call, or in one row with next to nothing around it."""
+"""Derivatives of solved positions: one call for many rows, with little overhead for a single row."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from gimcli.rates.slots import POSITION, Slot
 from gimcli.structure.steps import Plan
 
 PLAIN = 3e-8
-"""Seconds that an operation takes a row without compiling."""
+"""Approximate time of one operation per row without compilation [s]."""
 
 
 class Differentiator:
-    """A plan ready to be differentiated: some slots of some points and of all members but the frame.
+    """A differentiated plan: given slots of given points, and of all members except the frame.
 
-    Points are nodes or points by name, or points of members that the model does not name. Slot 0, the position, is
-    written of them where `position` asks for it.
+    Points are nodes or points by name, or points of members without a name. Slot 0, the position, is included if
+    `position` is true.
     """
 
     def __init__(
@@ -41,13 +41,13 @@ class Differentiator:
         self.operations = len(self.heads) + sum(m * n * (n + len(slots)) for m, n in groups)
 
     def plain_seconds(self, rows: int) -> float:
-        """Estimate the seconds that some rows take without compiling."""
+        """Return the estimated time of a number of rows without compilation [s]."""
         return rows * PLAIN * self.operations
 
     def __call__(self, z: ComplexArray, given: FloatArray, run: Run) -> tuple[ComplexArray, FloatArray]:
-        """Return points (slots, points, rows) and members' angles (slots - 1, members, rows).
+        """Return points (slots, points, rows) and angles of members (slots - 1, members, rows).
 
-        z (nodes, rows), given (., actuators, rows). NaN where a row has no position or its gradients are singular.
+        z (nodes, rows), given (., actuators, rows). Rows without a position or with singular gradients are NaN.
         """
         rows = z.shape[1]
         points, angles = np.empty((*self.points, rows), dtype=complex), np.empty((*self.angles, rows))
@@ -58,5 +58,5 @@ class Differentiator:
 
 
 def parts(z: ComplexArray) -> FloatArray:
-    """Return real and imaginary parts as a last axis, in the same memory."""
+    """Return a view with real and imaginary parts as the last axis."""
     return z.view(float).reshape(*z.shape, 2)

@@ -12,28 +12,28 @@ from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.path_derivatives import rates_along
 
 SAMPLES = 4097
-"""Times at which a law is asked whether it has passed a value."""
+"""Times at which a law is evaluated in the search for a value."""
 
 HALVINGS = 60
-"""Halvings of the stretch in which it has: beyond the digits of a double."""
+"""Bisections of the interval found: more than the digits of a double."""
 
 MET = 1e-12
-"""A law has a value when it differs from it by less, relative to the law's greatest value."""
+"""Greatest difference between a law and a value, relative to the greatest value of the law, to be equal."""
 
 
 @dataclass(frozen=True)
 class Instant:
-    """Derivatives by the real time at one position, and the rates of the inputs that they belong to."""
+    """Derivatives by the real time at one position, and the rates of the inputs."""
 
     mechanism: Mechanism
     rates: MotionRates
-    time: FloatArray  # (actuators,) normalised time at which the law has the value; NaN: a unit rate was taken
+    time: FloatArray  # (actuators,) normalised time at which the law has the value; NaN: a unit rate is used
     input_rate: FloatArray  # (actuators,) rad/s or normal lengths/s
-    input_acceleration: FloatArray  # (actuators,)
+    input_acceleration: FloatArray  # (actuators,) rad/s^2 or normal lengths/s^2
 
     @property
     def singular(self) -> bool:
-        """Return whether the equations determine no velocity here."""
+        """Return whether the equations do not determine the velocities."""
         return not bool(np.all(np.isfinite(self.rates.nodes)))
 
     def of_points(self, order: int) -> Mapping[str, complex]:
@@ -51,8 +51,8 @@ class Instant:
 def instant(mechanism: Mechanism, inputs: FloatArray, z: ComplexArray) -> Instant:
     """Return the velocities at a position z (nodes,) with inputs (actuators,).
 
-    An input moves as its law does at the first time at which the law has the input's value; where it never has,
-    by one unit of the file (deg, rad or length) a second, without acceleration.
+    An input has the rate of its law at the first time at which the law has the value of the input. If the law never
+    has it, the rate is one unit of the file (deg, rad or length) per second, without acceleration.
     """
     count = len(mechanism.actuators)
     time = np.array([law_time(a, float(inputs[k])) for k, a in enumerate(mechanism.actuators)]).reshape(count)
@@ -68,14 +68,14 @@ def instant(mechanism: Mechanism, inputs: FloatArray, z: ComplexArray) -> Instan
 
 
 def unit_rate(mechanism: Mechanism, actuator: Input) -> float:
-    """Return one unit of the file a second, in rad/s or normal lengths/s."""
+    """Return one unit of the file per second, in rad/s or normal lengths/s."""
     if not actuator.rotary:
         return 1.0 / mechanism.scale
     return np.pi / 180.0 if mechanism.angle_unit == "deg" else 1.0
 
 
 def law_time(actuator: Input, value: float) -> float:
-    """Return the first normalised time at which a law has a value; NaN where it never has."""
+    """Return the first normalised time at which a law has a value; NaN if it never has."""
     t = np.linspace(0.0, 1.0, SAMPLES)
     off = actuator.law(t) - value
     near = MET * max(1.0, float(np.max(np.abs(off + value))))

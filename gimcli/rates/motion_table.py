@@ -1,4 +1,4 @@
-"""Results of a motion: its table, the inputs that can be reached, and the events on the way."""
+"""Results of a motion: the table, the ranges of the inputs that were reached, and the events."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ def motion_table(
     motion: Motion, names: tuple[str, ...] | None = None, first: int = 0, order: int = 0,
     rates: TracedRates | None = None, more: Sequence[Column] = (),
 ) -> Table:  # fmt: skip
-    """Return one row a step, the steps counted from `first`: time, inputs, traced points, residual, sweeps, status.
+    """Return one row per step, numbered from `first`: time, inputs, traced points, residual, sweeps, status.
 
-    `order` asks for the points' derivatives by the real time, up to jerk (3), and the members' angular ones;
-    `rates` too, ready for the pieces of a motion; `more` are columns of measures, which stand after them.
+    `order` adds derivatives of the points by the real time, up to jerk (3), and those of the members' angles; `rates`
+    does so for a motion in pieces. `more` are columns of measures, which follow them.
     """
     mechanism, columns = motion.mechanism, first_columns(motion, first)
     for name, path in traced_paths(motion, names).items():
@@ -42,7 +42,7 @@ def motion_table(
 
 
 def first_columns(motion: Motion, first: int) -> list[Column]:
-    """Return the columns that every motion begins with: steps counted from `first`, time, inputs."""
+    """Return the first columns of every motion: steps numbered from `first`, time, inputs."""
     mechanism, steps = motion.mechanism, np.arange(first, first + len(motion.time))
     columns = [Column("step", steps), Column("time", motion.time * mechanism.duration, "s")]
     for k, a in enumerate(mechanism.actuators):
@@ -74,13 +74,13 @@ def _rate_columns(motion: Motion, rates: TracedRates) -> list[Column]:
 
 
 def traced_paths(motion: Motion, names: tuple[str, ...] | None = None) -> dict[str, ComplexArray]:
-    """Return the paths of the traced points in the file's coordinates; NaN where not solved."""
+    """Return the paths of the traced points in the file's coordinates; NaN in rows that are not solved."""
     mechanism, chosen = motion.mechanism, names or motion.mechanism.traced
     return {name: np.asarray(mechanism.to_file(carried_point(mechanism, name, motion.z))) for name in chosen}
 
 
 def reachable(motion: Motion) -> dict[str, list[list[float]]]:
-    """Return for every actuator the interval of its law that the motion reached, in the file's unit."""
+    """Return for every actuator the range of its law that the motion reached, in the file's unit."""
     mechanism = motion.mechanism
     if motion.first_status is not Status.OK:
         return {a.name: [] for a in mechanism.actuators}
@@ -96,13 +96,13 @@ def reachable(motion: Motion) -> dict[str, list[list[float]]]:
 
 
 def _span(ends: FloatArray, rows: FloatArray) -> FloatArray:
-    """Return the ends of a law, or its least and greatest value where it turns back beyond them."""
+    """Return the ends of a law, or its least and greatest value if it reverses beyond them."""
     least, greatest = np.min(rows, initial=ends.min()), np.max(rows, initial=ends.max())
     return ends if (least, greatest) == (ends.min(), ends.max()) else np.array([least, greatest])
 
 
 def events(motion: Motion) -> list[dict[str, Any]]:
-    """Return the singular positions passed, the sequences exchanged and the limits met, with the inputs there."""
+    """Return the events of a motion (singular positions, changed sequences, limits), with the inputs there."""
     times = [("sequence exchanged", t) for t in motion.exchanged]
     if motion.limit is not None and not motion.turned_back and motion.first_status is Status.OK:
         times.append(("limit", motion.limit))

@@ -1,8 +1,8 @@
-"""Derivatives along the path of a motion that do not depend on how fast it is run through.
+"""Derivatives along the path of a motion that do not depend on the speed.
 
-A path is a curve in the space of the inputs; its parameter is the input itself where there is one, else the
-normalised time stretched so that the inputs move at speed 1. Where the laws stand still, the direction is that of
-their first derivative that does not vanish: instant centres and curvatures exist there too.
+A path is a curve in the space of the inputs. Its parameter is the input itself if there is only one, otherwise the
+normalised time scaled so that the inputs move at speed 1. Where the laws are at rest, the direction is that of their
+first nonzero derivative, so that instant centres and curvatures exist there too.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from gimcli.rates.derivatives import MotionRates, rates, rates_of_inputs
 
 @dataclass(frozen=True)
 class Stillness:
-    """When laws count as standing still."""
+    """Limits for laws at rest."""
 
-    still: float = 1e-6  # a derivative below this part of the next ones: rounding of a profile's polynomial is less
-    aligned: float = 1e-9  # sine between two derivatives that count as parallel
-    orders: int = 3  # derivatives that laws have
+    still: float = 1e-6  # derivative, relative to the next ones, that counts as 0: greater than rounding of polynomials
+    aligned: float = 1e-9  # sine of the angle below which two derivatives are parallel
+    orders: int = 3  # number of derivatives of a law
 
 
 STILLNESS = Stillness()
@@ -49,7 +49,7 @@ def input_path(mechanism: Mechanism, time: FloatArray) -> InputPath:
     first, second, smooth = np.zeros_like(laws[0]), np.zeros_like(laws[0]), np.ones(len(time), dtype=bool)
     for k, law in enumerate(laws):
         rows = order == k
-        sense = np.where((time[rows] == 1.0) & (k % 2 == 1), -1.0, 1.0)  # the end is arrived at, not left
+        sense = np.where((time[rows] == 1.0) & (k % 2 == 1), -1.0, 1.0)  # at the end the motion arrives
         first[:, rows] = sense * law[:, rows] / length[k][rows]
         if k == 0:
             second[:, rows] = laws[1][:, rows] / length[0][rows] ** 2
@@ -62,7 +62,7 @@ def input_path(mechanism: Mechanism, time: FloatArray) -> InputPath:
 
 
 def _first_order(length: Sequence[FloatArray]) -> IntArray:
-    """Return for every row the first derivative that does not vanish; -1 where all do."""
+    """Return for every row the order of the first nonzero derivative; -1 if all are 0."""
     order = np.full(length[0].shape, -1)
     for k in range(len(length) - 1, -1, -1):
         rest = np.max(np.array(length[k:]), axis=0)
@@ -80,20 +80,20 @@ def _aligned(a: FloatArray, b: FloatArray) -> NDArray[np.bool_]:
 def rates_along(
     mechanism: Mechanism, inputs: FloatArray, z: ComplexArray, first: FloatArray, second: FloatArray, order: int
 ) -> MotionRates:
-    """Differentiate positions z (nodes, rows) whose inputs have given derivatives (actuators, rows)."""
+    """Differentiate positions z (nodes, rows) for given derivatives of the inputs, each (actuators, rows)."""
     given = np.array([inputs, first, second, np.zeros_like(first)])[: order + 1]
     return rates_of_inputs(mechanism, z, given)
 
 
 @dataclass(frozen=True, eq=False)
 class PathDerivatives:
-    """A motion, or a piece of one, and its derivatives as far as somebody asks for them."""
+    """A motion, or a piece of one, and its derivatives, which are computed on first use."""
 
     motion: Motion
 
     @property
     def mechanism(self) -> Mechanism:
-        """The mechanism that moves."""
+        """The mechanism of the motion."""
         return self.motion.mechanism
 
     @cached_property
@@ -108,7 +108,7 @@ class PathDerivatives:
 
     @property
     def clock(self) -> FloatArray:
-        """The time of every row (rows,) [s] that `timed` belongs to."""
+        """The time of every row (rows,) [s], the variable of `timed`."""
         return self.motion.time * self.mechanism.duration
 
     @cached_property
@@ -122,16 +122,16 @@ class PathDerivatives:
         return rates(self.mechanism, self.motion.time, self.motion.z, 2)
 
     def along_to(self, order: int, rows: IntArray | slice = slice(None)) -> MotionRates:
-        """Return derivatives of some rows by the path's parameter, up to an order (3 at the most)."""
+        """Return derivatives of some rows by the path's parameter, up to an order of at most 3."""
         motion, path = self.motion, self.path
         return rates_along(
             self.mechanism, motion.inputs[:, rows], motion.z[:, rows], path.first[:, rows], path.second[:, rows], order
         )
 
     def beside(self, rows: IntArray, step: float) -> MotionRates:
-        """Return first and second derivatives a short step of the parameter from some rows.
+        """Return first and second derivatives at a short step of the parameter from some rows.
 
-        The positions there follow from three derivatives: right to the step's fourth power.
+        The positions there are computed from three derivatives; their error is of fourth order in the step.
         """
         motion, path = self.motion, self.path
         series = self.along_to(3, rows).nodes
@@ -141,7 +141,7 @@ class PathDerivatives:
         return rates_along(self.mechanism, inputs, z, first, path.second[:, rows], 2)
 
     def of_input(self, actuator: int) -> MotionRates:
-        """Return first derivatives by one input alone, the others held."""
+        """Return first derivatives by one input, the others constant."""
         first = np.zeros_like(self.motion.inputs)
         first[actuator] = 1.0
         return rates_along(self.mechanism, self.motion.inputs, self.motion.z, first, np.zeros_like(first), 1)

@@ -1,7 +1,7 @@
-"""Derivatives of solved positions: the steps of a plan, each differentiated in its turn, written on a tape.
+"""Derivatives of solved positions: the steps of a plan are differentiated one after the other and recorded on a tape.
 
-The equations of a step, with the unknowns' own slot k of `slots` at 0, give the right-hand side;
-the gradients are those of the positions and are factored once:
+The right-hand side is the residual of a step's equations with slot k of the unknowns (see `slots`) set to 0. The
+gradients are those of the position and are factored once:
 
     Phi_q q_k = -Phi_k | q_k = 0
 
@@ -10,7 +10,7 @@ the gradients are those of the positions and are factored once:
     closure    p - q - w (V - U) = 0
 
 Source: Fraczek & Wojtyra, Kinematics of multibody systems, 2008, eqs 1.12-1.16; Griewank & Walther, Evaluating
-Derivatives, 2008, chapter 13. Never by differences.
+Derivatives, 2008, chapter 13. No finite differences are used.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from gimcli.rates.tape import ComplexLanes, Number
 from gimcli.structure.checks import farthest
 from gimcli.structure.steps import NONE, Coupled, Dyad, Orient, Place, Plan, Step, Tilt, Value, Vector
 
-Ways = dict[int, dict[int, Number]]
-"""Of nodes, how they move with each base node."""
+BaseGains = dict[int, dict[int, Number]]
+"""Complex factors by which nodes move with each base node: node, base node, factor."""
 
 
 class Differentiated(SlotValues):
@@ -41,7 +41,7 @@ class Differentiated(SlotValues):
                 self.take(step)
 
     def take(self, step: Step) -> None:
-        """Differentiate what a step places."""
+        """Differentiate the nodes or direction of a step."""
         if isinstance(step, Place):
             self.carry(step, self.nodes[step.node], range(1, len(self.slots)))
         elif isinstance(step, Orient):
@@ -55,7 +55,7 @@ class Differentiated(SlotValues):
             self.couple(step)
 
     def carry(self, step: Place, node: list[Number], slots: Iterable[int], keep: bool = True) -> None:
-        """Find slots of a node that is carried along."""
+        """Compute slots of a node that is determined linearly by others."""
         vector, tape = step.vector, self.tape
         for k in slots:
             anchor = self.nodes[step.anchor][k]
@@ -66,13 +66,13 @@ class Differentiated(SlotValues):
             node[k] = tape.kept_number(found) if keep else found
 
     def dyad(self, step: Dyad) -> None:
-        """Find all slots of a node that stands on two loci."""
+        """Compute all slots of a node on two loci."""
         node = self.nodes[step.node]
         loci = [Imposed.locus(self, step.node, locus) for locus in (step.first, step.second)]
         self.pair(node, (loci[0].gradient(), loci[1].gradient()), loci)
 
     def tilt(self, step: Tilt) -> None:
-        """Find all slots of the direction u of B - A = u (tau + i e): |u| = 1, u x (B - A) = e."""
+        """Compute all slots of the direction u of B - A = u (tau + i e): |u| = 1, u x (B - A) = e."""
         tape = self.tape
         unit = tape.pair(kernels.UNIT, tape.lane(self.vector(step.along, 0)))
         u = self.registers[step.register] = [tape.kept_number(unit), *[0j] * (len(self.slots) - 1)]
@@ -85,7 +85,7 @@ class Differentiated(SlotValues):
         self.pair(u, (u[0], bound[1].normal(0)), bound)
 
     def pair(self, unknown: list[Number], gradients: tuple[Number, Number], imposed: list[Imposed]) -> None:
-        """Find all slots of one complex unknown from two equations."""
+        """Compute all slots of one complex unknown from two equations."""
         tape = self.tape
         n, m = (tape.lane(g) for g in gradients)
         determinant = tape.real(kernels.DETERMINANT, n, m)
@@ -100,7 +100,7 @@ class Differentiated(SlotValues):
     # -- coupled groups --------------------------------------------------------------------------
 
     def couple(self, group: Coupled) -> None:
-        """Find all slots of the nodes of a coupled group."""
+        """Compute all slots of the nodes of a coupled group."""
         tape, m, n = self.tape, sum(e.rows for e in group.equations), 2 * len(group.base)
         base, carried = ([self.nodes[x] for x in some] for some in (group.base, [p.node for p in group.places]))
         imposed = [Imposed.equation(self, e) for e in group.equations]
@@ -123,36 +123,37 @@ class Differentiated(SlotValues):
                 self.carry(place, node, (k,))
 
     def _gradients(self, group: Coupled, imposed: list[Imposed], a: int, n: int) -> None:
-        """Fill the gradients: a node is C b + c in the base nodes b, C complex."""
+        """Fill the gradients; a node is C b + c in the base nodes b, with complex C."""
         tape = self.tape
-        ways: Ways = {b: {k: 1.0 + 0j if k == b else 0j for k in group.base} for b in group.base}
+        gains: BaseGains = {b: {k: 1.0 + 0j if k == b else 0j for k in group.base} for b in group.base}
         for place in group.places:
-            more = self._ways(ways, place.vector, group.base)
-            ways[place.node] = {b: tape.plus(_way(ways, place.anchor, b), more[b]) for b in group.base}
+            more = self._vector_gains(gains, place.vector, group.base)
+            gains[place.node] = {b: tape.plus(_gain(gains, place.anchor, b), more[b]) for b in group.base}
         row = a
         for e, one in zip(group.equations, imposed, strict=True):
-            turning = self._ways(ways, e.vector, group.base) if e.vector is not None else dict.fromkeys(group.base, 0j)
+            fixed = dict.fromkeys(group.base, 0j)
+            turning = fixed if e.vector is None else self._vector_gains(gains, e.vector, group.base)
             for column, b in enumerate(group.base):
                 with tape.step():
-                    way = tape.plus(_way(ways, e.p, b), _way(ways, e.q, b), -1.0)
-                    for k, part in enumerate(one.gradients(way, turning[b])):
+                    gain = tape.plus(_gain(gains, e.p, b), _gain(gains, e.q, b), -1.0)
+                    for k, part in enumerate(one.gradients(gain, turning[b])):
                         tape.put(row + k * n + 2 * column, part)
             row += e.rows * n
 
-    def _ways(self, ways: Ways, vector: Vector, base: Iterable[int]) -> dict[int, Number]:
-        """Return how a vector changes by each base node."""
+    def _vector_gains(self, gains: BaseGains, vector: Vector, base: Iterable[int]) -> dict[int, Number]:
+        """Return the complex factors by which a vector changes with each base node."""
         if vector.u == NONE:
             return dict.fromkeys(base, 0j)
         found: dict[int, Number] = {}
         for b in base:
-            way = self.tape.plus(_way(ways, vector.v, b), _way(ways, vector.u, b), -1.0)
-            found[b] = self.tape.scaled(self.total(vector, [(1.0, self.e(vector, 0), way)]), vector.z)
+            gain = self.tape.plus(_gain(gains, vector.v, b), _gain(gains, vector.u, b), -1.0)
+            found[b] = self.tape.scaled(self.total(vector, [(1.0, self.e(vector, 0), gain)]), vector.z)
         return found
 
-    # -- what is asked for -----------------------------------------------------------------------
+    # -- output ----------------------------------------------------------------------------------
 
     def write_point(self, number: int, point: str | Point, skipped: int) -> None:
-        """Write all slots of a point out."""
+        """Write all slots of a point to the output."""
         u, v, z = carrier(self.mechanism, point)
         with self.tape.step():
             for k in range(skipped, len(self.slots)):
@@ -164,7 +165,7 @@ class Differentiated(SlotValues):
                 self.tape.emit(kernels.WRITE_POINT, self.tape.lane(place), k - skipped, number)
 
     def write_angle(self, number: int, member: Member) -> None:
-        """Write all slots of a member's angle phi out: the arm's w_k = (i phi_k - ...) w.
+        """Write all slots of a member's angle phi to the output: the arm's w_k = (i phi_k - ...) w.
 
         A third derivative: (i phi_3 - 3 phi_1 phi_2 - i phi_1^3) w.
         """
@@ -182,8 +183,8 @@ class Differentiated(SlotValues):
                 tape.emit(kernels.WRITE_ANGLE, told[k], k - 1, number)
 
 
-def _way(ways: Ways, node: int, base: int) -> Number:
-    return ways[node][base] if node in ways else 0j
+def _gain(gains: BaseGains, node: int, base: int) -> Number:
+    return gains[node][base] if node in gains else 0j
 
 
 def carrier(mechanism: Mechanism, point: str | Point) -> tuple[int, int, complex]:

@@ -1,11 +1,11 @@
-"""What is known of a position and its derivatives so far, by slots: nodes, directions, inputs and what they turn.
+"""A position and its derivatives by slots: values of nodes, directions, inputs and rotations.
 
-Slot 0 is the position, every other one a derivative along the inputs' rates. With f_k the part of slot k and
+Slot 0 is the position, every other slot a derivative along the rates of the inputs. With f_k for slot k of f and
 (i, j, c) its cross terms, Leibniz's rule is
 
     (f g)_k = f g_k + f_k g + c (f_i g_j + f_j g_i)
 
-with none for a first derivative, (i, i, 1) for a second one, (s, t, 1) for the mixed one along s and t, and
+with no cross terms for a first derivative, (i, i, 1) for a second one, (s, t, 1) for the mixed one along s and t, and
 (1, 2, 3) for a third one.
 """
 
@@ -22,9 +22,9 @@ from gimcli.structure.steps import NONE, Value, Vector
 
 @dataclass(frozen=True)
 class Slot:
-    """A derivative that is wanted.
+    """A requested derivative.
 
-    The inputs' own part of it is row `given` of what is handed over, or 1 for the actuator `unit`, else 0.
+    The derivative of the inputs is row `given` of the given derivatives, or 1 for the actuator `unit`, otherwise 0.
     """
 
     cross: tuple[int, int, int] | None = None
@@ -37,7 +37,7 @@ POSITION = Slot(given=0, order=0)
 
 
 class Nodes(dict[int, list[Number]]):
-    """Nodes by slots: the position of each is known, its derivatives are 0 until they are found."""
+    """Nodes by slots; the position of each is known, its derivatives are 0 until they are computed."""
 
     def __init__(self, tape: Tape, slots: int) -> None:
         super().__init__()
@@ -51,7 +51,7 @@ class Nodes(dict[int, list[Number]]):
 
 
 class SlotValues:
-    """What stands so far, by slots."""
+    """The values computed so far, by slots."""
 
     def __init__(self, mechanism: Mechanism, slots: Sequence[Slot]) -> None:
         self.mechanism, self.slots, self.tape = mechanism, slots, Tape()
@@ -63,7 +63,7 @@ class SlotValues:
         self.inputs: dict[tuple[int, int], Real] = {}
         self.turns: dict[tuple[int, int], Number] = {}
 
-    # -- what is given -------------------------------------------------------------------------
+    # -- inputs --------------------------------------------------------------------------------
 
     def input(self, actuator: int, k: int) -> Real:
         """Return slot k of an input."""
@@ -110,7 +110,7 @@ class SlotValues:
         return [(1.0, f[0], g[k]), (1.0, f[k], g[0]), *(cross if c else [])]
 
     def base(self, vector: Vector, k: int) -> Number:
-        """Return slot k of what a vector is hung on."""
+        """Return slot k of the difference of nodes to which a vector is fixed."""
         if vector.u != NONE:
             return self.tape.plus(self.nodes[vector.v][k], self.nodes[vector.u][k], -1.0)
         if vector.register != NONE:
@@ -118,28 +118,28 @@ class SlotValues:
         return 1.0 + 0j if k == 0 else 0j
 
     def e(self, vector: Vector, k: int) -> Number:
-        """Return slot k of what an actuator turns a vector by."""
+        """Return slot k of the rotation of a vector by an actuator."""
         if vector.actuator == NONE:
             return 1.0 + 0j if k == 0 else 0j
         return self.turn(vector.actuator, k)
 
     def total(self, vector: Vector, terms: list[Term]) -> Number:
-        """Return a sum of products, turned in the sense of a vector."""
+        """Return a sum of products, conjugated or not, as the sense of rotation of a vector requires."""
         return self.tape.products(terms, conjugate=vector.turn < 0)
 
     def vector(self, vector: Vector, k: int) -> Number:
-        """Return slot k of a vector that is carried along."""
+        """Return slot k of a vector that moves with nodes."""
         if vector.actuator == NONE:
             return self.tape.scaled(self.base(vector, k), vector.z)
         turns, bases = ({n: part(vector, n) for n in self.needed(k)} for part in (self.e, self.base))
         return self.tape.scaled(self.total(vector, self.leibniz(turns, bases, k)), vector.z)
 
     def needed(self, k: int) -> set[int]:
-        """Return the slots of its factors that slot k of a product needs."""
+        """Return the slots of the factors that are needed for slot k of a product."""
         return {0, k, *(self.slots[k].cross or (0, 0))[:2]}
 
     def value(self, value: Value, k: int) -> Real:
-        """Return slot k of a length that may follow an input."""
+        """Return slot k of a length, constant or equal to an input."""
         constant = value.constant if k == 0 else 0.0
         if value.actuator == NONE:
             return constant

@@ -1,7 +1,7 @@
-"""Complex and real numbers over rows, written down as a tape of operations: what is constant is not computed.
+"""Complex and real numbers over rows, recorded as a tape of operations; constants are computed while recording.
 
-A `Pair` is a complex number that differs from row to row, a plain complex number one that does not; so for `Lane`
-and float. Lanes of a step are used again by the next one: `step` says where one ends.
+`ComplexLanes` is a complex number that varies from row to row, a plain complex number is constant; likewise `Lane` and
+float. Lanes taken inside a `step` block are used again after it.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ RealTerm = tuple[float, Real, Real]
 
 STEP = 1 << 40
 CONSTANT = 1 << 41
-"""Where lanes of a step, and of constants, are numbered from until their places are known."""
+"""First provisional numbers of lanes of a step, and of constants, until their final numbers are known."""
 
 MAKING = (kernels.SCALE, kernels.LINEAR, kernels.CARRY, kernels.TIMES, kernels.CONJUGATE, kernels.UNIT)
-"""Operations that fill two lanes at once."""
+"""Operations that fill two lanes."""
 
 
 class Tape:
@@ -57,19 +57,19 @@ class Tape:
 
     @contextmanager
     def step(self) -> Iterator[None]:
-        """Use the lanes that are taken from here on again afterwards."""
+        """Release the lanes that are taken inside the block at its end."""
         used = self.used
         yield
         self.used = used
 
     def take(self, lanes: int) -> int:
-        """Return the first of some lanes that serve this step."""
+        """Return the number of the first of some lanes for this step."""
         self.used += lanes
         self.most = max(self.most, self.used)
         return STEP + self.used - lanes
 
     def keep(self, lanes: int) -> int:
-        """Return the first of some lanes that are not used again."""
+        """Return the number of the first of some permanent lanes."""
         self.kept += lanes
         return self.kept - lanes
 
@@ -78,11 +78,11 @@ class Tape:
         return self.constants.setdefault(complex(value), CONSTANT + 2 * len(self.constants))
 
     def lane(self, value: Number | Real) -> int:
-        """Return where a number stands."""
+        """Return the lane of a number."""
         return value.lane if isinstance(value, (ComplexLanes, Lane)) else self.constant(value)
 
     def arrays(self) -> tuple[FloatArray, IntArray, FloatArray]:
-        """Return the lanes with their constants, the operations, and their factors, as the kernel takes them."""
+        """Return the arrays of the kernel: lanes with constants, operations, factors."""
         heads = np.array(self.heads, dtype=np.int64).reshape(-1, 6)
         constants = self.kept + self.most
         operands = heads[:, 1:]
@@ -97,18 +97,18 @@ class Tape:
     # -- operations ----------------------------------------------------------------------------
 
     def emit(self, op: int, to: int, *operands: int, f: float = 1.0, g: float = 0.0) -> None:
-        """Write an operation down."""
+        """Record an operation."""
         self.heads.append([op, to, *operands, *[0] * (4 - len(operands))])
         self.factors.append((f, g))
 
     def pair(self, op: int, *operands: int, z: complex = 1.0) -> ComplexLanes:
-        """Write down an operation that gives a complex number."""
+        """Record an operation with a complex result."""
         to = self.take(2)
         self.emit(op, to, *operands, f=z.real, g=z.imag)
         return ComplexLanes(to)
 
     def real(self, op: int, *operands: int, f: float = 1.0, g: float = 0.0) -> Lane:
-        """Write down an operation that gives a real number."""
+        """Record an operation with a real result."""
         to = self.take(1)
         self.emit(op, to, *operands, f=f, g=g)
         return Lane(to)
@@ -156,7 +156,7 @@ class Tape:
         return result if found is None else self.plus(found, result)
 
     def dots(self, to: int, terms: Sequence[Term], reals: Sequence[RealTerm] = ()) -> bool:
-        """Fill a lane with the sum of f a.b and of f p q; return whether it is not 0 anyway."""
+        """Fill a lane with the sum of f a.b and of f p q; return whether it can differ from 0."""
         first = True
         for (one, more), some in (
             ((kernels.DOT, kernels.ADD_DOT), terms), ((kernels.PRODUCT, kernels.ADD_PRODUCT), reals)
@@ -170,11 +170,11 @@ class Tape:
         return not first
 
     def put(self, to: int, value: Number) -> None:
-        """Let a complex number stand in two lanes."""
+        """Store a complex number in two lanes."""
         self.emit(kernels.SCALE, to, self.lane(value), g=0.0)
 
     def kept_number(self, value: Number) -> Number:
-        """Return a number in lanes that are not used again: the operation that gave it, if the last, writes there."""
+        """Return a number in permanent lanes; if the last operation gave it, that operation writes there directly."""
         if not isinstance(value, ComplexLanes) or value.lane < STEP:
             return value
         to, last = self.keep(2), self.heads[-1]

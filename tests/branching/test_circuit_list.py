@@ -1,4 +1,4 @@
-"""`gim circuits`: configurations that the motion joins, against Grashof's law and known mechanisms."""
+"""`gim circuits`: circuits compared with Grashof's law and known mechanisms."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SEED = 11
 
 
 def four_bar(path: Path, lengths: tuple[float, float, float, float]) -> Path:
-    """Write a four-bar (crank a, coupler b, rocker c, frame d) drawn nowhere near an assembled position."""
+    """Write a four-bar (crank a, coupler b, rocker c, frame d) with an initial position far from any assembled one."""
     a, b, c, d = lengths
     path.write_text(
         f"units: {{length: unit}}\nnodes: {{O: [0, 0], A: [0, {a}], B: [{d}, {c}], G: [{d}, 0]}}\nground: [O, G]\n"
@@ -31,7 +31,7 @@ def four_bar(path: Path, lengths: tuple[float, float, float, float]) -> Path:
 
 
 def random_lengths(count: int) -> list[tuple[float, float, float, float]]:
-    """Lengths that close somewhere, told apart clearly from the change-point linkages between the classes."""
+    """Return lengths that can be assembled, clearly different from change-point linkages."""
     rng, found = np.random.default_rng(SEED), []
     while len(found) < count:
         lengths = rng.uniform(0.3, 3.0, 4)
@@ -44,8 +44,10 @@ def random_lengths(count: int) -> list[tuple[float, float, float, float]]:
 
 @pytest.mark.few(6)
 @pytest.mark.parametrize("lengths", random_lengths(24), ids=lambda v: "-".join(f"{x:.2f}" for x in v))
-def test_grashof_tells_circuits_and_branches(lengths: tuple[float, float, float, float], tmp_path: Path) -> None:
-    """Two circuits where shortest + longest < the others, else one; the input turns fully or rocks on two branches."""
+def test_circuits_and_branches_follow_from_grashofs_law(
+    lengths: tuple[float, float, float, float], tmp_path: Path
+) -> None:
+    """Two circuits where shortest + longest < the others, else one; an oscillating input has two branches."""
     found = circuits(load(four_bar(tmp_path / "m.yaml", lengths)), EnumerationConstants(samples=24))
     a, _, _, d = lengths
     order = np.sort(lengths)
@@ -63,22 +65,22 @@ def test_grashof_tells_circuits_and_branches(lengths: tuple[float, float, float,
         assert sorted(at[0][0] for at in found.places) == [0, 1], "a configuration of the start on each circuit"
 
 
-def test_a_rocker_s_two_branches_are_told_apart(tmp_path: Path) -> None:
-    """Both configurations of a rocking input lie on one circuit or two, never on the same branch of one."""
+def test_the_two_branches_of_a_rocker_are_distinguished(tmp_path: Path) -> None:
+    """Both configurations of an oscillating input are on one circuit or two, never on the same branch."""
     lengths = (2.0, 1.9, 2.1, 2.05)  # shortest + longest = 4.0 < 3.95 + ... : the coupler is shortest
     found = circuits(load(four_bar(tmp_path / "m.yaml", lengths)), EnumerationConstants(samples=24))
     assert len({at[0] for at in found.places}) == len(found.places)
 
 
-def test_curves_that_meet_are_one_circuit() -> None:
-    """Parallelogram and antiparallelogram meet in the two flat positions."""
+def test_curves_that_intersect_are_one_circuit() -> None:
+    """Parallelogram and antiparallelogram intersect in the two flat positions."""
     found = circuits(load(MODELS / "parallelogram.yaml"), EnumerationConstants(samples=24))
     assert found.count == 1
     assert len(found.strands) == 2
     assert found.complete
 
 
-def test_a_linear_input_is_looked_at_beyond_its_law(tmp_path: Path) -> None:
+def test_circuits_of_a_linear_input_are_found_outside_its_law(tmp_path: Path) -> None:
     """A slider-crank driven by its slider: crank 1, rod 3: one circuit between 2 and 4, one between -4 and -2."""
     path = tmp_path / "m.yaml"
     path.write_text(
@@ -96,8 +98,8 @@ def test_a_linear_input_is_looked_at_beyond_its_law(tmp_path: Path) -> None:
     assert [at[0][0] for at in found.places] in ([0, 0], [1, 1]), "both cranks of the start are on one circuit"
 
 
-def test_every_configuration_lies_on_a_curve_through_it() -> None:
-    """The double butterfly's six configurations at 145 degrees: what a circuit holds there is what was listed."""
+def test_every_configuration_is_on_a_curve() -> None:
+    """The double butterfly's six configurations at 145 degrees agree with the positions of the circuits there."""
     found = circuits(load(MODELS / "double_butterfly.yaml"))
     q = found.curve.begin()
     assert found.complete
@@ -113,24 +115,24 @@ def test_every_configuration_lies_on_a_curve_through_it() -> None:
         assert near.min() < 0.1
 
 
-def test_command_tells_all_in_json(tmp_path: Path) -> None:
+def test_the_json_report_of_the_command(tmp_path: Path) -> None:
     picture = tmp_path / "c.png"
     ran = CliRunner().invoke(app, ["circuits", str(MODELS / "chebyshev.yaml"), "--json", "--png", str(picture)])
     assert ran.exit_code == 0, ran.output
-    told = json.loads(ran.stdout)
-    assert told["circuits"] == 2
-    assert told["complete"] is True
-    assert [c["circuit"] for c in told["curves"]] == [1, 2]
-    assert {c["circuit"] for c in told["configurations"]} <= {1, 2}
+    report = json.loads(ran.stdout)
+    assert report["circuits"] == 2
+    assert report["complete"] is True
+    assert [c["circuit"] for c in report["curves"]] == [1, 2]
+    assert {c["circuit"] for c in report["configurations"]} <= {1, 2}
     assert picture.stat().st_size > 10_000
     # Chebyshev's crossed four-bar 5 : 2 : 5 : 4 is a double rocker: its input's limits by the law of cosines
     cosines = [(5.0**2 + 4.0**2 - r * r) / (2.0 * 5.0 * 4.0) for r in (5.0 - 2.0, 5.0 + 2.0)]
     limits = [math.degrees(math.acos(c)) for c in cosines]
-    assert np.allclose(told["curves"][0]["interval"]["motor"], limits, atol=1e-9)
-    assert np.allclose(told["curves"][1]["interval"]["motor"], [360.0 - limits[1], 360.0 - limits[0]], atol=1e-9)
+    assert np.allclose(report["curves"][0]["interval"]["motor"], limits, atol=1e-9)
+    assert np.allclose(report["curves"][1]["interval"]["motor"], [360.0 - limits[1], 360.0 - limits[0]], atol=1e-9)
 
 
-def test_no_actuator_and_no_assembly_are_told(tmp_path: Path) -> None:
+def test_models_without_actuator_or_configuration_are_rejected(tmp_path: Path) -> None:
     path = tmp_path / "m.yaml"
     path.write_text("nodes: {O: [0, 0], A: [1, 0]}\nground: [O]\nlinks: {crank: [O, A]}\n")
     ran = CliRunner().invoke(app, ["circuits", str(path)])
@@ -142,7 +144,7 @@ def test_no_actuator_and_no_assembly_are_told(tmp_path: Path) -> None:
     assert "0 circuits" in ran.stdout
 
 
-def test_a_mirrored_assembly_of_a_short_travel_is_found(tmp_path: Path) -> None:
+def test_the_mirrored_configuration_of_a_short_travel_is_found(tmp_path: Path) -> None:
     """Crank 0.01, rod 30, driven at its slider: one circuit about 30, one about -30, each 0.02 long."""
     path = tmp_path / "m.yaml"
     path.write_text(
@@ -156,8 +158,8 @@ def test_a_mirrored_assembly_of_a_short_travel_is_found(tmp_path: Path) -> None:
     assert np.allclose(reach, [(-30.01, -29.99), (29.99, 30.01)], atol=1e-9)
 
 
-def test_progress_goes_on_while_circuits_are_followed():
-    """What is told grows with every circuit that is followed, not only while configurations are listed."""
+def test_progress_is_reported_while_circuits_are_followed():
+    """The reported progress increases with every circuit, not only while configurations are found."""
     heard = []
     mechanism = load(MODELS / "double_butterfly.yaml")
     found = circuits(mechanism, EnumerationConstants(samples=6), lambda done, of: heard.append(done / of))

@@ -1,4 +1,4 @@
-"""Circuits: closed when the whole drawing is home, never left for another branch, with limits by the law of cosines."""
+"""Circuits: they close in the initial configuration and stay on their branch; limits agree with the law of cosines."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def limits(circuit: Circuit) -> dict[str, list[float]]:
 
 
 def check_against_cosines(lengths: tuple[float, ...], circuit: Circuit) -> None:
-    """Compare a circuit's limits and turns with the law of cosines."""
+    """Compare the limits and full turns of a circuit with the law of cosines."""
     stretched, folded_ = cosines(*lengths)
     found = limits(circuit)
     assert circuit.closed
@@ -72,17 +72,17 @@ def run_random(tmp_path: Path, seed: int, count: int, least: int) -> None:
     assert len(kinds) >= least  # Grashof and not, each link the shortest
 
 
-def test_random_four_bars_stop_where_the_law_of_cosines_says(tmp_path: Path) -> None:
+def test_limits_of_random_four_bars_agree_with_the_law_of_cosines(tmp_path: Path) -> None:
     run_random(tmp_path, 1, 14, 4)
 
 
 @pytest.mark.soak
-def test_a_thousand_four_bars_stop_where_the_law_of_cosines_says(tmp_path: Path) -> None:
+def test_limits_of_a_thousand_four_bars_agree_with_the_law_of_cosines(tmp_path: Path) -> None:
     run_random(tmp_path, 2, 1000, 6)
 
 
 def run_whole_lengths(tmp_path: Path, count: int) -> None:
-    """Compare four-bars with lengths 1 to 4, most of them edge cases, with the law of cosines.
+    """Compare four-bars with lengths 1 to 4, most of them change-point linkages, with the law of cosines.
 
     Where a cosine is 1 or -1 exactly, coupler and follower are in line with the frame: a change point, no limit.
     """
@@ -96,29 +96,29 @@ def run_whole_lengths(tmp_path: Path, count: int) -> None:
             continue
         found = survey(four_bar(tmp_path, *lengths, float(fits[0])))
         both = cosines(*lengths)
-        told = {k: {math.cos(f.what.p[-1]) for f in found.found if f.what.kind == k} for k in (CHANGE, LIMIT)}
-        assert {round(c, 12) for c in told[CHANGE]} == {c for c in both if abs(c) == 1.0}
-        assert all(min(abs(c - own) for own in both if abs(own) < 1.0) < 1e-13 for c in told[LIMIT])
-        assert bool(told[LIMIT]) == any(abs(c) < 1.0 for c in both)
+        of_kind = {k: {math.cos(f.what.p[-1]) for f in found.found if f.what.kind == k} for k in (CHANGE, LIMIT)}
+        assert {round(c, 12) for c in of_kind[CHANGE]} == {c for c in both if abs(c) == 1.0}
+        assert all(min(abs(c - own) for own in both if abs(own) < 1.0) < 1e-13 for c in of_kind[LIMIT])
+        assert bool(of_kind[LIMIT]) == any(abs(c) < 1.0 for c in both)
         assert found.branches.complete
         assert all(c.closed for c in found.branches.circuits)
-        edges += bool(told[CHANGE])
+        edges += bool(of_kind[CHANGE])
     assert edges > count // 4
 
 
-def test_edge_cases_of_grashof_have_change_points(tmp_path: Path) -> None:
+def test_grashof_change_point_linkages_have_change_points(tmp_path: Path) -> None:
     run_whole_lengths(tmp_path, 10)
 
 
 @pytest.mark.soak
-def test_all_edge_cases_of_grashof_have_change_points(tmp_path: Path) -> None:
+def test_all_grashof_change_point_linkages_have_change_points(tmp_path: Path) -> None:
     run_whole_lengths(tmp_path, 256)
 
 
 @pytest.mark.few(3)
 @pytest.mark.parametrize("excess", [1e-3, 1e-6, 1e-9, 1e-11, 1e-12, 3e-13])
-def test_a_change_point_missed_by_little_is_not_hopped(tmp_path: Path, excess: float) -> None:
-    """1-3-2-(4 - e): stretched coupler and follower are e longer than needed, so B never changes its side.
+def test_the_branch_is_kept_near_a_change_point(tmp_path: Path, excess: float) -> None:
+    """1-3-2-(4 - e): stretched coupler and follower are e longer than needed, so B always stays on one side.
 
     Its least distance from the line A-O4 is sqrt(2 b c e / (b + c)) to leading order: 1e-6 for the least of them.
     """
@@ -132,14 +132,14 @@ def test_a_change_point_missed_by_little_is_not_hopped(tmp_path: Path, excess: f
     assert np.all(side > 0.0) or np.all(side < 0.0)
     short = drawn_circuit(four_bar(tmp_path, 1.0, 3.0, 2.0, 4.0 + excess, 1.0), 1e-10)
     assert short.closed
-    assert short.turns == 0.0  # stretched, they are too short: the crank turns back on either side of 180 deg
+    assert short.turns == 0.0  # stretched, they are too short: the crank reverses on either side of 180 deg
     assert len(limits(short)["upper"]) == len(limits(short)["lower"]) == 1
 
 
 @pytest.mark.few(3)
 @pytest.mark.parametrize("excess", [1e-3, 1e-6, 1e-9, 1e-12, 0.0])
-def test_two_change_points_missed_together_are_not_hopped(tmp_path: Path, excess: float) -> None:
-    """Two like dyads on one crank: where both are hopped, no determinant tells. Met, they leave in four ways."""
+def test_the_branch_is_kept_near_two_change_points_together(tmp_path: Path, excess: float) -> None:
+    """Two equal dyads on one crank: if both change, no determinant shows it. At e = 0 there are four branches."""
     text = four_bar_text(1.0, 3.0, 2.0, 4.0 - excess, 1.0)
     place = text.split("B: [")[1].split("]")[0]
     text = text.replace(f"B: [{place}]", f"B: [{place}], C: [{place}]")
@@ -161,8 +161,8 @@ def test_two_change_points_missed_together_are_not_hopped(tmp_path: Path, excess
 @pytest.mark.few(4)
 @pytest.mark.parametrize("excess", [1e-3, 1e-6, 1e-9, 1e-12])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_parallelogram_out_of_square_stays_on_its_circuit(tmp_path: Path, excess: float, sign: float) -> None:
-    """1-3-1-(3 -+ e) is a rocker of either kind; its limits are those of the law of cosines."""
+def test_a_near_parallelogram_stays_on_its_circuit(tmp_path: Path, excess: float, sign: float) -> None:
+    """1-3-1-(3 -+ e) is a rocker; its limits agree with the law of cosines."""
     lengths = (1.0, 3.0, 1.0, 3.0 - sign * excess)
     circuit = drawn_circuit(four_bar(tmp_path, *lengths, 1.0), 1e-10)
     assert circuit.closed
@@ -170,13 +170,13 @@ def test_a_parallelogram_out_of_square_stays_on_its_circuit(tmp_path: Path, exce
     stretched, folded_ = cosines(*lengths)
     found = limits(circuit)
     wanted = stretched if abs(stretched) < 1.0 else folded_
-    for q in found["lower"] + found["upper"]:  # the cosine's rounding over the sine of the angle
+    for q in found["lower"] + found["upper"]:  # rounding of the cosine divided by the sine of the angle
         assert math.cos(q) == pytest.approx(wanted, abs=1e-13)
         assert abs(math.sin(q)) == pytest.approx(math.sqrt((1.0 - wanted) * (1.0 + wanted)), rel=1e-2)
 
 
-def test_the_drawing_is_home_after_two_turns_where_the_input_is_after_one(tmp_path: Path) -> None:
-    """1-3-2-4 passes its change point at 180 deg straight: B is then on the other side for a whole turn."""
+def test_a_circuit_can_close_after_two_turns_of_the_input(tmp_path: Path) -> None:
+    """1-3-2-4 passes its change point at 180 deg: B is on the other side for the next turn."""
     circuit = drawn_circuit(four_bar(tmp_path, 1.0, 3.0, 2.0, 4.0, 1.0), 1e-10)
     assert circuit.closed
     assert circuit.turns == 2.0
@@ -189,8 +189,8 @@ def test_the_drawing_is_home_after_two_turns_where_the_input_is_after_one(tmp_pa
 
 
 @pytest.mark.parametrize("windows", [4, 7, 8])
-def test_many_windows_flat_together_are_passed_straight(tmp_path: Path, windows: int) -> None:
-    """An even number of parallelograms in a row loses so much rank at once that no determinant changes its sign."""
+def test_many_windows_pass_their_common_flat_position(tmp_path: Path, windows: int) -> None:
+    """With an even number of parallelograms in a row no determinant changes its sign at the change point."""
     count = range(windows + 1)
     nodes = ", ".join(f"O{k}: [{3 * k}, 0], A{k}: [{3 * k + 0.6}, 0.8]" for k in count)
     links = [f"c{k}: [O{k}, A{k}]" for k in count] + [f"b{k}: [A{k}, A{k + 1}]" for k in range(windows)]
@@ -220,8 +220,8 @@ def test_a_double_rocker_has_its_full_closed_curve() -> None:
     assert np.abs(np.abs(a - b) - 2.0).max() < 1e-13
     p = 0.5 * (a + b)
     assert abs(p[0] - p[-1]) < 1e-12
-    assert np.ptp(p.imag) > 0.8  # it leaves the straight stretch, which is 4 high, for the bow above it
-    mirrored = 4.0 - p.real + 1j * p.imag  # the linkage is its own mirror image: so is its curve
+    assert np.ptp(p.imag) > 0.8  # from the straight part at the height 4 to the arc above it
+    mirrored = 4.0 - p.real + 1j * p.imag  # the linkage is symmetric, so its curve is too
     nearest = np.abs(mirrored[:, None] - p).min(axis=1)
     assert nearest.max() < 1.1 * np.abs(np.diff(p)).max()
     step = np.linalg.norm(np.diff(along(circuit, 721), axis=1), axis=0)
@@ -230,11 +230,11 @@ def test_a_double_rocker_has_its_full_closed_curve() -> None:
 
 @pytest.mark.few(*FEWEST)
 @pytest.mark.parametrize("path", sorted(MODELS.glob("*.yaml")), ids=lambda p: p.stem)
-def test_every_model_has_a_circuit_on_which_its_members_hold(path: Path) -> None:
-    """Rows along the circuit are held against the members as written; folds are exact to the last digits."""
+def test_the_rows_of_a_circuit_fulfil_all_constraints_of_every_model(path: Path) -> None:
+    """Residuals of the members as written along the circuit; limits are accurate to rounding."""
     circuit = drawn_circuit(load(path), 1e-10)
     assert circuit.closed or circuit.ended == "end of a law"
-    assert len(circuit.places) < 1000  # surplus constraints do not shorten the steps
+    assert len(circuit.places) < 1000  # redundant constraints do not shorten the steps
     motion = circuit_motion(circuit, 200, 1e-10)
     assert motion.solved == 200
     assert np.nanmax(motion.residual) < 1e-12
@@ -250,7 +250,7 @@ def test_every_model_has_a_circuit_on_which_its_members_hold(path: Path) -> None
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.4, -1.1])
-def test_a_slider_has_its_stroke(tmp_path: Path, offset: float) -> None:
+def test_the_stroke_of_a_slider(tmp_path: Path, offset: float) -> None:
     """Driven by its slider, a slider-crank r = 1, l = 3, offset e ends at sqrt((l +- r)^2 - e^2)."""
     b = math.sqrt(9.0 - (0.8 - offset) ** 2) + 0.6
     (tmp_path / "m.yaml").write_text(
@@ -281,8 +281,8 @@ def test_two_inputs_follow_their_laws_together_through_a_limit() -> None:
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("windows", [2, 7, 12])
-def test_many_windows_drawn_flat_set_out_together(tmp_path: Path, windows: int) -> None:
-    """So many branches meet there that they are not listed; on the first all cranks turn alike: A_k = O_k + e^(i q)."""
+def test_many_windows_start_from_their_flat_position(tmp_path: Path, windows: int) -> None:
+    """Too many branches to list; on the first one all cranks are parallel: A_k = O_k + e^(i q)."""
     count = range(windows + 1)
     nodes = ", ".join(f"O{k}: [{3 * k}, 0], A{k}: [{3 * k + 1}, 0]" for k in count)
     links = [f"c{k}: [O{k}, A{k}]" for k in count] + [f"b{k}: [A{k}, A{k + 1}]" for k in range(windows)]
@@ -309,10 +309,10 @@ actuators:
   turn: {type: rotary, pivot: A, arm: B, law: {from: 0, to: 90}}
   push: {type: linear, node: E, guide: [C, D], law: {from: 0.5, to: 0.6}}
 """
-"""A crank and a slider that nothing joins: no position comes back."""
+"""A crank and a slider that are not connected: no position occurs twice."""
 
 
-def test_inputs_that_never_come_home_together_are_followed_for_some_turns(tmp_path: Path) -> None:
+def test_inputs_without_a_common_period_are_followed_for_some_turns(tmp_path: Path) -> None:
     file = tmp_path / "model.yaml"
     file.write_text(CRANK_AND_SLIDER)
     found = survey(load(file))

@@ -1,4 +1,4 @@
-"""Change points with the tangents of all their branches, dead points and stationary positions, by closed forms."""
+"""Change points with the tangents of all branches, dead points and stationary positions, compared with closed forms."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def member_rates(found: Survey, one: Found, name: str) -> list[float]:
 
 
 def check_branches(found: Survey) -> None:
-    """Every branch is a circuit of its own whose rows hold; no two circuits share more than their crossings."""
+    """Assert that every branch is a circuit that fulfils the constraints, and circuits share only intersections."""
     names = []
     for circuit in found.branches.circuits:
         motion = circuit_motion(circuit, 97, 1e-10)
@@ -73,9 +73,9 @@ def test_both_branches_of_a_parallelogram(name: str) -> None:
 
 
 def test_both_branches_of_a_kite() -> None:
-    """1-1-3-3: the follower is at twice the angle of A seen from O4, or stands still with B on O2.
+    """1-1-3-3: the follower is at twice the angle of A seen from O4, or is at rest with B on O2.
 
-    So its rate is 2 Re(1 / (1 - 3 exp(-i angle))): -1 at 0 and 1/2 at 180 deg; it rests where cos(angle) is 1/3.
+    So its rate is 2 Re(1 / (1 - 3 exp(-i angle))): -1 at 0 and 1/2 at 180 deg; it is at rest where cos(angle) is 1/3.
     """
     found = survey(load(MODELS / "galloway_kite.yaml"))
     for one in of(found, CHANGE):
@@ -90,7 +90,7 @@ def test_both_branches_of_a_kite() -> None:
 
 
 def test_the_symmetric_double_butterfly_bifurcates() -> None:
-    """The turn of PST at -65.63987904 deg; one tangent keeps the mirror symmetry, on the other the input rests.
+    """PST is at -65.63987904 deg; one tangent keeps the mirror symmetry, on the other the input rate is zero.
 
     Mirrored are QU and TX, SV and RY, and the bodies WUV and WXY, about a line that turns by half the angle of PST.
     """
@@ -99,9 +99,9 @@ def test_the_symmetric_double_butterfly_bifurcates() -> None:
     turned = [math.degrees(float(one.what.p[-1])) - drawn for one in of(found, CHANGE)]
     assert min(abs(t + 65.63987904) for t in turned) < 5e-9
     one = of(found, CHANGE)[int(np.argmin([abs(t + 65.63987904) for t in turned]))]
-    told = [rates(found.curve, one.what.p, v) for v in one.what.branches]
-    (symmetric,) = [t.members for t in told if not t.rests]
-    (other,) = [t.members for t in told if t.rests]
+    actual = [rates(found.curve, one.what.p, v) for v in one.what.branches]
+    (symmetric,) = [t.members for t in actual if not t.rests]
+    (other,) = [t.members for t in actual if t.rests]
     for a, b in (("QU", "TX"), ("SV", "RY"), ("WUV", "WXY")):
         assert symmetric[a] + symmetric[b] == pytest.approx(symmetric["PST"], abs=1e-9)
         assert other[a] == pytest.approx(other[b], abs=1e-9)
@@ -111,7 +111,7 @@ def test_the_symmetric_double_butterfly_bifurcates() -> None:
 
 
 def test_four_branches_where_two_parallelograms_are_flat_together(tmp_path: Path) -> None:
-    """Each of two windows goes on as a parallelogram or crossed: the third crank has the products of both rates."""
+    """Each of two windows continues as a parallelogram or crossed: the third crank has the product of two rates."""
     (tmp_path / "m.yaml").write_text(
         "units: {length: unit}\nnodes: {O1: [0, 0], O2: [3, 0], O3: [6, 0], A1: [0.6, 0.8], A2: [3.6, 0.8],"
         " A3: [6.6, 0.8]}\nground: [O1, O2, O3]\nlinks: {c1: [O1, A1], c2: [O2, A2], c3: [O3, A3], b1: [A1, A2],"
@@ -123,8 +123,8 @@ def test_four_branches_where_two_parallelograms_are_flat_together(tmp_path: Path
     for one in points:
         own = (1.0, -2.0) if abs(math.remainder(degrees(found, one), 360.0)) < 90.0 else (1.0, -0.5)
         pairs = [(rates(found.curve, one.what.p, v).members) for v in one.what.branches]
-        told = sorted((round(t["c2"], 9), round(t["c3"], 9)) for t in pairs)
-        assert told == sorted((a, a * b) for a in own for b in own)
+        actual = sorted((round(t["c2"], 9), round(t["c3"], 9)) for t in pairs)
+        assert actual == sorted((a, a * b) for a in own for b in own)
     assert len(found.branches.circuits) == 4
     check_branches(found)
 
@@ -139,8 +139,8 @@ def test_a_third_crank_leaves_one_branch() -> None:
     assert len(found.branches.circuits) == 1
 
 
-def test_a_kite_driven_by_its_follower_has_a_branch_on_which_the_input_rests(tmp_path: Path) -> None:
-    """Folded on its frame the crank turns freely: the input stands at 180 deg, its ends 2 asin(1/3) from there."""
+def test_a_kite_driven_by_its_follower_has_a_branch_with_zero_input_rate(tmp_path: Path) -> None:
+    """Folded, the crank turns freely while the input is constant at 180 deg; its limits are 2 asin(1/3) from there."""
     found = survey(four_bar(tmp_path, 1.0, 1.0, 3.0, 3.0, 1.0, driven="follower"))
     (dead,) = of(found, DEAD)
     assert degrees(found, dead) == pytest.approx(180.0, abs=1e-10)
@@ -158,24 +158,24 @@ def test_a_rocker_is_stationary_in_its_dead_centres() -> None:
     """Crank 40, coupler 120, rocker 80, frame 100: crank and coupler in line, 160 and 80 long (law of cosines)."""
     found = survey(load(MODELS / "crank_rocker.yaml"))
     wanted = [math.acos((100.0**2 + s**2 - 80.0**2) / (200.0 * s)) for s in (160.0, 80.0)]
-    told = sorted(degrees(found, one) for one in of(found, STATIONARY))
-    assert told == pytest.approx(sorted([math.degrees(wanted[0]), math.degrees(wanted[1]) + 180.0]), abs=1e-10)
+    actual = sorted(degrees(found, one) for one in of(found, STATIONARY))
+    assert actual == pytest.approx(sorted([math.degrees(wanted[0]), math.degrees(wanted[1]) + 180.0]), abs=1e-10)
     assert all(one.what.about == ("rocker",) for one in of(found, STATIONARY))
 
 
 def test_a_slider_is_stationary_at_the_ends_of_its_stroke() -> None:
     found = survey(load(MODELS / "slider_crank.yaml"))
-    told = of(found, STATIONARY)
-    assert [one.what.about for one in told] == [("slide",)] * 2
+    actual = of(found, STATIONARY)
+    assert [one.what.about for one in actual] == [("slide",)] * 2
     curve = found.curve
-    for one in told:  # crank and rod in line
+    for one in actual:  # crank and rod in line
         z = dict(zip(curve.mechanism.nodes, curve.nodes(one.what.p), strict=True))
         o, a, b = (z[n] for n in ("O2", "A", "B")) if "O2" in z else (z[n] for n in ("O", "A", "B"))
         assert ((b - a) * (a - o).conjugate()).imag == pytest.approx(0.0, abs=1e-13)
 
 
 class Plane:
-    """A plane curve g(x, y) = 0 with its gradient and second derivatives, and z = x beside it."""
+    """A plane curve g(x, y) = 0 with its gradient and second derivatives, and z = x."""
 
     def __init__(
         self, value: Callable[..., float], slope: Callable[..., list[float]], bend: Callable[..., Any]
@@ -201,7 +201,7 @@ def plane(a: float, b: float, c: float, excess: float = 0.0) -> Plane:
     )
 
 
-def test_a_crossing_has_the_roots_of_its_form() -> None:
+def test_the_directions_at_a_crossing_are_the_roots_of_its_quadratic_form() -> None:
     found = crossing(plane(1.0, 0.5, -2.0), np.array([0.03, -0.02, 0.0]))
     assert found is not None
     assert np.abs(found.p).max() < 1e-14
@@ -210,7 +210,7 @@ def test_a_crossing_has_the_roots_of_its_form() -> None:
     assert found.miss < 1e-16
 
 
-def test_a_missed_crossing_tells_by_how_much() -> None:
+def test_the_distance_of_a_near_crossing() -> None:
     found = crossing(plane(1.0, 0.0, -1.0, excess=1e-7), np.array([0.01, 0.02, 0.0]))
     assert found is not None
     assert found.miss == pytest.approx(1e-7, rel=1e-9)
@@ -223,8 +223,8 @@ def test_an_isolated_point_has_no_branches() -> None:
     assert not found.touching
 
 
-def test_a_cusp_has_one_tangent_told_twice() -> None:
-    """Semicubical parabola y^2 = -x^3: its singular position is found to half the digits at least."""
+def test_a_cusp_has_one_double_tangent() -> None:
+    """Semicubical parabola y^2 = -x^3: its singular position is accurate to at least half the digits."""
     found = crossing(plane(0.0, 0.0, 1.0), np.array([-0.02, 0.01, 0.0]))
     assert found is not None
     assert np.abs(found.p).max() < 1e-6
@@ -234,7 +234,7 @@ def test_a_cusp_has_one_tangent_told_twice() -> None:
 
 
 class Dwelling:
-    """The input q = x^3 - c x of a made-up motion: it rests at 0 for c = 0, and turns back twice for c > 0."""
+    """The input q = x^3 - c x of a made-up motion: its rate is 0 at 0 for c = 0, and it reverses twice for c > 0."""
 
     names = ("g",)
 
@@ -252,7 +252,7 @@ class Dwelling:
 
 
 @pytest.mark.parametrize(("c", "dead", "ends"), [(0.0, 1, 0), (0.03, 0, 2), (-0.03, 0, 0)])
-def test_a_dead_point_is_where_the_input_rests_but_does_not_turn_back(c: float, dead: int, ends: int) -> None:
+def test_at_a_dead_point_the_input_rate_is_zero_without_reversal(c: float, dead: int, ends: int) -> None:
     curve: Any = Dwelling(c)
     start = place(curve, np.array([-0.8, -0.512 + 0.8 * c]), np.array([1.0, 0.0]))
     places = (start, *walk(curve, start, ArclengthConstants(points=40)))
@@ -281,13 +281,13 @@ def test_the_command_reports_in_the_files_units(tmp_path: Path) -> None:
     for s in report["singularities"]:
         assert s["kind"] == "change point"
         assert s["branches"] == [1, 2]
-        told = sorted(t["members"]["follower"] for t in s["tangents"])
-        assert told == pytest.approx(PARALLELOGRAM[s["at"]["motor"] % 360.0], abs=1e-12)
+        actual = sorted(t["members"]["follower"] for t in s["tangents"])
+        assert actual == pytest.approx(PARALLELOGRAM[s["at"]["motor"] % 360.0], abs=1e-12)
         assert abs(complex(*s["nodes"]["A"])) == pytest.approx(1.0, abs=1e-13)
 
 
 def test_rates_over_a_linear_input_have_the_files_units(tmp_path: Path) -> None:
-    """x = 2 r cos(angle), r = 50 mm, drawn back through 0: the crank turns by 1 / (2 r) rad a mm at x = 0."""
+    """x = 2 r cos(angle), r = 50 mm, moved through 0: the crank turns by 1 / (2 r) rad per mm at x = 0."""
     (tmp_path / "m.yaml").write_text(
         "units: {length: mm, angle: deg}\nnodes: {O: [0, 0], G: [200, 0], A: [30, 40], B: [60, 0]}\n"
         "ground: [O, G]\nlinks: {crank: [O, A], rod: [A, B]}\nprismatic: {s: {node: B, guide: [O, G]}}\n"
@@ -303,7 +303,7 @@ def test_rates_over_a_linear_input_have_the_files_units(tmp_path: Path) -> None:
         assert [t["crank"] for t in resting] == pytest.approx([t["rod"] for t in resting])
 
 
-def test_what_cannot_move_is_refused(tmp_path: Path) -> None:
+def test_mechanisms_without_motion_are_rejected(tmp_path: Path) -> None:
     (tmp_path / "m.yaml").write_text(
         "nodes: {O: [0, 0], G: [4, 0], A: [0, 1], B: [4, 1]}\nground: [O, G]\n"
         "links: {a: [O, A], b: [A, B], c: [B, G]}\n"
@@ -313,8 +313,8 @@ def test_what_cannot_move_is_refused(tmp_path: Path) -> None:
     assert "0 actuators" in str(done.exception)
 
 
-def test_what_contradicts_itself_is_refused(tmp_path: Path) -> None:
-    """A third crank too long by 1e-6 leaves no motion at all."""
+def test_contradictory_constraints_are_rejected(tmp_path: Path) -> None:
+    """A third crank that is too long by 1e-6 allows no motion."""
     data = read_source(MODELS / "parallelogram_third_crank.yaml").data
     data["links"]["middle"]["length"] = float(data["links"]["middle"]["length"]) * (1.0 + 1e-6)
     (tmp_path / "m.yaml").write_text(yaml.safe_dump(data, sort_keys=False))
@@ -322,8 +322,8 @@ def test_what_contradicts_itself_is_refused(tmp_path: Path) -> None:
     assert "contradicts" in str(done.exception)
 
 
-def test_circuits_are_circuits() -> None:
-    """A branch that is met twice, at both ends of the parallelogram, is followed once."""
+def test_a_branch_is_followed_once() -> None:
+    """A branch that starts at both flat positions of the parallelogram is followed once."""
     found = survey(load(MODELS / "antiparallelogram.yaml"))
     assert all(isinstance(c, Circuit) for c in found.branches.circuits)
     assert [knot.taken.count(None) for knot in found.branches.knots] == [0, 0]

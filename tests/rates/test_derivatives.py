@@ -1,4 +1,4 @@
-"""Velocities, accelerations and jerks: against closed forms, differences of positions, and what a rigid body does."""
+"""Velocities, accelerations and jerks compared with closed forms, differences of positions and rigid-body motion."""
 
 import mpmath as mp
 import numpy as np
@@ -19,7 +19,7 @@ def moving(name, steps, order):
 
 
 def slider(t):
-    """Crank 1, rod 3, offset 0.5; 50 to 410 deg in a second."""
+    """Return a slider-crank: crank 1, rod 3, offset 0.5; 50 to 410 deg in 1 s."""
     angle = mp.radians(50 + 360 * t)
     return mp.cos(angle) + mp.sqrt(9 - (mp.sin(angle) - mp.mpf("0.5")) ** 2) + mp.mpf("0.5") * 1j
 
@@ -27,23 +27,23 @@ def slider(t):
 def rocker(t):
     """Pin of Norton's four-bar 40, 120, 80, 100 [mm], crank from 0 to 360 deg in a second."""
     crank = 40 * mp.expjpi(2 * t)
-    way = 100 - crank
-    far = abs(way)
+    arm = 100 - crank
+    far = abs(arm)
     along = (120**2 - 80**2 + far**2) / (2 * far)
-    return crank + way / far * (along + 1j * mp.sqrt(120**2 - along**2))
+    return crank + arm / far * (along + 1j * mp.sqrt(120**2 - along**2))
 
 
 @pytest.mark.parametrize(("name", "point", "form"), [("slider_crank", "B", slider), ("crank_rocker", "B", rocker)])
 def test_closed_forms(name, point, form):
     mechanism, motion, found = moving(name, 24, 3)
-    told = found.point(point) * mechanism.scale
-    told[0] += mechanism.origin
+    actual = found.point(point) * mechanism.scale
+    actual[0] += mechanism.origin
     for k, time in enumerate(motion.time):
         expected = exact(form, time, 3)
-        assert np.max(np.abs(told[:, k] - expected) / np.maximum(np.abs(expected), 1.0)) < 1e-10
+        assert np.max(np.abs(actual[:, k] - expected) / np.maximum(np.abs(expected), 1.0)) < 1e-10
 
 
-def test_the_angular_speeds_of_a_four_bar_are_freudensteins():
+def test_the_angular_velocities_of_a_four_bar_agree_with_freudenstein():
     """omega4 = omega2 a sin(theta2 - theta3) / (c sin(theta4 - theta3)). Source: Norton, Design of Machinery, 6.18."""
     mechanism, motion, found = moving("crank_rocker", 90, 1)
     z = {name: motion.z[k] for k, name in enumerate(mechanism.nodes)}
@@ -59,7 +59,7 @@ def test_the_angular_speeds_of_a_four_bar_are_freudensteins():
 
 
 @pytest.mark.few
-def test_differences_of_positions_agree_with_their_order(model):
+def test_differences_of_positions_agree_with_the_expected_order(model):
     """Central differences over two and four neighbours: errors fall by 4 and 16 when the step is halved."""
     mechanism = load(model)
     found = {}
@@ -81,8 +81,8 @@ def test_differences_of_positions_agree_with_their_order(model):
         assert fine < 1e-11 or coarse / fine > 0.5 * 2**order
 
 
-def test_members_are_rigid(model):
-    """v_B - v_A = i omega (B - A), a_B - a_A = (i alpha - omega^2) (B - A), and once more."""
+def test_velocities_of_the_nodes_of_a_member_are_those_of_a_rigid_body(model):
+    """v_B - v_A = i omega (B - A), a_B - a_A = (i alpha - omega^2) (B - A), and its derivative."""
     mechanism = load(model)
     motion = trace(mechanism, 60)
     r = rates(mechanism, motion.time, motion.z, 3)
@@ -91,12 +91,12 @@ def test_members_are_rigid(model):
         for node in member.nodes[1:]:
             p, v, acceleration, jerk = r.nodes[:, node] - r.nodes[:, member.nodes[0]]
             turned = (1j * w * p, (1j * a - w**2) * p, (1j * j - 3.0 * w * a - 1j * w**3) * p)
-            for told, expected in zip((v, acceleration, jerk), turned, strict=True):
+            for actual, expected in zip((v, acceleration, jerk), turned, strict=True):
                 most = np.nanmax(np.abs(expected), initial=1.0)
-                assert np.nanmax(np.abs(told - expected), initial=0.0) < 1e-8 * most
+                assert np.nanmax(np.abs(actual - expected), initial=0.0) < 1e-8 * most
 
 
-def test_real_time_and_units_are_those_of_the_file():
+def test_rates_are_in_real_time_and_in_the_files_units():
     """Twice the duration: half the velocity, a quarter of the acceleration, an eighth of the jerk."""
     slow = run_model("crank_rocker", 12, change=lambda data: data.update(duration=2)).motion
     fast = run_model("crank_rocker", 12).motion
@@ -108,8 +108,8 @@ def test_real_time_and_units_are_those_of_the_file():
     assert (units["P.vx"], units["P.ax"], units["crank.alpha"]) == ("mm/s", "mm/s^2", "deg/s^2")
 
 
-def test_a_singular_position_has_no_velocity_of_its_own():
-    """At the flat parallelogram two velocities satisfy the equations: none is told."""
+def test_a_singular_position_has_no_velocity():
+    """At the flat parallelogram two velocities satisfy the equations: the cells are empty."""
     motion = run_model("parallelogram", 8, laws={"motor": {"from": -90, "to": 270}}).motion
     assert motion.good.all()
     found = rates(motion.mechanism, motion.time, motion.z, 2)
@@ -118,7 +118,7 @@ def test_a_singular_position_has_no_velocity_of_its_own():
     assert np.array_equal(np.isnan(found.nodes[1].real).all(axis=0), flat)
 
 
-def test_columns_come_only_when_asked_for():
+def test_columns_of_rates_are_optional():
     motion = run_model("crank_rocker", 6).motion
     plain, order = motion_table(motion), motion_table(motion, order=2)
     assert not any(".v" in name or "omega" in name for name in plain.names)

@@ -1,4 +1,4 @@
-"""Derivatives on a tape: plain and compiled, against an independent method, near singular positions, by influence."""
+"""Derivatives by tape: plain and compiled, compared with independent methods, near singular positions, influence."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ from gimcli.rates.motion_table import motion_table
 from gimcli.structure.plan import make_plan
 
 STEPS = 2 * ROWS + 40
-"""Three stretches."""
+"""Rows for three blocks."""
 
 EPS = float(np.finfo(float).eps)
 
@@ -57,7 +57,7 @@ def test_compiled_rows_have_the_bits_of_plain_ones(model):
 @pytest.mark.few(12)
 @pytest.mark.parametrize("seed", range(300, 330))
 def test_random_mechanisms_have_the_derivatives_of_their_series(seed, tmp_path):
-    """Against Taylor series through the plan, gradients by unit speeds and singular values (numpy)."""
+    """Compared with Taylor series through the plan, with gradients by unit speeds and singular values (numpy)."""
     path = tmp_path / "model.yaml"
     path.write_text(yaml.safe_dump(Growth(seed, 1 + seed % 5).model()))
     mechanism = load(path)
@@ -67,13 +67,13 @@ def test_random_mechanisms_have_the_derivatives_of_their_series(seed, tmp_path):
 
 
 @pytest.mark.few
-def test_derivatives_are_those_of_series(model):
+def test_derivatives_agree_with_series(model):
     mechanism = load(model)
     assert_agree(mechanism, trace(mechanism, 180))
 
 
 def assert_agree(mechanism, motion):
-    """Derivatives of one row and order differ by less than 1e-9 of the greatest of the row."""
+    """Assert that derivatives of each row and order differ by less than 1e-9 of the greatest."""
     now, then = (method(mechanism, motion.time, motion.z, 3) for method in (rates, series.rates))
     assert np.array_equal(np.isnan(now.nodes[1]), np.isnan(then.nodes[1]))
     for k in range(1, 4):
@@ -90,7 +90,7 @@ def assert_agree(mechanism, motion):
 
 
 def ram(t):
-    """Whitworth: crank 2 about 0, slotted arm about -i, output radius 1.5, rod 5, ram on y = -1; 60 to 420 deg."""
+    """Return the ram of a Whitworth: crank 2 about 0, slotted arm about -i, radius 1.5, rod 5, ram on y = -1."""
     crank = 2 * mp.expj(mp.radians(60 + 360 * t))
     arm = crank + 1j
     pin = -1j - mp.mpf("1.5") * arm / abs(arm)
@@ -100,11 +100,11 @@ def ram(t):
 def test_whitworth_to_the_jerk():
     mechanism = load(MODELS / "whitworth.yaml")
     motion = trace(mechanism, 24)
-    told = rates(mechanism, motion.time, motion.z, 3).point("R") * mechanism.scale
-    told[0] += mechanism.origin
+    actual = rates(mechanism, motion.time, motion.z, 3).point("R") * mechanism.scale
+    actual[0] += mechanism.origin
     for k, time in enumerate(motion.time):
         expected = exact(ram, time, 3)
-        assert np.max(np.abs(told[:, k] - expected) / np.maximum(np.abs(expected), 1.0)) < 1e-10
+        assert np.max(np.abs(actual[:, k] - expected) / np.maximum(np.abs(expected), 1.0)) < 1e-10
 
 
 PUBLISHED = {
@@ -126,23 +126,23 @@ def test_the_published_velocities_of_a_stephenson_mechanism(run):
     mechanism = load(MODELS / "stephenson_3.yaml")
     rate = np.array([np.pi / 3])
     position = solve(mechanism, np.array([np.arctan2(12.0, -2.0)]), Options())
-    told = Influence(mechanism, run=run).at(position.z, position.inputs, rate)
+    actual = Influence(mechanism, run=run).at(position.z, position.inputs, rate)
     for name, (velocity, acceleration) in PUBLISHED.items():
         node = mechanism.nodes.index(name)
-        assert told.points_rate[node] * mechanism.scale == pytest.approx(velocity, rel=1e-11)
-        assert told.points_bias[node] * mechanism.scale == pytest.approx(acceleration, rel=1e-11)
+        assert actual.points_rate[node] * mechanism.scale == pytest.approx(velocity, rel=1e-11)
+        assert actual.points_bias[node] * mechanism.scale == pytest.approx(acceleration, rel=1e-11)
     for number, member in enumerate(mechanism.members[1:]):
         if member.name in PUBLISHED_TURNS:
             omega, alpha = PUBLISHED_TURNS[member.name]
-            assert told.angles_rate[number] == pytest.approx(omega, rel=1e-11)
-            assert told.angles_bias[number] == pytest.approx(alpha, rel=1e-11)
+            assert actual.angles_rate[number] == pytest.approx(omega, rel=1e-11)
+            assert actual.angles_bias[number] == pytest.approx(alpha, rel=1e-11)
 
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9])
-def test_near_a_change_point_digits_are_lost_as_the_condition_says(gap):
+def test_errors_near_a_change_point_agree_with_the_condition_number(gap):
     """Crank 1, frame 2, coupler 1 + gap, rocker 2: nearly flat at 0 deg.
 
-    The exact velocity of the pin is found from the exact position at the crank's angle as it is in doubles.
+    The exact velocity of the pin is computed from the exact position at the rounded angle of the crank.
     """
 
     def change(data):
@@ -159,7 +159,7 @@ def test_near_a_change_point_digits_are_lost_as_the_condition_says(gap):
     for row in np.flatnonzero(m.motion.good):
         exactly = pin(m.motion.inputs[0, row], found[0, row], gap)
         speed = np.radians(-41.0)
-        lost = EPS / abs(complex(exactly[3])) ** 2  # a rounding of a length, by the sine and once more by it
+        lost = EPS / abs(complex(exactly[3])) ** 2  # rounding of a length, divided by the square of the sine
         for k, factor in ((1, 10.0), (2, 200.0)):
             wanted = complex(exactly[k]) * speed**k
             assert abs(found[k, row] - wanted) < factor * lost * max(1.0, abs(wanted))
@@ -172,10 +172,10 @@ def pin(angle, near, gap):
 
         def place(t, side):
             crank = mp.expj(t)
-            way = 2 - crank
-            far = abs(way)
+            arm = 2 - crank
+            far = abs(arm)
             along = (b**2 - a**2 + far**2) / (2 * far)
-            return crank + way / far * (along + side * 1j * mp.sqrt(b**2 - along**2))
+            return crank + arm / far * (along + side * 1j * mp.sqrt(b**2 - along**2))
 
         side = min((1, -1), key=lambda s: abs(complex(place(theta, s)) - near))
         parts = [mp.diff(lambda t: place(t, side), theta, k) for k in range(3)]
@@ -185,28 +185,28 @@ def pin(angle, near, gap):
 
 @pytest.mark.parametrize("run", [plain, jit.compiled])
 @pytest.mark.parametrize("stages", [3, 100])
-def test_chains_move_as_their_closed_forms(stages, run):
-    """Scissors of bars 2: y = n sqrt(4 - w^2); windows: all their bars turn as the crank does."""
+def test_chains_agree_with_their_closed_forms(stages, run):
+    """Scissors of bars 2: y = n sqrt(4 - w^2); windows: all bars have the angular velocity of the crank."""
     mechanism, _ = chains.loaded(chains.scissor(stages))
     motion = trace(mechanism, 20)
-    told = Influence(mechanism, points=[f"L{stages}"], run=run).over(motion.z, motion.inputs, np.ones((1, 21)))
+    actual = Influence(mechanism, points=[f"L{stages}"], run=run).over(motion.z, motion.inputs, np.ones((1, 21)))
     width = motion.inputs[0] * mechanism.scale
     height = np.sqrt(4.0 - width**2)
-    assert np.allclose(told.points[0, 0], -1j * stages * width / height, rtol=1e-12)
-    assert np.allclose(told.points_bias[0] / mechanism.scale, -4j * stages / height**3, rtol=1e-12)
+    assert np.allclose(actual.points[0, 0], -1j * stages * width / height, rtol=1e-12)
+    assert np.allclose(actual.points_bias[0] / mechanism.scale, -4j * stages / height**3, rtol=1e-12)
     mechanism, _ = chains.loaded(chains.windows(stages))
     motion = trace(mechanism, 20)
-    told = Influence(mechanism, points=[f"B{stages}"], run=run).over(motion.z, motion.inputs, np.ones((1, 21)))
+    actual = Influence(mechanism, points=[f"B{stages}"], run=run).over(motion.z, motion.inputs, np.ones((1, 21)))
     crank = np.exp(1j * motion.inputs[0])
-    assert np.allclose(told.points[0, 0] * mechanism.scale, 1j * crank, rtol=1e-9)
-    assert np.allclose(told.points_bias[0] * mechanism.scale, -crank, rtol=1e-9)
+    assert np.allclose(actual.points[0, 0] * mechanism.scale, 1j * crank, rtol=1e-9)
+    assert np.allclose(actual.points_bias[0] * mechanism.scale, -crank, rtol=1e-9)
 
 
 # --- rows ----------------------------------------------------------------------------------------------------
 
 
-def test_rows_do_not_depend_on_where_they_stand():
-    """Each row alone, and after rows without a position, has the bits that it has among the others."""
+def test_rows_do_not_depend_on_each_other():
+    """Each row is bit-equal alone, among others, and after rows without a position."""
     mechanism = load(MODELS / "platform_3rrr.yaml")
     motion = trace(mechanism, STEPS)
     made = Differentiator(mechanism, make_plan(mechanism), ORDERS[:2], mechanism.nodes)
@@ -226,7 +226,7 @@ def test_rows_do_not_depend_on_where_they_stand():
 
 @pytest.mark.parametrize("run", [plain, jit.compiled])
 def test_a_crank_without_a_position_has_no_velocity(run):
-    """Its velocity is told by the input alone; a row without a position is empty all the same."""
+    """The input alone determines its velocity; a row without a position is empty nevertheless."""
 
     def change(data):
         for part, names in (("nodes", "B"), ("links", "rocker"), ("links", "coupler"), ("elements", "coupler")):
@@ -242,7 +242,7 @@ def test_a_crank_without_a_position_has_no_velocity(run):
 
 
 @pytest.mark.parametrize("run", [plain, jit.compiled])
-def test_a_singular_group_tells_no_velocity(run):
+def test_a_singular_group_has_no_velocity(run):
     """A platform on three parallel legs can move across them."""
 
     mechanism = load(MODELS / "platform_3rrr.yaml")
@@ -262,7 +262,7 @@ def test_a_singular_group_tells_no_velocity(run):
 
 
 def platform(mechanism):
-    """Return the elbows of the legs, and the corners of the platform that they hold."""
+    """Return the elbows of the legs, and the corners of the platform."""
     corners = next(m.nodes for m in mechanism.members[1:] if len(m.nodes) == 3)
     names = mechanism.nodes
     driven = {a.members[0] for a in mechanism.actuators}
@@ -272,11 +272,11 @@ def platform(mechanism):
 
 
 @pytest.mark.parametrize("jit_mode", ["on", "off"])
-def test_pieces_have_the_columns_of_the_whole(jit_mode):
+def test_pieces_give_the_same_columns_as_the_whole_motion(jit_mode):
     mechanism = load(MODELS / "crank_rocker.yaml")
     whole = motion_table(trace(mechanism, STEPS), order=2)
-    told = TracedRates(mechanism, mechanism.traced, 2, STEPS, jit_mode)
-    pieces = [motion_table(piece, rates=told) for piece in stream(mechanism, STEPS, Options(), rows=300)]
+    actual = TracedRates(mechanism, mechanism.traced, 2, STEPS, jit_mode)
+    pieces = [motion_table(piece, rates=actual) for piece in stream(mechanism, STEPS, Options(), rows=300)]
     for name in whole.names:
         if ".v" in name or ".a" in name or "omega" in name:
             joined = np.concatenate([piece.floats(name) for piece in pieces])
@@ -289,7 +289,7 @@ def test_pieces_have_the_columns_of_the_whole(jit_mode):
 @pytest.mark.parametrize("name", ["gim_fig11", "platform_3rpr", "platform_3rrr", "five_bar", "excavator", "jansen"])
 @pytest.mark.parametrize("run", [plain, jit.compiled])
 def test_coefficients_give_the_velocities_and_accelerations_of_the_laws(name, run):
-    """z' = B q', z'' = B q'' + bias, bias = (dB/dq q') q'; so for the members' angles."""
+    """z' = B q', z'' = B q'' + bias, bias = (dB/dq q') q'; likewise for the angles of members."""
     mechanism = load(MODELS / f"{name}.yaml")
     motion = trace(mechanism, 50)
     _, first, second = law_rates(mechanism, motion.time, 2)
@@ -297,19 +297,19 @@ def test_coefficients_give_the_velocities_and_accelerations_of_the_laws(name, ru
     whole = series.rates(driven(mechanism, motion, first, second), np.arange(51.0), motion.z, 2)
     b = Influence(mechanism, run=run).over(motion.z, motion.inputs, first)
     angular = np.stack([whole.angular(k) for k in range(1, len(mechanism.members))], axis=1)
-    for now, rate, bias, change, told in (
+    for now, rate, bias, change, actual in (
         (b.points, b.points_rate, b.points_bias, b.points_change, whole.nodes[1:]),
         (b.angles, b.angles_rate, b.angles_bias, b.angles_change, angular),
     ):
-        most = np.nanmax(np.abs(told))
-        assert np.nanmax(np.abs(np.einsum("par,ar->pr", now, first) - told[0])) < 1e-11 * most
-        assert np.nanmax(np.abs(rate - told[0])) < 1e-11 * most
-        assert np.nanmax(np.abs(np.einsum("par,ar->pr", now, second) + bias - told[1])) < 1e-11 * most
+        most = np.nanmax(np.abs(actual))
+        assert np.nanmax(np.abs(np.einsum("par,ar->pr", now, first) - actual[0])) < 1e-11 * most
+        assert np.nanmax(np.abs(rate - actual[0])) < 1e-11 * most
+        assert np.nanmax(np.abs(np.einsum("par,ar->pr", now, second) + bias - actual[1])) < 1e-11 * most
         assert np.nanmax(np.abs(np.einsum("par,ar->pr", change, first) - bias)) < 1e-11 * most
 
 
 def driven(mechanism, motion, first, second):
-    """Return the mechanism with laws whose time counts the rows."""
+    """Return the mechanism with laws whose time is the number of the row."""
 
     def law(k):
         table = (motion.inputs[k], first[k], second[k])
@@ -320,7 +320,7 @@ def driven(mechanism, motion, first, second):
 
 
 @pytest.mark.parametrize("name", ["gim_fig11", "platform_3rrr", "crank_rocker"])
-def test_one_position_is_a_row_of_many(name):
+def test_one_position_and_a_row_of_many_agree(name):
     mechanism = load(MODELS / f"{name}.yaml")
     motion = trace(mechanism, 20)
     first = law_rates(mechanism, motion.time, 1)[1]
@@ -350,20 +350,20 @@ def test_the_influence_of_a_crank_on_a_slider():
     bend = -np.cos(t) - (np.cos(t) ** 2 - h * np.sin(t)) / root - h**2 * np.cos(t) ** 2 / root**3
     crank = 1j * np.exp(1j * t)
     made = Influence(mechanism, points=["B", centre])
-    told = made.over(motion.z, motion.inputs, np.full((1, 31), 2.0))
-    first, third = (told.points[k, 0] * mechanism.scale for k in (0, 1))
+    actual = made.over(motion.z, motion.inputs, np.full((1, 31), 2.0))
+    first, third = (actual.points[k, 0] * mechanism.scale for k in (0, 1))
     assert np.max(np.abs(first - slider)) < 1e-13
     ends = {"A": crank, "B": slider}
     assert np.max(np.abs(third - (2 * ends[names[0]] + ends[names[1]]) / 3)) < 1e-13
-    assert np.max(np.abs(told.points_bias[0] * mechanism.scale - 4.0 * bend)) < 1e-12
+    assert np.max(np.abs(actual.points_bias[0] * mechanism.scale - 4.0 * bend)) < 1e-12
 
 
-def test_coefficients_at_a_singular_position_are_none():
+def test_coefficients_at_a_singular_position_are_nan():
     motion = run_model("parallelogram", 8, laws={"motor": {"from": -90, "to": 270}}).motion
     flat = np.abs(np.sin(motion.inputs[0])) < 1e-9
-    told = Influence(motion.mechanism).over(motion.z, motion.inputs)
-    assert np.array_equal(np.isnan(told.points).all(axis=(0, 1)), flat)
-    assert np.array_equal(np.isnan(told.angles).any(axis=(0, 1)), flat)
+    actual = Influence(motion.mechanism).over(motion.z, motion.inputs)
+    assert np.array_equal(np.isnan(actual.points).all(axis=(0, 1)), flat)
+    assert np.array_equal(np.isnan(actual.angles).any(axis=(0, 1)), flat)
 
 
 def test_a_mechanism_without_inputs_has_no_influence():
@@ -377,7 +377,7 @@ def test_a_mechanism_without_inputs_has_no_influence():
 
 @pytest.mark.parametrize(("m", "n"), [(1, 1), (2, 2), (6, 6), (9, 6), (14, 12)])
 @pytest.mark.parametrize("run", [plain, jit.compiled])
-def test_reflections_over_lanes_solve_as_lapack_does(m, n, run):
+def test_reflections_over_lanes_agree_with_lapack(m, n, run):
     generator = np.random.default_rng(m + n)
     table, right = generator.standard_normal((m, n, 5)), generator.standard_normal((m, 5))
     table[0, 0] = 0.0

@@ -1,4 +1,4 @@
-"""Measures along a circuit, through the limits of its input, against closed forms and the rows' own geometry."""
+"""Measures along a circuit, through limits of the input, compared with closed forms and geometry."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from gimcli.errors import UsageError
 from gimcli.rates.arclength_derivatives import ArclengthDerivatives
 
 CHEBYSHEV = MODELS / "chebyshev.yaml"
-"""Frame 4, crossed rockers 5, coupler 2: O2 = 0, O4 = 4; the input rocks between two limits."""
+"""Frame 4, crossed rockers 5, coupler 2: O2 = 0, O4 = 4; the input oscillates between two limits."""
 
 
 def traced(path: Path, folder: Path, *options: object) -> tuple[dict[str, Any], dict[str, np.ndarray[Any, Any]]]:
@@ -47,36 +47,36 @@ def circle_through(z: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
 
 
 def test_instant_centre_of_a_whole_circuit(tmp_path: Path) -> None:
-    """It is where the lines of the rockers meet, at the limits of the input too (Kennedy)."""
+    """It is the intersection of the lines of the rockers, also at the limits of the input (Kennedy)."""
     report, columns = traced(CHEBYSHEV, tmp_path, "--circuit", "-n", 240, "-m", "centre:frame/coupler")
     a, b = joints(columns)
     arm = b - 4.0
     meet = a * (4.0 * arm.conjugate()).imag / (a * arm.conjugate()).imag
-    told = columns["centre:frame/coupler.x"] + 1j * columns["centre:frame/coupler.y"]
-    assert np.abs(told - meet).max() < 1e-12 * np.abs(meet).max()
+    actual = columns["centre:frame/coupler.x"] + 1j * columns["centre:frame/coupler.y"]
+    assert np.abs(actual - meet).max() < 1e-12 * np.abs(meet).max()
     assert sum(event["kind"] == "limit" for event in report["events"]) == 2
     assert report["measures"]["centre:frame/coupler"]["columns"]["centre:frame/coupler.x"]["empty"] == 0
 
 
-def test_curvature_of_a_rocker_s_end_is_that_of_its_circle(tmp_path: Path) -> None:
-    """A and B run on circles of radius 5, to and fro: the sign is that of the sense."""
+def test_the_curvature_of_the_path_of_a_rockers_end(tmp_path: Path) -> None:
+    """A and B move back and forth on circles of radius 5; the sign depends on the direction."""
     text = CHEBYSHEV.read_text().replace("trace: [P]", "trace: [P, A, B]")
     (tmp_path / "m.yaml").write_text(text)
     _, columns = traced(tmp_path / "m.yaml", tmp_path, "--circuit", "-n", 300, "-m", "curvature:B", "-m", "curvature:A")
     for name in "AB":
-        told = columns[f"curvature:{name}.curvature"]
+        actual = columns[f"curvature:{name}.curvature"]
         path = columns[f"{name}.x"] + 1j * columns[f"{name}.y"]
-        assert np.abs(told) == pytest.approx(np.full(301, 0.2), abs=1e-7)  # 1e-9 but where B rests
+        assert np.abs(actual) == pytest.approx(np.full(301, 0.2), abs=1e-7)  # 1e-9 except where B is at rest
         sense = (np.conj(path - (0.0 if name == "A" else 4.0)) * np.gradient(path)).imag
         clear = np.abs(sense) > 0.1 * np.abs(sense).max()
-        assert np.array_equal(np.sign(told[clear]), np.sign(sense[clear]))
-        assert {-1.0, 1.0} == set(np.sign(told[clear]))
+        assert np.array_equal(np.sign(actual[clear]), np.sign(sense[clear]))
+        assert {-1.0, 1.0} == set(np.sign(actual[clear]))
         centre = columns[f"curvature:{name}.centre.x"] + 1j * columns[f"curvature:{name}.centre.y"]
         assert np.abs(centre - (0.0 if name == "A" else 4.0)).max() < 1e-6
 
 
-def test_area_swept_to_and_fro_is_none(tmp_path: Path) -> None:
-    """Both ends of the coupler retrace arcs: the planimeter comes back to 0, with an error of fourth order."""
+def test_the_signed_area_of_a_motion_back_and_forth_is_zero(tmp_path: Path) -> None:
+    """Both ends of the coupler retrace arcs: the signed area returns to 0, with an error of fourth order."""
     ends = []
     for steps in (240, 480):
         _, columns = traced(CHEBYSHEV, tmp_path, "--circuit", "-n", steps, "-m", "area:coupler")
@@ -87,20 +87,20 @@ def test_area_swept_to_and_fro_is_none(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("how", [["--circuit"], ["--at-limit", "reverse"]], ids=" ".join)
-def test_curvature_bends_as_the_path_does(how: list[str], tmp_path: Path) -> None:
-    """Beyond a limit too, the sign is that of the rows: the circle through three of them tells it."""
+def test_the_sign_of_the_curvature_agrees_with_the_path(how: list[str], tmp_path: Path) -> None:
+    """Also beyond a limit; compared with the circle through three rows."""
     (tmp_path / "m.yaml").write_text(CHEBYSHEV.read_text().replace("{from: 38, to: 100}", "{from: 60, to: 200}"))
     _, columns = traced(tmp_path / "m.yaml", tmp_path, *how, "-n", 1000, "-m", "curvature:P")
-    told, path = columns["curvature:P.curvature"][1:-1], columns["P.x"] + 1j * columns["P.y"]
+    actual, path = columns["curvature:P.curvature"][1:-1], columns["P.x"] + 1j * columns["P.y"]
     steps = np.abs(np.diff(path))
-    even = np.abs(np.log(steps[1:] / steps[:-1])) < 0.1  # the input's limit is approached like a root
-    clear = even & (np.abs(told) > 0.1) & (np.abs(told) < 1.0)
+    even = np.abs(np.log(steps[1:] / steps[:-1])) < 0.1  # near the limit of the input
+    clear = even & (np.abs(actual) > 0.1) & (np.abs(actual) < 1.0)
     assert np.count_nonzero(clear) > 200
-    assert np.abs(circle_through(path) - told)[clear].max() < 0.02
+    assert np.abs(circle_through(path) - actual)[clear].max() < 0.02
 
 
 def test_both_branches_are_measured(tmp_path: Path) -> None:
-    """The coupler of a parallelogram only shifts, on the other branch its centre is where the cranks' lines meet."""
+    """The coupler of a parallelogram translates; on the other branch its centre is the intersection of the cranks."""
     report, columns = traced(MODELS / "parallelogram.yaml", tmp_path, "--all-branches", "-m", "centre:frame/coupler")
     there = np.isfinite(columns["centre:frame/coupler.x"])
     assert not there[columns["branch"] == 1].any()
@@ -108,15 +108,15 @@ def test_both_branches_are_measured(tmp_path: Path) -> None:
     assert [set(c["measures"]) for c in report["circuits"]] == [{"centre:frame/coupler"}] * 2
 
 
-def test_rates_of_a_motion_by_its_law_stay_refused(tmp_path: Path) -> None:
+def test_rates_by_time_are_rejected_for_a_circuit(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["trace", str(CHEBYSHEV), "--circuit", "--plot", "velocity", "-o", str(tmp_path)])
     assert isinstance(done.exception, UsageError)
     assert "law" in str(done.exception)
 
 
 @pytest.mark.parametrize("name", ["chebyshev", "scissor_lift", "gim_fig11", "floating_hexagon", "excavator"])
-def test_third_derivatives_are_those_of_the_second(name: str) -> None:
-    """Against differences along the direction, with the order 2 of central ones; rotary, linear and several inputs."""
+def test_third_derivatives_agree_with_differences_of_the_second(name: str) -> None:
+    """Central differences along the direction, of second order; for rotary, linear and several inputs."""
     curve = PositionCurve(load(MODELS / f"{name}.yaml"))
     rng = np.random.default_rng(3)
     p = np.append(rng.normal(size=curve.system.n), 0.4 * curve.span)
@@ -132,28 +132,28 @@ def test_third_derivatives_are_those_of_the_second(name: str) -> None:
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["double_butterfly", "stephenson_2", "stephenson_3_far"])
-def test_derivatives_by_the_length(name: str) -> None:
-    """The third is the difference of the second, on coupled groups, limits of the input and all."""
+def test_derivatives_by_the_arc_length(name: str) -> None:
+    """The third agrees with differences of the second, also for coupled groups and at limits of the input."""
     circuit = drawn_circuit(load(MODELS / f"{name}.yaml"), 1e-10)
     errors = []
     for rows in (401, 801):
-        sight = ArclengthDerivatives(circuit_motion(circuit, rows, 1e-10))
-        nodes, s = sight.along_to(3).nodes, sight.clock
-        told = (nodes[2][:, 2:] - nodes[2][:, :-2]) / (s[2:] - s[:-2])
-        errors.append(float(np.quantile(np.abs(told - nodes[3][:, 1:-1]), 0.5)))
+        derivatives = ArclengthDerivatives(circuit_motion(circuit, rows, 1e-10))
+        nodes, s = derivatives.along_to(3).nodes, derivatives.clock
+        actual = (nodes[2][:, 2:] - nodes[2][:, :-2]) / (s[2:] - s[:-2])
+        errors.append(float(np.quantile(np.abs(actual - nodes[3][:, 1:-1]), 0.5)))
     assert errors[1] < 0.3 * errors[0]
 
 
 def test_velocities_on_a_chosen_branch(tmp_path: Path) -> None:
-    """A parallelogram that turns off at its flat position: those of the rows, with the order 2 of differences."""
+    """A parallelogram that takes the crossed branch at its flat position; differences of rows, of second order."""
     text = (MODELS / "parallelogram.yaml").read_text()
     (tmp_path / "m.yaml").write_text(text.replace("{from: 5, to: 170}", "{from: 5, to: 300}"))
     errors = []
     for steps in (360, 720):
         _, columns = traced(tmp_path / "m.yaml", tmp_path, "--branch", 2, "-n", steps, "-d", 1)
         z, v = (columns[f"M.{a}x"] + 1j * columns[f"M.{a}y"] for a in ("", "v"))
-        told = (z[2:] - z[:-2]) / (2.0 * columns["time"][1])
-        errors.append(float(np.nanquantile(np.abs(told - v[1:-1]), 0.9)))
+        actual = (z[2:] - z[:-2]) / (2.0 * columns["time"][1])
+        errors.append(float(np.nanquantile(np.abs(actual - v[1:-1]), 0.9)))
         assert np.count_nonzero(np.isnan(v)) < 4
     assert errors[1] < 0.3 * errors[0]
     assert errors[1] < 1e-3 * np.nanmax(np.abs(v))
