@@ -1,4 +1,4 @@
-"""Every way to assemble a mechanism at given inputs, with a certificate that none is missing."""
+"""All configurations (assembly modes) of a mechanism at given inputs, with a proof that none is missing."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def all_configurations(
 ) -> Configurations:
     """Return every configuration at inputs (actuators,) that fulfils the constraints to a tolerance.
 
-    `progress` is told how many roots of how many are known where a structure is met for the first time.
-    Raises StructureError where the mechanism is not driven or over-driven.
+    `progress` is called with the numbers of known and of all roots while a new structure is solved for the first time.
+    Raises StructureError if the mechanism is underdriven or overdriven.
     """
     refuse_unfit(mechanism)
     assembler = ConfigurationFinder(mechanism, tolerance)
@@ -32,11 +32,11 @@ def all_configurations(
 
 
 SAME = 1e-6
-"""Two positions are one configuration when no node is farther away, relative to the size."""
+"""Greatest distance of nodes, relative to the size, between two positions of the same configuration."""
 
 
 def drawn_configuration(found: Configurations) -> int | None:
-    """Return which configuration the drawn position moves to, as `gim solve` finds it; None where that fails."""
+    """Return the number of the configuration that `gim solve` finds from the initial position; None if it fails."""
     from gimcli.motion.solve import solve
     from gimcli.positions.options import Options
     from gimcli.status import Status

@@ -1,8 +1,7 @@
-"""All configurations of a mechanism: the roots of its Assur groups, one group after the other.
+"""All configurations of a mechanism, from the roots of its Assur groups, one group after the other.
 
-Every partial configuration is the ground of the next group; the real ones of the mechanism are the leaves of
-that tree. What was left out of a mechanism that is held more than once is told by the residual of all its
-constraints as written.
+Every partial configuration is the ground of the next group; the leaves of this tree are the configurations of the
+mechanism. Redundant constraints are left out; the residual of all constraints shows whether they are fulfilled.
 """
 
 from __future__ import annotations
@@ -30,42 +29,42 @@ from gimcli.progress import Progress, no_progress
 from gimcli.structure.residual import holds, residual
 
 DIGITS = 7
-"""Digits of the angles by which configurations are ordered: more than enough, fewer than rounding spoils."""
+"""Decimals of the angles by which configurations are ordered: fewer than those changed by rounding."""
 
 Solver = Callable[[int, tuple[int, ...], LoopGroup, Loops], Roots]
-"""Roots of a group, by its number, the branches that led there, and its loops."""
+"""Function that returns the roots of a group from its number, the branches of earlier groups, and its loops."""
 
 
 @dataclass(frozen=True)
 class RootReport:
-    """What one Assur group gave over all the partial configurations that it was solved on."""
+    """Result of one Assur group over all partial configurations on which it was solved."""
 
-    nodes: tuple[str, ...]  # placed by it
+    nodes: tuple[str, ...]  # names of its nodes
     loops: int
-    count: int | None  # complex roots of a generic group; None where it costs too much
-    solved: int = 0  # partial configurations that it hangs on
-    roots: int = 0  # complex roots proved
+    count: int | None  # complex roots of a generic group; None if the count takes too long
+    solved: int = 0  # number of partial configurations on which it was solved
+    roots: int = 0  # number of proved complex roots
     real: int = 0
     infinite: int = 0
     doubtful: int = 0  # multiple roots, or points of a curve of roots
     missing: int = 0
     level: int = REACHED
-    free: bool = False  # folded so that it turns freely
+    free: bool = False  # a folded dyad that turns freely
 
 
 @dataclass(frozen=True)
 class Configurations:
-    """Every way to assemble a mechanism at some inputs that was found, and how far that is all."""
+    """The configurations of a mechanism at given inputs that were found, and how complete they are."""
 
     mechanism: Mechanism = field(repr=False)
     inputs: FloatArray  # (actuators,)
     z: ComplexArray = field(repr=False)  # (configurations, nodes) normal frame
     residual: FloatArray  # (configurations,) recomputed from the members as written
-    radius: FloatArray  # (configurations,) within which the root is proved [rad, normal frame]; infinite: doubtful
-    branches: tuple[tuple[int, ...], ...]  # of every group that has a choice
-    groups: tuple[RootReport, ...]  # that have a choice
-    surplus: tuple[str, ...]  # constraints that were left out and then checked
-    unfit: int = 0  # that do not fulfil all constraints, though none was left out
+    radius: FloatArray  # (configurations,) radius of the proof [rad, normal frame]; infinite: doubtful
+    branches: tuple[tuple[int, ...], ...]  # of every group with several roots
+    groups: tuple[RootReport, ...]  # groups with several roots
+    surplus: tuple[str, ...]  # redundant constraints that were left out and then checked
+    unfit: int = 0  # number that violate a constraint although none was left out
 
     def __len__(self) -> int:
         return len(self.z)
@@ -79,23 +78,23 @@ class Configurations:
 
     @property
     def complete(self) -> bool:
-        """Tell whether it is proved that no other configuration exists."""
+        """Return whether it is proved that there is no other configuration."""
         return self.level <= REALS
 
     @property
     def bound(self) -> int:
-        """Complex configurations of such a mechanism in general; where that is not known, those found."""
+        """Number of complex configurations of a generic mechanism of this structure; if unknown, of those found."""
         counts = [g.count if g.count is not None else -(-g.roots // max(g.solved, 1)) for g in self.groups]
         return prod(counts)
 
     @property
     def missing(self) -> int:
-        """Roots of the groups that are not accounted for."""
+        """Number of roots of the groups that were not found."""
         return sum(g.missing for g in self.groups)
 
     @property
     def signs(self) -> tuple[str, ...]:
-        """The assembly in short: + or - for a dyad, a number for a coupled group."""
+        """Short names of the configurations: + or - for a dyad, a number for a coupled group."""
         return tuple(
             "".join(("+-"[b] if g.loops == 1 else f"({b + 1})") for b, g in zip(branch, self.groups, strict=True))
             for branch in self.branches
@@ -104,7 +103,7 @@ class Configurations:
 
 @dataclass
 class _Leaves:
-    """The partial configurations so far."""
+    """The partial configurations found so far."""
 
     state: LoopState
     branches: list[tuple[int, ...]]
@@ -112,7 +111,7 @@ class _Leaves:
 
 
 class ConfigurationFinder:
-    """What is the same for all inputs of a mechanism: its groups in the order of solution."""
+    """Finds configurations at any inputs; keeps the groups of the mechanism in the order of solution."""
 
     def __init__(self, mechanism: Mechanism, tolerance: float = FITS) -> None:
         self.mechanism, self.tolerance = mechanism, tolerance
@@ -141,7 +140,7 @@ class ConfigurationFinder:
     def afresh(
         self, number: int, branch: tuple[int, ...], group: LoopGroup, loops: Loops, near: Roots | None = None
     ) -> Roots:
-        """Return the roots of a group, in an order of their own; `near` are those of almost the same loops."""
+        """Return the roots of a group in a reproducible order; `near` are the roots of almost the same loops."""
         roots = all_roots(loops, self.progress, near)
         return replace(roots, proven=roots.proven.take(_order(group, roots.proven)))
 
@@ -210,7 +209,7 @@ class ConfigurationFinder:
         )  # fmt: skip
 
     def _places(self, state: LoopState, inputs: FloatArray) -> ComplexArray:
-        """Return all nodes (nodes, configurations): those that go along with their bodies too."""
+        """Return the positions of all nodes (nodes, configurations)."""
         linkage = self.linkage
         z = state.place[linkage.bodies :].copy()
         place, turn = state.place[: linkage.bodies].copy(), state.turn.copy()
@@ -219,8 +218,8 @@ class ConfigurationFinder:
             member = self.mechanism.members[body]
             a, b = [k for k, n in enumerate(member.nodes) if np.isfinite(z[n]).all()][:2]
             with np.errstate(all="ignore"):
-                way = (z[member.nodes[b]] - z[member.nodes[a]]) / (member.shape[b] - member.shape[a])
-                turn[body] = way / np.abs(way)
+                ratio = (z[member.nodes[b]] - z[member.nodes[a]]) / (member.shape[b] - member.shape[a])
+                turn[body] = ratio / np.abs(ratio)
             place[body] = z[member.nodes[a]] - turn[body] * member.shape[a]
         self._carry(z, place, turn, inputs, lambda joint: joint.body in linkage.dropped)
         return z
@@ -240,7 +239,7 @@ _Root = tuple[int, int, ComplexArray, float]
 
 
 def _left_out(whole: Linkage, kept: Linkage) -> tuple[str, ...]:
-    """Return the names of the constraints that were left out."""
+    """Return the names of the redundant constraints that were left out."""
     names = [whole.mechanism.members[b].name for b in sorted(kept.dropped)]
     left = {(j.body, j.node, j.name) for j in (*kept.joints, *kept.carried)}
     names += [j.name for j in whole.joints if j.direction is not None and (j.body, j.node, j.name) not in left]
@@ -289,7 +288,7 @@ def _counted(report: RootReport, roots: Roots) -> RootReport:
 
 
 def _order(group: LoopGroup, proven: Proven) -> NDArray[np.int64]:
-    """Return an order of roots that does not depend on how they were found: the real ones first, by their angles."""
+    """Return a reproducible order of roots: the real ones first, sorted by angles."""
     n = group.family.angles
     keys = [~proven.real[:, None], _wrapped(proven.w[:, :n].imag), proven.w[:, n:].real, proven.w[:, :n].real]
     table = np.round(np.concatenate([*keys, proven.w[:, n:].imag], axis=1), DIGITS)

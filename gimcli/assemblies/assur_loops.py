@@ -1,9 +1,9 @@
-"""Assur groups of a linkage, and what to leave out of one that is held more than once.
+"""Assur groups of a linkage, and the choice of its redundant constraints.
 
-Unknowns are x, y of every moving body and node, one angle a rotation class and one travel a slide; a joint is
-two equations. The rank is that of a linkage with random dimensions, which a joint's own point always closes.
-A matching of equations to unknowns directs the structure; its strongly connected components, in topological
-order, are the Assur groups. Source: Servatius, Shai & Whiteley 2010; Fraczek & Wojtyra on redundant constraints.
+Unknowns are x, y of every moving body and node, one angle per rotation class and one travel per slide; a joint gives
+two equations. The rank is computed for random dimensions at which all joints close. A matching of equations to unknowns
+directs the structure; its strongly connected components in topological order are the Assur groups. Source: Servatius,
+Shai & Whiteley 2010; Fraczek & Wojtyra on redundant constraints.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ from gimcli.mechanism import FRAME, IntArray
 from gimcli.structure.dulmage_mendelsohn import components, match
 
 RANGE = 1 << 20
-"""Random places are integers up to this."""
+"""Greatest random coordinate (integers)."""
 
 SEED = 20040401
 
 
 @dataclass(frozen=True)
 class GroupPart:
-    """What one Assur group finds."""
+    """The unknowns and equations of one Assur group."""
 
-    vertices: tuple[int, ...]  # bodies and nodes placed
-    classes: tuple[int, ...]  # rotation classes turned
-    slides: tuple[int, ...]  # joints whose travel is found
-    joints: tuple[int, ...]  # joints that are its equations
+    vertices: tuple[int, ...]  # bodies and nodes
+    classes: tuple[int, ...]  # rotation classes
+    slides: tuple[int, ...]  # joints with an unknown travel
+    joints: tuple[int, ...]  # joints that give its equations
 
 
 @dataclass
 class Unknowns:
-    """Columns: ("p", vertex) twice, ("t", class), ("s", joint)."""
+    """Numbers of the unknowns: ("p", vertex) twice, ("t", class), ("s", joint)."""
 
     linkage: Linkage
     column: dict[tuple[str, int], int] = field(default_factory=dict)
@@ -69,10 +69,10 @@ class Unknowns:
 
 
 def independent(linkage: Linkage) -> Linkage:
-    """Return the linkage without surplus constraints, one after the other.
+    """Return the linkage without redundant constraints, which are removed one after the other.
 
-    A bar goes as a whole, a slide as a joint; any other pin is let slide. What is left out is told by the
-    residual afterwards. Raises StructureError where something can still move.
+    A bar is removed as a whole, a slide as a joint; another pin becomes a slide. The residual of the removed
+    constraints is checked afterwards. Raises StructureError if the linkage can still move.
     """
     loose = len(linkage.loose)
     while True:
@@ -85,13 +85,13 @@ def independent(linkage: Linkage) -> Linkage:
 
 
 def _determined(linkage: Linkage) -> bool:
-    """Tell whether the joints determine all unknowns."""
+    """Return whether the joints determine all unknowns."""
     rank, _, columns = _rank(linkage)
     return rank == columns
 
 
 def _reduced(linkage: Linkage) -> Iterator[Linkage]:
-    """Yield the linkage with one constraint less: the last bars first."""
+    """Yield linkages with one constraint less, beginning with the last bars."""
     pins = Counter(j.body for j in linkage.joints)
     members = len(linkage.mechanism.members)
     for body in range(members - 1, FRAME, -1):
@@ -115,9 +115,9 @@ def _rank(linkage: Linkage) -> tuple[int, int, int]:
 
 
 def generic_jacobian(linkage: Linkage) -> IntArray:
-    """Return the derivatives of all joints (2 joints, unknowns) at a random position that they close.
+    """Return the derivatives of all joints (2 joints, unknowns) at a random position in which they close.
 
-    Places are integers: the rank is told modulo a prime, exactly, however long a chain is.
+    Coordinates are integers, so that the rank modulo a prime is exact for chains of any length.
     """
     unknowns, generator = Unknowns(linkage), np.random.default_rng(SEED)
     place = generator.integers(-RANGE, RANGE, (linkage.vertices, 2))
@@ -139,7 +139,7 @@ def generic_jacobian(linkage: Linkage) -> IntArray:
 
 
 def _rail(linkage: Linkage, index: int, place: IntArray, generator: np.random.Generator) -> IntArray:
-    """Return a rail's direction: random, but through the pin that it runs through."""
+    """Return a random direction of a rail; if the rail passes a pin of its body, the direction through that pin."""
     joint = linkage.joints[index]
     if joint.through == NONE:
         return np.asarray(generator.integers(-RANGE, RANGE, 2))
@@ -165,7 +165,7 @@ def _eliminated(table: IntArray) -> tuple[IntArray, list[int]]:
 
 
 def _refuse(linkage: Linkage) -> None:
-    """Raise StructureError with the nodes that nothing drives."""
+    """Raise StructureError with the names of the undriven nodes."""
     unknowns = Unknowns(linkage)
     reduced, pivots = _eliminated(generic_jacobian(linkage))
     moving = np.ones(unknowns.count, dtype=bool)
@@ -176,13 +176,13 @@ def _refuse(linkage: Linkage) -> None:
         if kind == "p" and which >= linkage.bodies and moving[at : at + 2].any():
             names.append(linkage.mechanism.nodes[which - linkage.bodies])
     raise StructureError(
-        f"nothing drives {'nodes ' + ', '.join(names) if names else 'all of ' + linkage.mechanism.name}: at these"
-        " inputs there are not some configurations but a motion; add an actuator for each freedom"
+        f"nothing drives {'nodes ' + ', '.join(names) if names else 'all of ' + linkage.mechanism.name}: they can move"
+        " at these inputs; add an actuator for each degree of freedom"
     )
 
 
 def parts(linkage: Linkage) -> list[GroupPart]:
-    """Return the Assur groups of a linkage without surplus constraints, in the order of solution."""
+    """Return the Assur groups of a linkage without redundant constraints, in the order of solution."""
     unknowns = Unknowns(linkage)
     rows: list[list[int]] = []  # columns of every equation
     for k in range(len(linkage.joints)):
@@ -193,7 +193,7 @@ def parts(linkage: Linkage) -> list[GroupPart]:
     for row, columns_of in enumerate(rows):
         for column in columns_of:
             entered[column].append(row)
-    whole = list(range(unknowns.count))  # x and y of a vertex are one
+    whole = list(range(unknowns.count))  # x and y of a vertex belong to the same group
     for (kind, _), at in unknowns.column.items():
         if kind == "p":
             whole[at + 1] = at

@@ -1,9 +1,9 @@
-"""Proof that a root exists, is the only one near, and is real or not.
+"""Proof that a root exists, that it is isolated, and whether it is real.
 
-With Y the inverse of the Jacobian at w, beta = |Y F| + |Y| err F bounds the correction and kappa the change of
-I - Y J in the ball of radius rho about w; where max beta + kappa rho < rho the ball holds exactly one root
-(Kantorovich; Krawczyk). The smallest such rho encloses the root, the largest tells how far no other is.
-Rounding is bounded by terms of eps, not by directed rounding; the proof is for the coefficients as rounded.
+With Y the inverse of the Jacobian at w, beta = |Y F| + |Y| err F bounds the correction, and kappa the change of
+I - Y J in the ball of radius rho about w. If max beta + kappa rho < rho, the ball contains exactly one root
+(Kantorovich; Krawczyk). The smallest such rho encloses the root; within the largest there is no other root.
+Rounding is bounded by terms of eps, not by directed rounding; the proof holds for the rounded coefficients.
 """
 
 from __future__ import annotations
@@ -21,35 +21,35 @@ from gimcli.mechanism import ComplexArray, FloatArray
 
 EPS = float(np.finfo(float).eps)
 LADDER: FloatArray = 10.0 ** np.linspace(-14.5, 0.25, 60)
-"""Radii that are tried [rad, lengths of the normal frame]: from rounding to where no bound holds."""
+"""Radii that are tried [rad, lengths of the normal frame], from rounding to values without any bound."""
 
 REAL_CORRECTIONS = 2
-"""Newton-Raphson steps that a proved root is given when it is laid on the real ones: it is there but for rounding."""
+"""Newton-Raphson steps of a proved real root after projection to real values, for rounding errors only."""
 
 
 @dataclass(frozen=True)
 class Proven:
-    """Candidates and what is proved of them; one row a candidate."""
+    """Candidates and their proofs; one row per candidate."""
 
     w: ComplexArray  # (roots, n + q)
-    small: FloatArray  # (roots,) radius that encloses the root; infinite where nothing is proved
-    large: FloatArray  # (roots,) radius within which it is the only one
-    off: FloatArray  # (roots,) distance from its own mirror image
-    residual: FloatArray  # (roots,) |f|, |g| over the largest coefficient
+    small: FloatArray  # (roots,) radius that encloses the root; infinite without a proof
+    large: FloatArray  # (roots,) radius within which it is the only root
+    off: FloatArray  # (roots,) distance from its mirror image
+    residual: FloatArray  # (roots,) |f|, |g| relative to the largest coefficient
 
     @property
     def sure(self) -> NDArray[np.bool_]:
-        """Tell which are proved."""
+        """Whether each is proved (roots,)."""
         return np.isfinite(self.small)
 
     @property
     def real(self) -> NDArray[np.bool_]:
-        """Tell which are proved real: the mirror image lies where no other root is."""
+        """Whether each is proved to be real (roots,): its mirror image is where there is no other root."""
         return np.asarray(self.sure & (self.off + self.small < self.large))
 
     @property
     def complex(self) -> NDArray[np.bool_]:
-        """Tell which are proved not real."""
+        """Whether each is proved not to be real (roots,)."""
         return np.asarray(self.sure & ~self.real & (self.off > 2.0 * self.small))
 
     def take(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> Proven:
@@ -62,7 +62,7 @@ class Proven:
 
 
 def prove(family: Family, H: ComplexArray, w: ComplexArray) -> Proven:
-    """Return what is proved of candidates w (roots, n + q); H as of the family, one or one a candidate."""
+    """Return the proofs of candidates w (roots, n + q); H (2, L, 1 + n + q), or one for each candidate."""
     with np.errstate(all="ignore"):
         value, jacobian = values_and_jacobian(family, H, w)
         usable = np.asarray(np.isfinite(jacobian).all(axis=(1, 2)) & np.isfinite(value).all(axis=1))
@@ -79,16 +79,16 @@ def prove(family: Family, H: ComplexArray, w: ComplexArray) -> Proven:
 
 
 def mirror_distance(family: Family, w: ComplexArray) -> FloatArray:
-    """Return how far points are from their images under theta -> 1/conj(theta), s -> conj(s)."""
+    """Return the distances of points from their images under theta -> 1/conj(theta), s -> conj(s)."""
     n = family.angles
     parts = np.concatenate([np.abs(w[:, :n].real), np.abs(w[:, n:].imag)], axis=1)
     return np.asarray(2.0 * np.max(parts, axis=1, initial=0.0))
 
 
 def real_form(family: Family, H: ComplexArray, w: ComplexArray) -> ComplexArray:
-    """Return real roots with unit theta and real s, corrected as such: the loops then close as well as they can.
+    """Return real roots with |theta| = 1 and real s, corrected with these conditions.
 
-    w (roots, n + q); H one, or one a root.
+    w (roots, n + q); one H for all, or one for each root.
     """
     n, L = family.angles, family.loops
     unit = np.concatenate([np.full(n, 1j), np.ones(family.slides)])
@@ -109,7 +109,7 @@ def _inverse(J: NDArray[Any]) -> NDArray[Any]:
 
 
 def each_of(solve: Callable[..., NDArray[Any]], like: NDArray[Any], *stacks: NDArray[Any]) -> NDArray[Any]:
-    """Return what numpy solves stacks of matrices for, NaN as `like` has them where one is exactly singular."""
+    """Return the results of a numpy function for stacks of matrices; NaN, shaped as `like`, for singular ones."""
     try:
         return np.asarray(solve(*stacks))
     except np.linalg.LinAlgError:
@@ -123,9 +123,9 @@ def each_of(solve: Callable[..., NDArray[Any]], like: NDArray[Any], *stacks: NDA
 def _bounds(
     family: Family, H: ComplexArray, w: ComplexArray, value: ComplexArray, J: ComplexArray, Y: ComplexArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return beta and the row sums of |I - Y J| as (roots, m, 2), and what grows with the radius.
+    """Return beta and the row sums of |I - Y J| as (roots, m, 2), and the terms that grow with the radius.
 
-    The row sums of |Y| E are (roots, m) times e^rho - 1, and (roots, m, q) times (|s| + rho) e^rho - |s|.
+    The row sums of |Y| E are (roots, m) times e^rho - 1, plus (roots, m, q) times (|s| + rho) e^rho - |s|.
     """
     n, size = family.angles, w.shape[1]
     ab, ride = factors(family, w)
@@ -143,7 +143,7 @@ def _bounds(
 
 
 def _radii(fixed: FloatArray, growing: FloatArray, riding: FloatArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the smallest and the largest radius of the ladder that are proved; infinite and 0 where none is."""
+    """Return the smallest and the largest proved radius of the ladder; infinite and 0 if none is proved."""
     kappa = fixed[:, :, 1, None] + growing[:, :, None] * np.expm1(LADDER)
     if s.shape[1]:
         reach = (s[:, :, None] + LADDER) * np.exp(LADDER) - s[:, :, None]
@@ -156,7 +156,7 @@ def _radii(fixed: FloatArray, growing: FloatArray, riding: FloatArray, s: FloatA
 
 
 def distances(family: Family, a: ComplexArray, b: ComplexArray) -> FloatArray:
-    """Return the distances of points (roots, n + q) from others, angles modulo a turn."""
+    """Return the distances of points (roots, n + q) from others; angles are compared modulo a full turn."""
     n = family.angles
     gap = a[:, None, :] - b[None, :, :]
     turn = 2.0 * np.pi
@@ -165,7 +165,7 @@ def distances(family: Family, a: ComplexArray, b: ComplexArray) -> FloatArray:
 
 
 def distinct(family: Family, proven: Proven) -> Proven:
-    """Return the proved candidates, each root once."""
+    """Return the proved candidates without duplicates."""
     proven = proven.take(proven.sure)
     if len(proven.w) < 2:
         return proven

@@ -1,7 +1,7 @@
 """All configurations over many inputs: every complex root of a coupled group is followed from row to row.
 
-A row's roots start the paths to the next through a complex linkage half-way, off the real inputs at which roots
-meet; so none is lost, and the same number keeps meaning the same root between two such meetings.
+The paths from one row to the next pass through a complex linkage between them, since roots coincide at some real
+inputs; so no root is lost, and a root keeps its number between two such inputs.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from gimcli.progress import Progress, no_progress
 SEED = 360
 
 Place = tuple[int, tuple[int, ...]]
-"""A group on a partial configuration."""
+"""The number of a group, and the branches of the partial configuration on which it is solved."""
 
 
 @dataclass
 class RootFollower:
-    """Roots of every coupled group in the row before, by the branches that led there."""
+    """Follows the roots of every coupled group from the row before, for each partial configuration."""
 
     assembler: ConfigurationFinder
     before: dict[Place, tuple[ComplexArray, Roots]] = field(default_factory=dict)
     now: dict[Place, tuple[ComplexArray, Roots]] = field(default_factory=dict)
-    fresh: int = 0  # groups that were solved from a generic linkage
+    fresh: int = 0  # number of groups that were solved from a generic linkage
 
     def __post_init__(self) -> None:
         self.generator = np.random.default_rng(SEED)
@@ -56,7 +56,7 @@ class RootFollower:
         return roots
 
     def _followed(self, group: LoopGroup, before: ComplexArray, roots: Roots, H: ComplexArray) -> Roots | None:
-        """Follow all roots to new coefficients; None where one is lost."""
+        """Return all roots followed to new coefficients; None if one is lost."""
         family = group.family
         change = float(np.max(np.abs(H - before)))
         if change == 0.0:
@@ -85,7 +85,7 @@ def configurations_over(
 ) -> list[Configurations]:
     """Return all configurations at every column of inputs (actuators, rows).
 
-    Raises StructureError where the mechanism is not driven or over-driven.
+    Raises StructureError if the mechanism is underdriven or overdriven.
     """
     follower = RootFollower(ConfigurationFinder(mechanism))
     found = []

@@ -1,11 +1,11 @@
-"""Contraction of boxes by scalar equations: the end of an interval advances to the next admissible angle.
+"""Contraction of boxes by scalar equations: the ends of an interval move to the nearest admissible angles.
 
-With all other unknowns anywhere in the box, an equation leaves an interval for the cosine of one angle. The arcs
-that this admits are known exactly, so both ends of the angle's interval advance to the nearest of their points;
-slides follow by division. Boxes are columns, arrays (d, B), angles before slides.
+For all values of the other unknowns in the box, an equation gives an interval for the cosine of one angle, and so
+admissible arcs. Both ends of the angle's interval move to the nearest points of these arcs; slides follow by division.
+Boxes are columns of arrays (d, B), angles before slides.
 
-Rounding: the bounds of every sum are widened by their equation's slack and every new end by a few last places, so
-that what is kept always contains what exact arithmetic would keep.
+Rounding: the bounds of every sum are widened by the slack of the equation, and every new end by a few units in the last
+place, so that the result contains that of exact arithmetic.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ TURN = 2 * np.pi
 
 @dataclass(frozen=True)
 class ContractionConstants:
-    """Rounding, and the amount of work at a time."""
+    """Bounds of rounding, and the size of the arrays."""
 
-    angle: float = 64 * EPS  # rad: angles stay below 4 pi, inverse cosines are good to a few last places
+    angle: float = 64 * EPS  # rad: angles are below 4 pi, inverse cosines are accurate to a few units in the last place
     cosine: float = 16 * EPS
     relative: float = 8 * EPS  # of a slide's bounds: a division and a subtraction
-    elements: int = 60_000  # terms times boxes at a time: temporaries stay in the cache
+    elements: int = 60_000  # terms times boxes per call, so that temporary arrays fit into the cache
 
 
 CONSTANTS = ContractionConstants()
 
 
 def contract(rows: CosineRows, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return boxes (d, B) without what the equations exclude; low > high where nothing is left."""
+    """Return boxes (d, B) without the parts that the equations exclude; low > high in empty boxes."""
     new_low, new_high = low.copy(), high.copy()
     step = max(1, CONSTANTS.elements // max(1, len(rows.owner)))
     for first in range(0, low.shape[1], step):
@@ -52,7 +52,7 @@ def _contract(rows: CosineRows, low: FloatArray, high: FloatArray) -> None:
     bottom = np.add.reduceat(small, rows.start, axis=0) + (rows.constant - rows.slack)[:, None]
     top = np.add.reduceat(large, rows.start, axis=0) + (rows.constant + rows.slack)[:, None]
     empty = ((bottom > 0.0) | (top < 0.0)).any(axis=0)
-    from_, to = large - top[rows.owner], small - bottom[rows.owner]  # what the other terms leave to each term
+    from_, to = large - top[rows.owner], small - bottom[rows.owner]  # bounds of each term from the other terms
     _advance(rows, low, high, start, end, from_, to)
     _divide(rows, low[n:], high[n:], least, most, from_, to)
     low[:, empty], high[:, empty] = 1.0, -1.0
@@ -112,7 +112,7 @@ def _advance(
 
 
 def _shift(angle: FloatArray, cosine: FloatArray, least: FloatArray, most: FloatArray) -> FloatArray:
-    """Return how far angles must advance until least <= cos <= most; more than a turn where they never can."""
+    """Return the least increase of angles for which least <= cos <= most; more than a turn if there is none."""
     shift = np.zeros_like(cosine)
     above, below = np.nonzero(cosine > most), np.nonzero(cosine < least)
     shift[above] = np.arccos(np.maximum(most[above], -1.0)) - _wrap(angle[above])
@@ -133,7 +133,7 @@ def _divide(
     rows: CosineRows, low: FloatArray, high: FloatArray, least: FloatArray, most: FloatArray, from_: FloatArray,
     to: FloatArray,
 ) -> None:  # fmt: skip
-    """Narrow the slides' intervals in place, where the factor of the slide does not vanish."""
+    """Narrow the intervals of the slides in place, where the factor of the slide is not 0."""
     for slide in range(len(low)):
         own = np.nonzero(rows.slide == slide)[0]
         scale = rows.amplitude[own, None]

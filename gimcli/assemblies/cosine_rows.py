@@ -1,8 +1,8 @@
-"""Scalar equations Σ_c r cos(φ_c + δ) + Σ_q r s_q cos(φ_rail + δ) + k = 0 that every assembly satisfies.
+"""Scalar equations Σ_c r cos(φ_c + δ) + Σ_q r s_q cos(φ_rail + δ) + k = 0 that every configuration satisfies.
 
-A combination of the loops that kills L - 1 columns leaves few unknowns (a circuit of the loop matroid, read on the
-dual side); seen along one direction of the plane it is such an equation. A combination is rounded and what it kills
-is not exactly zero: each equation carries a slack that covers both.
+A combination of the loops that eliminates L - 1 columns has few unknowns (a circuit of the dual of the loop matroid);
+its component along a direction of the plane is such an equation. Since combinations are rounded, eliminated
+coefficients are not exactly zero; each equation has a slack that covers both.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ EPS = float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class RowConstants:
-    """How rows are chosen and how far their rounding is trusted."""
+    """Constants for the choice of rows and the bounds of their rounding."""
 
-    rank: float = 1e-7  # relative singular value from which on columns that are killed together count as dependent
-    zero: float = 64 * EPS  # relative coefficient that counts as killed; what it was goes into the slack
-    rows: int = 120  # fewest unknowns first; leaving one out contracts less and loses nothing
-    parallel: float = 0.05  # sine of two directions of which one is enough
-    rounding: float = 64 * EPS  # per sum of moduli: some 20 products and sums, and cosines to a few last places
+    rank: float = 1e-7  # relative singular value below which eliminated columns count as dependent
+    zero: float = 64 * EPS  # relative coefficient that counts as eliminated; its value is added to the slack
+    rows: int = 120  # most rows, those with fewest unknowns; fewer rows only make the contraction weaker
+    parallel: float = 0.05  # sine of the angle between two directions below which one is used
+    rounding: float = 64 * EPS  # per sum of moduli: about 20 products and sums, and cosines
 
 
 @dataclass(frozen=True, eq=False)
 class CosineRows:
-    """Terms of all equations, those of one equation standing together; n angles, q slides."""
+    """Terms of all equations, grouped by equation; n angles, q slides."""
 
     angles: int  # n
     start: IntArray  # (E,) first term of each equation
@@ -72,7 +72,7 @@ def cosine_rows(
 
 
 def _combinations(columns: ComplexArray, constants: RowConstants) -> list[tuple[ComplexArray, IntArray]]:
-    """Return combinations of loops with the unknowns left, one for each minimal set of unknowns."""
+    """Return combinations of loops and their remaining unknowns, one for each minimal set of unknowns."""
     found: dict[tuple[int, ...], ComplexArray] = {}
     for row in _annihilators(columns, constants.rank):
         size = np.abs(row) @ np.abs(columns)
@@ -84,7 +84,7 @@ def _combinations(columns: ComplexArray, constants: RowConstants) -> list[tuple[
 
 
 def _annihilators(columns: ComplexArray, rank: float) -> Iterator[ComplexArray]:
-    """Yield the single loops, then for every L - 1 independent columns the combination that kills them."""
+    """Yield the single loops, then for every L - 1 independent columns the combination that eliminates them."""
     loops = len(columns)
     yield from np.eye(loops, dtype=complex)
     length = np.linalg.norm(columns, axis=0)
@@ -96,7 +96,7 @@ def _annihilators(columns: ComplexArray, rank: float) -> Iterator[ComplexArray]:
 
 
 def _directions(coefficients: ComplexArray, parallel: float) -> list[complex]:
-    """Return the directions of the terms and their normals, hardly different ones once."""
+    """Return the directions of the terms and their normals, without almost equal ones."""
     kept: list[complex] = []
     for c in coefficients:
         for direction in (c / abs(c), 1j * c / abs(c)):

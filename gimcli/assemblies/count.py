@@ -1,11 +1,11 @@
 """The exact number of complex roots of a generic linkage of a topology.
 
-The loops tie the coordinates (1, theta, s theta_m) to a linear space, its matroid M, and (1, 1/theta, s/theta_m)
-to another of the same matroid; scaling an angle or a slide stays inside the family, so that the number of roots
-is a stable intersection of tropical linear spaces. Where slides share a rail's direction they cannot be scaled
-one by one: the number is then an upper bound, still a proof where it is reached. Without slides it obeys the
+The loops restrict the coordinates (1, theta, s theta_m) to a linear space with the matroid M, and
+(1, 1/theta, s/theta_m) to another with the same matroid. The family contains every scaling of an angle or a slide, so
+the number of roots is a stable intersection of tropical linear spaces. Slides with a common rail direction cannot be
+scaled separately; the number is then an upper bound, and a proof if it is reached. Without slides it follows the
 recursion of J. Capco, M. Gallet, G. Grasegger, C. Koutschan, N. Lubbes, J. Schicho, The number of realizations of
-a Laman graph, SIAM J. Appl. Algebra Geom. 2 (2018), used here on the loops' matroid. With slides the cones of both
+a Laman graph, SIAM J. Appl. Algebra Geom. 2 (2018), applied to the matroid of the loops. With slides the cones of both
 fans are intersected.
 """
 
@@ -21,15 +21,15 @@ from gimcli.assemblies.loops import Family
 from gimcli.mechanism import FloatArray
 
 PRIME = 2_147_483_647
-"""Ranks are those of random numbers modulo this prime: wrong with a chance of about 1e-8."""
+"""Ranks are computed from random numbers modulo this prime; they are wrong with a probability of about 1e-8."""
 
 SEED = 20180611
 CHUNK = 200_000
-"""Pairs of cones that are intersected at once."""
+"""Pairs of cones that are intersected in one call."""
 
 
 def root_count(family: Family) -> int | None:
-    """Return the number of complex roots of a generic member, or None where it costs too much."""
+    """Return the number of complex roots of a generic member, None if the count takes too long."""
     if not family.square:
         return 0
     if family.slides:
@@ -55,7 +55,7 @@ class Matroid:
         return self._columns_rank(self.everything)
 
     def rank(self, mask: int) -> int:
-        """Return the rank of a set of coordinates: |S| less what the loops of S alone tie."""
+        """Return the rank of a set of coordinates S: |S| minus the number of loops that contain only S."""
         return mask.bit_count() - self._full + self._columns_rank(self.everything & ~mask)
 
     def _columns_rank(self, mask: int) -> int:
@@ -81,11 +81,11 @@ def rank_modulo(vectors: list[tuple[int, ...]]) -> int:
 
 
 def _recursion(matroid: Matroid) -> int:
-    """Return N(G, H) of all elements, G and H being the matroid with some elements contracted: none at first."""
+    """Return N(G, H) of all elements; G and H are the matroid with some elements contracted, none at first."""
     rank = matroid.rank
 
     def of(elements: int, g: int, h: int) -> int:
-        """Return N on some elements with g and h contracted: the same either way round."""
+        """Return N on some elements with g and h contracted; it is symmetric in g and h."""
         return ordered(elements, min(g, h), max(g, h))
 
     @cache
@@ -113,7 +113,7 @@ def _recursion(matroid: Matroid) -> int:
 
 
 def _with_slides(family: Family) -> int:
-    """Return the number of points in which the cones of the two fans meet after a random shift."""
+    """Return the number of points in which the cones of the two fans intersect after a random shift."""
     matroid = Matroid(family)
     if any(matroid.rank(1 << k) == 0 for k in range(matroid.size)):
         return 0
@@ -135,7 +135,7 @@ def _with_slides(family: Family) -> int:
 
 
 def _meetings(seen: FloatArray, flags: FloatArray, shift: FloatArray) -> int:
-    """Return the sum of |det| over the pairs of cones that meet."""
+    """Return the sum of |det| over the pairs of cones that intersect."""
     a, b = len(seen), len(flags)
     L, size = flags.shape[1:]
     pairs = np.empty((a, b, size, size))

@@ -1,7 +1,7 @@
 """The two configurations of a dyad in closed form, for many dyads at once.
 
 RRR: C0 + C1 theta_1 + C2 theta_2 = 0, a triangle; RRP: |C0 + U s| = |C1|; RPR: |C1 + U s| = |C0|; PRP: linear.
-Complex where the dyad cannot be assembled.
+They are complex if the dyad cannot be assembled.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from gimcli.assemblies.root_paths import corrected
 from gimcli.mechanism import ComplexArray, FloatArray
 
 MARGIN = 1e-12
-"""A triangle that fails to close by more, relative to its sides, has no real configuration: rounding is below."""
+"""Gap of a triangle, relative to its sides, above which it has no real configuration; smaller gaps are rounding."""
 
 CLOSED = 1
-"""Corrections after a closed form: one takes what cancellation left."""
+"""Newton corrections after a closed form; one removes the error of cancellation."""
 
 
 @dataclass(frozen=True)
 class DyadRoots:
-    """Both roots of some dyads, the signs in order + and -; a PRP has one."""
+    """Both roots of some dyads, in the order of signs + and -; a PRP has one root."""
 
-    proven: Proven  # (dyads roots) rows, a dyad's roots side by side
-    each: int  # roots of a dyad
-    apart: NDArray[np.bool_]  # (dyads,) cannot be assembled, by more than rounding
-    free: NDArray[np.bool_]  # (dyads,) folded onto itself: it turns freely
+    proven: Proven  # (dyads roots) rows, grouped by dyad
+    each: int  # number of roots of a dyad
+    apart: NDArray[np.bool_]  # (dyads,) whether it cannot be assembled, by more than rounding
+    free: NDArray[np.bool_]  # (dyads,) whether it is folded and turns freely
 
 
 def dyad_roots(family: Family, H: ComplexArray) -> DyadRoots:
@@ -50,7 +50,7 @@ def dyad_roots(family: Family, H: ComplexArray) -> DyadRoots:
 
 
 def _triangle(c: ComplexArray) -> tuple[ComplexArray, FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Return the roots of triangles (dyads, 2, 2), by how much they close, their size, and which turn freely."""
+    """Return the roots of triangles (dyads, 2, 2), their margin of closure, their size, and which turn freely."""
     a, b, d = np.abs(c[:, 0]), np.abs(c[:, 1]), np.abs(c[:, 2])
     size = a + b + d
     gap = np.minimum(np.minimum(a + b - d, b + d - a), d + a - b)
@@ -65,7 +65,7 @@ def _triangle(c: ComplexArray) -> tuple[ComplexArray, FloatArray, FloatArray, ND
 
 
 def _slide(c: ComplexArray, rail: int) -> tuple[ComplexArray, FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Return the roots of a slide and a turn (dyads, 2, 2), and as for triangles."""
+    """Return the roots of a slide and an angle (dyads, 2, 2), and the other values as for triangles."""
     carrier, arm = (c[:, 0], c[:, 1]) if rail == GROUND else (c[:, 1], c[:, 0])
     u = c[:, 2]
     seen = carrier * u.conj() / np.abs(u)
@@ -94,6 +94,6 @@ def _root(x: FloatArray) -> ComplexArray:
 
 
 def _log(z: ComplexArray, real: NDArray[np.bool_]) -> ComplexArray:
-    """Return the logarithm, exactly imaginary where the root is real."""
+    """Return the logarithm, exactly imaginary for real roots."""
     w = np.log(z)
     return np.where(real, 1j * w.imag, w)

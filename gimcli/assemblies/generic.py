@@ -1,9 +1,9 @@
-"""A generic linkage of a topology with all its complex roots: where the paths to every other one start.
+"""A generic linkage of a topology with all its complex roots, from which paths to other linkages start.
 
-A random point and random parameters, projected so that the loops close there, give one root; the others are
-found by going round triangles in the space of parameters (monodromy), which permutes the roots transitively:
-the pairs of linkage and root are a vector bundle over the roots. Source: T. Duff et al., Solving polynomial
-systems via homotopy continuation and monodromy, IMA J. Numer. Anal. 39 (2019).
+A random point and random parameters, projected so that the loops close, give one root. The others are found along
+triangles in the space of parameters (monodromy), which permute the roots transitively: the pairs of linkage and root
+are a vector bundle over the roots. Source: T. Duff et al., Solving polynomial systems via homotopy continuation and
+monodromy, IMA J. Numer. Anal. 39 (2019).
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def generic_member(family: Family, generator: np.random.Generator) -> tuple[Comp
     stacked = family.stacked.reshape(family.loops, 1 + n + q, -1)
     halves = []
     for part in (0, 1):
-        closing = np.einsum("k,lkp->lp", ab[part], stacked)  # loops close where this times p is 0
+        closing = np.einsum("k,lkp->lp", ab[part], stacked)  # the loops close if this times p is 0
         p = _normal(generator, stacked.shape[2])
         p = p - np.linalg.pinv(closing) @ (closing @ p)
         halves.append(p / np.linalg.norm(p) * np.sqrt(len(p)))
@@ -56,7 +56,7 @@ def _normal(generator: np.random.Generator, count: int) -> ComplexArray:
 
 
 def generic_start(family: Family, seed: int, count: int | None, progress: Progress = no_progress) -> Generic:
-    """Return a generic linkage with its roots: `count` of them, or all that monodromy finds."""
+    """Return a generic linkage with `count` roots, or with all roots that monodromy finds."""
     generator = np.random.default_rng([seed, 20041])
     H, w = generic_member(family, generator)
     idle = 0
@@ -71,7 +71,7 @@ def generic_start(family: Family, seed: int, count: int | None, progress: Progre
 
 
 def _round_trip(family: Family, H: ComplexArray, w: ComplexArray, generator: np.random.Generator) -> ComplexArray:
-    """Take the roots round a triangle; return those that are known then."""
+    """Follow the roots around a triangle of linkages; return all known roots with the new ones."""
     corners = [H, random_member(family, generator), random_member(family, generator), H]
     tracking = replace(SEARCH.tracking, correction=SEARCH.tracking.correction * SEARCH.tighter[0])
     there = w

@@ -1,7 +1,7 @@
-"""The loops of one Assur group: which coefficients its lengths enter, and where its roots put the nodes.
+"""The loops of one Assur group: the coefficients from its lengths, and the positions of its nodes from the roots.
 
-What the group hangs on is placed already. A spanning tree of its joints gives every new body and node a place in
-terms of the unknowns; every joint that the tree leaves out closes a loop.
+The nodes to which the group is connected are known. A spanning tree of its joints gives the position of every new body
+and node in terms of the unknowns; every joint outside the tree closes a loop.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from gimcli.assemblies.loops import GROUND, Family
 from gimcli.mechanism import ComplexArray, IntArray
 
 Term = tuple[str, int, int]
-"""Parameter ("place", node), ("at", joint), ("arm", joint), ("rail", joint), with the column it multiplies."""
+"""A parameter, ("place", node), ("at", joint), ("arm", joint) or ("rail", joint), and the column that it multiplies."""
 
 
 @dataclass
 class LoopState:
-    """What is placed so far, for some positions at once."""
+    """Positions of bodies and nodes computed so far, for several configurations (`positions`)."""
 
     place: ComplexArray  # (vertices, positions)
     turn: ComplexArray  # (bodies, positions) e^(i phi)
@@ -32,13 +32,13 @@ class LoopState:
     phases: ComplexArray  # (bodies, 1)
 
     def take(self, chosen: IntArray) -> LoopState:
-        """Return some of the positions."""
+        """Return the state of some of the configurations."""
         return replace(self, place=self.place[:, chosen], turn=self.turn[:, chosen], travel=self.travel[:, chosen])
 
 
 @dataclass(frozen=True)
 class LoopGroup:
-    """One Assur group: its family, and the way from parameters to places."""
+    """One Assur group: its family of loops, and the tree from which positions are computed."""
 
     linkage: Linkage = field(repr=False)
     part: GroupPart
@@ -65,13 +65,13 @@ class LoopGroup:
         return result.T
 
     def _class_turn(self, state: LoopState, body: int) -> ComplexArray:
-        """Return e^(i phi) of a known class: of the body, less the phase that points and rails have already."""
+        """Return e^(i phi) of a known class: that of the body without the phase included in points and rails."""
         if self.linkage.classes[body] == NONE:
             return np.ones(state.turn.shape[1], dtype=complex)
         return np.asarray(state.turn[body] / state.phases[body])
 
     def put(self, state: LoopState, w: ComplexArray) -> None:
-        """Write the places of roots w (positions, n + q) into a state."""
+        """Write the positions for roots w (positions, n + q) into a state."""
         n, linkage = self.family.angles, self.linkage
         for column, turning in enumerate(self.part.classes):
             for body in range(linkage.bodies):
@@ -92,7 +92,7 @@ class LoopGroup:
 
 
 class _LoopWriter:
-    """Adds up the terms of places and loops."""
+    """Collects the terms of positions and loops."""
 
     def __init__(self, linkage: Linkage, part: GroupPart) -> None:
         self.linkage, self.part = linkage, part
@@ -101,11 +101,11 @@ class _LoopWriter:
         self.slide = {s: 1 + len(part.classes) + k for k, s in enumerate(part.slides)}
 
     def start(self, node: int) -> Counter[Term]:
-        """Return the place of a node that the group hangs on."""
+        """Return the terms of a known node."""
         return Counter({("place", node, 0): 1})
 
     def step(self, index: int) -> Counter[Term]:
-        """Return the way from a joint's body to its node; where the body is placed, the node's place."""
+        """Return the terms of the vector from a joint's body to its node; of the node itself if the body is known."""
         joint = self.linkage.joints[index]
         column = self.angle.get(self.linkage.classes[joint.body], 0)
         label = joint.through if joint.through in self.part.joints else index
@@ -125,7 +125,7 @@ def _sum(a: Counter[Term], b: Counter[Term], factor: int = 1) -> Counter[Term]:
 
 
 def group_of(linkage: Linkage, part: GroupPart) -> LoopGroup:
-    """Return the group that finds a part."""
+    """Return the loop group of a part."""
     writer = _LoopWriter(linkage, part)
     tree, place = _spanning(writer)
     chords = [k for k in part.joints if k not in {index for index, _ in tree}]
@@ -140,7 +140,7 @@ def group_of(linkage: Linkage, part: GroupPart) -> LoopGroup:
 
 
 def _spanning(writer: _LoopWriter) -> tuple[list[tuple[int, bool]], dict[int, Counter[Term]]]:
-    """Return joints in an order that places every new vertex, with their senses, and the places."""
+    """Return joints in an order in which they give every new vertex, their senses, and the terms of the vertices."""
     linkage, left = writer.linkage, list(writer.part.joints)
     tree: list[tuple[int, bool]] = []
     place: dict[int, Counter[Term]] = {}
@@ -150,15 +150,15 @@ def _spanning(writer: _LoopWriter) -> tuple[list[tuple[int, bool]], dict[int, Co
         for index in left.copy():
             joint = linkage.joints[index]
             body, node = joint.body, linkage.bodies + joint.node
-            told = [v in place or v not in writer.new for v in (body, node)]
-            if told[0] == told[1]:
+            known = [v in place or v not in writer.new for v in (body, node)]
+            if known[0] == known[1]:
                 continue
             step = writer.step(index)
-            if told[0]:
+            if known[0]:
                 place[node] = _sum(place.get(body, Counter()), step)
             else:
                 place[body] = _sum(place[node] if node in place else writer.start(joint.node), step, -1)
-            tree.append((index, told[0]))
+            tree.append((index, known[0]))
             left.remove(index)
             news = True
     return tree, place

@@ -1,10 +1,10 @@
-"""Interval branch and prune: all real solutions of planar loops, proved to be all.
+"""Interval branch and prune: all real solutions of planar loops, with a proof of completeness.
 
-Boxes that cover every angle and the slides' reach are contracted by scalar equations, then, when narrow, by
-Krawczyk's image, and halved. A box ends empty, inside a box that provably holds exactly one solution, or, when it
-is too narrow to go on or a limit is met, undecided. Widest boxes come first, so that a continuum of solutions is
-covered evenly and does not hide the isolated ones. Nothing is dropped without a proof for the coefficients as
-rounded to double: rounding is bounded by eps terms (see the parts), not by directed rounding.
+Boxes that cover all angles and the reach of the slides are contracted by scalar equations, narrow boxes also by the
+Krawczyk operator, and bisected. A box is finally empty, inside a box with exactly one solution, or undecided (too
+narrow, or a limit is reached). The widest boxes are processed first, so that a continuum of solutions is covered
+evenly and does not hide isolated ones. Every removal is proved for the coefficients rounded to double: rounding is
+bounded by eps terms, not by directed rounding.
 Source: Merlet, Solving the forward kinematics of a Gough-type parallel manipulator with interval analysis, 2004.
 """
 
@@ -25,25 +25,25 @@ from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class IntervalConstants:
-    """What the user decides: how long to search, and how close two solutions may be."""
+    """Settings: time of the search, and least distance of two solutions."""
 
     seconds: float = 60.0
-    boxes: int = 2_000_000  # at the most, worked on
-    narrowest: float = 1e-8  # rad, and of a slide's unit length: a box no wider is undecided
+    boxes: int = 2_000_000  # most processed boxes
+    narrowest: float = 1e-8  # width [rad, unit lengths of a slide] below which a box is undecided
     batch: int = 20_000
-    unbounded: float = 100.0  # times its unit length: reach of a slide for which no bound follows from the lengths
+    unbounded: float = 100.0  # reach of a slide in unit lengths if no bound follows from the lengths
 
 
 @dataclass(frozen=True)
 class SearchConstants:
-    """What the algorithm fixes."""
+    """Constants of the algorithm."""
 
-    seam: float = 0.7  # rad: where the circle is cut open, off the axes that drawn positions like
-    cut: float = 0.487  # of the widest side: off the middle, where solutions of symmetric mechanisms lie
-    narrow: float = 1.5  # rad: boxes no wider are contracted by Krawczyk's image
-    gain: float = 0.6  # a box whose widest side shrank to this is contracted again before it is cut
-    inflation: float = 1.5  # of a box, so that a solution on its border is inside
-    floor: float = 4.0  # times the rounding of the loops: no box is tested smaller
+    seam: float = 0.7  # rad: angle at which the circle is cut, not on an axis, where solutions are frequent
+    cut: float = 0.487  # fraction of the widest side; not 0.5, where solutions of symmetric mechanisms are
+    narrow: float = 1.5  # rad: width below which boxes are contracted by the Krawczyk operator
+    gain: float = 0.6  # a box whose widest side shrinks to this fraction is contracted again before bisection
+    inflation: float = 1.5  # factor of a box, so that a solution on its border is inside
+    floor: float = 4.0  # least size of a tested box, relative to the rounding of the loops
     sweeps: int = 2
 
 
@@ -52,25 +52,25 @@ CONSTANTS = SearchConstants()
 
 @dataclass(frozen=True, eq=False)
 class Enclosures:
-    """Real solutions, each proved to exist, and the boxes about which nothing is proved.
+    """Real solutions, each proved to exist, and undecided boxes.
 
     Angles [rad] in [-pi, pi] come before slides; `unknowns` columns each.
     """
 
     roots: FloatArray  # (R, n + q)
-    radius: FloatArray  # (R, n + q) half-widths that hold the solution
-    unique: FloatArray  # (R, n + q) half-widths that hold no other solution
+    radius: FloatArray  # (R, n + q) half-widths of boxes that contain the solution
+    unique: FloatArray  # (R, n + q) half-widths of boxes that contain no other solution
     undecided: FloatArray = field(repr=False)  # (K, 2, n + q) bounds of boxes; the same solution may be in several
-    boxes: int  # worked on
+    boxes: int  # number of processed boxes
     seconds: float
-    limit: str  # "" or what ended the search: "seconds", "boxes"
+    limit: str  # limit that ended the search, "seconds" or "boxes", or ""
     angles: int  # n
-    reach: FloatArray  # (q,) searched
-    everywhere: bool  # no slide can leave the reach searched, whatever the angles
+    reach: FloatArray  # (q,) searched range |s| <= reach
+    everywhere: bool  # no slide can leave the searched range, for any angles
 
     @property
     def complete(self) -> bool:
-        """Whether there provably is no other real solution within reach."""
+        """Whether it is proved that there is no other real solution within the reach."""
         return len(self.undecided) == 0
 
 
@@ -80,14 +80,14 @@ def real_roots(
 ) -> Enclosures:  # fmt: skip
     """Return all real solutions of C0 + Σ C_c θ_c + Σ U_q s_q θ_rail(q) = 0, |θ| = 1, |s| <= reach.
 
-    Shapes (L,), (L, n), (L, q), (q,) with n + q = 2 L; `rail` -1 is the frame. `reach` is one length or one for each
-    slide; None, or what cannot be reached anyway, becomes the bound that follows from the lengths, where there is
-    one. Raises ValueError where shapes do not fit or a number is not finite.
+    Shapes (L,), (L, n), (L, q), (q,) with n + q = 2 L; `rail` -1 is the frame. `reach` is one length, or one for each
+    slide; if it is None or greater than the bound from the lengths, that bound is used. Raises ValueError if shapes do
+    not fit or a number is not finite.
     """
     loops, constants = Coefficients(*_checked(C0, C, U, rail)), constants or IntervalConstants()
     asked = np.broadcast_to(np.inf if reach is None else np.asarray(reach, dtype=float), loops.rail.shape)
     if not (asked > 0.0).all() or (reach is not None and not np.isfinite(asked).all()):
-        raise ValueError(f"reach {asked}: give positive finite lengths")
+        raise ValueError(f"reach: expected positive finite lengths, got {asked}")
     proved = proved_reach(loops)
     searched = np.minimum(asked, proved)
     searched = np.where(np.isfinite(searched), searched, constants.unbounded * units(loops))
@@ -95,7 +95,7 @@ def real_roots(
 
 
 def units(loops: Coefficients) -> FloatArray:
-    """Return the length that makes as much of a loop as one radian, for every slide (q,)."""
+    """Return for every slide (q,) the unit length, which changes a loop as much as one radian."""
     size = np.abs(np.column_stack([loops.C0, loops.C])).max(initial=0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         unit = size / np.abs(loops.U).max(axis=0, initial=0.0)
@@ -109,14 +109,16 @@ def _checked(
     C0, C, rail = np.asarray(C0, complex), np.asarray(C, complex), np.asarray(rail, dtype=np.int64)
     U = np.asarray(U, complex).reshape(len(C0), len(rail))
     if C.shape[1] + len(rail) != 2 * len(C0) or len(C) != len(C0):
-        raise ValueError(f"{len(C0)} loops for {C.shape[1]} angles and {len(rail)} slides: twice the loops are needed")
+        raise ValueError(
+            f"{len(C0)} loops for {C.shape[1]} angles and {len(rail)} slides: expected twice as many unknowns as loops"
+        )
     if not all(np.isfinite(a).all() for a in (C0, C, U)) or not ((rail >= -1) & (rail < C.shape[1])).all():
         raise ValueError("coefficients must be finite and rails -1 or an angle's column")
     return C0, C, U, rail
 
 
 class _BoxSearch:
-    """The boxes still to be worked on and what was found; boxes are columns (d, B)."""
+    """The search: waiting boxes and solutions found; boxes are columns (d, B)."""
 
     def __init__(self, loops: Coefficients, reach: FloatArray, everywhere: bool, constants: IntervalConstants) -> None:
         self.loops, self.reach, self.everywhere, self.constants = loops, reach, everywhere, constants
@@ -131,7 +133,7 @@ class _BoxSearch:
         self.boxes = 0
 
     def run(self) -> Enclosures:
-        """Work until nothing is waiting or a limit is met."""
+        """Process boxes until none is waiting or a limit is reached."""
         begin, limit = time.monotonic(), ""
         while self.waiting and not limit:
             low, high = self._next()
@@ -144,7 +146,7 @@ class _BoxSearch:
         return self._result(time.monotonic() - begin, limit)
 
     def _next(self) -> tuple[FloatArray, FloatArray]:
-        """Take up to a batch of the boxes that have waited longest."""
+        """Remove a batch of waiting boxes, the oldest first."""
         taken, count = [], 0
         while self.waiting and count < self.constants.batch:
             low, high = self.waiting.pop(0)
@@ -156,7 +158,7 @@ class _BoxSearch:
         return np.hstack([t[0] for t in taken]), np.hstack([t[1] for t in taken])
 
     def _work(self, low: FloatArray, high: FloatArray) -> None:
-        """Contract boxes, settle those that can be, and let the rest wait, cut where they hardly shrank."""
+        """Contract boxes, decide those that can be decided, and queue the others, bisected if they hardly shrank."""
         before = self._widest(low, high)
         for _ in range(CONSTANTS.sweeps):
             low, high = contract(self.rows, low, high)
@@ -175,11 +177,11 @@ class _BoxSearch:
         return np.asarray((self._even(high) - self._even(low)).max(axis=0))
 
     def _even(self, x: FloatArray) -> FloatArray:
-        """Return angles as they are and slides on a scale on which far ones are wider: asinh of s over its unit."""
+        """Return angles unchanged, and asinh(s / unit) of slides, so that distant boxes are wider."""
         return np.concatenate([x[: self.n], np.arcsinh(x[self.n :] / self.unit[self.n :, None])])
 
     def _krawczyk(self, low: FloatArray, high: FloatArray, before: FloatArray) -> tuple[FloatArray, ...]:
-        """Settle or contract the narrow boxes; drop the empty ones and those inside a settled box."""
+        """Decide or contract the narrow boxes; remove empty ones and those inside the box of a known solution."""
         small = np.nonzero(self._widest(low, high) <= CONSTANTS.narrow)[0]
         if not len(small):
             return low, high, before
@@ -201,7 +203,7 @@ class _BoxSearch:
             self.waiting.append((low, high))
 
     def _cut(self, low: FloatArray, high: FloatArray) -> None:
-        """Cut boxes across their widest side and let both parts wait."""
+        """Bisect boxes across their widest side and queue both parts."""
         every, start = np.arange(low.shape[1]), self._even(low)
         span = self._even(high) - start
         side = np.argmax(span, axis=0)
@@ -213,7 +215,7 @@ class _BoxSearch:
         self._wait(np.hstack([low, second]), np.hstack([first, high]))
 
     def _result(self, seconds: float, limit: str) -> Enclosures:
-        """Put what was found and what is left together."""
+        """Return the solutions found and the undecided boxes."""
         left = [*self.left, *self.waiting]
         undecided = np.stack([np.hstack([b[i] for b in left]).T for i in (0, 1)], axis=1) if left else None
         if undecided is None:

@@ -1,7 +1,7 @@
-"""Solutions that are proved: refined, with the largest box known to hold no other, and told apart.
+"""Proved solutions: refined, without duplicates, each with the largest known box without another solution.
 
-Two proofs of the same solution are recognised by one's enclosure inside the other's unique box; a pair that can
-neither be identified nor separated is left in doubt, never counted.
+Two proofs are of the same solution if the enclosure of one is inside the unique box of the other. A pair that can
+neither be identified nor separated is undecided and not counted.
 """
 
 from __future__ import annotations
@@ -21,41 +21,41 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class IsolatedRootConstants:
-    """How solutions are refined."""
+    """Constants of the refinement."""
 
-    newton: int = 4
-    largest: float = 1.0  # rad: half-width that the unique box is first tried with
-    rungs: int = 50  # halvings
-    smallest: float = 3.0  # times Newton's last correction and its rounding: the enclosure
-    turn: float = 16 * EPS  # rad: what is lost by taking off a turn
-    widen: float = 1 + 8 * EPS
+    newton: int = 4  # corrections
+    largest: float = 1.0  # rad: first half-width tried for the unique box
+    rungs: int = 50  # bisections of it
+    smallest: float = 3.0  # half-width of the enclosure relative to Newton's last correction and its rounding
+    turn: float = 16 * EPS  # rad: rounding of a subtracted turn
+    widen: float = 1 + 8 * EPS  # factor of half-widths against rounding
 
 
 CONSTANTS = IsolatedRootConstants()
 
 
 def centred(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return middles and half-widths that cover the boxes."""
+    """Return middles and half-widths of boxes, rounded outwards."""
     middle = 0.5 * (low + high)
     return middle, np.maximum(high - middle, middle - low) * CONSTANTS.widen
 
 
 def wrap(x: FloatArray, n: int) -> FloatArray:
-    """Return points (..., d) with their first n coordinates, angles, in [-pi, pi]."""
+    """Return points (..., d) with their first n coordinates, the angles, in [-pi, pi]."""
     wrapped = np.array(x, dtype=float)
     wrapped[..., :n] -= TURN * np.round(wrapped[..., :n] / TURN)
     return wrapped
 
 
 class IsolatedRoots:
-    """Proved solutions (R, d), angles first: `radius` holds the solution, `unique` holds no other."""
+    """Proved solutions (R, d), angles first, with half-widths `radius` of enclosures and `unique` of unique boxes."""
 
     def __init__(self, loops: Coefficients, unit: FloatArray) -> None:
         self.loops, self.unit, self.n = loops, unit, loops.C.shape[1]
         self.roots, self.radius, self.unique = (np.zeros((0, len(unit))) for _ in range(3))
 
     def add(self, middle: FloatArray, half: FloatArray) -> BoolArray:
-        """Take boxes (B, d) that provably hold exactly one solution each; tell for which it is known now."""
+        """Add boxes (B, d) that contain exactly one solution each; return for which of them it is known now."""
         known = np.zeros(len(middle), dtype=bool)
         tried = np.zeros(len(middle), dtype=bool)
         while True:
@@ -67,16 +67,16 @@ class IsolatedRoots:
             known[open_[0]] = self._refine(middle[open_[0]], half[open_[0]])
 
     def holds(self, low: FloatArray, high: FloatArray) -> BoolArray:
-        """Tell which boxes (B, d) lie in the unique box of one solution."""
+        """Return which boxes (B, d) are inside the unique box of a solution."""
         middle, half = centred(low, high)
         return np.asarray(np.any(np.all(self._apart(middle) + half[:, None] <= self.unique, axis=2), axis=1))
 
     def _apart(self, x: FloatArray) -> FloatArray:
-        """Return distances (B, R, d) of points from the solutions, angles around the circle."""
+        """Return distances (B, R, d) of points from the solutions, those of angles modulo a turn."""
         return np.abs(wrap(x[:, None] - self.roots, self.n)) * CONSTANTS.widen
 
     def _refine(self, middle: FloatArray, half: FloatArray) -> bool:
-        """Enclose the solution of a box tightly; tell whether it is known then."""
+        """Enclose the solution of a box tightly; return whether it is known then."""
         x = middle[None]
         for _ in range(CONSTANTS.newton):
             x = x - local(self.loops, x).value
@@ -86,13 +86,13 @@ class IsolatedRoots:
         if not enclosed:
             return False
         near = np.all(self._apart(x)[0] <= self.radius + radius, axis=1)
-        if near.any():  # the same solution, if this is in the other's unique box; otherwise nobody knows
+        if near.any():  # the same solution if inside the unique box, otherwise undecided
             return bool(np.any(np.all((self._apart(x)[0] + radius <= self.unique)[near], axis=1)))
         self._append(x[0], radius[0])
         return True
 
     def _append(self, x: FloatArray, radius: FloatArray) -> None:
-        """Keep a new solution with the largest box that provably holds no other."""
+        """Store a new solution with the largest box that is proved to contain no other."""
         rungs = CONSTANTS.largest * 0.5 ** np.arange(CONSTANTS.rungs)[:, None] * self.unit
         rungs = rungs[(rungs >= radius).all(axis=1)]
         at = local(self.loops, np.repeat(x[None], len(rungs), axis=0))
@@ -103,7 +103,7 @@ class IsolatedRoots:
         self.unique = np.vstack([self.unique, unique - CONSTANTS.turn])
 
     def inside(self, reach: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the solutions whose slides may be within reach, with radius and unique box."""
+        """Return the solutions whose slides may be within the reach, with radius and unique box."""
         within = (np.abs(self.roots[:, self.n :]) - self.radius[:, self.n :] <= reach).all(axis=1)
         order = np.lexsort(self.roots[within].T[::-1])
         return self.roots[within][order], self.radius[within][order], self.unique[within][order]

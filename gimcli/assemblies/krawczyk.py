@@ -1,12 +1,12 @@
-"""Krawczyk's test on boxes, with the remainder of a planar loop written out.
+"""The Krawczyk test on boxes, with the exact remainder of planar loops.
 
-About the middle of a box with Y = J^-1 there, δ the angles' and σ the slides' deviations, the loops are exactly
+With Y = J^-1 at the middle of a box, and δ, σ the deviations of angles and slides, the loops are exactly
 
     Y f = Y f_m + Σ_c [(YJ)_c sin δ_c + H_c (cos δ_c - 1)] + Σ_q σ_q [(YJ)_q cos δ_r + B_q sin δ_r]
 
-(r the slide's rail, H = Y of the columns' own terms, B_q = Y of i times the slide's column), so no series is cut
-off and H keeps what cancels between the loops; a bound |C| r of the Jacobian's change would lose that. Rounding:
-each product is widened by a few eps times the same product of moduli. Y may be any matrix.
+(r the rail of the slide, H = Y of the columns' own terms, B_q = Y of i times the slide's column). No series is
+truncated, and H keeps the cancellation between the loops, which a bound |C| r of the change of the Jacobian would
+lose. Rounding: each product is widened by a few eps times the same product of moduli. Y may be any matrix.
 Source: Krawczyk 1969; Moore 1977 for existence and uniqueness in one test: |Yf| + |I - YJ(box)| r < r.
 Boxes are on the first axis: middles (B, d), half-widths (B, d).
 """
@@ -23,13 +23,13 @@ from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class KrawczykConstants:
-    """Rounding and conditioning."""
+    """Constants for rounding and conditioning."""
 
-    rounding: float = 3 * EPS  # times the operations that a sum of products consists of, and a few
-    few: int = 8  # cosines, complex products
-    nudge: float = 1e-12  # of the Jacobian's norm: keeps an exactly singular one invertible; Y need not be exact
-    widen: float = 1 + 16 * EPS  # a half-width, so that middle and half-width cover the box
-    narrowed: float = 8 * EPS  # of a bound just computed
+    rounding: float = 3 * EPS  # per operation of a sum of products
+    few: int = 8  # additional operations: cosines, complex products
+    nudge: float = 1e-12  # perturbation relative to the Jacobian's norm that makes a singular one invertible
+    widen: float = 1 + 16 * EPS  # factor of half-widths, so that middle and half-width cover the box
+    narrowed: float = 8 * EPS  # relative rounding of computed bounds
 
 
 CONSTANTS = KrawczykConstants()
@@ -47,10 +47,10 @@ class Coefficients:
 
 @dataclass(frozen=True, eq=False)
 class Local:
-    """The preconditioned loops about the middles of B boxes."""
+    """The preconditioned loops at the middles of B boxes."""
 
     value: FloatArray  # (B, d) Y f
-    error: FloatArray  # (B, d) its rounding
+    error: FloatArray  # (B, d) rounding of it
     J: FloatArray  # (B, d, d) Y J
     H: FloatArray  # (B, d, n)
     B: FloatArray  # (B, d, q), zero for rails on the frame
@@ -84,7 +84,7 @@ def local(loops: Coefficients, x: FloatArray) -> Local:
 
 
 def _carried(own: ComplexArray, parts: ComplexArray, carrier: IntArray) -> ComplexArray:
-    """Return the terms of every angle (B, L, n), slides that it carries included."""
+    """Return the terms of every angle (B, L, n), including slides on its rails."""
     total = own.copy()
     for slide, angle in enumerate(carrier):
         if angle < own.shape[2]:
@@ -98,11 +98,11 @@ def _inverse(jacobian: ComplexArray) -> ComplexArray:
     real = np.concatenate([jacobian.real, jacobian.imag], axis=1)
     d = real.shape[1]
     norm = np.abs(real).max(axis=(1, 2), initial=0.0)[:, None, None]
-    fixed = np.cos(np.arange(d * d, dtype=float) ** 2).reshape(d, d)  # any matrix that shares no structure
+    fixed = np.cos(np.arange(d * d, dtype=float) ** 2).reshape(d, d)  # an arbitrary matrix without structure
     nudged = real + CONSTANTS.nudge * (norm + (norm == 0.0)) * fixed
     try:
         inverse = np.linalg.inv(nudged)
-    except np.linalg.LinAlgError:  # one of the batch is singular all the same
+    except np.linalg.LinAlgError:  # a matrix of the batch is singular nevertheless
         inverse = np.linalg.pinv(nudged)
     return np.asarray(inverse[:, :, :loops] - 1j * inverse[:, :, loops:])
 
@@ -134,7 +134,7 @@ def narrow(at: Local, middle: FloatArray, half: FloatArray) -> tuple[FloatArray,
 
 
 def _arcsine(value: FloatArray) -> FloatArray:
-    """Return the angles in [-pi/2, pi/2] of sines, without end beyond their range."""
+    """Return the angles in [-pi/2, pi/2] of sines; infinite for values beyond -1 or 1."""
     angle = np.arcsin(np.clip(value, -1.0, 1.0))
     return np.where(value < -1.0, -np.inf, np.where(value > 1.0, np.inf, angle))
 
@@ -152,9 +152,9 @@ def _product(matrix: FloatArray, vector: FloatArray) -> FloatArray:
 
 
 def image(at: Local, half: FloatArray) -> FloatArray:
-    """Return the half-widths (B, d) of Krawczyk's image about the middles of boxes.
+    """Return the half-widths (B, d) of the Krawczyk image about the middles of boxes.
 
-    Where they all are less than the box's, it holds exactly one solution, and this in the image.
+    If all are less than those of the box, the box contains exactly one solution, and it is inside the image.
     """
     n = at.H.shape[2]
     r = half * CONSTANTS.widen

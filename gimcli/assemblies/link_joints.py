@@ -1,8 +1,8 @@
-"""A mechanism as bodies and nodes with joints between them: what its loops are read from.
+"""A mechanism as bodies and nodes connected by joints, from which its loops are derived.
 
-A joint says where a node is in a body: z_node = z_body + e^(i phi) (point + s direction), with s = 0 for a pin.
-Members are bodies; a driven distance is a body too, a bar of that length. A node in k members is k joints, so
-that a multiple pair needs no care. Members that turn together (true prismatic pairs, driven angles) share a
+A joint gives the position of a node in a body: z_node = z_body + e^(i phi) (point + s direction), with s = 0 for a pin.
+Members are bodies; a driven distance is a body too, a bar of that length. A node of k members has k joints, so that
+multiple pairs need no special treatment. Members that turn together (true prismatic pairs, driven angles) have the same
 rotation class; e^(i phi) of a body is a known phase times that of its class.
 """
 
@@ -21,23 +21,23 @@ from gimcli.structure.sliding_pairs import sliding_pairs
 
 NONE = -1
 PARALLEL = 1e-12
-"""Sine, and distance over the size, below which rails share a direction or run through a pin: what rounding leaves."""
+"""Sine, or distance relative to the size, below which rails are parallel or pass through a pin (rounding)."""
 
 
 @dataclass(frozen=True)
 class BodyJoint:
-    """Where a node is in a body; lengths that an actuator drives are added to the constants."""
+    """The position of a node in a body; driven lengths are added to the constant point."""
 
     name: str
     body: int
     node: int
     point: complex  # in the body's frame
-    direction: complex | None = None  # unit, of a slide's rail; None: a pin
-    actuator: int = NONE  # adds its value times `along` to the point
+    direction: complex | None = None  # unit vector of a slide's rail; None for a pin
+    actuator: int = NONE  # actuator whose value times `along` is added to the point
     along: complex = 0.0j
-    through: int = NONE  # joint whose point the rail runs through
-    parallel: int = NONE  # first joint whose rail turns with this one and is parallel to it
-    slack: bool = False  # a surplus pin that is let slide; the residual tells where it fits
+    through: int = NONE  # joint through whose point the rail passes
+    parallel: int = NONE  # first joint with a parallel rail that turns with this one
+    slack: bool = False  # a redundant pin replaced by a slide; its residual is checked
 
 
 @dataclass(frozen=True)
@@ -53,11 +53,11 @@ class Phase:
 
     @property
     def inverse(self) -> Phase:
-        """The phase that undoes this one."""
+        """The inverse phase."""
         return Phase(1.0 / self.constant, tuple(-a for a in self.turns))
 
     def at(self, inputs: FloatArray) -> ComplexArray:
-        """Return the factor for inputs (actuators, rows)."""
+        """Return the complex factor (rows,) for inputs (actuators, rows)."""
         angle = np.array(self.turns, dtype=float) @ inputs if self.turns else np.zeros(inputs.shape[1])
         return np.asarray(self.constant * np.exp(1j * angle))
 
@@ -67,20 +67,20 @@ class Linkage:
     """Bodies, nodes and joints; body 0 is the frame. Vertices are the bodies, then the nodes."""
 
     mechanism: Mechanism
-    joints: tuple[BodyJoint, ...]  # those that matter: at nodes with at least two
-    carried: tuple[BodyJoint, ...]  # pins of nodes that only go along
+    joints: tuple[BodyJoint, ...]  # joints at nodes with at least two joints
+    carried: tuple[BodyJoint, ...]  # pins of nodes with one joint, which move with their body
     classes: tuple[int, ...]  # (bodies,) rotation class, NONE for the frame's
     phases: tuple[Phase, ...]  # (bodies,)
-    dropped: frozenset[int] = frozenset()  # bodies told by their nodes afterwards
+    dropped: frozenset[int] = frozenset()  # bodies that are computed from their nodes afterwards
 
     @property
     def bodies(self) -> int:
-        """Number of bodies, the frame among them."""
+        """Number of bodies, including the frame."""
         return len(self.classes)
 
     @property
     def loose(self) -> tuple[int, ...]:
-        """Nodes that a slide alone is left of: they run freely along it."""
+        """Nodes that are only on one slide: they move freely along it."""
         return tuple(j.node for j in self.carried if j.direction is not None)
 
     @property
@@ -89,7 +89,7 @@ class Linkage:
         return self.bodies + len(self.mechanism.nodes)
 
     def numbers(self, inputs: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        """Return points and rails (joints, rows), turned by their bodies' phases, and the phases (bodies, rows)."""
+        """Return points and rails (joints, rows), turned by their bodies' phases; and the phases (bodies, rows)."""
         phases = np.array([p.at(inputs) for p in self.phases])
         points = np.empty((len(self.joints), inputs.shape[1]), dtype=complex)
         rails = np.ones_like(points)
@@ -103,7 +103,7 @@ class Linkage:
         return points, rails, phases
 
     def sense(self, a: BodyJoint, b: BodyJoint) -> int:
-        """Return +1 or -1 where two rails turn together and are parallel, else 0."""
+        """Return +1 or -1 if two rails turn together and are parallel (same or opposite sense), else 0."""
         if a.direction is None or b.direction is None or a.slack or b.slack:
             return 0
         own, its = self.phases[a.body], self.phases[b.body]
@@ -113,12 +113,12 @@ class Linkage:
         return 0 if abs(along.imag) > PARALLEL else 1 if along.real > 0.0 else -1
 
     def same_rail(self, a: int, b: int) -> bool:
-        """Tell whether two joints share the direction of their rails."""
+        """Return whether the rails of two joints have the same direction."""
         first = [self.joints[k].parallel if self.joints[k].parallel != NONE else k for k in (a, b)]
         return first[0] == first[1]
 
     def without_body(self, body: int) -> Linkage:
-        """Return the linkage without a bar; it is told by its nodes afterwards."""
+        """Return the linkage without a bar, which is computed from its nodes afterwards."""
         kept = [j for j in self.joints if j.body != body]
         return _pruned(replace(self, dropped=self.dropped | {body}), kept)
 
@@ -127,7 +127,7 @@ class Linkage:
         return _pruned(self, [j for k, j in enumerate(self.joints) if k != index])
 
     def slackened(self, index: int) -> Linkage:
-        """Return the linkage with a pin that may slide: one constraint less."""
+        """Return the linkage with a pin replaced by a slide, that is, with one constraint less."""
         joints = list(self.joints)
         joints[index] = replace(joints[index], direction=1.0 + 0.0j, slack=True)
         return _pruned(self, joints)
@@ -135,7 +135,7 @@ class Linkage:
 
 @derived
 def linkage(mechanism: Mechanism) -> Linkage:
-    """Return the bodies, nodes and joints of a mechanism; raise StructureError where an angle is driven twice."""
+    """Return the bodies, nodes and joints of a mechanism; raise StructureError if an angle is driven twice."""
     bars = [k for k, a in enumerate(mechanism.actuators) if a.kind == SPAN]
     classes, phases = _classes(mechanism, len(bars))
     joints = [
@@ -153,7 +153,7 @@ def linkage(mechanism: Mechanism) -> Linkage:
 
 
 def _sliding(mechanism: Mechanism, implied: frozenset[PairRow]) -> list[BodyJoint]:
-    """Return the joints of slides and travels; both at once on one rail hold the node as a pin does."""
+    """Return the joints of slides and travels; both together on one rail are a pin."""
     joints = []
     travels = {k: a for k, a in enumerate(mechanism.actuators) if a.kind == HEIGHT}
     for pair in sliding_pairs(mechanism):
@@ -172,12 +172,12 @@ def _sliding(mechanism: Mechanism, implied: frozenset[PairRow]) -> list[BodyJoin
 
 
 def _travel(number: int, a: Input) -> BodyJoint:
-    """Return a travel alone: the node stays on the line across the guide."""
+    """Return the joint of a travel without a slide: the node is on a line normal to the guide."""
     return BodyJoint(a.name, a.guide, a.node, a.point, 1j * a.normal, actuator=number, along=a.normal)
 
 
 def _classes(mechanism: Mechanism, bars: int) -> tuple[tuple[int, ...], tuple[Phase, ...]]:
-    """Return class and phase of every body: ties of prismatic pairs, then driven angles."""
+    """Return class and phase of every body, from prismatic pairs and driven angles."""
     still = (0,) * len(mechanism.actuators)
     rotation = rotation_classes(mechanism)
     count = len(mechanism.members) + bars
@@ -214,7 +214,7 @@ def _classes(mechanism: Mechanism, bars: int) -> tuple[tuple[int, ...], tuple[Ph
 
 
 def _pruned(linkage: Linkage, joints: list[BodyJoint]) -> Linkage:
-    """Keep the joints that bind; a node with a single one only goes along with its body."""
+    """Return the linkage whose nodes with a single joint are moved from `joints` to `carried`."""
     carried = list(linkage.carried)
     while True:
         degree = Counter(j.node for j in joints)
@@ -227,7 +227,7 @@ def _pruned(linkage: Linkage, joints: list[BodyJoint]) -> Linkage:
 
 
 def _related(linkage: Linkage, joints: list[BodyJoint]) -> list[BodyJoint]:
-    """Mark rails that run through a pin of their own body, or parallel to an earlier rail that turns with them."""
+    """Mark rails that pass through a pin of their body, or are parallel to an earlier rail that turns with them."""
     result: list[BodyJoint] = []
     for k, joint in enumerate(joints):
         if joint.direction is None or joint.slack:

@@ -5,8 +5,8 @@ Unknowns are theta_c = e^(i phi_c) of every rotation class and s_q of every pass
     f_k = C0_k + sum_c C_kc theta_c + sum_q U_kq s_q theta_m(q)              = 0
     g_k = conj(C0_k) + sum_c conj(C_kc) / theta_c + sum_q conj(U_kq) s_q / theta_m(q) = 0
 
-m(q) is the class that carries the rail of slide q. All coefficients are linear in the linkage's own points
-and rail directions: the *family* of a topology is every complex choice of these, with the conjugates independent.
+m(q) is the class of the rail of slide q. All coefficients are linear in the points and rail directions of the linkage.
+The *family* of a topology consists of all complex values of these, with independent conjugates.
 Numerically the unknowns are w = [log theta, s]. Source: C. Wampler, Solving the kinematics of
 planar mechanisms by Dixon determinant and a complex-plane formulation, J. Mech. Des. 123 (2001).
 """
@@ -22,12 +22,12 @@ import numpy as np
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 
 GROUND = -1
-"""Rail of a slide whose direction is known."""
+"""Class of a rail with a known direction."""
 
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """Which coefficients each parameter enters: C0 = T0 p, C = TC p, U = TU p; one with the same tensors is equal."""
+    """The tensors of the coefficients: C0 = T0 p, C = TC p, U = TU p; families with equal tensors are equal."""
 
     T0: FloatArray = field(repr=False)  # (L, parameters) small integers
     TC: FloatArray = field(repr=False)  # (L, n, parameters)
@@ -51,18 +51,18 @@ class Family:
 
     @property
     def square(self) -> bool:
-        """Tell whether there are as many equations as unknowns."""
+        """Return whether there are as many equations as unknowns."""
         return self.angles + self.slides == 2 * self.loops
 
     @cached_property
     def rails_shared(self) -> bool:
-        """Tell whether slides share a direction: they cannot be scaled one by one, and the count is a bound only."""
+        """Return whether slides have a common direction: the count of roots is then only an upper bound."""
         used = np.abs(self.TU).sum(axis=0) > 0
         return bool((used.sum(axis=0) > 1).any())
 
     @cached_property
     def key(self) -> str:
-        """A name of the topology: the same for the same tensors."""
+        """A hash of the tensors, used as the name of the topology."""
         digest = hashlib.sha256(repr((self.TC.shape, self.TU.shape, self.rail.tolist())).encode())
         for tensor in (self.T0, self.TC, self.TU):
             digest.update(np.ascontiguousarray(tensor, dtype=np.int8).tobytes())
@@ -76,7 +76,7 @@ class Family:
 
     @cached_property
     def carried(self) -> FloatArray:
-        """(q, n) 1 where a class carries the rail of a slide."""
+        """Matrix (q, n): 1 if the rail of a slide belongs to a class, else 0."""
         table = np.zeros((self.slides, self.angles))
         for q, m in enumerate(self.rail):
             if m != GROUND:
@@ -85,14 +85,14 @@ class Family:
 
     @cached_property
     def stacked(self) -> FloatArray:
-        """The three tensors as one (L (1 + n + q), parameters), a loop's constant first."""
+        """The three tensors as one (L (1 + n + q), parameters), with the constant of each loop first."""
         table = np.concatenate([self.T0[:, None, :], self.TC, self.TU], axis=1)
         return table.reshape(-1, table.shape[2])
 
     def member(self, p: ComplexArray, pb: ComplexArray) -> ComplexArray:
         """Return the coefficients H (..., 2, L, 1 + n + q) of f and g.
 
-        p and, independent of them, pb are (..., parameters). A column is the constant, an angle or a slide.
+        p and the independent pb are (..., parameters). A column belongs to the constant, an angle or a slide.
         """
         both = np.stack([p, pb], axis=-2) @ self.stacked.T
         return both.reshape(*both.shape[:-1], self.loops, 1 + self.angles + self.slides)
@@ -111,19 +111,19 @@ class Loops:
 
     @classmethod
     def of(cls, family: Family, p: ComplexArray) -> Loops:
-        """Return the linkage of a family that has parameters p."""
+        """Return the linkage of a family with parameters p."""
         half, n = family.member(p, p)[0], family.angles
         return cls(half[:, 0], half[:, 1 : 1 + n], half[:, 1 + n :], family.rail, family, p)
 
     @cached_property
     def H(self) -> ComplexArray:  # noqa: N802 - the equations' own letter
-        """(2, L, 1 + n + q) coefficients of f and g; the second half is the conjugate of the first."""
+        """Coefficients (2, L, 1 + n + q) of f and g; the second half is the conjugate of the first."""
         half = np.concatenate([self.C0[:, None], self.C, self.U], axis=1)
         return np.stack([half, half.conj()])
 
 
 def factors(family: Family, w: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Return what the coefficients are multiplied by at w (..., n + q).
+    """Return the factors of the coefficients at w (..., n + q).
 
     These are (..., 2, 1 + n + q) of 1, theta, s theta_m and of 1, 1/theta, s/theta_m; then (..., 2, q) of
     theta_m and 1/theta_m.

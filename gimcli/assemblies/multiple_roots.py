@@ -1,4 +1,4 @@
-"""Multiple roots, which no certificate proves: settled as well as they can be told, and never called complete."""
+"""Multiple roots: they cannot be proved, so they are corrected as far as possible and the list is not complete."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from gimcli.assemblies.loops import Family, values_and_jacobian
 from gimcli.mechanism import ComplexArray
 
 CUT = 1e-9
-"""Singular value over the largest below which a direction is not moved: the curve or fold of the root."""
+"""Singular value relative to the largest below which a direction is not corrected: the curve or fold of the root."""
 
 TIMES = 60
-"""Corrections: a double root halves its error in each."""
+"""Number of corrections; each halves the error of a double root."""
 
 
 def doubtful_real(family: Family, H: ComplexArray, w: ComplexArray) -> list[ComplexArray]:
-    """Return the real points among candidates for multiple roots (candidates, n + q), each once."""
+    """Return the real points among candidates for multiple roots (candidates, n + q), without duplicates."""
     w = w[np.isfinite(w).all(axis=1)]
     w = w[mirror_distance(family, w) < SEARCH.real] if len(w) else w
     found: list[ComplexArray] = []
@@ -33,7 +33,7 @@ def doubtful_real(family: Family, H: ComplexArray, w: ComplexArray) -> list[Comp
 
 
 def _settled(family: Family, H: ComplexArray, w: ComplexArray) -> ComplexArray:
-    """Return the real point next to a candidate, by least-squares corrections."""
+    """Return the real point near a candidate, from least-squares corrections."""
     n = family.angles
     w = np.concatenate([1j * w[:n].imag, w[n:].real.astype(complex)])
     unit = np.concatenate([np.full(n, 1j), np.ones(family.slides)])
@@ -48,7 +48,7 @@ def _settled(family: Family, H: ComplexArray, w: ComplexArray) -> ComplexArray:
 
 
 def kept_apart(family: Family, proven: Proven, each: int) -> NDArray[np.bool_]:
-    """Tell of every set of `each` roots side by side whether they are proved different."""
+    """Return for every group of `each` consecutive roots whether they are proved to be different."""
     if each == 1:
         return np.ones(len(proven.w), dtype=bool)
     gap = proven.w[0::each] - proven.w[1::each]

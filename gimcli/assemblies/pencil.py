@@ -1,9 +1,9 @@
 """All roots of a group by one generalised eigenvalue problem.
 
-One angle x = theta_h is hidden. The unknown vector holds theta^-T and s_q theta^-T for sets T of the other
-angles in a window of sizes. theta^-S times a combination of the loops that kills the angles outside S (for f)
-or inside S (for g) stays square-free and linear in x, so that (M0 + x M1) v = 0. Null vectors take the place of
-the minors of Dixon's determinant, which vanish for sparse topologies. Source: C. Wampler, Solving the kinematics
+One angle x = theta_h is hidden. The unknown vector contains theta^-T and s_q theta^-T for sets T of the other
+angles in a window of sizes. theta^-S times a combination of the loops that eliminates the angles outside S (for f)
+or inside S (for g) is square-free and linear in x, so that (M0 + x M1) v = 0. Null vectors replace the minors of
+Dixon's determinant, which are zero for sparse topologies. Source: C. Wampler, Solving the kinematics
 of planar mechanisms by Dixon determinant and a complex-plane formulation, J. Mech. Des. 123 (2001).
 """
 
@@ -20,7 +20,7 @@ from gimcli.assemblies.loops import GROUND, Family
 from gimcli.mechanism import ComplexArray, IntArray
 
 NULL = 1e-10
-"""Singular value over the largest below which a combination kills the columns: rounding of members as written."""
+"""Singular value relative to the largest below which a combination eliminates the columns (rounding)."""
 
 SEED = 20010901
 
@@ -30,7 +30,7 @@ Monomial = tuple[frozenset[int], int]
 
 @dataclass(frozen=True)
 class Job:
-    """Rows for one S: which half, which columns are killed, where the others go."""
+    """The rows for one set S: the half (f or g), the eliminated columns, and the monomials of the others."""
 
     half: int
     killed: IntArray
@@ -62,7 +62,7 @@ class Pencil:
 
 
 def _left_null(table: ComplexArray) -> ComplexArray:
-    """Return rows that times a table (L, columns) are 0."""
+    """Return a basis (rows, L) of the left null space of a table (L, columns)."""
     if table.shape[1] == 0:
         return np.eye(table.shape[0], dtype=complex)
     u, s, _ = np.linalg.svd(table)
@@ -71,7 +71,7 @@ def _left_null(table: ComplexArray) -> ComplexArray:
 
 
 def candidates(pencil: Pencil, H: ComplexArray) -> ComplexArray:
-    """Return what may be roots (candidates, n + q); corrections and the certificate decide."""
+    """Return candidates for roots (candidates, n + q), to be corrected and proved."""
     from scipy.linalg import eig
 
     m0, m1 = pencil.matrices(H)
@@ -100,7 +100,7 @@ def _mixing(rows: int, size: int) -> ComplexArray:
 
 
 def _recovered(pencil: Pencil, x: ComplexArray, v: ComplexArray) -> ComplexArray:
-    """Return w from the hidden angle x (k,) and vectors v (monomials, k): ratios of the largest entries."""
+    """Return w from the hidden angle x (k,) and vectors v (monomials, k), by ratios of the largest entries."""
     n, q = pencil.family.angles, pencil.family.slides
     basis, weight = pencil.basis, np.abs(v)
     w = np.empty((len(x), n + q), dtype=complex)
@@ -120,7 +120,7 @@ def _recovered(pencil: Pencil, x: ComplexArray, v: ComplexArray) -> ComplexArray
 
 
 def _pencil(family: Family, hidden: int, low: int, high: int) -> Pencil | None:
-    """Return the pencil of a hidden angle and a window of sizes; None where no rows are left."""
+    """Return the pencil of a hidden angle and a window of sizes; None if it has no rows."""
     others = [j for j in range(family.angles) if j != hidden]
     sets = [frozenset(s) for size in range(low, high + 1) for s in combinations(others, size)]
     monomials: list[Monomial] = [(s, q) for q in range(-1, family.slides) for s in sets]
@@ -160,7 +160,7 @@ def _pair(lists: tuple[list[int], list[int]]) -> tuple[IntArray, IntArray]:
 
 @cache
 def pencil_of(family: Family) -> Pencil | None:
-    """Return a pencil that has full rank for a random member of the family, or None where none was found."""
+    """Return a pencil that has full rank for a random member of the family, None if there is none."""
     from gimcli.assemblies.generic import random_member
 
     if family.loops > SEARCH.pencil_loops or family.angles == 0:
@@ -180,7 +180,7 @@ def pencil_of(family: Family) -> Pencil | None:
 
 
 def _full(pencil: Pencil, H: ComplexArray) -> bool:
-    """Tell whether the pencil has full column rank at a random x."""
+    """Return whether the pencil has full column rank at a random x."""
     m0, m1 = pencil.matrices(H)
     if len(m0) < len(pencil.basis):
         return False

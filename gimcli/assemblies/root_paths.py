@@ -1,7 +1,7 @@
-"""Paths of roots from one linkage of a family to another, all at once.
+"""Paths of roots from one linkage of a family to another, all paths in parallel.
 
-The coefficients go on a straight line; a predictor of 4th order (Runge-Kutta) and two Newton-Raphson
-corrections follow dw/dt = -J^-1 dH/dt, each path with its own step. Source: A. Sommese and C. Wampler,
+The coefficients vary linearly in t; a predictor of fourth order (Runge-Kutta) and two Newton-Raphson corrections
+follow dw/dt = -J^-1 dH/dt, each path with its own step. Source: A. Sommese and C. Wampler,
 The numerical solution of systems of polynomials, 2005.
 """
 
@@ -20,21 +20,21 @@ from gimcli.mechanism import ComplexArray, FloatArray
 
 @dataclass(frozen=True)
 class Tracked:
-    """Where paths ended."""
+    """The ends of paths."""
 
-    w: ComplexArray  # (roots, n + q) at the end, or where the path stopped
+    w: ComplexArray  # (roots, n + q) at t = 1, or where the path stopped
     arrived: NDArray[np.bool_]  # (roots,)
-    time: FloatArray  # (roots,) 0..1 that was reached
+    time: FloatArray  # (roots,) t in 0..1 that was reached
     rate: ComplexArray  # (roots, n + q) dw/dt there
 
 
 def solve_each(J: ComplexArray, right: ComplexArray) -> ComplexArray:
-    """Return J^-1 right for stacks (roots, m, m) and (roots, m); NaN where J is exactly singular."""
+    """Return J^-1 right for stacks (roots, m, m) and (roots, m); NaN if J is exactly singular."""
     return each_of(np.linalg.solve, right[..., None], J, right[..., None])[..., 0]
 
 
 def corrected(family: Family, H: ComplexArray, w: ComplexArray, times: int) -> ComplexArray:
-    """Return points after some Newton-Raphson corrections; H one, or one a point."""
+    """Return points after some Newton-Raphson corrections; one H for all, or one for each point."""
     with np.errstate(all="ignore"):
         for _ in range(times):
             value, J = values_and_jacobian(family, H, w)
@@ -82,7 +82,7 @@ def _slope(family: Family, start: ComplexArray, change: ComplexArray, w: Complex
 def _predicted(
     family: Family, start: ComplexArray, change: ComplexArray, w: ComplexArray, t: FloatArray, h: FloatArray
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Return where the paths will be, and their slopes now."""
+    """Return the predicted points of the paths, and their present slopes."""
     step = h[:, None]
     a = _slope(family, start, change, w, t)
     b = _slope(family, start, change, w + 0.5 * step * a, t + 0.5 * h)
@@ -95,7 +95,7 @@ def _corrected(
     family: Family, start: ComplexArray, change: ComplexArray, w: ComplexArray, t: FloatArray,
     constants: TrackingConstants,
 ) -> tuple[NDArray[np.bool_], FloatArray, ComplexArray]:  # fmt: skip
-    """Return whether two corrections settle, the first one's size, and the points."""
+    """Return whether two corrections converge, the size of the first, and the points."""
     H = _at(start, change, t)
     value, J = values_and_jacobian(family, H, w)
     first = solve_each(J, value)

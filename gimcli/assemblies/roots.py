@@ -1,9 +1,9 @@
-"""All roots of one coupled group, and how far the list is proved complete.
+"""All roots of one coupled group, and to which level their list is proved complete.
 
-First the pencil, where the topology has one, then paths from generic linkages, until as many different roots
-are proved as the topology has. Where that number is not told, intervals prove the real roots first. Where the
-dimensions are special and fewer exist, the paths tell what became of the others: gone to infinity, or met in a
-multiple root. Nothing of this needs to be trusted but the count and the certificate.
+The pencil is tried first if the topology has one, then paths from generic linkages, until as many different roots are
+proved as the topology has. If that number is unknown, intervals prove the real roots first. For special dimensions
+with fewer roots the paths show what happens to the others: they go to infinity or coincide in a multiple root. The
+proof depends only on the count and the certificates.
 """
 
 from __future__ import annotations
@@ -24,37 +24,37 @@ from gimcli.mechanism import ComplexArray
 from gimcli.progress import Progress, no_progress
 
 REACHED, REALS, AGREED, OPEN = 1, 2, 3, 4
-"""Levels: count reached; proved for the reals; two starts agree, nothing left over; something is singular."""
+"""Levels: the count is reached; the real roots are proved; two starts agree in all paths; a root is singular."""
 
 
 @dataclass(frozen=True)
 class Roots:
-    """The different roots that are proved, and what is known of the rest."""
+    """The different proved roots, and the known facts about the others."""
 
     proven: Proven
-    count: int | None  # of a generic member; None where it costs too much
+    count: int | None  # of a generic member; None if the count takes too long
     level: int
     doubtful: ComplexArray  # (candidates, n + q) multiple roots, or points of a curve of roots
-    infinite: int = 0  # roots that went to infinity
+    infinite: int = 0  # roots at infinity
 
     @property
     def missing(self) -> int:
-        """Roots of the generic count that are neither proved nor at infinity."""
+        """Number of roots of the generic count that are neither proved nor at infinity."""
         return max(0, (self.count or len(self.proven.w)) - len(self.proven.w) - self.infinite)
 
 
 def all_roots(loops: Loops, progress: Progress = no_progress, near: Roots | None = None) -> Roots:
     """Return the roots of a group's loops.
 
-    `progress` is told how many roots of how many a generic linkage has so far, where one has to be found. `near` are
-    the roots of almost the same loops: where intervals alone proved those, they are tried before the paths.
+    `progress` is called with the numbers of known and of all roots while a generic linkage is searched. `near` are the
+    roots of almost the same loops: if only intervals proved those, intervals are tried before the paths.
     """
     family, H = loops.family, loops.H
     count = known_count(family)
     proven = _by_pencil(family, H)
     if count is not None and _whole(proven, count):
         return _reached(family, proven, count)
-    if count is None or (near is not None and near.level == REALS):  # paths cost most, and cannot prove the list
+    if count is None or (near is not None and near.level == REALS):  # paths take longest, and cannot prove the list
         real = _by_intervals(loops, Roots(proven, count, OPEN, _none(family)))
         if real.level == REALS:
             return real
@@ -67,12 +67,12 @@ def _reached(family: Family, proven: Proven, count: int) -> Roots:
 
 
 def _none(family: Family) -> ComplexArray:
-    """Return no roots."""
+    """Return an empty list of roots."""
     return np.zeros((0, family.angles + family.slides), dtype=complex)
 
 
 def _whole(proven: Proven, count: int) -> bool:
-    """Tell whether every root is there and known to be real or not."""
+    """Return whether every root is found and known to be real or not."""
     return len(proven.w) == count and bool((proven.real | proven.complex).all())
 
 
@@ -87,14 +87,14 @@ def _by_pencil(family: Family, H: ComplexArray) -> Proven:
 
 
 def _sound(family: Family, H: ComplexArray, w: ComplexArray) -> Proven:
-    """Return the different roots that are proved among some points."""
+    """Return the different proved roots among some points."""
     w = w[np.isfinite(w).all(axis=1) & (np.abs(w[:, : family.angles].real) < SEARCH.tracking.far).all(axis=1)]
     proven = prove(family, H, w)
     return distinct(family, proven.take(proven.residual < SEARCH.residual))
 
 
 def _by_paths(family: Family, H: ComplexArray, count: int | None, proven: Proven, progress: Progress) -> Roots:
-    """Return the union of what the paths from independent generic linkages prove."""
+    """Return the union of the roots proved by paths from independent generic linkages."""
     ends: list[_Ends] = []
     for seed in range(SEARCH.starts):
         start = known_start(family, seed, progress)
@@ -116,7 +116,7 @@ def _by_paths(family: Family, H: ComplexArray, count: int | None, proven: Proven
 
 
 def _by_intervals(loops: Loops, found: Roots) -> Roots:
-    """Return the roots with the real ones proved complete, where intervals can; a multiple root they cannot decide."""
+    """Return the roots, the real ones proved complete if intervals succeed; they cannot decide multiple roots."""
     from gimcli.assemblies.intervals import IntervalConstants, real_roots
 
     family, n = loops.family, loops.family.angles
@@ -124,23 +124,23 @@ def _by_intervals(loops: Loops, found: Roots) -> Roots:
         return found
     limits = IntervalConstants(seconds=SEARCH.seconds)
     boxes = real_roots(loops.C0, loops.C, loops.U, loops.rail, None, limits)
-    told = boxes.complete and boxes.everywhere
+    proved = boxes.complete and boxes.everywhere
     if len(boxes.roots) == 0:
-        return replace(found, level=REALS) if told and not found.proven.real.any() else found
+        return replace(found, level=REALS) if proved and not found.proven.real.any() else found
     w = np.concatenate([1j * boxes.roots[:, :n], boxes.roots[:, n:].astype(complex)], axis=1)
     proven = distinct(family, found.proven.joined(_sound(family, loops.H, w)))
-    whole = told and int(proven.real.sum()) == len(boxes.roots)
+    whole = proved and int(proven.real.sum()) == len(boxes.roots)
     return replace(found, proven=proven, level=REALS if whole else found.level)
 
 
 @dataclass(frozen=True)
 class _Ends:
-    """What became of the paths of one start."""
+    """The ends of the paths of one start."""
 
     proven: Proven
     doubtful: ComplexArray
     infinite: int
-    lost: int  # stopped for no reason that is understood
+    lost: int  # paths that stopped for an unknown reason
 
 
 def _same(a: _Ends, b: _Ends) -> bool:
@@ -148,7 +148,7 @@ def _same(a: _Ends, b: _Ends) -> bool:
 
 
 def _tracked(family: Family, start: ComplexArray, H: ComplexArray, w: ComplexArray) -> _Ends:
-    """Follow all roots of a start; those that met or were lost again, with smaller steps."""
+    """Follow all roots of a start; repeat coinciding and lost paths with smaller steps."""
     tracking = SEARCH.tracking
     done = track(family, start, H, w, tracking)
     point = corrected(family, H, done.w, SEARCH.polish // 2)
@@ -170,7 +170,7 @@ def _replaced(done: Tracked, chosen: NDArray[np.bool_], new: Tracked) -> Tracked
 
 
 def _alone(family: Family, H: ComplexArray, done: Tracked, point: ComplexArray) -> NDArray[np.bool_]:
-    """Tell which paths arrived at a proved root that no other path arrived at."""
+    """Return which paths arrived at a proved root at which no other path arrived."""
     safe = np.where(np.isfinite(point).all(axis=1, keepdims=True), point, 0.0)
     proven = prove(family, H, safe)
     good = np.asarray(done.arrived & np.isfinite(point).all(axis=1), dtype=bool)
@@ -183,7 +183,7 @@ def _alone(family: Family, H: ComplexArray, done: Tracked, point: ComplexArray) 
 
 
 def _judged(family: Family, H: ComplexArray, done: Tracked, point: ComplexArray, alone: NDArray[np.bool_]) -> _Ends:
-    """Tell roots at infinity from multiple ones, and those from paths that were lost."""
+    """Classify paths: roots at infinity, multiple roots, and lost paths."""
     proven = _sound(family, H, point[np.isfinite(point).all(axis=1) & (done.arrived | alone)])
     left = np.flatnonzero(~alone)
     infinite = _diverging(family, done)[left]
@@ -192,14 +192,14 @@ def _judged(family: Family, H: ComplexArray, done: Tracked, point: ComplexArray,
     with np.errstate(all="ignore"):
         near = near[np.isfinite(near).all(axis=1)]
         near = near[prove(family, H, near).residual < SEARCH.residual] if len(near) else near
-    if len(near) and len(proven.w):  # a path that met a proved root
+    if len(near) and len(proven.w):  # paths that coincide with a proved root
         near = near[np.min(distances(family, near, proven.w), axis=1) > SEARCH.near]
     doubtful = _clusters(family, near, SEARCH.near)
     return _Ends(proven, doubtful, int(infinite.sum()), len(rest) - len(near))
 
 
 def _diverging(family: Family, done: Tracked) -> NDArray[np.bool_]:
-    """Tell which paths go to infinity: with t = 1 - e^-tau they end on a straight line in log theta, log s."""
+    """Return which paths go to infinity: with t = 1 - e^-tau they end on a straight line in log theta, log s."""
     n = family.angles
     with np.errstate(all="ignore"):
         slope = np.abs(done.rate * (1.0 - done.time)[:, None])

@@ -1,8 +1,8 @@
-"""How far slides can travel at all: a bound that follows from the lengths alone.
+"""Bounds of the travel of slides that follow from the lengths.
 
-A combination l of the loops with l . U_q = 1 that kills all other slides leaves |s_q| <= |l . C0| + Σ |l . C_c|,
-whatever the angles. For a rail on the frame the combination may be of the real and imaginary parts apart, so that
-two slides on different rails of the frame are bounded by one loop. No bound exists where rails can be parallel.
+A combination l of the loops with l . U_q = 1 that eliminates all other slides gives |s_q| <= |l . C0| + Σ |l . C_c|
+for all angles. For a rail on the frame real and imaginary parts can be combined separately, so that one loop bounds two
+slides on different rails of the frame. There is no bound if rails can become parallel.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from gimcli.mechanism import ComplexArray, FloatArray
 
 @dataclass(frozen=True)
 class ReachConstants:
-    """When a combination counts as killing the other slides."""
+    """Tolerances of the elimination."""
 
-    leak: float = 1e-9  # of a slide's coefficient; what leaks is accounted for
-    margin: float = 1e-6  # of a bound: more than leaks and rounding amount to
+    leak: float = 1e-9  # greatest remaining coefficient of an eliminated slide; its effect is included
+    margin: float = 1e-6  # relative margin of a bound, greater than the effects of leaks and rounding
 
 
 CONSTANTS = ReachConstants()
 
 
 def proved_reach(loops: Coefficients) -> FloatArray:
-    """Return a bound of |s| for every slide (q,); infinite where none is known."""
+    """Return a bound of |s| for every slide (q,); infinite if none is known."""
     q = loops.U.shape[1]
     pairs = [_bound(loops, slide) for slide in range(q)]
     bound, leak = np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs]).reshape(q, q)
@@ -41,7 +41,7 @@ def proved_reach(loops: Coefficients) -> FloatArray:
 
 
 def _bound(loops: Coefficients, slide: int) -> tuple[float, FloatArray]:
-    """Return the bound of one slide, and how much of each other slide its combination lets through."""
+    """Return the bound of one slide, and the remaining coefficients of the other slides in its combination."""
     q = loops.U.shape[1]
     combination = _combination(loops, slide)
     through = combination @ loops.U
@@ -57,7 +57,7 @@ def _bound(loops: Coefficients, slide: int) -> tuple[float, FloatArray]:
 
 
 def _combination(loops: Coefficients, slide: int) -> ComplexArray:
-    """Return l (L,) with least-squares l . U_slide = 1 and nothing of the others.
+    """Return l (L,) with l . U_slide = 1 and 0 for the others, in the least-squares sense.
 
     For a rail on the frame only the real part of l . f is used.
     """

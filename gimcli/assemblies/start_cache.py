@@ -1,4 +1,4 @@
-"""Generic starts, once found, kept in the user's cache folder: one file a topology, written whole or not at all."""
+"""Generic starts in the user's cache folder: one file per topology, written atomically."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from gimcli.kernels.jit import user_folder
 from gimcli.progress import Progress, no_progress
 
 FOLDER = "starts-1"
-"""Changes with the form of the files."""
+"""Version of the file format."""
 
 UNKNOWN = -1
 KEPT = 64
 
 
 def known_count(family: Family) -> int | None:
-    """Return the exact number of complex roots, from the cache where it has been told before; None if not known.
+    """Return the exact number of complex roots, from the cache if it is there; None if it is unknown.
 
-    A structure that counts none has no generic configuration, though its dimensions may allow some.
+    A structure with the number 0 has no generic configuration, although special dimensions may allow some.
     """
     return _count(family) or None
 
 
 def known_start(family: Family, seed: int, progress: Progress = no_progress) -> Generic:
-    """Return a generic linkage with its roots, from the cache where it has been found before."""
+    """Return a generic linkage with its roots, from the cache if it is there."""
     key = (family.key, seed)
     if key not in _STARTS:
         if len(_STARTS) >= KEPT:
@@ -73,7 +73,7 @@ def _start(family: Family, seed: int, progress: Progress) -> Generic:
 
 
 def _checked(family: Family, stored: dict[str, NDArray[Any]], count: int | None) -> Generic | None:
-    """Return a stored start, or None where it is not what it should be."""
+    """Return a stored start, None if it is not valid."""
     shape = (2, family.loops, 1 + family.angles + family.slides)
     H, w = stored.get("H"), stored.get("w")
     if H is None or w is None or H.shape != shape or w.ndim != 2 or w.shape[1] != shape[2] - 1:
@@ -92,18 +92,18 @@ def _path(name: str) -> Path | None:
 
 
 def _read(path: Path | None) -> dict[str, NDArray[Any]] | None:
-    """Return the arrays of a file; None where there is none or it is no such file."""
+    """Return the arrays of a file; None if it is missing or invalid."""
     if path is None:
         return None
     try:
         with np.load(path, allow_pickle=False) as file:
             return {name: file[name] for name in file.files}
-    except Exception:  # whatever a damaged file raises: it is found again
+    except Exception:  # a damaged file can raise any error; the start is computed again
         return None
 
 
 def _write(path: Path | None, **arrays: NDArray[Any]) -> None:
-    """Write a file beside its place and rename it; where that fails, do without."""
+    """Write a temporary file and rename it; errors are ignored."""
     if path is None:
         return
     part = path.with_name(f".{os.urandom(6).hex()}.part")

@@ -47,8 +47,8 @@ def _print(result: ForcesResult) -> None:
     found, peaks = result.found, result.found.peaks
     _print_peaks(found)
     typer.echo(
-        f"forces at {found.determined} of {result.steps + 1} positions; power-balance error at most {peaks.power_error:.1e}"
-        f" W, {peaks.drift:.0e} of the greatest power"
+        f"forces at {found.determined} of {result.steps + 1} positions; power-balance error at most"
+        f" {peaks.power_error:.1e} W, {peaks.drift:.0e} of the greatest power"
     )
     if found.open:
         print_open(found.open)

@@ -1,4 +1,4 @@
-"""All configurations against published cases, laws over every model, and searches that share no code."""
+"""All configurations compared with published cases and independent searches, and laws over all models."""
 
 import cmath
 import math
@@ -24,7 +24,7 @@ from gimcli.structure.residual import residual
 
 HELD = np.zeros(0)
 SINGULAR = {"peaucellier"}
-"""Models with a motion at held inputs: a kite folded onto itself."""
+"""Models that can move at constant inputs: a folded kite."""
 
 
 def model_of(name):
@@ -32,7 +32,7 @@ def model_of(name):
 
 
 def counts(found):
-    """Return the generic count, how many complex roots are proved, and how many configurations there are."""
+    """Return the generic count, the number of proved complex roots, and the number of configurations."""
     return found.bound, sum(g.roots for g in found.groups), len(found)
 
 
@@ -75,7 +75,7 @@ def test_prism_has_twenty_four_real_embeddings():
     assert found.complete
     assert (found.bound, len(found)) == (24, 24)
     mirrored = [np.min(np.max(np.abs(found.z - z.conj()), axis=1)) for z in found.z]
-    assert max(mirrored) < 1e-9  # the held bar lies on the axis: reflections pair them off, 12 and 12
+    assert max(mirrored) < 1e-9  # the fixed bar is on the axis: 12 pairs of mirror images
 
 
 def test_complete_bipartite_framework_has_sixteen_embeddings():
@@ -96,7 +96,7 @@ TRUSSES = {  # 5 links: a 3-RR platform; 7: N. Rojas, F. Thomas 2011; 9: counted
 @pytest.mark.few(2)
 @pytest.mark.parametrize("loops", TRUSSES)
 def test_every_baranov_truss_has_all_its_roots(loops):
-    """Random dimensions: as many roots are proved as there are, and the drawing is one of them."""
+    """Random dimensions: all roots are proved, and the initial position is one of them."""
     found = []
     for seed, joints in enumerate(baranov_trusses(loops)):
         mechanism = loaded(truss(joints, seed, ground=seed % (2 * loops + 1)))
@@ -128,11 +128,11 @@ def test_ring_of_thirteen_links():
     assert found.complete
 
 
-# ------------------------------------------------------------------ platforms: a polynomial of another kind
+# ------------------------------------------------------------------ platforms, by an independent polynomial
 
 
 def platform(base, plate, legs, turn=0.3):
-    """Return the model of a plate held by three driven legs."""
+    """Return the model of a plate on three driven legs."""
     nodes = {f"A{k}": [b.real, b.imag] for k, b in enumerate(base)}
     for k, p in enumerate(plate):
         at = 0.1 + 0.2j + cmath.exp(1j * turn) * p
@@ -164,7 +164,7 @@ def test_three_rams_have_their_six_published_assemblies():
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_random_platforms_against_the_sextic(seed):
+def test_random_platforms_agree_with_the_sextic(seed):
     generator = np.random.default_rng(seed)
     base, plate = (generator.uniform(-1, 1, 3) + 1j * generator.uniform(-1, 1, 3) for _ in range(2))
     legs = generator.uniform(0.4, 1.6, 3)
@@ -193,7 +193,7 @@ def test_collinear_base_and_plate_have_four_real_at_most():
 
 
 @pytest.mark.few
-def test_every_model_lists_what_random_starts_find(model):
+def test_the_list_of_every_model_contains_all_results_of_random_starts(model):
     mechanism = load(model)
     inputs = mechanism.start_inputs
     found = all_configurations(mechanism, inputs)
@@ -211,8 +211,8 @@ def test_every_model_lists_what_random_starts_find(model):
 
 @pytest.mark.parametrize("drive", [None, "elsewhere", "distance", "travel"])
 @pytest.mark.parametrize("seed", [300, 301, 302, 303, 304, 305, 307, 308, 310, 311])
-def test_random_mechanisms_list_what_they_were_built_from(seed, drive, tmp_path):
-    """Dyads, triads, n-ary members, both kinds of prismatic pair, every drive."""
+def test_the_list_of_a_random_mechanism_contains_its_known_configuration(seed, drive, tmp_path):
+    """Dyads, triads, n-ary members, both kinds of prismatic pair, every actuator."""
     path = tmp_path / "model.yaml"
     path.write_text(yaml.safe_dump(Growth(seed, 3, drive).model()))
     mechanism = load(path)
@@ -230,8 +230,8 @@ def test_random_mechanisms_list_what_they_were_built_from(seed, drive, tmp_path)
     [("triad", "rrp"), ("rpr", "triad"), ("true_pair", "rrr"), ("prp", "triad"), ("nary", "rpr"), ("rrp", "rrp")],
 )
 @pytest.mark.parametrize("drive", ["elsewhere", "distance"])
-def test_random_mechanisms_against_gauss_newton(kinds, drive, tmp_path):
-    """Another search in other coordinates, from many starts, finds nothing that is not listed."""
+def test_random_mechanisms_agree_with_gauss_newton(kinds, drive, tmp_path):
+    """Another search in other coordinates, from many starts, finds no other configuration."""
     path = tmp_path / "model.yaml"
     path.write_text(yaml.safe_dump(Growth(7, kinds, drive).model()))
     mechanism = load(path)
@@ -272,7 +272,7 @@ def test_four_bars_by_the_law_of_cosines(seed):
 
 @pytest.mark.parametrize(("angle", "level", "number"), [(1e-6, 1, 2), (1e-8, 4, 1), (0.0, 4, 1)])
 def test_parallelogram_near_its_flat_position(angle, level, number):
-    """Two roots 1e-6 apart are proved; where they are one to rounding it is told once, and never complete."""
+    """Two roots 1e-6 apart are proved; if they differ only by rounding there is one, and the list is not complete."""
     found = all_configurations(loaded(four_bar(1, 3, 1, 3)), np.array([angle]))
     assert (found.level, len(found)) == (level, number)
     assert np.max(found.residual) < 1e-10
@@ -305,12 +305,12 @@ def peaucellier(over):
 
 
 @pytest.mark.parametrize(("over", "number"), [(1e-3, 8), (1e-6, 8)])
-def test_perturbed_inversor_has_eight(over, number):
+def test_a_perturbed_inversor_has_eight_configurations(over, number):
     found = all_configurations(peaucellier(over), np.array([0.5]))
     assert (found.level, len(found)) == (1, number)
 
 
-def test_exact_inversor_has_four_and_turns_freely_where_it_is_folded():
+def test_an_exact_inversor_has_four_configurations_and_a_free_dyad_if_folded():
     found = all_configurations(peaucellier(0.0), np.array([0.5]))
     assert (found.level, len(found)) == (4, 4)
     assert [g.nodes for g in found.groups if g.free] == [("Q",)]
@@ -319,7 +319,7 @@ def test_exact_inversor_has_four_and_turns_freely_where_it_is_folded():
 
 @pytest.mark.parametrize(("leg", "level", "number"), [(2.0, 2, 2), (1.7, 2, 2), (1.5, 4, 1)])
 def test_equilateral_platform_has_roots_at_infinity(leg, level, number):
-    """Two finite roots, proved to be all the real ones by intervals; at leg 1.5 they are one."""
+    """Two finite roots, proved complete for the reals by intervals; at leg 1.5 they coincide."""
     corners = [cmath.exp(1j * (math.pi / 2 + 2 * math.pi * k / 3)) for k in range(3)]
     mechanism = loaded(platform([3 * c for c in corners], [1.5 * c for c in corners], [leg] * 3))
     found = all_configurations(mechanism, mechanism.start_inputs)
@@ -329,7 +329,7 @@ def test_equilateral_platform_has_roots_at_infinity(leg, level, number):
 
 @pytest.mark.parametrize("opposite", [False, True])
 def test_plate_on_two_parallel_rails_and_a_link(opposite):
-    """Its angle by the rails' distance, two ways, then a line meets a circle, two ways."""
+    """Two solutions for its angle from the distance of the rails, each with two intersections of line and circle."""
     rails = {"first": {"node": "P", "guide": ["G", "H"]}, "second": {"node": "Q", "guide": ["J", "K"]}}
     if opposite:
         rails["second"]["guide"].reverse()
@@ -354,7 +354,7 @@ def test_plate_on_two_parallel_rails_and_a_link(opposite):
 
 
 def test_slides_on_parallel_rails_that_turn_are_not_called_complete(tmp_path):
-    """The count is an upper bound there, 8; four roots exist, and another search finds none of the others."""
+    """The count is an upper bound there, 8; four roots exist, and an independent search finds no other."""
     path = tmp_path / "model.yaml"
     path.write_text(yaml.safe_dump(Growth(134, ["prp", "triad", "rrp", "true_pair"], "elsewhere").model()))
     mechanism = load(path)
@@ -365,12 +365,12 @@ def test_slides_on_parallel_rails_that_turn_are_not_called_complete(tmp_path):
     assert found.missing == 0
     others = oracles.configurations_by_starts(mechanism, inputs, starts=300)
     fits = [z for z in others if residual(mechanism, z[:, None], inputs[:, None]).total[0] < 1e-9]
-    assert 0 < len(fits) < len(others)  # a block turned end for end on its rail is not as drawn
+    assert 0 < len(fits) < len(others)  # a block reversed on its rail is not the same assembly
     assert not oracles.unmatched(np.array(fits), found.z)
 
 
-def test_a_long_chain_is_driven():
-    """A hundred flat dyads: the rank is told exactly, not by a threshold."""
+def test_the_rank_of_a_long_chain_is_exact():
+    """A hundred flat dyads; no threshold is involved."""
     spec = {"nodes": {"O": [0, 0]}, "ground": ["O"], "links": {}, "actuators": {}}
     for k in range(120):
         before = "O" if k == 0 else f"n{k - 1}"
@@ -384,7 +384,7 @@ def test_a_long_chain_is_driven():
     np.testing.assert_allclose(found.z[0], mechanism.drawn, atol=1e-11)
 
 
-# ------------------------------------------------------------------ held more than once, or not enough
+# ------------------------------------------------------------------ redundant constraints, undriven nodes
 
 
 def test_third_parallel_crank_leaves_one_configuration():
@@ -398,8 +398,8 @@ def test_third_parallel_crank_leaves_one_configuration():
     assert abs(((a - o) / (b - d)).imag) < 1e-12
 
 
-def test_a_slide_too_many_is_left_out_and_checked():
-    """A trammel driven by its crank: the second slide holds for the straight bar, not for the folded one."""
+def test_a_redundant_slide_is_left_out_and_checked():
+    """A trammel driven by its crank: the second slide is fulfilled by the straight bar, not by the folded one."""
     spec = {
         "nodes": {"O": [0, 0], "G": [5, 0], "H": [0, 5], "C": [0.6, 0.8], "A": [1.2, 0], "B": [0, 1.6]},
         "ground": ["O", "G", "H"],
@@ -415,8 +415,8 @@ def test_a_slide_too_many_is_left_out_and_checked():
     np.testing.assert_allclose(found.z[0], mechanism.drawn, atol=1e-12)
 
 
-def test_a_pin_too_many_is_let_slide_and_checked():
-    """A coupler of two triangles that share two pins: the second pin holds nothing, the mirror image does not fit."""
+def test_a_redundant_pin_is_replaced_by_a_slide_and_checked():
+    """A coupler of two triangles that share two pins: the second pin is redundant; the mirror image violates it."""
     spec = {
         "nodes": {"O": [0, 0], "G": [4, 0], "A": [0, 1], "B": [3.5, 2], "X": [1.5, 2], "Y": [2, 1]},
         "ground": ["O", "G"],
@@ -431,8 +431,8 @@ def test_a_pin_too_many_is_let_slide_and_checked():
     assert np.max(found.residual) < 1e-12
 
 
-def test_a_slide_that_alone_holds_a_node_is_not_left_out():
-    """A pin on the line y = 0.5 and on the rail of a brace, which holds the crank once more."""
+def test_a_slide_that_is_necessary_for_a_node_is_not_left_out():
+    """A pin on the line y = 0.5 and on the rail of a brace, which is a redundant constraint of the crank."""
     spec = {
         "nodes": {"O": [0, 0], "X": [5, 0], "A": [1.2, 1.6], "B": [-0.8, 0.6], "P": [-1, 0.5]},
         "ground": ["O", "X"],
@@ -453,7 +453,7 @@ def test_a_slide_that_alone_holds_a_node_is_not_left_out():
     assert abs(pin - (b + (a - b) * (0.5 - b.imag) / (a - b).imag)) < 1e-12
 
 
-def test_what_nothing_drives_is_named():
+def test_undriven_nodes_are_named():
     spec = four_bar(1, 3, 2, 3)
     del spec["actuators"]
     with pytest.raises(StructureError, match=r"nothing drives nodes A, B"):
@@ -461,8 +461,8 @@ def test_what_nothing_drives_is_named():
 
 
 @pytest.mark.parametrize("seed", [1001, 1158])
-def test_an_angle_between_blocks_on_parallel_rails_drives_nothing(seed, tmp_path):
-    """It is held by the rails; with rails that only might be parallel it would be an input like any other."""
+def test_a_driven_angle_between_blocks_on_parallel_rails_is_redundant(seed, tmp_path):
+    """The rails determine the angle; with rails that are not parallel it would be an input."""
     path = tmp_path / "model.yaml"
     path.write_text(yaml.safe_dump(Growth(seed, 5, "elsewhere").model()))
     mechanism = load(path)
@@ -471,7 +471,7 @@ def test_an_angle_between_blocks_on_parallel_rails_drives_nothing(seed, tmp_path
         all_configurations(mechanism, mechanism.drawn_inputs)
 
 
-def test_an_angle_driven_twice_is_refused():
+def test_an_angle_driven_twice_is_rejected():
     spec = four_bar(1, 3, 2, 3)
     spec["actuators"]["again"] = {"type": "rotary", "pivot": "O", "arm": "A", "reference": "C"}
     with pytest.raises(StructureError, match=r"over-driven.*; again is redundant"):
@@ -483,7 +483,7 @@ def test_an_angle_driven_twice_is_refused():
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["double_butterfly", "stephenson_3_far", "gim_fig11", "jansen"])
-def test_rows_hold_what_each_input_holds_alone(name):
+def test_rows_agree_with_the_solution_at_each_input(name):
     mechanism = model_of(name)
     inputs = np.repeat(mechanism.start_inputs[:, None], 73, axis=1)
     inputs[0] += np.linspace(0.0, 2.0 * np.pi, 73) if name != "gim_fig11" else np.linspace(0.0, 0.7, 73)
@@ -497,8 +497,8 @@ def test_rows_hold_what_each_input_holds_alone(name):
     assert {len(a) % 2 for a in rows} == {len(rows[0]) % 2}
 
 
-def test_rows_are_followed_past_the_inputs_at_which_roots_meet():
-    """Between 4 and 8 are real over a turn; the one search from a generic linkage is the first."""
+def test_rows_are_followed_through_inputs_at_which_roots_coincide():
+    """4 to 8 roots are real over a turn; only the first row is solved from a generic linkage."""
     from gimcli.assemblies.configuration_sweep import RootFollower
 
     follower = RootFollower(ConfigurationFinder(model_of("double_butterfly")))
@@ -508,7 +508,7 @@ def test_rows_are_followed_past_the_inputs_at_which_roots_meet():
 
 
 @pytest.mark.parametrize("fault", ["two the same", "not a number", "moved off"])
-def test_a_row_that_loses_a_root_is_solved_afresh(fault, monkeypatch):
+def test_a_row_that_loses_a_root_is_solved_again(fault, monkeypatch):
     from gimcli.assemblies import configuration_sweep
 
     follower = configuration_sweep.RootFollower(ConfigurationFinder(model_of("double_butterfly")))
@@ -527,7 +527,7 @@ def test_a_row_that_loses_a_root_is_solved_afresh(fault, monkeypatch):
     assert not oracles.unmatched(all_configurations(now.mechanism, now.inputs).z, now.z)
 
 
-def test_a_root_keeps_its_number_while_no_two_meet():
+def test_a_root_keeps_its_number_while_roots_are_distinct():
     mechanism = model_of("double_butterfly")
     inputs = np.repeat(mechanism.start_inputs[:, None], 60, axis=1) - np.linspace(0.0, 0.06, 60)
     rows = configurations_over(mechanism, inputs)

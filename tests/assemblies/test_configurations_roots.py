@@ -1,4 +1,4 @@
-"""The parts of the search for all configurations: counts, both engines, the certificate, the starts on disk."""
+"""Parts of the search for all configurations: counts, pencil, paths, certificates, stored starts."""
 
 from functools import cache
 
@@ -16,9 +16,9 @@ from gimcli.assemblies.root_paths import corrected, track
 
 
 def family_of(rows, rail=()):
-    """Return the family of loops whose every coefficient named in `rows` is a parameter of its own.
+    """Return the family of loops in which every coefficient in `rows` is a separate parameter.
 
-    Each loop is a string over the constant, the angles and the slides: "x" stands for a coefficient, "." for none.
+    Each loop is a string over the constant, the angles and the slides: "x" is a coefficient, "." is zero.
     """
     count = sum(row.count("x") for row in rows)
     table = np.zeros((len(rows), len(rows[0]), count))
@@ -62,23 +62,23 @@ def test_counts_by_closed_forms(name, count):
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", FAMILIES)
 @pytest.mark.parametrize("seed", [0, 1])
-def test_counts_are_those_of_monodromy(name, seed):
-    """Left to itself, without the count, monodromy stops at the same number."""
+def test_counts_agree_with_monodromy(name, seed):
+    """Without the count, monodromy stops at the same number."""
     family = FAMILIES[name]
     assert len(generic_start(family, seed, None).w) == root_count(family)
 
 
-def test_an_angle_in_no_loop_counts_nothing():
+def test_the_count_with_an_angle_in_no_loop_is_zero():
     assert root_count(family_of(["xx.xx", "xx.xx"])) == 0
 
 
-def test_rank_is_that_of_integers():
+def test_rank_modulo_a_prime_agrees_with_the_rank_of_integers():
     rows = [(1, 2, 3), (2, 4, 6), (0, 1, 1), (1, 3, 4)]
     assert rank_modulo(rows) == 2
     assert Matroid(DENSE).rank(Matroid(DENSE).everything) == 4
 
 
-# ------------------------------------------------------------------ engines
+# ------------------------------------------------------------------ pencil and paths
 
 
 def real_member(family, seed):
@@ -150,20 +150,20 @@ def test_a_generic_member_has_its_root():
         assert np.max(np.abs(values(family, H, w))) < 1e-12
 
 
-def test_paths_there_and_back_end_where_they_began():
+def test_paths_forth_and_back_end_at_their_start():
     start = started("dense")
     away = random_member(DENSE, np.random.default_rng(8))
     there = track(DENSE, start.H, away, start.w, constants.SEARCH.tracking)
     back = track(DENSE, away, start.H, corrected(DENSE, away, there.w, 3), constants.SEARCH.tracking)
     assert back.arrived.all()
-    assert np.max(np.abs(back.w - start.w)) < 1e-6  # the same straight line: each to itself
+    assert np.max(np.abs(back.w - start.w)) < 1e-6  # on the same straight line: each root at itself
 
 
 # ------------------------------------------------------------------ certificate
 
 
-def test_what_is_proved_is_so():
-    """Newton-Raphson in the enclosure's neighbourhood ends inside it; from the whole ball it ends there too."""
+def test_proved_roots_attract_newton_raphson():
+    """Newton-Raphson from anywhere in the ball of uniqueness ends inside the enclosure."""
     start = started("dense")
     proven = certificate.prove(DENSE, start.H, start.w)
     generator = np.random.default_rng(0)
@@ -175,8 +175,8 @@ def test_what_is_proved_is_so():
         assert np.max(np.max(np.abs(again - start.w), axis=1) - 2 * proven.small) <= 0.0
 
 
-def test_balls_hold_one_root():
-    """Two roots are never within one's ball of uniqueness."""
+def test_balls_of_uniqueness_contain_one_root():
+    """No root is inside the ball of another."""
     start = started("dense")
     proven = certificate.prove(DENSE, start.H, start.w)
     gap = certificate.distances(DENSE, start.w, start.w) + 9 * np.eye(20)
@@ -184,7 +184,7 @@ def test_balls_hold_one_root():
 
 
 @pytest.mark.parametrize("off", [1e-2, 1.0])
-def test_a_point_that_is_no_root_is_not_proved_one(off):
+def test_a_point_that_is_no_root_is_not_proved(off):
     start = started("dense")
     proven = certificate.prove(DENSE, start.H, start.w + off)
     truth = certificate.distances(DENSE, start.w + off, start.w)
@@ -192,21 +192,21 @@ def test_a_point_that_is_no_root_is_not_proved_one(off):
 
 
 def test_a_double_root_is_not_proved():
-    """A triangle that is flat: its two roots are one."""
+    """The two roots of a flat triangle coincide."""
     flat = Loops.of(RRR, np.array([3.0, 1.0, 2.0], dtype=complex))
     proven = certificate.prove(RRR, flat.H, np.array([[1j * np.pi, 1j * np.pi]]))
     assert not proven.sure.any()
 
 
 @pytest.mark.parametrize(("gap", "proved"), [(1e-5, True), (1e-9, False)])
-def test_roots_are_told_apart_down_to_a_millionth(gap, proved):
+def test_roots_a_millionth_apart_are_distinguished(gap, proved):
     near = Loops.of(RRR, np.array([2.0 * np.cos(gap), 1.0, 1.0], dtype=complex))  # theta = -e^(+-i gap)
     w = np.array([[1j * (np.pi + gap), 1j * (np.pi - gap)], [1j * (np.pi - gap), 1j * (np.pi + gap)]])
     assert len(certificate.distinct(RRR, certificate.prove(RRR, near.H, w)).w) == (2 if proved else 0)
 
 
-def test_a_root_of_a_family_beside_the_real_is_not_called_real():
-    """A triangle that misses closing by a millionth has roots half a thousandth off the unit circle."""
+def test_a_root_near_the_real_ones_is_not_proved_real():
+    """A triangle with a gap of a millionth has roots half a thousandth from the unit circle."""
     open_ = Loops.of(RRR, np.array([2.0 * np.cosh(1e-3), 1.0, 1.0], dtype=complex))
     w = np.array([[1j * np.pi + 1e-3, 1j * np.pi - 1e-3]])
     proven = certificate.prove(RRR, open_.H, w)
@@ -215,7 +215,7 @@ def test_a_root_of_a_family_beside_the_real_is_not_called_real():
     assert not proven.real.any()
 
 
-# ------------------------------------------------------------------ starts on disk
+# ------------------------------------------------------------------ stored starts
 
 
 @pytest.fixture
@@ -225,7 +225,7 @@ def own_cache(tmp_path, monkeypatch):
     return tmp_path / "gimcli" / start_cache.FOLDER
 
 
-def test_a_start_is_found_once(own_cache, monkeypatch):
+def test_a_start_is_computed_once(own_cache, monkeypatch):
     first = start_cache.known_start(RRR, 0)
     files = sorted(own_cache.iterdir())
     monkeypatch.setattr(start_cache, "_STARTS", {})
@@ -237,7 +237,7 @@ def test_a_start_is_found_once(own_cache, monkeypatch):
 
 
 @pytest.mark.parametrize("damage", [b"", b"not a file of arrays", "roots lost", "other numbers", "no number"])
-def test_a_damaged_start_is_found_again(own_cache, monkeypatch, damage):
+def test_a_damaged_start_is_computed_again(own_cache, monkeypatch, damage):
     first = start_cache.known_start(RRR, 0)
     path = next(own_cache.iterdir())
     if isinstance(damage, bytes):
@@ -250,7 +250,7 @@ def test_a_damaged_start_is_found_again(own_cache, monkeypatch, damage):
     np.testing.assert_array_equal(first.w, again.w)
 
 
-def test_without_a_folder_starts_are_found_each_time(own_cache, monkeypatch):
+def test_without_a_cache_folder_starts_are_computed_each_time(own_cache, monkeypatch):
     monkeypatch.setattr(start_cache, "user_folder", lambda name: None)
     assert len(start_cache.known_start(RRR, 0).w) == 2
     assert not own_cache.exists()

@@ -1,4 +1,4 @@
-"""Interval branch and prune: every real solution, proved to be all."""
+"""Interval branch and prune: all real solutions, with a proof of completeness."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ def wrapped(angle):
 
 
 def apart(a, b, angles):
-    """Largest coordinate distance of points, angles around the circle."""
+    """Return the largest coordinate distance of points, angles modulo a turn."""
     d = np.abs(np.asarray(a) - b)
     d[..., :angles] = np.abs(wrapped(d[..., :angles]))
     return d
 
 
 def same(found, expected, angles, tolerance):
-    """Tell whether two lists of points are the same in any order."""
+    """Return whether two lists contain the same points in any order."""
     found, expected = np.atleast_2d(found), np.atleast_2d(expected)
     if len(found) != len(expected):
         return False
@@ -45,8 +45,8 @@ def same(found, expected, angles, tolerance):
     return bool((near.sum(axis=0) == 1).all() and (near.sum(axis=1) == 1).all())
 
 
-def keeps(result, x, angles):
-    """Tell whether a solution is enclosed, or in an undecided box (to the last places of the point itself)."""
+def contains(result, x, angles):
+    """Return whether a solution is in an enclosure or an undecided box, except for rounding of the point itself."""
     slack = 1e-12 * (1 + np.abs(x))
     if (apart(result.roots, x, angles) <= result.radius + slack).all(axis=1).any():
         return True
@@ -128,7 +128,7 @@ def test_a_slide_just_out_of_reach_is_not_listed():
         assert len(real_roots(*loops, 1.2 - gap).roots) == 0
 
 
-def test_reach_cuts_the_list_where_it_says():
+def test_the_reach_limits_the_list():
     for seed in range(40):
         *coefficients, x = random_loops(2, 1, np.random.default_rng((12, seed)))
         roots = real_roots(*coefficients, 7.0).roots
@@ -146,7 +146,7 @@ def test_solutions_where_the_circle_is_cut_open(angle):
         if 0.51 < abs(d) < 3.49:
             assert result.complete
             assert len(result.roots) == 2
-        assert keeps(result, np.array([angle, other]), 2)
+        assert contains(result, np.array([angle, other]), 2)
 
 
 # ------------------------------------------------------------------ published cases
@@ -163,7 +163,7 @@ BUTTERFLY = [
 
 
 def double_butterfly(turn):
-    """The frame is turned against the second triangle by a given angle [rad]."""
+    """Return the loops, the frame turned relative to the second triangle by a given angle [rad]."""
     second = np.exp(1j * turn)
     corner = -5.6 + 4.2j
     links = [
@@ -179,15 +179,15 @@ def double_butterfly(turn):
     return loops_of(links, [*bars, (0, "T", 5, "T"), (5, "X", 2, "X"), (0, "R", 6, "R"), (6, "Y", 2, "Y")])
 
 
-def test_double_butterfly_to_the_printed_digits():
+def test_the_double_butterfly_agrees_with_all_printed_digits():
     result = real_roots(*double_butterfly(np.radians(-67.38)), 1.0)
     assert result.complete
     assert same(np.degrees(result.roots), np.array(BUTTERFLY), 0, 0.6e-6)
-    assert result.boxes < 250  # what a plain form of the method is known to need for two loops
+    assert result.boxes < 250  # known need of a simple form of the method for two loops
 
 
 def innocenti():
-    """A seven-link group with a quaternary link; Innocenti's numbers."""
+    """A seven-link group with a quaternary link; Innocenti's dimensions."""
     C = np.zeros((3, 6), dtype=complex)
     C[0, [0, 1, 2]] = 0.7, 0.8, -0.4
     C[1, [1, 2, 3, 4]] = 0.6 + 0.5j, 0.4, -0.6, 0.8
@@ -240,14 +240,14 @@ def test_collinear_platforms_have_at_most_four():
         at, turn = rng.normal() + 1j * rng.normal(), np.exp(1j * rng.uniform(0, TURN))
         result = real_roots(*platform(base, plate, np.abs(at + turn * plate - base)), 1.0)
         assert result.complete
-        assert keeps(result, np.angle([turn, *(at + turn * plate - base)]), 4)
+        assert contains(result, np.angle([turn, *(at + turn * plate - base)]), 4)
         counts.add(len(result.roots))
     assert counts <= {2, 4}
     assert 4 in counts
 
 
 def test_equilateral_platform():
-    """Four of six solutions are at infinity: two remain; legs 1.5 long bring them together."""
+    """Four of six solutions are at infinity: two remain; at legs of 1.5 they coincide."""
     corners = np.exp(1j * TURN * np.arange(3) / 3)
     result = real_roots(*platform(3 * corners, 1.5 * corners, [2.0] * 3), 1.0)
     assert result.complete
@@ -255,7 +255,7 @@ def test_equilateral_platform():
     double = real_roots(*platform(3 * corners, 1.5 * corners, [1.5] * 3), 1.0)
     assert len(double.roots) == 0
     assert not double.complete
-    assert keeps(double, np.array([0.0, *(np.angle(-corners))]), 4)
+    assert contains(double, np.array([0.0, *(np.angle(-corners))]), 4)
 
 
 def test_three_prism_has_24_embeddings():
@@ -266,7 +266,7 @@ def test_three_prism_has_24_embeddings():
     assert len(result.roots) == 24
 
 
-# ------------------------------------------------------------------ nothing is lost
+# ------------------------------------------------------------------ no solution is lost
 
 
 @pytest.mark.few(2)
@@ -277,11 +277,11 @@ def test_a_known_solution_is_never_lost(loops, slides):
         *coefficients, x = random_loops(loops, slides, rng)
         result = real_roots(*coefficients, 3.5)
         assert result.complete
-        assert keeps(result, x, 2 * loops - slides), seed
+        assert contains(result, x, 2 * loops - slides), seed
 
 
 def boxes_around(x, count, rng):
-    """Boxes (B, d) that hold x, on their border too, up to a turn wide and down to nothing."""
+    """Return boxes (B, d) that contain x, also on their border, from zero width to a full turn."""
     width = 10.0 ** rng.uniform(-15, np.log10(TURN), (count, len(x)))
     share = rng.uniform(0, 1, (count, len(x)))
     share[rng.random((count, len(x))) < 0.2] = 0.0
@@ -294,7 +294,7 @@ def boxes_around(x, count, rng):
 @pytest.mark.parametrize("slides", [0, 1, 2])
 @pytest.mark.parametrize("loops", [1, 2, 3])
 def test_contraction_keeps_a_solution_in_any_box(loops, slides):
-    """Some hundred thousand bounds; the known point itself is good to a few last places of its loops."""
+    """About a hundred thousand bounds; the known point fulfils its loops to a few units in the last place."""
     for seed in range(60 // loops):
         rng = np.random.default_rng((5, loops, slides, seed))
         C0, C, U, rail, x = random_loops(loops, slides, rng)
@@ -328,7 +328,7 @@ def test_two_solutions_close_together(gap):
 
 
 @pytest.mark.parametrize("gap", [1e-2, 1e-4, 1e-6])
-def test_no_box_with_two_solutions_passes_for_unique(gap):
+def test_no_box_with_two_solutions_is_proved_unique(gap):
     b, c, rng = 2.0, 1.5, np.random.default_rng(6)
     other = np.arcsin(b * np.sin(gap / 2) / c)
     d = b * np.cos(gap / 2) + c * np.cos(other)
@@ -343,8 +343,8 @@ def test_no_box_with_two_solutions_passes_for_unique(gap):
     assert (image(at, alone) < alone).all()
 
 
-def test_no_box_beside_a_solution_passes():
-    """Existence: the solution stands just outside each box."""
+def test_no_box_beside_a_solution_is_proved():
+    """The solution is just outside each box."""
     rng = np.random.default_rng(11)
     C0, C, U, rail, x = random_loops(2, 1, rng)
     half = 10.0 ** rng.uniform(-9, -2, (20000, 1)) * rng.uniform(0.2, 1.0, (20000, 4))
@@ -364,12 +364,12 @@ def test_a_double_solution_is_undecided_and_found():
     assert not result.complete
     assert result.limit == ""
     assert len(result.roots) == 0
-    assert keeps(result, np.array([0.3, 0.3]), 2)
+    assert contains(result, np.array([0.3, 0.3]), 2)
     assert (np.abs(result.undecided - 0.3) < 1e-6).all()
 
 
 def refined(C0, C, U, rail, x):
-    """Newton with 40 digits from a solution."""
+    """Return a solution corrected by Newton's method with 40 digits."""
     with mpmath.workdps(40):
         n, z = C.shape[1], [mpmath.mpf(float(v)) for v in x]
 
@@ -386,7 +386,7 @@ def refined(C0, C, U, rail, x):
 
 
 @pytest.mark.parametrize(("loops", "slides"), [(1, 0), (1, 1), (2, 1), (3, 0)])
-def test_enclosures_hold_the_solution_to_the_last_digit(loops, slides):
+def test_enclosures_contain_the_solution_of_40_digits(loops, slides):
     for seed in range(6):
         *coefficients, _ = random_loops(loops, slides, np.random.default_rng((7, loops, slides, seed)))
         result = real_roots(*coefficients, 3.5)
@@ -396,11 +396,11 @@ def test_enclosures_hold_the_solution_to_the_last_digit(loops, slides):
             assert (radius < 1e-8).all()
 
 
-# ------------------------------------------------------------------ what cannot be decided, is said
+# ------------------------------------------------------------------ undecided boxes
 
 
 def peaucellier(difference):
-    """Peaucellier's cell at a crank angle of 1 rad; Q folded onto P makes a branch of the rhombus free."""
+    """Peaucellier's cell at a crank angle of 1 rad; with Q folded onto P a part of the rhombus turns freely."""
     P = 2 + 2 * np.exp(1j)
     links = [{"O": 0, "P": P}, {"O": 0, "A": 5}, {"O": 0, "B": 5}, {"A": 0, "P": 2.5}, {"B": 0, "P": 2.5}]
     links += [{"A": 0, "Q": 2.5 + difference}, {"B": 0, "Q": 2.5}]
@@ -418,7 +418,7 @@ def test_peaucellier_has_four_isolated_solutions_and_two_free_branches():
         assert (np.abs(wrapped(middle - value)) <= half + 1e-12).any()
 
 
-def test_a_peaucellier_cell_a_little_off_is_decided():
+def test_a_slightly_perturbed_peaucellier_cell_is_decided():
     result = real_roots(*peaucellier(1e-3), 1.0)
     assert result.complete
     assert len(result.roots) == 4
@@ -429,14 +429,14 @@ def test_a_folded_parallelogram_turns_freely():
     assert result.limit == "seconds"
     assert len(result.roots) == 0
     for angle in np.linspace(-3, 3, 50):
-        assert keeps(result, np.array([angle, angle]), 2)
+        assert contains(result, np.array([angle, angle]), 2)
 
 
-def test_a_limit_loses_nothing():
+def test_no_solution_is_lost_at_a_limit():
     for seed in range(20):
         *coefficients, x = random_loops(3, 0, np.random.default_rng((8, seed)))
         for boxes in (1, 5, 10, 20):
-            assert keeps(real_roots(*coefficients, 1.0, IntervalConstants(boxes=boxes, batch=3)), x, 6)
+            assert contains(real_roots(*coefficients, 1.0, IntervalConstants(boxes=boxes, batch=3)), x, 6)
 
 
 def test_isolated_solutions_are_found_beside_a_continuum_and_batches_do_not_matter():
@@ -446,7 +446,7 @@ def test_isolated_solutions_are_found_beside_a_continuum_and_batches_do_not_matt
     assert few.roots == pytest.approx(all_.roots, abs=1e-11)
 
 
-def test_scale_and_turn_change_nothing():
+def test_results_do_not_depend_on_scale_and_rotation():
     C0, C, U, rail, _ = random_loops(2, 1, np.random.default_rng(9))
     plain = real_roots(C0, C, U, rail, 3.5)
     factor = 1e6 * np.exp(1j)
@@ -460,13 +460,13 @@ def test_scale_and_turn_change_nothing():
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
-        (([0.0], [[1.0]], [], [], 1.0), "twice the loops"),
+        (([0.0], [[1.0]], [], [], 1.0), "twice as many unknowns as loops"),
         (([np.nan], [[1.0, 1.0]], [], [], 1.0), "finite"),
         (([0.0], [[1.0]], [[1.0]], [1], 1.0), "rails"),
         (([0.0], [[1.0]], [[1.0]], [-1], np.inf), "reach"),
     ],
 )
-def test_what_does_not_fit_is_refused(arguments, word):
+def test_invalid_arguments_are_rejected(arguments, word):
     with pytest.raises(ValueError, match=word):
         real_roots(*arguments)
 
@@ -478,7 +478,7 @@ def test_thousands_of_known_solutions_are_not_lost():
         loops = int(rng.integers(1, 4))
         slides = int(rng.integers(0, loops + 1))
         *coefficients, x = random_loops(loops, slides, rng)
-        assert keeps(real_roots(*coefficients, 3.5, IntervalConstants(seconds=5)), x, 2 * loops - slides), seed
+        assert contains(real_roots(*coefficients, 3.5, IntervalConstants(seconds=5)), x, 2 * loops - slides), seed
 
 
 # ------------------------------------------------------------------ whole mechanisms, against an independent method
@@ -490,8 +490,8 @@ PROVED += ["ten_bar", "watt_1", "whitworth"]
 
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", PROVED)
-def test_whole_mechanisms_have_what_random_starts_find_and_no_more(name):
-    """Gauss-Newton in absolute coordinates from 300 starts finds each of these lists whole."""
+def test_lists_of_whole_mechanisms_agree_with_random_starts(name):
+    """Gauss-Newton in absolute coordinates from 300 starts finds each of these lists completely."""
     mechanism = load(MODELS / f"{name}.yaml")
     inputs = [a.drawn for a in mechanism.actuators]
     proved, complete = configurations_proved(mechanism, inputs)
@@ -518,7 +518,7 @@ def test_random_platforms_by_their_polynomial():
     assert counts == {2, 4, 6}
 
 
-# ------------------------------------------------------------------ how far slides can go
+# ------------------------------------------------------------------ bounds of slides
 
 
 @pytest.mark.parametrize(("loops", "slides"), [(1, 1), (2, 1), (2, 2), (3, 2), (3, 3)])
@@ -537,7 +537,7 @@ def test_the_bound_of_one_slide_is_the_sum_of_lengths():
     assert bound == pytest.approx([10.0], rel=1e-5)
 
 
-def test_two_rails_on_the_frame_bound_each_other_unless_parallel():
+def test_two_rails_on_the_frame_have_bounds_unless_parallel():
     U, rail = np.array([[1.0, 1j]]), np.array([-1, -1])
     C0, C = np.array([0.3 - 0.4j]), np.zeros((1, 0))
     bound = proved_reach(Coefficients(C0, C, U, rail))
@@ -553,7 +553,7 @@ def test_without_a_reach_the_list_is_proved_everywhere():
         result = real_roots(*coefficients)
         assert result.complete
         assert result.everywhere
-        assert keeps(result, x, 4)
+        assert contains(result, x, 4)
         short = real_roots(*coefficients, 0.5 * np.abs(x[4:]).max())
         assert not short.everywhere
 
@@ -563,4 +563,4 @@ def test_a_slot_whose_pin_is_at_its_pivot_turns_freely():
     result = real_roots([0.0], [[0.0]], [[1.0]], [0], 1.0, IntervalConstants(narrowest=0.05))
     assert not result.complete
     for angle in np.linspace(-3, 3, 40):
-        assert keeps(result, np.array([angle, 0.0]), 1)
+        assert contains(result, np.array([angle, 0.0]), 1)
