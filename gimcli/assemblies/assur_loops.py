@@ -63,9 +63,9 @@ class Unknowns:
     def of(self, index: int) -> list[tuple[str, int]]:
         """Return the unknowns of a joint."""
         joint = self.linkage.joints[index]
-        asked = [("p", joint.body), ("p", self.linkage.bodies + joint.node)]
-        asked += [("t", self.linkage.classes[joint.body]), ("s", index)]
-        return [u for u in asked if u in self.column]
+        own = [("p", joint.body), ("p", self.linkage.bodies + joint.node)]
+        own += [("t", self.linkage.classes[joint.body]), ("s", index)]
+        return [u for u in own if u in self.column]
 
 
 def independent(linkage: Linkage) -> Linkage:

@@ -85,11 +85,11 @@ def real_roots(
     not fit or a number is not finite.
     """
     loops, constants = Coefficients(*_checked(C0, C, U, rail)), constants or IntervalConstants()
-    asked = np.broadcast_to(np.inf if reach is None else np.asarray(reach, dtype=float), loops.rail.shape)
-    if not (asked > 0.0).all() or (reach is not None and not np.isfinite(asked).all()):
-        raise ValueError(f"reach: expected positive finite lengths, got {asked}")
+    wanted = np.broadcast_to(np.inf if reach is None else np.asarray(reach, dtype=float), loops.rail.shape)
+    if not (wanted > 0.0).all() or (reach is not None and not np.isfinite(wanted).all()):
+        raise ValueError(f"reach: expected positive finite lengths, got {wanted}")
     proved = proved_reach(loops)
-    searched = np.minimum(asked, proved)
+    searched = np.minimum(wanted, proved)
     searched = np.where(np.isfinite(searched), searched, constants.unbounded * units(loops))
     return _BoxSearch(loops, searched, bool((searched >= proved).all()), constants).run()
 

@@ -63,7 +63,7 @@ class Strand:
 
 
 @dataclass
-class _Asked:
+class _Unmatched:
     """A parameter and the configurations x (rows, n) there that are on no known curve."""
 
     q: float
@@ -164,14 +164,14 @@ class CircuitSearch:
         every = configurations_over(self.mechanism, inputs, progress=lambda done, of: self._report(done, of, 0, 1))
         self.sampled += q.tolist()
         self.complete &= all(found.complete for found in every)
-        left = [_Asked(value, self._sure(found)) for value, found in zip(q.tolist(), every, strict=True)]
+        left = [_Unmatched(value, self._sure(found)) for value, found in zip(q.tolist(), every, strict=True)]
         for strand in self.strands:
-            _cross_off(strand, left)
-        known = sum(len(asked.x) for asked in left)
-        for asked in left:
-            while len(asked.x):
+            _remove_known(strand, left)
+        known = sum(len(unmatched.x) for unmatched in left)
+        for unmatched in left:
+            while len(unmatched.x):
                 self._report(1, 1, known - sum(len(other.x) for other in left), known)
-                self._follow(asked, left)
+                self._follow(unmatched, left)
         self._report(1, 1, 1, 1)
 
     def _report(self, listed: int, of_values: int, followed: int, of_configurations: int) -> None:
@@ -184,16 +184,16 @@ class CircuitSearch:
         rows = [self.curve.system.coordinates(z) for z in found.z[np.isfinite(found.radius)]]
         return np.array(rows).reshape(len(rows), self.curve.system.n)
 
-    def _follow(self, asked: _Asked, left: list[_Asked]) -> None:
+    def _follow(self, unmatched: _Unmatched, left: list[_Unmatched]) -> None:
         """Follow the first configuration at a parameter, and remove all configurations that are on its circuit."""
-        first, known = asked.x[0], len(self.strands)
+        first, known = unmatched.x[0], len(self.strands)
         with suppress(GimError):
-            self._take(first_circuit(self.curve, self.curve.system.nodes(first), asked.q))
+            self._take(first_circuit(self.curve, self.curve.system.nodes(first), unmatched.q))
         for strand in self.strands[known:]:
-            _cross_off(strand, left)
-        if len(asked.x) and np.array_equal(asked.x[0], first):
+            _remove_known(strand, left)
+        if len(unmatched.x) and np.array_equal(unmatched.x[0], first):
             self.lost += 1
-            asked.x = asked.x[1:]
+            unmatched.x = unmatched.x[1:]
 
     def _take(self, first: Circuit) -> None:
         """Add a circuit with all curves that intersect it."""
@@ -213,11 +213,11 @@ class CircuitSearch:
                 yield number, _branch_at(strand, fraction)
 
 
-def _cross_off(strand: Strand, left: list[_Asked]) -> None:
+def _remove_known(strand: Strand, left: list[_Unmatched]) -> None:
     """Remove the configurations that are on a curve."""
-    for asked in left:
-        if len(asked.x):
-            asked.x = asked.x[np.isnan(strand.visits.locations(asked.x, asked.q))]
+    for unmatched in left:
+        if len(unmatched.x):
+            unmatched.x = unmatched.x[np.isnan(strand.visits.locations(unmatched.x, unmatched.q))]
 
 
 def _branches(circuit: Circuit, found: list[Singularity]) -> Iterator[CircuitBranch]:

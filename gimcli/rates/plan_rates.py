@@ -173,14 +173,14 @@ class Differentiated(SlotValues):
         with tape.step():
             arms = [tape.plus(self.nodes[v][k], self.nodes[u][k], -1.0) for k in range(len(self.slots))]
             inverse = tape.real(kernels.INVERSE, tape.lane(arms[0]))
-            told: list[int] = [0]
+            lanes: list[int] = [0]
             for k, arm in enumerate(arms[1:], start=1):
-                told.append(tape.real(kernels.ACROSS, tape.lane(arms[0]), tape.lane(arm), inverse.lane).lane)
+                lanes.append(tape.real(kernels.ACROSS, tape.lane(arms[0]), tape.lane(arm), inverse.lane).lane)
                 if self.slots[k].order == 3:
-                    omega = told[(self.slots[k].cross or (0, 0))[0]]
+                    omega = lanes[(self.slots[k].cross or (0, 0))[0]]
                     square = tape.real(kernels.PRODUCT, omega, omega)
-                    tape.emit(kernels.ADD_PRODUCT, told[k], square.lane, omega)
-                tape.emit(kernels.WRITE_ANGLE, told[k], k - 1, number)
+                    tape.emit(kernels.ADD_PRODUCT, lanes[k], square.lane, omega)
+                tape.emit(kernels.WRITE_ANGLE, lanes[k], k - 1, number)
 
 
 def _gain(gains: BaseGains, node: int, base: int) -> Number:

@@ -90,7 +90,7 @@ def sorted_edges(arcs: Sequence[PathArc], bank: Bank) -> list[Edge]:
     reached = np.array([[arc.inside > 0.0, arc.inside < 0.0] for arc in arcs])  # from the curvatures
     chosen = np.arange(len(arcs))
     for _ in range(REGION.rounds):
-        _ask(arcs, chosen, reached, crowd, bank)
+        _test_sides(arcs, chosen, reached, crowd, bank)
         edges = [_edge(arc, bool(left), bool(right)) for arc, (left, right) in zip(arcs, reached, strict=True)]
         doubtful = {id(e.arc) for loop in loops(edges) if not loop.closed for e in loop.edges}
         chosen = np.array([k for k, e in enumerate(edges) if e.kind == OPEN or id(e.arc) in doubtful], dtype=int)
@@ -99,15 +99,17 @@ def sorted_edges(arcs: Sequence[PathArc], bank: Bank) -> list[Edge]:
     return edges
 
 
-def _ask(arcs: Sequence[PathArc], chosen: IntArray, reached: NDArray[np.bool_], crowd: Crowd, bank: Bank) -> None:
+def _test_sides(
+    arcs: Sequence[PathArc], chosen: IntArray, reached: NDArray[np.bool_], crowd: Crowd, bank: Bank
+) -> None:
     """Test the points beside chosen paths, and set `reached` (paths, 2) for the left and right side."""
-    asked = [(k, side) for k in chosen.tolist() for side in (0, 1) if not reached[k, side]]
-    if not asked:
+    tests = [(k, side) for k in chosen.tolist() for side in (0, 1) if not reached[k, side]]
+    if not tests:
         return
-    marks = _marks(list(dict(asked)), arcs, crowd)
-    places = np.array([marks[k][0] + (1.0, -1.0)[side] * marks[k][2] * marks[k][1] for k, side in asked])
-    hints = np.array([_hints(marks[k][3], marks[k][2], bank) for k, _ in asked])
-    for (k, side), found in zip(asked, bank.reaches(places, hints).tolist(), strict=True):
+    marks = _marks(list(dict(tests)), arcs, crowd)
+    places = np.array([marks[k][0] + (1.0, -1.0)[side] * marks[k][2] * marks[k][1] for k, side in tests])
+    hints = np.array([_hints(marks[k][3], marks[k][2], bank) for k, _ in tests])
+    for (k, side), found in zip(tests, bank.reaches(places, hints).tolist(), strict=True):
         reached[k, side] |= found
 
 
