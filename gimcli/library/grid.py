@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, Dynamics, FloatArray, Mechanism
-from gimcli.motion.scatter import Scatterer, readied, scattered
+from gimcli.motion.scatter import Scatterer, scattered, with_kernel
 from gimcli.output.parts import Parts
 from gimcli.progress import Notify, Progress
 from gimcli.reach.grid import carried_by, input_grid
@@ -60,7 +60,7 @@ def solve_grid(
     progress: Progress,
 ) -> Grid:  # fmt: skip
     """Solve the position of a node or point at all combinations of `count` values of each input."""
-    job = readied(Scatterer(mechanism, carried_by(mechanism, name), input_grid(mechanism, count)), jit, notify)
+    job = with_kernel(Scatterer(mechanism, carried_by(mechanism, name), input_grid(mechanism, count)), jit, notify)
     store = None if kept is None else Parts(kept.folder, _header(job, mechanism, name), kept.resume)
     done = set[int]() if store is None else store.done
     parts: dict[int, ComplexArray] = {}

@@ -1,1 +1,1 @@
-"""Positions and motions: arrays in, results out."""
+"""Solution of single positions, and of motions along the laws of the inputs."""

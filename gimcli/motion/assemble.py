@@ -1,8 +1,8 @@
 """The initial position problem: assemble a mechanism at given inputs from a guess.
 
-Dyads take the side that the guess is drawn on; coupled groups are settled from the guess. From a
-random start any configuration will do: where a side leads nowhere the other one is taken, and a
-group that does not settle near its start is started from other places too.
+Dyads are placed on the side of the guess; coupled groups are solved from the guess. If the guess is random, any
+configuration is accepted: if one side of a dyad cannot be assembled, the other one is tried, and a group that does not
+converge from its guess is also started from random positions.
 """
 
 from __future__ import annotations
@@ -29,34 +29,34 @@ from gimcli.structure.restrictions import Move
 from gimcli.structure.steps import NONE, Plan
 
 NEAR = 0.2
-"""A position is taken at once when no node is farther from its guess, relative to the size."""
+"""A position is accepted without further starts if no node is farther from its guess, relative to the size."""
 
 SWEEPS = 60
-"""Sweeps that bring a far guess near enough for Newton-Raphson."""
+"""Number of sweeps to improve a guess for Newton-Raphson."""
 
 TRIALS = 60
-"""Disturbed guesses tried before a group counts as impossible to assemble."""
+"""Number of perturbed guesses for a group."""
 
-STREWN = 120
-"""Random starts over a square of twice the size that are tried after them where any configuration will do."""
+RANDOM_STARTS = 120
+"""Number of random starts after them, in a square of twice the size, if any configuration is accepted."""
 
 
 @dataclass
 class Assembly:
-    """One position, its branch and what it cost."""
+    """One assembled (or failed) position, its branch and the number of iterations."""
 
     status: Status
     row: Row
-    signs: FloatArray
-    error: float
-    work: float
-    surplus: bool = False  # the plan has constraints that are only checked
-    gap: Gap | None = None  # of a singular position: the way through it
-    came: bool = False  # a motion has led there
+    signs: FloatArray  # (branches,) sides of the steps with two solutions
+    error: float  # estimated error of the nodes
+    work: float  # number of iterations
+    surplus: bool = False  # whether the plan has redundant constraints, which are only checked
+    gap: Gap | None = None  # at a singular position: the interpolation through it
+    came: bool = False  # whether a motion has led there
 
     @property
     def regular(self) -> bool:
-        """Return whether it is assembled, and not in a singular position."""
+        """Whether it is assembled and not singular."""
         return self.status is Status.OK and self.gap is None
 
 
@@ -64,7 +64,7 @@ class Assembler:
     """Assembles single positions of a plan."""
 
     def __init__(self, mechanism: Mechanism, plan: Plan, run: Run, tolerance: float, anywhere: bool = False) -> None:
-        """Prepare; `anywhere`: guesses are random starts, any configuration will do."""
+        """Prepare for a plan; `anywhere`: guesses are random and any configuration is accepted."""
         self.mechanism, self.plan, self.run, self.anywhere = mechanism, plan, run, anywhere
         self.tolerance = tolerance * mechanism.size
         self.accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest)
@@ -74,7 +74,7 @@ class Assembler:
     def assemble(
         self, inputs: FloatArray, guess: ComplexArray, time: float = 0.0, signs: FloatArray | None = None
     ) -> Assembly:
-        """Assemble at inputs (actuators,) from a guess (nodes,), on the sides of the guess or as `signs` say."""
+        """Assemble at inputs (actuators,) from a guess (nodes,), on the sides `signs` (default: of the guess)."""
         block, drawn = (RowBlock(self.program, np.array([time]), inputs[:, None]) for _ in range(2))
         drawn.x[:, NEW], drawn.y[:, NEW] = guess.real, guess.imag
         signs = sides(drawn, self.mechanism.size) if signs is None else signs
@@ -84,13 +84,13 @@ class Assembler:
         return Assembly(status, row, signs, float(block.error[NEW]), float(block.work[NEW]), self.plan.surplus > 0)
 
     def _take(self, block: RowBlock, drawn: RowBlock, signs: FloatArray) -> Status:
-        """Take all steps in order; `signs` then holds the sides taken."""
+        """Execute all steps in order; `signs` is changed to the sides of the solution."""
         k, failed, count = 0, Status.OK, len(self.plan.steps)
-        before = [0.0] * count  # error that each step started with
-        ways = Backtracking(signs, drawn, self._random(np.random.default_rng(0))) if self.anywhere else None
+        before = [0.0] * count  # estimated error before each step
+        search = Backtracking(signs, drawn, self._random(np.random.default_rng(0))) if self.anywhere else None
         while True:
             if k == count:
-                if ways is None or self._holds(self.plan.surplus, block):
+                if search is None or self._holds(self.plan.surplus, block):
                     return Status.OK
             else:
                 before[k] = float(block.error[NEW])
@@ -99,14 +99,14 @@ class Assembler:
                     continue
                 if failed is Status.OK:
                     failed = Status.SINGULAR if block.singular and not block.blocked else Status.NOT_ASSEMBLED
-            k = ways.other(k) if ways is not None else NONE
+            k = search.other(k) if search is not None else NONE
             if k == NONE:
                 return failed
             self._forget(k, block)
             block.end, block.blocked, block.singular, block.error[NEW] = NEW + 1, False, False, before[k]
 
     def _forget(self, k: int, block: RowBlock) -> None:
-        """Take back what the steps from k on have placed."""
+        """Undo the steps from k on."""
         for later, (kind, to, *_) in enumerate(self.program.tables.steps[k:], start=k):
             x, y = (block.rx, block.ry) if kind in (ORIENT, TILT) else (block.x, block.y)
             placed = list(self.program.packed[later].group.nodes) if later in self.program.packed else [to]
@@ -120,7 +120,7 @@ class Assembler:
         return block.end > NEW
 
     def _couple(self, packed: Packed, block: RowBlock, drawn: RowBlock) -> bool:
-        """Settle a group: the assembled position nearest to the guess of those that the first starts find."""
+        """Solve a group from several starts; use the solution closest to the guess; return whether there is one."""
         base, nodes = list(packed.group.base), list(packed.group.nodes)
         drawing = drawn.x[nodes, NEW] + 1j * drawn.y[nodes, NEW]
         best: tuple[tuple[bool, float], ComplexArray] | None = None
@@ -133,7 +133,7 @@ class Assembler:
                 if self._faithful(block) and (best is None or rank < best[0]):
                     best = rank, z
             elif number == 0 and block.singular and self._fits(packed, block, start):
-                return False  # a singular position: no other start determines it better
+                return False  # a singular position: other starts would not determine it better
             if best is not None and self._enough(best[0], number):
                 break
         if best is not None:
@@ -142,12 +142,12 @@ class Assembler:
         return best is not None
 
     def _enough(self, rank: tuple[bool, float], number: int) -> bool:
-        """Return whether no start after this one is needed: the first position, or the nearest of two."""
+        """Return whether further starts are unnecessary, given the rank of the best solution and the start's number."""
         loose, far = rank
         return not loose if self.anywhere else far <= NEAR * self.mechanism.size or number >= 1
 
     def _holds(self, surplus: int, block: RowBlock) -> bool:
-        """Return whether surplus constraints, which nothing imposes exactly, hold among what is placed."""
+        """Return whether redundant constraints, which are not imposed exactly, are satisfied by the placed nodes."""
         if surplus <= 0:
             return True
         z = block.x[:, NEW : NEW + 1] + 1j * block.y[:, NEW : NEW + 1]
@@ -156,7 +156,7 @@ class Assembler:
         return all(e <= enough for e in found if np.isfinite(e))
 
     def _starts(self, packed: Packed, block: RowBlock, drawn: RowBlock) -> Iterator[ComplexArray]:
-        """Yield starts of the base nodes: the guess, the guess after some sweeps, the guess disturbed, any."""
+        """Yield starts of the base nodes: the guess, the guess after sweeps, perturbed guesses, random positions."""
         base, size = list(packed.group.base), self.mechanism.size
         guess = drawn.x[:, NEW] + 1j * drawn.y[:, NEW]
         yield guess[base]
@@ -169,11 +169,11 @@ class Assembler:
             noise = generator.standard_normal((2, len(base))) * reach
             yield guess[base] + noise[0] + 1j * noise[1]
         random = self._random(generator)
-        for _ in range(STREWN if self.anywhere else 0):
+        for _ in range(RANDOM_STARTS if self.anywhere else 0):
             yield random(len(base))
 
     def _random(self, generator: np.random.Generator) -> RandomPlaces:
-        """Return a source of random places, evenly over a square of twice the size about the frame."""
+        """Return a generator function of uniform random positions in a square of twice the size around the frame."""
         centre, size = np.mean(self.mechanism.members[FRAME].shape), self.mechanism.size
 
         def random(count: int) -> ComplexArray:
@@ -204,13 +204,13 @@ class Assembler:
         return done.z if np.all(np.isfinite(done.z)) else None
 
     def _faithful(self, block: RowBlock) -> bool:
-        """Return whether no driven angle is a half turn off: a line does not know its two ends apart."""
+        """Return whether no driven angle has an error of 180 deg, which the equation of a line does not exclude."""
         z = block.x[:, NEW : NEW + 1] + 1j * block.y[:, NEW : NEW + 1]
         angles = [e[0] for _, is_angle, e in errors(self.mechanism, z, block.inputs[:, NEW : NEW + 1]) if is_angle]
         return not any(np.isfinite(e) and e > 1.0 for e in angles)
 
     def _fits(self, packed: Packed, block: RowBlock, start: ComplexArray) -> bool:
-        """Return whether the members of a group fit at its start already, which is then left in the block."""
+        """Return whether a start of a group already satisfies its equations; it is then stored in the block."""
         base, group = list(packed.group.base), packed.group
         block.x[base, NEW], block.y[base, NEW] = start.real, start.imag
         block.carry(packed)

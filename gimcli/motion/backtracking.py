@@ -1,7 +1,7 @@
-"""What is left to try where the steps of a plan have led nowhere, from a random start.
+"""Backtracking over the choices of a plan that cannot be assembled from a random start.
 
-The choices are the sides of dyads and turned lines, and the start of a coupled group, which settles in one
-of several configurations. The last choice is changed first: a search in depth.
+The choices are the sides of dyads and guides, and the start of each coupled group, which may converge to different
+configurations. The last choice is changed first (depth-first search).
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ from gimcli.positions.block import NEW, RowBlock
 from gimcli.structure.steps import NONE
 
 TURNS = 1024
-"""Sides that are exchanged before dyads count as impossible to assemble."""
+"""Greatest number of changed choices."""
 
 CHANCES = 40
-"""Times that a group is started elsewhere because what hangs on it cannot be assembled."""
+"""Greatest number of random starts of each group, if a later step cannot be assembled."""
 
 RandomPlaces = Callable[[int], ComplexArray]
-"""Gives so many places anywhere."""
+"""Returns a number of random positions."""
 
 
 class Backtracking:
-    """What is left to try where steps have led nowhere: other sides, and other starts of groups."""
+    """The remaining choices: other sides of dyads, and other starts of groups."""
 
     def __init__(self, signs: FloatArray, drawn: RowBlock, random: RandomPlaces) -> None:
         self.program, self.signs, self.drawn, self.random = drawn.program, signs, drawn, random
@@ -31,7 +31,7 @@ class Backtracking:
         self.chances = dict.fromkeys(self.program.packed, CHANCES)
 
     def other(self, k: int) -> int:
-        """Change the last choice before step k that can be, reset those after it; return its step or NONE."""
+        """Change the last changeable choice before step k, reset those after it; return its step, or NONE."""
         self.turns -= 1
         for earlier in range(k - 1, NONE, -1) if self.turns > 0 else ():
             if self._changed(earlier):
@@ -48,6 +48,6 @@ class Backtracking:
             return True
         if branch != NONE:
             first = self.signs[branch] == self.begun[branch]
-            self.signs[branch] *= -1.0  # back to the side begun with, if both have been tried
+            self.signs[branch] *= -1.0  # back to the first side if both have been tried
             return bool(first)
         return False

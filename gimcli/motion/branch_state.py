@@ -1,6 +1,6 @@
-"""The state of a motion on one branch, and the rows that go on from it.
+"""The state of a motion on one branch, and the solution of the rows that continue it.
 
-A row's "time" is what the inputs are given over: the place on a leg of the laws, or the time.
+The "time" of a row is the independent variable of the inputs: the coordinate on a leg of the laws, or the time.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ from gimcli.structure.steps import Plan
 class FollowingConstants:
     """Constants of the path following."""
 
-    rows: int = 2048  # in one block: fits the cache
-    many: int = 256  # rows worth one call for all
-    growth: float = 1.75  # of the steps of which the first is made
-    steps: int = 14
-    first: tuple[float, ...] = (1 / 512, 1 / 64, 1 / 8, 1.0)  # its parts, where those steps do not get there
-    split: int = 8  # parts of an interval approached finer
-    resolution: float = 1e-12  # of the motion: at which a limit is located
-    leaps: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)  # of a turn: half gaps tried at a singular position
-    window: float = 1e-4  # of a turn: within which two branches are looked for that meet
-    zooms: int = 9
-    meeting: float = 64.0  # quality below which they meet: a time cannot be hit more closely than its rounding
-    loosest: float = 1e-6  # error of a coupled group's nodes on the way past a singular position
-    closure: float = 2e-13  # residual up to which a position interpolated over a singular one is assembled
-    agreement: float = 0.2  # a landing may differ from the predicted one by this part of the distance
-    memory: int = 400  # rows kept to continue from
+    rows: int = 2048  # in one block, which then fits into the processor cache
+    many: int = 256  # number of rows from which on all are solved in one compiled call
+    growth: float = 1.75  # factor of the small steps that lead to the second row
+    steps: int = 14  # number of these steps
+    first: tuple[float, ...] = (1 / 512, 1 / 64, 1 / 8, 1.0)  # fractions of the first step, if these steps fail
+    split: int = 8  # number of parts of an interval that is refined
+    resolution: float = 1e-12  # relative accuracy of the location of a limit
+    leaps: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)  # in turns: half widths of the gap at a singular position
+    window: float = 1e-4  # in turns: interval in which two branches may meet
+    zooms: int = 9  # number of refinements of this interval
+    meeting: float = 64.0  # quality below which two branches meet; the rounding of the time limits the quality
+    loosest: float = 1e-6  # error of the nodes of a coupled group that is allowed near a singular position
+    closure: float = 2e-13  # greatest residual of a position interpolated at a singular one
+    agreement: float = 0.2  # greatest relative difference of the position beyond the gap from its prediction
+    memory: int = 400  # number of solved rows that are kept
 
 
 class BranchState:
-    """A plan, the signs of a branch and its last rows; it solves the rows that continue them."""
+    """A plan, the signs of a branch and its last solved rows; it solves the rows that continue them."""
 
     def __init__(
         self, mechanism: Mechanism, plan: Plan, inputs: Inputs, run: Run, tolerance: float,
@@ -53,15 +53,15 @@ class BranchState:
         self.constants = constants or FollowingConstants()
         self.tolerance = tolerance * mechanism.size
         self.accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest)
-        self.loose = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest, self.constants.loosest)
+        self.loose_accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest, self.constants.loosest)
         self.sign = np.ones(plan.branches)
         self.program = plan_program(mechanism, plan)
         self.determinant = dict.fromkeys(self.program.packed, 0.0)
         self.log: list[Row] = []
         self.bridges: list[Gap] = []
-        self.passed = 0  # bridges that stand
-        self.lenient = False  # on the way past a position that cannot be solved to the tolerance
-        self.turn = 1.0  # time of one turn, or of a travel of 2 pi sizes
+        self.passed = 0  # number of bridges that have been accepted
+        self.lenient = False  # passing a position that cannot be solved to the tolerance
+        self.turn = 1.0  # change of the time for one turn of the input, or a travel of 2 pi sizes
 
     def begin(self, row: Row, signs: FloatArray) -> None:
         """Start from a solved position."""
@@ -70,14 +70,14 @@ class BranchState:
         self.bridges, self.passed = [], 0
 
     def sides(self, row: Row) -> FloatArray:
-        """Return the signs of the branch that a row is on."""
+        """Return the branch signs (branches,) of a row."""
         when = np.array([row.time])
         guess = RowBlock(self.program, when, self.inputs(when))
         guess.x[:, NEW], guess.y[:, NEW] = row.x, row.y
         return sides(guess, self.mechanism.size)
 
     def evaluate(self, times: FloatArray, history: list[Row], values: FloatArray | None = None) -> RowBlock:
-        """Solve rows at times, and their inputs (actuators, rows) if given, that go on from some history."""
+        """Solve rows at times that continue a history; values: their inputs (actuators, rows), if already known."""
         past = self.useful(times, history)
         inputs = self.inputs(np.concatenate([[row.time for row in past], times]))
         if values is not None:
@@ -89,7 +89,7 @@ class BranchState:
         return block
 
     def _solve(self, block: RowBlock) -> None:
-        accuracy = self.loose if block.lenient else self.accuracy
+        accuracy = self.loose_accuracy if block.lenient else self.accuracy
         for k in range(len(self.plan.steps)):
             if block.end <= NEW:
                 return
@@ -100,7 +100,7 @@ class BranchState:
                 self.determinant[k] = block.follow(packed, self.run, self.determinant[k], accuracy)
 
     def useful(self, times: FloatArray, history: list[Row]) -> list[Row]:
-        """Choose up to four rows of history spaced like what is to come, or else the first and the last."""
+        """Return up to four rows of the history with spacing similar to that of `times`, or the first and the last."""
         step = times[0] - history[-1].time
         chosen = [history[-1]]
         for row in reversed(history[:-1]):

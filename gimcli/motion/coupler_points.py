@@ -1,4 +1,4 @@
-"""Points carried by members: placed after the solution, which they never enter."""
+"""Positions of points of members, computed after the solution."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gimcli.structure.residual import pose
 
 
 def carried_point(mechanism: Mechanism, name: str, z: ComplexArray) -> ComplexArray:
-    """Return the path of a node or point (rows,) in a motion z (nodes, rows), normal frame."""
+    """Return the path (rows,) of a node or point in a motion z (nodes, rows), in the normal frame."""
     if name in mechanism.nodes:
         return np.asarray(z[mechanism.nodes.index(name)])
     point = next(p for p in mechanism.points if p.name == name)

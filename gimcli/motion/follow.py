@@ -1,10 +1,9 @@
 """Follow a motion from a solved position, on its branch, through singular positions.
 
-Rows are solved in blocks as long as nothing is doubtful. A row that is doubtful (no solution, a
-jump predicted, the tolerance out of reach) is approached by an ever finer grid, and a singular
-position that remains is passed straight through (singular_crossing). Where that fails the curve of the
-motion decides (guide): it goes on, or there is a limit. A row's "time" is what the inputs are
-given over: the place on a leg of the laws, or the time.
+Rows are solved in blocks until one is doubtful: it has no solution, may have jumped, or does not reach the tolerance. A
+doubtful row is approached on a refined grid; a singular position is passed by interpolation (singular_crossing). If
+this fails, the curve of the motion (guide) shows whether the motion continues or has reached a limit. The "time" of a
+row is the independent variable of the inputs: the coordinate on a leg of the laws, or the time.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ Meeting = tuple[ComplexArray, FloatArray]
 
 @dataclass
 class FollowedPath:
-    """What following gave, in the order of the times asked for; z is undefined where a row is not ok."""
+    """The result of following a motion, one row for each given time; z is undefined in rows that are not ok."""
 
     time: FloatArray  # (rows,)
     inputs: FloatArray  # (actuators, rows)
@@ -52,34 +51,34 @@ class FollowedPath:
     work: FloatArray  # (rows,)
     bridged: list[float] = field(default_factory=list)  # times of the singular positions passed
     meetings: list[Meeting] = field(default_factory=list)  # positions and inputs there
-    limit: float | None = None  # time of the limit, or of the last row before what could not be passed
-    exchanged: list[float] = field(default_factory=list)  # times at which sweeps went on by another sequence
-    touched: list[Stop] = field(default_factory=list)  # limits to which a law comes, and not beyond
-    turned_back: list[Stop] = field(default_factory=list)  # limits at which the input turns back
-    parameter: FloatArray | None = None  # (rows,) of the curve, if asked for
+    limit: float | None = None  # time of the limit, or of the last row before a position that could not be passed
+    exchanged: list[float] = field(default_factory=list)  # times at which the sequence of the sweeps was exchanged
+    touched: list[Stop] = field(default_factory=list)  # limits that a law reaches but does not exceed
+    turned_back: list[Stop] = field(default_factory=list)  # limits at which the input reversed
+    parameter: FloatArray | None = None  # (rows,) of the curve, if requested
 
     @staticmethod
     def empty(nodes: int, time: FloatArray, inputs: FloatArray) -> FollowedPath:
-        """Return a path with nothing solved."""
+        """Return a path without solved rows."""
         rows = len(time)
         z, codes = np.empty((nodes, rows), dtype=complex), np.zeros(rows, dtype=np.int64)
-        return FollowedPath(time, inputs, z, codes, np.full(rows, np.nan), np.zeros(rows))  # a NaN is never ok
+        return FollowedPath(time, inputs, z, codes, np.full(rows, np.nan), np.zeros(rows))  # a NaN fails every check
 
     def met(self, time: float, gap: Gap, inputs: FloatArray) -> None:
-        """Note a singular position that was passed, and its inputs (actuators,)."""
+        """Record a singular position that was passed, and its inputs (actuators,)."""
         row = gap.at(gap.centre)
         self.bridged.append(time)
         self.meetings.append((row.x + 1j * row.y, inputs))
 
     def end(self, row: int) -> None:
-        """Leave the rows from `row` on empty: a limit was met."""
+        """Set the status of the rows from `row` on to LIMIT."""
         self.codes[row:] = int(Status.LIMIT)
 
 
 class BranchFollower(BranchState):
     """Follows a branch through the rows of a motion.
 
-    `sense` is that of the guide's parameter as the time grows; without a guide what cannot be passed is a limit.
+    sense: of the guide's parameter with increasing time. Without a guide, a position that cannot be passed is a limit.
     """
 
     def __init__(
@@ -88,24 +87,24 @@ class BranchFollower(BranchState):
     ) -> None:  # fmt: skip
         super().__init__(mechanism, plan, inputs, run, tolerance, constants)
         self._guide = guide
-        self.wall: ArcPassage | None = None  # the way in to a limit
-        self.progress: Callable[[int, int], None] | None = None  # is called with rows done and rows in all
+        self.limit_ahead: ArcPassage | None = None  # the passage towards a limit that the motion is on
+        self.progress: Callable[[int, int], None] | None = None  # called with the rows done and the total
         self.sense = 1.0
 
     @cached_property
     def guide(self) -> Guide | None:
-        """The curve of the motion, if it may be asked for."""
+        """The curve of the motion; None if it is not used."""
         return None if self._guide is None else self._guide()
 
     def begin(self, row: Row, signs: FloatArray) -> None:
         """Start from a solved position."""
         super().begin(row, signs)
-        self.wall = None
+        self.limit_ahead = None
 
     def enter(self, gap: Gap) -> bool:
-        """Start on the way out of a singular position, or in to a limit; return whether it can be gone."""
+        """Start in a gap: towards a limit, or away from a singular position; return whether this is possible."""
         if gap.inwards:
-            self.log, self.wall = [], cast("ArcPassage", gap)
+            self.log, self.limit_ahead = [], cast("ArcPassage", gap)
         elif (out := gap.exit) is not None:
             signs = self.sides(out)
             self.begin(Row(out.time, out.x, out.y, signs * np.abs(out.g)), signs)
@@ -116,30 +115,30 @@ class BranchFollower(BranchState):
 
     @property
     def reached(self) -> float:
-        """Return the time up to which rows are known."""
-        return self.wall.ends[1] if self.wall is not None else self.log[-1].time
+        """The time up to which the motion is solved."""
+        return self.limit_ahead.ends[1] if self.limit_ahead is not None else self.log[-1].time
 
     def gap_at(self, time: float) -> Gap | None:
-        """Return the stretch about a singular position that holds a time, if one does."""
-        held = [gap for gap in reversed(self.bridges) if gap.ends[0] < time < gap.ends[1]]
-        return held[0] if held else None
+        """Return the gap that contains a time; None if there is none."""
+        found = [gap for gap in reversed(self.bridges) if gap.ends[0] < time < gap.ends[1]]
+        return found[0] if found else None
 
     # -- the whole motion ------------------------------------------------------------------
 
     def run_to(self, times: FloatArray) -> FollowedPath:
-        """Solve at increasing times."""
+        """Solve rows at increasing times."""
         return self.follow(FollowedPath.empty(len(self.mechanism.nodes), times, self.inputs(times)))
 
     def follow(self, path: FollowedPath) -> FollowedPath:
-        """Fill a path, whose times increase, from the start or from where the last call ended."""
+        """Solve the rows of a path with increasing times, from the start or from the end of the last call."""
         times, n = path.time, len(path.time)
         i = self._fill(path, 0)
-        if i < n and self.wall is None and len(self.log) == 1:
+        if i < n and self.limit_ahead is None and len(self.log) == 1:
             i = self._beyond(path, i, self._set_out(float(times[i])))
         while i < n and path.limit is None:
-            if self.wall is not None:
+            if self.limit_ahead is not None:
                 path.end(i)
-                path.limit = self.wall.centre
+                path.limit = self.limit_ahead.centre
                 break
             marches = self.run is jit.compiled and n - i >= self.constants.many
             good, doubtful = self._march(path, i) if marches else self._block(path, i)
@@ -151,15 +150,15 @@ class BranchFollower(BranchState):
         return path
 
     def _crosses(self, time: float) -> bool:
-        """Go past doubtful rows to a time; return whether that succeeded."""
+        """Pass doubtful rows up to a time; return the success."""
         return SingularCrossing(self, self._knows_curve).cross(time)
 
     def _knows_curve(self) -> bool:
-        """Return whether the curve of the motion has been made: it decides sooner than many doubtful rows."""
+        """Return whether the curve of the motion is available; it is faster than many doubtful rows."""
         return self.guide is not None and self.guide.curve is not None
 
     def _beyond(self, path: FollowedPath, i: int, crossed: bool) -> int:
-        """Fill what has been passed and return the next row; or end the motion at its limit."""
+        """Fill the rows that have been passed, and return the next row; or end the motion at its limit."""
         if crossed:
             return self._fill(path, i)
         target = float(path.time[i])
@@ -177,13 +176,13 @@ class BranchFollower(BranchState):
         row = self.evaluate(path.time[i : i + 1], self.log)
         self.lenient = False
         path.end(i)
-        if row.end == len(row.time):  # it exists, but not to the tolerance
+        if row.end == len(row.time):  # it is solved, but not to the tolerance
             path.codes[i] = int(Status.SINGULAR)
         path.limit = self.log[-1].time
         return i
 
     def _block(self, path: FollowedPath, i: int) -> tuple[int, bool]:
-        """Solve rows from row i on as arrays; return how many, and whether the next is doubtful."""
+        """Solve a block of rows from row i on, interpreted; return their number, and whether the next is doubtful."""
         rows = slice(i, i + self.constants.rows)
         block = self.evaluate(path.time[rows], self.log, path.inputs[:, rows])
         good = block.end - NEW
@@ -200,7 +199,7 @@ class BranchFollower(BranchState):
         return Marcher(self.program, self.accuracy)
 
     def _march(self, path: FollowedPath, i: int) -> tuple[int, bool]:
-        """Solve all rows from row i on in one call; return how many, and whether the next is doubtful."""
+        """Solve all rows from row i on in one compiled call; return their number, and whether the next is doubtful."""
         marcher = self._marcher
         past = self.useful(path.time[i:], self.log)
         marcher.recall(self.inputs(np.array([row.time for row in past])), past)
@@ -211,7 +210,7 @@ class BranchFollower(BranchState):
         return good, i + good < len(path.time)
 
     def _fill(self, path: FollowedPath, i: int) -> int:
-        """Fill the rows up to where crossing has arrived; return the next row to solve."""
+        """Fill the rows up to `reached`; return the next row to solve."""
         while i < len(path.time) and path.time[i] <= self.reached:
             row = self.at(float(path.time[i]))
             if not row.error <= self.tolerance:
@@ -222,7 +221,7 @@ class BranchFollower(BranchState):
         return i
 
     def _beside(self, row: Row) -> Row:
-        """Return a row that its inputs do not determine as the curve through the singular position beside it does."""
+        """Return a row near a singular position from the curve of the motion, as its inputs do not determine it."""
         before = [one for one in self.log if one.time < row.time and one.error <= self.tolerance]
         if self.guide is None or not before:
             return row
@@ -234,7 +233,7 @@ class BranchFollower(BranchState):
         return gap.at(row.time)
 
     def at(self, time: float) -> Row:
-        """Return the row at a time that has been passed: solved, or interpolated over a bridge."""
+        """Return the row at a time up to `reached`: solved, or interpolated in a bridge."""
         for bridge in reversed(self.bridges):
             if bridge.ends[0] <= time <= bridge.ends[1]:
                 return bridge.at(time)
@@ -242,13 +241,13 @@ class BranchFollower(BranchState):
             if row.time == time:
                 return row
         before = [row for row in self.log if row.time < time]
-        if not before and self.bridges:  # roundings before the way in to a limit begins
+        if not before and self.bridges:  # a rounding error before the start of the first bridge
             return self.bridges[0].at(time)
         block = self.evaluate(np.array([time]), before)
         return block.rows()[0]
 
     def _set_out(self, time: float) -> bool:
-        """Go to the first row in steps that grow from very small ones: nothing is known of the pace yet."""
+        """Solve the second row in increasing steps from very small ones, because the speed is not known yet."""
         start = self.log[-1].time
         growing = start + (time - start) * self.constants.growth ** np.arange(-self.constants.steps, 1.0)
         growing[-1] = time

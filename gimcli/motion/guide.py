@@ -1,8 +1,7 @@
-"""What the curve of a motion says where rows are doubtful: limits, meetings of branches, and the ways out of them.
+"""The curve of a motion near doubtful rows: it shows limits, meetings of branches, and how the motion continues.
 
-Rows are solved one by one at given inputs, which decides nothing where the inputs do not determine the position. There
-the curve of positions and input is followed instead, the same by which circuits, singular positions and branches are
-found.
+Rows are solved at given inputs; this fails if the inputs do not determine the position. Then the curve of positions and
+input is followed instead, as in the search for circuits, singular positions and branches.
 """
 
 from __future__ import annotations
@@ -27,46 +26,49 @@ from gimcli.positions.row import Row
 from gimcli.status import Status
 
 LARGEST = 120
-"""Coordinates up to which the curve is followed: its equations are kept as full tables."""
+"""Greatest number of coordinates for which the curve is followed, because its matrices are dense."""
 
 MOST = 400
-"""Places that are walked from a row to what is doubtful."""
+"""Greatest number of points of the curve from a solved row to a singular position."""
 
-ASTERN = 1e-3
-"""Part of a turn before what is doubtful from which it is approached."""
+BEHIND = 1e-3
+"""Distance before a doubtful row, in turns, at which the curve is started."""
 
 ABOUT = 1e-2
-"""Distance of a start from the singular position that it stands for, or is taken from."""
+"""Greatest distance of a start position from a singular position that is used in its place."""
 
 NEAR = 1e-6
-"""Distance of an assembled row from the position of the curve, relative to the size."""
+"""Greatest distance of a row of the plan from the position of the curve, relative to the size."""
 
 
 class Guide:
-    """The curve of a motion along a line of the inputs, or along the laws' time."""
+    """The curve of a motion along a line of the inputs, or along the time of the laws.
+
+    "Coordinate" is that of a leg: s = sense * parameter / span, which increases with the time.
+    """
 
     def __init__(self, line: InputLine | None, assembler: Assembler) -> None:
         self.mechanism, self.line, self.assembler = assembler.mechanism, line, assembler
 
     @cached_property
     def curve(self) -> PositionCurve | None:
-        """The curve, if the mechanism is not too large for it."""
+        """The curve; None if the mechanism is too large."""
         if 2 * len(self.mechanism.nodes) > LARGEST:
             return None
         return PositionCurve(self.mechanism, self.line)
 
     def ahead(self, rows: Sequence[Row], sense: float, until: float, turn: float) -> ArcPassage | float | None:
-        """Return the way through the first singular position after solved rows, up to a place; None where none is met.
+        """Return the passage of the first singular position after solved rows, up to coordinate `until`; None if none.
 
-        A number is the place that the motion approaches as it runs to infinity.
+        If the motion goes to infinity instead, the result is the coordinate that it approaches.
         """
         curve, last = self.curve, rows[-1].time
         if curve is None:
             return None
-        start = next((row for row in reversed(rows) if row.time <= last - ASTERN * turn), rows[0])
-        way = np.append(np.zeros(curve.system.n), sense)
+        start = next((row for row in reversed(rows) if row.time <= last - BEHIND * turn), rows[0])
+        along = np.append(np.zeros(curve.system.n), sense)
         p = curve.point(start.x + 1j * start.y, sense * start.time * curve.span)
-        walker = CircuitWalker(curve, place(curve, p, way))
+        walker = CircuitWalker(curve, place(curve, p, along))
         for _ in range(MOST):
             known = len(walker.places)
             if not walker.go():
@@ -76,7 +78,7 @@ class Guide:
                 passage = arc and ArcPassage(arc, sense, self.assembled, -1.0)
                 if passage and passage.ends[1] > last:
                     return passage
-            if sense * walker.places[-1].p[-1] > (until + ASTERN * turn) * curve.span:
+            if sense * walker.places[-1].p[-1] > (until + BEHIND * turn) * curve.span:
                 return None
             if walker.escaped:
                 end = walker.at_infinity()
@@ -86,9 +88,10 @@ class Guide:
     def around(
         self, z: ComplexArray, at: float, sense: float, branch: int = 1, along: FloatArray | None = None
     ) -> ArcPassage | None:
-        """Return the way through a singular position z (nodes,) at a place, on one of its branches; None without one.
+        """Return the passage of a singular position z (nodes,) at coordinate `at` on a branch; None if there is none.
 
-        `along`: the direction (n + 1,) of a motion that came there. Raises UsageError where there is no such branch.
+        branch: number of the branch, from 1. along: the direction (n + 1,) of a motion that arrived there. Raises
+        UsageError if there is no such branch or the input cannot drive it.
         """
         curve = self.curve
         if curve is None:
@@ -110,12 +113,12 @@ class Guide:
         arc = make_arc(curve, fold.p, fold.tangent)
         if arc is None or not arc.limit:
             return None
-        stands = arc.distance(q, 1.0) == 0.0
-        way = start.directions[branch - 1] if stands else start.place.p - fold.p
-        return ArcPassage(arc, sense, self.assembled, float(np.copysign(1.0, way @ fold.tangent)))
+        exact = arc.distance(q, 1.0) == 0.0
+        direction = start.directions[branch - 1] if exact else start.place.p - fold.p
+        return ArcPassage(arc, sense, self.assembled, float(np.copysign(1.0, direction @ fold.tangent)))
 
     def other_end(self, passage: ArcPassage) -> ArcPassage | None:
-        """Return the way in at the other limit of the arc that a limit ends; None where it has no other."""
+        """Return the passage towards the other limit of the circuit's interval; None if there is no other limit."""
         arc, curve = passage.arc, passage.arc.curve
         outer = arc.p[:, -1 if passage.side > 0.0 else 0]
         walker = CircuitWalker(curve, place(curve, outer, outer - arc.p[:, NODES]))
@@ -129,27 +132,27 @@ class Guide:
         return None
 
     def _beside(self, curve: PositionCurve, start: Departure, sense: float) -> ArcPassage | None:
-        """Return the way through a meeting of branches beside a regular place, on the branch that it is on."""
+        """Return the passage of a meeting of branches near a regular point, on the branch of this point; or None."""
         here = start.place.p
         met = crossing(curve, here)
         if met is None or met.miss > CIRCUIT.exact or not 0.0 < np.linalg.norm(met.p - here) <= ABOUT:
             return None
-        way = met.near(here - met.p)
-        arc = None if way is None else make_arc(curve, met.p, way, met)
+        tangent = met.near(here - met.p)
+        arc = None if tangent is None else make_arc(curve, met.p, tangent, met)
         return None if arc is None or arc.limit else ArcPassage(arc, sense, self.assembled)
 
     def _through(self, curve: PositionCurve, start: Departure, sense: float, branch: int) -> ArcPassage | None:
-        """Return the way through a meeting of branches; branch 1 is the first that an input can drive."""
+        """Return the passage of a meeting of branches; branch 1 is the first one that the input can drive."""
         assert start.met is not None
         assert start.first is not None
         only = (start.first,) if branch == 1 and abs(start.first[-1]) > RESTS else start.directions
-        for way in only[branch - 1 : None if branch == 1 else branch]:
-            if branch > 1 and abs(way[-1]) <= RESTS:
+        for tangent in only[branch - 1 : None if branch == 1 else branch]:
+            if branch > 1 and abs(tangent[-1]) <= RESTS:
                 raise UsageError(
-                    f"--branch {branch}: the input rests on this branch at the change point and cannot drive it;"
-                    " `gim trace --circuit --branch` follows it"
+                    f"--branch {branch}: the input rate is zero on this branch at the change point, so that the input"
+                    " cannot drive it; use `gim trace --circuit --branch`"
                 )
-            arc = make_arc(curve, start.met.p, way, start.met) if abs(way[-1]) > RESTS else None
+            arc = make_arc(curve, start.met.p, tangent, start.met) if abs(tangent[-1]) > RESTS else None
             if arc is not None:
                 return ArcPassage(arc, sense, self.assembled)
         if branch > 1:
@@ -157,7 +160,7 @@ class Guide:
         return None
 
     def _arc(self, walker: CircuitWalker, k: int) -> SingularArc | None:
-        """Return the arc through the singular position at, or just before, a place; None where there is none."""
+        """Return the arc through the singular position at point k, or between it and the one before; None if none."""
         here, curve = walker.places[k], walker.curve
         if k in walker.crossings:
             return make_arc(curve, here.p, here.tangent, walker.crossings[k])
@@ -169,7 +172,7 @@ class Guide:
         return None if fold is None else make_arc(curve, fold.p, fold.tangent)
 
     def exact(self, gap: Gap, sense: float) -> float:
-        """Return the place of the meeting of branches that a gap is about, to the last digits."""
+        """Return the exact coordinate of the meeting of branches in a gap."""
         curve, row = self.curve, gap.at(gap.centre)
         if curve is None:
             return gap.centre
@@ -177,7 +180,7 @@ class Guide:
         return gap.centre if found is None else sense * float(found.p[-1]) / curve.span
 
     def assembled(self, p: FloatArray, at: float) -> Row | None:
-        """Return the regular row of a position and parameter (n + 1,) at a place; None where the plan has none."""
+        """Return the row of the plan for a position and parameter (n + 1,); None if the plan cannot assemble it."""
         curve = self.curve
         assert curve is not None
         z = curve.nodes(p)
@@ -187,17 +190,17 @@ class Guide:
 
 
 def direction(curve: PositionCurve, gap: Gap, sense: float = 1.0) -> FloatArray:
-    """Return the direction (n + 1,) of a curve on the way through a singular position, or to a limit.
+    """Return the direction (n + 1,) of a curve through a singular position, or towards a limit.
 
-    sense: of the parameter as the gap's times grow; of several inputs 0, if they came there on another line.
+    sense: of the parameter with increasing times of the gap; 0 for several inputs that arrived along another line.
     """
     low, high = gap.ends
-    if gap.limit:  # from the end that is not the limit
+    if gap.limit:  # start at the end that is not the limit
         low, high = (low if gap.centre - low > high - gap.centre else high), gap.centre
     ends = [(curve.point(row.x + 1j * row.y, sense * row.time * curve.span)) for row in (gap.at(low), gap.at(high))]
     return np.asarray((ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0]))
 
 
 def arrival(curve: PositionCurve, start: Assembly, single: bool) -> FloatArray | None:
-    """Return the direction (n + 1,) in which a motion came to a singular start; None where none did."""
+    """Return the direction (n + 1,) in which a motion arrived at a singular start; None if none did."""
     return direction(curve, start.gap, float(single)) if start.gap is not None and start.came else None

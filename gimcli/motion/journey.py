@@ -1,9 +1,9 @@
-"""A motion along the legs of its laws: what it does at their turnings, at limits, and where branches meet.
+"""A motion along the legs of its laws: reversals of the laws, limits, and meetings of branches.
 
-`stop`: rows after the limit are empty. `skip`: rows that the input cannot reach are empty, later ones that it can
-reach again are solved on the arc between limits that the motion was on. `reverse`: the input turns back at the limit
-and the motion goes on through it, on the legs as they are mirrored at the limit. A branch is chosen at the first
-change point on the way, the start included; behind it the motion goes straight on, also when it comes back.
+`stop`: rows after the limit are empty. `skip`: rows that the input cannot reach are empty; later rows that it can reach
+again are solved, between the same limits as before. `reverse`: the input reverses at the limit and the motion continues
+through it, along the legs mirrored at the limit. The branch is chosen at the first change point (which may be the start
+position); at later change points, and on the return, the motion continues smoothly.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ AT_LIMIT = ("stop", "skip", "reverse")
 TURN = 2.0 * math.pi
 
 SAME = 1e-6
-"""Of a turn: meetings of branches that are nearer are one."""
+"""In turns: meetings of branches that are closer are the same."""
 
 BESIDE = 1e-4
-"""Of a turn: distance from a meeting of branches within which it is found exactly."""
+"""In turns: distance from a meeting of branches within which it is located exactly."""
 
 Progress = Callable[[int, int], None]
 
 
 class Journey:
-    """Where a motion is on the legs of its laws."""
+    """The state of a motion along the legs of its laws."""
 
     def __init__(
         self, mechanism: Mechanism, plan: Plan, run: Run, tolerance: float, at_limit: str = "stop", branch: int = 1
@@ -53,58 +53,58 @@ class Journey:
         self.legs = deque(legs(mechanism))
         self.leg = self.legs.popleft()
         self.follower: BranchFollower = self.follow(self.leg)
-        self.place = self.leg.sense * self.leg.begin  # on the leg, up to which rows are solved
-        self.ended: Status | None = None  # how the rows after this place end
-        self.waiting: tuple[float, Gap] | None = None  # time at which the input is in reach again, and the way in
-        self.noted: list[float] = []  # places on the leg at which branches meet and that have been noted
+        self.place = self.leg.sense * self.leg.begin  # coordinate on the leg up to which rows are solved
+        self.ended: Status | None = None  # status of all rows after this coordinate
+        self.waiting: tuple[float, Gap] | None = None  # time at which the input is reachable again, and the gap there
+        self.noted: list[float] = []  # coordinates on the leg of the meetings of branches that have been recorded
         self.progress: Progress | None = None
 
     def follow(self, leg: Leg) -> BranchFollower:
-        """Return what follows a leg."""
+        """Return the follower of a leg."""
         return follower_of(self.mechanism, self.plan, leg, self.run, self.tolerance)
 
     @property
     def on_line(self) -> bool:
-        """Return whether the inputs run along one line."""
+        """Whether the inputs are on one line."""
         return self.leg.line is not None
 
     # -- the start ----------------------------------------------------------------------
 
     def begin(self, start: Assembly, path: FollowedPath) -> Assembly:
-        """Set out from an assembled start and return it as the motion has it; note what is singular there."""
+        """Start from an assembled position; return it as the motion uses it, and record a singular position there."""
         gap = self._first_gap(start)
         if gap is None and start.status is Status.OK and start.gap is None:
             start.row.time = self.place
             self.follower.begin(start.row, start.signs)
             return start
         if gap is None:
-            return self._stuck(start)
-        if self._stands_at(gap):
+            return self._undetermined(start)
+        if self._is_at(gap):
             if gap.limit:
                 self._touch(path, gap, 0.0)
             self._note(path, gap)
         elif gap.centre < self.place:
             self.noted.append(gap.centre)
         if not self.follower.enter(gap):
-            return self._stuck(start)
+            return self._undetermined(start)
         start.row.time = self.place
         return on_gap(gap, start)
 
     @staticmethod
-    def _stuck(start: Assembly) -> Assembly:
-        """Return a start from which no way on is determined."""
+    def _undetermined(start: Assembly) -> Assembly:
+        """Return a start from which the motion is not determined, with its status."""
         status = Status.SINGULAR if start.status is Status.OK else start.status
         return Assembly(status, start.row, start.signs, start.error, start.work, start.surplus)
 
     def _first_gap(self, start: Assembly) -> Gap | None:
-        """Return the way out of the start where that is singular, on the branch asked for."""
+        """Return the gap at the start position, on the chosen branch, if it is singular."""
         gap, leg = start.gap, self.leg
         if start.status is not Status.SINGULAR and gap is None:
             return None
         single = len(self.mechanism.actuators) == 1
-        if gap is not None and single:  # it is on the curve of the motion
+        if gap is not None and single:  # the gap is already on the curve of the motion
             gap = gap if leg.sense > 0.0 else gap.mirrored()
-            if self.branch == 1 or not self._stands_at(gap):
+            if self.branch == 1 or not self._is_at(gap):
                 return gap
             if gap.limit:
                 return self._other_arc(gap)
@@ -117,20 +117,20 @@ class Journey:
         return self._around(settled(self.mechanism, start), self.place, along)
 
     def _other_arc(self, gap: Gap) -> Gap:
-        """Return the way out on the other of the two arcs that meet at a limit."""
+        """Return the gap on the other of the two arcs that meet at a limit."""
         if self.branch > 2:
             raise UsageError(f"--branch {self.branch}: 2 arcs meet at the limit that the motion starts at")
         self.branch = 1
         return cast("ArcPassage", gap).other_side().mirrored()
 
-    def _stands_at(self, gap: Gap) -> bool:
-        """Return whether the motion is at the singular position of a gap."""
+    def _is_at(self, gap: Gap) -> bool:
+        """Return whether the present position is the singular position of a gap."""
         return abs(gap.centre - self.place) <= BEYOND * max(1.0, abs(self.place))
 
     # -- rows ---------------------------------------------------------------------------
 
     def go(self, path: FollowedPath) -> None:
-        """Solve the next rows (`time` and `inputs` of the path are given), and note what happens on the way."""
+        """Solve the next rows (`time` and `inputs` of the path are given), and record the events."""
         i, n = 0, len(path.time)
         while i < n:
             if self.ended is not None:
@@ -146,15 +146,15 @@ class Journey:
                 self._next_leg(path)
 
     def _rows(self, path: FollowedPath, i: int, j: int) -> int:
-        """Solve rows i..j of the leg; return the first that is still to be solved or decided."""
+        """Solve rows i..j of the leg; return the first row that is not solved yet."""
         if i == j:
             return i
         leg = self.leg
         self._mirror(path, i, j)
         s = leg.places(path.time[i:j], path.inputs[:, i:j])
-        self._hear(i, j)
+        self._set_progress(i, j)
         sub, number = self._follow(path, slice(i, j), s)
-        turning = self._turn_off(path)
+        turning = self._change_branch(path)
         upto = self._copy(path, i, j, sub, number)
         if turning is not None:
             return min(upto, i + int(np.searchsorted(s, turning, side="right")))
@@ -167,7 +167,7 @@ class Journey:
         return upto
 
     def _follow(self, path: FollowedPath, rows: slice, s: FloatArray) -> tuple[FollowedPath, IntArray | None]:
-        """Follow the places (rows,) of some rows; return what that gave, and which of it they are if it is more."""
+        """Solve some rows at coordinates s (rows,); return the path, and the rows' indices in it if it is refined."""
         step = np.diff(s)
         longest = max(float(np.max(step, initial=0.0)), float(s[0]) - self.place)
         if len(s) == len(path.time) and np.min(step, initial=1.0) > 0.0 and fine(longest, self.leg.turn):
@@ -180,7 +180,7 @@ class Journey:
         return self.follower.follow(FollowedPath.empty(len(path.z), grid, values)), own[np.cumsum(new) - 1]
 
     def _copy(self, path: FollowedPath, i: int, j: int, sub: FollowedPath, number: IntArray | None) -> int:
-        """Take over what following gave in rows i..j; return the first row that it did not reach."""
+        """Copy a followed path to rows i..j; return the first row beyond a limit, or j."""
         if number is not None:
             path.z[:, i:j], path.codes[i:j] = sub.z[:, number], sub.codes[number]
             path.residual[i:j] = sub.residual[number]
@@ -190,25 +190,25 @@ class Journey:
         return i + int(bad[0]) if len(bad) else j
 
     def _mirror(self, path: FollowedPath, i: int, j: int) -> None:
-        """Give rows the inputs that they have after the input has turned back."""
+        """Set the inputs and the parameter of rows, which differ from the laws after the input has reversed."""
         if path.parameter is not None:
             path.inputs[:, i:j] = self.leg.values(path.time[i:j])
             curve = None if self.on_line or self.follower.guide is None else self.follower.guide.curve
             path.parameter[i:j] = self.leg.parameter(path.time[i:j]) * (1.0 if curve is None else curve.span)
 
-    def _hear(self, i: int, j: int) -> None:
+    def _set_progress(self, i: int, j: int) -> None:
         if self.progress is not None:
-            heard = self.progress
-            self.follower.progress = lambda rows, of: heard(i + (j - i) * rows // max(of, 1), j)
+            progress = self.progress
+            self.follower.progress = lambda rows, of: progress(i + (j - i) * rows // max(of, 1), j)
 
-    # -- turnings ------------------------------------------------------------------------
+    # -- reversals of the laws -----------------------------------------------------------
 
     def _next_leg(self, path: FollowedPath) -> None:
-        """Go to the end of the leg, and over to the next one."""
+        """Follow the motion to the end of the leg, and start the next one."""
         follower, leg = self.follower, self.leg
         if follower.reached < leg.goal:
             sub = follower.run_to(dense(self.place, np.array([leg.goal]), leg.turn)[0])
-            turning = self._turn_off(path)
+            turning = self._change_branch(path)
             if turning is not None:
                 self._next_leg(path)
                 return
@@ -223,11 +223,11 @@ class Journey:
         self._enter(self.legs.popleft(), follower.gap_at(leg.goal), leg.goal)
 
     def _enter(self, leg: Leg, gap: Gap | None, goal: float) -> None:
-        """Begin the next leg, which comes back from the end of the last one."""
+        """Start the next leg, which returns from the end of the last one."""
         before, self.leg, self.follower = self.follower, leg, self.follow(leg)
         self.place, self.noted = leg.sense * leg.begin, []
         if gap is not None:
-            if -gap.centre <= self.place or self._stands_at(gap.mirrored()):
+            if -gap.centre <= self.place or self._is_at(gap.mirrored()):
                 self.noted.append(-gap.centre)
             if not self.follower.enter(gap.mirrored()):
                 self.ended = Status.SINGULAR
@@ -237,40 +237,42 @@ class Journey:
         self.follower.begin(row, before.sign)
 
     def _come_to_end(self, path: FollowedPath) -> None:
-        """Note whether the leg ends at a limit."""
+        """Record whether the leg ends at a limit."""
         gap = self.follower.gap_at(self.leg.goal)
-        if gap is not None and gap.limit and self._stands_at(gap):
+        if gap is not None and gap.limit and self._is_at(gap):
             self._touch(path, gap, self.leg.last)
 
     def _touch(self, path: FollowedPath, gap: Gap, time: float) -> None:
-        """Note that the law comes to a limit at a time, and not beyond."""
+        """Record that the law reaches a limit at a time, but does not exceed it."""
         if time not in [known for known, _ in path.touched]:
             path.touched.append((time, tuple(self.leg.inputs(np.array([gap.centre]))[:, 0].tolist())))
 
     def _note(self, path: FollowedPath, *gaps: Gap) -> None:
-        """Note the meetings of branches that the motion has come to, each once."""
+        """Record the meetings of branches that the motion has reached, each once."""
         for gap in gaps or self.follower.bridges:
             if self._is_new(gap, self.place):
                 self.noted.append(gap.centre)
                 path.met(self.leg.time_at(gap.centre), gap, self.leg.inputs(np.array([gap.centre]))[:, 0])
 
     def _is_new(self, gap: Gap, place: float) -> bool:
-        """Return whether branches meet at a gap that a motion up to a place has come to, and that is not noted yet."""
+        """Return whether a gap is a meeting of branches, reached at a coordinate and not recorded yet."""
         near = SAME * self.leg.turn
         known = gap.limit or any(abs(gap.centre - centre) <= near for centre in self.noted)
-        return not known and self._has_come_to(gap, place)
+        return not known and self._has_reached(gap, place)
 
-    def _has_come_to(self, gap: Gap, place: float) -> bool:
-        """Return whether a motion up to a place has come to the singular position of a gap."""
+    def _has_reached(self, gap: Gap, place: float) -> bool:
+        """Return whether a motion up to a coordinate has reached the singular position of a gap."""
         centre = gap.centre
         if abs(centre - place) <= BESIDE * self.leg.turn and self.follower.guide is not None:
-            centre = self.follower.guide.exact(gap, self.leg.sense)  # an interpolated one is known to some digits less
+            centre = self.follower.guide.exact(
+                gap, self.leg.sense
+            )  # the centre of an interpolated gap is less accurate
         return centre <= place + BEYOND * max(1.0, abs(place))
 
     # -- branches ------------------------------------------------------------------------
 
-    def _turn_off(self, path: FollowedPath) -> float | None:
-        """Leave the first change point come to on the branch asked for; return its place, None where there was none."""
+    def _change_branch(self, path: FollowedPath) -> float | None:
+        """Change to the chosen branch at the first change point; return its coordinate, None if none was reached."""
         if self.branch == 1:
             return None
         met = [gap for gap in self.follower.bridges if self._is_new(gap, self.leg.goal)]
@@ -290,75 +292,75 @@ class Journey:
         return gap.centre
 
     def _around(self, z: ComplexArray, place: float, along: FloatArray | None) -> ArcPassage | None:
-        """Return the way on from a singular position, on the branch asked for."""
+        """Return the passage of a singular position on the chosen branch; None if there is none."""
         guide, branch = self.follower.guide, self.branch
         self.branch = 1
         return None if guide is None else guide.around(z, place, self.leg.sense, branch, along)
 
-    def refuse_unmet(self) -> None:
-        """Raise UsageError where no change point was met at which the branch asked for could be taken."""
+    def check_branch_taken(self) -> None:
+        """Raise UsageError if no change point was reached at which the chosen branch could be followed."""
         if self.branch > 1:
-            raise UsageError(f"--branch {self.branch}: no change point is on the law's way; see `gim singularities`")
+            raise UsageError(f"--branch {self.branch}: the law reaches no change point; see `gim singularities`")
 
     # -- limits --------------------------------------------------------------------------
 
     def _blocked(self, path: FollowedPath, sub: FollowedPath, row: int) -> None:
-        """Decide how the motion goes on at a limit."""
+        """Stop, skip or reverse at a limit."""
         assert sub.limit is not None
-        wall, leg, time = self.follower.wall, self.leg, self.leg.time_at(sub.limit)
+        limit, leg, time = self.follower.limit_ahead, self.leg, self.leg.time_at(sub.limit)
         if path.limit is None:
             path.limit = time
         self.ended = Status.LIMIT
         if row < len(path.time) and sub.codes[-1] != Status.LIMIT:
             self.ended = Status(int(sub.codes[-1]))
-        if wall is None:
+        if limit is None:
             return
         if self.at_limit == "reverse":
-            q = leg.sense * wall.centre
-            path.turned_back.append((time, tuple(leg.inputs(np.array([wall.centre]))[:, 0].tolist())))
+            q = leg.sense * limit.centre
+            path.turned_back.append((time, tuple(leg.inputs(np.array([limit.centre]))[:, 0].tolist())))
             self.legs = deque(later.reflected(q) for later in self.legs)
             self.leg = leg.reflected(q, time)
             self.follower, self.ended = self.follow(self.leg), None
             self.place, self.noted = self.leg.sense * self.leg.begin, []
-            if not self.follower.enter(wall.other_side()):
+            if not self.follower.enter(limit.other_side()):
                 self.ended = Status.SINGULAR
         elif self.at_limit == "skip" and leg.line is not None:
-            self.waiting = self._back(wall, time)
+            self.waiting = self._back(limit, time)
             self.ended = None if self.waiting is not None else Status.LIMIT
 
-    def _back(self, wall: ArcPassage, time: float) -> tuple[float, Gap] | None:
-        """Return when the law comes back to the arc between limits that it has left, and the way in."""
-        ways = [wall.mirrored()]
+    def _back(self, limit: ArcPassage, time: float) -> tuple[float, Gap] | None:
+        """Return the time at which the law returns to the interval between limits that it has left, and the passage."""
+        passages = [limit.mirrored()]
         turning = len(self.mechanism.actuators) == 1 and self.mechanism.actuators[0].rotary
-        other = self.follower.guide.other_end(wall) if turning and self.follower.guide is not None else None
-        if other is not None and abs(other.arc.q - wall.arc.q) < TURN:
-            ways.append(other)
-        wraps = len(ways) > 1
+        other = self.follower.guide.other_end(limit) if turning and self.follower.guide is not None else None
+        if other is not None and abs(other.arc.q - limit.arc.q) < TURN:
+            passages.append(other)
+        wraps = len(passages) > 1
         for leg in (self.leg, *self.legs):
             begin = max(
                 leg.sense * leg.begin,
                 leg.sense * float(leg.parameter(np.array([time]))[0]) if leg is self.leg else -math.inf,
             )
-            for way in ways:
-                if way.sense != leg.sense:
+            for passage in passages:
+                if passage.sense != leg.sense:
                     continue
-                rounds = math.ceil((begin - way.centre) / TURN) if wraps else 0
-                entry = way.centre + rounds * TURN
+                rounds = math.ceil((begin - passage.centre) / TURN) if wraps else 0
+                entry = passage.centre + rounds * TURN
                 if begin <= entry <= leg.goal:
                     while self.leg is not leg:
                         self.leg = self.legs.popleft()
-                    return leg.time_at(entry), way.shifted(rounds * leg.sense * TURN)
+                    return leg.time_at(entry), passage.shifted(rounds * leg.sense * TURN)
         return None
 
     def _wait(self, path: FollowedPath, i: int) -> int:
-        """Leave the rows empty until the input is in reach again; return the first that is."""
+        """Leave rows empty until the input is reachable again; return the first row that is."""
         assert self.waiting is not None
-        time, way = self.waiting
+        time, gap = self.waiting
         j = i + int(np.searchsorted(path.time[i:], time, side="left"))
         path.codes[i:j] = int(Status.LIMIT)
         if j < len(path.time):
             self.waiting, self.follower = None, self.follow(self.leg)
-            self.place, self.noted = way.centre, []
-            if not self.follower.enter(way):
+            self.place, self.noted = gap.centre, []
+            if not self.follower.enter(gap):
                 self.ended = Status.SINGULAR
         return j

@@ -1,9 +1,11 @@
-"""The legs of laws: stretches between two turnings, on which a motion goes one way along its curve.
+"""The legs of the laws: intervals between two reversals, in which a motion follows its curve in one sense.
 
-Inputs that run along one line (a single input always does) are followed by the line's parameter, not by the time:
-how a law starts, dwells or comes to rest on its way is then of no account. At the end of a leg the inputs go on
-straight for as long as it takes to see what is there, and the next leg comes back the same way. Inputs that run
-along no line are followed by the time, in one leg.
+Inputs on a straight line (a single input always is) are followed by the parameter of the line instead of the time: the
+start, the dwells and the stops of a law then have no influence. Beyond the end of a leg the inputs are extrapolated,
+so that a singular position at the end is recognised; the next leg returns along the same curve. Inputs that are not on
+a line are followed by the time, in one leg.
+
+The *coordinate* s = sense * parameter of a leg increases with the time.
 """
 
 from __future__ import annotations
@@ -19,52 +21,52 @@ from gimcli.mechanism import FloatArray, IntArray, Mechanism
 from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times, line_through, pace, scales
 
 DWELL = 8.0 * float(np.finfo(float).eps)
-"""Change of a law, over its values, that is none."""
+"""A change of a law below this, relative to its values, is 0."""
 
 SLOWEST = 1e-3
-"""Turns below which laws count as standing still."""
+"""Laws with a smaller change, in turns, count as constant."""
 
 STEPS_A_TURN = 90
-"""Rows are solved at least this densely inside, whatever the user asks to see."""
+"""Least number of rows solved for one turn, whatever number the user requests."""
 
 ROUND = 1e-9
-"""Of a part that a step may be longer by rounding."""
+"""Relative excess of a step that is due to rounding."""
 
 
 @dataclass(frozen=True)
 class Leg:
-    """A stretch of the laws; its place s = sense * parameter grows with the time.
+    """A leg of the laws; its coordinate s = sense * parameter increases with the time.
 
-    The parameter is that of the line, or the time; where the input has turned back at a limit it is mirrored.
+    The parameter is that of the line, or the time; it is mirrored after the input has reversed at a limit.
     """
 
     mechanism: Mechanism
     line: InputLine | None
-    first: float  # times 0..1
-    last: float
-    begin: float  # parameter at them
-    end: float
-    mirror: float = 1.0  # parameter = mirror * that of the laws + shift
+    first: float  # time 0..1 at the start
+    last: float  # time at the end
+    begin: float  # parameter at the start
+    end: float  # parameter at the end
+    mirror: float = 1.0  # parameter = mirror * parameter of the laws + shift
     shift: float = 0.0
 
     @property
     def sense(self) -> float:
-        """Return 1.0 where the parameter grows, -1.0 where it falls."""
+        """1.0 if the parameter increases, -1.0 if it decreases."""
         return 1.0 if self.end >= self.begin else -1.0
 
     @property
     def mirrored(self) -> bool:
-        """Return whether the input has turned back at a limit on the way."""
+        """Whether the input has reversed at a limit."""
         return self.mirror != 1.0 or self.shift != 0.0
 
     @property
     def goal(self) -> float:
-        """Return the place at which the leg ends."""
+        """The coordinate at which the leg ends."""
         return self.sense * self.end
 
     @property
     def turn(self) -> float:
-        """Return the change of the place by one turn of the input that moves most, or by 2 pi sizes."""
+        """The change of the coordinate for one turn of the input that changes most, or a travel of 2 pi sizes."""
         if self.line is None:
             return 1.0 / max(pace(self.mechanism, law_inputs(self.mechanism)(law_times(self.mechanism))), SLOWEST)
         return 2.0 * math.pi * float(scales(self.mechanism)[self.line.main])
@@ -75,16 +77,16 @@ class Leg:
         return np.asarray(self.mirror * own + self.shift if self.mirrored else own)
 
     def places(self, time: FloatArray, values: FloatArray | None = None) -> FloatArray:
-        """Return the places (rows,), not falling, at times of the leg, and inputs (actuators, rows) there if known."""
+        """Return non-decreasing coordinates (rows,) at times of the leg; values: inputs (actuators, rows), if known."""
         known = values if self.line is not None and not self.mirrored else None
         own = self.parameter(time) if known is None or self.line is None else known[self.line.main]
         s = own if self.sense > 0.0 else -own
         if len(s) and (s[0] < self.sense * self.begin or s[-1] > self.goal or np.any(s[1:] < s[:-1])):
-            s = np.clip(np.maximum.accumulate(s), self.sense * self.begin, self.goal)  # by roundings: it is a leg
+            s = np.clip(np.maximum.accumulate(s), self.sense * self.begin, self.goal)  # rounding errors
         return np.asarray(s)
 
     def inputs(self, s: FloatArray) -> FloatArray:
-        """Return the inputs (actuators, rows) at places, beyond the ends of the leg too."""
+        """Return the inputs (actuators, rows) at coordinates, which may be beyond the ends of the leg."""
         q = self.sense * s
         return law_inputs(self.mechanism)(q) if self.line is None else self.line.at(q)
 
@@ -93,7 +95,7 @@ class Leg:
         return self.inputs(self.sense * self.parameter(time)) if self.mirrored else law_inputs(self.mechanism)(time)
 
     def time_at(self, s: float) -> float:
-        """Return the first time of the leg at which it has come to a place."""
+        """Return the first time of the leg at which it reaches a coordinate."""
         from scipy.optimize import brentq
 
         ahead = np.linspace(self.first, self.last, 65)
@@ -108,7 +110,7 @@ class Leg:
         return high if short(high) == 0.0 else float(brentq(short, low, high, xtol=1e-16, rtol=1e-15))
 
     def reflected(self, at: float, time: float | None = None) -> Leg:
-        """Return the leg as the input goes on that turns back at a parameter; from the time on at which it does."""
+        """Return the leg mirrored at a parameter at which the input reverses; if `time` is given, from then on."""
         begin = 2.0 * at - self.begin if time is None else at
         return replace(
             self, first=self.first if time is None else time, begin=begin, end=2.0 * at - self.end,
@@ -117,28 +119,28 @@ class Leg:
 
 
 def straight(mechanism: Mechanism, begin: FloatArray, end: FloatArray) -> Leg:
-    """Return the leg on which inputs (actuators,) run straight from one place to another.
+    """Return the leg on which inputs (actuators,) change linearly from `begin` to `end`.
 
-    Where both are one, it leads nowhere along the direction of the laws.
+    If both are equal, the leg has length 0 and the direction of the laws.
     """
     line = line_through(mechanism, np.stack([begin, end], axis=1))
     if line is None:
-        way = np.diff(law_inputs(mechanism)(np.array([0.0, 1.0])), axis=1)[:, 0]
-        ahead = begin + (way if np.any(way) else scales(mechanism))
+        change = np.diff(law_inputs(mechanism)(np.array([0.0, 1.0])), axis=1)[:, 0]
+        ahead = begin + (change if np.any(change) else scales(mechanism))
         line = line_through(mechanism, np.stack([begin, ahead], axis=1))
     assert line is not None
     return Leg(mechanism, line, 0.0, 1.0, float(begin[line.main]), float(end[line.main]))
 
 
 def fine(step: float, turn: float) -> bool:
-    """Return whether a step is short enough for rows to be solved one after another."""
+    """Return whether a step is short enough to be solved without rows in between."""
     return step * (STEPS_A_TURN / turn) <= 1.0 + ROUND
 
 
 def dense(start: float, places: FloatArray, turn: float, least: int = 1) -> tuple[FloatArray, IntArray]:
-    """Return places, and more between them, and the indices (places,) of those given, which must increase.
+    """Return a refined grid of increasing coordinates, and the indices (places,) of the given ones in it.
 
-    Every step from the start on has at least so many parts, none longer than 1 / STEPS_A_TURN of a turn.
+    Every step, from `start` on, has at least `least` parts, none longer than 1 / STEPS_A_TURN of a turn.
     """
     ends = np.concatenate([[min(start, places[0])], places])
     steps = np.diff(ends)
@@ -169,14 +171,14 @@ def legs(mechanism: Mechanism) -> list[Leg]:
 
 
 def _turnings(values: FloatArray, least: float) -> Sequence[int]:
-    """Return the first and the last of some values, and those between at which they turn back by more than `least`."""
+    """Return the indices of the first and the last value, and of those at which they reverse by more than `least`."""
     found, sense, far = [0], 0.0, 0
     for k in range(1, len(values)):
         ahead = float(values[k] - values[far])
         if not sense and abs(ahead) > least:
             sense = math.copysign(1.0, ahead)
         if sense * ahead >= 0.0:
-            far = k  # as far as this it goes one way; what dwells belongs to the leg before
+            far = k  # still the same sense; a dwell belongs to the leg before it
         elif abs(ahead) > least:
             found.append(far)
             sense, far = -sense, k

@@ -1,4 +1,4 @@
-"""A motion: finite displacements from the solved start along all the actuators' laws."""
+"""A motion: positions along the laws of all actuators, from the solved start position."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ Progress = Callable[[int, int], None]
 
 
 EVENTS = ("touched", "bridged", "meetings", "exchanged", "turned_back")
-"""Fields of a motion that hold what happens on the way."""
+"""Fields of a motion that list its events."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Positions over a motion, in the normal frame."""
+    """The positions of a motion, in the normal frame, with their status and events."""
 
     mechanism: Mechanism = field(repr=False)
     time: FloatArray  # (rows,) 0..1
@@ -44,17 +44,17 @@ class Motion:
     z: ComplexArray = field(repr=False)  # (nodes, rows), NaN where not solved
     codes: IntArray = field(repr=False)  # (rows,) of Status
     residual: FloatArray  # (rows,) NaN where not solved
-    work: FloatArray  # (rows,) sweeps or iterations
-    start: ComplexArray = field(repr=False)  # (nodes,) what was found at the start, whatever its status
-    worst: str = ""  # the constraint that is worst off where the start could not be assembled
-    limit: float | None = None  # time of the first limit that the law goes beyond
-    touched: tuple[Stop, ...] = ()  # limits to which the law comes, and not beyond
+    work: FloatArray  # (rows,) number of sweeps or iterations
+    start: ComplexArray = field(repr=False)  # (nodes,) last iterate at the start, whatever its status
+    worst: str = ""  # if the start could not be assembled: the constraint with the greatest error
+    limit: float | None = None  # time of the first limit that the law exceeds
+    touched: tuple[Stop, ...] = ()  # limits that the law reaches but does not exceed
     bridged: tuple[float, ...] = ()  # times of the singular positions passed
     meetings: tuple[Meeting, ...] = field(default=(), repr=False)  # positions and inputs there
-    exchanged: tuple[float, ...] = ()  # times at which sweeps went on by another sequence
-    turned_back: tuple[Stop, ...] = ()  # limits at which the input turns back
-    parameter: FloatArray | None = field(default=None, repr=False)  # (rows,) of the curve, if it was followed by one
-    headings: FloatArray | None = field(default=None, repr=False)  # (n + 1, rows) directions along it, if known
+    exchanged: tuple[float, ...] = ()  # times at which the sequence of the sweeps was exchanged
+    turned_back: tuple[Stop, ...] = ()  # limits at which the input reversed
+    parameter: FloatArray | None = field(default=None, repr=False)  # (rows,) of the curve, if one was followed
+    headings: FloatArray | None = field(default=None, repr=False)  # (n + 1, rows) tangents of the curve, if known
 
     @property
     def solved(self) -> int:
@@ -63,22 +63,22 @@ class Motion:
 
     @cached_property
     def good(self) -> NDArray[np.bool_]:
-        """Return for every row whether it is ok."""
+        """(rows,) whether the status is OK."""
         return np.asarray(self.codes == Status.OK)
 
     @cached_property
     def status(self) -> tuple[Status, ...]:
-        """Every row's status."""
+        """The status of every row."""
         return tuple(Status(int(code)) for code in self.codes)
 
     @property
     def overall(self) -> Status:
-        """OK where every row is, else what ended the first row that is not."""
+        """OK if all rows are, else the status of the first row that is not."""
         bad = self.codes[~self.good]
         return Status(int(bad[0])) if len(bad) else Status.OK
 
     def rows(self, chosen: IntArray) -> Motion:
-        """Return the motion with only some of its rows; its events stay."""
+        """Return the motion with only the chosen rows, and all its events."""
         return replace(
             self, time=self.time[chosen], inputs=self.inputs[:, chosen], z=self.z[:, chosen], codes=self.codes[chosen],
             residual=self.residual[chosen], work=self.work[chosen],
@@ -88,7 +88,7 @@ class Motion:
 
     @staticmethod
     def joined(pieces: Sequence[Motion]) -> Motion:
-        """Return pieces that follow each other as one motion."""
+        """Join successive pieces to one motion."""
         first = pieces[0]
         if len(pieces) == 1:
             return first
@@ -127,7 +127,7 @@ def stream(
     mechanism: Mechanism, steps: int, options: Options | None = None, notify: Notify | None = None,
     progress: Progress | None = None, rows: int = 65536, at_limit: str = "stop", branch: int = 1,
 ) -> Iterator[Motion]:  # fmt: skip
-    """Follow the actuators' laws as `trace` does, but yield the motion in pieces of some rows."""
+    """Follow the actuators' laws like `trace`, but yield the motion in pieces of `rows` rows."""
     options = options or Options()
     inputs = law_inputs(mechanism)
     plan = make_plan(mechanism, closed_forms=options.method != "newton")
@@ -144,26 +144,26 @@ def stream(
         if first == 0:
             start = journey.begin(start, path)
         if start.status is not Status.OK:
-            yield _nothing(mechanism, time, path.inputs, start)
+            yield _unsolved(mechanism, time, path.inputs, start)
             continue
         if progress is not None:
-            journey.progress = _heard(progress, first, steps + 1)
+            journey.progress = _with_offset(progress, first, steps + 1)
         journey.go(path)
         if first == 0:
             path.work[0] = start.work
         if first + rows > steps:
-            journey.refuse_unmet()
-        motion = _judged(mechanism, plan, path if swept is None else swept.path(path), options)
+            journey.check_branch_taken()
+        motion = _checked(mechanism, plan, path if swept is None else swept.path(path), options)
         yield motion if at_limit != "skip" or journey.on_line else _skipped(motion, options)
 
 
-def _heard(progress: Progress, done: int, total: int) -> Progress:
-    """Return what hears of the rows of a piece."""
+def _with_offset(progress: Progress, done: int, total: int) -> Progress:
+    """Return the progress callback for the rows of a piece that starts after `done` rows."""
     return lambda rows, _: progress(done + rows, total)
 
 
-def _nothing(mechanism: Mechanism, time: FloatArray, values: FloatArray, start: Assembly) -> Motion:
-    """Return a motion without a start: every row keeps its reason."""
+def _unsolved(mechanism: Mechanism, time: FloatArray, values: FloatArray, start: Assembly) -> Motion:
+    """Return a motion of empty rows, with the status of the start that was not found."""
     rows = len(time)
     empty = np.full((len(mechanism.nodes), rows), complex(math.nan, math.nan))
     z = start.row.x + 1j * start.row.y
@@ -173,7 +173,10 @@ def _nothing(mechanism: Mechanism, time: FloatArray, values: FloatArray, start: 
 
 
 def _skipped(motion: Motion, options: Options) -> Motion:
-    """Return a motion of several inputs with the rows that a straight run of them reaches from the last one solved."""
+    """Return a motion of several inputs with further rows solved, if they are reached from the last solved row.
+
+    The inputs change linearly from the last solved row to such a row.
+    """
     mechanism, plan = motion.mechanism, make_plan(motion.mechanism)
     z, codes, error = motion.z.copy(), motion.codes.copy(), motion.residual.copy()
     if motion.first_status is not Status.OK:
@@ -194,7 +197,7 @@ def _skipped(motion: Motion, options: Options) -> Motion:
 
 
 class _Swept:
-    """Solves all rows by sweeps; the continuous motion shows whether they stayed on its branch."""
+    """Solves all rows by sweeps; the continuous motion shows whether they are on its branch."""
 
     def __init__(self, mechanism: Mechanism, options: Options, rows: int, notify: Notify | None) -> None:
         from gimcli.gim.sweeper import Sweeper
@@ -202,11 +205,11 @@ class _Swept:
         self.mechanism, self.options = mechanism, options
         self.sweeper = Sweeper(mechanism, options, choose("off", 0.0))
         self.sweeper.run = choose(options.jit, gim_work(len(self.sweeper.moves), rows), notify, ("settle_rows",))
-        self.status = Status.OK  # how the last row ended
-        self.last: tuple[FloatArray, ComplexArray] | None = None  # inputs and positions (·, 1) there
+        self.status = Status.OK  # of the last row
+        self.last: tuple[FloatArray, ComplexArray] | None = None  # its inputs and positions (·, 1)
 
     def path(self, path: FollowedPath) -> FollowedPath:
-        """Return the path with its positions solved anew."""
+        """Return the path with its positions solved by sweeps."""
         from gimcli.gim.sequence_switching import SwitchingState
 
         good = path.codes == Status.OK
@@ -227,7 +230,7 @@ class _Swept:
         return replace(path, z=z, codes=codes, residual=empty, work=work, exchanged=exchanged)
 
     def _reasons(self, codes: IntArray, exact: ComplexArray, inputs: FloatArray) -> IntArray:
-        """Return why rows were not solved: sweeps stall on a contradiction too."""
+        """Return the status of unsolved rows; sweeps that stall may be due to a contradiction."""
         if not self.sweeper.plan.surplus:
             return codes
         error = residual(self.mechanism, exact, inputs).total
@@ -235,11 +238,11 @@ class _Swept:
         return np.where(contradicts, int(Status.CONTRADICTORY), codes)
 
 
-def _judged(mechanism: Mechanism, plan: Plan, path: FollowedPath, options: Options) -> Motion:
-    """Check every row by a residual that nothing of the solution enters; empty those that fail."""
+def _checked(mechanism: Mechanism, plan: Plan, path: FollowedPath, options: Options) -> Motion:
+    """Check every row by a residual that is independent of the solution; rows that fail become empty."""
     z, codes, start = path.z, path.codes, path.z[:, 0].copy()
     error, swept = path.residual, options.method == "gim"
-    if np.isnan(np.max(error)):  # not known yet
+    if np.isnan(np.max(error)):  # not computed yet
         rows = np.flatnonzero(np.isnan(error))
         error[rows] = residual(mechanism, z[:, rows], path.inputs[:, rows]).total
     good = holds(mechanism, z, path.inputs, options.tolerance, swept, error)

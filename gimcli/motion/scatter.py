@@ -1,4 +1,4 @@
-"""Independent positions over a grid of inputs: closed forms in one compiled call, or lines followed one by one."""
+"""Positions over a grid of inputs: in closed form by one compiled call, or by following each line of the grid."""
 
 from __future__ import annotations
 
@@ -27,30 +27,30 @@ from gimcli.structure.residual import allowed, residual
 from gimcli.structure.steps import Plan
 
 MOST_SIDES = 6
-"""Steps with two solutions up to which all their combinations are solved; of more, those that are drawn."""
+"""Greatest number of steps with two solutions for which all combinations are solved; else only the drawn one."""
 
 POSITION = 4e-7
-"""Seconds that a step of one position takes without compiling."""
+"""Seconds for a step of one position, interpreted."""
 
 PART = 1 << 15
-"""Positions solved at a time in closed form."""
+"""Number of positions in a part of the grid, in closed form."""
 
 STARTS = (0.5, 0.2, 0.8, 0.35, 0.65, 0.05, 0.95)
-"""Parts of a line at which it is entered where its drawn place cannot be assembled."""
+"""Fractions of a line at which it is started if the position closest to the drawing cannot be assembled."""
 
 
 @dataclass(frozen=True)
 class InputGrid:
-    """Inputs evenly spaced over their ranges, the last one changing first."""
+    """Inputs evenly spaced over their ranges; the last one changes fastest."""
 
     low: FloatArray  # (actuators,)
     high: FloatArray
-    turning: tuple[bool, ...]  # a full turn: its end is its start
-    count: int  # values of an input that moves
+    turning: tuple[bool, ...]  # whether the range is a full turn, so that its end equals its start
+    count: int  # number of values of each input that is not constant
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Values of every input; 1: it stands still."""
+        """Number of values of every input; 1 if it is constant."""
         return tuple(self.count if b > a else 1 for a, b in zip(self.low, self.high, strict=True))
 
     @property
@@ -63,27 +63,27 @@ class InputGrid:
         return np.linspace(self.low[k], self.high[k], self.counts[k], endpoint=not self.turning[k])
 
     def values(self, first: int, last: int) -> FloatArray:
-        """Return the inputs (actuators, rows) of some rows."""
+        """Return the inputs (actuators, rows) of rows first..last."""
         index = np.unravel_index(np.arange(first, last), self.counts)
         return np.array([self.axis(k)[i] for k, i in enumerate(index)])
 
 
 @dataclass(frozen=True)
 class Carried:
-    """A point as nodes and a factor: z_u + factor (z_v - z_u)."""
+    """A point of a member, from two nodes u, v and a complex factor: z_u + factor (z_v - z_u)."""
 
     u: int
     v: int
     factor: complex
 
     def place(self, z: ComplexArray) -> ComplexArray:
-        """Return it of positions (nodes, ...)."""
+        """Return the point (...) at positions z (nodes, ...)."""
         return np.asarray(z[self.u] + self.factor * (z[self.v] - z[self.u]))
 
 
 @dataclass
 class Scatterer:
-    """Solves parts of a grid for one point; each part by itself, in any order."""
+    """Solves the positions of one point over a grid, in independent parts."""
 
     mechanism: Mechanism
     on: Carried
@@ -97,12 +97,12 @@ class Scatterer:
 
     @property
     def closed(self) -> bool:
-        """Return whether every step has a closed form."""
+        """Whether every step of the plan has a closed form."""
         return not self.plan.coupled
 
     @property
     def sides(self) -> list[FloatArray]:
-        """Combinations of sides (branches,) that are solved; one, the drawn configuration's, of what is coupled."""
+        """The combinations of signs (branches,) that are solved; only the drawn one if there are coupled groups."""
         count = self.plan.branches
         if not self.closed or count > MOST_SIDES:
             return [self._drawn_sides()]
@@ -110,7 +110,7 @@ class Scatterer:
 
     @property
     def part(self) -> int:
-        """Rows of a part: some in closed form, a line of the last input's values otherwise."""
+        """Number of rows of a part; without closed form one line: all values of the last input."""
         return PART if self.closed else self.grid.counts[-1]
 
     @property
@@ -120,18 +120,18 @@ class Scatterer:
 
     @property
     def work(self) -> float:
-        """Seconds of plain work."""
+        """Estimated seconds of interpreted work."""
         return self.grid.rows * len(self.sides) * len(self.plan.steps) * POSITION
 
     def solve(self, number: int) -> ComplexArray:
-        """Return the point (sides, rows) of a part, NaN where nothing is assembled."""
+        """Return the point (sides, rows) of a part, NaN if there is no assembled position."""
         first = number * self.part
         last = min(first + self.part, self.grid.rows)
         values = np.ascontiguousarray(self.grid.values(first, last))
         return self._in_closed_form(values) if self.closed else _line(self, values)[None, :]
 
     def ready(self) -> None:
-        """Compile for the first time, before several threads want it."""
+        """Compile the kernel before several threads use it."""
         self._in_closed_form(self.grid.values(0, 0))
 
     def _in_closed_form(self, values: FloatArray) -> ComplexArray:
@@ -152,12 +152,12 @@ class Scatterer:
 
 
 def cores() -> int:
-    """Return how many processors this process may use."""
+    """Return the number of processors available to this process."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def scattered(job: Scatterer, numbers: Iterable[int], workers: int | None = None) -> Iterator[tuple[int, ComplexArray]]:
-    """Yield parts as they are solved, over all cores: threads where the kernel is compiled, else processes."""
+    """Yield (number, point) of parts as they are solved, on all cores: in threads if compiled, else in processes."""
     from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 
     workers = workers or cores()
@@ -183,15 +183,15 @@ def scattered(job: Scatterer, numbers: Iterable[int], workers: int | None = None
             pool.shutdown(cancel_futures=True)
 
 
-def readied(job: Scatterer, jit: str, notify: Callable[[str], None] | None = None) -> Scatterer:
-    """Let a job run plain or compiled, by the amount of its work; lines are short and run plain."""
+def with_kernel(job: Scatterer, jit: str, notify: Callable[[str], None] | None = None) -> Scatterer:
+    """Choose interpreted or compiled kernels for a job, by its work; lines are short and always interpreted."""
     if job.closed:
         job.run = choose(jit, job.work, notify, ("scatter",))
     return job
 
 
 def _line(job: Scatterer, values: FloatArray) -> ComplexArray:
-    """Return the point along a line of inputs (actuators, rows), followed both ways from where it can be entered."""
+    """Return the point (rows,) along a line of inputs (actuators, rows), followed in both senses from a start row."""
     found = np.full(values.shape[1], complex(math.nan, math.nan))
     for k in _entries(job, values):
         start = start_position(job.mechanism, job.plan, values[:, k], plain, job.tolerance)
@@ -203,25 +203,27 @@ def _line(job: Scatterer, values: FloatArray) -> ComplexArray:
 
 
 def _entries(job: Scatterer, values: FloatArray) -> list[int]:
-    """Return the rows at which a line is entered: next to the drawn input, then elsewhere."""
+    """Return the start rows to try: that closest to the drawn input, then others."""
     rows = values.shape[1]
     nearest = int(np.argmin(np.abs(values[-1] - job.mechanism.drawn_inputs[-1])))
     return [nearest, *(min(int(part * rows), rows - 1) for part in STARTS)]
 
 
-def _followed(job: Scatterer, start: Assembly, way: FloatArray) -> ComplexArray:
-    """Return the point (rows,) along inputs (actuators, rows) from a start at the first, NaN beyond a limit."""
-    mechanism, rows = job.mechanism, way.shape[1]
+def _followed(job: Scatterer, start: Assembly, inputs: FloatArray) -> ComplexArray:
+    """Return the point (rows,) along inputs (actuators, rows) from a start at the first row, NaN beyond a limit."""
+    mechanism, rows = job.mechanism, inputs.shape[1]
     z = np.full((len(mechanism.nodes), rows), complex(math.nan, math.nan))
     z[:, 0] = start.row.x + 1j * start.row.y
     if rows > 1:
-        follower = BranchFollower(mechanism, job.plan, straight_inputs(way[:, 0], way[:, -1]), plain, job.tolerance)
-        turns = pace(mechanism, way[:, [0, -1]])
+        follower = BranchFollower(
+            mechanism, job.plan, straight_inputs(inputs[:, 0], inputs[:, -1]), plain, job.tolerance
+        )
+        turns = pace(mechanism, inputs[:, [0, -1]])
         follower.turn = 1.0 / max(turns, 1e-3)
-        follower.begin(replace(start.row, time=0.0), start.signs)  # its own time is the input that it was moved by
+        follower.begin(replace(start.row, time=0.0), start.signs)  # its present time is the input of an earlier motion
         parts = max(1, math.ceil(turns * STEPS_A_TURN / (rows - 1)))
         path = follower.run_to(np.arange(1, parts * (rows - 1) + 1) / (parts * (rows - 1)))
         own = slice(parts - 1, None, parts)
         z[:, 1:] = np.where(path.codes[own] == Status.OK, path.z[:, own], complex(math.nan, math.nan))
-    error = residual(mechanism, z, way).total
+    error = residual(mechanism, z, inputs).total
     return np.where(error <= allowed(mechanism, job.tolerance), job.on.place(z), complex(math.nan, math.nan))

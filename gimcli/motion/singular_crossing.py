@@ -1,8 +1,8 @@
-"""Pass a doubtful row: by an ever finer grid, or straight through a singular position.
+"""Passage of doubtful rows: by a refined grid, or through a singular position.
 
-What cannot be solved on the finest grid is a limit of the input, or a position where two branches meet. Then the
-position beyond it is extrapolated from four before it and solved there; the rows in between are interpolated over
-both sides, for at the singular position itself the equations determine a node to only half the digits.
+A row that cannot be solved on the finest grid is at a limit of the input, or at a position where two branches meet. The
+position beyond it is then extrapolated from four positions before it and solved. The rows in between are interpolated
+from both sides, because at the singular position the equations determine a node to only half the digits.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from gimcli.structure.residual import allowed, residual
 from gimcli.structure.steps import NONE
 
 MOST = 100
-"""Doubtful rows passed one by one before the curve of the motion is asked: a limit or a meeting takes 30."""
+"""Number of doubtful rows after which the curve of the motion is used instead; a limit or a meeting needs 30."""
 
 
 class SingularCrossing:
-    """Takes the state of a branch past rows that are doubtful; ends early where the curve of the motion is known."""
+    """Moves the state of a branch past doubtful rows; gives up early if the curve of the motion is available."""
 
     def __init__(self, state: BranchState, knows_curve: Callable[[], bool]) -> None:
         self.state, self.knows_curve, self.doubtful = state, knows_curve, 0
 
     def cross(self, time: float) -> bool:
-        """Go on from the last row to a time on an ever finer grid; the log then ends there or beyond."""
+        """Solve rows from the last one to a time on a refined grid; return whether the log reaches that time."""
         state = self.state
         start = state.log[-1].time
         grid = start + (time - start) * np.arange(1, state.constants.split + 1) / state.constants.split
@@ -46,7 +46,7 @@ class SingularCrossing:
         return True
 
     def _pass(self, target: float, block: RowBlock) -> bool:
-        """Get past a doubtful row: by a leap where two branches meet, else on a finer grid."""
+        """Pass a doubtful row: by a bridge where two branches meet, else on a finer grid; return the success."""
         state = self.state
         self.doubtful += 1
         if self.doubtful > MOST and self.knows_curve():
@@ -57,7 +57,7 @@ class SingularCrossing:
             if meeting is not None and self._leap(meeting):
                 return True
             if meeting is not None and not state.lenient and self._shorter(meeting) and gap > self._shortest:
-                return self.cross(target)  # from nearer by
+                return self.cross(target)  # approach it more closely
             if not state.lenient:
                 state.lenient = True
                 done = self.cross(target)
@@ -68,13 +68,13 @@ class SingularCrossing:
         return self.cross(target)
 
     def _meeting(self, branch: int, target: float) -> float | None:
-        """Return the time near `target` at which two branches cannot be distinguished, None where they always can.
+        """Return the time near `target` at which two branches cannot be distinguished, None if they always can.
 
-        The measure of a step does not depend on the side that is taken: it is sampled ever finer.
+        The quality of a step does not depend on the chosen side; it is sampled on refined grids.
         """
         state = self.state
         start = state.log[-1].time
-        if branch == NONE:  # a coupled group: only the landing decides
+        if branch == NONE:  # a coupled group: the position beyond decides
             return 0.5 * (start + target)
         low, high = start, max(target, start + state.constants.window * state.turn)
         for _ in range(state.constants.zooms):
@@ -97,7 +97,7 @@ class SingularCrossing:
         return block.quality.get(branch, np.array([np.nan]))
 
     def _leap(self, centre: float) -> bool:
-        """Pass a singular position: solve beyond it what is predicted from before it."""
+        """Pass a singular position by a bridge of one of several widths; return the success."""
         state = self.state
         gap = abs(centre - state.log[-1].time)
         return any(
@@ -109,7 +109,7 @@ class SingularCrossing:
         return 0.5 * self.state.constants.leaps[-1] * self.state.turn
 
     def _shorter(self, centre: float) -> bool:
-        """Return whether leaps that are too short for the distance to a singular position are left to be tried."""
+        """Return whether narrower bridges exist for which the singular position is still too far away."""
         return bool(abs(centre - self.state.log[-1].time) > self._shortest)
 
     def _bridge(self, centre: float, delta: float) -> bool:
@@ -126,7 +126,7 @@ class SingularCrossing:
         return done
 
     def _closes(self) -> bool:
-        """Return whether the mechanism is assembled at the singular position itself: no limit was leapt over."""
+        """Return whether the interpolated position at the centre is assembled; it is not if a limit was jumped over."""
         state = self.state
         bridge = state.bridges[-1]
         row, when = bridge.at(bridge.centre), np.array([bridge.centre])
@@ -142,7 +142,7 @@ class SingularCrossing:
         return block.rows() if block.end == len(block.time) else None
 
     def _land(self, centre: float, delta: float, before: list[Row]) -> bool:
-        """Solve beyond a singular position with the signs predicted there."""
+        """Solve the positions beyond a singular one with the predicted signs, and add the bridge."""
         state = self.state
         when = [row.time for row in before]
         weights = lagrange(when, centre + delta)
@@ -160,7 +160,7 @@ class SingularCrossing:
         miss = np.hypot(predicted.x - first.x, predicted.y - first.y)
         if not np.all(miss <= state.constants.agreement * np.nanmax(distance)):
             return False
-        turned = np.where(predicted.g * first.g < 0.0, -1.0, 1.0)  # where two centres have met
+        turned = np.where(predicted.g * first.g < 0.0, -1.0, 1.0)  # if two centres coincided
         rows = [*(Row(row.time, row.x, row.y, turned * row.g) for row in before), first]
         block = state.evaluate(centre + delta * np.arange(2.0, 5.0), rows)
         if block.end < len(block.time):
@@ -171,6 +171,6 @@ class SingularCrossing:
         return True
 
     def _fan(self, before: list[Row], predicted: Row) -> list[Row]:
-        """Return a history whose extrapolation is what is predicted: it turns on the spot."""
+        """Return a history of one row, so that its extrapolation is the predicted position."""
         state = self.state
         return [Row(before[-1].time, predicted.x, predicted.y, state.sign * np.abs(predicted.g))]

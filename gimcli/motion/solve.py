@@ -15,9 +15,9 @@ from gimcli.structure.residual import Residual, holds, residual
 
 
 def solve(mechanism: Mechanism, inputs: FloatArray, options: Options, history: bool = False) -> Position:
-    """Solve the position problem at inputs (actuators,).
+    """Solve the position problem at inputs (actuators,); history: keep the errors of the sweeps (method gim).
 
-    Raises StructureError where the mechanism is over-driven or not driven.
+    Raises StructureError if the mechanism is over-driven or not fully driven.
     """
     guess = mechanism.drawn if options.seed is None else random_guess(mechanism, options.seed)
     if options.method == "gim":
@@ -29,10 +29,10 @@ def solve(mechanism: Mechanism, inputs: FloatArray, options: Options, history: b
     else:
         found = Assembler(mechanism, plan, run, options.tolerance, anywhere=True).assemble(inputs, guess)
     refuse_doubtful(mechanism, plan, found.regular)
-    return _judged(mechanism, inputs, found, options)
+    return _checked(mechanism, inputs, found, options)
 
 
-def _judged(mechanism: Mechanism, inputs: FloatArray, found: Assembly, options: Options) -> Position:
+def _checked(mechanism: Mechanism, inputs: FloatArray, found: Assembly, options: Options) -> Position:
     z = found.row.x + 1j * found.row.y
     check = residual(mechanism, z[:, None], inputs[:, None], names=True)
     status = found.status

@@ -1,4 +1,4 @@
-"""The start of a motion: assembled on the drawn branch, then moved to the inputs asked for."""
+"""The start position of a motion: assembled on the drawn branch, then moved to the given inputs."""
 
 from __future__ import annotations
 
@@ -23,16 +23,15 @@ if TYPE_CHECKING:
 
 
 DRAWN = 1e-12
-"""Residual up to which a drawing is a position itself."""
+"""Residual below which the drawn position itself is assembled."""
 
 
 def start_position(mechanism: Mechanism, plan: Plan, inputs: FloatArray, run: Run, tolerance: float) -> Assembly:
-    """Assemble at given inputs on the branch that is drawn.
+    """Assemble at given inputs (actuators,) on the drawn branch.
 
-    The drawn position is assembled at its own inputs and moved to those asked for, so that the
-    result does not depend on how far they are; where that cannot be done, the guess is taken as it is.
-    A singular position is solved too, as far as the curve of the motion determines it; the way on from there is by
-    growing parameters of a line of the inputs, a single input's value.
+    The drawn position is assembled at its own inputs and moved to the given ones, so that the result does not depend on
+    their distance. If this fails, the drawing is used as guess at the given inputs. A singular position is also solved
+    if the curve of the motion determines it; the motion then continues with an increasing parameter (input value).
     """
     assembler = Assembler(mechanism, plan, run, tolerance)
     begin = nearest_turns(mechanism, mechanism.drawn_inputs, inputs)
@@ -48,39 +47,39 @@ def start_position(mechanism: Mechanism, plan: Plan, inputs: FloatArray, run: Ru
 
 
 def _assembled(assembler: Assembler, leg: Leg) -> Assembly:
-    """Assemble the drawing at the start of a leg; where it is singular, as the curve of the leg says."""
+    """Assemble the drawn position at the start of a leg; if it is singular, on the curve of the leg."""
     mechanism, at = assembler.mechanism, leg.sense * leg.begin
     found = assembler.assemble(leg.inputs(np.array([at]))[:, 0], mechanism.drawn, at)
     if found.status is not Status.SINGULAR:
         return found
     drawn, inputs = mechanism.drawn[:, None], leg.inputs(np.array([at]))
-    exact = holds(mechanism, drawn, inputs, DRAWN)[0]  # then the drawing is more exact than what was assembled
+    exact = holds(mechanism, drawn, inputs, DRAWN)[0]  # then it is more accurate than the assembled position
     z = mechanism.drawn if exact else settled(mechanism, found)
     gap = _guide(leg, assembler).around(z, at, leg.sense)
     return found if gap is None else on_gap(gap, found)
 
 
 def _forwards(found: Assembly, leg: Leg) -> Assembly:
-    """Return an assembly at the end of a leg, or at its start, whose way on is by growing parameters."""
+    """Return an assembly at the end of a leg with its gap in the sense of increasing parameters."""
     if found.gap is not None and leg.sense < 0.0:
         found.gap = found.gap.mirrored()
     return found
 
 
 def settled(mechanism: Mechanism, found: Assembly) -> ComplexArray:
-    """Return the nodes (nodes,) of an assembly, those that were not placed as they are drawn."""
+    """Return the positions (nodes,) of an assembly; nodes that were not placed are as drawn."""
     z = found.row.x + 1j * found.row.y
     return np.where(np.isfinite(z), z, mechanism.drawn)
 
 
 def on_gap(gap: Gap, found: Assembly) -> Assembly:
-    """Return an assembly on the way through a singular position."""
+    """Return an assembly at the interpolated position of a gap."""
     row = gap.at(found.row.time)
     return Assembly(Status.OK, row, found.signs, row.error, found.work, found.surplus, gap)
 
 
 def random_guess(mechanism: Mechanism, seed: int) -> ComplexArray:
-    """Return random nodes, evenly over a square of twice the size about the frame; the frame stays."""
+    """Return random positions (nodes,), uniform in a square of twice the size around the frame; the frame is kept."""
     generator = np.random.default_rng(seed)
     fixed = list(mechanism.members[FRAME].nodes)
     centre = mechanism.drawn[fixed].mean() if fixed else mechanism.drawn.mean()
@@ -93,7 +92,7 @@ def random_guess(mechanism: Mechanism, seed: int) -> ComplexArray:
 def moved(
     mechanism: Mechanism, plan: Plan, z: ComplexArray, begin: FloatArray, end: FloatArray, run: Run, tolerance: float
 ) -> ComplexArray | None:
-    """Return positions (nodes,) after a straight run of the inputs from an assembled one; None where it is stopped."""
+    """Return the positions (nodes,) after a linear change of the inputs from an assembled position; None if blocked."""
     leg = straight(mechanism, begin, end)
     first = Assembler(mechanism, plan, run, tolerance).assemble(begin, z, leg.sense * leg.begin)
     there = _move(mechanism, plan, first, leg, run, tolerance) if first.status is Status.OK else None
@@ -101,13 +100,13 @@ def moved(
 
 
 def _guide(leg: Leg, assembler: Assembler) -> Guide:
-    from gimcli.motion.guide import Guide  # only where something is doubtful
+    from gimcli.motion.guide import Guide  # imported only if a row is doubtful
 
     return Guide(leg.line, assembler)
 
 
 def follower_of(mechanism: Mechanism, plan: Plan, leg: Leg, run: Run, tolerance: float) -> BranchFollower:
-    """Return what follows a leg from its start on."""
+    """Return the follower of a leg."""
     guide = partial(_guide, leg, Assembler(mechanism, plan, run, tolerance))
     follower = BranchFollower(mechanism, plan, leg.inputs, run, tolerance, guide)
     follower.turn, follower.sense = leg.turn, leg.sense
@@ -115,7 +114,7 @@ def follower_of(mechanism: Mechanism, plan: Plan, leg: Leg, run: Run, tolerance:
 
 
 def _move(mechanism: Mechanism, plan: Plan, first: Assembly, leg: Leg, run: Run, tolerance: float) -> Assembly | None:
-    """Return the assembly at the end of a leg; None where the motion is stopped before."""
+    """Return the assembly at the end of a leg; None if the motion is blocked before."""
     follower = follower_of(mechanism, plan, leg, run, tolerance)
     if first.gap is None:
         follower.begin(first.row, first.signs)

@@ -1,4 +1,4 @@
-"""What is kept of a motion that comes in pieces: its counts, and so many rows that it can be drawn."""
+"""Summary of a motion that is solved in pieces: counts, and enough rows for a picture."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ import numpy as np
 from gimcli.motion.motion import Motion
 
 DRAWN = 4096
-"""Rows kept, about: more than a picture has points."""
+"""Approximate number of rows kept, greater than the resolution of a picture."""
 
 
 class Summary:
-    """Counts of a motion of `rows` rows, and a motion of a few of them."""
+    """Counts of a motion of `rows` rows, and a motion with some of these rows."""
 
     def __init__(self, rows: int) -> None:
         self.rows = rows
         self.seen = 0
         self.solved = 0
-        self.residual = math.nan  # greatest
+        self.residual = math.nan  # greatest residual of the solved rows
         self._every = -(-rows // DRAWN)
         self._pieces: list[Motion] = []
         self._bad = False
 
     def add(self, piece: Motion) -> None:
-        """Take the next piece."""
+        """Add the next piece."""
         keep = (self.seen + np.arange(len(piece.time))) % self._every == 0
         keep[-1] = True
         bad, good = np.flatnonzero(~piece.good), np.flatnonzero(piece.good)
-        if len(bad) and not self._bad:  # the row at which something ends, and the last before it
+        if len(bad) and not self._bad:  # the first failed row, and the one before it
             keep[bad[0]] = keep[max(0, bad[0] - 1)] = self._bad = True
         if len(good):
             keep[good[-1]] = True
@@ -40,5 +40,5 @@ class Summary:
 
     @property
     def motion(self) -> Motion:
-        """The rows kept, as one motion with all its events."""
+        """The kept rows as one motion, with all events."""
         return Motion.joined(self._pieces)
