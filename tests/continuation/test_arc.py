@@ -1,4 +1,4 @@
-"""Short arcs through singular positions, against closed forms: also where the input alone tells half the digits."""
+"""Short arcs through singular positions, against closed forms, also where the input determines only half the digits."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ actuators: {{m: {{type: linear, node: B, guide: [O, T]}}}}
 
 
 def slider(folder: Path, r: float, l: float, b: float, side: float = 1.0) -> Mechanism:
-    """Return a driven slider-crank drawn at a travel."""
+    """Return a slider-crank, driven by its slider and drawn at travel b."""
     ax = (b * b + r * r - l * l) / (2.0 * b)
     (folder / "m.yaml").write_text(SLIDER.format(r=r, l=l, b=b, ax=ax, ay=side * math.sqrt(max(r * r - ax * ax, 0.0))))
     return load(folder / "m.yaml")
 
 
 def crank_pin(r: float, l: float, b: float) -> complex:
-    """Return A above the guide at a travel, from 40 digits."""
+    """Return A, above the guide, at travel b, computed with 40 digits."""
     with mpmath.workdps(40):
         r, l, b = (mpmath.mpf(v) for v in (r, l, b))
         x = (b * b + r * r - l * l) / (2 * b)
@@ -42,7 +42,7 @@ def crank_pin(r: float, l: float, b: float) -> complex:
 
 
 def limit_arc(mechanism: Mechanism) -> ArcPassage:
-    """Return the way in to the limit next to the drawing, with A above the guide."""
+    """Return the passage towards the limit near the drawn position, with A above the guide."""
     curve = PositionCurve(mechanism)
     start = departure(curve, mechanism.drawn, float(mechanism.actuators[0].drawn))
     fold = fold_beside(curve, start.place, 0.05)
@@ -55,8 +55,8 @@ def limit_arc(mechanism: Mechanism) -> ArcPassage:
 
 
 @pytest.mark.parametrize("short", [1e-4, 1e-6, 1e-8, 1e-9])
-def test_rows_before_a_limit_have_all_digits_that_the_input_gives_them(short: float, tmp_path: Path) -> None:
-    """Crank 2, rod 5: the limit is 7. One rounding of the travel moves A by it over the square root of what is left."""
+def test_rows_near_a_limit_are_as_accurate_as_the_input_allows(short: float, tmp_path: Path) -> None:
+    """Crank 2, rod 5: the limit is 7. A rounding error e of the travel moves A by about e / sqrt(7 - travel)."""
     mechanism = slider(tmp_path, 2.0, 5.0, 7.0 - 1e-3)
     passage, scale = limit_arc(mechanism), mechanism.scale
     b = 7.0 - short
@@ -67,7 +67,7 @@ def test_rows_before_a_limit_have_all_digits_that_the_input_gives_them(short: fl
 
 
 def test_the_limit_itself_is_exact(tmp_path: Path) -> None:
-    """Crank 2, rod 5 in line: A is (2, 0) to the last digits, not to half of them, and just beyond as well."""
+    """Crank 2, rod 5 in line: A is (2, 0) to all digits, not to half of them; also just beyond the limit."""
     mechanism = slider(tmp_path, 2.0, 5.0, 7.0 - 1e-3)
     passage, scale = limit_arc(mechanism), mechanism.scale
     assert passage.centre * scale == pytest.approx(7.0, abs=2e-15)
@@ -90,7 +90,7 @@ def test_the_two_sides_of_a_limit_are_mirror_images(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("branch", [0, 1])
 def test_both_branches_of_a_parallelogram_have_arcs(branch: int, tmp_path: Path) -> None:
-    """1-3-1-3 drawn flat at 0: the follower turns with the crank, or is the other root, twice as fast and backwards."""
+    """1-3-1-3 drawn flat at 0: the follower is parallel to the crank, or is the other solution, twice as fast."""
     (tmp_path / "m.yaml").write_text(
         "units: {length: unit}\nnodes: {O2: [0, 0], O4: [3, 0], A: [1, 0], B: [4, 0]}\nground: [O2, O4]\n"
         "links: {crank: [O2, A], coupler: [A, B], follower: [O4, B]}\n"

@@ -1,4 +1,4 @@
-"""Curves that run to infinity: named, with the input that they approach, and as cheap as others."""
+"""Curves that go to infinity are reported with the input that they approach, and need no more steps than others."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ trace: [P]
 
 
 def arm(folder: Path, angle: float = 0.3, law: str = "") -> Path:
-    """Write an arm with a slot and a pin in it on the rail x = 2: y = 2 tan(angle)."""
+    """Write an arm with a slot; the pin in the slot slides on the rail x = 2: y = 2 tan(angle)."""
     path = folder / "arm.yaml"
     path.write_text(ARM.format(ax=math.cos(angle), ay=math.sin(angle), py=2.0 * math.tan(angle), law=law))
     return path
@@ -43,10 +43,10 @@ def test_the_circuit_is_an_open_interval(tmp_path: Path) -> None:
     circuit = drawn_circuit(load(arm(tmp_path)), 1e-10)
     assert circuit.ended == Ended.INFINITE
     assert circuit.infinite == pytest.approx((-math.pi / 2.0, math.pi / 2.0), abs=1e-11)
-    assert len(circuit.places) < 1000  # it was 8000 of even steps
+    assert len(circuit.places) < 1000  # equal steps would need 8000
 
 
-def test_circuits_and_singularities_name_it(tmp_path: Path) -> None:
+def test_circuits_and_singularities_report_it(tmp_path: Path) -> None:
     path = arm(tmp_path)
     got = report("circuits", path)
     assert got["complete"]
@@ -72,7 +72,7 @@ def test_a_trace_ends_where_the_pin_is_infinitely_far(law: str, end: float, tmp_
     assert table["Py"][good] == pytest.approx(2.0 * np.tan(m[good]), rel=1e-13)
 
 
-def test_rows_along_the_circuit_stay_nearby(tmp_path: Path) -> None:
+def test_rows_along_the_circuit_are_not_far_away(tmp_path: Path) -> None:
     report("trace", arm(tmp_path), "--circuit", "-n", 50, "--no-png", "-o", tmp_path)
     table = np.genfromtxt(tmp_path / "arm.csv", delimiter=",", names=True, dtype=None, encoding=None)
     assert np.abs(table["Py"]).max() < 100.0
@@ -80,15 +80,15 @@ def test_rows_along_the_circuit_stay_nearby(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("gap", [1.0, 0.1, 0.03])
-def test_a_mechanism_that_goes_far_but_not_to_infinity_comes_back(gap: float, tmp_path: Path) -> None:
-    """A crank of 1 swings a slot about S, 2 from its pivot, by 30 deg; a rail 1 from S is turned by a little more.
+def test_a_circuit_that_goes_far_but_not_to_infinity_is_closed(gap: float, tmp_path: Path) -> None:
+    """A crank of 1 swings a slot about S, at a distance of 2 from its pivot, by 30 deg; the rail is at 30 deg + gap.
 
     The pin of slot and rail is at most 1 / sin(gap) from S.
     """
     rail = math.radians(30.0 + gap)
     along = complex(math.cos(rail), math.sin(rail))
     foot = -1j * along  # of the perpendicular from S
-    pin = foot + along * math.tan(math.pi / 2.0 - rail)  # on the slot as drawn, which is level
+    pin = foot + along * math.tan(math.pi / 2.0 - rail)  # on the slot, which is drawn horizontally
     places = {"X": foot, "Y": foot + along, "P": pin}
     nodes = ", ".join(f"{n}: [{z.real!r}, {z.imag!r}]" for n, z in places.items())
     (tmp_path / "m.yaml").write_text(
@@ -101,5 +101,5 @@ def test_a_mechanism_that_goes_far_but_not_to_infinity_comes_back(gap: float, tm
     assert circuit.closed
     z = circuit.mechanism.to_file(circuit.curve.nodes(circuit.p))
     farthest = np.abs(z[circuit.mechanism.nodes.index("P")]).max()
-    assert farthest == pytest.approx(1.0 / math.sin(math.radians(gap)), rel=0.2)  # places are steps apart
+    assert farthest == pytest.approx(1.0 / math.sin(math.radians(gap)), rel=0.2)  # sampled at the points of the curve
     assert len(circuit.places) < 2000

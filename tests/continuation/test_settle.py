@@ -1,4 +1,4 @@
-"""Many starts at once, and the curves of critical positions, on systems whose solutions are known."""
+"""Gauss-Newton from many starts, and curves of critical positions, for systems with known solutions."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ UNIT = Quadric(np.array([-1.0]), np.zeros((1, 2)), 2.0 * np.eye(2)[None])
 """x^2 + y^2 = 1."""
 
 
-def test_starts_settle_on_a_circle_and_those_without_a_solution_do_not() -> None:
-    """A circle and a line at a height of its own: two points, one, or none."""
+def test_starts_converge_on_a_circle_unless_there_is_no_solution() -> None:
+    """A circle and a horizontal line for each start: two intersections, one, or none."""
     heights = np.array([0.0, 0.6, -0.9, 1.5])
 
     def equations(x: FloatArray, which: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -27,7 +27,7 @@ def test_starts_settle_on_a_circle_and_those_without_a_solution_do_not() -> None
     assert np.abs(x[:3] - np.stack([exact, heights[:3]], axis=1)).max() < 1e-10
 
 
-def test_equations_told_twice_and_fewer_than_the_unknowns_are_no_obstacle() -> None:
+def test_redundant_and_underdetermined_equations_converge() -> None:
     def equations(x: FloatArray, which: IntArray) -> tuple[FloatArray, FloatArray]:
         value = UNIT.value(x)
         return np.hstack([value, 3.0 * value]), np.concatenate([UNIT.slope(x), 3.0 * UNIT.slope(x)], axis=1)
@@ -35,11 +35,11 @@ def test_equations_told_twice_and_fewer_than_the_unknowns_are_no_obstacle() -> N
     start = np.array([[3.0, 4.0], [-0.1, 0.05]])
     x, good = settle(equations, start)
     assert good.all()
-    assert np.allclose(x, start / np.linalg.norm(start, axis=1, keepdims=True), atol=1e-12)  # straight to the nearest
+    assert np.allclose(x, start / np.linalg.norm(start, axis=1, keepdims=True), atol=1e-12)  # the closest point
 
 
 def test_critical_positions_of_a_projected_sphere_are_its_equator() -> None:
-    """x^2 + y^2 + z^2 = 1 seen along z: the disc's rim, with the disc on its inner side."""
+    """x^2 + y^2 + z^2 = 1 projected along z: the rim of a disc, with the disc on its inner side."""
     sphere = Quadric(np.array([-1.0]), np.zeros((1, 3)), 2.0 * np.eye(3)[None])
     fold = Fold(Stratum(sphere, np.eye(2, 3)))
     rng = np.random.default_rng(0)
@@ -53,4 +53,4 @@ def test_critical_positions_of_a_projected_sphere_are_its_equator() -> None:
     for q in p:
         tangent = np.linalg.svd(fold.jacobian(q))[2][-1]
         (side,) = sides(fold, q, tangent)
-        assert np.sign(side) == -np.sign(q[4:] @ q[:2])  # the point can go towards the centre alone
+        assert np.sign(side) == -np.sign(q[4:] @ q[:2])  # the point can only move towards the centre

@@ -1,4 +1,4 @@
-"""The Geometrical-Iterative Method against the counts of Petuya et al. 2004, and against its own theory."""
+"""The Geometrical-Iterative Method against the numbers of sweeps of Petuya et al. 2004, and against its theory."""
 
 import numpy as np
 import pytest
@@ -15,8 +15,8 @@ from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options
 
-# Table 1 and Fig. 11 of the paper: sweeps to 1e-5 from the previous position. Dimensions and sequences
-# are those that reproduce the counts (the paper gives neither).
+# Table 1 and Fig. 11 of the paper: sweeps to 1e-5 from the previous position. The paper gives neither dimensions nor
+# sequences; those used here reproduce its numbers of sweeps.
 STEPS = {
     **{case.model: ({"*": case.step}, case.sweeps, case.sequence) for case in CASES},
     "gim_fig11": ({"FD": 30.0, "OA": 20.0}, 13, "O>A F^D>E F>E D>B E>C A>B B>C C^B>A"),
@@ -53,14 +53,14 @@ def test_both_strategies_converge_and_spectral_is_no_slower(name):
     assert sweeps["spectral"] <= min(sweeps["classic"], STEPS[name][1])
 
 
-def test_fig11_classic_takes_the_papers_count_and_follows_equation_3():
+def test_fig11_classic_needs_the_papers_sweeps_and_follows_equation_3():
     mechanism, inputs = displaced("gim_fig11")
     options = Options(method="gim", strategy="classic", tolerance=1e-5)
     position = solve(mechanism, inputs, options, history=True)
     assert position.sweeps == 13
     law = fit_history(position)
     assert law.rate == pytest.approx(law.radius, rel=0.1)
-    # node error that an error of lengths of 1e-5 leaves: 2.5e-4 in the paper's units (library, fact 7)
+    # error of the nodes for a relative length error of 1e-5: 2.5e-4 in the paper's units (library, fact 7)
     exact = solve(mechanism, inputs, Options())
     worst = np.max(np.abs(mechanism.to_file(position.z) - mechanism.to_file(exact.z)))
     assert worst == pytest.approx(2.5e-4, rel=0.05)
@@ -77,8 +77,8 @@ def test_one_dyad_converges_by_the_squared_cosine_of_its_angle():
     assert groups[0].predicted_sweeps == pytest.approx(groups[0].observed_sweeps, abs=3)
 
 
-def test_radius_is_the_factor_that_finite_differences_of_a_sweep_show():
-    """The linearisation of a sweep, by differences: nothing of the analytic gradients enters."""
+def test_spectral_radius_equals_that_of_finite_differences_of_a_sweep():
+    """The linearisation of a sweep by finite differences is independent of the analytic gradients."""
     from gimcli.gim.sequence import find_sequence
     from gimcli.gim.sweeps import pack
     from gimcli.kernels import sweep as kernels
@@ -107,7 +107,7 @@ def test_radius_is_the_factor_that_finite_differences_of_a_sweep_show():
 @pytest.mark.few
 @pytest.mark.parametrize("strategy", ["classic", "spectral"])
 def test_both_fundamental_conditions_hold_for_every_model(model, strategy):
-    """Every free node is moved twice and every restriction imposed once, surplus ones aside."""
+    """Every free node is moved twice and every restriction is imposed once, except redundant ones."""
     mechanism = load(model)
     sweeper = Sweeper(mechanism, Options(method="gim", strategy=strategy), plain)
     moved = [m.node for m in sweeper.moves if m.rule != "surplus"]
@@ -116,26 +116,26 @@ def test_both_fundamental_conditions_hold_for_every_model(model, strategy):
     assert len(imposed) == len(set(imposed))
 
 
-def test_nodes_that_an_input_carries_are_known():
+def test_nodes_carried_by_an_input_are_known():
     mechanism = load(MODELS / "gim_fig13c.yaml")
     known, carried = known_nodes(mechanism)
     assert {mechanism.nodes[n] for n in carried} == {"S", "T"}
     assert {mechanism.nodes[n] for n in known} == {"P", "Q", "R", "S", "T"}
 
 
-def test_the_manual_has_the_sweeps_that_are_measured():
+def test_the_manual_states_the_measured_sweeps():
     text = (MANUAL / "method.md").read_text(encoding="utf-8")
     for name in STEPS:
         (line,) = [row for row in text.splitlines() if row.startswith(f"| `{name}`")]
-        told = [int(cell) for cell in line.strip("|").split("|")[1:]]
+        stated = [int(cell) for cell in line.strip("|").split("|")[1:]]
         mechanism, inputs = displaced(name)
         measured = [STEPS[name][1]]
         for change in ({"moves": STEPS[name][2]}, {"strategy": "classic"}, {"strategy": "spectral"}):
             measured.append(solve(mechanism, inputs, Options(method="gim", tolerance=1e-5, **change)).sweeps)
-        assert told == measured, name
+        assert stated == measured, name
 
 
 @pytest.mark.parametrize("wrong", [{"method": "gimm"}, {"strategy": "best"}, {"jit": "yes"}])
-def test_an_unknown_option_is_refused_not_taken_for_auto(wrong):
+def test_an_unknown_option_is_an_error(wrong):
     with pytest.raises(UsageError, match="choose"):
         Options(**wrong)

@@ -1,4 +1,4 @@
-"""Every way in which sweeps could be silently wrong, provoked: each ends early and with its reason."""
+"""Every kind of failure of the sweeps, provoked: each stops early, with its status."""
 
 import json
 
@@ -37,30 +37,30 @@ def settle(moves, z, run=plain, **policy):
 
 
 def dyad(a, b):
-    """Node 2 at some distances from nodes 0 and 1."""
+    """Return the moves that place node 2 at distances a and b from nodes 0 and 1."""
     return [Move(distance("a", 0, 2, Value(a)), 2), Move(distance("b", 1, 2, Value(b)), 2)]
 
 
 # --- one position ----------------------------------------------------------------------------------------
 
 
-def test_a_circle_is_told():
-    """An angle from a node's own arm to itself turns it a quarter with each sweep."""
+def test_a_cycle_is_reported():
+    """An angle of 90 deg from a node's arm to the same node rotates it by 90 deg in each sweep."""
     done = settle([Move(angle("turn", 0, 1, 1, 1j), 1)], [0, 1])
     assert done.status is Status.CYCLING
-    assert done.sweeps <= 8  # a period of 4 is met at the mark at sweep 4
+    assert done.sweeps <= 8  # the period of 4 is detected from the positions saved at sweep 4
 
 
-def test_a_standstill_is_told_at_once():
-    """Two circles of radius 3 about 0 and 4: a node on their line goes to 3, then 1, and never leaves it."""
+def test_stagnation_is_reported_at_once():
+    """Two circles of radius 3 about 0 and 4: a node on the line of centres moves to 3, then to 1, and stays there."""
     done = settle(dyad(3, 3), [0, 4, 2])
     assert done.status is Status.STALLED
     assert done.sweeps <= 2
     assert done.z[2] == 1
 
 
-def test_circles_that_do_not_meet_stall_at_their_nearest_points():
-    """Bars 1 and 1, pivots 4 apart: alternating projections end at 3, where the gap of 2 remains."""
+def test_circles_that_do_not_intersect_stall_at_their_closest_points():
+    """Bars 1 and 1, pivots at a distance of 4: alternating projections end at 3, with a gap of 2."""
     done = settle(dyad(1, 1), [0, 4, 2 + 0.5j])
     assert done.status is Status.STALLED
     assert abs(done.z[2] - 3) < 1e-6
@@ -68,52 +68,52 @@ def test_circles_that_do_not_meet_stall_at_their_nearest_points():
 
 
 def test_circles_that_touch_stall_above_the_tolerance():
-    """The error of tangent circles falls like 1 / n: no sweeps reach the tolerance, and few are spent."""
+    """For tangent circles the error decreases like 1 / n: the tolerance is not reached, and the sweeps stop early."""
     done = settle(dyad(1, 1), [0, 2, 1 + 0.3j])
     assert done.status is Status.STALLED
     assert done.sweeps < 20000
     assert done.length_error > 1e-10
 
 
-def test_a_slow_fall_that_goes_on_is_not_a_standstill():
-    """A factor of 0.9979 a sweep: cos^2 of the bars' angle at a height of 0.0229 (extremes X03)."""
+def test_slow_convergence_is_not_stagnation():
+    """A factor of 0.9979 for each sweep: cos^2 of the angle of the bars at a height of 0.0229 (extremes X03)."""
     h = 0.0229
     done = settle(dyad(1, 1), [0, 2 * np.sqrt(1 - h * h), 1 + 0.03j])
     assert done.status is Status.OK
     assert done.z[2].imag == pytest.approx(h, abs=1e-8)
 
 
-def test_the_limit_of_sweeps_is_a_reason_of_its_own():
+def test_too_many_sweeps_have_their_own_status():
     assert settle(dyad(1, 1), [0, 1.9, 1 + 0.1j], sweeps=3).status is Status.NOT_CONVERGED
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, complex(0, np.nan)])
-def test_no_numbers_end_at_once(bad):
+def test_nonfinite_coordinates_end_at_once(bad):
     done = settle(dyad(3, 3), [0, 4, bad])
     assert done.status is Status.DIVERGED
     assert done.sweeps == 1
 
 
 @pytest.mark.parametrize("far", [1e150, 1e200, 1e300])
-def test_overflow_is_never_a_position(far):
+def test_overflow_is_never_ok(far):
     done = settle(dyad(3, 3), [0, 4, far * (1 + 1j)])
     assert done.status is not Status.OK or abs(done.z[2] - (2 + np.sqrt(5) * 1j)) < 1e-8
 
 
 @pytest.mark.parametrize("run", [plain, jit.compiled])
-def test_an_arm_without_a_direction_divides_by_nothing(run):
+def test_an_arm_of_length_zero_causes_no_division_by_zero(run):
     done = settle([Move(angle("bent", 0, 1, 2, 1j), 2), Move(distance("a", 0, 2, Value(1.0)), 2)], [0, 0, 1], run)
     assert done.status is Status.STALLED
     assert np.all(np.isfinite(done.z))
 
 
-def test_each_reason_has_a_sentence_with_a_cure():
+def test_each_status_text_has_a_correction():
     for status in (Status.STALLED, Status.CYCLING, Status.DIVERGED):
         assert "--method auto" in status.text
 
 
 @pytest.mark.parametrize("gap", [-1e-3, 0.0, 1e-12])
-def test_out_of_reach_and_flat_positions_name_a_bar(gap, tmp_path):
+def test_unreachable_and_flat_positions_name_a_bar(gap, tmp_path):
     position, _ = tried(stretched(gap), tmp_path, method="gim")
     if position.status is not Status.OK:
         assert position.status in (Status.STALLED, Status.NOT_CONVERGED)
@@ -130,21 +130,21 @@ def mechanism_of(spec, folder):
 
 
 @pytest.mark.parametrize("delta", [1e-1, 1e-3, 1e-5, 1e-6])
-def test_the_mirror_branch_is_told_however_near(delta, tmp_path):
-    """Roots +-h with h = sqrt(2.4 delta): halfway between them both bars are off by h^2 / 2 and more."""
-    ways = (179.9, 180.1)
-    here, there = (mechanism_of(near_change_point(delta, side, *ways)[0], tmp_path) for side in (1, -1))
+def test_the_mirror_branch_is_detected_at_any_distance(delta, tmp_path):
+    """Solutions +-h with h = sqrt(2.4 delta): halfway between them both bars have errors of at least h^2 / 2."""
+    law = (179.9, 180.1)
+    here, there = (mechanism_of(near_change_point(delta, side, *law)[0], tmp_path) for side in (1, -1))
     one, other = trace(here, 4), trace(there, 4)
     assert np.all(one.good & other.good)
     assert np.all(off_branch(here, one.z, other.z, one.inputs, 1e-10))
     assert not np.any(off_branch(here, one.z, one.z * (1 + 1e-11), one.inputs, 1e-10))
-    if delta >= 1e-3:  # the method starts on its own branch: every row is told to be elsewhere
+    if delta >= 1e-3:  # the sweeps start on their own branch: all rows are on another one
         swept = SwitchingState(Sweeper(here, Options(method="gim"), jit.compiled), one.inputs, other.z).run()
         assert set(swept.codes) == {int(Status.JUMPED)}
 
 
-def test_a_crank_that_leaps_over_half_a_turn_claims_nothing():
-    """Peaucellier-Lipkin in one step of 200 deg: what is not the continuous motion is not ok."""
+def test_a_step_over_half_a_turn_is_not_ok_on_another_branch():
+    """Peaucellier-Lipkin in one step of 200 deg: positions off the continuous motion are not ok."""
     m = run_model("peaucellier", 1, method="gim", jit="on")
     exact = run_model("peaucellier", 1)
     for name in ("A", "B", "Q"):
@@ -158,7 +158,7 @@ PASSES = [("stephenson_2", "classic"), ("ten_bar", "classic"), ("gim_fig13c", "s
 
 
 @pytest.mark.parametrize(("name", "strategy"), PASSES)
-def test_a_sequence_whose_radius_passes_1_is_exchanged(name, strategy, monkeypatch):
+def test_a_sequence_whose_radius_exceeds_1_is_exchanged(name, strategy, monkeypatch):
     options = {"method": "gim", "strategy": strategy, "jit": "on"}
     m, exact = run_model(name, 72, **options), run_model(name, 72)
     assert set(m.status) == {"ok"}
@@ -184,7 +184,7 @@ def test_a_sequence_that_becomes_slow_is_exchanged(monkeypatch):
 TEN_BAR = next(case.sequence for case in CASES if case.model == "ten_bar")
 
 
-def test_a_sequence_given_is_kept():
+def test_a_given_sequence_is_not_exchanged():
     mechanism = load(MODELS / "ten_bar.yaml")
     sweeper = Sweeper(mechanism, Options(method="gim", moves=TEN_BAR), plain)
     moves = sweeper.moves
@@ -194,19 +194,19 @@ def test_a_sequence_given_is_kept():
     assert m.motion.exchanged == ()
 
 
-def test_exchanges_are_told_in_words_and_in_json(tmp_path):
+def test_exchanges_are_reported_in_text_and_json(tmp_path):
     command = ["trace", str(MODELS / "elliptic_trammel.yaml"), "--steps", "72", "--method", "gim", "--no-png", "-o"]
-    told = CliRunner().invoke(app, [*command, str(tmp_path)])
-    assert told.exit_code == 0
-    assert "sequence exchanged for a faster one at" in told.output
+    printed = CliRunner().invoke(app, [*command, str(tmp_path)])
+    assert printed.exit_code == 0
+    assert "sequence exchanged for a faster one at" in printed.output
     found = json.loads(CliRunner().invoke(app, [*command, str(tmp_path), "--json"]).stdout)["events"]
     exchanged = [e for e in found if e["kind"] == "sequence exchanged"]
     assert len(exchanged) >= 2
     assert all(set(e["at"]) == {"motor"} for e in exchanged)
 
 
-def test_a_search_without_a_sequence_ends(tmp_path):
-    """A slider's travel moves that slider only: the group is a constraint short of two moves a node."""
+def test_a_search_without_a_result_raises_an_error(tmp_path):
+    """A slider's travel can only move this slider: the group has too few restrictions for two moves of each node."""
     spec = Growth(4259149354, ["true_pair", "rpr", "triad", "triad"], "travel").model()
     mechanism = mechanism_of(spec, tmp_path)
     with pytest.raises(StructureError, match="no sequence moves nodes"):
@@ -215,13 +215,13 @@ def test_a_search_without_a_sequence_ends(tmp_path):
 
 @pytest.mark.parametrize(("name", "most"), [("excavator", 20_000), ("peaucellier", 20_000), ("klann", 5_000)])
 def test_sweeps_reach_the_start_and_all_rows(name, most):
-    """A member over several groups placed by distance and angle, a start on the way from the drawn position."""
+    """A member in several groups is placed by distance and angle; the start is reached from the drawn position."""
     m = run_model(name, 72, method="gim", jit="on")
     assert set(m.status) == {"ok"}
     assert m.motion.work.sum() < most
 
 
-def test_the_kernels_ends_are_statuses():
+def test_every_result_of_the_kernel_has_a_status():
     ends = (kernels.SETTLED, kernels.EXHAUSTED, kernels.STALLED, kernels.CYCLING, kernels.DIVERGED)
     assert set(sweeps.ENDS) == set(ends)
 
@@ -231,8 +231,8 @@ def test_the_kernels_ends_are_statuses():
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("jit", ["off", "on"])
-def test_a_pin_in_a_slot_that_a_slider_turns_does_not_pass_infinity(jit, tmp_path):
-    """Whitworth's rocker becomes parallel to a rail where the crank pin is as high as its pivot: sin = 1/3."""
+def test_a_pin_in_a_rotating_slot_does_not_pass_infinity(jit, tmp_path):
+    """Whitworth's rocker is parallel to the rail when the crank pin is level with the rocker's pivot: sin = 1/3."""
     spec = {
         "nodes": {"O1": [0, -1], "O2": [0, 0], "H": [-4, 1], "K": [4, 1], "C": [0, 2], "T": [0, 3], "B": [0, 1]},
         "ground": ["O1", "O2", "H", "K"],
@@ -253,8 +253,8 @@ def test_a_pin_in_a_slot_that_a_slider_turns_does_not_pass_infinity(jit, tmp_pat
         assert motion.good[motion.time < parallel - 1e-3].all()
 
 
-def test_a_prismatic_pair_turned_end_for_end_is_seen():
-    """A yoke that points the other way along its guide has the same heights over it: its angle tells."""
+def test_a_prismatic_pair_rotated_by_180_deg_is_detected():
+    """A yoke rotated by 180 deg on its guide has the same heights; only the check of its angle detects it."""
     mechanism = load(MODELS / "scotch_yoke.yaml")
     motion = trace(mechanism, 8)
     tie = next(iter(ties(mechanism)))

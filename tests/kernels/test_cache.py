@@ -1,4 +1,4 @@
-"""Machine code on disk: shared by processes that run at once, done without where nothing can be written."""
+"""Machine code on disk: shared by parallel processes, and not used if no folder is writable."""
 
 import os
 import subprocess
@@ -25,45 +25,45 @@ print(sign, sum(solve.stats.cache_hits.values()), jit.cache_folder())
 """
 
 
-def process(home, nowhere=False):
-    env = os.environ | {"XDG_CACHE_HOME": str(home)}
+def process(cache, nowhere=False):
+    env = os.environ | {"XDG_CACHE_HOME": str(cache)}
     script = USE.format(nowhere=nowhere)
     return subprocess.Popen([sys.executable, "-c", script], env=env, stdout=subprocess.PIPE, text=True)
 
 
-def told(running):
+def result_of(running):
     out, _ = running.communicate(timeout=120)
     assert running.returncode == 0
     sign, hits, folder = out.split()
     return float(sign), int(hits), folder
 
 
-def test_processes_that_run_at_once_share_no_broken_cache(tmp_path):
+def test_parallel_processes_do_not_damage_the_cache(tmp_path):
     first = [process(tmp_path) for _ in range(2)]
-    assert {told(p)[0] for p in first} == {-1.0}
-    sign, hits, folder = told(process(tmp_path))
-    assert (sign, hits) == (-1.0, 1)  # it was on disk
+    assert {result_of(p)[0] for p in first} == {-1.0}
+    sign, hits, folder = result_of(process(tmp_path))
+    assert (sign, hits) == (-1.0, 1)  # loaded from disk
     assert Path(folder).parent == tmp_path / "gimcli"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no /dev/null")
-def test_a_home_that_cannot_be_written_is_done_without():
-    sign, _, folder = told(process("/dev/null/home"))
+def test_a_cache_folder_that_is_not_writable_is_not_used():
+    sign, _, folder = result_of(process("/dev/null/cache"))
     assert sign == -1.0
     assert not folder.startswith("/dev/null")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no /dev/null")
-def test_nowhere_to_write_compiles_without_a_cache():
-    assert told(process("/dev/null/home", nowhere=True)) == (-1.0, 0, "None")
+def test_without_a_writable_folder_nothing_is_cached():
+    assert result_of(process("/dev/null/cache", nowhere=True)) == (-1.0, 0, "None")
 
 
-def test_nothing_is_written_beside_the_package(tmp_path):
-    told(process(tmp_path))
+def test_nothing_is_written_to_the_package(tmp_path):
+    result_of(process(tmp_path))
     assert not list(Path(jit.__file__).parents[1].rglob("*.nb[ci]"))
 
 
-def test_an_edit_of_any_kernel_has_a_folder_of_its_own(tmp_path, monkeypatch):
+def test_an_edit_of_any_kernel_changes_the_folder(tmp_path, monkeypatch):
     (tmp_path / "a.py").write_text("x = 1\n")
     monkeypatch.setattr(jit, "__file__", str(tmp_path / "jit.py"))
     before = jit.source_stamp()
@@ -76,26 +76,26 @@ import sys
 from numba.core import event
 from gimcli.cli import main
 
-class Heard(event.Listener):
+class Count(event.Listener):
     count = 0
-    def on_start(self, one): Heard.count += 1
+    def on_start(self, one): Count.count += 1
     def on_end(self, one): pass
 
 sys.argv = ["gim", "solve", {model!r}, "--method", "gim", "--jit", "on"]
-with event.install_listener("numba:compile", Heard()):
+with event.install_listener("numba:compile", Count()):
     main_ended = None
     try:
         main()
     except SystemExit as end:
         main_ended = end.code
-print("compiled", Heard.count, main_ended)
+print("compiled", Count.count, main_ended)
 """
 
 
-def compiled_by_a_command(home):
-    """Return how many functions a process compiles that solves by sweeps, and what it prints before."""
+def compiled_by_a_command(cache):
+    """Return the number of functions that a `gim solve` process compiles, and the text that it prints."""
     script = COMMAND.format(model=str(MODELS / "crank_rocker.yaml"))
-    env = os.environ | {"XDG_CACHE_HOME": str(home)}
+    env = os.environ | {"XDG_CACHE_HOME": str(cache)}
     done = subprocess.run([sys.executable, "-c", script], env=env, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     answer, count = done.stdout.rsplit("compiled ", 1)
@@ -110,7 +110,7 @@ def test_a_second_process_compiles_nothing(tmp_path):
     assert compiled_by_a_command(tmp_path) == (0, answer)
 
 
-def test_every_kernel_that_is_no_part_of_another_is_kept():
+def test_every_compiled_kernel_is_cached():
     import importlib
     import pkgutil
 
@@ -125,7 +125,7 @@ def test_every_kernel_that_is_no_part_of_another_is_kept():
 
 
 def solved(folder, monkeypatch):
-    """Compile a kernel with its code in a folder, use it, and return how often the code was there."""
+    """Compile a kernel with its cache in a folder, call it, and return the number of cache hits."""
     monkeypatch.setattr(jit, "cache_folder", lambda: folder)
     solve = jit._compiled.__wrapped__(linear.lu_factor, inner=False)
     assert solve(np.array([[0.0, 2.0], [3.0, 1.0]]), 2, np.zeros(4)) == -1.0
@@ -134,7 +134,7 @@ def solved(folder, monkeypatch):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("damage", ["empty", "cut", "one bit", "text"])
-def test_damaged_machine_code_is_built_again(tmp_path, monkeypatch, damage):
+def test_damaged_machine_code_is_compiled_again(tmp_path, monkeypatch, damage):
     assert solved(tmp_path, monkeypatch) == 0
     (victim,) = tmp_path.iterdir()
     whole = victim.read_bytes()
@@ -150,7 +150,7 @@ def test_damaged_machine_code_is_built_again(tmp_path, monkeypatch, damage):
     assert list(tmp_path.iterdir()) == [victim]
 
 
-def test_a_disk_that_is_full_leaves_no_part_and_ends_nothing(tmp_path, monkeypatch):
+def test_a_full_disk_leaves_no_partial_file_and_raises_no_error(tmp_path, monkeypatch):
     def full(self, data):
         with self.open("wb") as handle:
             handle.write(data[:10])
@@ -164,7 +164,7 @@ def test_a_disk_that_is_full_leaves_no_part_and_ends_nothing(tmp_path, monkeypat
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="no users")
 @pytest.mark.parametrize("mode", [0o777, 0o770, 0o722])
 @pytest.mark.parametrize("where", ["gimcli", "gimcli/{stamp}"])
-def test_a_folder_that_others_may_write_into_is_not_trusted(tmp_path, monkeypatch, mode, where):
+def test_a_folder_writable_by_others_is_not_used(tmp_path, monkeypatch, mode, where):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temp"))
     own = jit.cache_folder.__wrapped__()
@@ -178,19 +178,19 @@ def test_a_folder_that_others_may_write_into_is_not_trusted(tmp_path, monkeypatc
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="no users")
-def test_a_folder_in_one_that_others_may_rename_is_not_trusted(tmp_path, monkeypatch):
+def test_a_folder_that_others_can_replace_is_not_used(tmp_path, monkeypatch):
     home = tmp_path / "home"
     monkeypatch.setenv("XDG_CACHE_HOME", str(home))
     assert jit.cache_folder.__wrapped__().is_relative_to(home)
     home.chmod(0o777)
     folder = jit.cache_folder.__wrapped__()
     assert folder is None or not folder.is_relative_to(home)
-    home.chmod(0o1777)  # as /tmp: only its owner renames a folder
+    home.chmod(0o1777)  # as /tmp: only its owner can rename a folder
     assert jit.cache_folder.__wrapped__().is_relative_to(home)
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="no users")
-def test_folders_are_private_whatever_the_mask(tmp_path, monkeypatch):
+def test_folders_are_private_with_any_umask(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home/cache"))
     before = os.umask(0)
     try:
@@ -201,16 +201,16 @@ def test_folders_are_private_whatever_the_mask(tmp_path, monkeypatch):
     assert {path.stat().st_mode & 0o777 for path in (folder, folder.parent, *folder.parents[1:3])} == {0o700}
 
 
-def test_without_a_safe_folder_the_note_says_so(monkeypatch):
-    heard = []
+def test_without_a_safe_folder_the_user_is_notified(monkeypatch):
+    notices = []
     monkeypatch.setattr(jit, "cache_folder", lambda: None)
-    assert dispatch.choose("on", 0.0, heard.append) is jit.compiled
-    assert len(heard) == 1
-    assert "not cached" in heard[0]
+    assert dispatch.choose("on", 0.0, notices.append) is jit.compiled
+    assert len(notices) == 1
+    assert "not cached" in notices[0]
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="no users")
-def test_a_folder_of_somebody_else_is_not_trusted(tmp_path, monkeypatch):
+def test_a_folder_of_another_user_is_not_used(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     owner = os.getuid()
     assert jit.cache_folder.__wrapped__().parent == tmp_path / "gimcli"
@@ -219,20 +219,20 @@ def test_a_folder_of_somebody_else_is_not_trusted(tmp_path, monkeypatch):
     assert folder is None or tmp_path not in folder.parents
 
 
-def test_compiling_is_told_once(monkeypatch):
-    heard = []
+def test_the_user_is_notified_of_a_compilation_only_once(monkeypatch):
+    notices = []
     for cached, expected in ((False, 1), (True, 0)):
         monkeypatch.setattr(jit, "is_cached", lambda *kernels, cached=cached: cached)
-        heard.clear()
-        assert dispatch.choose("on", 0.0, heard.append) is jit.compiled
-        assert len(heard) == expected
-    assert dispatch.choose("auto", 0.1, heard.append) is dispatch.plain
-    assert dispatch.choose("off", 1e9, heard.append) is dispatch.plain
+        notices.clear()
+        assert dispatch.choose("on", 0.0, notices.append) is jit.compiled
+        assert len(notices) == expected
+    assert dispatch.choose("auto", 0.1, notices.append) is dispatch.plain
+    assert dispatch.choose("off", 1e9, notices.append) is dispatch.plain
     monkeypatch.setattr(jit, "is_cached", lambda *kernels: False)
-    assert dispatch.choose("auto", dispatch.COMPILING - 1.0, heard.append) is dispatch.plain
-    assert not heard
-    assert dispatch.choose("auto", dispatch.COMPILING + 1.0, heard.append) is jit.compiled
-    assert "compiling" in heard[0]
+    assert dispatch.choose("auto", dispatch.COMPILING - 1.0, notices.append) is dispatch.plain
+    assert not notices
+    assert dispatch.choose("auto", dispatch.COMPILING + 1.0, notices.append) is jit.compiled
+    assert "compiling" in notices[0]
 
 
 def test_only_kernels_on_disk_count_as_cached(tmp_path, monkeypatch):

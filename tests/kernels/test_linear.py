@@ -9,7 +9,7 @@ from gimcli.kernels.linear import lu_factor, lu_solve, qr_factor, qr_solve
 
 @pytest.mark.parametrize("n", range(1, 15))
 @pytest.mark.parametrize("seed", range(5))
-def test_elimination_solves_and_tells_the_sign(n, seed):
+def test_elimination_solves_and_returns_the_sign(n, seed):
     generator = np.random.default_rng(seed)
     a, b = generator.standard_normal((n, n)), generator.standard_normal(n)
     a[generator.random((n, n)) < 0.3] = 0.0
@@ -20,7 +20,7 @@ def test_elimination_solves_and_tells_the_sign(n, seed):
     assert np.allclose(x, np.linalg.solve(a, b), rtol=1e-13 * np.linalg.cond(a), atol=1e-13 * np.linalg.cond(a))
 
 
-def test_a_singular_table_has_no_sign():
+def test_the_sign_of_a_singular_matrix_is_zero():
     assert lu_factor(np.zeros((3, 3)), 3, np.zeros(6)) == 0.0
     assert qr_factor(np.zeros((4, 3)), 4, 3, np.zeros(3)) == 0.0
 

@@ -1,4 +1,4 @@
-"""What a motion does at the limit of its input, and which branch it takes: rows against closed forms."""
+"""Motions at the limit of their input, and the choice of branches: rows against closed forms."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from gimcli.rates.motion_table import events
 from gimcli.status import Status
 
 ROCKER = (4.0, 1.5, 2.0, 4.0)
-"""A triple rocker: the input stops where coupler and follower are stretched, 3.5 long, and folded, 0.5 long."""
+"""A triple rocker: the input has limits where coupler and follower are in line, 3.5 long or folded to 0.5."""
 STRETCHED = math.degrees(math.acos(cosines(*ROCKER)[0]))
 FOLDED = math.degrees(math.acos(cosines(*ROCKER)[1]))
 
@@ -40,7 +40,7 @@ def rocker(folder: Path, start: float, end: float) -> Path:
 
 
 def side(motion: Motion) -> np.ndarray[Any, Any]:
-    """Return on which side of the line from A to O4 the node B is."""
+    """Return the side (rows,), 1 or -1, of the line from A to O4 on which B is."""
     o4, a, b = (motion.z[motion.mechanism.nodes.index(n)] for n in ("O4", "A", "B"))
     return np.sign(((b - a) * (o4 - a).conjugate()).imag)
 
@@ -60,23 +60,23 @@ def rows_of(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(handle))
 
 
-def test_reverse_turns_the_input_back_on_the_other_side(tmp_path: Path) -> None:
-    """Beyond the limit the input is mirrored at it, and B is on the other side of the line A-O4."""
+def test_reverse_continues_on_the_other_side(tmp_path: Path) -> None:
+    """Behind the limit the input is mirrored at it, and B is on the other side of the line A-O4."""
     mechanism = load(rocker(tmp_path, 20.0, 80.0))
     motion = trace(mechanism, 60, at_limit="reverse")
     assert motion.solved == 61
-    asked = 20.0 + np.arange(61.0)
-    told = np.degrees(motion.inputs[0])
-    before = asked < STRETCHED
-    assert told[before] == pytest.approx(asked[before], abs=1e-10)
-    assert told[~before] == pytest.approx(2.0 * STRETCHED - asked[~before], abs=1e-9)
+    law = 20.0 + np.arange(61.0)
+    angle = np.degrees(motion.inputs[0])
+    before = law < STRETCHED
+    assert angle[before] == pytest.approx(law[before], abs=1e-10)
+    assert angle[~before] == pytest.approx(2.0 * STRETCHED - law[~before], abs=1e-9)
     assert set(side(motion)[before]) == {1.0}
     assert set(side(motion)[~before]) == {-1.0}
     assert np.nanmax(motion.residual) < 1e-13
 
 
-def test_reverse_rocks_on_and_on(tmp_path: Path) -> None:
-    """The input of a double rocker swings between acos(4/5) and acos(-1/5); two swings lead home."""
+def test_reverse_repeats_the_swing(tmp_path: Path) -> None:
+    """The input of a double rocker swings between acos(4/5) and acos(-1/5); after two swings it is back."""
     text = (MODELS / "chebyshev.yaml").read_text()
     low, high = math.degrees(math.acos(0.8)), math.degrees(math.acos(-0.2))
     (tmp_path / "m.yaml").write_text(
@@ -84,22 +84,22 @@ def test_reverse_rocks_on_and_on(tmp_path: Path) -> None:
     )
     motion = trace(load(tmp_path / "m.yaml"), 300, at_limit="reverse")
     assert motion.solved == 301
-    told = np.degrees(motion.inputs[0])
-    assert told.max() <= high + 1e-9
-    assert told.min() >= low - 1e-9
+    angle = np.degrees(motion.inputs[0])
+    assert angle.max() <= high + 1e-9
+    assert angle.min() >= low - 1e-9
     wave = np.abs((np.linspace(60, 60 + 6 * (high - low), 301) - high) % (2 * (high - low)) - (high - low)) + low
-    assert told == pytest.approx(wave, abs=1e-9)
+    assert angle == pytest.approx(wave, abs=1e-9)
     assert len(motion.turned_back) == 6
     at = [60.0 + t * 6.0 * (high - low) for t, _ in motion.turned_back]
     assert at == pytest.approx([high + k * (high - low) for k in range(6)], abs=1e-10)
-    told = [event["at"]["motor"] for event in events(motion) if event["kind"] == "limit"]
-    assert told == pytest.approx([high, low] * 3, abs=1e-10)
-    home = motion.z[:, [0, 100, 200, 300]]  # two swings are a third of the law
-    assert np.abs(home - home[:, :1]).max() < 1e-12
+    limits = [event["at"]["motor"] for event in events(motion) if event["kind"] == "limit"]
+    assert limits == pytest.approx([high, low] * 3, abs=1e-10)
+    equal = motion.z[:, [0, 100, 200, 300]]  # two swings are a third of the law
+    assert np.abs(equal - equal[:, :1]).max() < 1e-12
 
 
-def test_a_law_that_comes_back_retraces_its_way(tmp_path: Path) -> None:
-    """Out over the limit and back: every position is met twice."""
+def test_a_law_that_returns_repeats_its_positions(tmp_path: Path) -> None:
+    """Beyond the limit and back: every position occurs twice."""
     path = rocker(tmp_path, 20.0, 80.0)
     path.write_text(path.read_text().replace("{from: 20.0, to: 80.0}", "{polynomial: [20, 240, -240]}"))
     motion = trace(load(path), 40, at_limit="reverse")
@@ -108,30 +108,30 @@ def test_a_law_that_comes_back_retraces_its_way(tmp_path: Path) -> None:
     assert np.abs(motion.z - motion.z[:, ::-1]).max() < 1e-10
 
 
-def test_skip_solves_again_what_comes_back_into_reach(tmp_path: Path) -> None:
-    """One turn: between the limits, and a turn later, on the same side; the mirrored arc is another circuit."""
+def test_skip_solves_rows_that_are_reachable_again(tmp_path: Path) -> None:
+    """One turn: rows between the limits, and a turn later, on the same side; the mirrored arc is another circuit."""
     mechanism = load(rocker(tmp_path, 20.0, 380.0))
     motion = trace(mechanism, 360, at_limit="skip")
-    asked = 20.0 + np.arange(361.0)
-    assert np.array_equal(motion.good, (asked < STRETCHED) | (asked > 360.0 + FOLDED))
+    law = 20.0 + np.arange(361.0)
+    assert np.array_equal(motion.good, (law < STRETCHED) | (law > 360.0 + FOLDED))
     assert set(side(motion)[motion.good]) == {1.0}
     assert np.abs(motion.z[:, -1] - motion.z[:, 0]).max() < 1e-12
-    assert np.degrees(motion.inputs[0]) == pytest.approx(asked)
+    assert np.degrees(motion.inputs[0]) == pytest.approx(law)
     assert {Status(int(c)) for c in motion.codes[~motion.good]} == {Status.LIMIT}
 
 
-def test_skip_does_not_jump_to_the_far_end_of_an_arc_longer_than_a_turn(tmp_path: Path) -> None:
-    """A limit may lie where the other end of its arc has the same angle, a turn on: that is another position."""
+def test_skip_does_not_jump_to_the_other_end_of_an_arc_longer_than_a_turn(tmp_path: Path) -> None:
+    """The other end of the arc may have the angle of the limit plus a turn: that is another position."""
     text = (MODELS / "double_butterfly_symmetric.yaml").read_text()
     (tmp_path / "m.yaml").write_text(text.replace("{from: -100, to: 20}", "{from: -100, to: -220}"))
     motion = trace(load(tmp_path / "m.yaml"), 120, at_limit="skip")
     assert motion.limit is not None
     assert np.array_equal(motion.good, motion.time < motion.limit)
     assert motion.solved > 2
-    assert np.abs(np.diff(motion.z[:, motion.good], axis=1)).max() < 0.2  # of about 1
+    assert np.abs(np.diff(motion.z[:, motion.good], axis=1)).max() < 0.2  # of a size of about 1
 
 
-def test_stop_is_as_before(tmp_path: Path) -> None:
+def test_stop_is_the_default(tmp_path: Path) -> None:
     mechanism = load(rocker(tmp_path, 20.0, 80.0))
     one, other = trace(mechanism, 60), trace(mechanism, 60, at_limit="stop")
     assert np.array_equal(one.z, other.z, equal_nan=True)
@@ -139,8 +139,8 @@ def test_stop_is_as_before(tmp_path: Path) -> None:
     assert one.solved == int(np.sum(20.0 + np.arange(61.0) < STRETCHED))
 
 
-def test_several_inputs_turn_back_together(tmp_path: Path) -> None:
-    """Three motors driven past the platform's limit: all go back along their laws, on another assembly."""
+def test_several_inputs_reverse_together(tmp_path: Path) -> None:
+    """Three motors driven beyond the platform's limit: all return along their laws, in another configuration."""
     text = (MODELS / "platform_3rrr.yaml").read_text()
     for old, new in (("to: 60}", "to: -60}"), ("to: -150}", "to: -50}"), ("to: -50}\n\npoints", "to: -150}\n\npoints")):
         text = text.replace(old, new, 1)
@@ -158,8 +158,8 @@ def test_several_inputs_turn_back_together(tmp_path: Path) -> None:
     assert np.abs(motion.z[:, k] - motion.z[:, k - 1]).max() > 1e-3
 
 
-def test_several_inputs_that_come_back_into_reach_are_solved_again(tmp_path: Path) -> None:
-    """Three motors out over the platform's limit and back: the last rows are the first ones, the middle is empty."""
+def test_skip_solves_rows_of_several_inputs_that_are_reachable_again(tmp_path: Path) -> None:
+    """Three motors beyond the platform's limit and back: the last rows equal the first, those between are empty."""
     data = read_source(MODELS / "platform_3rrr.yaml").data
     for actuator, end in zip(data["actuators"].values(), (-60.0, -50.0, -150.0), strict=True):
         start = float(actuator["law"]["from"])
@@ -176,8 +176,8 @@ def test_several_inputs_that_come_back_into_reach_are_solved_again(tmp_path: Pat
 
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", ["stephenson_2", "hart_a_frame", "double_butterfly", "ten_bar", "chebyshev"])
-def test_a_limit_is_told_to_the_last_digits(name: str, tmp_path: Path) -> None:
-    """At the limit told, F_x as the constraints are written is singular: the nodes are found by continuation."""
+def test_a_limit_is_exact(name: str, tmp_path: Path) -> None:
+    """At the reported limit the Jacobian F_x is singular; the reference is the fold found by continuation."""
     from gimcli.branching.singular_positions import drawn_circuit
     from gimcli.continuation.folds import folds
 
@@ -194,11 +194,11 @@ def test_a_limit_is_told_to_the_last_digits(name: str, tmp_path: Path) -> None:
     (tmp_path / "m.yaml").write_text(f"{head}law: {{from: {begin}, to: {float(begin) + 400.0}}}{rest}")
     motion = sharpened(trace(load(tmp_path / "m.yaml"), 100))
     assert motion.limit is not None
-    told = (float(begin) + 400.0 * motion.limit) / unit * scale
-    assert min(abs(told - e) for e in above) < 1e-12
+    limit = (float(begin) + 400.0 * motion.limit) / unit * scale
+    assert min(abs(limit - e) for e in above) < 1e-12
 
 
-def test_a_limit_by_the_law_of_cosines_is_told_to_1e_10(tmp_path: Path) -> None:
+def test_a_limit_agrees_with_the_law_of_cosines(tmp_path: Path) -> None:
     got = report("trace", rocker(tmp_path, 20.0, 200.0), "-n", 90, "--no-png", "-o", tmp_path, code=5)
     (event,) = got["events"]
     assert event["kind"] == "limit"
@@ -209,7 +209,7 @@ def test_a_limit_by_the_law_of_cosines_is_told_to_1e_10(tmp_path: Path) -> None:
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("steps", [3, 20, 97])
-def test_a_change_point_is_told_to_the_last_digits(steps: int, tmp_path: Path) -> None:
+def test_a_change_point_is_exact(steps: int, tmp_path: Path) -> None:
     text = (MODELS / "double_butterfly_symmetric.yaml").read_text()
     (tmp_path / "m.yaml").write_text(text.replace("{from: -100, to: 20}", "{from: -100, to: 60}"))
     motion = sharpened(trace(load(tmp_path / "m.yaml"), steps))
@@ -221,13 +221,13 @@ def test_a_change_point_is_told_to_the_last_digits(steps: int, tmp_path: Path) -
     assert min(abs(-100.0 + 160.0 * time - w) for w in wanted) < 1e-11
 
 
-def test_a_motion_without_events_pays_nothing() -> None:
+def test_a_motion_without_events_is_not_refined() -> None:
     motion = trace(load(MODELS / "crank_rocker.yaml"), 36)
     assert sharpened(motion) is motion
 
 
 def test_a_branch_is_taken_at_the_first_change_point(tmp_path: Path) -> None:
-    """1-3-1-3 from 5 deg: parallel up to 180 deg, then crossed: B is the other root of the follower's circle."""
+    """1-3-1-3 from 5 deg: parallel up to 180 deg, then crossed: B is the other intersection of its two circles."""
     path = tmp_path / "m.yaml"
     path.write_text((MODELS / "parallelogram.yaml").read_text().replace("{from: 5, to: 170}", "{from: 5, to: 365}"))
     mechanism = load(path)
@@ -245,7 +245,7 @@ def test_a_branch_is_taken_at_the_first_change_point(tmp_path: Path) -> None:
     assert sharpened(motion).bridged == pytest.approx([175.0 / 360.0, 355.0 / 360.0], abs=1e-14)
 
 
-def test_a_branch_that_is_not_there_is_refused(tmp_path: Path) -> None:
+def test_a_branch_that_does_not_exist_is_an_error(tmp_path: Path) -> None:
     text, rocking = (MODELS / "parallelogram.yaml").read_text(), load(MODELS / "crank_rocker.yaml")
     (tmp_path / "m.yaml").write_text(text.replace("{from: 5, to: 170}", "{from: 5, to: 190}"))
     parallelogram = load(tmp_path / "m.yaml")
@@ -256,7 +256,7 @@ def test_a_branch_that_is_not_there_is_refused(tmp_path: Path) -> None:
     text = (MODELS / "double_butterfly_symmetric.yaml").read_text()
     (tmp_path / "butterfly.yaml").write_text(text.replace("{from: -100, to: 20}", "{from: -100, to: -103}"))
     butterfly = load(tmp_path / "butterfly.yaml")
-    with pytest.raises(UsageError, match="input rests"):
+    with pytest.raises(UsageError, match="input rate is zero"):
         trace(butterfly, 20, branch=2)
     kite = four_bar(tmp_path, 1.0, 3.0, 2.0, 4.0, 1.0)
     assert trace(kite, 20, branch=2).solved == 21
@@ -307,7 +307,7 @@ def test_all_branches_have_a_column(tmp_path: Path) -> None:
         ["--branch", "2"],  # its law ends before the flat position
     ],
 )
-def test_what_does_not_go_together_is_refused(arguments: list[str], tmp_path: Path) -> None:
+def test_options_that_exclude_each_other_are_an_error(arguments: list[str], tmp_path: Path) -> None:
     done = invoke("trace", MODELS / "parallelogram.yaml", *arguments, "-o", tmp_path)
     assert isinstance(done.exception, UsageError)
     assert list(tmp_path.iterdir()) == []

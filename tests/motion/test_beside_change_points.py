@@ -1,4 +1,4 @@
-"""Rows that stand right beside a change point, where the equations tell less than the tolerance asks for."""
+"""Rows close to a change point, where the equations determine a position less accurately than the tolerance."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from gimcli.motion.motion import trace
 
 
 @pytest.mark.parametrize("short", [1e-3, 7.3e-4, 1e-4, 1e-5, 0.0], ids=str)
-def test_a_row_beside_the_second_flat_position(short: float, tmp_path: Path) -> None:
-    """An antiparallelogram 1-3-1-3 through 180 and 360 deg: B is the mirror image of O2 A in the middle of A O4.
+def test_a_row_near_the_second_flat_position(short: float, tmp_path: Path) -> None:
+    """An antiparallelogram 1-3-1-3 through 180 and 360 deg: B and O2 are symmetric about the bisector of A O4.
 
-    About 360 deg the follower runs twice as fast as the crank, and backwards.
+    Near 360 deg the follower rotates twice as fast as the crank, in the opposite sense.
     """
     text = (MODELS / "antiparallelogram.yaml").read_text()
     path = tmp_path / "m.yaml"

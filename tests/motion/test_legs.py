@@ -1,4 +1,4 @@
-"""Laws taken apart at their turnings, and the line that several inputs run along."""
+"""Legs of laws between their reversals, and the line of several inputs."""
 
 from __future__ import annotations
 
@@ -32,29 +32,29 @@ def test_a_profile_between_two_values_is_one_leg(profile: str) -> None:
         assert leg.sense == np.sign(end - start)
 
 
-def test_a_polynomial_turns_back_at_the_roots_of_its_derivative() -> None:
-    """t (1 - 2 t)^2 = t - 4 t^2 + 4 t^3 rises to 2/27 at 1/6, falls to 0 at 1/2 and rises to 1."""
+def test_a_polynomial_reverses_at_the_roots_of_its_derivative() -> None:
+    """t (1 - 2 t)^2 = t - 4 t^2 + 4 t^3 increases to 2/27 at 1/6, decreases to 0 at 1/2 and increases to 1."""
     found = np.array(ends(legs(with_law(PolynomialLaw((0.0, 1.0, -4.0, 4.0))))))
     assert found[:, :2] == pytest.approx(np.array([[0.0, 1 / 6], [1 / 6, 0.5], [0.5, 1.0]]), abs=1e-15)
     assert found[:, 2:] == pytest.approx(np.array([[0.0, 2 / 27], [2 / 27, 0.0], [0.0, 1.0]]), abs=1e-15)
 
 
-def test_an_inflection_with_a_horizontal_tangent_is_no_turning() -> None:
+def test_an_inflection_with_a_horizontal_tangent_is_no_reversal() -> None:
     assert len(legs(with_law(PolynomialLaw((0.125, 0.75, -1.5, 1.0))))) == 1  # (t - 1/2)^3 + 1/4
 
 
-def test_a_table_turns_back_at_its_samples_and_dwells_between_them() -> None:
-    """What dwells belongs to the leg before it, whether the law then goes on or back."""
+def test_a_table_reverses_at_its_samples_and_dwells_between_them() -> None:
+    """A dwell belongs to the leg before it, whether the law then continues or reverses."""
     law = TableLaw((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 2.0, 2.0, 0.5))
     found = np.array(ends(legs(with_law(law))))
     assert found == pytest.approx(np.array([[0.0, 0.8, 0.0, 2.0], [0.8, 1.0, 2.0, 0.5]]), abs=1e-15)
 
 
-def test_a_law_that_stands_still_is_one_leg() -> None:
+def test_a_constant_law_is_one_leg() -> None:
     assert ends(legs(with_law(PolynomialLaw((0.7,))))) == [(0.0, 1.0, 0.7, 0.7)]
 
 
-def test_places_of_a_leg_grow_with_the_time_and_have_the_laws_inputs() -> None:
+def test_coordinates_of_a_leg_increase_with_time_and_give_the_inputs_of_the_law() -> None:
     mechanism = with_law(PolynomialLaw((0.3, 4.0, -4.0)))
     for leg in legs(mechanism):
         time = np.linspace(leg.first, leg.last, 101)
@@ -65,8 +65,8 @@ def test_places_of_a_leg_grow_with_the_time_and_have_the_laws_inputs() -> None:
         assert leg.inputs(np.array([leg.goal + 0.1]))[0, 0] == pytest.approx(leg.end + 0.1 * leg.sense)
 
 
-def test_a_leg_is_mirrored_where_the_input_turns_back() -> None:
-    """The law runs from 0 to 2, the input back from 1.25: twice mirrored at one place it is the law again."""
+def test_a_leg_is_mirrored_at_a_reversal_of_the_input() -> None:
+    """The law goes from 0 to 2, the input reverses at 1.25; mirrored twice there, the leg is the law again."""
     (leg,) = legs(with_law(RunLaw(0.0, 2.0, PROFILES["uniform"])))
     back = leg.reflected(1.25, 0.625)
     assert (back.first, back.begin, back.end, back.sense) == (0.625, 1.25, 0.5, -1.0)
@@ -76,8 +76,8 @@ def test_a_leg_is_mirrored_where_the_input_turns_back() -> None:
     assert again.end == leg.end
 
 
-def test_inputs_of_one_shape_run_along_a_line() -> None:
-    """Its parameter is the value of the input that moves most, in rad or sizes."""
+def test_inputs_with_proportional_laws_are_on_a_line() -> None:
+    """The parameter of the line is the value of the input that changes most, in rad or sizes."""
     mechanism = load(MODELS / "five_bar.yaml")
     for profile in PROFILES.values():
         laws = (RunLaw(0.5, 0.0, profile), RunLaw(-1.0, 2.0, profile))
@@ -92,7 +92,7 @@ def test_inputs_of_one_shape_run_along_a_line() -> None:
     assert line_through(mechanism, np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 4.0]])) is None
 
 
-def test_inputs_of_different_shapes_are_followed_by_the_time() -> None:
+def test_inputs_with_other_laws_are_followed_by_the_time() -> None:
     mechanism = load(MODELS / "five_bar.yaml")
     laws = (RunLaw(0.5, 0.0, PROFILES["cubic"]), RunLaw(-1.0, 2.0, PROFILES["uniform"]))
     driven = replace(
@@ -103,7 +103,7 @@ def test_inputs_of_different_shapes_are_followed_by_the_time() -> None:
     assert leg.inputs(np.array([0.25]))[:, 0] == pytest.approx([w(np.array([0.25]))[0] for w in laws], abs=1e-15)
 
 
-def test_dense_places_hold_those_given() -> None:
+def test_a_dense_grid_contains_the_given_coordinates() -> None:
     given = np.array([0.1, 0.1001, 3.0])
     grid, own = dense(0.0, given, 2.0 * np.pi)
     assert np.array_equal(grid[own], given)

@@ -1,4 +1,4 @@
-"""What a law does at a limit or a change point, and what becomes of its rows: every case against closed forms."""
+"""Laws that reach a limit or a change point: the rows of every case against closed forms."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from gimcli.status import Status
 
 STEPS = 40
 ACCURATE = 1e-10
-"""The manual's page on accuracy: of rows marked ok, relative to the size (here lengths of a few units)."""
+"""Greatest error of rows with status ok, as stated in the manual, relative to the size (here a few units)."""
 
 
 @dataclass(frozen=True)
 class Course:
-    """A law that comes to the critical input, or to `short` of it (negative: beyond), and what it does there."""
+    """A law that reaches the critical input less `short` (negative: beyond it), and its behaviour there."""
 
     name: str
     short: float
@@ -81,17 +81,17 @@ def crossed(cases: list[Linkage], courses: list[Course]) -> list[object]:
 
 
 def asked(motion: Motion) -> np.ndarray:
-    """Return what the law asks of the input (rows,), in the file's units."""
+    """Return the input (rows,) of the law, in the file's units."""
     return motion.mechanism.value_to_file(0, motion.mechanism.actuators[0].law(motion.time))
 
 
 def node(motion: Motion, case: Linkage) -> np.ndarray:
-    """Return where the traced node is (rows,), in the file's units."""
+    """Return the positions of the traced node (rows,), in the file's units."""
     return motion.mechanism.to_file(motion.z)[motion.mechanism.nodes.index(case.node)]
 
 
 def blur(place: Callable[[float], complex], value: float) -> float:
-    """Return how far a few roundings of the input move the node: near a limit far."""
+    """Return the displacement of the node for a few rounding errors of the input, which is great near a limit."""
     step = 4.0 * np.spacing(max(abs(value), 1.0))
     near = []
     for v in (value - step, value + step):
@@ -101,7 +101,7 @@ def blur(place: Callable[[float], complex], value: float) -> float:
 
 
 def check(motion: Motion, case: Linkage, rows: np.ndarray, place: Callable[[float], complex], at: np.ndarray) -> None:
-    """Hold rows that are ok against the closed form at inputs (rows,)."""
+    """Compare rows that are ok with the closed form at inputs (rows,)."""
     found = node(motion, case)
     assert motion.good[rows].all(), [str(motion.status[k]) for k in np.flatnonzero(~motion.good & rows)]
     for k in np.flatnonzero(rows):
@@ -110,14 +110,14 @@ def check(motion: Motion, case: Linkage, rows: np.ndarray, place: Callable[[floa
 
 
 def beyond(case: Linkage, at: np.ndarray) -> np.ndarray:
-    """Tell which inputs are beyond the critical one, seen from the start."""
+    """Return (rows,) whether inputs are beyond the critical one, as seen from the start."""
     return (at - case.critical) * math.copysign(1.0, case.start - case.critical) < 0.0
 
 
 @pytest.mark.few(20)
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize(("case", "course"), crossed(LINKAGES, TOUCHING))
-def test_a_law_that_goes_not_beyond_keeps_its_arc_and_its_rows(
+def test_a_law_that_does_not_exceed_the_critical_input_stays_on_its_arc(
     case: Linkage, course: Course, mode: str, tmp_path: Path
 ) -> None:
     motion = trace(load(course.fill(case, tmp_path)), STEPS, at_limit=mode)
@@ -132,8 +132,10 @@ def test_a_law_that_goes_not_beyond_keeps_its_arc_and_its_rows(
 
 @pytest.mark.few(12)
 @pytest.mark.parametrize(("case", "course"), crossed(LIMITS, BEYOND))
-def test_rows_beyond_a_limit_are_empty_and_the_arc_is_kept(case: Linkage, course: Course, tmp_path: Path) -> None:
-    """`stop` ends the motion at the limit, `skip` goes on where the law is in reach again, on the same arc."""
+def test_rows_beyond_a_limit_are_empty_and_the_others_on_the_same_arc(
+    case: Linkage, course: Course, tmp_path: Path
+) -> None:
+    """`stop` ends the motion at the limit; `skip` continues when the law is reachable again, on the same arc."""
     mechanism = load(course.fill(case, tmp_path))
     stopped, skipped = trace(mechanism, STEPS), trace(mechanism, STEPS, at_limit="skip")
     out = beyond(case, asked(stopped))
@@ -163,7 +165,7 @@ def test_the_input_is_mirrored_at_a_limit_and_the_other_arc_follows(
     mirrored = np.where(out, 2.0 * case.critical - asked(motion), asked(motion))
     low, high = case.interval
     within = (mirrored >= low) & (mirrored <= high)
-    within &= np.cumsum(~within) == 0  # the far limit of the arc is another case
+    within &= np.cumsum(~within) == 0  # the other limit of the arc is tested elsewhere
     assert given[within] == pytest.approx(mirrored[within], abs=1e-9)
     check(motion, case, within & ~out, case.arc, mirrored)
     check(motion, case, within & out, case.other, mirrored)
@@ -173,7 +175,7 @@ def test_the_input_is_mirrored_at_a_limit_and_the_other_arc_follows(
 @pytest.mark.few(24)
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize(("case", "course"), crossed(CHANGES, BEYOND))
-def test_a_change_point_is_passed_straight(case: Linkage, course: Course, mode: str, tmp_path: Path) -> None:
+def test_a_change_point_is_passed_smoothly(case: Linkage, course: Course, mode: str, tmp_path: Path) -> None:
     motion = trace(load(course.fill(case, tmp_path)), STEPS, at_limit=mode)
     check(motion, case, np.ones(STEPS + 1, dtype=bool), case.arc, asked(motion))
     found = [event for event in events(motion) if event["kind"] == "change point"]
@@ -182,8 +184,8 @@ def test_a_change_point_is_passed_straight(case: Linkage, course: Course, mode: 
 
 
 @pytest.mark.parametrize(("case", "course"), crossed(FORKS, BEYOND[2:]))
-def test_the_branch_asked_for_is_taken_once(case: Linkage, course: Course, tmp_path: Path) -> None:
-    """Straight on behind the first change point, also on the way back over it."""
+def test_the_chosen_branch_is_taken_once(case: Linkage, course: Course, tmp_path: Path) -> None:
+    """Behind the first change point the motion is smooth, also when it returns through it."""
     assert case.other is not None
     motion = trace(load(course.fill(case, tmp_path)), STEPS, branch=2)
     left = np.cumsum(beyond(case, asked(motion))) > 0  # behind the first change point
@@ -193,9 +195,9 @@ def test_the_branch_asked_for_is_taken_once(case: Linkage, course: Course, tmp_p
 
 
 @pytest.mark.parametrize("case", [pytest.param(case, id=case.name) for case in CHANGES if case.other is None])
-def test_a_branch_on_which_the_input_rests_is_refused(case: Linkage, tmp_path: Path) -> None:
+def test_a_branch_on_which_the_input_is_stationary_is_an_error(case: Linkage, tmp_path: Path) -> None:
     path = BEYOND[2].fill(case, tmp_path)
-    with pytest.raises(UsageError, match="the input rests"):
+    with pytest.raises(UsageError, match="the input rate is zero"):
         trace(load(path), STEPS, branch=2)
 
 
@@ -220,12 +222,12 @@ def test_singularities_circuits_and_trace_describe_it_alike(case: Linkage, tmp_p
 
 
 def turns(case: Linkage) -> int:
-    """Return the turns of the crank until the linkage is back: the kite's bisector turns half as fast."""
+    """Return the turns of the crank after which the linkage returns: the kite's bisector rotates half as fast."""
     return 2 if case.name == "kite" else 1
 
 
 def away(value: float, case: Linkage) -> float:
-    """Return how far an input is from the critical one; whole turns do not count."""
+    """Return the distance of an input from the critical one, modulo whole turns."""
     apart = abs(value - case.critical)
     return min(apart % 360.0, -apart % 360.0) if math.isinf(case.interval[0]) else apart
 

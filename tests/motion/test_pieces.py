@@ -1,4 +1,4 @@
-"""One call for a motion, its pieces, and blocks of arrays give the same bits; a long trace needs no more room."""
+"""A motion in one call, in pieces and in interpreted blocks is identical; a long trace needs no more memory."""
 
 import subprocess
 import sys
@@ -12,7 +12,7 @@ from random_mechanisms import Growth
 from gimcli import load
 from gimcli.errors import GimError
 from gimcli.motion.follow import FollowedPath
-from gimcli.motion.motion import Motion, _judged, stream, trace
+from gimcli.motion.motion import Motion, _checked, stream, trace
 from gimcli.motion.summary import DRAWN, Summary
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
@@ -32,7 +32,7 @@ def assert_equal(a, b):
 @pytest.mark.few
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
 @pytest.mark.parametrize("method", ["auto", "newton"])
-def test_compiled_rows_have_the_bits_of_plain_ones(path, method):
+def test_compiled_and_interpreted_rows_are_identical(path, method):
     mechanism = load(path)
     plain = trace(mechanism, STEPS, Options(jit="off", method=method))
     assert_equal(plain, trace(mechanism, STEPS, Options(jit="on", method=method)))
@@ -40,7 +40,7 @@ def test_compiled_rows_have_the_bits_of_plain_ones(path, method):
 
 @pytest.mark.few(12)
 @pytest.mark.parametrize("seed", range(200, 240))
-def test_compiled_rows_of_random_mechanisms_have_the_bits_of_plain_ones(seed, tmp_path):
+def test_compiled_and_interpreted_rows_of_random_mechanisms_are_identical(seed, tmp_path):
     path = tmp_path / "model.yaml"
     path.write_text(yaml.safe_dump(Growth(seed, 1 + seed % 5).model()))
     mechanism = load(path)
@@ -54,18 +54,18 @@ def test_compiled_rows_of_random_mechanisms_have_the_bits_of_plain_ones(seed, tm
 @pytest.mark.parametrize("name", ["crank_rocker", "stephenson_3_far", "parallelogram", "excavator", "gim_fig13b"])
 @pytest.mark.parametrize("jit", ["on", "off"])
 @pytest.mark.parametrize(("steps", "rows"), [(1024, 256), (600, 128), (24, 7)])
-def test_pieces_make_the_whole(name, jit, steps, rows):
+def test_joined_pieces_equal_the_whole_motion(name, jit, steps, rows):
     mechanism = load(FILES[0].with_name(f"{name}.yaml"))
     whole = trace(mechanism, steps, Options(jit=jit))
     joined = Motion.joined(list(stream(mechanism, steps, Options(jit=jit), rows=rows)))
     assert np.array_equal(whole.codes, joined.codes)
     assert np.array_equal(whole.time, joined.time)
-    assert np.max(np.abs(whole.z - joined.z)) < 1e-12  # factors are renewed at other rows
+    assert np.max(np.abs(whole.z - joined.z)) < 1e-12  # factors are renewed in other rows
     assert len(whole.bridged) == len(joined.bridged)
     assert whole.work[0] == joined.work[0]
 
 
-def test_pieces_after_a_limit_keep_their_rows_and_reason():
+def test_pieces_after_a_limit_have_empty_rows_with_its_status():
     def longer(data):
         data["links"]["crank"]["length"] = 70  # too long to pass the frame
 
@@ -78,7 +78,7 @@ def test_pieces_after_a_limit_keep_their_rows_and_reason():
 
 
 @pytest.mark.parametrize("name", ["crank_rocker", "gim_fig13b"])
-def test_swept_pieces_make_the_whole(name):
+def test_joined_pieces_by_sweeps_equal_the_whole_motion(name):
     mechanism = load(FILES[0].with_name(f"{name}.yaml"))
     whole = trace(mechanism, 200, Options(method="gim"))
     joined = Motion.joined(list(stream(mechanism, 200, Options(method="gim"), rows=50)))
@@ -86,16 +86,16 @@ def test_swept_pieces_make_the_whole(name):
     assert np.max(np.abs(whole.z - joined.z)) < 1e-8
 
 
-def test_a_row_that_nothing_has_solved_is_never_ok():
+def test_a_row_that_was_not_solved_is_never_ok():
     mechanism = load(FILES[0].with_name("crank_rocker.yaml"))
     path = FollowedPath.empty(len(mechanism.nodes), np.arange(5) / 4, law_inputs(mechanism)(np.arange(5) / 4))
     path.z[:] = trace(mechanism, 4).z
     path.z[:, 2] = np.nan
     path.z[-1, 3] += 1e-6
-    assert _judged(mechanism, make_plan(mechanism), path, Options()).good.tolist() == [True, True, False, False, True]
+    assert _checked(mechanism, make_plan(mechanism), path, Options()).good.tolist() == [True, True, False, False, True]
 
 
-def test_a_summary_counts_all_and_keeps_some():
+def test_a_summary_counts_all_rows_and_keeps_some():
     mechanism = load(FILES[0].with_name("crank_rocker.yaml"))
     summary = Summary(20001)
     for piece in stream(mechanism, 20000, rows=3000):

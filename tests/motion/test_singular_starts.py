@@ -1,4 +1,4 @@
-"""Mechanisms drawn in a singular position: every row that exists is found, from whichever side the motion comes."""
+"""Mechanisms drawn in a singular position: every row that exists is found, in both senses of the motion."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ RAMS = {
 
 
 def corners(radius: float) -> list[complex]:
-    """Return an equilateral triangle about the origin, a corner on top."""
+    """Return the corners of an equilateral triangle about the origin, one at the top."""
     return [complex(radius * np.exp(1j * np.radians(a))) for a in (90, 210, 330)]
 
 
 def platform(folder: Path, rams: str, back: bool = False) -> Path:
-    """Write the symmetric 3-RPR: rams in the middle of a triangle, drawn where their lines meet."""
+    """Write the symmetric 3-RPR platform, drawn in the position in which the lines of the rams meet."""
     laws = [law[::-1] if back else law for law in RAMS[rams]]
     nodes = [
         f"  {n}{k}: [{z.real}, {z.imag}]" for n, r in (("A", BASE), ("B", PLATFORM)) for k, z in enumerate(corners(r))
@@ -47,7 +47,7 @@ def platform(folder: Path, rams: str, back: bool = False) -> Path:
 
 
 def rams_and_sides(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lengths of rams (3, rows) and sides (3, rows) as the nodes have them."""
+    """Return the lengths of the rams (3, rows) and of the sides (3, rows), from the nodes."""
     z = motion.mechanism.to_file(motion.z)
     at = {name: z[k] for k, name in enumerate(motion.mechanism.nodes)}
     rams = np.array([abs(at[f"A{k}"] - at[f"B{k}"]) for k in range(3)])
@@ -62,16 +62,16 @@ def test_a_platform_drawn_where_its_rams_meet(rams: str, back: bool, steps: int,
     motion = trace(load(platform(tmp_path, rams, back)), steps)
     assert motion.good.all()
     lengths, sides = rams_and_sides(motion)
-    asked = np.array([np.linspace(*(law[::-1] if back else law), steps + 1) for law in RAMS[rams]])
-    assert np.abs(lengths - asked).max() < 1e-10
+    wanted = np.array([np.linspace(*(law[::-1] if back else law), steps + 1) for law in RAMS[rams]])
+    assert np.abs(lengths - wanted).max() < 1e-10
     assert np.abs(sides - PLATFORM * math.sqrt(3.0)).max() < 1e-10
     distance = np.minimum(np.arange(steps + 1), steps - np.arange(steps + 1))[1:] + 1.0
     jump = np.abs(np.diff(motion.z, axis=1)).max(axis=0)
-    assert (jump < 3.0 / np.sqrt(distance * steps)).all()  # as a root does at a limit, no more
+    assert (jump < 3.0 / np.sqrt(distance * steps)).all()  # a square root near the limit, not more
 
 
-def test_rams_of_one_length_turn_the_platform(tmp_path: Path) -> None:
-    """l^2 = R^2 + r^2 - 2 R r cos(psi); the other arc is that of --branch 2."""
+def test_rams_of_equal_length_rotate_the_platform(tmp_path: Path) -> None:
+    """l^2 = R^2 + r^2 - 2 R r cos(psi); --branch 2 follows the other arc."""
     mechanism = load(platform(tmp_path, "alike"))
     length = np.linspace(2.0, 3.0, 361)
     psi = np.arccos((BASE**2 + PLATFORM**2 - length**2) / (2.0 * BASE * PLATFORM))
@@ -89,8 +89,8 @@ def test_all_commands_follow_the_platform(rams: str, tmp_path: Path) -> None:
         app, ["trace", str(path), "--circuit", "--json", "--no-png", "--out", str(tmp_path / "out")]
     )
     assert done.exit_code == 0, done.output
-    told = json.loads(done.stdout)
-    assert (told["steps"], told["solved"]) == (360, 361)
+    report = json.loads(done.stdout)
+    assert (report["steps"], report["solved"]) == (360, 361)
     found = survey(load(path))
     limits = [inputs_of(found, one.what.p[-1]) for one in found.found if one.what.kind == "limit"]
     assert min(np.abs(at * found.curve.mechanism.scale - 2.0).max() for at in limits) < 1e-10
@@ -103,16 +103,16 @@ def test_circuits_of_the_platform_are_listed(tmp_path: Path) -> None:
 
 
 def on(case: Linkage, motion: Motion, place: object) -> bool:
-    """Tell whether a motion is on an arc from its first row to its last."""
+    """Return whether all rows of a motion are on an arc."""
     found = motion.mechanism.to_file(motion.z)[motion.mechanism.nodes.index(case.node)]
-    asked = motion.mechanism.value_to_file(0, motion.mechanism.actuators[0].law(motion.time))
-    return bool(motion.good.all() and all(abs(a - place(float(v))) < 1e-9 for a, v in zip(found, asked, strict=True)))
+    inputs = motion.mechanism.value_to_file(0, motion.mechanism.actuators[0].law(motion.time))
+    return bool(motion.good.all() and all(abs(a - place(float(v))) < 1e-9 for a, v in zip(found, inputs, strict=True)))
 
 
 @pytest.mark.parametrize("profile", ["uniform", "cycloidal"])
 @pytest.mark.parametrize("case", [pytest.param(case, id=case.name) for case in LINKAGES])
 def test_a_linkage_drawn_in_its_singular_position(case: Linkage, profile: str, tmp_path: Path) -> None:
-    """Every row is there, on one arc or branch and with --branch 2 on the other."""
+    """Every row is solved, on one arc or branch, and with --branch 2 on the other."""
     law = f"{{from: {case.critical}, to: {case.start}, profile: {profile}}}"
     path = tmp_path / "model.yaml"
     path.write_text(case.text(case.critical).replace(LAW, law))
@@ -127,7 +127,7 @@ def test_a_linkage_drawn_in_its_singular_position(case: Linkage, profile: str, t
 
 @pytest.mark.parametrize("case", [pytest.param(case, id=case.name) for case in LINKAGES])
 def test_a_law_that_starts_in_a_singular_position_keeps_the_drawn_arc(case: Linkage, tmp_path: Path) -> None:
-    """Drawn beside it, the mechanism comes there on its own arc and goes back on it."""
+    """Drawn near it, the mechanism reaches it on its own arc and returns on the same arc."""
     path = tmp_path / "model.yaml"
     path.write_text(case.text(case.start).replace(LAW, f"{{from: {case.critical}, to: {case.start}}}"))
     assert on(case, trace(load(path), 60), case.arc)
@@ -145,7 +145,7 @@ FIVE_BAR = {
 
 
 def tip(degrees: float, side: float) -> complex:
-    """Return the five-bar's pin at t, above or below the line from A to B."""
+    """Return the pin of the five-bar at t, above or below the line from A to B."""
     half = 2.0 + 4.0 * math.cos(math.radians(degrees))
     return complex(2.0, 4.0 * math.sin(math.radians(degrees)) + side * math.sqrt(max(16.0 - half**2, 0.0)))
 
@@ -173,7 +173,7 @@ trace: [P]
 @pytest.mark.parametrize("drawn", [80.0, STRETCHED])
 @pytest.mark.parametrize("course", FIVE_BAR)
 def test_two_inputs_at_their_limit(course: str, drawn: float, tmp_path: Path) -> None:
-    """Drawn beside it, the pin stays above; drawn at the limit it is on either arc."""
+    """Drawn near the limit, the pin stays above; drawn at the limit, it is on one of both arcs."""
     mechanism = load(five_bar(tmp_path, drawn, FIVE_BAR[course]))
     motion = trace(mechanism, 40)
     assert motion.good.all()
@@ -181,5 +181,5 @@ def test_two_inputs_at_their_limit(course: str, drawn: float, tmp_path: Path) ->
     angles = np.degrees(mechanism.actuators[1].law(motion.time))
     arcs = [np.array([tip(float(t), side) for t in angles]) for side in (1.0, -1.0)]
     away = [np.abs(pin - arc).max() for arc in arcs]
-    assert min(away) < 1e-7  # a rounding of the angle moves the pin by its root
+    assert min(away) < 1e-7  # a rounding error e of the angle moves the pin by about sqrt(e)
     assert drawn == STRETCHED or away[0] < 1e-7

@@ -1,7 +1,7 @@
-"""From random starts `auto` settles at least as often, and finds as much, as sweeps or Newton-Raphson alone.
+"""From random starts `auto` converges at least as often, to as many configurations, as sweeps or Newton-Raphson.
 
-The same measurement as tests/benchmarks/random_starts.py, smaller: mechanisms of dyads (one of whose sides may
-lead nowhere), of one coupled group, with three inputs, and with a constraint too many.
+The same measurement as tests/benchmarks/random_starts.py, with fewer starts: mechanisms of dyads (some sides of which
+cannot be assembled), of one coupled group, with three inputs, and with a redundant constraint.
 """
 
 import numpy as np
@@ -30,12 +30,12 @@ def test_auto_is_at_least_as_good_as_either(name):
     for other in ("gim", "newton"):
         assert found["auto"].settled >= found[other].settled, other
         assert found["auto"].configurations(mechanism.size) >= found[other].configurations(mechanism.size), other
-    assert found["auto"].settled == len(STARTS)  # each can be assembled
+    assert found["auto"].settled == len(STARTS)  # an assembled position exists for each
 
 
 @pytest.mark.parametrize("name", ["klann", "stephenson_1"])
-def test_a_side_that_leads_nowhere_is_exchanged(name):
-    """Each of these has random starts whose own sides cannot be assembled; `gim solve --start random` finds others."""
+def test_a_side_that_cannot_be_assembled_is_exchanged(name):
+    """Some random starts have sides that cannot be assembled; `gim solve --start random` tries the other sides."""
     mechanism = load(random_starts.MODELS / f"{name}.yaml")
     inputs = mechanism.drawn_inputs
     for seed in range(20):
@@ -44,8 +44,8 @@ def test_a_side_that_leads_nowhere_is_exchanged(name):
         assert position.residual.total[0] <= 1e-10
 
 
-def test_a_start_that_leads_nowhere_is_given_up():
-    """Near this one Newton-Raphson settles from none of sixty disturbed guesses; from elsewhere it does."""
+def test_a_start_that_does_not_converge_is_replaced():
+    """Newton-Raphson converges from none of sixty perturbations of this start, but from other random starts."""
     mechanism = load(random_starts.MODELS / "gim_fig11.yaml")
     position = solve(mechanism, mechanism.drawn_inputs, Options(seed=159))
     assert position.status is Status.OK
@@ -55,7 +55,7 @@ def test_a_start_that_leads_nowhere_is_given_up():
 @pytest.mark.few(4)
 @pytest.mark.parametrize("seed", [*range(8), 24, 28, 37, 59])
 def test_random_mechanisms_are_assembled_from_every_start(seed, tmp_path):
-    """Each fits as drawn; in the last four a group has configurations on which what hangs on it does not fit."""
+    """Each can be assembled; in the last four, a group has configurations with which the rest cannot be assembled."""
     path = tmp_path / "model.yaml"
     path.write_text(yaml.safe_dump(Growth(seed, 1 + seed % 5).model()))
     mechanism = load(path)
@@ -63,14 +63,14 @@ def test_random_mechanisms_are_assembled_from_every_start(seed, tmp_path):
     assert found["auto"].settled == 20 >= found["newton"].settled
 
 
-def test_a_group_with_constraints_too_many_settles_where_they_hold():
-    """Least squares have minima at which nothing fits: those are started again."""
+def test_a_group_with_redundant_constraints_is_solved_with_all_satisfied():
+    """Least squares may converge to a minimum with a residual; then another start is used."""
     mechanism = load(random_starts.MODELS / "plantigrade.yaml")
     assert random_starts.attempt(mechanism, "auto", range(5), plain).settled == 5
 
 
-def test_sides_as_drawn_are_kept_without_a_random_start():
-    """From the drawing, which has sides, none is exchanged: a mechanism that is drawn unassemblable says so."""
+def test_drawn_sides_are_kept_without_a_random_start():
+    """From given coordinates no side is exchanged: if these sides cannot be assembled, the status says so."""
     mechanism = load(random_starts.MODELS / "klann.yaml")
     solver = random_starts.solver(mechanism, "newton", plain)
     inputs = mechanism.drawn_inputs

@@ -1,4 +1,4 @@
-"""A link between two nodes of an element holds what is held already: nothing else changes."""
+"""A link between two nodes of an element is redundant: it changes no result."""
 
 import cmath
 
@@ -17,13 +17,13 @@ PIVOT, EYE, FOOT = 0j, 1.5 - 0.5j, 2.5 + 2.0j
 
 
 def rod(angle):
-    """Return the crank's tip, and the end of a rod from there through the eye, by its definition."""
+    """Return the tip of the crank, and the end of the rod from there through the eye, from the definition."""
     tip = CRANK * cmath.exp(1j * angle)
     return tip, tip + ROD * (EYE - tip) / abs(EYE - tip)
 
 
 def braced():
-    """A ram drives the end of a rod that slides through an eye; its crank is an element and a link."""
+    """A ram drives the end of a rod that slides through an eye; the crank is both an element and a link."""
     tip, end = rod(0.6)
     return {
         "nodes": {
@@ -39,7 +39,7 @@ def braced():
 
 
 @pytest.mark.parametrize("angle", [0.6, 0.7])
-def test_two_circles_about_one_centre_are_no_dyad(angle):
+def test_concentric_circles_are_not_used_as_a_dyad(angle):
     mechanism = loaded(braced())
     tip, end = rod(angle)
     found = solve(mechanism, np.array([abs(end - FOOT) / mechanism.scale]), Options())
@@ -49,8 +49,8 @@ def test_two_circles_about_one_centre_are_no_dyad(angle):
 
 
 @pytest.mark.parametrize("reference", ["O", "B"])
-def test_an_angle_between_members_that_are_one_is_over_driven(reference):
-    """The gradient of such an angle is what rounding leaves of none: it adds no rank."""
+def test_an_actuator_between_members_without_relative_motion_is_redundant(reference):
+    """The gradient of such an angle is zero except for rounding errors: it does not increase the rank."""
     spec = braced()
     spec["actuators"] = {"motor": {"type": "rotary", "pivot": "A", "arm": "O", "reference": reference}}
     mechanism = loaded(spec)

@@ -1,4 +1,4 @@
-"""Driving links and Assur groups: known formations, and what makes a group a group."""
+"""Driving links and Assur groups: published formations, and the definition of a group."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def test_known_formations(name):
     assert [(g.grade, g.order, g.dyad) for g in found.groups] == kinds
 
 
-def test_every_group_has_no_freedom_of_its_own_and_none_less_will_do(model):
-    """3 n - 2 p - drivers = 0 for a group, and above 0 for every part of it: Assur's definition."""
+def test_every_group_has_mobility_zero_and_every_part_of_it_more(model):
+    """Assur's definition: 3 n - 2 p - drivers = 0 for a group, and > 0 for every part of it."""
     mechanism = load(model)
     found = formation(mechanism)
     formed = {0}
@@ -56,9 +56,9 @@ def test_every_group_has_no_freedom_of_its_own_and_none_less_will_do(model):
             continue
         for count in range(1, len(group.links)):
             for part in combinations(group.links, count):
-                held = [p for p in pairs if {p.a, p.b} - set(group.links) or {p.a, p.b} <= set(part)]
-                held = [p for p in held if {p.a, p.b} & set(part)]
-                assert 3 * count - 2 * len(held) > 0, [found.links[k] for k in part]
+                own = [p for p in pairs if {p.a, p.b} - set(group.links) or {p.a, p.b} <= set(part)]
+                own = [p for p in own if {p.a, p.b} & set(part)]
+                assert 3 * count - 2 * len(own) > 0, [found.links[k] for k in part]
     assert len(formed) == len(found.numbers)
 
 
@@ -76,7 +76,7 @@ def test_the_order_of_the_file_does_not_change_the_groups(tmp_path):
     assert names(one) == names(two)
 
 
-def test_what_nothing_drives_is_no_formation(tmp_path):
+def test_an_undriven_mechanism_has_no_formation(tmp_path):
     text = (MODELS / "five_bar.yaml").read_text()
     start, end = text.index("  motor_2:"), text.index("\npoints:") if "\npoints:" in text else len(text)
     (tmp_path / "m.yaml").write_text(text[:start] + text[end:])
@@ -84,7 +84,7 @@ def test_what_nothing_drives_is_no_formation(tmp_path):
         formation(load(tmp_path / "m.yaml"))
 
 
-def test_the_command_tells_the_formation(tmp_path):
+def test_the_command_prints_the_formation(tmp_path):
     result = CliRunner().invoke(app, ["groups", str(MODELS / "watt_1.yaml"), "--json"])
     report = json.loads(result.stdout)
     assert report["formula"] == ["0^(2)", "2,0^(3,4)", "4,3^(5,6)"]
@@ -100,7 +100,7 @@ def test_the_command_tells_the_formation(tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_components_come_after_what_they_need():
+def test_components_are_listed_after_those_they_depend_on():
     needs = [[1], [2], [1, 3], [], [0, 3], [5]]
     found = components(needs)
     assert sorted(map(tuple, found)) == [(0,), (1, 2), (3,), (4,), (5,)]
@@ -115,8 +115,8 @@ def test_a_deep_chain_is_split_without_recursion():
     assert blocks[0].rows == (0,) or blocks[-1].rows == (0,)
 
 
-def test_a_surplus_unknown_joins_what_it_reaches():
-    """Three unknowns in two equations that share one, and an unknown of its own."""
+def test_an_unmatched_unknown_is_added_to_the_block_of_its_equations():
+    """Three unknowns in two equations with a common unknown, and a third equation with its own unknown."""
     blocks = split(3, [[0], [0, 1], [1], [2]])
     assert {(b.rows, b.columns) for b in blocks} == {((0, 1), (0, 1, 2)), ((2,), (3,))}
     assert match(2, []) == []

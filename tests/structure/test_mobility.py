@@ -53,8 +53,8 @@ def written(tmp_path, text):
     return path
 
 
-def test_prism_with_parallel_bars_is_shaky_but_rigid(tmp_path):
-    """PyRigi's ThreePrism("parallel"): one infinitesimal freedom, none that is finite."""
+def test_prism_with_parallel_bars_is_infinitesimally_movable_but_rigid(tmp_path):
+    """PyRigi's ThreePrism("parallel"): one infinitesimal freedom, no finite one."""
     found = analysed(
         written(
             tmp_path,
@@ -66,8 +66,8 @@ def test_prism_with_parallel_bars_is_shaky_but_rigid(tmp_path):
     assert found.singular
 
 
-def test_flat_parallelogram_seems_to_have_two_freedoms(tmp_path):
-    """Fraczek & Wojtyra, example 1.12: the rank falls at alpha = 0, the mobility does not."""
+def test_flat_parallelogram_has_a_rank_loss_but_mobility_one(tmp_path):
+    """Fraczek & Wojtyra, example 1.12: the rank is lower at alpha = 0, the mobility is not greater."""
     found = analysed(
         written(
             tmp_path,
@@ -79,8 +79,8 @@ def test_flat_parallelogram_seems_to_have_two_freedoms(tmp_path):
     assert (found.apparent, found.mobility, found.redundant, found.undriven) == (2, 1, (), ())
 
 
-def test_four_bar_windows_in_a_row_have_one_freedom_upright_and_seem_to_have_more_flat(tmp_path):
-    """Gruebler 1 for all N; rank mobility N+1 in the flat position (library, n_fourbar)."""
+def test_four_bars_in_a_row_have_mobility_one_also_in_the_flat_position(tmp_path):
+    """Grübler's count is 1 for all N; in the flat position, coordinates minus rank is N + 1 (library, n_fourbar)."""
     for turned, apparent in ((False, 1), (True, 4)):
         lines = ["nodes:"]
         for k in range(4):
@@ -103,7 +103,7 @@ def test_undriven_nodes_and_overdriven_actuators_are_named(tmp_path):
     assert len(found.overdriven) == 1
 
 
-def test_full_pivoting_tells_the_rank_of_products():
+def test_full_pivoting_finds_the_rank_of_products():
     generator = np.random.default_rng(1)
     for rank in range(1, 6):
         table = generator.standard_normal((7, rank)) @ generator.standard_normal((rank, 6))

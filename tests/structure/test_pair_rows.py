@@ -1,6 +1,6 @@
-"""A pair that no file can ask for, made of one row: two members keep the angle between them, as by a belt.
+"""A pair that model files do not have, made of one row: two members keep their relative angle, as by a belt.
 
-What reads the rows of pairs has to know it without a word of its own, against closed forms.
+All analyses must handle this pair by its row alone; the results are compared with closed forms.
 """
 
 from dataclasses import replace
@@ -41,22 +41,22 @@ COUPLED = {
 
 
 def belted(data, body, guide):
-    """Return a mechanism whose members keep the angle that they are drawn at."""
+    """Return a mechanism with two members that keep their drawn relative angle."""
     mechanism = compile_model(Model.model_validate(long_form(data)))
     members = [next(k for k, m in enumerate(mechanism.members) if m.name == name) for name in (body, guide)]
-    first, second = (way(mechanism, mechanism.drawn[:, None], k)[0] for k in members)
+    first, second = (arm(mechanism, mechanism.drawn[:, None], k)[0] for k in members)
     row = PairRow("belt", ANGLE, (), tuple(members), reference=first / second / abs(first / second), pair="belt")
     return replace(mechanism, pairs=(row,))
 
 
-def way(mechanism, z, index):
+def arm(mechanism, z, index):
     """Return the vector from a binary member's first to its second node (rows,)."""
     first, second = mechanism.members[index].nodes
     return z[second] - z[first]
 
 
 def by_circles(theta):
-    """Return A, B, C of the dyad at crank angles (rows,): the arm runs a quarter turn ahead, C is on two circles."""
+    """Return A, B, C of the dyad at crank angles (rows,): the arm is 90 deg ahead of the crank, C is on two circles."""
     a, b = np.exp(1j * theta), 4.0 + 1.5j * np.exp(1j * theta)
     left, right = abs(2.5 + 3.0j - 1.0), abs(2.5 + 3.0j - (4.0 + 1.5j))
     d = abs(b - a)
@@ -65,7 +65,7 @@ def by_circles(theta):
 
 
 @pytest.mark.parametrize("method", ["auto", "newton", "gim"])
-def test_a_belt_turns_its_members_alike(method):
+def test_members_of_a_belt_rotate_by_the_same_angle(method):
     mechanism = belted(DYAD, "arm", "crank")
     motion = trace(mechanism, 18, Options(method=method, tolerance=1e-12))
     assert set(motion.status) == {Status.OK}
@@ -74,8 +74,8 @@ def test_a_belt_turns_its_members_alike(method):
         assert found[mechanism.nodes.index(node)] == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_belt_carries_a_torque():
-    """So slow that inertia is nothing, the motor lifts the weights: its torque is the derivative of their potential."""
+def test_a_belt_transmits_a_torque():
+    """In a quasi-static motion the motor's torque is the derivative of the potential energy of the weights."""
     mechanism = belted(DYAD, "arm", "crank")
     motion = trace(mechanism, 9)
     found = motion_forces(motion)
@@ -92,16 +92,16 @@ def test_a_belt_carries_a_torque():
 
 @pytest.mark.parametrize("method", ["auto", "newton", "gim"])
 def test_a_belt_between_floating_members(method):
-    """Two members that nothing pivots are held parallel within a coupled group; both their links keep their lengths."""
+    """Two members without fixed pivots are kept parallel in a coupled group; both keep their lengths."""
     mechanism = belted(COUPLED, "s", "l")
     body, guide = mechanism.pairs[0].members
     motion = trace(mechanism, 12, Options(method=method, tolerance=1e-13))
     assert set(motion.status) == {Status.OK}
-    turn = way(mechanism, motion.z, body) / way(mechanism, motion.z, guide)
+    turn = arm(mechanism, motion.z, body) / arm(mechanism, motion.z, guide)
     assert np.angle(turn / turn[0]) == pytest.approx(np.zeros(13), abs=1e-11)
     for index, member in enumerate(mechanism.members[1:], start=1):
         length = abs(member.shape[1] - member.shape[0])
-        assert abs(way(mechanism, motion.z, index)) == pytest.approx(np.full(13, length), rel=1e-11)
+        assert abs(arm(mechanism, motion.z, index)) == pytest.approx(np.full(13, length), rel=1e-11)
 
 
 @pytest.mark.parametrize("data", [(DYAD, "arm", "crank"), (COUPLED, "s", "l")], ids=["dyad", "coupled"])
@@ -119,7 +119,7 @@ def test_a_belt_counts_as_one_constraint(data):
 
 
 def test_all_configurations_with_a_belt():
-    """The dyad closes to both sides of A B; the belt leaves nothing else open."""
+    """The dyad can be assembled on both sides of A B; the belt allows no other choice."""
     mechanism = belted(DYAD, "arm", "crank")
     found = all_configurations(mechanism, np.array([0.3]))
     a, b, c = by_circles(np.array(0.3))

@@ -1,4 +1,4 @@
-"""Structures that are driven, over-driven, free or out of the ordinary: what every analysis says of them."""
+"""Driven, over-driven, undriven and unusual structures: all analyses must agree on them."""
 
 import json
 
@@ -22,7 +22,7 @@ from gimcli.status import Status
 from gimcli.structure.mobility import drawn_mobility
 
 COMMANDS = ("mobility", "solve", "singularities", "circuits", "workspace", "trace", "groups", "sequence")
-"""All that need no masses."""
+"""All commands that need no masses."""
 
 
 def written(tmp_path, data):
@@ -50,7 +50,7 @@ actuators:
 
 
 def test_two_rams_that_meet_in_a_pin_need_no_link(tmp_path):
-    """P is where two circles meet: x = (l^2 - r^2 + 16) / 8, y = sqrt(l^2 - x^2)."""
+    """P is the intersection of two circles: x = (l^2 - r^2 + 16) / 8, y = sqrt(l^2 - x^2)."""
     motion = trace(load(written(tmp_path, RAMS_IN_A_PIN)), 20)
     t = np.linspace(0.0, 1.0, 21)
     left, right = np.sqrt(8.0) + t, np.sqrt(8.0) + 0.5 * t
@@ -60,7 +60,7 @@ def test_two_rams_that_meet_in_a_pin_need_no_link(tmp_path):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_two_rams_that_meet_in_a_pin_are_a_mechanism_for_every_command(tmp_path, command):
+def test_every_command_accepts_two_rams_that_meet_in_a_pin(tmp_path, command):
     folder = tmp_path if command in ("workspace", "trace") else None
     done = run(command, written(tmp_path, RAMS_IN_A_PIN), folder=folder)
     assert done.exit_code == 0, done.output
@@ -75,8 +75,8 @@ COINCIDENT = {
 
 
 @pytest.mark.parametrize("ground", [["O", "G", "H"], ["G", "O", "H"], ["O", "H", "G"], ["H", "G", "O"]])
-def test_frame_nodes_may_coincide_where_a_member_slides_by_two_pins(tmp_path, ground):
-    """A slider-crank, x = cos + sqrt(9 - sin^2), whose pivot and guide begin at one place."""
+def test_frame_nodes_may_coincide_with_a_member_that_slides_by_two_pins(tmp_path, ground):
+    """A slider-crank, x = cos + sqrt(9 - sin^2), with coincident pivot and guide node."""
     motion = trace(load(written(tmp_path, COINCIDENT | {"ground": ground})), 72)
     angle = np.linspace(0.0, 2.0 * np.pi, 73)
     z = dict(zip(motion.mechanism.nodes, motion.mechanism.to_file(motion.z), strict=True))
@@ -87,13 +87,13 @@ def test_frame_nodes_may_coincide_where_a_member_slides_by_two_pins(tmp_path, gr
 
 @pytest.mark.few(4)
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_takes_coincident_frame_nodes(tmp_path, command):
+def test_every_command_accepts_coincident_frame_nodes(tmp_path, command):
     folder = tmp_path if command in ("workspace", "trace") else None
     done = run(command, written(tmp_path, COINCIDENT | {"ground": ["O", "G", "H"]}), folder=folder)
     assert done.exit_code == 0, done.output
 
 
-def test_a_point_of_the_ground_is_measured_along_its_first_two_nodes_that_are_apart(tmp_path):
+def test_local_coordinates_on_the_ground_use_its_first_two_distinct_nodes(tmp_path):
     data = COINCIDENT | {"ground": ["O", "G", "H"], "points": {"X": {"on": "ground", "local": [2, 1]}}}
     point = load(written(tmp_path, data)).points[0].local
     assert point * load(written(tmp_path, data)).scale == pytest.approx(2 + 1j)
@@ -112,8 +112,8 @@ gravity: [0, -9.81]
 """
 
 
-def test_energy_of_weights_is_measured_from_the_first_ground_node(tmp_path):
-    """2 kg hang 3 m below O, the block slides at its height: V = -2 g 3."""
+def test_potential_energy_is_zero_at_the_first_ground_node(tmp_path):
+    """A mass of 2 kg is 3 m below O, the block is at the height of O: V = -2 g 3."""
     done = run("simulate", written(tmp_path, PENDULUM), "--time", "0.1", folder=tmp_path)
     assert done.exit_code == 0, done.output
     table = np.genfromtxt(tmp_path / "model.simulation.csv", delimiter=",", names=True)
@@ -121,8 +121,8 @@ def test_energy_of_weights_is_measured_from_the_first_ground_node(tmp_path):
 
 
 @pytest.mark.parametrize("command", ["simulate", "forces", "reduce"])
-def test_a_missing_inertia_is_said_where_the_member_turns(tmp_path, command):
-    """The block has none either, but its guide holds it from turning; `inertia: 0` is an answer."""
+def test_a_missing_inertia_is_reported_for_a_member_that_rotates(tmp_path, command):
+    """The block has none either, but it cannot rotate on its guide; `inertia: 0` is accepted."""
     more = ["--time", "0.1"] if command == "simulate" else ["--input", "swing"] if command == "reduce" else []
     said = "no `inertia` for bob:"
     assert said in run(command, written(tmp_path, PENDULUM), *more, folder=tmp_path).output
@@ -140,7 +140,7 @@ actuators:
   ram1: {type: linear, nodes: [A, C]}
   ram2: {type: linear, nodes: [B, D]}
 """
-"""The loop A B C D is a rigid body with one ram, and swings about A: 3 freedoms, of which ram2 drives none."""
+"""One ram makes the loop A B C D a rigid body, which can rotate about A: mobility 3, ram2 is redundant."""
 
 
 @pytest.mark.parametrize("command", [*COMMANDS[1:], "solve --all", "trace --circuit", "trace --at-limit skip"])
@@ -153,14 +153,14 @@ def test_two_rams_that_drive_one_freedom_are_refused_by_every_command(tmp_path, 
     assert "nothing drives nodes B, C, D, E" in str(done.exception)
 
 
-def test_mobility_names_what_is_driven_twice_and_what_nothing_drives_at_one_position(tmp_path):
+def test_mobility_names_redundant_actuators_and_undriven_nodes_at_the_same_position(tmp_path):
     done = run("mobility", written(tmp_path, TWO_RAMS_ON_ONE_LOOP), "--json")
-    told = json.loads(done.stdout)
-    assert (told["mobility"], told["overdriven"], told["undriven"]) == (3, ["ram2"], ["B", "C", "D", "E"])
+    report = json.loads(done.stdout)
+    assert (report["mobility"], report["overdriven"], report["undriven"]) == (3, ["ram2"], ["B", "C", "D", "E"])
 
 
 @pytest.mark.parametrize("verb", [trace, lambda m, n: solve(m, m.drawn_inputs, Options()), all_at_start])
-def test_the_library_refuses_what_the_commands_refuse(tmp_path, verb):
+def test_the_library_raises_the_errors_of_the_commands(tmp_path, verb):
     with pytest.raises(StructureError, match="ram2 is redundant"):
         verb(load(written(tmp_path, TWO_RAMS_ON_ONE_LOOP)), 10)
 
@@ -183,10 +183,10 @@ actuators: {m: {type: rotary, pivot: A, arm: B}}
 @pytest.mark.parametrize(
     ("model", "kind"), [(DEAD_CENTRE, "limit"), (FLAT, "change point"), (RAMS_IN_A_PIN, "regular")]
 )
-def test_a_singular_drawing_is_neither_over_driven_nor_free_and_has_one_name(tmp_path, model, kind):
+def test_a_singular_drawn_position_is_classified_alike_by_all_commands(tmp_path, model, kind):
     path = written(tmp_path, model)
-    told = json.loads(run("mobility", path, "--json").stdout)
-    assert (told["overdriven"], told["undriven"], told["start"]) == ([], [], kind)
+    report = json.loads(run("mobility", path, "--json").stdout)
+    assert (report["overdriven"], report["undriven"], report["start"]) == ([], [], kind)
     listed = json.loads(run("singularities", path, "--json").stdout)["singularities"]
     start = json.loads(run("solve", path, "--json").stdout)["inputs"]
     at_start = [s["kind"] for s in listed if s["at"] == pytest.approx(start, abs=1e-9) and s["kind"] != "stationary"]
@@ -197,7 +197,7 @@ def test_a_singular_drawing_is_neither_over_driven_nor_free_and_has_one_name(tmp
 
 SEEDS = 500
 FULL = (10, 20, 24, 28, 50, 52, 62, 64, 70, 92, 94, 102, 116, 138, 142)
-"""Structures that fit, and whose circuits and configurations are all found: few nodes, so that it takes little time."""
+"""Correctly driven structures of few nodes: all circuits and configurations are found in a short time."""
 
 
 def compiled(structure, noise):
@@ -206,15 +206,15 @@ def compiled(structure, noise):
 
 def expected(structure):
     """Return mobility, number of redundant constraints, over-driving actuators and undriven nodes."""
-    told = structure.oracle()
-    assert (told["unmatched"] == 0) or told["undriven"] or told["mobility"] == 0  # what no row can hold is free
-    if told["mobility"] == 0:
-        return 0, told["redundant"], list(structure.drives), []
-    return told["mobility"], told["redundant"], told["overdriven"], told["undriven"]
+    oracle = structure.oracle()
+    assert (oracle["unmatched"] == 0) or oracle["undriven"] or oracle["mobility"] == 0  # an unmatched freedom is free
+    if oracle["mobility"] == 0:
+        return 0, oracle["redundant"], list(structure.drives), []
+    return oracle["mobility"], oracle["redundant"], oracle["overdriven"], oracle["undriven"]
 
 
-def asked(mechanism, full):
-    """Yield what judges whether the actuators fit; `full`: those too that take long where they do."""
+def analyses(mechanism, full):
+    """Yield the analyses that check the actuators; full: also those that take long for correctly driven structures."""
     start = mechanism.drawn_inputs
     yield lambda: solve(mechanism, start, Options(jit="off"))
     yield lambda: trace(mechanism, 1, Options(jit="off"))
@@ -232,25 +232,27 @@ def check_structure(seed, full):
     assert (found.mobility, len(found.redundant), list(found.overdriven), loose) == wanted
     mobility, _, over, undriven = wanted
     unfit = bool(undriven or over)
-    for verb in asked(mechanism, full or unfit):
+    for verb in analyses(mechanism, full or unfit):
         if unfit:
             with pytest.raises(StructureError) as caught:
                 verb()
-            said = str(caught.value)
-            assert "is a structure" in said if mobility == 0 else all(name in said for name in [*over, *undriven]), said
+            text = str(caught.value)
+            assert "is a structure" in text if mobility == 0 else all(name in text for name in [*over, *undriven]), text
         else:
             done = verb()
             status = getattr(done, "first_status", getattr(done, "status", Status.OK))
-            assert status is Status.OK or (seed % 2 and status is Status.NOT_ASSEMBLED)  # drawn beyond a limit
+            assert status is Status.OK or (
+                seed % 2 and status is Status.NOT_ASSEMBLED
+            )  # the drawn inputs may be beyond a limit
     return unfit, bool(over), mobility, wanted[1], len(structure.drives)
 
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("part", range(10))
-def test_random_structures_are_judged_as_rank_and_matching_judge_them(part):
-    """Drawn as assembled, or off by 0.002 with all dimensions given; mobility, solve, trace and the others agree."""
-    told = [check_structure(seed, seed in FULL) for seed in range(part * SEEDS // 10, (part + 1) * SEEDS // 10)]
-    unfit, over, mobility, redundant, drives = (np.array(column) for column in zip(*told, strict=True))
+def test_random_structures_have_the_mobility_of_rank_and_matching(part):
+    """Drawn exactly, or with errors of 0.002 and all dimensions given; mobility, solve, trace and the others agree."""
+    checked = [check_structure(seed, seed in FULL) for seed in range(part * SEEDS // 10, (part + 1) * SEEDS // 10)]
+    unfit, over, mobility, redundant, drives = (np.array(column) for column in zip(*checked, strict=True))
     assert min(np.sum(unfit), np.sum(~unfit), np.sum(over), np.sum(redundant > 1)) > 3
     assert np.sum((drives > 1) & ~unfit) > 3
     assert np.sum(mobility > 2) > 1
@@ -258,6 +260,6 @@ def test_random_structures_are_judged_as_rank_and_matching_judge_them(part):
 
 @pytest.mark.soak
 @pytest.mark.parametrize("part", range(20))
-def test_more_random_structures_are_judged_alike(part):
+def test_more_random_structures(part):
     for seed in range(1000 + 100 * part, 1100 + 100 * part):
         check_structure(seed, False)

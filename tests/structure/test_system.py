@@ -20,7 +20,7 @@ from gimcli.structure.system import System
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
 def test_values_and_derivatives_are_those_of_the_constraints(path: Path) -> None:
-    """The quadratic form against the constraints as written, at places far from assembled."""
+    """The quadratic form against `Constraints`, at positions far from assembled ones."""
     system, rng = System(load(path)), np.random.default_rng(5)
     count = len(system.mechanism.actuators)
     x, u = rng.normal(size=system.n), rng.normal(size=count)
@@ -28,9 +28,9 @@ def test_values_and_derivatives_are_those_of_the_constraints(path: Path) -> None
     assert np.allclose(system.residual(x, u), constraints.residual(z, u[:, None])[:, 0], atol=1e-13)
     assert np.allclose(system.jacobian(x, u), constraints.jacobian(z, u[:, None])[0], atol=1e-13)
     assert np.array_equal(system.coordinates(system.nodes(x)), x)
-    held = system.quadric(u)
-    assert np.allclose(held.value(x), system.residual(x, u), atol=1e-13)
-    assert np.allclose(held.slope(np.array([x, 2.0 * x]))[1], system.jacobian(2.0 * x, u), atol=1e-13)
+    form = system.quadric(u)
+    assert np.allclose(form.value(x), system.residual(x, u), atol=1e-13)
+    assert np.allclose(form.slope(np.array([x, 2.0 * x]))[1], system.jacobian(2.0 * x, u), atol=1e-13)
     v, w = rng.normal(size=(2, system.n + count))
 
     def f(step: FloatArray) -> FloatArray:
@@ -45,7 +45,7 @@ def test_values_and_derivatives_are_those_of_the_constraints(path: Path) -> None
 
 
 class Curve:
-    """A plane curve g(x, y) = 0, told twice: surplus equations must not disturb."""
+    """A plane curve g(x, y) = 0 with the same equation twice: redundant equations must have no influence."""
 
     def __init__(self, g: Callable[..., float], gradient: Callable[..., list[float]]) -> None:
         self.g, self.gradient = g, gradient
@@ -57,8 +57,8 @@ class Curve:
         return np.outer([1.0, -2.0], self.gradient(*p))
 
 
-def test_a_circle_is_walked_through_its_folds() -> None:
-    """All points on it, its length covered, its greatest x found to the last digits."""
+def test_a_circle_is_followed_through_its_folds() -> None:
+    """All points are on it, they cover a whole turn, and its greatest x is found to full accuracy."""
     circle = Curve(lambda x, y: x * x + y * y - 1.0, lambda x, y: [2.0 * x, 2.0 * y])
     policy = ArclengthConstants(points=200)
     start = place(circle, np.array([0.0, -1.0]), np.array([1.0, 0.0]))
@@ -75,7 +75,7 @@ def test_a_circle_is_walked_through_its_folds() -> None:
     assert np.abs(found[1].p - [1.0, 0.0]).max() < 1e-13
 
 
-def test_a_crossing_turns_the_orientation() -> None:
+def test_the_orientation_changes_at_a_crossing() -> None:
     """Bernoulli's lemniscate crosses itself at the origin: (x^2 + y^2)^2 = x^2 - y^2."""
     curve = Curve(
         lambda x, y: (x * x + y * y) ** 2 - x * x + y * y,
@@ -84,20 +84,20 @@ def test_a_crossing_turns_the_orientation() -> None:
     start = place(curve, np.array([1.0, 0.0]), np.array([0.0, 1.0]))
     places = [start, *walk(curve, start, ArclengthConstants(points=300))]
     turned = [b.p for a, b in pairwise(places) if a.orientation(a.left) * b.orientation(a.left) < 0.0]
-    assert len(turned) >= 2  # out and back
+    assert len(turned) >= 2  # in both senses
     assert all(np.hypot(*p) < 0.06 for p in turned)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
-def test_linear_equations_are_parted_from_the_others(path: Path) -> None:
+def test_linear_equations_are_split_from_the_others(path: Path) -> None:
     system, rng = System(load(path)), np.random.default_rng(6)
     whole = system.quadric(np.zeros(len(system.mechanism.actuators)))
     whole = whole.rows(range(whole.m - len(system.mechanism.actuators)))
     flat, others = whole.split_linear(system.coordinates(system.mechanism.drawn))
     y, v = rng.normal(size=(2, 5, flat.basis.shape[1]))
-    bent = np.any(whole.q, axis=(1, 2)) | (others.m == whole.m)
-    assert np.allclose(whole.value(flat.lift(y))[:, ~bent], 0.0, atol=1e-12)
-    assert np.allclose(whole.value(flat.lift(y))[:, bent], others.value(y), atol=1e-12)
-    assert np.allclose(whole.slope(flat.lift(y))[:, bent] @ flat.basis, others.slope(y), atol=1e-12)
+    curved = np.any(whole.q, axis=(1, 2)) | (others.m == whole.m)
+    assert np.allclose(whole.value(flat.lift(y))[:, ~curved], 0.0, atol=1e-12)
+    assert np.allclose(whole.value(flat.lift(y))[:, curved], others.value(y), atol=1e-12)
+    assert np.allclose(whole.slope(flat.lift(y))[:, curved] @ flat.basis, others.slope(y), atol=1e-12)
     assert np.allclose(flat.drop(flat.lift(y)), y, atol=1e-12)
     assert np.allclose(np.linalg.norm(flat.lift(y) - flat.lift(v), axis=1), np.linalg.norm(y - v, axis=1), rtol=1e-12)
