@@ -10,7 +10,7 @@ from gimcli.assemblies.constants import FITS
 from gimcli.errors import GimError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.progress import Progress, no_progress
-from gimcli.structure.mobility import refuse_unfit
+from gimcli.structure.mobility import require_driven
 
 __all__ = [
     "Configurations", "all_configurations", "configurations_over", "drawn_configuration",
@@ -25,7 +25,7 @@ def all_configurations(
     `progress` is called with the numbers of known and of all roots while a new structure is solved for the first time.
     Raises StructureError if the mechanism is underdriven or overdriven.
     """
-    refuse_unfit(mechanism)
+    require_driven(mechanism)
     assembler = ConfigurationFinder(mechanism, tolerance)
     assembler.progress = progress
     return assembler.at(inputs)

@@ -26,7 +26,7 @@ from gimcli.continuation.visits import Visits
 from gimcli.errors import GimError, StructureError
 from gimcli.mechanism import SPAN, ComplexArray, FloatArray, Mechanism
 from gimcli.progress import Progress, no_progress
-from gimcli.structure.mobility import refuse_unfit
+from gimcli.structure.mobility import require_driven
 
 TOLERANCE = 1e-10
 """Tolerance of the initial position, relative to the size."""
@@ -98,7 +98,7 @@ def circuits(
     """
     if not mechanism.actuators:
         raise StructureError(f"{mechanism.name} has no actuator: add one, or use `gim solve --all`")
-    refuse_unfit(mechanism)
+    require_driven(mechanism)
     curve = PositionCurve(mechanism)
     search = CircuitSearch(curve, curve.single and bool(curve.rotary[0]), constants or EnumerationConstants(), progress)
     search.run()

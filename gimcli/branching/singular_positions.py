@@ -18,7 +18,7 @@ from gimcli.motion.start import settled, start_position
 from gimcli.positions.dispatch import plain
 from gimcli.progress import Progress, no_progress
 from gimcli.status import Status
-from gimcli.structure.drive_check import refuse_contradiction, refuse_doubtful
+from gimcli.structure.drive_check import require_consistent, require_driven_if_doubtful
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import holds
 
@@ -66,7 +66,7 @@ def drawn_circuit(mechanism: Mechanism, tolerance: float) -> Circuit:
     starts = [curve.begin(), float(mechanism.drawn_inputs[0])] if curve.single else [curve.begin()]
     for q in starts:
         start = start_position(mechanism, plan, curve.inputs(q), plain, tolerance)
-        refuse_doubtful(mechanism, plan, start.regular)
+        require_driven_if_doubtful(mechanism, plan, start.regular)
         if start.status is Status.OK:
             z = start.row.x + 1j * start.row.y
             _refuse_contradiction(mechanism, z, curve.inputs(q), tolerance)
@@ -82,7 +82,7 @@ def drawn_circuit(mechanism: Mechanism, tolerance: float) -> Circuit:
 def _refuse_contradiction(mechanism: Mechanism, z: ComplexArray, u: FloatArray, tolerance: float) -> None:
     """Raise StructureError if redundant constraints contradict the others at the start."""
     good = holds(mechanism, z[:, None], u[:, None], tolerance)[0]
-    refuse_contradiction(mechanism, z, u, Status.OK if good else Status.CONTRADICTORY, tolerance)
+    require_consistent(mechanism, z, u, Status.OK if good else Status.CONTRADICTORY, tolerance)
 
 
 def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress = no_progress) -> Survey:

@@ -26,7 +26,7 @@ from gimcli.positions.dispatch import choose, gim_work
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Progress, no_progress
 from gimcli.status import Status
-from gimcli.structure.drive_check import refuse_contradiction
+from gimcli.structure.drive_check import require_consistent
 from gimcli.table import Column, Table
 
 EQUAL_TIMES = 1.15
@@ -130,7 +130,7 @@ def tradeoff(
     fast = mode is compiled
     share = SHARE * seconds if ready or not fast else math.inf  # the time of a compilation is not charged to a method
     motion = trace(mechanism, steps, Options(jit="on" if fast else "off"))
-    refuse_contradiction(mechanism, motion.start, motion.inputs[:, 0], motion.first_status, Options().tolerance)
+    require_consistent(mechanism, motion.start, motion.inputs[:, 0], motion.first_status, Options().tolerance)
     if motion.first_status is not Status.OK:  # there is no start position
         methods = ()
     truth = refine(mechanism, motion.z, motion.inputs, motion.good)

@@ -38,7 +38,7 @@ class Strider:
         clock[[kernels.START, kernels.GREATEST_KINETIC]] = energy
         clock[[kernels.STEEP, kernels.MOVING]] = SIMULATION.steep, SIMULATION.moving
         clock[kernels.NEAR] = SIMULATION.beside
-        self.stride = reducer.run(kernels.stride)
+        self.take_steps = reducer.run(kernels.take_steps)
         self.f = fun(start, self.y)
         first = max(self._first_step(start, end, rtol, atol), SIMULATION.beginning * shortest)
         clock[kernels.STEP] = min(first, end - start)
@@ -67,7 +67,7 @@ class Strider:
         states.k[0] = self.f
         while True:
             begun = self.t
-            ended = self.stride(self._model, self.tableau, states, self.reducer.conservative)
+            ended = self.take_steps(self._model, self.tableau, states, self.reducer.conservative)
             if ended != kernels.STOPPED:
                 break
             if self.t > begun:

@@ -24,7 +24,7 @@ from gimcli.dynamics.simulation_types import (
     Simulation,
 )
 from gimcli.errors import UsageError
-from gimcli.kernels.dormand_prince import DOUBLE, FREELY
+from gimcli.kernels.dormand_prince import DOUBLE, FREE_GROWTH
 from gimcli.kernels.reduction import KINETIC, POTENTIAL
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.solve import solve
@@ -148,7 +148,7 @@ class Integration:
             self.projection.greatest_kinetic = max(self.projection.greatest_kinetic, solver.greatest_kinetic)
             self.search.keep_on_inputs(solver.before)
         elif hasattr(solver, "h_abs") and len(self.free) == 1:
-            solver.h_abs = min(solver.h_abs, max(DOUBLE * (solver.t - solver.t_old), FREELY * self._creep))
+            solver.h_abs = min(solver.h_abs, max(DOUBLE * (solver.t - solver.t_old), FREE_GROWTH * self._creep))
         stuck = 0.0 < solver.t - solver.t_old < self._shortest and solver.status == "running"
         if failed or stuck:
             return False

@@ -15,7 +15,7 @@ from gimcli.positions.dispatch import plain
 from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move
 
-DISTURBED = 1e-2
+PERTURBATION = 1e-2
 """Perturbation of the nodes, relative to the size, for which the number of sweeps is predicted and observed."""
 
 REASONS = {
@@ -81,7 +81,9 @@ def _group(
         steps.append(_step(mechanism, sequence, move, states))
     predicted = None
     if group.radius < 1.0:
-        predicted = 1.0 if group.radius < 1e-12 else max(1.0, math.log(tolerance / DISTURBED) / math.log(group.radius))
+        predicted = (
+            1.0 if group.radius < 1e-12 else max(1.0, math.log(tolerance / PERTURBATION) / math.log(group.radius))
+        )
     return SequenceGroupReport(
         "coupled" if coupled & set(group.nodes) else "dyad", tuple(mechanism.nodes[n] for n in group.nodes),
         tuple(steps), group.radius, group.classic_radius, predicted,
@@ -112,7 +114,7 @@ def observed_sweeps(
     start = z.copy()
     own = list(group.nodes)
     noise = generator.standard_normal((2, len(own)))
-    start[own] += DISTURBED * mechanism.size * (noise[0] + 1j * noise[1]) / np.sqrt(2.0)
+    start[own] += PERTURBATION * mechanism.size * (noise[0] + 1j * noise[1]) / np.sqrt(2.0)
     constants = sweeps.SweepConstants(sweeps=3000)
     done = sweeps.settle(group.moves, start, inputs, mechanism.size, tolerance, plain, constants)
     return done.sweeps if done.good else None

@@ -28,7 +28,7 @@ from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move, Restriction, angle, distance
 from gimcli.structure.steps import Plan, Value
 
-DISTURBANCE = 1e-2
+PERTURBATION = 1e-2
 """Perturbation, relative to the size, of a start from which the sweeps do not converge."""
 
 
@@ -85,7 +85,7 @@ class Sweeper:
         size, tolerance = self.mechanism.size, self.options.tolerance
         done = sweeps.settle(self.moves, z, inputs, size, tolerance, self.run, constants, record)
         if not done.good:  # sweeps do not move nodes out of a line: perturb them (fixed seed)
-            noise = np.random.default_rng(0).standard_normal((2, len(self.free))) * DISTURBANCE * size
+            noise = np.random.default_rng(0).standard_normal((2, len(self.free))) * PERTURBATION * size
             z[self.free] += noise[0] + 1j * noise[1]
             again = sweeps.settle(self.moves, z, inputs, size, tolerance, self.run, constants, record)
             done = again if again.good else done
@@ -102,9 +102,9 @@ class Sweeper:
         Returns z (nodes, rows), the sweeps (rows,), the number of solved rows, and the status of the last one tried.
         """
         block = self.known_positions(inputs)
-        standing = sorted(self.known)
+        fixed = sorted(self.known)
         x, y = np.zeros((2, inputs.shape[1], len(start)))
-        x[:, standing], y[:, standing] = block.x[standing, NEW:].T, block.y[standing, NEW:].T
+        x[:, fixed], y[:, fixed] = block.x[fixed, NEW:].T, block.y[fixed, NEW:].T
         x[0], y[0] = start.real, start.imag
         mi, mz = sweeps.pack(self.moves)
         spent, mark, out = np.zeros(inputs.shape[1]), np.zeros((2, x.shape[1])), np.zeros(4)

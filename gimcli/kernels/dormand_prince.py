@@ -18,7 +18,7 @@ from gimcli.mechanism import FloatArray, IntArray
 
 STAGES = 12
 SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -0.125
-DOUBLE, FREELY = 2.0, 1e4
+DOUBLE, FREE_GROWTH = 2.0, 1e4
 """With one freedom a step is at most doubled, if it is longer than FREELY times the least step (CREEP): the error
 estimate is zero for a motion that is symmetric about the step."""
 
@@ -116,7 +116,7 @@ def try_step(m: MotionModel, t: Tableau, s: States, h: float) -> float:
 
 
 @kernel
-def keep_energy(m: MotionModel, s: States) -> None:
+def correct_energy(m: MotionModel, s: States) -> None:
     """Scale the speeds so that the energy is that of the start."""
     clock, f = s.clock, m.gain.shape[0]
     kinetic, potential = m.out.energy[KINETIC], m.out.energy[POTENTIAL]
@@ -151,7 +151,7 @@ def is_wanted(m: MotionModel, s: States) -> bool:
 
 
 @kernel
-def stride(m: MotionModel, t: Tableau, s: States, conservative: bool) -> int:
+def take_steps(m: MotionModel, t: Tableau, s: States, conservative: bool) -> int:
     """Take steps until `is_wanted`; `base` is the position before the last step, `y` the state after it."""
     clock, n = s.clock, s.y.shape[0]
     while True:
@@ -170,7 +170,7 @@ def stride(m: MotionModel, t: Tableau, s: States, conservative: bool) -> int:
         factor = MOST if error == 0.0 else min(MOST, SAFETY * error**EXPONENT)
         clock[STEP] = h * (min(1.0, factor) if rejected else factor)
         if m.gain.shape[0] == 1:
-            clock[STEP] = min(clock[STEP], max(DOUBLE * h, FREELY * clock[CREEP]))
+            clock[STEP] = min(clock[STEP], max(DOUBLE * h, FREE_GROWTH * clock[CREEP]))
         clock[BEFORE], clock[NOW] = clock[NOW], clock[NOW] + h
         s.counts[1] += 1
         for i in range(n):
@@ -182,5 +182,5 @@ def stride(m: MotionModel, t: Tableau, s: States, conservative: bool) -> int:
         for i in range(n):
             s.k[0, i] = s.k[STAGES, i]
         if conservative:
-            keep_energy(m, s)
+            correct_energy(m, s)
             copy_place(m.base, m.at)

@@ -94,7 +94,7 @@ def refresh(c: Chart, v: FloatArray, f: FloatArray, reading: int) -> None:
 
 
 @kernel
-def lay_block(c: Chart, v: FloatArray, g: int, room: InfluenceScratch) -> None:
+def compute_block(c: Chart, v: FloatArray, g: int, room: InfluenceScratch) -> None:
     """Compute the values and the Jacobian of a block's equations."""
     n = c.blocks[g, 2] - c.blocks[g, 1]
     for i in range(n):
@@ -212,7 +212,7 @@ def settle_block(c: Chart, v: FloatArray, g: int, sign: float, room: InfluenceSc
     n = end - begin
     before, rounds = math.inf, 0
     while True:
-        lay_block(c, v, g, room)
+        compute_block(c, v, g, room)
         if kind == PAIR:
             if not meet(room, c.round[begin], c.round[begin + 1], sign):
                 return 0.0
@@ -404,7 +404,7 @@ def set_signs(c: Chart, to: InfluencePosition, room: InfluenceScratch) -> None:
     for r in range(c.angles.shape[0]):
         refresh(c, to.v, room.f, r)
     for g in range(c.blocks.shape[0]):
-        lay_block(c, to.v, g, room)
+        compute_block(c, to.v, g, room)
         n = c.blocks[g, 2] - c.blocks[g, 1]
         determinant = factor_block(room.a, n, room.order)
         to.sign[g] = determinant

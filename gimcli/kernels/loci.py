@@ -97,14 +97,14 @@ def tilt(wx: Any, wy: Any, e: Any, s: float) -> Meeting:
 
 
 @kernel
-def doubt(g: Any, noise: Any) -> Any:
+def intersection_error(g: Any, noise: Any) -> Any:
     """Return the rounding error of an intersection: that of `g` from the one of `g2`."""
     size, least = abs(g), np.sqrt(noise)
     return noise / (2.0 * where(size > least, size, least))
 
 
 @kernel
-def leaps(now: Any, last: Any, before: Any, step: Any, gap: Any) -> Any:
+def may_jump(now: Any, last: Any, before: Any, step: Any, gap: Any) -> Any:
     """Return whether g may have jumped: it is not clearly closer to its prediction from two rows than -g is."""
     change = step / where(gap == 0.0, 1.0, gap) * (last - before)
     predicted = last + change

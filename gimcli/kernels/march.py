@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from gimcli.kernels.jit import kernel, stage
-from gimcli.kernels.newton import LAST_SIGN, GroupArrays, RowPosition, StopLimits, couple
+from gimcli.kernels.newton import LAST_SIGN, GroupArrays, RowPosition, StopLimits, solve_group
 from gimcli.kernels.plan_steps import (
     COUPLED,
     ERROR,
@@ -20,7 +20,7 @@ from gimcli.kernels.plan_steps import (
     check,
     fill,
     guard,
-    lay_inputs,
+    load_inputs,
     place,
 )
 from gimcli.mechanism import FloatArray, IntArray
@@ -64,11 +64,11 @@ def group_at(groups: Groups, k: int) -> GroupArrays:
 
 
 @stage
-def settle_group(
+def solve_group_rows(
     lanes: FloatArray, group: GroupArrays, at: Lanes, sign: float, room: RowPosition, limits: StopLimits, high: int
 ) -> int:
     """Solve a coupled group in all rows; return the first row that was not solved reliably."""
-    return couple(
+    return solve_group(
         lanes[at.x : at.y], lanes[at.y : at.rx], lanes[at.rx : at.ry], lanes[at.ry : at.values],
         lanes[at.values : at.cos], lanes[at.cos : at.sin], lanes[at.sin : at.g], lanes[TIME], HISTORY, high,
         group, room, sign, limits, lanes[WORK], lanes[ERROR], True,
@@ -83,7 +83,7 @@ def begin(w: FloatArray, lanes: FloatArray, at: Lanes, rows: Rows, done: int, co
         time[HISTORY + k] = new[k]
     fill(w, ERROR, 0.0, WIDTH)
     fill(w, WORK, 0.0, WIDTH)
-    lay_inputs(w, at, rows.values, done, HISTORY + count)
+    load_inputs(w, at, rows.values, done, HISTORY + count)
 
 
 @stage
@@ -137,7 +137,7 @@ def march(
         for k in range(q.steps.shape[0]):
             if q.steps[k, 0] == COUPLED:
                 n = q.steps[k, 2]
-                high = settle_group(lanes, group_at(groups, n), at, determinant[n], room, limits, high)
+                high = solve_group_rows(lanes, group_at(groups, n), at, determinant[n], room, limits, high)
                 determinant[n] = room.out[LAST_SIGN]
             elif place(w, q, at, k, sign, high):
                 high = guard(w, q, at, k, tolerance, True, high)

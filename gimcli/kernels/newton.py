@@ -247,7 +247,7 @@ def factor(g: GroupArrays, p: RowPosition) -> None:
 
 
 @kernel
-def serves(g: GroupArrays, p: RowPosition, limits: StopLimits) -> bool:
+def can_reuse(g: GroupArrays, p: RowPosition, limits: StopLimits) -> bool:
     """Return whether the factors can be reused: the nodes moved so little that the Jacobian cannot be singular."""
     if p.out[SIGN] == 0.0:
         return False
@@ -265,7 +265,7 @@ def newton(g: GroupArrays, p: RowPosition, limits: StopLimits) -> bool:
     out[ITERATIONS], out[SINGULAR] = 0.0, 0.0
     previous, fresh = math.inf, False
     carry(g, p)
-    slow = not serves(g, p, limits)
+    slow = not can_reuse(g, p, limits)
     for i in range(limits.iterations):
         out[ITERATIONS] += 1.0
         equations(g, p)
@@ -304,7 +304,7 @@ def predict(x: FloatArray, y: FloatArray, time: FloatArray, r: int, g: GroupArra
     Returns the predicted length of the step, infinite if only one row is available.
     """
     weights = p.weights
-    count = weigh(time, r, weights)
+    count = extrapolation_weights(time, r, weights)
     r1, r2, r3, r4 = r - 1, max(r - 2, 0), max(r - 3, 0), max(r - 4, 0)
     w1, w2, w3, w4 = weights[0], weights[1], weights[2], weights[3]
     square = 0.0
@@ -329,7 +329,7 @@ def start_from(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPosit
 
 @kernel
 def volume_at(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPosition) -> float:
-    """Return |determinant| in a solved row, after `take`."""
+    """Return |determinant| in a solved row, after `read_row`."""
     start_from(x, y, r, g, p)
     coefficients(g, p)
     carry(g, p)
@@ -338,7 +338,7 @@ def volume_at(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPositi
 
 
 @kernel
-def weigh(time: FloatArray, r: int, weights: FloatArray) -> int:
+def extrapolation_weights(time: FloatArray, r: int, weights: FloatArray) -> int:
     """Fill the weights (4,) of the rows before row r in the extrapolation; return the number of rows used."""
     step = time[r] - time[r - 1]
     count, even = 1, True
@@ -361,7 +361,7 @@ def weigh(time: FloatArray, r: int, weights: FloatArray) -> int:
 
 
 @kernel
-def take(
+def read_row(
     x: FloatArray, y: FloatArray, rx: FloatArray, ry: FloatArray, values: FloatArray, cos: FloatArray,
     sin: FloatArray, r: int, g: GroupArrays, p: RowPosition,
 ) -> None:  # fmt: skip
@@ -375,14 +375,14 @@ def take(
 
 
 @kernel
-def give(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPosition) -> None:
+def write_row(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPosition) -> None:
     """Copy the group's nodes from p to row r."""
     for k in range(g.base + g.pi.shape[0]):
         x[g.nodes[k], r], y[g.nodes[k], r] = p.x[k], p.y[k]
 
 
 @stage
-def couple(
+def solve_group(
     x: FloatArray, y: FloatArray, rx: FloatArray, ry: FloatArray, values: FloatArray, cos: FloatArray,
     sin: FloatArray, time: FloatArray, start: int, end: int, g: GroupArrays, p: RowPosition, sign: float,
     limits: StopLimits,
@@ -397,17 +397,17 @@ def couple(
     clear(g, p)
     stop, volume = end, 0.0
     if predicted:
-        take(x, y, rx, ry, values, cos, sin, start - 1, g, p)
+        read_row(x, y, rx, ry, values, cos, sin, start - 1, g, p)
         volume = volume_at(x, y, start - 1, g, p)
     for r in range(start, end):
-        take(x, y, rx, ry, values, cos, sin, r, g, p)
+        read_row(x, y, rx, ry, values, cos, sin, r, g, p)
         if g.turning or r == start:
             coefficients(g, p)
         if (r - start) % RENEWED == 0:
             p.out[SIGN] = 0.0
         length = predict(x, y, time, r, g, p) if predicted else start_from(x, y, r, g, p)
         good = newton(g, p, limits)
-        give(x, y, r, g, p)
+        write_row(x, y, r, g, p)
         iterations[r] += p.out[ITERATIONS]
         errors[r] = max(errors[r], p.out[ERROR])
         over = g.rows == 2 * g.base and sign != 0.0 and p.out[SIGN] != sign

@@ -17,7 +17,7 @@ from gimcli.kernels.choice import larger, mark, unless, where
 from gimcli.kernels.circular import cos_sin
 from gimcli.kernels.constraints import angle_error, height_error, span_error
 from gimcli.kernels.jit import kernel, scalar_form, stage
-from gimcli.kernels.loci import circle_circle, circle_line, doubt, leaps, line_line, tilt
+from gimcli.kernels.loci import circle_circle, circle_line, intersection_error, line_line, may_jump, tilt
 from gimcli.mechanism import ANGLE, SPAN, FloatArray
 
 HISTORY = 8
@@ -134,14 +134,14 @@ def first_marked(w: Scratch, lane: int, high: int) -> int:
 
 
 @stage
-def take(w: Scratch, to: int, lane: int, high: int) -> None:
+def copy_operand(w: Scratch, to: int, lane: int, high: int) -> None:
     """Copy a lane to the operand lane `to`."""
     for r in rows(high):
         w[cell(to, r)] = w[cell(lane, r)]
 
 
 @stage
-def give(w: Scratch, to: int, lane: int, first: int, high: int) -> None:
+def copy_rows(w: Scratch, to: int, lane: int, first: int, high: int) -> None:
     """Copy the rows of a lane from `first` on to lane `to`."""
     for r in new_rows(first, high):
         put(w, to, r, earlier(w, lane, r, 0))
@@ -169,21 +169,21 @@ def fill(w: Scratch, to: int, value: float, high: int) -> None:
 
 
 @stage
-def lay_inputs(w: Scratch, at: Lanes, values: FloatArray, done: int, high: int) -> None:
+def load_inputs(w: Scratch, at: Lanes, values: FloatArray, done: int, high: int) -> None:
     """Copy the inputs (actuators, rows) from row `done` on into their lanes, and compute their cosines and sines."""
     for a in range(len(values)):
         given = values[a, done : done + high - HISTORY]
         for r in new_rows(HISTORY, high):
             put(w, at.values + a, r, given[before(r, HISTORY)])
-        take(w, A, at.values + a, high)
+        copy_operand(w, A, at.values + a, high)
         for r in rows(high):
             w[CO * WIDTH + r], w[SI * WIDTH + r] = cos_sin(w[A * WIDTH + r])
-        give(w, at.cos + a, CO, HISTORY, high)
-        give(w, at.sin + a, SI, HISTORY, high)
+        copy_rows(w, at.cos + a, CO, HISTORY, high)
+        copy_rows(w, at.sin + a, SI, HISTORY, high)
 
 
 @stage
-def lay_vector(w: Scratch, q: Program, at: Lanes, k: int, high: int) -> None:
+def compute_vector(w: Scratch, q: Program, at: Lanes, k: int, high: int) -> None:
     """Compute vector k in lanes EX and EY."""
     head = q.vi[k]
     u, v, register, actuator = head[0], head[1], head[2], head[3]
@@ -192,14 +192,14 @@ def lay_vector(w: Scratch, q: Program, at: Lanes, k: int, high: int) -> None:
         subtract(w, BX, at.x + v, at.x + u, high)
         subtract(w, BY, at.y + v, at.y + u, high)
     elif register >= 0:
-        take(w, BX, at.rx + register, high)
-        take(w, BY, at.ry + register, high)
+        copy_operand(w, BX, at.rx + register, high)
+        copy_operand(w, BY, at.ry + register, high)
     else:
         fill(w, BX, 1.0, high)
         fill(w, BY, 0.0, high)
     if actuator >= 0:
-        take(w, CO, at.cos + actuator, high)
-        take(w, SI, at.sin + actuator, high)
+        copy_operand(w, CO, at.cos + actuator, high)
+        copy_operand(w, SI, at.sin + actuator, high)
         turn = head[4]
         for r in rows(high):
             c, s = w[CO * WIDTH + r], w[SI * WIDTH + r] * turn
@@ -215,7 +215,7 @@ def lay_vector(w: Scratch, q: Program, at: Lanes, k: int, high: int) -> None:
 
 
 @stage
-def lay_value(w: Scratch, at: Lanes, to: int, constant: float, gain: float, actuator: int, high: int) -> None:
+def compute_value(w: Scratch, at: Lanes, to: int, constant: float, gain: float, actuator: int, high: int) -> None:
     """Compute a length, constant or dependent on an input, in lane `to`."""
     if actuator >= 0:
         for r in rows(high):
@@ -225,10 +225,10 @@ def lay_value(w: Scratch, at: Lanes, to: int, constant: float, gain: float, actu
 
 
 @stage
-def lay_inverse(w: Scratch, at: Lanes, to: int, constant: float, gain: float, actuator: int, high: int) -> None:
+def compute_inverse(w: Scratch, at: Lanes, to: int, constant: float, gain: float, actuator: int, high: int) -> None:
     """Compute 1 / length, constant or dependent on an input, in lane `to`."""
     if actuator >= 0:
-        lay_value(w, at, to, constant, gain, actuator, high)
+        compute_value(w, at, to, constant, gain, actuator, high)
         for r in rows(high):
             w[cell(to, r)] = 1.0 / w[cell(to, r)]
     else:
@@ -236,40 +236,40 @@ def lay_inverse(w: Scratch, at: Lanes, to: int, constant: float, gain: float, ac
 
 
 @stage
-def lay_locus(w: Scratch, q: Program, at: Lanes, k: int, to: int, high: int) -> None:
+def compute_locus(w: Scratch, q: Program, at: Lanes, k: int, to: int, high: int) -> None:
     """Compute locus k in lanes from `to` on: centre and radius, or point, normal and height of a line."""
     head = q.li[k]
     node, offset, normal = head[0], head[1], head[2]
-    take(w, to, at.x + node, high)
-    take(w, to + 1, at.y + node, high)
+    copy_operand(w, to, at.x + node, high)
+    copy_operand(w, to + 1, at.y + node, high)
     if offset >= 0:
-        lay_vector(w, q, at, offset, high)
+        compute_vector(w, q, at, offset, high)
         add(w, to, EX, high)
         add(w, to + 1, EY, high)
     if normal >= 0:
-        lay_vector(w, q, at, normal, high)
-        take(w, to + 2, EX, high)
-        take(w, to + 3, EY, high)
-    lay_value(w, at, to + 2 if normal < 0 else to + 4, q.lv[k][0], q.lv[k][1], head[3], high)
+        compute_vector(w, q, at, normal, high)
+        copy_operand(w, to + 2, EX, high)
+        copy_operand(w, to + 3, EY, high)
+    compute_value(w, at, to + 2 if normal < 0 else to + 4, q.lv[k][0], q.lv[k][1], head[3], high)
 
 
 @stage
 def carry(w: Scratch, q: Program, at: Lanes, k: int, high: int) -> None:
     """Place a carried node (PLACE), or store a direction in its register (ORIENT)."""
     head = q.steps[k]
-    lay_vector(w, q, at, head[3], high)
+    compute_vector(w, q, at, head[3], high)
     if head[0] == PLACE:
         add(w, EX, at.x + head[2], high)
         add(w, EY, at.y + head[2], high)
-        give(w, at.x + head[1], EX, HISTORY, high)
-        give(w, at.y + head[1], EY, HISTORY, high)
+        copy_rows(w, at.x + head[1], EX, HISTORY, high)
+        copy_rows(w, at.y + head[1], EY, HISTORY, high)
     else:  # in the history too, from which reversed lines are detected
-        give(w, at.rx + head[1], EX, 0, high)
-        give(w, at.ry + head[1], EY, 0, high)
+        copy_rows(w, at.rx + head[1], EX, 0, high)
+        copy_rows(w, at.ry + head[1], EY, 0, high)
 
 
 @kernel
-def note(w: Scratch, r: Any, x: Any, y: Any, g: Any, g2: Any, noise: Any) -> None:
+def store(w: Scratch, r: Any, x: Any, y: Any, g: Any, g2: Any, noise: Any) -> None:
     """Store the result of an intersection of two loci."""
     w[X * WIDTH + r], w[Y * WIDTH + r], w[MEASURE * WIDTH + r] = x, y, g
     w[SQUARE * WIDTH + r], w[NOISE * WIDTH + r] = g2, noise
@@ -283,7 +283,7 @@ def meet_circles(w: Scratch, sign: float, high: int) -> None:
             w[A * WIDTH + r], w[B * WIDTH + r], w[C * WIDTH + r], w[D * WIDTH + r], w[E * WIDTH + r],
             w[F * WIDTH + r], sign,
         )  # fmt: skip
-        note(w, r, x, y, g, g2, noise)
+        store(w, r, x, y, g, g2, noise)
     for r in rows(high):
         w[A * WIDTH + r] = w[D * WIDTH + r] - w[A * WIDTH + r]
         w[B * WIDTH + r] = w[E * WIDTH + r] - w[B * WIDTH + r]
@@ -297,7 +297,7 @@ def meet_circle_and_line(w: Scratch, sign: float, high: int) -> None:
             w[C * WIDTH + r], w[D * WIDTH + r], w[E * WIDTH + r], w[F * WIDTH + r], w[G * WIDTH + r],
             w[H * WIDTH + r], w[I * WIDTH + r], w[J * WIDTH + r], sign,
         )  # fmt: skip
-        note(w, r, x, y, g, g2, noise)
+        store(w, r, x, y, g, g2, noise)
     for r in rows(high):
         w[A * WIDTH + r] = w[H * WIDTH + r]
         w[B * WIDTH + r] = w[I * WIDTH + r]
@@ -311,7 +311,7 @@ def meet_lines(w: Scratch, high: int) -> None:
             w[A * WIDTH + r], w[B * WIDTH + r], w[C * WIDTH + r], w[D * WIDTH + r], w[E * WIDTH + r],
             w[F * WIDTH + r], w[G * WIDTH + r], w[H * WIDTH + r], w[I * WIDTH + r], w[J * WIDTH + r],
         )  # fmt: skip
-        note(w, r, x, y, g, g2, noise)
+        store(w, r, x, y, g, g2, noise)
     for r in rows(high):
         w[A * WIDTH + r] = w[MEASURE * WIDTH + r]
         w[B * WIDTH + r] = 0.0
@@ -323,16 +323,16 @@ def meet(w: Scratch, q: Program, at: Lanes, k: int, sign: float, high: int) -> N
     head = q.steps[k]
     kind, first, second = head[0], head[2], head[3]
     if kind == TWO_CIRCLES:
-        lay_locus(w, q, at, first, A, high)
-        lay_locus(w, q, at, second, D, high)
+        compute_locus(w, q, at, first, A, high)
+        compute_locus(w, q, at, second, D, high)
         meet_circles(w, sign, high)
     elif kind == CIRCLE_AND_LINE:
-        lay_locus(w, q, at, first, C, high)
-        lay_locus(w, q, at, second, F, high)
+        compute_locus(w, q, at, first, C, high)
+        compute_locus(w, q, at, second, F, high)
         meet_circle_and_line(w, sign, high)
     else:
-        lay_locus(w, q, at, first, A, high)
-        lay_locus(w, q, at, second, F, high)
+        compute_locus(w, q, at, first, A, high)
+        compute_locus(w, q, at, second, F, high)
         meet_lines(w, high)
 
 
@@ -344,7 +344,7 @@ def turn_line(w: Scratch, q: Program, at: Lanes, k: int, sign: float, high: int)
     subtract(w, B, at.y + b, at.y + a, high)
     for r in rows(high):
         x, y, g, g2, noise = tilt(w[A * WIDTH + r], w[B * WIDTH + r], e, sign)
-        note(w, r, x, y, g, g2, noise)
+        store(w, r, x, y, g, g2, noise)
 
 
 @stage
@@ -357,14 +357,14 @@ def place(w: Scratch, q: Program, at: Lanes, k: int, sign: FloatArray, high: int
     side = sign[branch] if branch >= 0 else 1.0
     if kind == TILT:
         turn_line(w, q, at, k, side, high)
-        give(w, at.rx + node, X, 0, high)  # in the history too, as in `carry`
-        give(w, at.ry + node, Y, 0, high)
+        copy_rows(w, at.rx + node, X, 0, high)  # in the history too, as in `carry`
+        copy_rows(w, at.ry + node, Y, 0, high)
     else:
         meet(w, q, at, k, side, high)
-        give(w, at.x + node, X, HISTORY, high)
-        give(w, at.y + node, Y, HISTORY, high)
+        copy_rows(w, at.x + node, X, HISTORY, high)
+        copy_rows(w, at.y + node, Y, HISTORY, high)
     if branch >= 0:
-        give(w, at.g + branch, MEASURE, HISTORY, high)
+        copy_rows(w, at.g + branch, MEASURE, HISTORY, high)
     return True
 
 
@@ -376,15 +376,15 @@ def guard(w: Scratch, q: Program, at: Lanes, k: int, tolerance: float, followed:
     """
     for r in new_rows(HISTORY, high):
         noise = earlier(w, NOISE, r, 0)
-        error = doubt(earlier(w, MEASURE, r, 0), noise)
+        error = intersection_error(earlier(w, MEASURE, r, 0), noise)
         put(w, ERROR, r, larger(error, earlier(w, ERROR, r, 0)))
         w[cell(DOUBT, r)] = unless((earlier(w, SQUARE, r, 0) >= -noise) & (error <= tolerance))
     branch = q.steps[k][5]
     if branch >= 0 and followed:
-        give(w, MEASURE, at.g + branch, 0, HISTORY)
+        copy_rows(w, MEASURE, at.g + branch, 0, HISTORY)
         for r in new_rows(HISTORY, high):
             time, last = earlier(w, TIME, r, 0), earlier(w, TIME, r, 1)
-            leap = leaps(
+            leap = may_jump(
                 earlier(w, MEASURE, r, 0), earlier(w, MEASURE, r, 1), earlier(w, MEASURE, r, 2),
                 time - last, last - earlier(w, TIME, r, 2),
             )  # fmt: skip
@@ -427,24 +427,24 @@ def check(w: Scratch, q: Program, at: Lanes, high: int) -> None:
         head, value = q.ci[k], q.cv[k]
         kind, p, o = head[0], head[1], head[2]
         if kind == ANGLE:
-            lay_vector(w, q, at, head[3], high)
-            take(w, A, EX, high)
-            take(w, B, EY, high)
-            lay_vector(w, q, at, head[4], high)
+            compute_vector(w, q, at, head[3], high)
+            copy_operand(w, A, EX, high)
+            copy_operand(w, B, EY, high)
+            compute_vector(w, q, at, head[4], high)
             check_angle(w, high)
         else:
             if o >= 0:
                 subtract(w, A, at.x + p, at.x + o, high)
                 subtract(w, B, at.y + p, at.y + o, high)
             else:
-                take(w, A, at.x + p, high)
-                take(w, B, at.y + p, high)
+                copy_operand(w, A, at.x + p, high)
+                copy_operand(w, B, at.y + p, high)
             if kind == SPAN:
-                lay_inverse(w, at, C, value[0], value[1], head[5], high)
+                compute_inverse(w, at, C, value[0], value[1], head[5], high)
                 check_span(w, high)
             else:
-                lay_value(w, at, C, value[0], value[1], head[5], high)
-                lay_vector(w, q, at, head[3], high)
+                compute_value(w, at, C, value[0], value[1], head[5], high)
+                compute_vector(w, q, at, head[3], high)
                 check_height(w, q.size, high)
         for r in rows(high):
             error, worst = w[X * WIDTH + r], w[WORST * WIDTH + r]

@@ -23,7 +23,7 @@ from gimcli.kernels.plan_steps import (
     check,
     earlier,
     fill,
-    lay_inputs,
+    load_inputs,
     new_rows,
     place,
     rows,
@@ -56,7 +56,7 @@ def scatter(
     """
     for done in range(0, values.shape[1], ROWS):
         high = HISTORY + min(ROWS, values.shape[1] - done)
-        lay_inputs(w, at, values, done, high)
+        load_inputs(w, at, values, done, high)
         fill(w, DOUBT, 0.0, high)
         for k in range(len(q.steps)):
             if place(w, q, at, k, sign, high):

@@ -21,7 +21,7 @@ from gimcli.motion.motion import Motion, stream
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.rates.motion_table import events, reachable
-from gimcli.structure.drive_check import explained, refuse_contradiction
+from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class ForcesAlong:
             self._pieces = stream(mechanism, steps, chosen, notify=notify, progress=progress("forces along the motion"))
             self._first: Motion = next(self._pieces)
         first = self._first
-        refuse_contradiction(mechanism, first.start, first.inputs[:, 0], first.first_status, tolerance)
+        require_consistent(mechanism, first.start, first.inputs[:, 0], first.first_status, tolerance)
         self.found = ForceMotion(mechanism, steps + 1, jit, notify)
 
     @cached_property

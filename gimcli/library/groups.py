@@ -11,7 +11,7 @@ from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.assur import Formation, formation
 from gimcli.structure.drive_check import explained
 from gimcli.structure.formation_report import as_json, class_of, described, drivers, joined, layers
-from gimcli.structure.mobility import refuse_unfit
+from gimcli.structure.mobility import require_driven
 from gimcli.structure.plan import make_plan
 from gimcli.table import Column, Table
 
@@ -30,7 +30,7 @@ def groups(mechanism: Mechanism) -> GroupsResult:
     """
     with explained(mechanism):
         make_plan(mechanism)
-        refuse_unfit(mechanism)
+        require_driven(mechanism)
         return GroupsResult(mechanism, formation(mechanism))
 
 

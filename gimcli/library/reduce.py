@@ -18,7 +18,7 @@ from gimcli.positions.options import JIT
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
-from gimcli.structure.mobility import refuse_unfit
+from gimcli.structure.mobility import require_driven
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
@@ -61,7 +61,7 @@ def reduce(
     actuator = chosen_input(mechanism, input)
     run = choose(jit, steps * WORK, notify, ("move",))
     with explained(mechanism):
-        refuse_unfit(mechanism)
+        require_driven(mechanism)
         found = reduce_to_input(mechanism, actuator, steps, run, progress("reducing"))
     wheel = None
     if fluctuation is not None and rpm is not None:

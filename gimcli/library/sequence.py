@@ -15,7 +15,7 @@ from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options
 from gimcli.status import Status
-from gimcli.structure.drive_check import explained, refuse_contradiction
+from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def sequence(
     values = inputs_of(mechanism, at, inputs)
     with explained(mechanism):
         position = solve(mechanism, values, Options(tolerance=tolerance))
-        refuse_contradiction(mechanism, position.z, values, position.status, tolerance)
+        require_consistent(mechanism, position.z, values, position.status, tolerance)
         z = position.z if position.status is Status.OK else mechanism.drawn
         groups = report_groups(mechanism, z, values, chosen.strategy, tolerance)
     return SequenceResult(mechanism, groups, z, position.status)

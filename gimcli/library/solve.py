@@ -17,7 +17,7 @@ from gimcli.mechanism import Mechanism
 from gimcli.motion.solve import solve as solve_position
 from gimcli.positions.options import Options
 from gimcli.positions.position import Position
-from gimcli.structure.drive_check import explained, refuse_contradiction
+from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Column, Table, per_second, xy_columns
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def solve(
     with explained(mechanism):
         position = solve_position(mechanism, values, chosen, history)
     if start == "drawn":
-        refuse_contradiction(mechanism, position.z, position.inputs, position.status, tolerance)
+        require_consistent(mechanism, position.z, position.inputs, position.status, tolerance)
     law = moving = None
     if history:
         from gimcli.gim.convergence import fit_history

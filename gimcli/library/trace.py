@@ -23,7 +23,7 @@ from gimcli.positions.inputs import scales
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.rates.motion_table import events, motion_table, reachable, traced_paths
-from gimcli.structure.drive_check import explained, refuse_contradiction
+from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.structure.plan import make_plan
 from gimcli.table import Table
 
@@ -151,7 +151,7 @@ class MotionTrace:
         else:
             self._pieces = stream(mechanism, steps, options, notify=notify, progress=show)
         first = self._first = next(self._pieces)
-        refuse_contradiction(mechanism, first.start, first.inputs[:, 0], first.first_status, options.tolerance)
+        require_consistent(mechanism, first.start, first.inputs[:, 0], first.first_status, options.tolerance)
         self.summary = Summary(steps + 1)
         self.kept: list[Motion] | None = [] if keep else None
         self._notify = notify

@@ -21,7 +21,7 @@ from gimcli.positions.dispatch import choose, gim_work, plain, plan_work
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
 from gimcli.status import Status
-from gimcli.structure.drive_check import refuse_doubtful
+from gimcli.structure.drive_check import require_driven_if_doubtful
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed, holds, residual
 from gimcli.structure.steps import Plan
@@ -133,7 +133,7 @@ def stream(
     plan = make_plan(mechanism, closed_forms=options.method != "newton")
     run = choose(options.jit, plan_work(plan, max(steps, STEPS_A_TURN)), notify, ("march",))
     start = start_position(mechanism, plan, inputs(np.zeros(1))[:, 0], run, options.tolerance)
-    refuse_doubtful(mechanism, plan, start.regular)
+    require_driven_if_doubtful(mechanism, plan, start.regular)
     journey = Journey(mechanism, plan, run, options.tolerance, at_limit, branch)
     swept = _Swept(mechanism, options, steps + 1, notify) if options.method == "gim" else None
     for first in range(0, steps + 1, rows):

@@ -9,7 +9,7 @@ from gimcli.positions.dispatch import choose, gim_work, plan_work
 from gimcli.positions.options import Options
 from gimcli.positions.position import Position
 from gimcli.status import Status
-from gimcli.structure.drive_check import refuse_doubtful
+from gimcli.structure.drive_check import require_driven_if_doubtful
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import Residual, holds, residual
 
@@ -28,7 +28,7 @@ def solve(mechanism: Mechanism, inputs: FloatArray, options: Options, history: b
         found = start_position(mechanism, plan, inputs, run, options.tolerance)
     else:
         found = Assembler(mechanism, plan, run, options.tolerance, anywhere=True).assemble(inputs, guess)
-    refuse_doubtful(mechanism, plan, found.regular)
+    require_driven_if_doubtful(mechanism, plan, found.regular)
     return _checked(mechanism, inputs, found, options)
 
 
@@ -49,7 +49,7 @@ def _by_sweeps(
     sweeper = Sweeper(mechanism, options, choose(options.jit, 0.0))
     sweeper.run = choose(options.jit, gim_work(len(sweeper.moves), 10))
     done = sweeper.settle(inputs, guess, options.sweeps + 1 if history else 0)
-    refuse_doubtful(mechanism, sweeper.plan, done.good)
+    require_driven_if_doubtful(mechanism, sweeper.plan, done.good)
     check = residual(mechanism, done.z[:, None], inputs[:, None], names=True)
     status = done.status
     if done.good and not _holds(mechanism, done.z, inputs, options, check):

@@ -59,7 +59,7 @@ class RowBlock:
         if end < self.end:
             g, g2, noise = (self.value(lane, end) for lane in (MEASURE, SQUARE, NOISE))
             blocked = not g2 >= -noise
-            singular = g2 / noise <= 1.0 if self.lenient else not loci.doubt(g, noise) <= tolerance
+            singular = g2 / noise <= 1.0 if self.lenient else not loci.intersection_error(g, noise) <= tolerance
             self.stop(end, bool(blocked), bool(singular and not blocked), branch)
 
     def value(self, lane: int, row: int = NEW) -> Any:
@@ -83,7 +83,7 @@ class RowBlock:
         """Solve a coupled group in all rows; return the sign of the determinant at the last solved row."""
         constants = NewtonConstants()
         limits, room = constants.limits(accuracy, constants.iterations, near=True), self._room(packed)
-        stop = run(newton.couple)(
+        stop = run(newton.solve_group)(
             *self._known, self.time, NEW, self.end, packed.arrays, room, sign, limits, self.work, self.error, True
         )
         self.stop(stop, singular=bool(room.out[newton.SINGULAR]))
@@ -94,7 +94,7 @@ class RowBlock:
         constants = NewtonConstants()
         limits, room = constants.limits(accuracy, constants.far, near=False), self._room(packed)
         with np.errstate(all="ignore"):
-            stop = run(newton.couple)(
+            stop = run(newton.solve_group)(
                 *self._known, self.time, NEW, NEW + 1, packed.arrays, room, 0.0, limits, self.work, self.error, False
             )
         good = bool(stop > NEW)
@@ -105,10 +105,10 @@ class RowBlock:
         """Compute the carried nodes of a group from its base nodes, in the first new row."""
         group, room = packed.arrays, self._room(packed)
         known: tuple[Any, ...] = (*self._known, NEW, group, room)
-        newton.take(*known)
+        newton.read_row(*known)
         newton.start_from(self.x, self.y, NEW, group, room)
         newton.carry(group, room)
-        newton.give(self.x, self.y, NEW, group, room)
+        newton.write_row(self.x, self.y, NEW, group, room)
 
     def _room(self, packed: Packed) -> newton.RowPosition:
         return newton.room([packed.arrays], len(self.rx), len(self.inputs))

@@ -29,7 +29,7 @@ def _drawn_line(guess: RowBlock, k: int) -> float:
     """Set the direction of a guide (TILT) from its member; return tau, the distance along it, times a length."""
     w, q, at = guess.lanes, guess.program.tables, guess.program.at
     _, register, a, b, along, _ = q.steps[k]
-    kernels.lay_vector(w, q, at, along, NEW + 1)
+    kernels.compute_vector(w, q, at, along, NEW + 1)
     ux, uy = guess.value(kernels.EX), guess.value(kernels.EY)
     norm = np.sqrt(ux * ux + uy * uy)
     guess.rx[register, NEW], guess.ry[register, NEW] = ux / norm, uy / norm
@@ -41,8 +41,8 @@ def _drawn_node(guess: RowBlock, k: int) -> float:
     """Return the distance of a node to the left of the line between two centres, or ahead along the line of a locus."""
     w, q, at = guess.lanes, guess.program.tables, guess.program.at
     kind, node, first, second, _, _ = q.steps[k]
-    kernels.lay_locus(w, q, at, first, kernels.C, NEW + 1)
-    kernels.lay_locus(w, q, at, second, kernels.F, NEW + 1)
+    kernels.compute_locus(w, q, at, first, kernels.C, NEW + 1)
+    kernels.compute_locus(w, q, at, second, kernels.F, NEW + 1)
     x, y = guess.value(kernels.C), guess.value(kernels.D)
     nx, ny = guess.x[node, NEW] - x, guess.y[node, NEW] - y
     if kind == kernels.TWO_CIRCLES:

@@ -13,17 +13,17 @@ from gimcli.kernels import newton as kernels
 from gimcli.structure.steps import NONE, Coupled, Vector
 
 Run = Callable[[Callable[..., Any]], Callable[..., Any]]
-"""Turns a kernel into what is called: itself, or its compiled form."""
+"""Returns the function to call for a kernel: the kernel itself or its compiled form."""
 
 
 @dataclass(frozen=True)
 class Accuracy:
-    """The tolerance asked for, relative, and the lengths that it refers to."""
+    """The requested tolerance and its reference lengths, in the normal frame."""
 
-    tolerance: float
+    tolerance: float  # relative to the size
     size: float
-    shortest: float
-    singular: float = 0.0  # error of the nodes at which a position counts as singular, if not the tolerance
+    shortest: float  # shortest length of a member
+    singular: float = 0.0  # error of the nodes above which a position is singular, if greater than the tolerance
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from gimcli.reach.floating_chain import chains
 from gimcli.reach.region import ALONE, INNER, OPEN, Edge, Loop, loops, outside, sorted_edges
 from gimcli.reach.sampling import Bank, SamplingConstants
 from gimcli.reach.task import SLACK, WorkspaceTask
-from gimcli.structure.mobility import refuse_unfit
+from gimcli.structure.mobility import require_driven
 
 ROUNDS = 3
 """Most attempts, each with twice the starts, while the boundary is not closed or does not enclose a reached point."""
@@ -144,7 +144,7 @@ def task_of(mechanism: Mechanism, point: str, orientation: Mapping[str, float]) 
 
 def checked(task: WorkspaceTask) -> WorkspaceTask:
     """Return a task; raise UsageError if its point cannot move, or is not driven by the inputs alone."""
-    refuse_unfit(task.mechanism)
+    require_driven(task.mechanism)
     if task.freedoms < 1:
         what = "with the orientations held and the inputs without a range" if task.orientation else "within its inputs"
         raise UsageError(f"'{task.point}' cannot move {what}: give the inputs laws with `from` and `to`")

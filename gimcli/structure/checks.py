@@ -47,8 +47,8 @@ def _checks(mechanism: Mechanism) -> Iterator[Check]:
         if row.kind != ANGLE:
             yield _of_row(mechanism, row, NONE)
     for tie in ties(mechanism):  # heights are also satisfied if the body is rotated by 180 deg
-        held = direction(mechanism, tie.guide).times(tie.turn)
-        yield Check(tie.pair, ANGLE, first=direction(mechanism, tie.body), second=held)
+        target = direction(mechanism, tie.guide).times(tie.turn)
+        yield Check(tie.pair, ANGLE, first=direction(mechanism, tie.body), second=target)
     for number, actuator in enumerate(mechanism.actuators):
         yield _of_row(mechanism, actuator, number)
 
@@ -73,16 +73,16 @@ def _of_row(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:
     if row.kind == HEIGHT:
         return _height(mechanism, row, actuator)
     arm, reference = (direction(mechanism, k) for k in row.members)
-    held = reference.driven(row.reference, actuator, 1)
-    return Check(row.name, ANGLE, first=arm.times(row.arm), second=held)
+    target = reference.driven(row.reference, actuator, 1)
+    return Check(row.name, ANGLE, first=arm.times(row.arm), second=target)
 
 
 def _height(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:
     """Return the constraint on the height of a node over the line of a guide."""
     guide = mechanism.members[row.guide]
     origin = NONE if row.guide == FRAME else guide.nodes[0]
-    away = row.point if row.guide == FRAME else row.point - complex(guide.shape[0])
-    height = (away * row.normal.conjugate()).real
+    offset = row.point if row.guide == FRAME else row.point - complex(guide.shape[0])
+    height = (offset * row.normal.conjugate()).real
     vector = direction(mechanism, row.guide).times(row.normal)
     return Check(row.name, HEIGHT, row.node, origin, vector, value=Value(height, actuator))
 

@@ -66,7 +66,7 @@ class Layout:
         for node in self.mechanism.members[FRAME].nodes:
             self.mark_placed(node)
         for member in self.tied[self.rotation.of[FRAME]]:
-            self._touch(member)
+            self._review_member(member)
 
     def mark_placed(self, node: int) -> None:
         """Record that a node is placed, and which members, slides and nodes this may affect."""
@@ -75,25 +75,25 @@ class Layout:
         self.near.discard(node)
         for member in self.members[node]:
             if member != FRAME:
-                self._touch(member)
+                self._review_member(member)
         self.tiltable.update(self.slides_at.get(node, ()))
         for row in self.rows_at.get(node, ()):
             for other in (*row.nodes, *(n for member in row.members for n in self.kinematic[member])):
-                self._review(other)
+                self._review_node(other)
 
-    def _touch(self, member: int) -> None:
+    def _review_member(self, member: int) -> None:
         """Record that a member has a newly placed node or a newly known direction."""
         self.turnable.add(member)
         self.carriable.add(member)
         self.tiltable.update(self.slides_on.get(member, ()))
         for row in self.rows_on.get(member, ()):
-            self._review(row.node)
+            self._review_node(row.node)
         for node in self.kinematic[member]:
             if node not in self.placed:
-                self._review(node)
+                self._review_node(node)
                 self.tiltable.update(self.slides_at.get(node, ()))
 
-    def _review(self, node: int) -> None:
+    def _review_node(self, node: int) -> None:
         """Record that a node may have a new locus, as may the other nodes of a translating member with this node."""
         if node in self.missing:
             self.near.add(node)
@@ -136,7 +136,7 @@ class Layout:
         group = self.rotation.of[member]
         self.direction[group] = vector.times(1.0 / self.rotation.phase[member])
         for tied in self.tied[group]:
-            self._touch(tied)
+            self._review_member(tied)
 
     def register(self) -> int:
         """Return a new register for a direction."""

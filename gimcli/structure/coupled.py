@@ -246,7 +246,7 @@ class Builder:
         return True
 
     def _drives(self) -> bool:
-        news = False
+        changed = False
         for row in self.angles:
             (arm, reference), number = row.members, row.value.actuator
             ratio = row.reference / row.arm
@@ -259,8 +259,8 @@ class Builder:
                     rotation = self.layout.rotation
                     self.direction[rotation.of[free]] = vector.times(1.0 / rotation.phase[free])
                     self.used.add(number)
-                    news = True
-        return news
+                    changed = True
+        return changed
 
     def _by_nodes(self, body: int, factor: complex, number: int, turn: int) -> Vector | None:
         """Return a driven direction from two placed nodes of the body, whose vector has another actuator already."""

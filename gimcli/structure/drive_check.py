@@ -18,25 +18,25 @@ def explained(mechanism: Mechanism) -> Iterator[None]:
     try:
         yield
     except StructureError:
-        from gimcli.structure.mobility import refuse_unfit
+        from gimcli.structure.mobility import require_driven
 
-        refuse_unfit(mechanism)
+        require_driven(mechanism)
         raise
 
 
-def refuse_doubtful(mechanism: Mechanism, plan: Plan, regular: bool) -> None:
+def require_driven_if_doubtful(mechanism: Mechanism, plan: Plan, regular: bool) -> None:
     """Raise StructureError if a mechanism is over-driven or not fully driven.
 
     The check is needed only if there are redundant constraints or no regular position was solved; otherwise the plan
     shows that the actuators drive all freedoms.
     """
     if plan.surplus > 0 or not regular:
-        from gimcli.structure.mobility import refuse_unfit
+        from gimcli.structure.mobility import require_driven
 
-        refuse_unfit(mechanism)
+        require_driven(mechanism)
 
 
-def refuse_contradiction(
+def require_consistent(
     mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, status: Status, tolerance: float
 ) -> None:
     """Raise StructureError, with the name of the constraint, if the status of position z (nodes,) is CONTRADICTORY."""

@@ -51,7 +51,7 @@ class _LowerPairsBuilder:
         self.mechanism = mechanism
         self.holders = members_of(mechanism)
         self.links = [m.name for m in mechanism.members]
-        self.parts = [list(held) for held in self.holders]  # links at each node
+        self.parts = [list(members) for members in self.holders]  # links at each node
         self.pairs: list[LowerPair] = []
         self.rams: dict[int, int] = {}
 

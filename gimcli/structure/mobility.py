@@ -191,20 +191,20 @@ def mobility(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mobil
     return Mobility(
         gruebler(mechanism), here[0], found, coordinates - here[0],
         tuple(jacobian.constraints[k].name for k in spare), tuple(mechanism.nodes[n] for n in loose), names,
-        _idle(jacobian, table, driven) if found > 0 else names, here[1] < rank,
+        _redundant_actuators(jacobian, table, driven) if found > 0 else names, here[1] < rank,
     )  # fmt: skip
 
 
-def _idle(jacobian: Jacobian, table: FloatArray, driven: FloatArray) -> tuple[str, ...]:
+def _redundant_actuators(jacobian: Jacobian, table: FloatArray, driven: FloatArray) -> tuple[str, ...]:
     """Return the actuators that do not increase the rank of the constraints and the actuators before them."""
     fixed = {a.name for a in jacobian.mechanism.actuators} - {r.name for r in jacobian.drives}
-    idle, rank = [], full_pivoting(table)[0] if table.size else 0
+    redundant, rank = [], full_pivoting(table)[0] if table.size else 0
     for k, drive in enumerate(jacobian.drives, start=len(table) + 1):
         now = full_pivoting(driven[:k])[0]
         if now == rank:
-            idle.append(drive.name)
+            redundant.append(drive.name)
         rank = now
-    return tuple(a.name for a in jacobian.mechanism.actuators if a.name in {*idle, *fixed})
+    return tuple(a.name for a in jacobian.mechanism.actuators if a.name in {*redundant, *fixed})
 
 
 def _moving(jacobian: Jacobian, table: FloatArray) -> list[int]:
@@ -294,7 +294,7 @@ def check_driven(mechanism: Mechanism, found: Mobility) -> None:
         )
 
 
-def refuse_unfit(mechanism: Mechanism) -> None:
+def require_driven(mechanism: Mechanism) -> None:
     """Raise StructureError if the actuators do not match the mobility near the drawn position.
 
     Nothing is checked if no assembled position is found there.

@@ -31,9 +31,9 @@ def _planned(mechanism: Mechanism, closed_forms: bool) -> Plan:
     try:
         return _plan(Layout(mechanism), closed_forms)
     except StructureError:
-        from gimcli.structure.mobility import refuse_unfit  # the numerical rank finds causes that counting cannot
+        from gimcli.structure.mobility import require_driven  # the numerical rank finds causes that counting cannot
 
-        refuse_unfit(mechanism)
+        require_driven(mechanism)
         raise
 
 

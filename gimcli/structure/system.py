@@ -102,13 +102,13 @@ class System:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The member, sliding pair or actuator that each equation (m,) is of."""
+        """The member, sliding pair or actuator of each equation (m,)."""
         mechanism = self.mechanism
         members = [m.name for m in mechanism.members[1:] for _ in range(2 * len(m.nodes) - 3)]
         return (*members, *(row.pair for row in mechanism.pairs), *(a.name for a in mechanism.actuators))
 
     def quadric(self, u: FloatArray) -> Quadric:
-        """Return the equations where the inputs (actuators,) stand still; the actuators' own are the last ones."""
+        """Return the equations for constant inputs (actuators,); those of the actuators are the last ones."""
         values, n = self._values(u, 0), self.n
         c, linear = (np.asarray(sum(v * part[k] for v, (part, _) in self._active(values))) for k in (1, 2))
         q = sum((v * part for v, part in self._curved(values)), start=np.zeros((self.m * n, n)))

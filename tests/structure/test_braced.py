@@ -10,7 +10,7 @@ from gimcli.errors import StructureError
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options
 from gimcli.status import Status
-from gimcli.structure.mobility import mobility, refuse_unfit
+from gimcli.structure.mobility import mobility, require_driven
 
 CRANK, ROD = 1.0, 3.0
 PIVOT, EYE, FOOT = 0j, 1.5 - 0.5j, 2.5 + 2.0j
@@ -58,4 +58,4 @@ def test_an_actuator_between_members_without_relative_motion_is_redundant(refere
     assert (found.mobility, found.overdriven) == (1, ("motor",))
     assert {"A", "B", "P"} <= set(found.undriven)
     with pytest.raises(StructureError, match="over-driven"):
-        refuse_unfit(mechanism)
+        require_driven(mechanism)
