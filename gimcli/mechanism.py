@@ -163,7 +163,7 @@ class Dynamics:
     springs: tuple[SpringForce, ...] = ()
     dampers: tuple[DampingForce, ...] = ()
     frictions: tuple[Friction, ...] = ()
-    releases: tuple[Release, ...] = ()
+    releases: tuple[Release, ...] = ()  # of actuators in a simulation: driven by its law, or free (released)
 
     @property
     def empty(self) -> bool:

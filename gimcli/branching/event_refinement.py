@@ -17,8 +17,8 @@ from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import GimError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.follow import Meeting
-from gimcli.motion.guide import LARGEST
 from gimcli.motion.motion import Motion
+from gimcli.motion.motion_curve import LARGEST
 from gimcli.status import Status
 
 MOST = 100

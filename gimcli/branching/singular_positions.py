@@ -13,7 +13,7 @@ from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import StructureError, UnassembledError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.motion.guide import arrival
+from gimcli.motion.motion_curve import arrival
 from gimcli.motion.start import settled, start_position
 from gimcli.positions.dispatch import plain
 from gimcli.progress import Progress, no_progress

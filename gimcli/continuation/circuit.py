@@ -127,7 +127,7 @@ def start_place(curve: PositionCurve, z: ComplexArray, q: float) -> tuple[CurveP
     """
     along = np.append(np.zeros(curve.system.n), curve.forward())
     if curve.system.m < curve.system.n:
-        raise StructureError(f"{curve.mechanism.name} is not driven by its actuators alone: see `gim mobility`")
+        raise StructureError(f"the actuators of {curve.mechanism.name} do not drive all freedoms: see `gim mobility`")
     here = place(curve, curve.point(z, q), along)
     if here.regular > CIRCUIT.singular:
         settled = correct(curve, here.p, STEPS, along)  # exactly at this input, if possible

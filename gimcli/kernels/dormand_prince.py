@@ -19,7 +19,7 @@ from gimcli.mechanism import FloatArray, IntArray
 STAGES = 12
 SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -0.125
 DOUBLE, FREE_GROWTH = 2.0, 1e4
-"""With one freedom a step is at most doubled, if it is longer than FREELY times the least step (CREEP): the error
+"""With one freedom a step is at most doubled, if it is longer than FREE_GROWTH times the least step (CREEP): the error
 estimate is zero for a motion that is symmetric about the step."""
 
 WANTED, FINISHED, FAILED, STOPPED = range(4)

@@ -2,8 +2,8 @@
 
 Rows are solved in blocks until one is doubtful: it has no solution, may have jumped, or does not reach the tolerance. A
 doubtful row is approached on a refined grid; a singular position is passed by interpolation (singular_crossing). If
-this fails, the curve of the motion (guide) shows whether the motion continues or has reached a limit. The "time" of a
-row is the independent variable of the inputs: the coordinate on a leg of the laws, or the time.
+this fails, the curve of the motion (motion_curve) shows whether the motion continues or has reached a limit. The "time"
+of a row is the independent variable of the inputs: the coordinate on a leg of the laws, or the time.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
     from gimcli.continuation.arc import ArcPassage, Gap
-    from gimcli.motion.guide import Guide
+    from gimcli.motion.motion_curve import MotionCurve
     from gimcli.positions.program import Marcher
 
 Stop = tuple[float, tuple[float, ...]]
@@ -78,23 +78,24 @@ class FollowedPath:
 class BranchFollower(BranchState):
     """Follows a branch through the rows of a motion.
 
-    sense: of the guide's parameter with increasing time. Without a guide, a position that cannot be passed is a limit.
+    sense: of the parameter of the motion curve with increasing time. Without a motion curve, a position that cannot be
+    passed is a limit.
     """
 
     def __init__(
         self, mechanism: Mechanism, plan: Plan, inputs: Inputs, run: Run, tolerance: float,
-        guide: Callable[[], Guide] | None = None, constants: FollowingConstants | None = None,
+        motion_curve: Callable[[], MotionCurve] | None = None, constants: FollowingConstants | None = None,
     ) -> None:  # fmt: skip
         super().__init__(mechanism, plan, inputs, run, tolerance, constants)
-        self._guide = guide
+        self._motion_curve = motion_curve
         self.limit_ahead: ArcPassage | None = None  # the passage towards a limit that the motion is on
         self.progress: Callable[[int, int], None] | None = None  # called with the rows done and the total
         self.sense = 1.0
 
     @cached_property
-    def guide(self) -> Guide | None:
+    def motion_curve(self) -> MotionCurve | None:
         """The curve of the motion; None if it is not used."""
-        return None if self._guide is None else self._guide()
+        return None if self._motion_curve is None else self._motion_curve()
 
     def begin(self, row: Row, signs: FloatArray) -> None:
         """Start from a solved position."""
@@ -155,14 +156,16 @@ class BranchFollower(BranchState):
 
     def _knows_curve(self) -> bool:
         """Return whether the curve of the motion is available; it is faster than many doubtful rows."""
-        return self.guide is not None and self.guide.curve is not None
+        return self.motion_curve is not None and self.motion_curve.curve is not None
 
     def _beyond(self, path: FollowedPath, i: int, crossed: bool) -> int:
         """Fill the rows that have been passed, and return the next row; or end the motion at its limit."""
         if crossed:
             return self._fill(path, i)
         target = float(path.time[i])
-        gap = self.guide.ahead(self.log, self.sense, target, self.turn) if self.guide is not None else None
+        gap = (
+            self.motion_curve.ahead(self.log, self.sense, target, self.turn) if self.motion_curve is not None else None
+        )
         if isinstance(gap, float):
             path.end(i)
             path.limit = max(gap, self.log[-1].time)
@@ -223,9 +226,9 @@ class BranchFollower(BranchState):
     def _beside(self, row: Row) -> Row:
         """Return a row near a singular position from the curve of the motion, as its inputs do not determine it."""
         before = [one for one in self.log if one.time < row.time and one.error <= self.tolerance]
-        if self.guide is None or not before:
+        if self.motion_curve is None or not before:
             return row
-        gap = self.guide.ahead(before, self.sense, row.time, self.turn)
+        gap = self.motion_curve.ahead(before, self.sense, row.time, self.turn)
         if gap is None or isinstance(gap, float) or not gap.ends[0] <= row.time <= gap.ends[1]:
             return row
         self.bridges.append(gap)

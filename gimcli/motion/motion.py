@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
 from gimcli.motion.follow import FollowedPath, Meeting, Stop
-from gimcli.motion.journey import Journey
+from gimcli.motion.law_follower import LawFollower
 from gimcli.motion.legs import STEPS_A_TURN
 from gimcli.motion.start import moved, start_position
 from gimcli.positions.dispatch import choose, gim_work, plain, plan_work
@@ -134,7 +134,7 @@ def stream(
     run = choose(options.jit, plan_work(plan, max(steps, STEPS_A_TURN)), notify, ("march",))
     start = start_position(mechanism, plan, inputs(np.zeros(1))[:, 0], run, options.tolerance)
     require_driven_if_doubtful(mechanism, plan, start.regular)
-    journey = Journey(mechanism, plan, run, options.tolerance, at_limit, branch)
+    follower = LawFollower(mechanism, plan, run, options.tolerance, at_limit, branch)
     swept = _Swept(mechanism, options, steps + 1, notify) if options.method == "gim" else None
     for first in range(0, steps + 1, rows):
         time = np.arange(first, min(first + rows, steps + 1)) / steps
@@ -142,19 +142,19 @@ def stream(
         if at_limit == "reverse":
             path.parameter = np.full(len(time), math.nan)
         if first == 0:
-            start = journey.begin(start, path)
+            start = follower.begin(start, path)
         if start.status is not Status.OK:
             yield _unsolved(mechanism, time, path.inputs, start)
             continue
         if progress is not None:
-            journey.progress = _with_offset(progress, first, steps + 1)
-        journey.go(path)
+            follower.progress = _with_offset(progress, first, steps + 1)
+        follower.go(path)
         if first == 0:
             path.work[0] = start.work
         if first + rows > steps:
-            journey.check_branch_taken()
+            follower.check_branch_taken()
         motion = _checked(mechanism, plan, path if swept is None else swept.path(path), options)
-        yield motion if at_limit != "skip" or journey.on_line else _skipped(motion, options)
+        yield motion if at_limit != "skip" or follower.on_line else _skipped(motion, options)
 
 
 def _with_offset(progress: Progress, done: int, total: int) -> Progress:

@@ -19,7 +19,7 @@ from gimcli.structure.residual import holds
 from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
-    from gimcli.motion.guide import Guide
+    from gimcli.motion.motion_curve import MotionCurve
 
 
 DRAWN = 1e-12
@@ -55,7 +55,7 @@ def _assembled(assembler: Assembler, leg: Leg) -> Assembly:
     drawn, inputs = mechanism.drawn[:, None], leg.inputs(np.array([at]))
     exact = holds(mechanism, drawn, inputs, DRAWN)[0]  # then it is more accurate than the assembled position
     z = mechanism.drawn if exact else settled(mechanism, found)
-    gap = _guide(leg, assembler).around(z, at, leg.sense)
+    gap = _motion_curve(leg, assembler).around(z, at, leg.sense)
     return found if gap is None else on_gap(gap, found)
 
 
@@ -99,16 +99,16 @@ def moved(
     return None if there is None else np.asarray(there.row.x + 1j * there.row.y)
 
 
-def _guide(leg: Leg, assembler: Assembler) -> Guide:
-    from gimcli.motion.guide import Guide  # imported only if a row is doubtful
+def _motion_curve(leg: Leg, assembler: Assembler) -> MotionCurve:
+    from gimcli.motion.motion_curve import MotionCurve  # imported only if a row is doubtful
 
-    return Guide(leg.line, assembler)
+    return MotionCurve(leg.line, assembler)
 
 
 def follower_of(mechanism: Mechanism, plan: Plan, leg: Leg, run: Run, tolerance: float) -> BranchFollower:
     """Return the follower of a leg."""
-    guide = partial(_guide, leg, Assembler(mechanism, plan, run, tolerance))
-    follower = BranchFollower(mechanism, plan, leg.inputs, run, tolerance, guide)
+    motion_curve = partial(_motion_curve, leg, Assembler(mechanism, plan, run, tolerance))
+    follower = BranchFollower(mechanism, plan, leg.inputs, run, tolerance, motion_curve)
     follower.turn, follower.sense = leg.turn, leg.sense
     return follower
 

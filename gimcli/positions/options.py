@@ -26,7 +26,7 @@ class Options:
     def __post_init__(self) -> None:
         for name, known in (("method", METHODS), ("strategy", STRATEGIES), ("jit", JIT)):
             if getattr(self, name) not in known:
-                raise UsageError(f"{name} '{getattr(self, name)}': choose {', '.join(known)}")
+                raise UsageError(f"{name}: expected one of {', '.join(known)}, got '{getattr(self, name)}'")
 
     @classmethod
     def checked(

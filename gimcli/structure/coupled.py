@@ -143,9 +143,9 @@ def undriven(layout: Layout, bodies: list[int]) -> StructureError:
     ]
     have = len(mechanism.actuators)
     return StructureError(
-        f"nothing drives {_and(names)} (nodes {_and(list(dict.fromkeys(nodes)))}): the mechanism moves with"
-        f" {have} actuator{'s' * (have != 1)}; add an actuator or a member that fixes"
-        f" {'it' if len(names) == 1 else 'them'} (`gim mobility` shows how many)"
+        f"nothing drives {_and(names)} (nodes {_and(list(dict.fromkeys(nodes)))}): {have}"
+        f" actuator{' does' if have == 1 else 's do'} not determine the position; add an actuator or a member that"
+        f" fixes {'it' if len(names) == 1 else 'them'} (`gim mobility` shows how many are needed)"
     )
 
 

@@ -42,7 +42,7 @@ BESIDE = 1e-4
 Progress = Callable[[int, int], None]
 
 
-class Journey:
+class LawFollower:
     """The state of a motion along the legs of its laws."""
 
     def __init__(
@@ -108,18 +108,18 @@ class Journey:
                 return gap
             if gap.limit:
                 return self._other_arc(gap)
-        guide = self.follower.guide
-        if guide is None or guide.curve is None:
+        motion_curve = self.follower.motion_curve
+        if motion_curve is None or motion_curve.curve is None:
             return None
-        from gimcli.motion.guide import arrival
+        from gimcli.motion.motion_curve import arrival
 
-        along = arrival(guide.curve, start, single)
+        along = arrival(motion_curve.curve, start, single)
         return self._around(settled(self.mechanism, start), self.place, along)
 
     def _other_arc(self, gap: Gap) -> Gap:
         """Return the gap on the other of the two arcs that meet at a limit."""
         if self.branch > 2:
-            raise UsageError(f"--branch {self.branch}: 2 arcs meet at the limit that the motion starts at")
+            raise UsageError(f"--branch {self.branch}: only 2 arcs meet at the start position, which is a limit")
         self.branch = 1
         return cast("ArcPassage", gap).other_side().mirrored()
 
@@ -193,7 +193,7 @@ class Journey:
         """Set the inputs and the parameter of rows, which differ from the laws after the input has reversed."""
         if path.parameter is not None:
             path.inputs[:, i:j] = self.leg.values(path.time[i:j])
-            curve = None if self.on_line or self.follower.guide is None else self.follower.guide.curve
+            curve = None if self.on_line or self.follower.motion_curve is None else self.follower.motion_curve.curve
             path.parameter[i:j] = self.leg.parameter(path.time[i:j]) * (1.0 if curve is None else curve.span)
 
     def _set_progress(self, i: int, j: int) -> None:
@@ -263,8 +263,8 @@ class Journey:
     def _has_reached(self, gap: Gap, place: float) -> bool:
         """Return whether a motion up to a coordinate has reached the singular position of a gap."""
         centre = gap.centre
-        if abs(centre - place) <= BESIDE * self.leg.turn and self.follower.guide is not None:
-            centre = self.follower.guide.exact(
+        if abs(centre - place) <= BESIDE * self.leg.turn and self.follower.motion_curve is not None:
+            centre = self.follower.motion_curve.exact(
                 gap, self.leg.sense
             )  # the centre of an interpolated gap is less accurate
         return centre <= place + BEYOND * max(1.0, abs(place))
@@ -278,12 +278,12 @@ class Journey:
         met = [gap for gap in self.follower.bridges if self._is_new(gap, self.leg.goal)]
         if not met:
             return None
-        gap, guide = met[0], self.follower.guide
-        assert guide is not None
-        from gimcli.motion.guide import direction
+        gap, motion_curve = met[0], self.follower.motion_curve
+        assert motion_curve is not None
+        from gimcli.motion.motion_curve import direction
 
         row = gap.at(gap.centre)
-        along = None if guide.curve is None else direction(guide.curve, gap, self.leg.sense)
+        along = None if motion_curve.curve is None else direction(motion_curve.curve, gap, self.leg.sense)
         found = self._around(row.x + 1j * row.y, gap.centre, along)
         self.follower, self.place = self.follow(self.leg), gap.centre
         if found is None or not self.follower.enter(found):
@@ -293,9 +293,9 @@ class Journey:
 
     def _around(self, z: ComplexArray, place: float, along: FloatArray | None) -> ArcPassage | None:
         """Return the passage of a singular position on the chosen branch; None if there is none."""
-        guide, branch = self.follower.guide, self.branch
+        motion_curve, branch = self.follower.motion_curve, self.branch
         self.branch = 1
-        return None if guide is None else guide.around(z, place, self.leg.sense, branch, along)
+        return None if motion_curve is None else motion_curve.around(z, place, self.leg.sense, branch, along)
 
     def check_branch_taken(self) -> None:
         """Raise UsageError if no change point was reached at which the chosen branch could be followed."""
@@ -332,7 +332,9 @@ class Journey:
         """Return the time at which the law returns to the interval between limits that it has left, and the passage."""
         passages = [limit.mirrored()]
         turning = len(self.mechanism.actuators) == 1 and self.mechanism.actuators[0].rotary
-        other = self.follower.guide.other_end(limit) if turning and self.follower.guide is not None else None
+        other = (
+            self.follower.motion_curve.other_end(limit) if turning and self.follower.motion_curve is not None else None
+        )
         if other is not None and abs(other.arc.q - limit.arc.q) < TURN:
             passages.append(other)
         wraps = len(passages) > 1

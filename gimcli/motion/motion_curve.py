@@ -41,7 +41,7 @@ NEAR = 1e-6
 """Greatest distance of a row of the plan from the position of the curve, relative to the size."""
 
 
-class Guide:
+class MotionCurve:
     """The curve of a motion along a line of the inputs, or along the time of the laws.
 
     "Coordinate" is that of a leg: s = sense * parameter / span, which increases with the time.
@@ -104,7 +104,7 @@ class Guide:
         if start.first is None:
             return None
         if branch > 1 and branch > len(start.directions):
-            raise UsageError(f"--branch {branch}: {len(start.directions)} branches meet at the first change point")
+            raise UsageError(f"--branch {branch}: only {len(start.directions)} branches meet at the first change point")
         if start.met is not None:
             return self._through(curve, start, sense, branch)
         fold = fold_beside(curve, start.place, ABOUT)
