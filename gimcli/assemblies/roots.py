@@ -177,9 +177,9 @@ def _alone(family: Family, H: ComplexArray, done: Tracked, point: ComplexArray) 
     good = np.asarray(good & proven.sure & (proven.residual < SEARCH.residual), dtype=bool)
     gap = distances(family, safe, safe)
     np.fill_diagonal(gap, np.inf)
-    met = (gap <= SEARCH.near) & good[:, None] & good[None, :]
-    met &= gap <= proven.small[:, None] + proven.small[None, :]
-    return np.asarray(good & ~met.any(axis=1))
+    close = (gap <= SEARCH.near) & good[:, None] & good[None, :]
+    close &= gap <= proven.small[:, None] + proven.small[None, :]
+    return np.asarray(good & ~close.any(axis=1))
 
 
 def _judged(family: Family, H: ComplexArray, done: Tracked, point: ComplexArray, alone: NDArray[np.bool_]) -> _Ends:

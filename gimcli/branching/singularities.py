@@ -124,12 +124,14 @@ class _SingularitySearch:
 
     def crossings(self) -> Iterator[Singularity]:
         """Yield the positions where the Jacobian with the input loses rank."""
-        for index, met in self.circuit.crossings.items():
+        for index, crossing in self.circuit.crossings.items():
             if self.circuit.closed and index == len(self.places) - 1:
                 continue
-            single = not met.loose and (len(met.tangents) == 1 or (met.touching and not met.tangents))
+            count = len(crossing.tangents)
+            single = not crossing.loose and (count == 1 or (crossing.touching and not count))
             here = self.places[index]
-            yield self._position(TANGENCY if single else CHANGE, index, here, _involved(self.curve, met.left), met)
+            kind, about = TANGENCY if single else CHANGE, _involved(self.curve, crossing.left)
+            yield self._position(kind, index, here, about, crossing)
 
     def limits(self) -> Iterator[Singularity]:
         """Yield the positions in which the parameter reverses."""
@@ -160,7 +162,7 @@ class _SingularitySearch:
                 yield self._position(STATIONARY, root.index, root.place, (name,))
 
     def _position(
-        self, kind: str, index: int, here: CurvePoint, about: tuple[str, ...], met: Crossing | None = None,
+        self, kind: str, index: int, here: CurvePoint, about: tuple[str, ...], crossing: Crossing | None = None,
         end: str = ""
     ) -> Singularity:  # fmt: skip
         ahead = min(index + 1, len(self.places) - 1)
@@ -169,8 +171,8 @@ class _SingularitySearch:
         fraction = float(
             self.fractions[index] + (self.fractions[ahead] - self.fractions[index]) * min(part / whole, 1.0)
         )
-        branches = () if met is None else ordered(self.curve, met)
-        loose = met is not None and met.loose
+        branches = () if crossing is None else ordered(self.curve, crossing)
+        loose = crossing is not None and crossing.loose
         return Singularity(kind, fraction, here.p, here.tangent, about, branches, end, self.number, loose)
 
     def _held(self, here: CurvePoint) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from inspect import cleandoc
 from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema
@@ -21,7 +22,7 @@ class Generator(GenerateJsonSchema):
     def model_schema(self, schema: Any) -> dict[str, Any]:
         """Return the schema of a part."""
         part = schema["cls"]
-        own = {"title": part.__name__, "description": part.__doc__, "additionalProperties": False}
+        own = {"title": part.__name__, "description": cleandoc(part.__doc__), "additionalProperties": False}
         return {**self.generate_inner(schema["schema"]), **own}
 
     def encode_default(self, dft: Any) -> Any:

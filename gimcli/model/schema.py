@@ -197,7 +197,7 @@ class Tracer(Part):
 class Mass(Part):
     """Mass (file's unit), moment of inertia about the centre of mass [kg m^2], and the centre of mass.
 
-    `centre` is [x, y] in the member's own frame, as `Tracer.local`.
+    `centre` is [x, y] in the member's own frame, as `local` of a point.
     """
 
     mass: float = POSITIVE

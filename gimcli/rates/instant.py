@@ -17,7 +17,7 @@ SAMPLES = 4097
 HALVINGS = 60
 """Bisections of the interval found: more than the digits of a double."""
 
-MET = 1e-12
+EQUAL = 1e-12
 """Greatest difference between a law and a value, relative to the greatest value of the law, to be equal."""
 
 
@@ -78,7 +78,7 @@ def law_time(actuator: Input, value: float) -> float:
     """Return the first normalised time at which a law has a value; NaN if it never has."""
     t = np.linspace(0.0, 1.0, SAMPLES)
     off = actuator.law(t) - value
-    near = MET * max(1.0, float(np.max(np.abs(off + value))))
+    near = EQUAL * max(1.0, float(np.max(np.abs(off + value))))
     hit = np.flatnonzero((np.abs(off) <= near) | np.append(off[1:] * off[:-1] < 0.0, False))
     if not len(hit):
         return float("nan")

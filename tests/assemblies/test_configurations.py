@@ -281,7 +281,7 @@ def test_parallelogram_near_its_flat_position(angle, level, number):
 
 @pytest.mark.parametrize(("over", "level", "number"), [(1e-12, 1, 2), (0.0, 4, 1), (-1e-14, 4, 1), (-1e-12, 1, 0)])
 def test_slider_crank_whose_rod_just_reaches(over, level, number):
-    """The slider stands at +-sqrt(2 over): the rod is perpendicular to its guide."""
+    """The slider is at +-sqrt(2 over): the rod is perpendicular to its guide."""
     spec = {
         "nodes": {"O": [0, 0], "G": [5, 0], "A": [0, 1], "B": [0.1, 0]},
         "ground": ["O", "G"],

@@ -150,7 +150,7 @@ def test_the_branch_is_kept_near_two_change_points_together(tmp_path: Path, exce
     circuit = drawn_circuit(load(tmp_path / "m.yaml"), 1e-10)
     assert circuit.closed
     assert circuit.turns == (1.0 if excess else 2.0)
-    assert [len(met.tangents) for met in circuit.crossings.values()] == ([] if excess else [4, 4])
+    assert [len(crossing.tangents) for crossing in circuit.crossings.values()] == ([] if excess else [4, 4])
     z = circuit.curve.nodes(circuit.p)
     o4, a, b, c = (z[circuit.mechanism.nodes.index(n)] for n in ("O4", "A", "B", "C"))
     assert np.abs(b - c).max() < 1e-8  # they are never on different sides
@@ -201,7 +201,7 @@ def test_many_windows_pass_their_common_flat_position(tmp_path: Path, windows: i
     circuit = drawn_circuit(load(tmp_path / "m.yaml"), 1e-10)
     assert circuit.closed
     assert circuit.turns == 1.0
-    assert [met.lost for met in circuit.crossings.values()] == [windows] * 2
+    assert [crossing.lost for crossing in circuit.crossings.values()] == [windows] * 2
     z = circuit.mechanism.to_file(circuit.curve.nodes(along(circuit, 100)))
     first, last = (z[circuit.mechanism.nodes.index(f"A{k}")] for k in (0, windows))
     assert np.abs(last - first - 3.0 * windows).max() < 1e-10

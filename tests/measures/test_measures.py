@@ -737,9 +737,9 @@ def test_unsolved_rows_add_no_area():
     ],
 )
 def test_unknown_names_are_rejected_with_a_suggestion(spec, part):
-    with pytest.raises(UsageError, match="measure") as met:
+    with pytest.raises(UsageError, match="measure") as caught:
         measures_of(load(MODELS / "crank_rocker.yaml"), spec)
-    assert part in str(met.value)
+    assert part in str(caught.value)
 
 
 @pytest.mark.few
