@@ -1,4 +1,4 @@
-"""Fixtures that all tests share, and which cases of a law the suite runs."""
+"""Fixtures of all tests, and the choice of the parametrized cases that the suite runs (mark `few`)."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ def pytest_collection_modifyitems(items):
                 case.add_marker(pytest.mark.soak)
 
 
-def kept(cases, *asked):
-    """Return as many cases as asked for, every value of every parameter among them first; or those of some models."""
-    if not asked or isinstance(asked[0], str):
-        models = set(asked) or CHOSEN
+def kept(cases, *wanted):
+    """Return a number of cases, first those that cover each value of each parameter; or the cases of some models."""
+    if not wanted or isinstance(wanted[0], str):
+        models = set(wanted) or CHOSEN
         return [case for case in cases if models & {_name(value) for value in case.callspec.params.values()}]
-    (number,), found, seen, left = asked, [], set(), list(cases)
+    (number,), found, seen, left = wanted, [], set(), list(cases)
     while left and len(found) < number:
         case = max(left, key=lambda case: len(set(_indices(case)) - seen))
         seen |= set(_indices(case))

@@ -1,4 +1,4 @@
-"""The command line: what scripts count on, what is imported, what help says."""
+"""The command line: reports, imports, help, completion, exit statuses."""
 
 import json
 import os
@@ -27,7 +27,7 @@ def test_help_imports_nothing_heavy():
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
-def test_a_dyadic_trace_pays_for_nothing_that_it_does_not_use(tmp_path):
+def test_a_trace_by_dyads_imports_only_what_it_uses(tmp_path):
     code = (
         f"import sys; sys.argv = ['gim', 'trace', {str(MODELS / 'crank_rocker.yaml')!r}]\n"
         f"sys.argv += ['--no-png', '-o', {str(tmp_path)!r}]\n"
@@ -65,7 +65,7 @@ def test_the_examples_of_the_help_run(example, tmp_path):
     assert gim(*words[1:], cwd=tmp_path)
 
 
-def test_commands_are_listed_by_what_they_answer():
+def test_commands_are_listed_in_groups():
     lines = gim("--help").splitlines()
     assert len(lines) <= 50
     assert max(map(len, lines)) <= 80
@@ -85,8 +85,8 @@ def test_the_package_runs_as_a_module():
     [("gim tr", ["trace", "tradeoff"]), ("gim trace --at", ["--at-limit"]), ("gim sim", ["simulate"])],
 )
 def test_a_shell_completes_commands_and_options(words, complete):
-    asked = {"_GIM_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(len(words.split()) - 1)}
-    done = subprocess.run([sys.executable, "-m", "gimcli"], env=os.environ | asked, capture_output=True, text=True)
+    shell = {"_GIM_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(len(words.split()) - 1)}
+    done = subprocess.run([sys.executable, "-m", "gimcli"], env=os.environ | shell, capture_output=True, text=True)
     assert done.stdout.split() == complete
 
 
@@ -104,7 +104,7 @@ MASSES = "masses: {crank: {mass: 1, inertia: 1}}\n"
     + [(MASSES, command, 4) for command in ("forces", "simulate", "reduce", "solve", "trace", "tradeoff", "workspace")]
     + [(MASSES + DRIVEN, "simulate", 4)],
 )
-def test_no_masses_is_a_fault_of_the_file_and_nothing_to_drive_one_of_the_structure(more, command, code, tmp_path):
+def test_a_model_without_masses_ends_with_3_and_without_actuators_with_4(more, command, code, tmp_path):
     text = "nodes: {O: [0, 0], G: [4, 0], A: [0, 1], B: [4, 3]}\nground: [O, G]\n"
     (tmp_path / "m.yaml").write_text(text + "links: {crank: [O, A], rod: [A, B], rocker: [G, B]}\n" + more)
     assert ran(command, "m.yaml", cwd=tmp_path).code == code
@@ -125,8 +125,8 @@ def test_trace_json(tmp_path):
     assert first.endswith(",0,ok")
 
 
-def test_trace_beyond_a_limit_keeps_its_rows_and_names_the_interval(tmp_path):
-    """Triple rocker 4-3-2-4: the crank stops where rod and follower are in line (law of cosines)."""
+def test_a_trace_beyond_a_limit_keeps_its_rows_and_reports_the_interval(tmp_path):
+    """Triple rocker: the limit of the crank is where coupler and follower are in line (law of cosines)."""
     import math
 
     (tmp_path / "model.yaml").write_text(
@@ -227,13 +227,13 @@ def test_every_model_is_drawn(model, tmp_path):
     assert path.read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_readme_example_runs_and_its_error_is_the_one_told(tmp_path):
+def test_the_example_of_the_readme_runs_and_its_error_is_the_printed_one(tmp_path):
     text = README.read_text()
     example = text.split("```yaml\n")[1].split("```")[0]
     (tmp_path / "model.yaml").write_text(example)
     assert json.loads(gim("trace", "--no-png", "--json", cwd=tmp_path))["solved"] == 361
     (tmp_path / "model.yaml").write_text(example.replace("[A, B], length", "[A, Bb], length"))
-    told = text.split("```text\n")[1].split("\n```")[0]
+    message = text.split("```text\n")[1].split("\n```")[0]
     command = [sys.executable, "-c", "from gimcli.cli import main; main()", "trace"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
-    assert told in done.stderr
+    assert message in done.stderr

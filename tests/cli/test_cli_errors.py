@@ -1,4 +1,4 @@
-"""What the command line refuses: exit status, names in the message, clean standard output, nothing left behind."""
+"""Errors on the command line: exit status, message, no text on standard output, no files left behind."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ actuators:
 
 @pytest.fixture
 def gim(tmp_path, monkeypatch, capsys):
-    """Run the command line in a folder of its own; return exit status, standard output and standard error."""
+    """Run the command line in its own folder; return exit status, standard output and standard error."""
     monkeypatch.chdir(tmp_path)
 
     def run(text, *arguments):
@@ -86,7 +86,7 @@ def gim(tmp_path, monkeypatch, capsys):
 
 
 def started(*arguments, **more):
-    """Start the command line in a process of its own."""
+    """Start the command line in its own process."""
     command = [sys.executable, "-c", "from gimcli.cli import main; main()", *map(str, arguments)]
     return subprocess.Popen(command, stderr=subprocess.PIPE, **more)
 
@@ -111,7 +111,7 @@ def files(folder):
 # -- structure: exit status 4 ----------------------------------------------------------------
 
 UNFIT = {
-    # name: (text, what the message names)
+    # name: (text, words of the message)
     "nothing drives a four-bar": (FOUR, ["actuator"]),
     "one motor on a five-bar": (
         FIVE + "actuators:\n  motor: {type: rotary, pivot: O, arm: A, law: {by: 5}}\n",
@@ -163,7 +163,7 @@ FOLLOWING = {
 
 @pytest.mark.parametrize("command", FOLLOWING)
 @pytest.mark.parametrize("case", [case for case in UNFIT if not case.startswith("surplus")])
-def test_what_follows_circuits_refuses_the_same_structures(case, command, gim, tmp_path):
+def test_commands_that_follow_circuits_refuse_the_same_structures(case, command, gim, tmp_path):
     text, named = UNFIT[case]
     first = next(iter(yaml.safe_load(text)["links"]))
     code, out, err = gim(f"{text}masses: {{{first}: {{mass: 1}}}}\n", *FOLLOWING[command])
@@ -185,13 +185,13 @@ def test_an_exact_surplus_crank_is_accepted(gim):
     assert code == 0, err
 
 
-def test_the_tolerance_decides_on_a_surplus_crank(gim):
+def test_a_surplus_crank_is_accepted_within_the_tolerance(gim):
     text = THIRD_CRANK.format(length=1.000001)
     code, _, err = gim(text, "solve", "m.yaml", "--tolerance", "1e-4")
     assert code == 0, err
 
 
-def test_mobility_tells_what_is_undriven_and_overdriven(gim):
+def test_mobility_reports_undriven_nodes_and_surplus_actuators(gim):
     data = one_object(gim(UNFIT["one motor on a five-bar"][0], "mobility", "m.yaml", "--json")[1])
     assert (data["mobility"], data["actuators"], data["undriven"]) == (2, 1, ["B", "C"])
     data = one_object(gim(FOUR + BOTH, "mobility", "m.yaml", "--json")[1])
@@ -202,7 +202,7 @@ def test_mobility_tells_what_is_undriven_and_overdriven(gim):
 
 # -- positions that are not solved: exit status 5 --------------------------------------------
 
-# A rocker of 80 over a base of 100 with a crank of 90 and a coupler of 30 does not turn round.
+# With base 100, crank 90, coupler 30 and rocker 80 the crank cannot make a full turn.
 LIMITED = """\
 nodes: {O: [0, 0], G: [100, 0], A: [63.64, 63.64], B: [79, 77.2]}
 ground: [O, G]
@@ -343,14 +343,14 @@ def test_a_folder_that_cannot_be_written(gim, tmp_path):
     assert files(tmp_path) == ["locked"]
 
 
-def test_a_folder_below_one_that_does_not_take_any(gim, tmp_path):
+def test_a_folder_that_cannot_be_created(gim, tmp_path):
     code, out, err = gim(FOUR + CRANK, "trace", "m.yaml", "--steps", "4", "--out", "/proc/nothing/here")
     assert (code, out) == (6, ""), err
     assert "/proc/nothing" in err
     assert files(tmp_path) == []
 
 
-def test_where_the_picture_cannot_be_written_the_table_does_not_stay_alone(gim, tmp_path):
+def test_if_the_picture_cannot_be_written_the_table_is_not_written(gim, tmp_path):
     (tmp_path / "m.png").mkdir()
     code, out, err = gim(FOUR + CRANK, "trace", "m.yaml", "--steps", "4")
     assert (code, out) == (6, ""), err
@@ -361,9 +361,9 @@ def test_where_the_picture_cannot_be_written_the_table_does_not_stay_alone(gim, 
 
 @pytest.mark.parametrize(("command", "name"), [("trace", "m"), ("tradeoff", "m.tradeoff")])
 @pytest.mark.parametrize("kind", ["csv", "png"])
-def test_what_cannot_be_written_is_told_before_the_work(command, name, kind, gim, tmp_path, monkeypatch):
+def test_an_unwritable_file_is_refused_before_the_computation(command, name, kind, gim, tmp_path, monkeypatch):
     def late(*_):
-        raise AssertionError("the work has begun")
+        raise AssertionError("the computation has begun")
 
     monkeypatch.setattr("gimcli.library.tradeoff.compare", late)
     monkeypatch.setattr("gimcli.motion.summary.Summary.add", late)
@@ -378,12 +378,12 @@ def test_what_cannot_be_written_is_told_before_the_work(command, name, kind, gim
 def test_a_trace_that_is_stopped_leaves_nothing(number, tmp_path):
     (tmp_path / "m.yaml").write_text(FOUR + CRANK)
 
-    def heed() -> None:
-        """Hear the signal where the tests run in the background too, which is started to ignore it."""
+    def receive() -> None:
+        """Accept the signal: processes started in the background ignore it."""
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
     arguments = ("trace", "m.yaml", "--steps", 10_000_000, "--no-png")
-    running = started(*arguments, cwd=tmp_path, stdout=subprocess.PIPE, preexec_fn=heed)
+    running = started(*arguments, cwd=tmp_path, stdout=subprocess.PIPE, preexec_fn=receive)
     deadline = time.monotonic() + 60
     while not files(tmp_path) and time.monotonic() < deadline:
         time.sleep(0.05)
@@ -397,7 +397,7 @@ def test_a_trace_that_is_stopped_leaves_nothing(number, tmp_path):
 @pytest.mark.few(4)
 @pytest.mark.parametrize("command", ["solve", "trace", "sequence", "mobility"])
 @pytest.mark.parametrize("more", [(), ("--json",)])
-def test_a_reader_that_has_gone_away_is_no_failure(command, more, tmp_path):
+def test_a_closed_pipe_is_not_an_error(command, more, tmp_path):
     (tmp_path / "m.yaml").write_text(FOUR + CRANK)
     reading, writing = os.pipe()
     os.close(reading)
@@ -416,7 +416,7 @@ def test_a_position_that_cannot_be_written(kind, gim, tmp_path):
     assert files(tmp_path) == [f"there.{kind}"]
 
 
-def test_a_trace_replaces_what_it_wrote_before(gim, tmp_path):
+def test_a_trace_replaces_its_earlier_files(gim, tmp_path):
     for _ in range(2):
         assert gim(FOUR + CRANK, "trace", "m.yaml", "--steps", "4", "--out", "new/deep", "--no-png")[0] == 0
     assert files(tmp_path) == ["deep", "m.csv", "new"]
@@ -460,7 +460,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("value", "reason"), [("-5", "above 0"), ("0", "above 0"), ("1e200", "times the size")])
-def test_a_length_that_is_none_is_wrong_usage(value, reason, gim):
+def test_an_impossible_length_is_wrong_usage(value, reason, gim):
     code, out, err = gim(None, "solve", str(MODELS / "gim_fig11.yaml"), "--at", f"OA={value}")
     assert (code, out) == (2, "")
     assert reason in err
@@ -476,9 +476,9 @@ def test_wrong_usage(case, gim, tmp_path):
     assert files(tmp_path) == []
 
 
-# -- what is printed -------------------------------------------------------------------------
+# -- JSON ------------------------------------------------------------------------------------
 
-TALK = {
+REPORTS = {
     "solve": (["solve", "m.yaml", "--json"], ["status", "residual", "sweeps", "nodes", "points"]),
     "solve, gim": (
         ["solve", "m.yaml", "--json", "--method", "gim", "--history", "--tolerance", "1e-6"],
@@ -496,9 +496,9 @@ TALK = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("case", TALK)
+@pytest.mark.parametrize("case", REPORTS)
 def test_json_is_one_object_and_nothing_else(case, gim):
-    arguments, keys = TALK[case]
+    arguments, keys = REPORTS[case]
     code, out, err = gim(FOUR + CRANK, *arguments)
     assert code == 0, err
     assert err == ""
@@ -513,19 +513,19 @@ time.monotonic = lambda: clock() + next(beats)
 show = progress.progress_bar("working")
 show(1, 10)
 assert progress._bars
-typer.echo("told")
+typer.echo("report")
 """
 
 
-def test_a_progress_bar_that_is_cut_short_leaves_output_and_terminal_as_they_were():
-    """Standard output is a file, standard error a terminal: the report goes to the file, the cursor comes back."""
+def test_an_unfinished_progress_bar_is_removed():
+    """Standard output is a file, standard error a terminal: the file has only the report, the cursor is shown again."""
     pty = pytest.importorskip("pty")
     screen, terminal = pty.openpty()
     done = subprocess.run([sys.executable, "-c", BAR], stdout=subprocess.PIPE, stderr=terminal, timeout=60)
     os.close(terminal)
     shown = os.read(screen, 65536)
     os.close(screen)
-    assert (done.returncode, done.stdout) == (0, b"told\n")
+    assert (done.returncode, done.stdout) == (0, b"report\n")
     assert b"working" in shown
     assert shown.count(b"\x1b[?25l") == shown.count(b"\x1b[?25h") == 1
 
@@ -534,22 +534,22 @@ HEAVY = CRANK.replace("law: {by: 10}", "law: {by: 10}, free: true") + "masses: {
 
 
 def failed(out, err, status):
-    """Check the object that a failure prints: what standard error says, and the exit status."""
-    told = one_object(out)
-    assert set(told) == {"error", "exit"}
-    assert told["exit"] == status
-    assert told["error"].splitlines()[-1] in err
+    """Check the object that a failure prints: the message of standard error, and the exit status."""
+    report = one_object(out)
+    assert set(report) == {"error", "exit"}
+    assert report["exit"] == status
+    assert report["error"].splitlines()[-1] in err
 
 
 @pytest.mark.parametrize("command", ANALYSES)
-def test_json_of_a_model_refused_is_an_error(command, gim):
+def test_json_for_an_invalid_model_is_an_error(command, gim):
     code, out, err = gim("nodes: {}\n", command, "m.yaml", "--json")
     assert code == 3
     failed(out, err, 3)
 
 
 @pytest.mark.parametrize("command", ANALYSES)
-def test_json_of_wrong_usage_is_an_error(command, gim):
+def test_json_for_wrong_usage_is_an_error(command, gim):
     code, out, err = gim(FOUR + CRANK, command, "m.yaml", "--json", "--nothing")
     assert code == 2
     failed(out, err, 2)
@@ -557,16 +557,16 @@ def test_json_of_wrong_usage_is_an_error(command, gim):
 
 @pytest.mark.parametrize("command", ANALYSES)
 @pytest.mark.parametrize("case", ["undriven", "too short", "cannot be written"])
-def test_json_of_every_failure_is_one_object(case, command, gim, tmp_path):
+def test_json_for_every_failure_is_one_object(case, command, gim, tmp_path):
     (tmp_path / "taken").write_text("")
     text = {"undriven": FOUR, "too short": TOO_SHORT, "cannot be written": FOUR + HEAVY}[case]
-    nowhere = ["--out=taken/m.csv"] if case == "cannot be written" else []
-    code, out, err = gim(text, command, "m.yaml", "--json", *nowhere)
+    unwritable = ["--out=taken/m.csv"] if case == "cannot be written" else []
+    code, out, err = gim(text, command, "m.yaml", "--json", *unwritable)
     data = one_object(out)
     if "error" in data:
         failed(out, err, code)
         assert code != 0
-    if nowhere:
+    if unwritable:
         assert (code, set(data)) == (6, {"error", "exit"})
 
 
@@ -581,13 +581,13 @@ def test_the_model_defaults_to_model_yaml(gim, tmp_path):
     assert (tmp_path / "model.csv").is_file()
 
 
-def test_without_a_model_the_message_names_it(gim):
+def test_without_a_model_the_message_has_the_default_name(gim):
     code, out, err = gim(None, "solve")
     assert (code, out) == (3, "")
     assert "model.yaml: no such file" in err
 
 
-def test_names_with_signs_of_every_sort_reach_the_output(gim, tmp_path):
+def test_names_may_have_commas_quotes_and_spaces(gim, tmp_path):
     data = yaml.safe_load(FOUR)
     names = {"A": "a,b", "B": 'say "Ä"', "O": "1", "G": "x y"}
     data["nodes"] = {names[k]: v for k, v in data["nodes"].items()}
@@ -605,7 +605,7 @@ def test_names_with_signs_of_every_sort_reach_the_output(gim, tmp_path):
     assert set(one_object(out)["nodes"]) == set(names.values())
 
 
-# -- files that are asked for ----------------------------------------------------------------
+# -- requested files -------------------------------------------------------------------------
 
 
 def test_a_table_is_never_written_over_the_model(gim, tmp_path):
@@ -618,8 +618,8 @@ def test_a_table_is_never_written_over_the_model(gim, tmp_path):
 
 
 @pytest.mark.parametrize("command", ["solve", "singularities", "circuits", "groups", "sequence"])
-def test_a_picture_that_cannot_be_is_refused_before_the_work(command, gim, tmp_path):
-    """Suffix and folder are looked at first: the work would say that nothing drives the mechanism."""
+def test_an_impossible_picture_is_refused_before_the_computation(command, gim, tmp_path):
+    """Suffix and folder are checked first: the computation would report that nothing drives the mechanism."""
     (tmp_path / "file").write_text("")
     more = ("--csv", "m.csv") if command == "solve" else ()
     for png, status in (("m.foo", 2), ("file/m.png", 6)):
@@ -636,7 +636,7 @@ def test_all_has_no_velocities(gim):
 
 
 @pytest.mark.parametrize("command", ["solve", "solve --all", "sequence", "groups", "circuits --samples 8"])
-def test_what_was_written_is_told(command, gim, tmp_path):
+def test_written_files_are_reported(command, gim, tmp_path):
     name, *more = command.split()
     code, out, err = gim(FOUR + CRANK, name, "m.yaml", "--png", "m.png", *more)
     assert code == 0, err
@@ -646,11 +646,11 @@ def test_what_was_written_is_told(command, gim, tmp_path):
     assert files(tmp_path) == ["m.png"]
 
 
-# -- what is told ----------------------------------------------------------------------------
+# -- reports ---------------------------------------------------------------------------------
 
 
-def test_the_reach_of_a_law_that_turns_back_is_the_widest(gim, tmp_path):
-    """The motor goes from 90 deg to 130 deg and back to 100 deg: 100 deg is not as far as it went."""
+def test_the_reached_interval_of_a_law_that_turns_back_has_its_maximum(gim, tmp_path):
+    """The motor moves from 90 deg to 130 deg and back to 100 deg: the interval ends at 130 deg."""
     (tmp_path / "law.csv").write_text("0,90\n0.5,130\n1,100\n")
     text = FOUR + "actuators:\n  motor: {type: rotary, pivot: O, arm: A, law: {table: law.csv}}\n"
     code, out, err = gim(text, "trace", "m.yaml", "--steps", "4", "--no-png", "--json")
@@ -658,22 +658,22 @@ def test_the_reach_of_a_law_that_turns_back_is_the_widest(gim, tmp_path):
     assert one_object(out)["reachable"]["motor"] == [pytest.approx([90.0, 130.0], abs=1e-9)]
 
 
-def test_the_reach_of_a_law_that_runs_backwards_keeps_its_direction(gim):
+def test_the_reached_interval_of_a_decreasing_law_keeps_its_direction(gim):
     text = FOUR + "actuators:\n  motor: {type: rotary, pivot: O, arm: A, law: {from: 90, to: 60}}\n"
     code, out, err = gim(text, "trace", "m.yaml", "--steps", "4", "--no-png", "--json")
     assert code == 0, err
     assert one_object(out)["reachable"]["motor"] == [pytest.approx([90.0, 60.0], abs=1e-9)]
 
 
-def test_only_members_that_tell_branches_apart_are_told_where_these_meet(gim):
-    """The crank of a parallelogram turns alike on both branches of both flat positions."""
+def test_at_change_points_only_members_with_different_rates_are_listed(gim):
+    """The crank of a parallelogram has the same rate on both branches at both change points."""
     code, out, err = gim(None, "singularities", str(MODELS / "parallelogram.yaml"))
     assert code == 0, err
     assert "follower -0.5, coupler +0.5" in out
     assert "crank +1" not in out
 
 
-def test_a_mechanism_without_actuator_is_not_reduced(gim):
+def test_a_mechanism_without_actuators_is_not_reduced(gim):
     code, out, err = gim(FOUR + "masses: {crank: {mass: 1}}\n", "reduce", "m.yaml")
     assert (code, out) == (4, "")
     assert "no actuator: nothing moves" in err
@@ -685,8 +685,8 @@ console.print_table("t", ("name", *"abcdef"), [("a long name that may be broken"
 """
 
 
-def test_a_number_is_never_broken_where_the_terminal_is_narrow():
-    """A name may go on in the next line; a number that did would be read as another."""
+def test_numbers_are_not_wrapped_on_a_narrow_terminal():
+    """A name may be wrapped; a wrapped number would look like two numbers."""
     pty = pytest.importorskip("pty")
     screen, terminal = pty.openpty()
     done = subprocess.run(

@@ -1,4 +1,4 @@
-"""What `gim trace --measure --plot` and `gim solve --velocities` tell and draw."""
+"""Columns, reports and pictures of `gim trace --measure --plot` and `gim solve --velocities`."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ def test_measures_are_columns_and_ranges(tmp_path):
     rows = rows_of(tmp_path / "crank_rocker.csv")
     mu = [float(row["transmission:coupler/rocker"]) for row in rows]
     found = report["measures"]["transmission:coupler/rocker"]
-    told = found["columns"]["transmission:coupler/rocker"]
-    # extremes where crank and frame are in line (law of cosines)
+    column = found["columns"]["transmission:coupler/rocker"]
+    # minimum and maximum are where crank and frame are in line (law of cosines)
     ends = [math.degrees(math.acos((120**2 + 80**2 - far**2) / (2 * 120 * 80))) for far in (60, 140)]
-    assert [told["least"], told["greatest"]] == pytest.approx(ends, abs=1e-9)
+    assert [column["least"], column["greatest"]] == pytest.approx(ends, abs=1e-9)
     assert [min(mu), max(mu)] == pytest.approx(ends, abs=1e-9)
-    assert (told["unit"], told["empty"], told["infinite"]) == ("deg", 0, False)
+    assert (column["unit"], column["empty"], column["infinite"]) == ("deg", 0, False)
     area = report["measures"]["area:crank"]
     assert area["area"] == pytest.approx(math.pi * 1600, rel=1e-5)
     assert abs(area["area"] - math.pi * 1600) <= area["error"]
@@ -61,7 +61,7 @@ def test_measures_are_columns_and_ranges(tmp_path):
     assert list(rows[0])[-3:] == ["residual", "sweeps", "status"]
 
 
-def test_what_is_plotted_is_written_and_makes_the_picture_taller(tmp_path):
+def test_plotted_quantities_are_columns_and_graphs(tmp_path):
     gim("trace", FOUR_BAR, "-n", 24, "-o", tmp_path / "plain")
     gim("trace", FOUR_BAR, "-n", 24, "-o", tmp_path / "more", "--plot", "velocity,alpha,transmission")
     plain, more = (tmp_path / name / "crank_rocker" for name in ("plain", "more"))
@@ -70,12 +70,14 @@ def test_what_is_plotted_is_written_and_makes_the_picture_taller(tmp_path):
     assert {"P.vx", "P.ay", "crank.alpha", "transmission:coupler/rocker"} <= set(heads[1])
     assert "P.jx" not in heads[1]
     gim("trace", FOUR_BAR, "-n", 2, "-o", tmp_path / "most", "--plot", "velocity", "-d", 3)
-    assert "P.jx" in rows_of(tmp_path / "most" / "crank_rocker.csv")[0], "no less than what is asked for"
+    assert "P.jx" in rows_of(tmp_path / "most" / "crank_rocker.csv")[0], (
+        "the requested derivatives, although the graph needs fewer"
+    )
     assert size_of(more.with_suffix(".png"))[1] > size_of(plain.with_suffix(".png"))[1] + 3 * 150
 
 
 def test_a_centrode_far_away_does_not_shrink_the_mechanism(tmp_path):
-    """The coupler's centre runs to infinity: the picture grows to at most 1.8 of the mechanism's own extents."""
+    """The centre of the coupler moves to infinity; the picture is at most twice as large as the mechanism."""
     from gimcli.output.drawing import motion_picture
 
     run = run_model("crank_rocker", 36)
@@ -87,8 +89,8 @@ def test_a_centrode_far_away_does_not_shrink_the_mechanism(tmp_path):
     assert picture.legend[0][0] == "centrode"
 
 
-def test_a_curve_that_goes_round_twice_is_drawn_once():
-    """Dashes over dashes would make a full line; one lap and a half stays as it is."""
+def test_a_curve_of_two_laps_is_drawn_once():
+    """Dashes drawn over dashes would look like a full line. A curve of one and a half laps is not changed."""
     circle = np.exp(1j * np.linspace(0.0, 4.0 * np.pi, 361))
     (twice,) = drawn_runs(circle, 0.01)
     assert np.sum(np.abs(np.diff(twice))) == pytest.approx(2.0 * np.pi, rel=1e-3)
@@ -96,7 +98,7 @@ def test_a_curve_that_goes_round_twice_is_drawn_once():
     assert np.sum(np.abs(np.diff(half))) == pytest.approx(3.0 * np.pi, rel=1e-3)
 
 
-def test_wrong_asking_is_refused_before_the_work(tmp_path):
+def test_wrong_measures_and_graphs_are_refused_before_the_computation(tmp_path):
     for arguments, part in (
         (("--plot", "velocty"), "did you mean 'velocity'?"),
         (("--plot", "velocity", "--no-png"), "--no-png"),
@@ -119,15 +121,15 @@ def test_rows_that_are_not_solved_leave_the_measures_empty(tmp_path):
         "actuators: {m: {type: rotary, pivot: A, arm: B, law: {from: 20, to: 200}}}\ntrace: [C]\n"
     )
     specs = ("centre:frame/b", "curvature:C", "transmission", "advantage:m/c", "area:b")
-    asked = [word for spec in specs for word in ("-m", spec)]
+    measures = [word for spec in specs for word in ("-m", spec)]
     plots = ["--plot", "velocity,centre,curvature,transmission,advantage,area"]
-    report = json.loads(gim("trace", "-n", 90, *asked, *plots, "--json", cwd=tmp_path, code=5))
+    report = json.loads(gim("trace", "-n", 90, *measures, *plots, "--json", cwd=tmp_path, code=5))
     rows = rows_of(tmp_path / "model.csv")
     own = [name for name in rows[0] if name.startswith(tuple(KINDS))]
     assert len(own) == 12
     for row in rows:
         assert all((row[name] == "") == (row["status"] != "ok") for name in own)
-    assert all(told["empty"] == 0 for found in report["measures"].values() for told in found["columns"].values())
+    assert all(column["empty"] == 0 for found in report["measures"].values() for column in found["columns"].values())
 
 
 # --- panels ----------------------------------------------------------------------------------------------
@@ -140,13 +142,13 @@ def test_a_panel_names_quantity_and_units():
     assert found.labels == ("motor [deg]", "velocity [mm/s]")
     assert [name for name, _ in found.legend] == ["P", "Q"]
     dashes = [key.dash for _, key in found.legend]
-    assert len(set(dashes)) == 2, "told apart in grey"
+    assert len(set(dashes)) == 2, "different in a grey print"
     assert found.frame.low.imag < -1.0
     assert found.frame.high.imag > 1.0
 
 
-def test_a_panel_keeps_its_shape_beside_a_pole():
-    """1/x: the window shows the bulk, the curve is cut where it jumps from one infinity to the other."""
+def test_a_panel_shows_most_values_of_a_curve_with_a_pole():
+    """1/x: the window shows most of the values, and the curve is cut where it jumps between the infinities."""
     x = np.linspace(-1.0, 1.0, 400)
     found = panel("advantage", Table((Column("t", x), Column("c", 1.0 / x))), 5.0)
     assert 2.0 < found.frame.high.imag < 100.0
@@ -156,7 +158,7 @@ def test_a_panel_keeps_its_shape_beside_a_pole():
     assert constant.frame.high.imag - constant.frame.low.imag > 10.0
 
 
-def test_a_panel_survives_what_is_empty():
+def test_a_panel_accepts_empty_and_infinite_values():
     x = np.linspace(0.0, 1.0, 5)
     for values in (np.full(5, np.nan), np.full(5, np.inf), np.array([np.nan, 1.0, np.inf, 2.0, np.nan])):
         found = panel("q", Table((Column("t", x), Column("c", values))), 5.0)
@@ -202,8 +204,8 @@ def test_velocities_of_a_four_bar():
     assert report["input_rates"]["motor"] == pytest.approx({"rate": 360.0, "acceleration": 0.0, "time": 1 / 9})
 
 
-def test_the_rate_is_the_laws_where_it_has_the_value(tmp_path):
-    """Quintic from 0 to 90 in 2 s: at half the way 15/8 of the mean speed and no acceleration; at the start none."""
+def test_the_input_rate_is_that_of_the_law_at_this_value(tmp_path):
+    """Quintic, 0 to 90 deg in 2 s: in the middle 15/8 of the mean speed and no acceleration; at rest at the start."""
     text = FOUR_BAR.read_text().replace("{from: 0, to: 360}", "{from: 0, to: 90, profile: quintic}")
     (tmp_path / "m.yaml").write_text(text + "\nduration: 2\n")
     half = velocities(tmp_path / "m.yaml", "--at", "motor=45")
@@ -219,7 +221,7 @@ def test_the_rate_is_the_laws_where_it_has_the_value(tmp_path):
     assert quarter["acceleration"] == pytest.approx(22.5 * (60 * s - 180 * s**2 + 120 * s**3), rel=1e-9)
 
 
-def test_a_value_that_the_law_never_has_moves_by_a_unit():
+def test_at_a_value_outside_the_law_the_input_rate_is_one():
     report = velocities(FOUR_BAR, "--at", "motor=400")
     assert report["input_rates"]["motor"] == {"rate": 1.0, "acceleration": 0.0, "time": None}
     assert report["omega"]["crank"] == pytest.approx(1.0)
@@ -228,14 +230,14 @@ def test_a_value_that_the_law_never_has_moves_by_a_unit():
     assert ram["input_rates"]["ram_1"]["time"] == 0.0
 
 
-def test_a_law_back_and_forth_has_a_value_first_on_its_way_out():
+def test_the_first_time_is_used_if_a_law_has_a_value_twice():
     run = run_model("crank_rocker", 4, laws={"motor": {"profile": {"polynomial": [0, 360, -360]}}})
     (motor,) = run.mechanism.actuators
     assert law_time(motor, math.radians(67.5)) == pytest.approx(0.25, abs=1e-12)
     assert math.isnan(law_time(motor, math.radians(95.0)))
 
 
-def test_a_singular_position_says_so_and_tells_no_numbers():
+def test_a_singular_position_has_a_status_and_no_velocities():
     report = velocities(MODELS / "parallelogram.yaml", "--at", "motor=0", code=5)
     assert report["status"] == "ok"
     assert report["velocity_status"] == "singular"
@@ -247,7 +249,7 @@ def test_a_singular_position_says_so_and_tells_no_numbers():
 
 @pytest.mark.few
 def test_velocities_are_differences_of_positions(model):
-    """Two positions a little apart, solved one by one: no derivative enters."""
+    """The differences are of two close positions that are solved separately, without derivatives."""
     mechanism = load(model)
     middle = np.array([float(a.law(np.array([0.4]))[0]) for a in mechanism.actuators])
     z = solve(mechanism, middle, Options()).z
@@ -261,12 +263,12 @@ def test_velocities_are_differences_of_positions(model):
     assert not found.singular
     assert np.isfinite(sides).all()
     speed = (sides[1] - sides[0]) / (2.0 * h)
-    told = found.rates.nodes[1, :, 0]
-    assert np.max(np.abs(speed - told)) < 1e-5 * max(1.0, np.max(np.abs(found.rates.nodes[1:])))
+    velocity = found.rates.nodes[1, :, 0]
+    assert np.max(np.abs(speed - velocity)) < 1e-5 * max(1.0, np.max(np.abs(found.rates.nodes[1:])))
 
 
 def test_the_vector_picture(tmp_path):
-    """Arrows start at their points, have one scale a kind, and a bar of round value beside its number."""
+    """Arrows start at their points; each kind has one scale, and a scale bar with a round value."""
     text = gim("solve", FOUR_BAR, "--at", "motor=40", "--velocities", "--png", tmp_path / "v.png")
     assert "its law at 0.111111 s" in text
     assert (tmp_path / "v.png").read_bytes().startswith(b"\x89PNG")
@@ -289,10 +291,10 @@ def test_the_vector_picture(tmp_path):
         bar = next(t.text for t in picture.texts if t.text.startswith(kind.name))
         value = float(bar.split()[1])
         assert kind.greatest / 2.5 <= value <= kind.greatest
-        for n in moving:  # shaft and head together: 0.6 of a head shorter than the vector
-            way = next(path for path in paths if abs(path[0] - places[n]) < 1e-9)
-            along = np.diff(way)[0] / kind.vectors[n][1]
-            assert abs(along.imag) < 1e-9 * abs(along), "along the vector"
+        for n in moving:  # the line of an arrow ends 0.6 of a head before the tip
+            line = next(path for path in paths if abs(path[0] - places[n]) < 1e-9)
+            along = np.diff(line)[0] / kind.vectors[n][1]
+            assert abs(along.imag) < 1e-9 * abs(along), "parallel to the vector"
             low, high = picture.frame.low, picture.frame.high
             tip = places[n] + Field(kinds, np.array(list(places.values()))).scale(kind) * kind.vectors[n][1]
             assert low.real < tip.real < high.real
@@ -300,7 +302,7 @@ def test_the_vector_picture(tmp_path):
 
 
 def test_an_arrow_that_leaves_the_mechanism_is_not_clipped():
-    """The rocker's pin alone moves, away from all else."""
+    """Only the pin of the rocker has a vector, which points away from the mechanism."""
     mechanism = load(FOUR_BAR)
     z = mechanism.to_file(mechanism.drawn)
     arrows = Arrows("velocity", "mm/s", {"B": (complex(z[3]), 7.0 + 0.0j)})
@@ -319,7 +321,7 @@ def test_a_mechanism_at_rest_has_no_arrows(tmp_path):
 
 
 def test_nothing_of_a_stacked_picture_is_clipped_or_overlaps():
-    """Every text lies within the figure; axes, with their labels, stand clear of each other."""
+    """All texts are inside the figure; axes with their labels do not overlap."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     from gimcli.output.drawing import motion_picture
@@ -351,7 +353,7 @@ def test_nothing_of_a_stacked_picture_is_clipped_or_overlaps():
         assert lower.y1 <= upper.y0 + 1.0, "one above the other"
 
 
-def test_an_assembly_without_inputs_stands_still(tmp_path):
+def test_a_structure_without_inputs_has_zero_velocities(tmp_path):
     (tmp_path / "model.yaml").write_text(
         "nodes: {A: [0,0], B: [4,0], C: [2,3]}\nground: [A,B]\nlinks: {a: [A,C], b: [B,C]}\n"
     )

@@ -35,8 +35,8 @@ CASES = [(name, ()) for name in ANALYSES]
 CASES += [("trace", ("--circuit",)), ("trace", ("--at-limit", "skip")), ("solve", ("--all",))]
 
 
-def asked(name, more):
-    """Return the arguments with which a command writes its usual files into the current folder."""
+def writing(name, more):
+    """Return the arguments for which a command writes its usual files into the current folder."""
     return [name, "m.yaml", *FEW.get(name, []), *more, "--out=./"]
 
 
@@ -63,9 +63,9 @@ def contents(folder):
 
 @pytest.mark.few(6)
 @pytest.mark.parametrize(("name", "more"), CASES)
-def test_no_command_writes_over_what_its_model_is_read_from(name, more, folder, monkeypatch, capsys):
+def test_no_command_overwrites_a_file_that_its_model_is_read_from(name, more, folder, monkeypatch, capsys):
     before = contents(folder)
-    assert run(monkeypatch, asked(name, more)) == 0, capsys.readouterr().err
+    assert run(monkeypatch, writing(name, more)) == 0, capsys.readouterr().err
     written = sorted(set(contents(folder)) - set(before))
     assert written
     for output in written:
@@ -75,7 +75,7 @@ def test_no_command_writes_over_what_its_model_is_read_from(name, more, folder, 
             for join in (os.link, os.symlink):
                 join(folder / source, folder / output)
                 capsys.readouterr()
-                assert run(monkeypatch, asked(name, more)) == 2
+                assert run(monkeypatch, writing(name, more)) == 2
                 out, err = capsys.readouterr()
                 assert out == ""
                 assert output in err
@@ -85,7 +85,7 @@ def test_no_command_writes_over_what_its_model_is_read_from(name, more, folder, 
 
 
 @pytest.mark.parametrize("key", ["law", "effort", "load"])
-def test_a_table_that_has_the_name_of_the_output(key, folder, monkeypatch, capsys):
+def test_a_table_with_the_name_of_the_output_is_not_overwritten(key, folder, monkeypatch, capsys):
     shutil.move(folder / f"{key}.txt", folder / "m.csv")
     (folder / "m.yaml").write_text(MODEL.replace(f"{key}.txt", "m.csv"))
     assert run(monkeypatch, ["trace", "m.yaml", "--steps", "2", "--no-png"]) == 2
@@ -102,7 +102,7 @@ WRITERS = {
     "trace": "m", "forces": "m.forces", "simulate": "m.simulation", "reduce": "m.reduced", "workspace": "m.workspace",
     "tradeoff": "m.tradeoff",
 }  # fmt: skip
-"""Commands that write without being asked, and the stem of their files."""
+"""Commands that write files by default, and the stems of the files."""
 KINDS = {
     name: (".csv", ".npz", ".json", *((".png", ".svg", ".pdf") if name != "mobility" else ())) for name in ANALYSES
 }
@@ -113,7 +113,7 @@ def named(folder):
 
 
 @pytest.mark.parametrize("name", ANALYSES)
-def test_only_some_commands_write_without_being_asked(name, folder, monkeypatch, capsys):
+def test_only_some_commands_write_files_by_default(name, folder, monkeypatch, capsys):
     assert run(monkeypatch, [name, "m.yaml", *FEW.get(name, [])]) == 0
     kinds = [".csv", ".png", *([".npz"] if name == "workspace" else [])]
     assert named(folder) == ({WRITERS[name] + kind for kind in kinds} if name in WRITERS else set())
@@ -121,7 +121,7 @@ def test_only_some_commands_write_without_being_asked(name, folder, monkeypatch,
 
 @pytest.mark.few(4)
 @pytest.mark.parametrize("name", ANALYSES)
-def test_what_is_named_is_written_and_nothing_else(name, folder, monkeypatch, capsys):
+def test_only_named_files_are_written(name, folder, monkeypatch, capsys):
     files = [f"deep/{name}{kind}" for kind in KINDS[name]]
     assert run(monkeypatch, [name, "m.yaml", *FEW.get(name, []), *(f"--out={path}" for path in files), "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
@@ -154,7 +154,7 @@ def test_a_folder_gets_the_usual_files(place, name, folder, monkeypatch, capsys)
 
 @pytest.mark.few(4)
 @pytest.mark.parametrize("name", ANALYSES)
-def test_standard_output_has_the_table_alone(name, folder, monkeypatch, capsys):
+def test_standard_output_has_only_the_table(name, folder, monkeypatch, capsys):
     options = ["--out=file.csv"] if name != "tradeoff" else []  # its times differ
     assert run(monkeypatch, [name, "m.yaml", *FEW.get(name, []), "-o", "-", *options]) == 0
     out, err = capsys.readouterr()
@@ -205,7 +205,7 @@ OLD = [
 
 @pytest.mark.few(4)
 @pytest.mark.parametrize(("arguments", "files"), OLD)
-def test_options_of_existing_scripts_stay(arguments, files, folder, monkeypatch, capsys):
+def test_options_of_existing_scripts_are_accepted(arguments, files, folder, monkeypatch, capsys):
     name, *more = arguments
     assert run(monkeypatch, [name, "m.yaml", *more]) == 0
     assert {path.name for path in (folder / "old").iterdir()} == files

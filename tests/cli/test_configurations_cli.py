@@ -1,4 +1,4 @@
-"""`gim solve --all`: what scripts count on, what people read, what is drawn."""
+"""`gim solve --all`: JSON report, printed table, CSV and picture."""
 
 import json
 import struct
@@ -14,7 +14,7 @@ def listed(name, *options):
     return json.loads(gim("solve", MODELS / f"{name}.yaml", "--all", "--json", *options))
 
 
-def test_json_has_the_promised_fields():
+def test_json_has_its_fields():
     report = listed("double_butterfly", "--at", "motor=112.62")
     assert report["complete"] is True
     assert report["bound"] == 18
@@ -29,7 +29,7 @@ def test_json_has_the_promised_fields():
 
 
 def test_numbers_are_in_the_files_units():
-    """The excavator is drawn in cm: rams of 185 and so on; 2^4 configurations."""
+    """The excavator is in cm: a linear actuator of 185 cm; 2^4 configurations."""
     report = listed("excavator")
     assert len(report["configurations"]) == 16
     boom = {round(float(np.hypot(*np.subtract(c["nodes"]["D"], c["nodes"]["E"]))), 9) for c in report["configurations"]}
@@ -41,7 +41,7 @@ def test_same_order_every_time():
     assert listed("ten_bar") == listed("ten_bar")
 
 
-def test_the_drawn_one_is_what_solve_finds():
+def test_the_drawn_configuration_is_the_one_that_solve_finds():
     alone = json.loads(gim("solve", MODELS / "jansen.yaml", "--at", "motor=80", "--json"))
     drawn = [c for c in listed("jansen", "--at", "motor=80")["configurations"] if c["drawn"]]
     assert len(drawn) == 1
@@ -49,14 +49,14 @@ def test_the_drawn_one_is_what_solve_finds():
         np.testing.assert_allclose(drawn[0]["nodes"][node], place, atol=1e-9)
 
 
-def test_what_is_not_proved_is_said():
+def test_a_list_that_is_not_proved_complete_is_reported():
     report = listed("peaucellier")
     assert report["complete"] is False
     assert report["level"] == 4
     assert "not proved complete: 4 roots unaccounted for" in gim("solve", MODELS / "peaucellier.yaml", "--all")
 
 
-def test_table_says_how_many_and_whether_all():
+def test_the_table_has_the_number_and_whether_it_is_complete():
     text = gim("solve", MODELS / "jansen.yaml", "--all")
     assert "8 configurations, proved complete" in text
     for signs in ("+++", "++-", "+-+", "+--", "-++", "-+-", "--+", "---"):
@@ -64,7 +64,7 @@ def test_table_says_how_many_and_whether_all():
     assert text.count(" * ") == 1
 
 
-def test_no_configuration_is_an_answer_with_status_five(tmp_path):
+def test_an_empty_list_is_a_result_with_exit_status_5(tmp_path):
     model = tmp_path / "model.yaml"
     model.write_text(
         "nodes: {O: [0, 0], C: [10, 0], A: [1, 0], B: [9, 1]}\nground: [O, C]\n"
@@ -88,7 +88,7 @@ def test_csv_has_a_row_for_every_node_of_every_configuration(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "shape"), [("double_butterfly", (3, 2)), ("slider_crank", (2, 1))])
-def test_picture_has_a_panel_each(name, shape, tmp_path):
+def test_the_picture_has_a_panel_for_each_configuration(name, shape, tmp_path):
     path = tmp_path / "all.png"
     gim("solve", MODELS / f"{name}.yaml", "--all", "--png", path)
     width, height = struct.unpack(">II", path.read_bytes()[16:24])
@@ -114,14 +114,14 @@ def test_panels_have_one_window_with_equal_axes(tmp_path):
     assert all(inside)
 
 
-def test_more_than_a_sheet_holds_is_said(tmp_path):
+def test_configurations_that_do_not_fit_the_picture_are_reported(tmp_path):
     text = gim("solve", MODELS / "floating_hexagon.yaml", "--all", "--png", tmp_path / "all.png")
     assert "shows the first 36; 28 are not drawn" in text
     assert "64 configurations" in text
 
 
-def test_tolerance_is_that_of_what_was_left_out(tmp_path):
-    """A third crank too long by 1e-7 contradicts the others, but not by more than 1e-6."""
+def test_the_tolerance_applies_to_redundant_constraints(tmp_path):
+    """A third crank that is 1e-7 too long contradicts the others, but the error is below 1e-6."""
     text = (MODELS / "parallelogram_third_crank.yaml").read_text()
     model = tmp_path / "model.yaml"
     model.write_text(text.replace("right: {nodes: [D, C], length: 1}", "right: {nodes: [D, C], length: 1.0000001}"))
@@ -142,7 +142,7 @@ def test_a_structure_that_is_not_driven_is_refused(tmp_path):
     gim("solve", model, "--all", code=4)
 
 
-def test_an_actuator_too_many_is_refused(tmp_path):
+def test_an_over_driven_mechanism_is_refused(tmp_path):
     model = tmp_path / "model.yaml"
     links = "links: {a: [O, A], b: [A, B], c: [C, B]}\n"
     drives = "actuators: {m: {type: rotary, pivot: O, arm: A}, k: {type: rotary, pivot: C, arm: B}}\n"
@@ -150,6 +150,6 @@ def test_an_actuator_too_many_is_refused(tmp_path):
     gim("solve", model, "--all", code=4)
 
 
-def test_an_unwritable_picture_is_told_before_the_work(tmp_path):
+def test_an_unwritable_picture_is_refused_before_the_computation(tmp_path):
     (tmp_path / "file").write_text("")
     gim("solve", MODELS / "jansen.yaml", "--all", "--png", tmp_path / "file" / "all.png", code=6)

@@ -1,4 +1,4 @@
-"""What scripts and files count on stays: status words, event kinds, options, JSON keys, CSV columns, keys of a file."""
+"""The interface for scripts does not change: status words, event kinds, options, JSON keys, CSV columns, file keys."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def test_event_kinds():
     assert {getattr(singularities, k) for k in ("LIMIT", "DEAD", "CHANGE", "TANGENCY", "STATIONARY")} == set(
         kinds["positions"]
     )
-    told = {getattr(simulation_types, k) for k in ("STANDSTILL", "DEAD_POINT", "LIMIT", "SINGULAR")}
-    assert told == set(kinds["simulate"])
+    simulated = {getattr(simulation_types, k) for k in ("STANDSTILL", "DEAD_POINT", "LIMIT", "SINGULAR")}
+    assert simulated == set(kinds["simulate"])
 
 
 def test_every_command_has_its_options():
@@ -39,7 +39,7 @@ def test_every_command_has_its_options():
         assert set(options) <= set(found[name]), name
 
 
-def test_every_key_of_a_file_stays():
+def test_every_key_of_a_file_is_still_accepted():
     schema = json_schema()
     found = {"Model": schema["properties"], **{n: d.get("properties", {}) for n, d in schema["$defs"].items()}}
     for part, keys in KNOWN["keys of a file"].items():
@@ -47,7 +47,7 @@ def test_every_key_of_a_file_stays():
 
 
 @pytest.mark.parametrize("name", KNOWN["json"])
-def test_keys_and_columns_stay(name, tmp_path, monkeypatch):
+def test_keys_and_columns_do_not_change(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     command, model, *rest = KNOWN["json"][name]["command"].split()
     report = gim(command, MODELS / f"{model}.yaml", *rest).json

@@ -1,4 +1,4 @@
-"""A value of the command line that is taken as it is: typer's own check gives the same."""
+"""Values of options that are converted without typer: typer's own conversion gives the same."""
 
 import pytest
 import typer
@@ -19,8 +19,8 @@ def parameters():
 
 
 @pytest.mark.parametrize(("context", "param"), [*parameters()])
-def test_it_is_what_typer_makes_of_it(context, param):
-    param.callback = None  # either way it is called with the value
+def test_a_plain_value_is_the_one_that_typer_gives(context, param):
+    param.callback = None  # callbacks are called in both cases
     for value in (None, param.default, *TEXTS, [], [*TEXTS[:12]], ["a=1", "\udcff"]):
         found = plain_value(param, value)
         if found is not UNCHECKED:

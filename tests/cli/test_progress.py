@@ -1,4 +1,4 @@
-"""Progress on a terminal: every command shows a bar that names its phase and moves, and none is left."""
+"""Progress on a terminal: every command shows a moving bar with the name of its phase, and removes it."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_every_command_is_here():
 
 
 class Bar:
-    """In place of rich's bar: keeps what it is told."""
+    """Replaces rich's bar; keeps the labels."""
 
     shown: list[str]
     open = 0
@@ -73,7 +73,7 @@ class Bar:
 
 @pytest.fixture
 def terminal(monkeypatch, tmp_path):
-    """Pretend that standard error is a terminal, and show bars at once."""
+    """Make standard error look like a terminal, and show bars without delay."""
 
     class Screen(io.StringIO):
         def isatty(self):
@@ -94,7 +94,7 @@ def terminal(monkeypatch, tmp_path):
     def run(*arguments):
         """Run the command line; return exit status, standard output and error."""
         out, err = Written(), Screen()
-        with monkeypatch.context() as patch:  # here: between a fixture and its test pytest sets both anew
+        with monkeypatch.context() as patch:  # here, because pytest replaces both between fixture and test
             patch.setattr(sys, "stderr", err)
             patch.setattr(sys, "stdout", out)
             patch.setattr(sys, "argv", ["gim", *arguments])
@@ -121,7 +121,7 @@ class Now:
 @pytest.mark.few(15)
 @pytest.mark.parametrize("as_json", [False, True])
 @pytest.mark.parametrize("name", PHASES)
-def test_every_command_names_its_phases_and_ends_them_before_it_reports(name, as_json, terminal):
+def test_every_command_shows_its_phases_and_removes_the_bar_before_it_reports(name, as_json, terminal):
     more, phases = PHASES[name]
     if as_json and name != "schema":
         more = [*more, "--json"]
@@ -136,7 +136,7 @@ def test_every_command_names_its_phases_and_ends_them_before_it_reports(name, as
         json.loads(out)
 
 
-def test_an_error_ends_the_bar(terminal):
+def test_an_error_removes_the_bar(terminal):
     code, out, err = terminal("solve", "none.yaml")
     assert (code, out) == (3, "")
     assert "none.yaml: no such file" in err
@@ -159,9 +159,9 @@ progress.end_bars()
 """
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="no terminals of this kind")
-def test_work_that_does_not_report_shows_a_bar_that_moves():
-    """The spinner turns while the work is silent, a note stands above the bar, and nothing of the bar is left."""
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals of this kind")
+def test_a_computation_without_reports_shows_a_moving_bar():
+    """The spinner moves without reports, a note is printed above the bar, and the cursor is shown again at the end."""
     screen, side = pty.openpty()
     began = time.monotonic()
     done = subprocess.Popen([sys.executable, "-c", SILENT], stdout=subprocess.DEVNULL, stderr=side, env=_colours())

@@ -1,6 +1,6 @@
-"""One file and one registry line: a made-up measure, integrator, table format and picture format, by the command line.
+"""Registries: a measure, an integrator, a table format and a picture format that are added with one line each.
 
-What is registered here from outside the package serves the commands as what it has does.
+The commands use what is registered here, outside the package, like the parts of the package.
 """
 
 from bundled import MODELS
@@ -13,7 +13,7 @@ from gimcli.output import FORMATS, Format
 
 
 class Height(Measure):
-    """How high a node stands."""
+    """The height of a node."""
 
     def __init__(self, mechanism, node):
         self.index, self.mechanism = mechanism.nodes.index(node), mechanism
@@ -48,7 +48,7 @@ def test_measure(monkeypatch, tmp_path):
     def make(mechanism, spec, names):
         return [Height(mechanism, names[0])]
 
-    kind = Kind("height", "NODE", "how high a node stands", (1,), make)
+    kind = Kind("height", "NODE", "height of a node", (1,), make)
     monkeypatch.setitem(KINDS, "height", kind)
     model = MODELS / "crank_rocker.yaml"
     assert gim("trace", model, "--steps", 12, "-m", "height:B", "--no-png", "-o", tmp_path).code == 0
@@ -58,7 +58,7 @@ def test_measure(monkeypatch, tmp_path):
 
 
 def test_integrator(monkeypatch, tmp_path):
-    """Heun's energy drifts by the square of the step."""
+    """The energy drift of Heun's method is proportional to the square of the step."""
     monkeypatch.setitem(INTEGRATORS, "heun", Integrator(Heun, lands=False))
     drifts = []
     for step in (2e-3, 1e-3):

@@ -1,4 +1,4 @@
-"""`gim workspace`: files, JSON, grids, and going on after an interruption."""
+"""`gim workspace`: files, JSON, grids, and resuming after an interruption."""
 
 from __future__ import annotations
 
@@ -30,46 +30,46 @@ def run(*arguments: str) -> str:
     return result.stdout
 
 
-def test_region_is_told_as_json_and_written(tmp_path: Path) -> None:
-    told = json.loads(run("workspace", str(MODELS / "five_bar.yaml"), "-p", "P", "-o", str(tmp_path), "--json"))
-    assert told["complete"]
-    assert told["area"] == pytest.approx(286.3368073193336, rel=1e-7)  # two lenses of circles, see test_workspace
-    assert told["bounds"]["x"] == pytest.approx([-9.0, 9.0], abs=1e-7)  # arms of 11 about -2 and 2
-    assert told["bounds"]["y"] == pytest.approx([-np.sqrt(117.0), np.sqrt(117.0)], abs=1e-7)
-    assert (told["regions"], told["holes"], told["barriers"]) == (1, 2, 0)
-    with Path(told["csv"]).open(newline="") as handle:
+def test_a_region_is_reported_as_json_and_written(tmp_path: Path) -> None:
+    report = json.loads(run("workspace", str(MODELS / "five_bar.yaml"), "-p", "P", "-o", str(tmp_path), "--json"))
+    assert report["complete"]
+    assert report["area"] == pytest.approx(286.3368073193336, rel=1e-7)  # two lenses of circles, see test_workspace
+    assert report["bounds"]["x"] == pytest.approx([-9.0, 9.0], abs=1e-7)  # arms of length 11 around -2 and 2
+    assert report["bounds"]["y"] == pytest.approx([-np.sqrt(117.0), np.sqrt(117.0)], abs=1e-7)
+    assert (report["regions"], report["holes"], report["barriers"]) == (1, 2, 0)
+    with Path(report["csv"]).open(newline="") as handle:
         rows = list(csv.DictReader(handle))
     z = np.array([complex(float(r["x"]), float(r["y"])) for r in rows])
     kinds = np.array([r["kind"] for r in rows])
     for kind, radius in (("outer", 11.0), ("hole", 1.0)):
         off = np.abs(np.abs(z[kinds == kind, None] - np.array([-2.0, 2.0])) - radius).min(axis=1)
         assert off.max() < 1e-12
-    assert Path(told["png"]).read_bytes().startswith(b"\x89PNG")
-    assert len(rows) == sum(curve["points"] for curve in told["curves"])
+    assert Path(report["png"]).read_bytes().startswith(b"\x89PNG")
+    assert len(rows) == sum(curve["points"] for curve in report["curves"])
 
 
-def test_paths_are_told_as_json_and_written(tmp_path: Path) -> None:
-    told = json.loads(
+def test_paths_are_reported_as_json_and_written(tmp_path: Path) -> None:
+    report = json.loads(
         run("workspace", str(MODELS / "elliptic_trammel.yaml"), "-o", str(tmp_path), "--json", "--no-png")
     )
-    (path,) = told["paths"]
-    assert told["point"] == "P"
-    assert told["png"] is None
+    (path,) = report["paths"]
+    assert report["point"] == "P"
+    assert report["png"] is None
     assert path["bounds"]["x"] == pytest.approx([-3.5, 3.5], abs=1e-8)
     assert path["inputs"]["motor"]["full_turn"]
-    rows = np.genfromtxt(told["csv"], delimiter=",", names=True)
+    rows = np.genfromtxt(report["csv"], delimiter=",", names=True)
     assert np.abs((rows["x"] / 3.5) ** 2 + rows["y"] ** 2 - 1.0).max() < 1e-12
     assert np.ptp(rows["motor"]) == pytest.approx(360.0, abs=1e-6)
 
 
-def test_held_orientation_is_an_option(tmp_path: Path) -> None:
+def test_a_fixed_orientation_is_an_option(tmp_path: Path) -> None:
     model = str(MODELS / "platform_3rpr.yaml")
     text = run("workspace", model, "-p", "M", "--orientation", "platform=17", "-o", str(tmp_path), "--no-png")
     assert "ram_1 = 16" in text
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["-p", "Q"], "point Q: no such node or point"),
         (["--orientation", "proximal_1"], "write MEMBER=ANGLE"),
@@ -80,8 +80,8 @@ def test_held_orientation_is_an_option(tmp_path: Path) -> None:
         (["--grid", "100000"], "at most"),
     ],
 )
-def test_what_does_not_fit_is_refused_with_a_cure(tmp_path: Path, arguments: list[str], said: str) -> None:
-    with pytest.raises(GimError, match=said):
+def test_wrong_options_are_refused_with_a_correction(tmp_path: Path, arguments: list[str], message: str) -> None:
+    with pytest.raises(GimError, match=message):
         CliRunner().invoke(
             app, ["workspace", str(MODELS / "five_bar.yaml"), *arguments, "-o", str(tmp_path)], catch_exceptions=False
         )
@@ -98,8 +98,8 @@ def whole(job: Scatterer, workers: int | None = None) -> np.ndarray:
     return np.concatenate([parts[k] for k in range(job.parts)], axis=1)
 
 
-def test_grid_of_a_five_bar_is_its_two_circles_met() -> None:
-    """Both ends of the distal links' circles, solved by a formula of its own; nothing where they do not meet."""
+def test_the_grid_of_a_five_bar_is_the_intersection_of_two_circles() -> None:
+    """Both intersections of the circles of the distal links, by a formula; NaN where the circles do not intersect."""
     job = grid_of("five_bar", "P", 24)
     z = whole(job) * job.mechanism.scale + job.mechanism.origin
     u = job.grid.values(0, job.grid.rows)
@@ -129,8 +129,8 @@ def test_grid_is_the_same_compiled_and_plain_and_on_several_threads() -> None:
 
 
 @pytest.mark.parametrize(("stem", "point"), [("gim_fig11", "A"), ("scotch_yoke", ""), ("hart_a_frame", "")])
-def test_grid_holds_the_position_that_solve_finds(stem: str, point: str) -> None:
-    """Lines of a coupled mechanism, and other closed forms, against single positions from the drawn branch."""
+def test_a_grid_contains_the_position_that_solve_finds(stem: str, point: str) -> None:
+    """For a coupled mechanism and for closed forms, compared with single positions on the drawn branch."""
     job = grid_of(stem, point or load(MODELS / f"{stem}.yaml").traced[0], 7)
     z = whole(job, 2)
     values = job.grid.values(0, job.grid.rows)
@@ -146,12 +146,12 @@ def test_grid_holds_the_position_that_solve_finds(stem: str, point: str) -> None
 
 
 @pytest.mark.soak
-def test_interrupted_grid_goes_on_where_it_was(tmp_path: Path) -> None:
-    """A run is stopped after a part; the next one solves what is missing and gives the same places."""
+def test_an_interrupted_grid_is_resumed(tmp_path: Path) -> None:
+    """A run is stopped after one part; the next run solves the missing parts and gives the same positions."""
     model = MODELS / "five_bar.yaml"
     command = ["workspace", str(model), "--grid", "260", "--no-png", "--json"]
-    told = json.loads(run(*command, "-o", str(tmp_path / "whole")))
-    assert told["grid"]["parts"] == 3
+    report = json.loads(run(*command, "-o", str(tmp_path / "whole")))
+    assert report["grid"]["parts"] == 3
     script = (
         "import sys, gimcli.output.parts as parts\n"
         "put = parts.Parts.put\n"
@@ -175,13 +175,13 @@ def test_interrupted_grid_goes_on_where_it_was(tmp_path: Path) -> None:
     again = json.loads(run(*command, "--resume", "-o", str(tmp_path / "part")))
     assert again["grid"]["resumed_parts"] == 1
     assert not folder.exists()
-    with np.load(told["npz"]) as first, np.load(again["npz"]) as second:
+    with np.load(report["npz"]) as first, np.load(again["npz"]) as second:
         assert set(first.files) == {"x", "y", "input_motor_1", "input_motor_2"}
         assert first["x"].shape == (2, 260, 260)
         assert all(np.array_equal(first[name], second[name], equal_nan=True) for name in first.files)
 
 
-def test_a_folder_that_is_not_ours_is_left_alone(tmp_path: Path) -> None:
+def test_a_folder_with_other_files_is_not_changed(tmp_path: Path) -> None:
     folder = tmp_path / "five_bar.workspace.parts"
     folder.mkdir()
     (folder / "thesis.txt").write_text("mine")
@@ -192,8 +192,8 @@ def test_a_folder_that_is_not_ours_is_left_alone(tmp_path: Path) -> None:
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("picture", ["--png", "--no-png"])
-def test_ranges_that_only_just_meet_leave_a_single_place(tmp_path: Path, picture: str) -> None:
-    """A plate held level by rams of at most 4 about two pivots whose circles for A, 8 apart, touch in (4, 0)."""
+def test_ranges_that_only_touch_leave_a_single_position(tmp_path: Path, picture: str) -> None:
+    """A plate of fixed orientation on two linear actuators of at most 4: their circles for A are tangent in (4, 0)."""
     model = tmp_path / "touching.yaml"
     model.write_text("""
 nodes: {O: [0, 0], Q: [10, 0], A: [3, 0], B: [5, 0]}
@@ -204,20 +204,20 @@ actuators:
   ram_2: {type: linear, nodes: [Q, B], law: {from: 2, to: 4}}
   ram_3: {type: linear, nodes: [O, B], law: {from: 2, to: 9}}
 """)
-    asked = ("workspace", str(model), "-p", "A", "--orientation", "plate=0", "-o", str(tmp_path), picture)
-    told = json.loads(run(*asked, "--json"))
-    assert told["complete"]
-    assert (told["area"], told["regions"], told["curves"]) == (0.0, 0, [])
-    assert np.allclose([told["bounds"]["x"], told["bounds"]["y"]], [[4.0, 4.0], [0.0, 0.0]], atol=1e-5)
-    assert "nan" not in run(*asked)
-    if told["png"]:
-        assert Path(told["png"]).read_bytes().startswith(b"\x89PNG")
+    arguments = ("workspace", str(model), "-p", "A", "--orientation", "plate=0", "-o", str(tmp_path), picture)
+    report = json.loads(run(*arguments, "--json"))
+    assert report["complete"]
+    assert (report["area"], report["regions"], report["curves"]) == (0.0, 0, [])
+    assert np.allclose([report["bounds"]["x"], report["bounds"]["y"]], [[4.0, 4.0], [0.0, 0.0]], atol=1e-5)
+    assert "nan" not in run(*arguments)
+    if report["png"]:
+        assert Path(report["png"]).read_bytes().startswith(b"\x89PNG")
 
 
-def test_paths_that_may_not_be_all_say_so(tmp_path: Path) -> None:
-    """The inversor's equations are dependent: which configurations there are is not proved."""
-    asked = ["workspace", str(MODELS / "peaucellier.yaml"), "-p", "Q", "-o", str(tmp_path), "--no-png"]
-    done = CliRunner().invoke(app, asked, catch_exceptions=False)
+def test_a_list_of_paths_that_may_be_incomplete_is_reported(tmp_path: Path) -> None:
+    """The equations of the inversor are dependent, so its list of configurations is not proved complete."""
+    arguments = ["workspace", str(MODELS / "peaucellier.yaml"), "-p", "Q", "-o", str(tmp_path), "--no-png"]
+    done = CliRunner().invoke(app, arguments, catch_exceptions=False)
     assert done.exit_code == 5
     assert "there may be more paths" in done.stdout
     assert "there may be more" not in run("workspace", str(MODELS / "watt_1.yaml"), "-o", str(tmp_path), "--no-png")

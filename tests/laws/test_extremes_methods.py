@@ -1,6 +1,6 @@
-"""Every method at the edge of the numbers: what it attains, or which limit it says it has met.
+"""All methods on extreme mechanisms: each row is accurate, or has a status that states the reason.
 
-A row marked ok is where the closed form says, up to what its analytic limit leaves (see extreme_cases).
+A row with the status ok agrees with the closed form, up to the analytic limit of the accuracy (see extreme_cases).
 """
 
 import json
@@ -49,7 +49,7 @@ REASONS = {status.word: status.text for status in Status}
 CASES: dict[str, list[Case]] = {
     "change points": [
         *(change_point(d, side) for d in (1e-3, 1e-6, 1e-9, 1e-12, 1e-15) for side in (1, -1)),
-        *(change_point(d, 1, way, steps) for d in (1e-3, 1e-8) for way, steps in (((270, 90), 7), ((179, 181), 20))),
+        *(change_point(d, 1, ends, steps) for d in (1e-3, 1e-8) for ends, steps in (((270, 90), 7), ((179, 181), 20))),
     ],
     "flat positions": [
         parallelogram(50, 129, 7), parallelogram(50, 310, 52), parallelogram(50, -410, 92),
@@ -71,7 +71,7 @@ CASES: dict[str, list[Case]] = {
 
 
 def table(subjects=tuple(CASES)):
-    """Return every case with every method."""
+    """Return all cases with all methods."""
     rows = []
     for subject in subjects:
         for number, case in enumerate(CASES[subject]):
@@ -82,7 +82,7 @@ def table(subjects=tuple(CASES)):
 
 @pytest.mark.few(24)
 @pytest.mark.parametrize(("case", "method"), table())
-def test_rows_are_right_or_say_why_not(case, method):
+def test_rows_are_accurate_or_have_a_reason(case, method):
     check(case, method)
 
 
@@ -95,7 +95,7 @@ def check(case, method):
             continue
         assert REASONS[word]
         assert all(np.isnan(z[row]) for z in m.z.values())
-        if method == "auto":  # closed forms give up only where a rounding of the lengths is worth the tolerance
+        if method == "auto":  # closed forms fail only where rounding of the lengths alone reaches the tolerance
             assert case.rounding(case.value(m, row)) > 0.1 * TOLERANCE * size(case.spec)
     if method == "gim":
         assert m.status.count("ok") >= case.swept * len(m.status)
@@ -123,7 +123,7 @@ def test_chains_of_a_hundred_without_closed_forms(case):
     check(case, "newton")
 
 
-def test_lengths_that_vanish_beside_others_are_refused():
+def test_lengths_that_are_negligible_beside_others_are_refused():
     with pytest.raises(ModelError, match="is too small for"):
         one_file(1e-9, 1e9).run("auto")
 
@@ -132,7 +132,7 @@ def test_lengths_that_vanish_beside_others_are_refused():
 @pytest.mark.parametrize(
     ("make", "error"), [*((third_crank, e) for e in (1e-3, -1e-3, 1e-6, 1e-8, 1e-9)), (walker, 1e-3), (walker, 1e-8)]
 )
-def test_sweeps_tell_a_contradiction(make, error):
+def test_sweeps_report_a_contradiction(make, error):
     try:
         m = run(make(error), 4, method="gim", sweeps=2000)
     except GimError:
@@ -142,8 +142,8 @@ def test_sweeps_tell_a_contradiction(make, error):
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("steps", [10, 11])
-def test_slots_that_turn_through_parallel_end_the_motion(method, steps):
-    """Slot and rail are parallel at 180 deg: the pin goes to infinity and cannot come back from the other side."""
+def test_a_motion_ends_where_two_guides_become_parallel(method, steps):
+    """Slot and rail are parallel at 180 deg: the pin moves to infinity, so the motion cannot continue."""
     spec = guides(1.0).spec | {"actuators": rotary(200, 160)}
     m = run(spec, steps, method=method)
     assert m.motion.limit == pytest.approx(0.5, abs=1e-3)
@@ -165,8 +165,8 @@ STARTS = {
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("start", STARTS)
-def test_any_start_ends_in_a_position_or_says_why(start, method, tmp_path):
-    """Four-bar 1, 3, 3.5, 4 at 70 deg: one of its two positions, the same each time."""
+def test_any_start_gives_a_position_or_a_reason(start, method, tmp_path):
+    """Four-bar 1, 3, 3.5, 4 at 70 deg: one of its two positions, each time the same."""
     spec = drawn(four_bar(1, 3, 3.5, 4), **STARTS[start]) | {"actuators": rotary(70, 71)}
     begin = time.monotonic()
     first, z = tried(spec, tmp_path, method=method, sweeps=2000)
@@ -196,8 +196,8 @@ def test_nearly_stretched(gap, method, tmp_path):
     assert abs(z["C"] - complex(apex)) <= limit
 
 
-def test_a_file_of_one_sliver_is_written_and_read(tmp_path):
-    """The shape of a member that is flat but for 1e-12 is kept to its last digit."""
+def test_the_shape_of_a_very_flat_member_is_read_exactly(tmp_path):
+    """A member of height 1e-12 keeps its shape to the last digit."""
     path = tmp_path / "model.yaml"
     path.write_text(json.dumps(sliver(1e-12).spec))
     mechanism = load(path)

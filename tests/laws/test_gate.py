@@ -1,4 +1,7 @@
-"""Every row that a command writes as good satisfies every constraint of the file; all pass the one gate."""
+"""All positions that commands report as ok satisfy all constraints of the file; one function checks them all: the gate.
+
+The gate is `gimcli.structure.residual.holds`.
+"""
 
 import importlib
 import pkgutil
@@ -27,11 +30,11 @@ LONG = {
         "whitworth",
     ),
 }  # fmt: skip
-"""Models of which a command takes more than a second."""
+"""Models for which a command takes more than a second."""
 
 
 class Checked:
-    """A model whose positions are held against its constraints as they are defined."""
+    """A model, and checks of positions against the definitions of its constraints."""
 
     def __init__(self, model, folder, change=None):
         self.folder = folder
@@ -53,7 +56,7 @@ class Checked:
         self.seen += 1
 
     def listed(self, nodes, inputs, where):
-        """Check a position of a report."""
+        """Check a position from a report."""
         self.position({n: complex(*nodes[n]) for n in self.nodes}, inputs, where)
 
     def rows(self, name, where, first="time"):
@@ -63,10 +66,10 @@ class Checked:
                 self.position(position(row, self.nodes), {n: float(row[n]) for n in self.inputs}, f"{where}, row {k}")
 
 
-def traced(checked, ways=("", "--all-branches")):
-    for way in ways:
-        checked.run("trace", "--steps", 7, "--no-png", "-o", checked.folder, *way.split())
-        checked.rows(f"{checked.path.stem}.csv", f"trace {way}")
+def traced(checked, variants=("", "--all-branches")):
+    for options in variants:
+        checked.run("trace", "--steps", 7, "--no-png", "-o", checked.folder, *options.split())
+        checked.rows(f"{checked.path.stem}.csv", f"trace {options}")
 
 
 def solved(checked):
@@ -90,7 +93,7 @@ def joined(checked):
 
 
 def reached(checked, spy):
-    """Check the positions whose points are the rows of the file."""
+    """Check the positions that belong to the points in the file."""
     definition = checked.definition
     point = [n for n in checked.nodes if n not in definition.still][-1]
     checked.run("workspace", "--point", point, "--no-png", "-o", checked.folder)
@@ -101,7 +104,7 @@ def reached(checked, spy):
     z = mechanism.to_file(found.task.nodes(np.concatenate([arc.branch.x for arc in arcs])))
     own = z[mechanism.nodes.index(point)]
     assert all(min(abs(own - at)) <= 1e-12 * definition.size for at in written)
-    aside = {}  # nodes of other chains stand as they are solved: they do not move the point
+    aside = {}  # nodes of chains that do not move the point, as `solve` finds them
     if len(mechanism.nodes) < len(checked.nodes):
         aside = {n: complex(*at) for n, at in checked.run("solve")["nodes"].items()}
     for k in range(0, z.shape[1], 1 + z.shape[1] // 100):
@@ -111,7 +114,7 @@ def reached(checked, spy):
 
 @pytest.fixture
 def spy(monkeypatch):
-    """Keep what the tables of a workspace are written from."""
+    """Keep the results from which the tables of a workspace are written."""
     kept = []
     for name in ("reach_table", "region_table"):
         own = getattr(workspace_report, name)
@@ -132,7 +135,7 @@ def test_every_position_of_every_command_satisfies_the_file(model, tmp_path, spy
 
 
 @pytest.mark.parametrize("name", ["gim_fig11", "scotch_yoke", "galloway_kite", "double_butterfly"])
-def test_rows_about_limits_satisfy_the_file(name, tmp_path):
+def test_rows_around_limits_satisfy_the_file(name, tmp_path):
     checked = Checked(MODELS / f"{name}.yaml", tmp_path)
     traced(checked, ("--circuit", "--at-limit reverse", "--at-limit skip", "--method newton"))
     assert checked.seen >= 10
@@ -160,14 +163,14 @@ def weighed(data):
 
 
 def swinging(data):
-    """Let a mechanism go under its weight."""
+    """Add masses, and make the first input free."""
     weighed(data)
     next(iter(data["actuators"].values()))["free"] = True
 
 
 @pytest.mark.few
 def test_rows_with_forces_are_at_positions_that_satisfy_the_file(model, tmp_path):
-    """A row of `forces` or `reduce` is good only where the position at its inputs is."""
+    """A row of `forces` or `reduce` is ok only if the position at its inputs is ok."""
     checked = Checked(model, tmp_path, weighed)
     traced(checked, ("",))
     path, out = checked.path, ("--steps", 7, "--no-png", "-o", tmp_path)
@@ -185,7 +188,7 @@ def test_rows_with_forces_are_at_positions_that_satisfy_the_file(model, tmp_path
 
 
 def key(row, inputs):
-    """Return what a row is at."""
+    """Return the inputs of a row, as text."""
     return tuple(row[name] for name in inputs)
 
 
@@ -215,8 +218,8 @@ def test_every_position_of_more_simulations_satisfies_the_file(model, tmp_path):
 
 
 @pytest.fixture
-def shut(monkeypatch):
-    """Make the gate fail, wherever its name is known."""
+def rejecting(monkeypatch):
+    """Make the gate reject all positions, in every module that imports it."""
     for module in pkgutil.walk_packages(gimcli.__path__, "gimcli."):
         importlib.import_module(module.name)
     gate = residual.holds
@@ -229,8 +232,8 @@ def shut(monkeypatch):
             monkeypatch.setattr(module, "holds", never)
 
 
-def told_by(name, report):
-    """Return what a report tells as good."""
+def solved_in(name, report):
+    """Return the number of positions that a report states as solved."""
     if name in ("trace", "forces", "simulate", "reduce"):
         return report["solved"]
     if name == "solve":
@@ -260,13 +263,13 @@ COMMANDS = (
 
 
 @pytest.mark.few(8)
-@pytest.mark.parametrize("asked", COMMANDS, ids=" ".join)
-def test_nothing_is_told_where_the_gate_is_shut(asked, shut, tmp_path, monkeypatch):
+@pytest.mark.parametrize("case", COMMANDS, ids=" ".join)
+def test_nothing_is_reported_as_solved_if_the_gate_rejects_it(case, rejecting, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    name, command, *options = asked
+    name, command, *options = case
     done = gim(command, MODELS / f"{name}.yaml", *options, "--json")
     assert done.code in (4, 5), done
     if done.text:
-        assert told_by(command, done.json) == 0
+        assert solved_in(command, done.json) == 0
     for path in tmp_path.glob("*.csv"):
         assert all(row.get("status", "") != "ok" for row in read_rows(path)), path.name

@@ -1,6 +1,6 @@
-"""Laws that every motion obeys, whatever the mechanism: frames, scales, mirrors, orders, steps, methods.
+"""Properties of every motion: independence of frame, scale, mirroring, order in the file, steps and method.
 
-A model file is read here on our own, and what comes out is read from the text of the CSV.
+This module has its own reader of model files, and reads results from the text of the CSV file.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ TIGHT, SHIFTED = 1e-11, 1e-9
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_rows_marked_ok_are_right(name):
+def test_rows_that_are_ok_satisfy_the_file(name):
     m = known(name, 72)
     good = np.array(m.status) == "ok"
     assert np.all(good)
@@ -39,7 +39,7 @@ def test_rows_marked_ok_are_right(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_inputs_are_those_of_the_laws(name):
+def test_inputs_follow_the_laws(name):
     for actuator, drive in read(name)["actuators"].items():
         value, law = known(name).value[actuator], drive["law"]
         if "by" in law:
@@ -66,7 +66,7 @@ FRAMES = {
 @pytest.mark.few
 @pytest.mark.parametrize("frame", FRAMES)
 @pytest.mark.parametrize("name", NAMES)
-def test_the_frame_changes_only_rounding(name, frame):
+def test_the_frame_of_reference_changes_only_rounding_errors(name, frame):
     spec, here = read(name), known(name)
     change, tolerance = FRAMES[frame]
     if "shift" in change:
@@ -95,7 +95,7 @@ def test_the_order_in_the_file_does_not_matter(name, seed):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_more_steps_do_not_move_the_others(name):
+def test_twice_the_steps_give_the_same_common_rows(name):
     few, many = known(name), known(name, 2 * STEPS)
     assert few.status == many.status[::2]
     assert apart({node: z[::2] for node, z in many.z.items()}, few.z, read(name)) <= TIGHT
@@ -122,7 +122,7 @@ TURNING = [
 
 
 @pytest.mark.parametrize("name", TURNING)
-def test_a_full_turn_comes_home(name):
+def test_a_full_turn_returns_to_the_start(name):
     m = known(name, 72)
     assert max(abs(z[-1] - z[0]) for z in m.z.values()) <= TIGHT * size(read(name))
 
@@ -142,7 +142,7 @@ GIM = {"method": "gim", "tolerance": 1e-8, "jit": "off", "sweeps": 2000}
 
 @pytest.mark.few
 @pytest.mark.parametrize("name", NAMES)
-def test_gim_agrees_or_says_so(name):
+def test_gim_agrees_or_has_another_status(name):
     steps = 8
     m, auto = run(read(name), steps, **GIM), known(name, steps)
     good = [k for k, status in enumerate(m.status) if status == "ok"]
@@ -200,7 +200,7 @@ FLAT = {
     ),
     "third crank": (third_crank(), lambda t: {"F": 1 + ray(t), "C": 2 + ray(t)}),
 }  # fmt: skip
-"""Specification and places of the driven nodes at the crank angle t [deg]; A is the crank's pin."""
+"""Specification, and positions of the moving nodes at the crank angle t [deg]; A is the pin of the crank."""
 
 
 def flat(linkage, start, sense):
@@ -231,8 +231,8 @@ def test_straight_through_the_flat_positions(linkage, start, sense, steps):
 
 @pytest.mark.few(5)
 @pytest.mark.parametrize("linkage", FLAT)
-def test_a_start_in_the_flat_position_is_right_as_far_as_it_goes(linkage):
-    """Drawn elsewhere, so that the branch is known; whether it goes on from there is left open."""
+def test_solved_rows_after_a_start_in_the_flat_position_are_accurate(linkage):
+    """The coordinates are those of another position, so the branch is known; not all rows need to be solved."""
     spec, places = flat(linkage, 0.0, 1)
     m = run(spec, 36)
     good = np.array(m.status) == "ok"
@@ -243,7 +243,7 @@ def test_a_start_in_the_flat_position_is_right_as_far_as_it_goes(linkage):
 # --- the tests themselves --------------------------------------------------------------------------------
 
 
-def test_a_wrong_row_is_noticed():
+def test_a_wrong_row_is_detected():
     name = "crank_rocker"
     m = run(read(name))
     assert np.max(worst(read(name), m)) <= 1e-10
@@ -251,8 +251,8 @@ def test_a_wrong_row_is_noticed():
     assert np.max(worst(read(name), m)) > 1e-10
 
 
-def test_jumps_are_noticed():
-    """The expected places are continuous, and other branches are far from them."""
+def test_expected_positions_are_continuous():
+    """So a jump to another branch is detected."""
     t = np.linspace(20, 380, 3601)
     for linkage, (_, places) in FLAT.items():
         for z in places(t).values():

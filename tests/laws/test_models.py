@@ -1,7 +1,7 @@
-"""What the shipped mechanisms must do: exact lines, closed forms, published tables, inversions.
+"""The mechanisms in `models/` against exact lines, closed forms, published tables and inversions.
 
-Expected values come from closed forms, from publications (named with the digits) and from solutions by
-independent programs, never from our own output.
+Expected values come from closed forms, from publications (the source is named with the digits) and from independent
+programs, never from our own output.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ NAMES = sorted(path.stem for path in MODELS.glob("*.yaml"))
 LAWS = []
 
 
-# --- reading a file on our own ---------------------------------------------------------------------------
+# --- an own reader of model files ------------------------------------------------------------------------
 
 
 @cache
@@ -28,12 +28,12 @@ def read(model):
         for name, value in spec.get(kind, {}).items():
             spec[kind][name] = value if isinstance(value, dict) else {"nodes": value}
     for value in spec.get("points", {}).values():
-        value["on"] = value.get("on", value.get(True))  # YAML 1.1 takes a bare `on` for a truth value
+        value["on"] = value.get("on", value.get(True))  # YAML 1.1 reads a bare `on` as true
     return spec
 
 
 def members(model):
-    """Yield the nodes of every member with their places in a frame of the member."""
+    """Yield the nodes of every member, with their coordinates in the frame of the member."""
     spec = read(model)
     for link in spec.get("links", {}).values():
         length = link.get("length")
@@ -65,24 +65,24 @@ def angle(z):
 
 
 def turns(z):
-    """Turns that a vector makes over the rows."""
+    """Return the number of turns of a vector over the rows."""
     return np.sum(np.angle(z[1:] / z[:-1])) / (2 * np.pi)
 
 
 def on(a, b, along, left=0.0):
-    """Point in the frame of a -> b."""
+    """Return the point with the coordinates `along` and `left` in the frame of a -> b."""
     return a + unit(b - a) * (along + 1j * left)
 
 
 def meet(a, ra, b, rb, side=1):
-    """Where circles about a and b meet, to the left (side 1) or right (-1) of a -> b."""
+    """Return the intersection of circles around a and b, to the left (side 1) or right (-1) of a -> b."""
     d = abs(b - a)
     x = (ra**2 - rb**2 + d**2) / (2 * d)
     return a + (b - a) / d * (x + 1j * side * np.sqrt(ra**2 - x**2))
 
 
 def extremes(y):
-    """Least and greatest value of a periodic series: the top of the parabola through three samples."""
+    """Return minimum and maximum of a periodic series, from the parabola through three samples."""
     y = y[:-1]
 
     def top(y):
@@ -94,13 +94,13 @@ def extremes(y):
 
 
 def rates(z, step):
-    """First and second derivative in the middle of nine rows (central differences of order 8)."""
+    """Return first and second derivative in the middle of nine rows (central differences of order 8)."""
     first = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
     second = np.array([-1 / 560, 8 / 315, -1 / 5, 8 / 5, -205 / 72, 8 / 5, -1 / 5, 8 / 315, -1 / 560])
     return first @ z / step, second @ z / step**2
 
 
-# --- laws of all models ----------------------------------------------------------------------------------
+# --- properties of all models ----------------------------------------------------------------------------
 
 
 @pytest.mark.few
@@ -113,7 +113,7 @@ def test_the_whole_law_is_solved(model, trace_model):
 
 
 def constraint_errors(model, m):
-    """Yield the errors of what the file says, as lengths over all rows, from the file alone."""
+    """Yield the errors of all constraints of the file, as lengths over all rows."""
     spec = read(model)
     for names, local in members(model):
         z = np.array([m.xy(name) for name in names])
@@ -146,7 +146,7 @@ def constraint_errors(model, m):
 
 @pytest.mark.few
 @pytest.mark.parametrize("model", NAMES)
-def test_every_position_keeps_what_the_file_says(model, trace_model):
+def test_every_position_satisfies_the_file(model, trace_model):
     m = trace_model(model, steps=90)
     for error in constraint_errors(model, m):
         assert np.max(abs(error)) <= 1e-9 * size(model)
@@ -158,12 +158,12 @@ def uniform(ends):
 
 @pytest.mark.few
 @pytest.mark.parametrize("model", NAMES)
-def test_the_way_back_is_the_way_there(model, trace_model):
+def test_the_reversed_law_gives_the_same_positions(model, trace_model):
     ends = {name: (value[0], value[-1]) for name, value in trace_model(model, steps=90).value.items()}
-    there = trace_model(model, steps=90, laws=uniform(ends))
-    back = trace_model(model, steps=90, laws=uniform({name: (b, a) for name, (a, b) in ends.items()}))
+    forward = trace_model(model, steps=90, laws=uniform(ends))
+    backward = trace_model(model, steps=90, laws=uniform({name: (b, a) for name, (a, b) in ends.items()}))
     for node in read(model)["nodes"]:
-        assert np.max(abs(there.xy(node) - back.xy(node)[::-1])) <= 1e-8 * size(model)
+        assert np.max(abs(forward.xy(node) - backward.xy(node)[::-1])) <= 1e-8 * size(model)
 
 
 def turns_fully(model):
@@ -179,13 +179,13 @@ def test_a_full_turn_closes(model, trace_model):
         assert abs(m.xy(node)[-1] - m.xy(node)[0]) <= 1e-9 * size(model)
 
 
-# --- laws of single models -------------------------------------------------------------------------------
+# --- properties of single models -------------------------------------------------------------------------
 
 
 def law(model, steps=360, **motion):
-    """Test the pairs (found, expected[, tolerance]) that a function makes of a model's motion.
+    """Test the pairs (found, expected[, tolerance]) that a function yields for the motion of a model.
 
-    `motion` gives the actuators' (from, to) where it is not the file's own.
+    `motion` has the (from, to) of the actuators; by default the laws of the file are used.
     """
     return lambda function: LAWS.append((model, function, steps, uniform(motion) or None)) or function
 
@@ -195,7 +195,7 @@ def test_every_model_has_a_law():
 
 
 def freudenstein(m, a, b, c, d):
-    """Error of Freudenstein's equation of the four-bar a (input), b, c (output), d (frame)."""
+    """Return the error of Freudenstein's equation of the four-bar a (input), b, c (output), d (frame)."""
     o2, pa, pb, o4 = (m.xy(name) for name in ("O2", "A", "B", "O4"))
     t2, t4 = np.angle(pa - o2), np.angle(pb - o4)
     k1, k2, k3 = d / a, d / c, (a**2 - b**2 + c**2 + d**2) / (2 * a * c)
@@ -203,7 +203,7 @@ def freudenstein(m, a, b, c, d):
 
 
 def transmission_angles(a, b, c, d):
-    """Transmission angle with the input along the frame, inwards and outwards."""
+    """Return the transmission angles where the input link is in line with the frame, folded and extended."""
     return np.degrees(np.arccos([(b**2 + c**2 - (d + s * a) ** 2) / (2 * b * c) for s in (-1, 1)]))
 
 
@@ -227,7 +227,7 @@ def norton_example_4_1(m):
 
 
 STRETCHED, FOLDED = np.degrees(np.arccos([146 / 160, 50 / 80]))
-"""Direction of B from O2 at the crank-rocker's dead centres (law of cosines)."""
+"""Directions from O2 to B at the dead centres of the crank-rocker (law of cosines)."""
 
 
 @law("crank_rocker", 1, motor=(STRETCHED, FOLDED + 180))
@@ -338,7 +338,7 @@ def exact_line_of_scott_russell(m):
 
 
 def lambda_point(a, o4, arm):
-    """Tracer of a lambda linkage with the crank pin a: |B-A| = |B-O4| = |B-P| = arm (Thales)."""
+    """Return the traced point of a lambda linkage with the crank pin a: |B-A| = |B-O4| = |B-P| = arm (Thales)."""
     d = o4 - a
     return o4 + 1j * d * np.sqrt(4 * arm**2 / abs(d) ** 2 - 1)
 
@@ -358,7 +358,7 @@ def right_angle_of_thales(m):
     yield p, lambda_point(ray(m.value["motor"]), 2, 2.5)
     yield p[[0, 90, 180]].imag, 4
     yield p[270].imag, 2 * np.sqrt(6)
-    yield p[::-1], 4 - p[(np.arange(361) + 180) % 360].conj()  # its own mirror image
+    yield p[::-1], 4 - p[(np.arange(361) + 180) % 360].conj()  # the curve is symmetric
 
 
 @law("chebyshev_lambda", motor=(angle(-5 + 1j * np.sqrt(39)), 180))
@@ -368,7 +368,7 @@ def greatest_deviation_of_the_lambda(m):
 
 
 @law("chebyshev", motor=(angle(3 + 4j), 90))
-def exact_places_of_the_crossed_linkage(m):
+def exact_positions_of_the_crossed_linkage(m):
     yield m.xy("P")[[0, -1]], [2 + 4j, 4j]
 
 
@@ -391,7 +391,7 @@ def watts_curve(m):
 
 @law("watt_straight_line", motor=(-np.degrees(0.3), np.degrees(0.3)))
 def stroke_of_watts_linkage(m):
-    """Extremes from dense sampling."""
+    """Minima and maxima from dense sampling."""
     p = m.xy("P")
     yield [p.imag.min(), p.imag.max()], [-1.5048668883833953, 1.4539647939718738], 1e-5
     yield [p.real.min(), p.real.max()], [-0.007183783619328655, 0.00860545720801765], 1e-5
@@ -403,7 +403,7 @@ def exact_line_of_hart(m):
 
 
 @law("hart_a_frame", 10, motor=(70, angle(0.5 + 1j * np.sqrt(8.75))))
-def symmetric_place_of_hart(m):
+def symmetric_position_of_hart(m):
     yield m.xy("P")[-1], 1j * np.sqrt(35)
 
 
@@ -417,7 +417,7 @@ def inversion(m):
 
 
 def legs(q):
-    """Foot of the lambda leg seen from the body, crank at q from A towards C, body up."""
+    """Return the foot of the lambda leg in the frame of the body; q is the crank angle from A towards C."""
     q = np.radians(q)
     root = 2 * np.sqrt((5 + np.cos(q)) / (5 - 4 * np.cos(q)))
     return 2 - np.sin(q) * root - 1j * (2 - np.cos(q)) * root
@@ -434,7 +434,7 @@ def body_walks_on_lambda_legs(m):
 
 @law("watt_1", 24, motor=(0, 360))
 def independent_reduction_of_watts_six_bar(m):
-    """Places of B and E from an independent program."""
+    """Positions of B and E from an independent program."""
     places = {
         0: (1.3 + 1.469693845669907j, 1.3 + 1.7235329194992128j),
         15: (1.8348643675799137 + 1.4814988116233125j, 1.9312467953239394 + 1.7176236617394969j),
@@ -450,7 +450,7 @@ def independent_reduction_of_watts_six_bar(m):
 
 @law("watt_durango", 24)
 def watts_six_bar_from_its_start(m):
-    """The reference of its reduction, from 120 deg on."""
+    """Positions of B and E from an independent program, from 120 deg on."""
     places = {
         120: (0.923543683818814 + 1.3388079968011017j, 1.050577254879455 + 1.6468480358826199j),
         180: (0.3 + 0.7483314773547883j, 0.3 + 1.1340999463559274j),
@@ -474,7 +474,7 @@ def two_four_bars_in_series(m):
 
 
 def stephenson_chain(b):
-    """Places of c, e, f and x of the own Stephenson chain with a at 0, d at 80 and b given."""
+    """Return the positions of c, e, f and x of our Stephenson chain with a at 0, d at 80 and b given."""
     c = b * (-5 + 55j) / (20 + 35j)
     e = meet(b, abs(75 + 10j), 80, abs(15 + 45j))
     f = 80 + (e - 80) * (-10 + 75j) / (15 + 45j)
@@ -489,7 +489,7 @@ def dyads_of_stephenson_1(m):
 
 @law("stephenson_2")
 def inversion_of_stephenson_1(m):
-    """Seen from the link a-d, the coupled group is stephenson_1, a chain of dyads."""
+    """In the frame of the link a-d the coupled group is stephenson_1, a chain of dyads."""
 
     def seen(node):
         return (m.xy(node) - m.xy("a")) / (m.xy("d") - m.xy("a")) * 80
@@ -514,14 +514,14 @@ def pmks_verification_at_30_degrees(m):
 
 
 @law("stephenson_3_far", 720)
-def limits_of_the_crank_seen_from_the_far_side(m):
-    """G turns fully; the crank A-B then rocks between its own limits as input (step-halving continuation)."""
+def range_of_the_crank_driven_from_the_far_side(m):
+    """G makes a full turn; A-B moves between the limits that it has as an input (continuation with halved steps)."""
     yield extremes(np.angle(m.xy("B") - m.xy("A"))), [0.7079646291231813, 2.456845953457208], 1e-6
 
 
 @law("stephenson_3_far")
 def inversion_of_stephenson_3(m):
-    """From the place of B, C and E follow by a dyad; F stands on the driven ray."""
+    """C and E follow from B by a dyad; F is on the driven ray."""
     c = meet(m.xy("B"), abs(20 + 9j), 23 + 10j, abs(2 + 15j))
     yield m.xy("C"), c
     yield m.xy("E"), m.xy("B") + (c - m.xy("B")) * (13 + 19j) / (20 + 9j)
@@ -529,9 +529,9 @@ def inversion_of_stephenson_3(m):
 
 
 def bar_angles(m):
-    """Angles of the links t3, t4, b1, b2, b3 and b4 of the double butterfly in the last row.
+    """Return the angles of the links t3, t4, b1, b2, b3 and b4 of the double butterfly in the last row.
 
-    Six decimals are published, for t2 turned by -67.38 deg.
+    Six decimals are published, for t2 rotated by -67.38 deg.
     """
     pins = (("V", "U"), ("X", "W"), ("Q", "U"), ("S", "V"), ("T", "X"), ("R", "Y"))
     return np.array([angle(m.xy(b)[-1] - m.xy(a)[-1]) for a, b in pins])
@@ -548,21 +548,21 @@ def real_solution_1_after_a_full_turn(m):
 
 
 @law("double_butterfly_symmetric")
-def motion_is_its_own_mirror_image(m):
-    """PST turns by r: the mirror is the ray from P at r/2, and it carries W."""
+def motion_is_symmetric(m):
+    """If r is the rotation of PST, the axis of symmetry is the ray from P at r/2; W is on it."""
     mirror = ray((m.value["motor"] - angle(4 - 3j)) / 2)
     for node, image in (("W", "W"), ("Q", "T"), ("R", "S"), ("U", "X"), ("V", "Y")):
         yield m.xy(image), mirror**2 * m.xy(node).conj()
 
 
 @law("double_butterfly_symmetric", 20, motor=(-70, angle(4 - 3j) - 50))
-def one_of_the_eight_assemblies_at_50_degrees(m):
+def one_of_the_eight_configurations_at_50_degrees(m):
     yield m.xy("W")[-1], 8.730133771054339 * ray(-25)
 
 
 @law("gim_fig11", 10)
 def exact_target_of_fig_11(m):
-    """Solution of an independent Newton continuation, polished to 30 digits."""
+    """Solution of an independent Newton continuation, refined to 30 digits."""
     yield m.xy("A")[-1], 59.88451811829278 + 102.82821823013627j
     yield m.xy("B")[-1], 89.80891148330772 + 136.06269854404897j
     yield m.xy("C")[-1], 223.10456359883528 + 130.3821064009487j
@@ -623,7 +623,7 @@ RAMS = abs(PLATFORM_GOAL - [0, 15.91, 10j])
 
 @law("innocenti_group", 50)
 def innocenti_loops(m):
-    """The three published loop equations, the vectors' lengths as printed."""
+    """The three published loop equations, with the published lengths of the vectors."""
     a0, b0, c0 = 0.7 + 0.2j, 0.6, 0.5 - 0.5j
     plate_2, plate_5 = (m.xy("Q") - m.xy("P")) / 0.8, (m.xy("T") - m.xy("R")) / 0.8
     t1, t3, t4, t6 = (m.xy(b) - m.xy(a) for a, b in (("A0", "P"), ("A1", "Q"), ("A2", "T"), ("A3", "V")))
@@ -636,7 +636,7 @@ def innocenti_loops(m):
 
 @law("platform_3rpr", 40, ram_1=(14.98, RAMS[0]), ram_2=(15.38, RAMS[1]), ram_3=(12, RAMS[2]))
 def forward_after_inverse_of_the_rams(m):
-    """The rams' lengths follow from the platform's place in closed form; the first row is Innocenti's."""
+    """The lengths follow in closed form from the position of the platform; the first row is Innocenti's."""
     b = np.array([m.xy("B1"), m.xy("B2"), m.xy("B3")])
     yield b[0, 0], -14.896128100172762 + 1.582961661962616j
     yield b[1, 0], 1.6337317844182702 + 5.721238138442663j
@@ -644,7 +644,7 @@ def forward_after_inverse_of_the_rams(m):
 
 
 def motors(place, turn):
-    """Angles of the motors of the 3-RRR for the place of its platform (inverse kinematics)."""
+    """Return the motor angles of the 3-RRR for a position of its platform (inverse kinematics)."""
     hubs, corners = 10 * ray([210, -30, 90]), 3 * ray([210, -30, 90])
     return angle(meet(hubs, 6, place + corners * np.exp(1j * turn), 6) - hubs)
 
@@ -689,7 +689,7 @@ RAMS_DRAWN = {
 
 @law("excavator", 20, **RAMS_DRAWN | {"boom_ram": (167.59189718837808, 187.59189718837808)})
 def boom_ram_out_by_20_cm(m):
-    """Independent Newton solution, polished."""
+    """Independent Newton solution."""
     yield m.xy("H")[-1], 231.09031855442393 + 307.3068737767102j
     yield m.xy("J")[-1], 405.25470852243024 + 334.94257253405925j
     yield m.xy("tip")[-1], 500.008223039923 + 212.5402660970621j
@@ -787,7 +787,7 @@ RATES = [
         "tip": (-6.603358181383883 + 5.0353277987728555j, -0.1312075617343238 + 0.0915830888245725j),
     }),
 ]  # fmt: skip
-"""Published where a source is named; else from truncated power series by an independent program."""
+"""Published values if a source is named; otherwise from truncated power series of an independent program."""
 
 
 @pytest.mark.parametrize(("model", "inputs", "step", "nodes"), RATES, ids=[row[0] for row in RATES])

@@ -1,4 +1,4 @@
-"""The package as a whole: its modules form no cycle of imports, and no class name stands twice."""
+"""The whole package: there is no cycle of imports, and each class name is unique."""
 
 import ast
 from collections import Counter
@@ -15,7 +15,7 @@ TREES = {
 
 
 def imported(tree: ast.Module) -> set[str]:
-    """Return the modules that one imports anywhere, for its types too."""
+    """Return the modules that a module imports, also inside functions and for types."""
     froms = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
     named = {
         name if (name := f"{node.module}.{one.name}") in TREES else node.module for node in froms for one in node.names
@@ -24,7 +24,7 @@ def imported(tree: ast.Module) -> set[str]:
 
 
 def test_no_cycle_of_imports() -> None:
-    """Types count too: modules that need each other are one module, or need a third."""
+    """Imports for types count: modules that import each other should be one module, or use a third."""
     needed = {name: imported(tree) - {name} for name, tree in TREES.items()}
     tuple(TopologicalSorter(needed).static_order())
 

@@ -1,8 +1,8 @@
-"""Properties of mechanisms of drawn structure: what is built is found again, and nothing depends on the frame.
+"""Properties of random mechanisms: the known position is found, and results do not depend on the frame of reference.
 
-A mechanism is grown group by group (dyads of all kinds, triads, members of four and five nodes, true
-prismatic pairs; driven at the crank, at another pivot, or by a length) from a random position, which is
-therefore known. Hypothesis draws the structure, which shrinks; the dimensions are drawn by a number.
+A mechanism is composed group by group (dyads of all kinds, triads, members of four and five nodes, true prismatic
+pairs; driven at the crank, at another pivot, or by a length) in a random position, which is therefore known. Hypothesis
+chooses the structure and simplifies it when a test fails; the dimensions come from a seed.
 """
 
 import copy
@@ -26,7 +26,7 @@ from gimcli.status import Status
 
 TOLERANCE = 1e-10
 BLUNT = 1e4
-"""Condition beyond which a drawn position counts as singular: left out."""
+"""Positions with a larger condition number count as singular and are left out."""
 
 FEW, MANY = 18, 400
 QUICK = settings(
@@ -45,18 +45,18 @@ growths = grown(KINDS)
 bounded = grown([kind for kind in KINDS if kind != "prp"])  # two lines may become parallel: see test_extremes_methods
 
 
-# --- an independent look at a position -------------------------------------------------------------------
+# --- independent check of a position ---------------------------------------------------------------------
 
 
 def signed(spec, z, value):
-    """Errors (constraints, rows) of positions {node: (rows,)} at a value of the drive."""
+    """Return the errors (constraints, rows) of positions {node: (rows,)} at a value of the drive."""
     rows = len(next(iter(z.values())))
     m = Run(z, {"motor": np.full(rows, value)}, [], np.zeros(rows), "", None)
     return np.stack([np.real(error) * np.ones(rows) for error in errors(spec, m)])
 
 
 def condition(spec, at, value, step=1e-6):
-    """Greatest motion of the nodes by errors of size 1, relative to the size, by differences; and the rank."""
+    """Return the condition number: the largest displacement per error, relative to the size, by finite differences."""
     free = [n for n in at if n not in spec["ground"]]
     big = size(spec)
     shift = np.concatenate([np.eye(2 * len(free)), -np.eye(2 * len(free))], axis=1) * step * big
@@ -71,7 +71,7 @@ def condition(spec, at, value, step=1e-6):
 
 
 def regular(growth):
-    """Return the written-out model of a growth whose position is not nearly singular; skip others."""
+    """Return the complete model of a growth and its condition number; skip nearly singular positions."""
     assume(growth.bodies)
     spec = growth.explicit(0.0)
     kappa = condition(spec, growth.nodes, growth.drawn_value())
@@ -91,7 +91,7 @@ def position(spec, **options):
 
 
 def solved(solver, spec, **options):
-    """Return what a solver finds; None where sweeps have no sequence and say so."""
+    """Return the result of a solver; None if there is no sequence for sweeps."""
     try:
         return solver(spec, **options)
     except GimError as error:
@@ -100,11 +100,11 @@ def solved(solver, spec, **options):
         return None
 
 
-# --- what is built is found again ------------------------------------------------------------------------
+# --- the known position is found -------------------------------------------------------------------------
 
 
 def found_again(growth, method, noise, seed):
-    """Solve from a disturbed drawing: the position that was built, where the disturbance cannot lead elsewhere."""
+    """Solve from disturbed coordinates; a small disturbance must lead back to the known position."""
     spec, kappa = regular(growth)
     disturbed = growth.explicit(noise, seed)
     done = solved(position, disturbed, method=method, sweeps=3000)
@@ -130,7 +130,7 @@ disturbances = st.sampled_from([0.0, 1e-9, 1e-6, 1e-4, 1e-2])
 @pytest.mark.parametrize("method", ["auto", "newton", "gim"])
 @QUICK
 @given(growth=growths, noise=disturbances, seed=st.integers(0, 1000))
-def test_what_is_built_is_found_again(method, growth, noise, seed):
+def test_the_known_position_is_found(method, growth, noise, seed):
     found_again(growth, method, noise, seed)
 
 
@@ -138,7 +138,7 @@ def test_what_is_built_is_found_again(method, growth, noise, seed):
 @pytest.mark.parametrize("method", ["auto", "newton", "gim"])
 @LONG
 @given(growth=growths, noise=disturbances, seed=st.integers(0, 1000))
-def test_what_is_built_is_found_again_and_again(method, growth, noise, seed):
+def test_the_known_position_is_found_in_many_mechanisms(method, growth, noise, seed):
     found_again(growth, method, noise, seed)
 
 
@@ -168,14 +168,14 @@ def test_methods_agree_on_many(growth):
     methods_agree(growth)
 
 
-# --- nothing depends on the frame ------------------------------------------------------------------------
+# --- independence of the frame of reference --------------------------------------------------------------
 
 
 reaches = st.sampled_from([1.0, 1e3, 1e6])
 
 
 def invariant(growth, change, near):
-    """Compare a motion with the one of the same mechanism changed; `change` returns it and the map of its points."""
+    """Compare the motions of a mechanism and of the changed one; `change` returns the latter and the map of points."""
     spec, _ = regular(growth)
     other, there = change(copy.deepcopy(spec))
     here, m = run(spec, 6), run(other, 6)
@@ -204,7 +204,7 @@ def test_translated(growth, reach, angle):
 
 
 def translated(growth, reach, angle):
-    """Only the digits that the file's numbers lose are lost."""
+    """The error is that of the rounded numbers in the file."""
     shift = reach * complex(math.cos(angle), math.sin(angle))
     invariant(growth, lambda spec: moved(spec, shift=shift), max(1e-9, reach * 1e-12))
 

@@ -1,4 +1,4 @@
-"""Random mechanisms, sliders, n-ary members and coupled groups included: nothing depends on how it is solved."""
+"""Random mechanisms, with sliders, n-ary members and coupled groups: results do not depend on steps and method."""
 
 import numpy as np
 import pytest
@@ -19,9 +19,9 @@ def check(seed, groups, folder):
     try:
         coarse = trace(mechanism, 24)
     except GimError:
-        return False  # the drive that was put elsewhere does not drive everything
+        return False  # the moved actuator does not drive all freedoms
     if coarse.first_status is Status.SINGULAR:
-        return False  # nor here, by its rank
+        return False  # the same, found by the rank
     fine, newton = trace(mechanism, 96), trace(mechanism, 24, Options(method="newton"))
     assert np.max(np.abs(coarse.z[:, 0] - mechanism.drawn)) < 1e-9 * mechanism.size
     for other, z, good in ((fine, fine.z[:, ::4], fine.good[::4]), (newton, newton.z, newton.good)):

@@ -1,10 +1,10 @@
-"""Random mechanisms through every command that follows them: what the commands say agrees."""
+"""Random mechanisms: all commands that follow their motion agree."""
 
 import pytest
 from mechanism_laws import Subject
 
 SUITE = [8, 13, 18, 22, 23, 24, 28, 44, 220, 295]
-"""Seeds that cost little; together they have all kinds of inputs, profiles and drawings."""
+"""Seeds of fast cases; together they have all kinds of inputs, profiles and initial coordinates."""
 
 
 def agree(seed, folder, samples):

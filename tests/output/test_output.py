@@ -1,4 +1,4 @@
-"""What is written: tables that read back equal, files whole or not at all, pictures of every kind."""
+"""Output: tables that are read back without loss, atomic files, pictures of all kinds."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def ramp(start, end):
 
 
 def mechanism(names, pose, members, slides=(), actuators=(), points=(), **more):
-    """Members as (name, nodes); their own frame starts at the first node, towards the second."""
+    """Return a mechanism of members (name, nodes); a member's own frame starts at its first node, x to the second."""
     drawn = np.array(pose, dtype=complex)
     origin = complex(drawn.mean())
     built = []
@@ -60,7 +60,7 @@ def mechanism(names, pose, members, slides=(), actuators=(), points=(), **more):
 
 
 def dyad(a, b, left, right):
-    """The point at given distances from two points, to the left of a -> b (law of cosines)."""
+    """Return the point at given distances from two points, to the left of a -> b (law of cosines)."""
     d = b - a
     x = (abs(d) ** 2 + left**2 - right**2) / (2 * abs(d))
     return a + d / abs(d) * (x + 1j * np.sqrt(left**2 - x**2))
@@ -149,7 +149,7 @@ def left_in(folder):
 # ---------------------------------------------------------------- tables
 
 
-def test_floats_read_back_equal(tmp_path):
+def test_floats_are_read_back_without_loss(tmp_path):
     random = np.random.default_rng(1).integers(0, 2**64, 2000, dtype=np.uint64).view(np.float64)
     special = [0.1, 1e-300, -0.0, 5e-324, 1.7976931348623157e308, np.inf, -np.inf, 1e22, 1 / 3, 123456789.0]
     values = np.concatenate([special, random[~np.isnan(random)]])
@@ -159,7 +159,7 @@ def test_floats_read_back_equal(tmp_path):
     assert read[:, 1].tobytes() == (-values).tobytes()
 
 
-def test_nan_is_an_empty_cell_and_rows_stay(tmp_path):
+def test_nan_is_an_empty_cell(tmp_path):
     write_csv(table(step=[0, 1, 2], x=[1.5, np.nan, 2.5], status=["ok", "no", "ok"]), tmp_path / "t.csv")
     text = (tmp_path / "t.csv").read_text()
     assert text == "step,x,status\n0,1.5,ok\n1,,no\n2,2.5,ok\n"
@@ -206,7 +206,7 @@ def test_a_stream_refuses_other_columns_and_leaves_no_file(tmp_path):
     assert left_in(tmp_path) == []
 
 
-# ---------------------------------------------------------------- whole or not at all
+# ---------------------------------------------------------------- atomic files
 
 
 def write_and_fail(handle, content, fault):
@@ -216,7 +216,7 @@ def write_and_fail(handle, content, fault):
 
 @pytest.mark.parametrize("fault", [ValueError, KeyboardInterrupt])
 @pytest.mark.parametrize("opened", [written_text, written_bytes])
-def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path, opened, fault):
+def test_after_a_failure_the_old_file_is_unchanged(tmp_path, opened, fault):
     (tmp_path / "t.csv").write_text("old")
     with pytest.raises(fault), opened(tmp_path / "t.csv") as handle:
         write_and_fail(handle, "new" if opened is written_text else b"new", fault)
@@ -283,7 +283,7 @@ def test_a_refused_folder_is_an_output_error_for_root_too(tmp_path, monkeypatch)
 
 
 @pytest.mark.parametrize("content", [table(x=[1.0]), history_picture(np.ones(3), None, "", math.nan, 0)])
-def test_an_unknown_suffix_names_the_choice(tmp_path, content):
+def test_an_unknown_suffix_is_refused_with_the_known_ones(tmp_path, content):
     with pytest.raises(UsageError, match=r"choose \."):
         output.write(content, tmp_path / "t.bmp")
 
@@ -313,7 +313,7 @@ def test_a_motion_is_drawn(tmp_path, kind, suffix):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_everything_drawn_is_inside_the_window(kind):
+def test_all_parts_of_a_drawing_are_inside_the_window(kind):
     found, poses, curves = kind()
     for picture in (
         motion_picture(found, poses, curves, ""),
@@ -330,7 +330,7 @@ def test_everything_drawn_is_inside_the_window(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_axes_are_equal_and_carry_the_unit(kind):
+def test_the_axes_are_equal_and_have_the_unit(kind):
     found, poses, curves = kind()
     picture = motion_picture(found, poses, curves, "")
     span, frame = picture.frame.high - picture.frame.low, picture.frame
@@ -376,7 +376,7 @@ def test_a_floating_mechanism_has_no_ground():
     assert grounds[1] == []
 
 
-def test_points_are_where_their_member_carries_them():
+def test_points_move_with_their_member():
     found, poses, curves = four_bar()
     skeleton = Skeleton(found, poses)
     carried = [skeleton.place(2, found.points[0].local, pose) for pose in range(len(poses))]
@@ -391,13 +391,13 @@ def test_poses_with_a_nan_are_skipped(tmp_path):
         motion_picture(found, gap[:3], curves, "").marks.keys(),
         motion_picture(found, poses[1:3], curves, "").marks.keys(),
     )
-    lost = {name: np.full(5, np.nan + 0j) for name in curves}
-    output.write(motion_picture(found, np.full_like(poses, np.nan), lost, "nothing was solved"), tmp_path / "m.png")
+    empty = {name: np.full(5, np.nan + 0j) for name in curves}
+    output.write(motion_picture(found, np.full_like(poses, np.nan), empty, "nothing was solved"), tmp_path / "m.png")
     output.write(position_picture(found, np.full_like(poses[0], np.nan), "nothing was solved", {}), tmp_path / "p.png")
     assert size_of(tmp_path / "m.png") > (100, 100)
 
 
-def test_awkward_texts_and_many_curves_are_drawn(tmp_path):
+def test_texts_with_special_characters_and_many_curves_are_drawn(tmp_path):
     found, poses, curves = four_bar()
     many = {f"$\\frac{n} _^ 点": curves["P"] + n for n in range(40)}
     output.write(motion_picture(found, poses[:2], many, "100 % $x^ of a very long title " * 8), tmp_path / "m.png")
@@ -406,7 +406,7 @@ def test_awkward_texts_and_many_curves_are_drawn(tmp_path):
 
 @pytest.mark.parametrize("shift", [0.0, 1e6 + 1e6j])
 @pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
-def test_any_size_and_place_is_drawn(tmp_path, size, shift):
+def test_mechanisms_of_any_size_and_position_are_drawn(tmp_path, size, shift):
     curve = (CRANK + shift) * size
     found, poses, _ = four_bar()
     bare = mechanism("OABC", poses[0], [(m.name, m.nodes) for m in found.members])
@@ -429,7 +429,7 @@ def test_a_history_is_drawn(tmp_path):
     output.write(history_picture(errors, fit, "history", 0.6, 0), tmp_path / "h.png")
     assert size_of(tmp_path / "h.png") > (100, 100)
     picture = history_picture(errors, fit, "", 0.6, 0)
-    for lines in picture.strokes.values():  # fit and prediction run through the errors
+    for lines in picture.strokes.values():  # fit and prediction pass through the errors
         np.testing.assert_allclose(np.interp(sweeps, lines[0].real, lines[0].imag), np.log10(errors))
 
 
@@ -443,7 +443,7 @@ def test_a_history_without_numbers_is_drawn(tmp_path, errors):
 # ---------------------------------------------------------------- curves and hulls
 
 
-def test_a_long_curve_is_thinned_without_moving():
+def test_a_long_curve_gets_fewer_points_and_keeps_its_shape():
     t = np.linspace(0.0, 20.0 * np.pi, 200_001)
     circle = np.exp(1j * t)
     circle[100_000:100_010] = np.nan
@@ -460,7 +460,7 @@ def test_the_curves_of_a_legend_differ_without_their_colours():
     assert len({(pen.width, pen.dash) for pen in pens}) == MOST_KEYS
 
 
-def test_gaps_cut_a_curve_and_a_retraced_arc_is_drawn_once():
+def test_a_curve_is_cut_at_gaps_and_a_retraced_arc_is_drawn_once():
     arc = np.exp(1j * 0.5 * np.sin(np.linspace(0.0, 2 * np.pi, 361)))
     (run,) = drawn_runs(arc, 0.003)
     assert [run.imag.min(), run.imag.max()] == [arc.imag.min(), arc.imag.max()]
@@ -470,7 +470,7 @@ def test_gaps_cut_a_curve_and_a_retraced_arc_is_drawn_once():
     assert [len(run) for run in drawn_runs(ellipse, 0.003)] == [100, 260]
 
 
-def test_a_hull_is_convex_and_a_line_is_its_ends():
+def test_a_hull_is_convex_and_that_of_a_line_has_two_points():
     square = np.array([0, 2, 2 + 2j, 2j, 1 + 1j, 1], dtype=complex)
     assert set(hull(square)) == {0, 2, 2 + 2j, 2j}
     assert set(hull(np.array([1 + 1j, 0, 3 + 3j, 2 + 2j]))) == {0, 3 + 3j}
