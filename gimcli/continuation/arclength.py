@@ -164,7 +164,7 @@ def grown(step: float, here: CurvePoint, there: CurvePoint, constants: Arclength
 def sign_change(
     system: Implicit, here: CurvePoint, step: float, test: Callable[[CurvePoint], float], constants: ArclengthConstants
 ) -> tuple[float, CurvePoint] | None:
-    """Return the point of a step from `here` at which a test changes its sign, after its distance along the tangent.
+    """Return the distance along the tangent and the point, on a step from `here`, at which a test changes its sign.
 
     None if the sign does not change. At a crossing of branches the point is not exact, as corrections fail there.
     """

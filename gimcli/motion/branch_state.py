@@ -58,7 +58,7 @@ class BranchState:
         self.program = plan_program(mechanism, plan)
         self.determinant = dict.fromkeys(self.program.packed, 0.0)
         self.log: list[Row] = []
-        self.bridges: list[Gap] = []
+        self.bridges: list[Gap] = []  # gaps (intervals with interpolated rows) that the motion has passed
         self.passed = 0  # number of bridges that have been accepted
         self.lenient = False  # passing a position that cannot be solved to the tolerance
         self.turn = 1.0  # change of the time for one turn of the input, or a travel of 2 pi sizes

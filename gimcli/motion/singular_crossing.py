@@ -74,7 +74,7 @@ class SingularCrossing:
         """
         state = self.state
         start = state.log[-1].time
-        if branch == NONE:  # a coupled group: the position beyond decides
+        if branch == NONE:  # a coupled group: only the position beyond it shows whether branches meet
             return 0.5 * (start + target)
         low, high = start, max(target, start + state.constants.window * state.turn)
         for _ in range(state.constants.zooms):

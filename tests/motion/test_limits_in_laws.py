@@ -80,7 +80,7 @@ def crossed(cases: list[Linkage], courses: list[Course]) -> list[object]:
     return [pytest.param(case, course, id=f"{case.name}: {course.name}") for case in cases for course in courses]
 
 
-def asked(motion: Motion) -> np.ndarray:
+def law_input(motion: Motion) -> np.ndarray:
     """Return the input (rows,) of the law, in the file's units."""
     return motion.mechanism.value_to_file(0, motion.mechanism.actuators[0].law(motion.time))
 
@@ -121,7 +121,7 @@ def test_a_law_that_does_not_exceed_the_critical_input_stays_on_its_arc(
     case: Linkage, course: Course, mode: str, tmp_path: Path
 ) -> None:
     motion = trace(load(course.fill(case, tmp_path)), STEPS, at_limit=mode)
-    check(motion, case, np.ones(STEPS + 1, dtype=bool), case.arc, asked(motion))
+    check(motion, case, np.ones(STEPS + 1, dtype=bool), case.arc, law_input(motion))
     assert motion.limit is None
     assert motion.turned_back == ()
     kinds = [event["kind"] for event in events(motion)]
@@ -138,15 +138,15 @@ def test_rows_beyond_a_limit_are_empty_and_the_others_on_the_same_arc(
     """`stop` ends the motion at the limit; `skip` continues when the law is reachable again, on the same arc."""
     mechanism = load(course.fill(case, tmp_path))
     stopped, skipped = trace(mechanism, STEPS), trace(mechanism, STEPS, at_limit="skip")
-    out = beyond(case, asked(stopped))
+    out = beyond(case, law_input(stopped))
     low, high = case.interval
-    out |= (asked(stopped) < low) | (asked(stopped) > high)
+    out |= (law_input(stopped) < low) | (law_input(stopped) > high)
     first = int(np.argmax(out))
     before = np.arange(STEPS + 1) < first
-    check(stopped, case, before, case.arc, asked(stopped))
+    check(stopped, case, before, case.arc, law_input(stopped))
     assert set(stopped.status[first:]) == {Status.LIMIT}
     again = ~out if "return" in course.name or "back" in course.name else before
-    check(skipped, case, again, case.arc, asked(skipped))
+    check(skipped, case, again, case.arc, law_input(skipped))
     assert {skipped.status[k] for k in np.flatnonzero(out)} == {Status.LIMIT}
     for motion in (stopped, skipped):
         assert [event["kind"] for event in events(motion)] == ["limit"]
@@ -159,10 +159,10 @@ def test_the_input_is_mirrored_at_a_limit_and_the_other_arc_follows(
     case: Linkage, course: Course, tmp_path: Path
 ) -> None:
     motion = trace(load(course.fill(case, tmp_path)), STEPS, at_limit="reverse")
-    out = beyond(case, asked(motion))
+    out = beyond(case, law_input(motion))
     assert case.other is not None
     given = motion.mechanism.value_to_file(0, motion.inputs[0])
-    mirrored = np.where(out, 2.0 * case.critical - asked(motion), asked(motion))
+    mirrored = np.where(out, 2.0 * case.critical - law_input(motion), law_input(motion))
     low, high = case.interval
     within = (mirrored >= low) & (mirrored <= high)
     within &= np.cumsum(~within) == 0  # the other limit of the arc is tested elsewhere
@@ -177,7 +177,7 @@ def test_the_input_is_mirrored_at_a_limit_and_the_other_arc_follows(
 @pytest.mark.parametrize(("case", "course"), crossed(CHANGES, BEYOND))
 def test_a_change_point_is_passed_smoothly(case: Linkage, course: Course, mode: str, tmp_path: Path) -> None:
     motion = trace(load(course.fill(case, tmp_path)), STEPS, at_limit=mode)
-    check(motion, case, np.ones(STEPS + 1, dtype=bool), case.arc, asked(motion))
+    check(motion, case, np.ones(STEPS + 1, dtype=bool), case.arc, law_input(motion))
     found = [event for event in events(motion) if event["kind"] == "change point"]
     assert len(found) == (2 if "return" in course.name or "back" in course.name else 1)
     assert [event["at"]["m"] for event in found] == pytest.approx([case.critical] * len(found), abs=1e-9)
@@ -188,10 +188,10 @@ def test_the_chosen_branch_is_taken_once(case: Linkage, course: Course, tmp_path
     """Behind the first change point the motion is smooth, also when it returns through it."""
     assert case.other is not None
     motion = trace(load(course.fill(case, tmp_path)), STEPS, branch=2)
-    left = np.cumsum(beyond(case, asked(motion))) > 0  # behind the first change point
-    critical = asked(motion) == case.critical  # both branches are there
-    check(motion, case, ~left & ~critical, case.arc, asked(motion))
-    check(motion, case, left | critical, case.other, asked(motion))
+    left = np.cumsum(beyond(case, law_input(motion))) > 0  # behind the first change point
+    critical = law_input(motion) == case.critical  # both branches are there
+    check(motion, case, ~left & ~critical, case.arc, law_input(motion))
+    check(motion, case, left | critical, case.other, law_input(motion))
 
 
 @pytest.mark.parametrize("case", [pytest.param(case, id=case.name) for case in CHANGES if case.other is None])
@@ -209,8 +209,8 @@ def test_singularities_circuits_and_trace_describe_it_alike(case: Linkage, tmp_p
     kind = "limit" if case.limit else "change point"
     surveyed = report("singularities", path)
     there = [at for at in surveyed["singularities"] if away(at["at"]["m"], case) <= 1e-9]
-    rests = set() if case.limit or case.other else {"dead point"}  # on the other branch
-    assert {at["kind"] for at in there} - {"stationary"} - rests == {kind}
+    stationary = set() if case.limit or case.other else {"dead point"}  # on the other branch
+    assert {at["kind"] for at in there} - {"stationary"} - stationary == {kind}
     traced = report("trace", path, "--out", tmp_path / "out.csv", "--no-png", code=5 if case.limit else 0)["events"]
     assert [(at["kind"], at["at"]["m"]) for at in traced] == [(kind, pytest.approx(case.critical, abs=1e-9))]
     for found in (surveyed["circuits"], report("circuits", path)["curves"]):

@@ -127,7 +127,7 @@ def test_a_missing_inertia_is_reported_for_a_member_that_rotates(tmp_path, comma
     said = "masses: bob without `inertia`:"
     assert said in run(command, written(tmp_path, PENDULUM), *more, folder=tmp_path).output
     stated = PENDULUM.replace("mass: 2,", "mass: 2, inertia: 0,")
-    assert "no `inertia`" not in run(command, written(tmp_path, stated), *more, folder=tmp_path).output
+    assert "without `inertia`" not in run(command, written(tmp_path, stated), *more, folder=tmp_path).output
 
 
 TWO_RAMS_ON_ONE_LOOP = """
