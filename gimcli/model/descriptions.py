@@ -42,7 +42,7 @@ PARTS = {
     "Link": {"nodes": "The two nodes", "length": "Length (file's unit); default: from the initial coordinates"},
     "Element": {
         "nodes": "The nodes, three or more",
-        "shape": "Coordinates [x, y] of each node in the member's own frame (file's unit of length); "
+        "shape": "Coordinates [x, y] of each node in any frame fixed to the member (file's unit of length); "
         "default: the initial coordinates",
     },
     "Prismatic": {

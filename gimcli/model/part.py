@@ -45,5 +45,5 @@ class Part:
 
     @property
     def given(self) -> set[str]:
-        """Names of the attributes that were given, that is, do not have their default."""
+        """Names of the keys that were given; the others have their default."""
         return self.__pydantic_fields_set__

@@ -96,8 +96,8 @@ class Link(Part):
 class Element(Part):
     """Rigid member of three or more nodes.
 
-    The shape is taken from the initial coordinates, unless `shape` gives the coordinates of each node in the member's
-    own frame.
+    The shape is taken from the initial coordinates, unless `shape` gives the coordinates of each node (file's unit of
+    length) in any frame fixed to the member.
     """
 
     nodes: list[str] = _list(NAME, 3)
