@@ -14,7 +14,7 @@ WIDEST = 100
 """Columns of a page on a terminal, at most."""
 
 
-def command(page: str = typer.Argument("", metavar="[PAGE]", help="A page or a command.", show_default=False)) -> None:
+def command(page: str = typer.Argument("", metavar="PAGE", help="A page or a command.", show_default=False)) -> None:
     """List the pages or show one."""
     from gimcli.cli.progress import end_bars
     from gimcli.manual.pages import manual_text
