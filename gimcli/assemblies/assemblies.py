@@ -40,15 +40,15 @@ class RootReport:
     """Result of one Assur group over all partial configurations on which it was solved."""
 
     nodes: tuple[str, ...]  # names of its nodes
-    loops: int
+    loops: int  # number of independent loops
     count: int | None  # complex roots of a generic group; None if the count takes too long
     solved: int = 0  # number of partial configurations on which it was solved
     roots: int = 0  # number of proved complex roots
-    real: int = 0
-    infinite: int = 0
+    real: int = 0  # number of proved real roots
+    infinite: int = 0  # number of roots at infinity
     doubtful: int = 0  # multiple roots, or points of a curve of roots
-    missing: int = 0
-    level: int = REACHED
+    missing: int = 0  # number of roots of the count that were not found
+    level: int = REACHED  # of completeness, as in `roots`
     free: bool = False  # a folded dyad that turns freely
 
 
@@ -106,8 +106,8 @@ class _Leaves:
     """The partial configurations found so far."""
 
     state: LoopState
-    branches: list[tuple[int, ...]]
-    radius: FloatArray
+    branches: list[tuple[int, ...]]  # of each, by group
+    radius: FloatArray  # greatest radius of the proofs of each
 
 
 class ConfigurationFinder:

@@ -16,7 +16,7 @@ class TrackingConstants:
     shortest: float = 1e-10  # step at which a path ends
     most: int = 4000  # steps of a path
     aim: float = 0.2  # fraction of `correction` for which the next step is chosen
-    safety: float = 0.85
+    safety: float = 0.85  # factor of the next step
     slowest: float = 0.5  # least and greatest change of the step
     fastest: float = 2.5
     far: float = 60.0  # |log theta| of a root at infinity: e^60 of the lengths

@@ -26,7 +26,7 @@ class ContractionConstants:
 
     angle: float = 64 * EPS  # rad: angles are below 4 pi, inverse cosines are accurate to a few units in the last place
     cosine: float = 16 * EPS
-    relative: float = 8 * EPS  # of a slide's bounds: a division and a subtraction
+    relative: float = 8 * EPS  # relative rounding of a slide's bounds: a division and a subtraction
     elements: int = 60_000  # terms times boxes per call, so that temporary arrays fit into the cache
 
 

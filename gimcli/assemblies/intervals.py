@@ -27,10 +27,10 @@ from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 class IntervalConstants:
     """Settings: time of the search, and least distance of two solutions."""
 
-    seconds: float = 60.0
+    seconds: float = 60.0  # most time of the search
     boxes: int = 2_000_000  # most processed boxes
     narrowest: float = 1e-8  # width [rad, unit lengths of a slide] below which a box is undecided
-    batch: int = 20_000
+    batch: int = 20_000  # boxes processed in one call
     unbounded: float = 100.0  # reach of a slide in unit lengths if no bound follows from the lengths
 
 
@@ -44,7 +44,7 @@ class SearchConstants:
     gain: float = 0.6  # a box whose widest side shrinks to this fraction is contracted again before bisection
     inflation: float = 1.5  # factor of a box, so that a solution on its border is inside
     floor: float = 4.0  # least size of a tested box, relative to the rounding of the loops
-    sweeps: int = 2
+    sweeps: int = 2  # contractions of a box per call
 
 
 CONSTANTS = SearchConstants()
@@ -62,7 +62,7 @@ class Enclosures:
     unique: FloatArray  # (R, n + q) half-widths of boxes that contain no other solution
     undecided: FloatArray = field(repr=False)  # (K, 2, n + q) bounds of boxes; the same solution may be in several
     boxes: int  # number of processed boxes
-    seconds: float
+    seconds: float  # time of the search
     limit: str  # limit that ended the search, "seconds" or "boxes", or ""
     angles: int  # n
     reach: FloatArray  # (q,) searched range |s| <= reach

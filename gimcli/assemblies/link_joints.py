@@ -45,7 +45,7 @@ class Phase:
     """constant times e^(i turns . inputs)."""
 
     constant: complex
-    turns: tuple[int, ...]  # of every actuator
+    turns: tuple[int, ...]  # factor of every input
 
     def __mul__(self, other: Phase) -> Phase:
         turns = tuple(a + b for a, b in zip(self.turns, other.turns, strict=True))

@@ -32,8 +32,8 @@ Monomial = tuple[frozenset[int], int]
 class Job:
     """The rows for one set S: the half (f or g), the eliminated columns, and the monomials of the others."""
 
-    half: int
-    killed: IntArray
+    half: int  # 0 for f, 1 for g
+    killed: IntArray  # eliminated columns
     columns: tuple[IntArray, IntArray]  # coefficients that go with x^0 and with x
     places: tuple[IntArray, IntArray]  # and their monomials
 
@@ -42,7 +42,7 @@ class Job:
 class Pencil:
     """The hidden angle, the monomials and the rows."""
 
-    hidden: int
+    hidden: int  # number of the hidden angle
     family: Family = field(repr=False)
     basis: dict[Monomial, int] = field(repr=False)
     jobs: tuple[Job, ...] = field(repr=False)

@@ -32,8 +32,8 @@ class Roots:
     """The different proved roots, and the known facts about the others."""
 
     proven: Proven
-    count: int | None  # of a generic member; None if the count takes too long
-    level: int
+    count: int | None  # roots of a generic member; None if the count takes too long
+    level: int  # of completeness, see above
     doubtful: ComplexArray  # (candidates, n + q) multiple roots, or points of a curve of roots
     infinite: int = 0  # roots at infinity
 
@@ -139,7 +139,7 @@ class _Ends:
 
     proven: Proven
     doubtful: ComplexArray
-    infinite: int
+    infinite: int  # paths that go to infinity
     lost: int  # paths that stopped for an unknown reason
 
 

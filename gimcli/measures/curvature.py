@@ -22,11 +22,11 @@ from gimcli.rates.path_derivatives import PathDerivatives
 class CurvatureConstants:
     """Limits for straight paths and for points at rest."""
 
-    flat: float = 1e-12  # sine between v and a, or size over radius: nothing but rounding is left
-    rest: float = 2e-5  # |v| / |a| in the parameter below which a point rests: above it 7 digits are right
-    cusp: float = 1e-4  # sine between a and j above which a point at rest has a cusp: more than `rest` can make
-    step: float = 1e-4  # of the parameter: where its square and rounding over it err alike
-    straight: float = 1e-7  # size over radius that counts as none at that step: rounding is some 1e-8
+    flat: float = 1e-12  # sine between v and a, or size / radius, below which it is rounding and the path is straight
+    rest: float = 2e-5  # |v| / |a| in the parameter below which a point is at rest; above it 7 digits are correct
+    cusp: float = 1e-4  # sine between a and j above which a point at rest has a cusp; greater than the effect of `rest`
+    step: float = 1e-4  # step of the parameter beside a row at rest: truncation and rounding errors are equal
+    straight: float = 1e-7  # size / radius below which the path is straight at that step, where rounding is about 1e-8
 
 
 LIMITS = CurvatureConstants()

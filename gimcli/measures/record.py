@@ -24,7 +24,7 @@ class ColumnRange:
     least: float = math.nan
     greatest: float = math.nan
     infinite: bool = False
-    empty: int = 0  # of the solved rows
+    empty: int = 0  # number of empty cells in solved rows
 
     def add(self, values: np.ndarray, solved: np.ndarray) -> None:
         """Add values (rows,)."""

@@ -24,11 +24,11 @@ from gimcli.structure.convex_hull import convex_hull
 class Fineness:
     """Resolution of a region."""
 
-    poses: int = 1440  # a turn: its chords err by 3e-6 of a circle's area
-    turns: tuple[float, float] = (0.05, 6.0)  # beyond these, no fewer and no more poses
-    lines: int = 2048  # the edge of a hole costs their power of -3/2
-    block: int = 200_000  # sections held at the same time
-    thin: float = 1e-9  # of the longest span: an outline thinner than this is a line
+    poses: int = 1440  # poses per turn: chords have an error of 3e-6 of a circle's area
+    turns: tuple[float, float] = (0.05, 6.0)  # least and greatest number of turns for the number of poses
+    lines: int = 2048  # horizontal lines; at the edge of a hole the error decreases with their power -3/2
+    block: int = 200_000  # sections computed in one call
+    thin: float = 1e-9  # width of an outline, relative to its length, below which it is a line
 
 
 FINENESS = Fineness()

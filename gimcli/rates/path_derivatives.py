@@ -49,7 +49,7 @@ def input_path(mechanism: Mechanism, time: FloatArray) -> InputPath:
     first, second, smooth = np.zeros_like(laws[0]), np.zeros_like(laws[0]), np.ones(len(time), dtype=bool)
     for k, law in enumerate(laws):
         rows = order == k
-        sense = np.where((time[rows] == 1.0) & (k % 2 == 1), -1.0, 1.0)  # at the end the motion arrives
+        sense = np.where((time[rows] == 1.0) & (k % 2 == 1), -1.0, 1.0)  # at the end, even derivatives point backwards
         first[:, rows] = sense * law[:, rows] / length[k][rows]
         if k == 0:
             second[:, rows] = laws[1][:, rows] / length[0][rows] ** 2
