@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 from bundled import MODELS, reference, written
-from heavy_models import let_go
+from heavy_models import released
 from modular_reduction import STILL, LinkVelocity, modular_reduction, prp, rotating_driver, rpp, rpr, rrp, rrr
 
 from gimcli import load
@@ -133,7 +133,7 @@ def test_slopes_agree_with_differences_of_the_values(stem):
         data["loads"] = {"push": {"on": name, "local": [0.3, 0.2], "follower": [3.0, 1.0]}}
         data["springs"] = {"spring": {"nodes": [fixed[0], far], "stiffness": 5.0}}
 
-    mechanism = let_go(stem, loaded)
+    mechanism = released(stem, loaded)
     found = reduce_to_input(mechanism, 0, 1440, compiled)
     rows = np.flatnonzero(np.isfinite(found.inertia[:-4]) & np.isfinite(found.inertia[4:]))[::37] + 2
     rows = rows[2:]  # the double butterfly begins near a dead point
@@ -162,7 +162,7 @@ DYADIC = ("antiparallelogram", "chebyshev", "crank_rocker", "crank_shaper", "dou
 @pytest.mark.few
 @pytest.mark.parametrize("stem", DYADIC)
 def test_modular_and_general_reduction_agree(stem):
-    mechanism = let_go(stem)
+    mechanism = released(stem)
     found = reduce_to_input(mechanism, 0, 24)
     motion = trace(mechanism, 24, Options(tolerance=1e-13))
     good = motion.good & np.isfinite(found.inertia)
@@ -235,7 +235,7 @@ def test_every_dyad_keeps_its_pairs_closed():
 
 
 def test_a_mechanism_without_dyads_is_rejected():
-    mechanism = let_go("double_butterfly")
+    mechanism = released("double_butterfly")
     with pytest.raises(StructureError, match="driving links and dyads"):
         modular_reduction(mechanism, mechanism.drawn[:, None])
 

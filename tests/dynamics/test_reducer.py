@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from bundled import MODELS
-from heavy_models import let_go
+from heavy_models import released
 from influence_coefficients import Influence
 
 from gimcli.dynamics.reducer import Reducer
@@ -24,7 +24,7 @@ NAMES = sorted(path.stem for path in MODELS.glob("*.yaml"))
 
 def reducer_of(stem, share=0.3):
     """Return a reducer at the fraction `share` of the laws of a model, and the position and inputs there."""
-    mechanism = let_go(stem)
+    mechanism = released(stem)
     start = mechanism.start_inputs
     inputs = np.array([float(a.law(np.array([share]))[0]) for a in mechanism.actuators])
     for values in (inputs, start):
@@ -40,7 +40,7 @@ def reducer_of(stem, share=0.3):
 @pytest.mark.parametrize("stem", NAMES)
 def test_sparse_and_dense_equations_agree(stem):
     """Equations and gradients of Terms (sparse) and System (dense) agree, also at positions that are not assembled."""
-    mechanism = let_go(stem)
+    mechanism = released(stem)
     terms, system, rng = make_terms(mechanism), System(mechanism), np.random.default_rng(3)
     x, u = rng.normal(size=system.n), rng.normal(size=len(mechanism.actuators))
     z = system.nodes(x)

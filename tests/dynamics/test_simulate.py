@@ -10,7 +10,7 @@ import re
 import numpy as np
 import pytest
 from bundled import MODELS, changed, reference, written
-from heavy_models import let_go
+from heavy_models import released
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
@@ -371,7 +371,7 @@ def span_of(mechanism):
 @pytest.mark.parametrize("stem", FREE)
 def test_a_free_motion_needs_no_effort_and_keeps_its_energy(stem):
     """Inverse dynamics of the simulated motion: independent positions, efforts 0, powers in balance."""
-    mechanism = let_go(stem)
+    mechanism = released(stem)
     times = np.linspace(0.0, span_of(mechanism), 12)
     found = simulate(mechanism, times, Settings(rtol=1e-10), compiled)
     assert len(found.time) > 3
@@ -389,7 +389,7 @@ def test_a_free_motion_needs_no_effort_and_keeps_its_energy(stem):
 
 @pytest.mark.parametrize("stem", ["crank_rocker", "whitworth", "watt_2", "klann", "five_bar"])
 def test_the_motion_is_reversible(stem):
-    mechanism = let_go(stem)
+    mechanism = released(stem)
     end = 0.5 * span_of(mechanism)
     there = simulate(mechanism, np.array([0.0, end]), TIGHT, compiled)
 
@@ -399,7 +399,7 @@ def test_the_motion_is_reversible(stem):
             actuator["start"], actuator["speed"] = float(value), -float(speed)
             assert name == mechanism.actuators[k].name
 
-    back = simulate(let_go(stem, reverse), np.array([0.0, end]), TIGHT, compiled)
+    back = simulate(released(stem, reverse), np.array([0.0, end]), TIGHT, compiled)
     assert np.abs(back.inputs[0, :, -1] - there.inputs[0, :, 0]).max() < 1e-8
     assert np.abs(back.inputs[1, :, -1]).max() < 1e-7
 

@@ -1,4 +1,4 @@
-"""What ships: models, README, the manual and the tests' tables; a motion of a model with all its nodes recorded."""
+"""Paths of models, README, manual and tables of the tests; motions of models with all nodes recorded."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ CHOSEN = frozenset({
     "parallel_guide", "parallelogram_third_crank", "platform_3rpr", "scissor_lift", "scotch_yoke", "slider_crank",
     "stephenson_3_far", "whitworth",
 })  # fmt: skip
-"""One model of each kind: dyads, coupled groups, blocks, guides that turn, rams, rotary and linear inputs, several
-inputs, redundant members, floating ones, change points. Laws over all models run with these, with -m soak on all."""
+"""One model of each kind: dyads, coupled groups, blocks, moving guides, rotary and linear inputs, several inputs,
+redundant members, floating mechanisms, change points. Tests over all models run with these, with -m soak on all."""
 
 FEWEST = ("antiparallelogram", "crank_rocker", "elliptic_trammel", "five_bar", "gim_fig11", "platform_3rpr")
-"""Change points, dyads, slides, several inputs, a group, rams: for laws that take long."""
+"""Change points, dyads, sliding pairs, several inputs, a coupled group, linear inputs: for slow tests."""
 
 
 @dataclass
 class Traced:
-    """A motion in the file's units, all nodes and points recorded."""
+    """A motion in the file's units, with all nodes and points recorded."""
 
     table: object
     mechanism: object
@@ -59,7 +59,7 @@ class Traced:
 
 
 def run_model(path, steps=360, laws=None, change=None, **options):
-    """Trace a model file (or a bundled one by its stem), laws replaced and all nodes recorded."""
+    """Trace a model file (or a shipped model by its stem) with all nodes recorded; `laws` replaces its laws."""
     path = Path(path) if str(path).endswith(".yaml") else MODELS / f"{path}.yaml"
     mechanism = changed(path, laws, change) if laws or change else load(path)
     motion = trace(mechanism, steps, Options(**options))
@@ -68,7 +68,7 @@ def run_model(path, steps=360, laws=None, change=None, **options):
 
 
 def changed(path, laws, change):
-    """Load a model with other laws, or changed by a function of its data."""
+    """Load a model with other laws, or after a function has changed its data."""
     data = read_source(path).data
     for name, law in (laws or {}).items():
         data["actuators"][name]["law"] = law

@@ -1,7 +1,7 @@
-"""Every constraint of a model file, written from its definition: nothing of the package enters.
+"""Every constraint of a model file, written from its definition without code of the package.
 
 A position maps nodes to complex numbers in the file's unit. Errors are relative lengths and rad; those of sliding
-pairs, travels and fixed places are relative to the mechanism's size, as the manual states of `residual`.
+pairs, travels and fixed nodes are relative to the mechanism's size, as the manual defines `residual`.
 """
 
 import cmath
@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 TOLERANCE = 1e-10
-"""What the manual's page on accuracy states of a row that is ok."""
+"""Largest error of a row that is ok, from the manual's page on accuracy."""
 
 EPS = float(np.finfo(float).eps)
 
@@ -37,7 +37,7 @@ class Definition:
         self.allowed = max(TOLERANCE, rounding)
 
     def _shape(self, member):
-        """Return the places of a member's nodes in any frame of its own."""
+        """Return the coordinates of a member's nodes in its own frame."""
         nodes = member["nodes"]
         if "length" in member:
             return {nodes[0]: 0j, nodes[1]: complex(member["length"])}
@@ -46,7 +46,7 @@ class Definition:
         return {n: self.nodes[n] for n in nodes}
 
     def errors(self, z, inputs):
-        """Yield name and error of every constraint at a position, and of every input (file's unit) given."""
+        """Yield name and error of every constraint at a position, and of every given input (file's unit)."""
         yield from self._fixed(z)
         for name, shape in self.shapes.items():
             yield name, _rigid(shape, z)
@@ -56,7 +56,7 @@ class Definition:
             yield name, self._drive(self.actuators[name], z, value)
 
     def worst(self, z, inputs):
-        """Return the greatest error and its constraint; a NaN is infinite."""
+        """Return the largest error and its constraint; NaN counts as infinite."""
         found = [(e if math.isfinite(e) else math.inf, name) for name, e in self.errors(z, inputs)]
         return max(found, default=(0.0, ""))
 
@@ -74,7 +74,7 @@ class Definition:
         names = pair.get("nodes") or [pair["node"]]
         for node in names:
             yield name, abs(((z[node] - z[u]) / along).imag - pair.get("offset", 0.0)) / self.size
-        if len(names) == 2:  # a block keeps its sense on the rail
+        if len(names) == 2:  # a block keeps its orientation on the guide
             a, b = names
             drawn = ((self.nodes[b] - self.nodes[a]) / (self.nodes[v] - self.nodes[u])).real
             now = ((z[b] - z[a]) / along).real
@@ -103,12 +103,12 @@ class Definition:
     # -- freedoms -------------------------------------------------------------------------
 
     def freedoms(self, z):
-        """Return the freedoms at a position, those that are left with all inputs held, and the rank of the inputs."""
+        """Return the freedoms at a position, the freedoms with constant inputs, and the rank of the inputs."""
         nodes = [n for n in z if n in self.used]
         table = _gradients(lambda x: self._equations(_places(nodes, x)), _coordinates(nodes, z))
         drives = _gradients(lambda x: self._readings(_places(nodes, x)), _coordinates(nodes, z))
-        rank, held = _rank(table), _rank(np.vstack([table, drives]))
-        return 2 * len(nodes) - rank, 2 * len(nodes) - held, held - rank
+        rank, both = _rank(table), _rank(np.vstack([table, drives]))
+        return 2 * len(nodes) - rank, 2 * len(nodes) - both, both - rank
 
     @property
     def still(self):
@@ -117,7 +117,7 @@ class Definition:
 
     @property
     def used(self):
-        """Nodes that belong to something."""
+        """Nodes of the ground, a member or a pair."""
         parts = [self.ground, *(m["nodes"] for m in self.members.values())]
         parts += [[*(p.get("nodes") or [p["node"]]), *p["guide"]] for p in self.prismatic.values()]
         return {n for part in parts for n in part}
@@ -150,7 +150,7 @@ def _places(nodes, x):
 
 
 def _gradients(function, x, step=1e-6):
-    """Return central differences of complex values, as rows of real parts and imaginary parts of length 1."""
+    """Return central differences of complex values: rows for real and imaginary parts, scaled to length 1."""
     columns = []
     for k in range(len(x)):
         ends = [np.array(list(function(x + sense * step * np.eye(len(x))[k]))) for sense in (1.0, -1.0)]
@@ -175,7 +175,7 @@ def _turn(now, then):
 
 
 def _rigid(shape, z):
-    """Return the greatest relative error of a member's lengths, or of its angles [rad], not mirrored."""
+    """Return the largest relative error of a member's lengths, or of its angles [rad]; a mirrored member has errors."""
     first, second, *others = shape
     base, own = z[second] - z[first], shape[second] - shape[first]
     error = abs(abs(base) / abs(own) - 1.0)

@@ -1,4 +1,4 @@
-"""Linkages with a limit or a change point at a known input, and where a node is on each arc: closed forms."""
+"""Linkages with a limit or a change point at a known input, with closed forms of a node on each arc."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from mpmath import mp, mpc, mpf
 mp.dps = 30
 
 LAW = "<law>"
-"""What stands in a model's text for its law."""
+"""Placeholder of the law in the text of a model."""
 
 
 @dataclass(frozen=True)
 class Linkage:
-    """A linkage whose input reaches something singular at `critical`; values in the file's units (degrees, lengths)."""
+    """A linkage with a singular position at the input `critical`; values in the file's units (degrees, lengths)."""
 
     name: str
-    text: Callable[[float], str]  # of the model drawn at an input, with a place for the law
+    text: Callable[[float], str]  # of the model drawn at an input, with LAW as placeholder
     node: str
     start: float
     critical: float
-    interval: tuple[float, float]  # of the input on the circuit; infinite where the input goes round
-    limit: bool  # else a change point
-    arc: Callable[[float], complex]  # where the node is at an input, on the arc that is drawn
-    other: Callable[[float], complex] | None  # on the other arc of a limit, or the other branch; None: the input rests
+    interval: tuple[float, float]  # of the input on the circuit; infinite if it makes full turns
+    limit: bool  # a limit, otherwise a change point
+    arc: Callable[[float], complex]  # position of the node at an input, on the drawn arc
+    other: Callable[[float], complex] | None  # on the other arc or branch; None: there the input rate is zero
 
 
 def crank_tip(crank: float, degrees: float) -> mpc:
@@ -33,7 +33,10 @@ def crank_tip(crank: float, degrees: float) -> mpc:
 
 
 def meeting(a: mpc, ra: float, b: mpc, rb: float, side: int) -> mpc:
-    """Where circles about a and b meet, to the left (1) or right (-1) of a -> b; they touch where they miss barely."""
+    """Return the intersection of circles around a and b, to the left (1) or right (-1) of a -> b.
+
+    Circles that miss each other by a rounding error count as tangent.
+    """
     d = abs(b - a)
     x = (mpf(ra) ** 2 - mpf(rb) ** 2 + d**2) / (2 * d)
     h2 = mpf(ra) ** 2 - x**2
@@ -58,7 +61,7 @@ trace: [A, B]
 
 
 def rocker(side: int) -> Callable[[float], complex]:
-    """Crank 3, coupler 1.5, follower 3.5, frame 4: stretched, 5 long, at 90 deg (3-4-5), folded at acos(7/8)."""
+    """Crank 3, coupler 1.5, follower 3.5, frame 4: stretched (length 5) at 90 deg (3-4-5), folded at acos(7/8)."""
     return lambda v: complex(meeting(crank_tip(3, v), 1.5, mpc(4), 3.5, side))
 
 
@@ -67,10 +70,10 @@ def parallel(v: float) -> complex:
 
 
 def crossed(v: float) -> complex:
-    """The antiparallelogram: the parallelogram's B mirrored at the diagonal from A to the follower's pivot."""
+    """The antiparallelogram: B of the parallelogram, mirrored in the diagonal from A to the pivot of the follower."""
     a, b, c = crank_tip(1, v), crank_tip(1, v) + 3, mpc(3)
-    way = (c - a) / abs(c - a)
-    return complex(a + way**2 * mp.conj(b - a))
+    along = (c - a) / abs(c - a)
+    return complex(a + along**2 * mp.conj(b - a))
 
 
 def kite(v: float) -> complex:
@@ -84,12 +87,12 @@ def driven(crank: float, rod: float, side: int) -> Callable[[float], complex]:
 
 
 def driven_straight(x: float) -> complex:
-    """Crank and rod 2 by the slider: A stays above the guide as the slider passes the pivot."""
+    """Crank and rod 2, driven by the slider: A stays above the guide while the slider passes the pivot."""
     return complex(mpf(x) / 2, mp.sqrt(4 - mpf(x) ** 2 / 4))
 
 
 def sliding(v: float) -> complex:
-    """Crank and rod 2: the slider goes 4 cos v to and fro."""
+    """Crank and rod 2: the slider is at 4 cos v."""
     return complex(4 * mp.cospi(mpf(v) / 180))
 
 
@@ -127,7 +130,7 @@ def kites(drawn: float) -> str:
 
 
 def slid(crank: float, rod: float) -> Callable[[float], str]:
-    """Return what writes a slider-crank that its slider drives."""
+    """Return the function that writes a slider-crank that is driven by its slider."""
     drive = "type: linear, node: B, guide: [O, T]"
     place = driven_straight if crank == rod else driven(crank, rod, 1)
     return lambda drawn: slider_crank(crank, rod, place(drawn), drawn, drive)

@@ -1,4 +1,4 @@
-"""Kernels run with numbers that count: every addition, multiplication, division, root and function is one."""
+"""Run kernels with numbers that count operations: additions, multiplications, divisions, roots and functions."""
 
 import math
 from types import FunctionType, SimpleNamespace
@@ -16,7 +16,7 @@ def tick(value):
 
 
 class Counted(float):
-    """A float that counts what is done with it; signs, comparisons and absolute values are free."""
+    """A float that counts its operations; signs, comparisons and absolute values do not count."""
 
     def __neg__(self):
         return Counted(-float(self))
@@ -42,11 +42,11 @@ def counting_function(function):
 
 for function in ("sqrt", "cos", "sin"):
     setattr(MATH, function, counting_function(getattr(math, function)))
-Counted.sqrt = MATH.sqrt  # what numpy calls for an object
+Counted.sqrt = MATH.sqrt  # numpy calls this method for objects
 
 
 class Store(np.ndarray):
-    """An array whose numbers stay counting ones, whatever is written into it."""
+    """An array that converts floats written into it to counting numbers."""
 
     def __setitem__(self, at, value):
         super().__setitem__(at, Counted(value) if isinstance(value, float) else value)
@@ -71,7 +71,7 @@ NUMPY = SimpleNamespace(zeros=zeros, int64=np.int64, cos=each(MATH.cos), sin=eac
 
 
 def counted(kernel):
-    """Return a kernel, and those that it calls, whose roots and functions count too."""
+    """Return a kernel in which roots and functions also count, and so in the kernels that it calls."""
     names = dict(kernel.__globals__)
     for name in kernel.__code__.co_names:
         if names.get(name) in jit._KERNELS:
@@ -81,7 +81,7 @@ def counted(kernel):
 
 
 def counting_form(a):
-    """Return an argument of a kernel, or a record of them, with numbers that count."""
+    """Return an argument of a kernel, or a tuple of them, with counting numbers."""
     if isinstance(a, tuple):
         return type(a)(*map(counting_form, a))
     if isinstance(a, np.ndarray) and a.dtype.kind == "f":
@@ -90,7 +90,7 @@ def counting_form(a):
 
 
 def operations(kernel, *arguments):
-    """Return how many operations a kernel takes; float arrays and floats among the arguments count."""
+    """Return the number of operations of a kernel; operations with float arrays and floats count."""
     given = [counting_form(a) for a in arguments]
     COUNT["operations"] = 0
     counted(kernel)(*given)

@@ -1,9 +1,9 @@
-"""Mechanisms at the edge of the numbers: closed forms with 40 digits, and what can be attained.
+"""Extreme mechanisms: closed forms with 40 digits, and the accuracy that is possible.
 
-`condition` is how far nodes move, relative to the size, when a length changes by a relative amount. A
-rounding u of the lengths then moves them by condition * u: no method in double precision does better.
-Sweeps end by eqs (1) and (2) of Petuya et al. 2004: they leave condition * tolerance, and where two
-roots are near each other at the most the root of the tolerance.
+`condition` is the displacement of nodes relative to the size, divided by the relative change of a length that causes
+it. A rounding error u of the lengths moves nodes by condition * u: no method in double precision is more accurate.
+Sweeps stop by eqs (1) and (2) of Petuya et al. 2004: their error is condition * tolerance, and near a double root at
+most the square root of the tolerance.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ TOLERANCE = 1e-10
 METHODS = ("auto", "newton", "gim")
 
 ROUNDINGS = 40.0
-"""Roundings of a few lengths that add up on the way to a node."""
+"""Rounding errors of a few lengths that add up at a node."""
 
 SWEPT = 16.0
-"""Restrictions of a loop, each off by the tolerance, whose errors add up."""
+"""Restrictions of a loop whose errors, each equal to the tolerance, add up."""
 
 
 def drawn(spec, **places):
-    """Return a specification with (more) nodes drawn where they are told."""
+    """Return a specification with the coordinates of nodes added or replaced."""
     spec = copy.deepcopy(spec)
     spec["nodes"] = {name: [complex(z).real, complex(z).imag] for name, z in (spec["nodes"] | places).items()}
     return {"links": {}, "elements": {}, "actuators": {}, **spec}
@@ -49,7 +49,7 @@ def link(a, b, length):
 
 
 def meet(a, ra, b, rb, side=1):
-    """Where circles about a and b meet, to the left (side 1) or right of a -> b, and how far off the line."""
+    """Return the intersection of circles around a, b, left (side 1) or right of a -> b, and its distance from a-b."""
     a, b = mpc(a), mpc(b)
     d = abs(b - a)
     x = (mpf(ra) ** 2 - mpf(rb) ** 2 + d**2) / (2 * d)
@@ -74,7 +74,7 @@ def tried(spec, tmp_path, **options):
 
 
 def near_change_point(delta, side, start, end):
-    """Crank 1, coupler 3, rocker 2, frame 4 - delta: the dyad is nearly stretched at 180 deg."""
+    """Return crank 1, coupler 3, rocker 2, frame 4 - delta: the dyad is nearly stretched at 180 deg."""
     frame = 4.0 - delta
     b, _ = meet(1j, 3, frame, 2, side)
     spec = drawn(four_bar(1, 3, 2, frame), A=1j, B=b)
@@ -87,7 +87,7 @@ def stretched(gap):
 
 
 def slider_crank(rod, start, end, direction=1.0, offset=0.0, at=0.5, reach=None):
-    """In-line (or offset) slider-crank 1 : rod along a guide, drawn at a crank angle [rad] from the guide."""
+    """Return a slider-crank 1 : rod along a guide, drawn at the crank angle `at` [rad] from the guide."""
     pin = np.exp(1j * at)
     slider = pin.real + np.sqrt(rod**2 - (pin.imag - offset) ** 2) + 1j * offset
     reach = reach or 2.0 * rod
@@ -166,20 +166,20 @@ class Case:
     name: str
     spec: dict
     steps: int
-    exact: Callable[[float], dict | list]  # nodes at a value of the first actuator; several, where all are right
+    exact: Callable[[float], dict | list]  # nodes at a value of the first actuator, or a list of allowed positions
     condition: Callable[[float], float]  # at a value of the first actuator
-    swept: float = 1.0  # part of the rows that sweeps attain at least
-    unknown: Callable[[float], bool] = lambda value: False  # values where two branches cross: nothing is compared
+    swept: float = 1.0  # least part of the rows that sweeps must solve
+    unknown: Callable[[float], bool] = lambda value: False  # values where two branches cross: not compared
 
     def run(self, method, steps=None, **more):
         return run(self.spec, steps or self.steps, method=method, **more)
 
     def rounding(self, value):
-        """What a few roundings of the dimensions make of a position."""
+        """Return the effect of a few rounding errors of the dimensions on a position."""
         return ROUNDINGS * U * self.condition(value) * size(self.spec)
 
     def limit(self, method, value):
-        """How far off a row marked ok may be."""
+        """Return the largest accepted error of a row that is ok."""
         big, tolerance = size(self.spec), TOLERANCE
         if method != "gim":
             return max(tolerance * big, self.rounding(value))
@@ -187,14 +187,14 @@ class Case:
         return max(tolerance * big, swept, self.rounding(value))
 
     def error(self, m, row):
-        """Greatest distance of a node from where it belongs."""
+        """Return the largest distance of a node from its exact position."""
         value = m.value[next(iter(m.value))][row]
         places = self.exact(value)
         places = places if isinstance(places, list) else [places]
         return float(min(max(abs(mpc(m.z[n][row]) - z) for n, z in place.items()) for place in places))
 
     def compared(self, m):
-        """Rows that are marked ok, but for those next to where two branches cross."""
+        """Return the rows that are ok, except those close to a crossing of two branches."""
         value = m.value[next(iter(m.value))]
         return [k for k, status in enumerate(m.status) if status == "ok" and not self.unknown(value[k])]
 
@@ -203,21 +203,21 @@ class Case:
 
 
 def over(h, scale=1.0):
-    """Condition of a dyad whose apex stands h off the line of its centres."""
+    """Return the condition of a dyad whose apex has the distance h from the line of its centres."""
     return float(scale / max(abs(h), mpf(1e-300)))
 
 
-def change_point(delta, side, way=(90, 270), steps=36):
-    spec, frame = near_change_point(delta, side, *way)
+def change_point(delta, side, ends=(90, 270), steps=36):
+    spec, frame = near_change_point(delta, side, *ends)
 
     def dyad(angle, side=side):
         return meet(exact_ray(angle), 3, frame, 2, side)
 
-    def places(angle):  # where rounding of the frame closes the gap, straight through is right too
+    def places(angle):  # if rounding of the frame closes the gap, the other branch is also allowed
         merged = dyad(180)[1] ** 2 < ROUNDINGS * U
         return [{"B": dyad(angle, s)[0]} for s in ((side, -side) if merged else (side,))]
 
-    far = 0.5 - 1.0 / steps if abs(way[1] - way[0]) > 90 else 0.0
+    far = 0.5 - 1.0 / steps if abs(ends[1] - ends[0]) > 90 else 0.0
     return Case(
         f"change point missed by {delta:g}", spec, steps, places, lambda a: over(dyad(a)[1], 1.2),
         swept=1.0 if delta > 1e-4 else far,
@@ -237,7 +237,7 @@ def parallelogram(start, end, steps):
 
 
 def kite(start, end, steps):
-    """Crank and frame 1, coupler and rocker 2: at 0 deg crank pin and pivot coincide, the rocker half turned."""
+    """Crank and frame 1, coupler and rocker 2: at 0 deg the crank pin is at the other pivot."""
 
     def place(angle):
         half = exact_ray(mpf(float(angle)) / 2)
@@ -257,7 +257,7 @@ def kite(start, end, steps):
 
 def dead_centre(law, steps):
     spec = slider_driven(law)
-    sides = (1, -1) if "profile" in law else (1,)  # back from the dead centre both are motions
+    sides = (1, -1) if "profile" in law else (1,)  # after the dead centre both motions are allowed
 
     def place(x):
         angle = crank_angle(min(mpf(float(x)), mpf(4)))
@@ -277,7 +277,7 @@ def long_rod(ratio, steps=36):
 
 
 def short_links(ratio, side=1):
-    """Short crank and follower, long coupler and frame's diagonal: a double crank."""
+    """Short crank and frame, long coupler and follower: a double crank."""
     a, c = 1 / ratio**0.5, ratio**0.5
     frame = 0.9 * a
     b, _ = meet(a * 1j, c, frame, c, side)
@@ -303,7 +303,7 @@ def scaled(factor):
 
 
 def one_file(small, large):
-    """A crank of one length on a rod of another, as far apart as a file can write them."""
+    """Crank and rod of very different lengths in one file."""
     spec = slider_crank(large / small, 0, 360)
     for name, z in spec["nodes"].items():
         spec["nodes"][name] = [z[0] * small, z[1] * small]
@@ -323,12 +323,12 @@ def far_off(offset):
 
     nodes = {"O2": offset, "O4": offset + 2, "A": offset + 1j, "B": offset + 2 + 2.5j}
     spec = drawn(four_bar(1, 2.5, 2.5, 2) | {"nodes": nodes}) | {"actuators": rotary(90, 450)}
-    lost = abs(offset) / size(spec)  # of the digits of the file's numbers
+    lost = abs(offset) / size(spec)  # factor by which the file's numbers lose accuracy
     return Case(f"four-bar {abs(offset):.2g} from the origin", spec, 36, place, lambda a: 4.0 + lost)
 
 
 def sliver(height):
-    """A ternary coupler with P nearly on its line, which drives one more dyad."""
+    """A very flat ternary coupler with P nearly on the line A-B; P drives another dyad."""
     frame = 2.0
 
     def coupler(angle):
@@ -374,7 +374,7 @@ def guides(angle):
     def place(value):
         return {"B": -mp.cot(mp.radians(mpf(float(value)) - 180))}
 
-    def condition(value):  # of the pin's place, which itself goes to infinity
+    def condition(value):  # of the pin's position, which moves to infinity
         sine = mp.sin(mp.radians(mpf(float(value)) - 180))
         return float(1 / sine**2)
 
@@ -401,7 +401,9 @@ def chain_of_scissors(n):
         height = mp.sqrt(4 - mpf(float(w)) ** 2)
         return {f"L{k}": mpc(0, k * height) for k in (1, n // 2, n)}
 
-    swept = 1.0 if n < 40 else 0.0  # the top moves by many lengths a step: sweeps fall into other configurations
+    swept = (
+        1.0 if n < 40 else 0.0
+    )  # the top moves by many lengths per step: sweeps may converge to other configurations
     return Case(f"{n} scissors", scissor(n, 1.2, {"from": 1.2, "to": 1.6}), 4, place, lambda w: 2.0 * n, swept=swept)
 
 

@@ -1,4 +1,4 @@
-"""Code blocks of Markdown pages, and what each kind of block promises.
+"""Run the code blocks of Markdown pages. Kinds of blocks:
 
 - `bash`: each line runs, with exit status 0 or the one that a comment at its end names ("# exit status 3");
 - `yaml`: a whole model file, which loads and is saved as model.yaml; `yaml more`: entries added to that file, which are
@@ -78,7 +78,7 @@ class Reader:
         command.chmod(0o755)
 
     def read(self, page):
-        """Do all blocks in turn."""
+        """Run all blocks in order."""
         with chdir(self.folder):
             for block in blocks(page):
                 if "setup" not in block.words and ("soak" not in block.words or self.soak):
@@ -89,7 +89,7 @@ class Reader:
                         raise
 
     def text(self, block):
-        """Leave it."""
+        """Ignore the block."""
 
     def csv(self, block):
         """Save a table."""
@@ -98,13 +98,13 @@ class Reader:
     def bash(self, block):
         """Run each line."""
         for line in block.text.replace("\\\n", " ").splitlines():
-            command, _, remark = line.partition(" #")
-            status = re.search(r"exit status (\d)", remark)
+            command, _, comment = line.partition(" #")
+            status = re.search(r"exit status (\d)", comment)
             if command.strip() and not command.startswith("#"):
                 self.run(command.strip(), int(status[1]) if status else 0)
 
     def run(self, command, status):
-        """Run a command in this process where it needs no shell."""
+        """Run a command, in this process if it needs no shell."""
         words = shlex.split(command)
         if words[0] == "gim" and not SHELL & set(command):
             done = ran(*words[1:], cwd=self.folder)
@@ -127,7 +127,7 @@ class Reader:
         self.printed = out.getvalue()
 
     def yaml(self, block):
-        """Load a model file, or entries over it."""
+        """Load a model file, or add entries to the last one."""
         if "refused" in block.words:
             self.printed = self.refused(block.text)
             return
@@ -144,7 +144,7 @@ class Reader:
         Path("model.yaml").write_text(text)
 
     def refused(self, text):
-        """Return the message about a file, or about entries over the last one."""
+        """Return the message about an invalid file, or about invalid entries that are added to the last one."""
         Path("model.yaml").write_text(text)
         try:
             data = parsed(text)
@@ -159,36 +159,36 @@ class Reader:
         pytest.fail("the file is not refused")
 
     def output(self, block):
-        """Compare what was printed."""
+        """Compare the block with the printed text."""
         compare(block.text, self.printed)
 
 
 def parsed(text):
-    """Return the data of a model file, whose keys may be words of YAML such as `on`."""
+    """Return the data of a model file; keys may be YAML words such as `on`."""
     Path(".part.yaml").write_text(text)
     return read_source(Path(".part.yaml")).data
 
 
 def merged(base, part):
-    """Return the data of a file with entries of its sections added, replaced or, with null, removed."""
+    """Return the data of a file with entries added, replaced, or removed if they are null."""
     if not (isinstance(base, dict) and isinstance(part, dict)):
         return part
     both = {**base, **{key: merged(base.get(key), value) for key, value in part.items()}}
     return {key: value for key, value in both.items() if value is not None}
 
 
-def compare(told, printed):
+def compare(expected, printed):
     """Compare texts apart from spaces and the last digits of numbers; three dots stand for anything.
 
     Each piece between dots is looked for behind the one before: nothing is tried twice.
     """
-    told, printed = (re.sub(r"[─━-]{3,}", "", text).strip() for text in (told, printed))
-    parts, at = told.split("..."), 0
+    expected, printed = (re.sub(r"[─━-]{3,}", "", text).strip() for text in (expected, printed))
+    parts, at = expected.split("..."), 0
     for k, part in enumerate(parts):
         first, last = k == 0, k == len(parts) - 1
         pattern = re.compile(r"\s*" * (not first) + _pattern(part) + (r"\Z" if last else ""))
         match = pattern.match(printed, at) if first else pattern.search(printed, at)
-        assert match, f"the page has\n{part}\nin\n{told}\nprinted is\n{printed}"
+        assert match, f"the page has\n{part}\nin\n{expected}\nprinted is\n{printed}"
         for a, b in zip(re.findall(ALONE, part), match.groups(), strict=True):
             near = abs(float(a) - float(b)) <= max(1e-3 * abs(float(a)), 1e-9)
             assert near, f"the page has {a}, printed is {b} in\n{printed}"

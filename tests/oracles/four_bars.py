@@ -1,4 +1,4 @@
-"""Four-bars by their lengths, and what the law of cosines says of their inputs."""
+"""Four-bars by their lengths, and their limits by the law of cosines."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def four_bar_text(
     crank: float, coupler: float, follower: float, ground: float, angle: float, side: float = 1.0, law: str = "",
     driven: str = "crank",
 ) -> str:  # fmt: skip
-    """Return the model drawn at a crank angle [rad], B left (1) or right (-1) of the line from A to O4."""
+    """Return the text of a model drawn at a crank angle [rad]; B is left (1) or right (-1) of the line from A to O4."""
     a = cmath.rect(crank, angle)
     arm = ground - a
     along = (abs(arm) ** 2 + coupler**2 - follower**2) / (2.0 * abs(arm))
@@ -41,7 +41,7 @@ def four_bar_text(
 
 
 def four_bar(folder: Path, *lengths: float, **how: Any) -> Mechanism:
-    """Return the mechanism of lengths crank, coupler, follower, ground and an angle."""
+    """Return the mechanism with the lengths of crank, coupler, follower and ground, at a crank angle [rad]."""
     path = folder / "four_bar.yaml"
     path.write_text(four_bar_text(*lengths, **how))
     return load(path)

@@ -1,4 +1,4 @@
-"""Bundled models with masses, driven or free, and the forces in them."""
+"""Shipped models with masses, driven or free, and their forces."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from gimcli.motion.motion import trace
 from gimcli.structure.steps import NONE
 
 
-def let_go(stem, change=None):
-    """Load a model with uniform members (masses 1 per unit of size), its inputs free, under gravity."""
+def released(stem, change=None):
+    """Load a model with free inputs and gravity; each member has mass 1 and inertia 0.3."""
 
     def heavy(data):
         data["units"] = {**data.get("units", {}), "length": "m"}
@@ -36,7 +36,7 @@ def on(forces, node, member):
 
 
 def weighted(path, change=None):
-    """Load a model whose members all have mass: uniform bars, or plates about as heavy, centres a little off."""
+    """Load a model with a mass for every member, centres of mass off its line, gravity and loads."""
 
     def weigh(data):
         data.setdefault("units", {})
@@ -63,7 +63,7 @@ def weighted(path, change=None):
 
 
 def moved(mechanism, steps=24):
-    """Return the motion and the forces of the rows that have velocities."""
+    """Return the motion, its forces, and which rows have both."""
     motion = trace(mechanism, steps)
     forces = motion_forces(motion)
     good = motion.good & forces.good
@@ -72,16 +72,16 @@ def moved(mechanism, steps=24):
 
 
 def total_on_frame(forces):
-    """Return force [N] and moment [N m] on the frame, summed up from the reactions."""
+    """Return force [N] and moment [N m] on the frame, the sums of the reactions."""
     z, metre = forces.course.nodes[0], forces.mechanism.dynamics.metre
-    way = directions(forces.statics, z)
+    along = directions(forces.statics, z)
     force, moment = np.zeros(z.shape[1], dtype=complex), np.zeros(z.shape[1])
     for k, reaction in enumerate(forces.statics.reactions):
         for side, sense, node in ((reaction.plus, 1, reaction.node), (reaction.minus, -1, reaction.other)):
             if side == NONE and reaction.kind == COUPLE:
                 moment += sense * forces.unknowns[k] * metre
             elif side == NONE:
-                push = sense * way[k] * forces.unknowns[k]
+                push = sense * along[k] * forces.unknowns[k]
                 force += push
                 moment += (z[node].conj() * push).imag * metre
     return force, moment

@@ -1,4 +1,4 @@
-"""Run commands in this process: their exit status, what they print, and the rows that they write."""
+"""Run commands in this process: exit status, printed text, and rows of their files."""
 
 import csv
 import io
@@ -20,12 +20,11 @@ from gimcli.model.source import read_source
 
 ANALYSES = [name for name in COMMANDS if name not in ("schema", "manual")]
 """The commands that read a model and report in JSON."""
-"""Of the commands that are about models."""
 
 
 @dataclass(frozen=True)
 class Ran:
-    """How a command ended."""
+    """Exit status and texts of a command."""
 
     code: int
     text: str  # standard output
@@ -38,7 +37,7 @@ class Ran:
 
 
 def gim(*arguments):
-    """Run a command; a traceback is raised."""
+    """Run a command; unexpected exceptions are raised."""
     done = CliRunner().invoke(app, [str(a) for a in arguments])
     if isinstance(done.exception, GimError):
         return Ran(done.exception.exit_code, done.stdout, str(done.exception))
@@ -48,7 +47,7 @@ def gim(*arguments):
 
 
 def ran(*arguments, cwd="."):
-    """Run a command line in a folder; it ends and tells errors as a process does."""
+    """Run a command line in a folder; exit status and error messages are those of a process."""
     out, err, code = io.StringIO(), io.StringIO(), 0
     with chdir(cwd), patch("sys.argv", ["gim", *map(str, arguments)]), redirect_stdout(out), redirect_stderr(err):
         try:
@@ -59,21 +58,21 @@ def ran(*arguments, cwd="."):
 
 
 def printed(*arguments, cwd=".", code=0):
-    """Return what a command line prints that must end with a code."""
+    """Return the text that a command line prints; it must end with `code`."""
     done = ran(*arguments, cwd=cwd)
     assert done.code == code, done.error
     return done.text
 
 
 def refused(*arguments, code=2):
-    """Return what is told of a command line that must be refused, with nothing on standard output."""
+    """Return the error message of a command line that must end with `code`, without text on standard output."""
     done = ran(*arguments)
     assert (done.code, done.text) == (code, "")
     return done.error
 
 
 def read_rows(path):
-    """Return the rows of a CSV file, empty where there is none."""
+    """Return the rows of a CSV file; an empty list if there is no file."""
     if not Path(path).exists():
         return []
     with open(path, newline="") as handle:
@@ -90,7 +89,7 @@ def _number(cell):
 
 
 def copied(model, folder, change=None):
-    """Copy a model with all its nodes traced, and the tables beside it; return its path and data."""
+    """Copy a model, with all nodes traced, and its tables; return its path and data."""
     data = read_source(model).data
     data.pop("points", None)
     if change:

@@ -1,4 +1,4 @@
-"""Influence coefficients: how nodes, points and members move per unit rate of each input, and how that changes.
+"""Influence coefficients: motion of nodes, points and members per unit rate of each input, and their derivatives.
 
 With inputs q and their rates q', for points z and angles phi of members,
 
@@ -6,9 +6,9 @@ With inputs q and their rates q', for points z and angles phi of members,
     z''  = B q'' + bias         bias: the acceleration at q'' = 0, quadratic in q'
     B'   = dB/dq along q'       second-order coefficients times q'; B' q' = bias
 
-and the same with real numbers for the angles. They come from the plan's steps, exactly and never by differences;
-NaN where the equations tell no velocity. Lengths are those of the normal frame, angles rad, inputs as in
-`Mechanism.actuators`.
+and the same with real numbers for the angles. They follow exactly from the steps of the plan, without differences.
+They are NaN where the equations determine no velocity. Lengths are those of the normal frame, angles are in rad, inputs
+are in the order of `Mechanism.actuators`.
 
 One position takes a few microseconds, compiled (`run=gimcli.kernels.jit.compiled`):
 
@@ -19,8 +19,8 @@ One position takes a few microseconds, compiled (`run=gimcli.kernels.jit.compile
     now.points_bias, now.angles_bias          # (points,), (members,)
     now.points_change, now.angles_change      # (points, actuators), (members, actuators)
 
-Arrays of `at` are views of memory that the next call fills again. `over` does many rows in one call, with rows as the
-last axis of everything. Kernels of one's own may call `gimcli.kernels.tape.play` with `arguments`.
+The arrays of `at` are views of memory that the next call overwrites. `over` does many rows in one call; rows are the
+last axis of all arrays. Other kernels may call `gimcli.kernels.tape.play` with `arguments`.
 
 Source: Eksergian, Dynamical analysis of machines, 1930; Benedict & Tesar, Model formulation of complex mechanisms
 with multiple inputs, J. Mech. Design 100 (1978) 747-761 (kinematic influence coefficients).
@@ -55,7 +55,7 @@ class First:
 
 @dataclass(frozen=True)
 class Second(First):
-    """First-order coefficients, and what the rates make of them."""
+    """First-order coefficients, and velocities, accelerations and derivatives at given input rates."""
 
     points_rate: ComplexArray  # (points[, rows]) velocities B q'
     angles_rate: FloatArray  # (members[, rows])
@@ -71,7 +71,7 @@ def first_slots(actuators: int) -> list[Slot]:
 
 
 def second_slots(actuators: int) -> list[Slot]:
-    """Return these, the velocity, the bias, and how the coefficients of each actuator change."""
+    """Return slots for these, for the velocity, the bias, and the derivatives of the coefficients of each actuator."""
     v = actuators + 1
     change = [Slot((1 + a, v, 1), order=2) for a in range(actuators)]
     return [*first_slots(actuators), Slot(given=1), Slot((v, v, 1), order=2), *change]
@@ -103,10 +103,10 @@ class Influence:
     def over(self, z: ComplexArray, inputs: FloatArray, rates: FloatArray | None = None) -> First:
         """Return the coefficients in many rows: z (nodes, rows), inputs and rates (actuators, rows).
 
-        With rates, what they make of them too: a `Second`.
+        With rates the result is a `Second`.
         """
         given = inputs[None] if rates is None else np.stack([inputs, rates])
-        return _told(*self._made[rates is not None](z, given, self.run), self.actuators)
+        return _coefficients(*self._made[rates is not None](z, given, self.run), self.actuators)
 
     @overload
     def at(self, z: ComplexArray, inputs: FloatArray, rates: None = None) -> First: ...
@@ -115,7 +115,7 @@ class Influence:
     def at(self, z: ComplexArray, inputs: FloatArray, rates: FloatArray) -> Second: ...
 
     def at(self, z: ComplexArray, inputs: FloatArray, rates: FloatArray | None = None) -> First:
-        """Return the coefficients at one position z (nodes,), inputs and rates (actuators,): views, filled again."""
+        """Return the coefficients at one position z (nodes,), inputs and rates (actuators,), as views."""
         room = self._rooms[rates is not None]
         room.z[:, 0] = z
         room.given[0, :, 0] = inputs
@@ -126,10 +126,10 @@ class Influence:
                 self._play(*room.arguments)
         else:
             self._play(*room.arguments)
-        return room.told
+        return room.coefficients
 
     def arguments(self, second: bool = False) -> tuple[Any, ...]:
-        """Return what `kernels.tape.play` takes for one position; the result stands where `at` told it."""
+        """Return the arguments of `kernels.tape.play` for one position; its results are in the arrays of `at`."""
         return self._rooms[second].arguments
 
 
@@ -141,11 +141,11 @@ class _Room:
         self.given = np.zeros((2, len(mechanism.actuators), 1))
         points, angles = np.zeros((*made.points, 1), dtype=complex), np.zeros((*made.angles, 1))
         self.arguments = (made.w, made.heads, made.factors, parts(self.z), self.given, parts(points), angles)
-        self.told = _told(points[..., 0], angles[..., 0], len(mechanism.actuators))
+        self.coefficients = _coefficients(points[..., 0], angles[..., 0], len(mechanism.actuators))
 
 
-def _told(points: ComplexArray, angles: FloatArray, n: int) -> First:
-    """Return slots first of all as coefficients."""
+def _coefficients(points: ComplexArray, angles: FloatArray, n: int) -> First:
+    """Return arrays whose first axis is the slots as coefficients."""
     first = points[:n].swapaxes(0, 1), angles[:n].swapaxes(0, 1)
     if len(points) == n:
         return First(*first)

@@ -1,4 +1,4 @@
-"""Truncated Taylor series over many rows: the exact derivatives of a motion, order by order.
+"""Truncated Taylor series over many rows: exact derivatives of a motion, order by order.
 
 A jet is an array (order + 1, rows) of coefficients f^(k) / k!; products are Cauchy's. Source: Griewank &
 Walther, Evaluating Derivatives, 2008, chapter 13.
@@ -17,7 +17,7 @@ Jet = ComplexArray
 
 
 def constant(value: complex, order: int, rows: int) -> Jet:
-    """Return a jet that does not change."""
+    """Return the jet of a constant."""
     jet = np.zeros((order + 1, rows), dtype=complex)
     jet[0] = value
     return jet
@@ -54,7 +54,7 @@ def quotient(a: Jet, b: Jet) -> Jet:
         rest = a[k].copy()
         for j in range(k):
             rest -= result[j] * b[k - j]
-        with np.errstate(invalid="ignore"):  # rows without derivatives are NaN, and numpy warns of a complex one
+        with np.errstate(invalid="ignore"):  # rows without derivatives are NaN; numpy warns about complex NaN
             result[k] = rest / b[0]
     return result
 
@@ -65,5 +65,5 @@ def slope(a: Jet) -> Jet:
 
 
 def derivatives(a: Jet) -> Jet:
-    """Return the derivatives f, f', f'' ... themselves."""
+    """Return the derivatives f, f', f'' ..."""
     return np.asarray(a * np.array([math.factorial(k) for k in range(len(a))], dtype=float)[:, None])

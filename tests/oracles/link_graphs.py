@@ -1,4 +1,4 @@
-"""Mechanisms from link graphs: which links share a joint, drawn anywhere, so that the drawing is one configuration."""
+"""Mechanisms from link graphs (which links share a joint), with random coordinates, which are one configuration."""
 
 import random
 import tempfile
@@ -19,7 +19,7 @@ def loaded(spec):
 
 
 def truss(joints, seed=0, ground=0):
-    """Return the model of a structure whose joints (pairs or larger sets of links) lie at random places."""
+    """Return the model of a structure with random coordinates of its joints (sets of two or more links)."""
     place = random.Random(seed)
     nodes = {f"n{k}": [place.uniform(-1, 1), place.uniform(-1, 1)] for k in range(len(joints))}
     links = sorted({link for joint in joints for link in joint})
@@ -34,7 +34,7 @@ def truss(joints, seed=0, ground=0):
 
 
 def bars(edges, ground, lengths=None, seed=0):
-    """Return the model of a framework of bars, one of which is held; lengths by edge, or as drawn at random."""
+    """Return the model of a framework of bars, one of them fixed; `lengths` by edge, by default random."""
     place = random.Random(seed)
     names = sorted({n for e in edges for n in e})
     nodes = {f"v{n}": [place.uniform(-1, 1), place.uniform(-1, 1)] for n in names}
@@ -48,11 +48,11 @@ def bars(edges, ground, lengths=None, seed=0):
 
 
 def baranov_trusses(loops):
-    """Return the joints of every Baranov truss with some number of loops, one of each shape.
+    """Return the joints of all Baranov trusses with a number of loops, up to isomorphism.
 
-    Links of three joints and more are the vertices of a multigraph with `loops` - 1 more edges than vertices; some
-    edges hold a bar between. No part of two links or more but the whole is rigid: k links have fewer than
-    3 (k - 1) / 2 joints among them. With 5, 7 and 9 links there are 1, 3 and 28.
+    Links with three or more joints are the vertices of a multigraph with `loops` - 1 more edges than vertices; an edge
+    is a joint, or a bar. Only the whole truss is rigid, no part of two or more links: k links have fewer than
+    3 (k - 1) / 2 joints between them. With 5, 7 and 9 links there are 1, 3 and 28 trusses.
     """
     found = {}
     for vertices in range(2, 2 * loops - 1):
@@ -69,7 +69,7 @@ def baranov_trusses(loops):
 
 
 def _multigraphs(vertices, edges):
-    """Return multigraphs without loops and with at least three edges at every vertex, one of each shape."""
+    """Return multigraphs without loops and with at least three edges at every vertex, up to isomorphism."""
     pairs = list(combinations(range(vertices), 2))
     found = {}
 
@@ -88,7 +88,7 @@ def _multigraphs(vertices, edges):
 
 
 def _room(vertex, chosen, vertices, edges):
-    """Tell whether the other vertices can still have three edges each."""
+    """Return whether the other vertices can still get three edges each."""
     return sum(vertex in e for e in chosen) <= 2 * edges - 3 * (vertices - 1)
 
 
@@ -125,7 +125,7 @@ def _irreducible(joints):
 
 
 def watt_baranov(loops):
-    """Return the joints of a hub, links joined to it all round, and bars between neighbours: 2 loops + 1 links."""
+    """Return the joints of a central link, links around it, and bars between neighbours: 2 loops + 1 links."""
     ring = range(1, loops + 1)
     joints = [(0, k) for k in ring]
     for k in ring:

@@ -1,4 +1,4 @@
-"""Loops of linkages written down from links and joints, for tests: nothing of the package is used."""
+"""Loop equations of linkages from links and joints, without code of the package."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ FRAME = 0
 def loops_of(links, revolute, prismatic=()):
     """Return C0, C, U, rail of a linkage.
 
-    `links` is a list of {label: local point}, the frame first. `revolute` lists (link, label, link, label);
-    `prismatic` lists (link a, label, direction in a, link b, label, angle of b from a): b's point is on a line of a
-    through a's point, b turns with a. Angles are numbered by link, prismatic partners share the first's.
+    `links` is a list of {label: local point}, the frame first. `revolute` lists (link, label, link, label).
+    `prismatic` lists (link a, label, direction in a, link b, label, angle of b from a): the point of b is on a line
+    through the point of a, and b rotates with a. Angles are numbered by link; links of a prismatic pair have one angle.
     """
     owner, turn = list(range(len(links))), np.zeros(len(links))
     for a, _, _, b, _, angle in prismatic:  # b turns with a
@@ -36,7 +36,7 @@ def loops_of(links, revolute, prismatic=()):
     edges += [(a, links[a][p], b, links[b][r], k) for k, (a, p, _, b, r, _) in enumerate(prismatic)]
 
     def step(edge):
-        """Origin of b minus origin of a."""
+        """Return the origin of b minus the origin of a."""
         a, za, b, zb, slide = edge
         out = vector(a, za) - vector(b, zb)
         if slide is not None:
@@ -73,7 +73,7 @@ def framework(edges):
 
 
 def random_loops(loops, slides, rng, reach=3.0):
-    """Return C0, C, U, rail of random dense loops and a solution of theirs, slides within reach."""
+    """Return C0, C, U, rail of random dense loops, and a solution with slides within `reach`."""
     n = 2 * loops - slides
     C = rng.normal(size=(loops, n)) + 1j * rng.normal(size=(loops, n))
     U = rng.normal(size=(loops, slides)) + 1j * rng.normal(size=(loops, slides))

@@ -1,4 +1,4 @@
-"""What commands say of one mechanism must agree: among each other, with the file, and with how it was built."""
+"""Check that the results of commands agree with each other, with the file, and with the known position."""
 
 import math
 import time
@@ -11,13 +11,13 @@ from random_models import Grown
 from scipy.interpolate import PchipInterpolator
 
 LONGEST = 60.0
-"""Seconds of processor time that a command may take."""
+"""Largest processor time of a command [s]."""
 
 SAME = 1e-9
-"""Rad, or part of the size, within which intervals are the same."""
+"""Largest difference of equal intervals, in rad or relative to the size."""
 
 NEAR = 1e-6
-"""Part of the size within which positions are the same."""
+"""Largest difference of equal positions, relative to the size."""
 
 NAMED = {
     "uniform": lambda t: t,
@@ -29,7 +29,7 @@ NAMED = {
 
 
 class Subject:
-    """A random mechanism, the commands run on it, and what is wrong with what they say."""
+    """A random mechanism, the commands that are run on it, and the errors found in their results."""
 
     def __init__(self, seed, folder, samples=4):
         self.seed, self.folder, self.samples = seed, folder, samples
@@ -48,21 +48,21 @@ class Subject:
     # -- commands -------------------------------------------------------------------------
 
     def run(self, name, *options, path=None):
-        """Run a command; note a traceback, an unexpected exit status and one that takes too long."""
+        """Run a command; record a traceback, an unexpected exit status, or a long processor time."""
         begun = time.process_time()
         try:
             done = gim(name.split()[0], path or self.path, *options, "--json")
         except Exception as error:
             done = Ran(1, "", f"{type(error).__name__}: {error}")
         spent = time.process_time() - begun
-        asked = " ".join([name, *(str(o) for o in options if str(self.folder) not in str(o))])
-        self.slow[asked] = spent
-        self.expect(spent < LONGEST, f"{asked} took {spent:.0f} s")
-        self.expect(done.code in (0, 4, 5), f"{asked} ended with {done.code}: {done.error[:300]}")
+        command = " ".join([name, *(str(o) for o in options if str(self.folder) not in str(o))])
+        self.slow[command] = spent
+        self.expect(spent < LONGEST, f"{command} took {spent:.0f} s")
+        self.expect(done.code in (0, 4, 5), f"{command} ended with {done.code}: {done.error[:300]}")
         return done
 
     def expect(self, holds, what):
-        """Note what is wrong."""
+        """Record an error if a condition does not hold."""
         if not holds:
             self.wrong.append(f"seed {self.seed}: {what}")
         return holds
@@ -70,7 +70,7 @@ class Subject:
     # -- laws of inputs -------------------------------------------------------------------
 
     def value(self, name, t):
-        """Return an input's value (file's unit) at a time 0..1 by its law."""
+        """Return the value of an input (file's unit) at a time 0..1, by its law."""
         motor = self.data["actuators"][name]
         law = motor["law"]
         if "table" in law:
@@ -91,33 +91,33 @@ class Subject:
         return law["from"] + (law["to"] - law["from"]) * part
 
     def drawn_value(self, motor):
-        """Return an input's value in the drawing."""
+        """Return the value of an input at the coordinates of the file."""
         drawn = self.definition.reading(motor, self.definition.nodes)
         return math.degrees(drawn) if "pivot" in motor else drawn
 
     def same_value(self, name, a, b, within=SAME):
-        """Tell whether two values of an input are the same; None is one without bound."""
+        """Return whether two values of an input are the same; None is an infinite value."""
         if a is None or b is None:
             return a is b
-        room = math.degrees(within) if "pivot" in self.definition.actuators[name] else within * self.definition.size
-        return abs(a - b) <= room
+        near = math.degrees(within) if "pivot" in self.definition.actuators[name] else within * self.definition.size
+        return abs(a - b) <= near
 
     def same_interval(self, a, b):
-        """Tell whether two intervals of all inputs are the same."""
+        """Return whether two intervals of all inputs are the same."""
         return all(self.same_value(n, x, y) for n in a for x, y in zip(a[n], b[n], strict=True))
 
     def apart(self, z, other):
-        """Return the greatest distance of two positions beside the size."""
+        """Return the largest distance of nodes in two positions, relative to the size."""
         return max(abs(z[n] - other[n]) for n in self.data["trace"]) / self.definition.size
 
     # -- equalities -----------------------------------------------------------------------
 
     def check(self):
-        """Hold the commands against each other; return what is wrong."""
+        """Compare the commands with each other; return the errors."""
         freedoms, left, driving = self.definition.freedoms(self.built)
         self.mobility(freedoms, left, driving)
         fit = left == 0 and driving == len(self.definition.actuators)
-        ran = {name: self.run(name, *options) for name, options in self.asked().items()}
+        ran = {name: self.run(name, *options) for name, options in self.commands().items()}
         if not fit:
             for name, done in ran.items():
                 self.expect(done.code == 4, f"{name}: {done.code} where {left} freedoms are left, {driving} driven")
@@ -137,7 +137,7 @@ class Subject:
             self.extremes(reports["singularities"])
         return self.wrong
 
-    def asked(self):
+    def commands(self):
         """Return the commands by name, with their options."""
         steps = ("--steps", 12, "--no-png", "-o", self.folder / "out")
         (self.folder / "out").mkdir(exist_ok=True)
@@ -147,24 +147,24 @@ class Subject:
         }  # fmt: skip
 
     def mobility(self, freedoms, left, driving):
-        """Freedoms are those of an independent rank."""
+        """Check the mobility by an independent rank."""
         done = self.run("mobility")
         if done.code == 0 and done.text:
-            told = done.json
-            self.expect(told["mobility"] == freedoms, f"mobility {told['mobility']}, by rank {freedoms}")
-            self.expect(bool(told["undriven"]) == (left > 0), f"undriven {told['undriven']}, by rank {left}")
+            report = done.json
+            self.expect(report["mobility"] == freedoms, f"mobility {report['mobility']}, by rank {freedoms}")
+            self.expect(bool(report["undriven"]) == (left > 0), f"undriven {report['undriven']}, by rank {left}")
             over = len(self.definition.actuators) - driving
-            self.expect(len(told["overdriven"]) == over, f"overdriven {told['overdriven']}, by rank {over}")
+            self.expect(len(report["overdriven"]) == over, f"overdriven {report['overdriven']}, by rank {over}")
 
     def solved(self, begin):
-        """The start is the position that was built."""
+        """Check that the start is the known position."""
         if not self.grown.far:
             self.expect(
                 self.apart(begin, self.built) < NEAR, f"solve is {self.apart(begin, self.built):.2g} off the drawing"
             )
 
     def rows(self, begin, report):
-        """Rows that are ok are at the law's inputs and satisfy every constraint."""
+        """Check that rows that are ok have the inputs of the laws and satisfy every constraint."""
         for k, row in enumerate(read_rows(self.folder / "out" / "model.csv")):
             if row["status"] != "ok":
                 continue
@@ -178,7 +178,7 @@ class Subject:
                 self.expect(self.apart(z, begin) < NEAR, "trace and solve begin differently")
 
     def listed(self, begin, report):
-        """All configurations satisfy every constraint, and the drawn one is among them."""
+        """Check that all configurations satisfy every constraint, and that the drawn one is listed."""
         found = [{n: complex(*z) for n, z in one["nodes"].items()} for one in report["configurations"]]
         for z in found:
             worst, name = self.definition.worst(z, report["inputs"])
@@ -187,7 +187,7 @@ class Subject:
         self.expect(nearest < NEAR, f"solve --all ({report['verdict']}) is {nearest:.2g} off the start")
 
     def intervals(self, reports):
-        """Trace, singularities and circuits tell one interval, and the same curves."""
+        """Check that trace, singularities and circuits report the same intervals and curves."""
         curves = [c["interval"] for c in reports["singularities"]["circuits"]]
         for event in reports["trace"]["events"]:
             if event["kind"] == "limit":
@@ -198,7 +198,7 @@ class Subject:
         self.expect(alike, f"circuits: {joined}, singularities {curves}")
 
     def extremes(self, report):
-        """The extremes of a point along the whole circuit are those of its workspace path."""
+        """Check that a point has the same bounds along the whole circuit and on its path of the workspace."""
         if len(self.definition.actuators) > 1 or self.grown.far or not self._freed(report):
             return
         point = next(n for n in reversed(self.data["trace"]) if n not in self.definition.still)
@@ -212,14 +212,14 @@ class Subject:
             )
             return
         z = np.array([position(row, [point])[point] for row in read_rows(self.folder / "out" / "model.csv")])
-        near = 1e-4 * self.definition.size  # the rows stand beside the extremes
+        near = 1e-4 * self.definition.size  # the maximum is between two rows
         own = [z.real.min(), z.real.max(), z.imag.min(), z.imag.max()]
         paths = [[*p["bounds"]["x"], *p["bounds"]["y"]] for p in found.json["paths"] if p["drawn"]]
         alike = len(paths) == 1 and np.allclose(paths[0], own, rtol=0.0, atol=near)
         self.expect(alike, f"workspace of {point}: {paths}, along the circuit {own}")
 
     def _freed(self, report):
-        """Write the mechanism with its input free over the whole circuit, if that is one closed curve."""
+        """Write the mechanism with an input range that covers the whole circuit, if that is one closed curve."""
         one = report["circuits"]
         if len(one) > 1 or not one[0]["closed"]:
             return False

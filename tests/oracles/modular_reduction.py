@@ -1,19 +1,19 @@
-"""The modular reduction of the source: driving links and dyads, one after the other in the order of formation.
+"""Modular reduction: driving links and dyads, one after the other in the order of formation.
 
-A module takes the motion of the links that it is joined to, per unit speed of the driver, and gives that of its own
-two links and what they add to the reduced inertia and torque. With z' and z'' of a place, w and w' of a link, all
-derivatives by the driver's q, and s a slider's travel along the unit vector u of its guide,
+A module uses the motion of the links that it is joined to, per unit speed of the driver. It gives the motion of its own
+links and their parts of the reduced inertia and torque. z' and z'' are derivatives of a position, w and w' of the angle
+of a link, all with respect to the driver's q; s is the travel of a slider along the unit vector u of its guide:
 
     RRR  a' + i w1 (b - a) = d' + i w2 (b - d)          RRP  a' + i w1 (b - a) = g' + u s'
     RPR  a' = d' + i w (a - d) + u s'                   PRP  g1' + u1 s1' = g2' + u2 s2'
     RPP  a' = g' + u1 s1' + u2 s2'
 
-(g' of the guide's place where the slider is). Each is one complex equation in two real unknowns; so is its derivative.
+(g' is that of the guide at the slider). Each is one complex equation in two real unknowns, and so is its derivative.
 
     J = sum of m |z'|^2 + I w^2,   dJ/dq = 2 sum of m z'.z'' + I w w',   tau = sum of F.z' + T w
 
-Source: Durango, Giraldo, Calle & Mesa 2014, eqs 3-6 and Table 2. Eq. (5) divides by the speed of a group's own link,
-which a parallelogram's coupler does not have: here every module reduces straight to the driver.
+Source: Durango, Giraldo, Calle & Mesa 2014, eqs 3-6 and Table 2. Eq. (5) divides by the angular velocity of a link of
+the group, which is 0 for the coupler of a parallelogram: here every module is reduced to the driver directly.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ from gimcli.structure.checks import farthest
 from gimcli.structure.lower_pairs import PRISMATIC, LowerPair
 
 Places = Any
-"""Places or directions: a complex number, or an array of them (rows,)."""
+"""Positions or directions: a complex number, or an array (rows,)."""
 
 
 @dataclass(frozen=True)
 class LinkVelocity:
-    """How a link moves per unit speed of the driver: its place at z, and its turning."""
+    """The motion of a link per unit speed of the driver: of its point at z, and its rotation."""
 
     z: Places = 0.0j
     first: Places = 0.0j  # z'
@@ -46,12 +46,12 @@ class LinkVelocity:
     gain: Any = 0.0  # w'
 
     def at(self, z: Places) -> tuple[Places, Places]:
-        """Return z' and z'' of the link's place that is at z."""
+        """Return z' and z'' of the point of the link at z."""
         arm = z - self.z
         return self.first + 1j * self.turn * arm, self.second + (1j * self.gain - self.turn**2) * arm
 
     def along(self, z: Places, u: Places, travel: Any, gain: Any) -> tuple[Places, Places]:
-        """Return z' and z'' of what slides along u on the link and is at z."""
+        """Return z' and z'' of a point at z that slides along u on the link."""
         first, second = self.at(z)
         return first + u * travel, second + 2j * self.turn * u * travel + u * gain
 
@@ -67,7 +67,7 @@ def shares(u: Places, v: Places, r: Places) -> tuple[Any, Any]:
 
 
 def rotating_driver(base: LinkVelocity, pivot: Places, rate: float = 1.0) -> LinkVelocity:
-    """Return the motion of a link that turns about a place of another with the driver's speed."""
+    """Return the motion of a link that rotates about a point of another link with the driver's speed."""
     return LinkVelocity(pivot, *base.at(pivot), base.turn + rate, base.gain)
 
 
@@ -115,7 +115,7 @@ def prp(one: LinkVelocity, u1: Places, two: LinkVelocity, u2: Places, b: Places)
 
 
 def rpp(one: LinkVelocity, a: Places, u1: Places, two: LinkVelocity, u2: Places) -> tuple[LinkVelocity, LinkVelocity]:
-    """Return the motions of the link at a, which slides along u1 on a slider, and of this, along u2 on `two`."""
+    """Return the motions of the link at a, which slides along u1 on a slider, and of the slider, along u2 on `two`."""
     (va, aa), (vg, ag) = one.at(a), two.at(a)
     s1, s2 = shares(u1, u2, va - vg)
     _, g2 = shares(u1, u2, aa - ag - 2j * two.turn * (u1 * s1 + u2 * s2))
@@ -124,7 +124,7 @@ def rpp(one: LinkVelocity, a: Places, u1: Places, two: LinkVelocity, u2: Places)
 
 @dataclass(frozen=True)
 class Module:
-    """What a driving link or a dyad adds."""
+    """The reduced inertia and torque of a driving link or a dyad."""
 
     kind: str  # driver, RRR ...
     links: tuple[str, ...]
@@ -136,7 +136,7 @@ class Module:
 def modular_reduction(mechanism: Mechanism, z: ComplexArray, actuator: int = 0) -> tuple[Module, ...]:
     """Reduce weight, constant loads and masses to one input at positions z (nodes, rows), module by module.
 
-    Raises StructureError where a group is no driving link and no dyad.
+    Raises StructureError for a group that is neither a driving link nor a dyad.
     """
     return _Modules(mechanism, z, actuator).modules()
 
@@ -148,7 +148,7 @@ class _Modules:
         self.links: tuple[str, ...] = ()
 
     def modules(self) -> tuple[Module, ...]:
-        """Return what the groups add, in the order of formation."""
+        """Return the modules of the groups in the order of formation."""
         formed = formation(self.mechanism)
         self.links = formed.links
         result = []
@@ -203,7 +203,7 @@ class _Modules:
         return (pair.a, pair.b) if pair.a in group.links else (pair.b, pair.a)
 
     def _where(self, pair: LowerPair) -> Places:
-        """Return the place of a revolute pair, or the direction of a prismatic one."""
+        """Return the position of a revolute pair, or the direction of a prismatic pair."""
         if pair.kind != PRISMATIC:
             return self.z[self.mechanism.nodes.index(pair.name)]
         slide = next(s for s in self.mechanism.slides if s.pair == pair.name)
@@ -218,7 +218,7 @@ class _Modules:
         return (self.z[member.nodes[far]] - self.z[member.nodes[0]]) / complex(member.shape[far] - member.shape[0])
 
     def _added(self, links: Sequence[int]) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return what the masses and loads on some links add."""
+        """Return reduced inertia, its derivative and torque of the masses and loads on some links."""
         rows, dynamics, square = self.z.shape[1], self.mechanism.dynamics, self.metre**2
         inertia, slope, torque = np.zeros(rows), np.zeros(rows), np.zeros(rows)
         for body in dynamics.inertias:

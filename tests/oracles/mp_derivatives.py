@@ -5,6 +5,6 @@ import numpy as np
 
 
 def exact(function, time, order):
-    """Return a function's derivatives (order + 1,), with 40 digits."""
+    """Return the derivatives (order + 1,) of a function, with 40 digits."""
     with mp.workdps(40):
         return np.array([complex(mp.diff(function, mp.mpf(float(time)), k)) for k in range(order + 1)])

@@ -1,8 +1,8 @@
-"""Configurations of mechanisms found in other ways than the package's: what its lists are held against.
+"""Configurations of mechanisms by independent methods, for comparison with the lists of the package.
 
-Three oracles: the closure of a platform with three legs as one polynomial of degree six; Gauss-Newton in absolute
-coordinates from a great many random starts (finds, proves nothing); and loops read from a mechanism by the tests'
-own rules, solved by interval branch and prune, which proves its list to be whole.
+Three methods: the closure of a platform with three legs as one polynomial of degree six; Gauss-Newton in absolute
+coordinates from many random starts (without a proof); and loops of a mechanism, written by the rules of the tests and
+solved by interval branch and prune, which proves that the list is complete.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from gimcli.mechanism import SPAN
 
 
 def platform_turns(base, plate, legs):
-    """Return all solutions z = e^{iφ} (complex angles too) of a plate held by three legs: six, fewer if degenerate.
+    """Return all solutions z = e^{iφ}, also complex φ, of a plate on three legs: six, fewer if degenerate.
 
-    With the first plate joint P' seen from its base, d_k = z c_k - g_k and |P'| = l_1, |P' + d_k| = l_k: two linear
-    equations for P' and the condition |d_2 h_3 - d_3 h_2|² = (l_1 Im(d̄_2 d_3))², of degree 3 in z and 1/z.
+    P' is the vector from the first base joint to the first joint of the plate, d_k = z c_k - g_k. |P'| = l_1 and
+    |P' + d_k| = l_k give two linear equations for P', and |d_2 h_3 - d_3 h_2|² = (l_1 Im(d̄_2 d_3))², of degree 3 in
+    z and 1/z.
     Source: Gosselin, Sefrioui & Richard, Solutions polynomiales au problème de la cinématique directe, 1992.
     """
     base, plate, legs = (np.asarray(v) for v in (base, plate, legs))
@@ -34,7 +35,7 @@ def platform_turns(base, plate, legs):
 
 
 def platform_angles(base, plate, legs, tolerance=1e-7):
-    """Return the angles of the plate [rad] in its real assemblies, sorted."""
+    """Return the angles of the plate [rad] in the real configurations, sorted."""
     z = platform_turns(base, plate, legs)
     return np.sort(np.angle(z[np.abs(np.abs(z) - 1) < tolerance]))
 
@@ -43,21 +44,21 @@ def platform_angles(base, plate, legs, tolerance=1e-7):
 
 
 class Absolute:
-    """Residuals of a mechanism in places and angles of all moving members and places of nodes in none."""
+    """Residuals in absolute coordinates: positions and angles of moving members, positions of nodes without member."""
 
     def __init__(self, mechanism, inputs):
         self.mechanism, self.inputs = mechanism, np.asarray(inputs, dtype=float)
         self.members = len(mechanism.members) - 1
-        self.home, shared = {}, defaultdict(list)
+        self.owner, shared = {}, defaultdict(list)
         for k, member in enumerate(mechanism.members):
             for node in member.nodes:
-                (shared[node].append(k) if node in self.home else self.home.setdefault(node, k))
+                (shared[node].append(k) if node in self.owner else self.owner.setdefault(node, k))
         self.shared = dict(shared)
-        self.loose = [n for n in range(len(mechanism.nodes)) if n not in self.home]
+        self.loose = [n for n in range(len(mechanism.nodes)) if n not in self.owner]
         self.unknowns = 3 * self.members + 2 * len(self.loose)
 
     def random(self, count, rng):
-        """Return starts (count, unknowns) over a square of three times the size."""
+        """Return random starts (count, unknowns) in a square of three times the size."""
         x = rng.uniform(-1.5, 1.5, (count, self.unknowns)) * self.mechanism.size
         x[:, 2 : 3 * self.members : 3] = rng.uniform(-np.pi, np.pi, (count, self.members))
         return x
@@ -73,10 +74,10 @@ class Absolute:
         return origin[:, member] + np.exp(1j * angle[:, member]) * self.mechanism.members[member].local(node)
 
     def nodes(self, x):
-        """Return places (count, nodes)."""
+        """Return positions (count, nodes)."""
         poses = self._poses(x)
         z = np.zeros((len(x), len(self.mechanism.nodes)), dtype=complex)
-        for node, member in self.home.items():
+        for node, member in self.owner.items():
             z[:, node] = self._in(poses, member, node)
         for k, node in enumerate(self.loose):
             z[:, node] = x[:, 3 * self.members + 2 * k] + 1j * x[:, 3 * self.members + 2 * k + 1]
@@ -107,7 +108,7 @@ class Absolute:
         return np.array(rows).T
 
     def jacobians(self, x, step=1e-7):
-        """Return differences (count, equations, unknowns)."""
+        """Return Jacobians by differences (count, equations, unknowns)."""
         columns = []
         for k in range(self.unknowns):
             move = np.zeros(self.unknowns)
@@ -117,7 +118,7 @@ class Absolute:
 
 
 def configurations_by_starts(mechanism, inputs, starts=3000, seed=0, iterations=60):
-    """Return the configurations (K, nodes) that Gauss-Newton arrives at from random starts, in the normal frame."""
+    """Return the configurations (K, nodes) to which Gauss-Newton converges from random starts, in the normal frame."""
     system, rng = Absolute(mechanism, inputs), np.random.default_rng(seed)
     x = system.random(starts, rng)
     for _ in range(iterations):
@@ -132,7 +133,7 @@ def configurations_by_starts(mechanism, inputs, starts=3000, seed=0, iterations=
 
 
 def distinct(z, tolerance):
-    """Return rows that differ in a node."""
+    """Return rows without duplicates: they differ in at least one node."""
     kept = []
     for row in z:
         if all(np.abs(row - k).max() > tolerance for k in kept):
@@ -150,10 +151,10 @@ def unmatched(found, listed, tolerance=1e-6):
 
 
 class Vectors:
-    """Loops of a mechanism: every body and node has a place linear in 1, the e^{iφ} and the slides.
+    """Loops of a mechanism: positions of bodies and nodes are linear in 1, the e^{iφ} and the slides.
 
-    A joint is a pin (body, node, point) or a slot (body, node, point, direction), which adds a slide of its own.
-    Driven angles tie the angles of two bodies; everything else is left as it is written.
+    A joint is a pin (body, node, point) or a slot (body, node, point, direction), which adds a slide. Driven angles
+    couple the angles of two bodies.
     """
 
     def __init__(self, mechanism, inputs):
@@ -176,7 +177,7 @@ class Vectors:
         count = defaultdict(int)
         for joint in joints:
             count[joint[1]] += 1
-        self.joints = [j for j in joints if count[j[1]] > 1]  # a node in one body goes along
+        self.joints = [j for j in joints if count[j[1]] > 1]  # a node of only one body moves with it
         self._prune()
         used = sorted({root[j[0]] for j in self.joints} - {root[0]})
         self.angle = {c: 1 + k for k, c in enumerate(used)}
@@ -184,7 +185,7 @@ class Vectors:
         self.slots = [k for k, j in enumerate(self.joints) if j[3] is not None]
 
     def _tie(self, root, phase, a, turn):
-        """Give the arm's class the angle of the reference's: arm e^{iφ} = reference e^{iφ} e^{i value}."""
+        """Couple the angle of the arm to that of the reference: arm e^{iφ} = reference e^{iφ} e^{i value}."""
         factor = a.reference * phase[a.guide] * turn / (a.arm * phase[a.members[0]])
         old, new = root[a.members[0]], root[a.guide]
         if new != 0 and old == 0:
@@ -194,7 +195,7 @@ class Vectors:
                 root[b], phase[b] = new, phase[b] * factor
 
     def _prune(self):
-        """Drop bodies that hang on one joint, and nodes with one."""
+        """Remove bodies and nodes with only one joint."""
         while True:
             bodies, nodes = defaultdict(int), defaultdict(int)
             for body, node, _, _ in self.joints:
@@ -206,7 +207,7 @@ class Vectors:
             self.joints = kept
 
     def coefficients(self):
-        """Return C0, C, U, rail, and places {body or ("node", n): row over 1, angles, slides}."""
+        """Return C0, C, U, rail, and positions {body or ("node", n): row over 1, angles, slides}."""
         width = 1 + len(self.angle) + len(self.slots)
         place, rest = {0: np.zeros(width, dtype=complex)}, list(enumerate(self.joints))
         grown = True
@@ -237,7 +238,7 @@ class Vectors:
         return row
 
     def nodes(self, place, rail, x):
-        """Return places (nodes,) at a solution; NaN for nodes that no loop holds."""
+        """Return positions (nodes,) at a solution; NaN for nodes that belong to no loop."""
         n = len(self.angle)
         theta = np.append(np.exp(1j * x[:n]), 1.0)
         value = np.concatenate([[1.0], theta[:n], x[n:] * theta[rail]])
@@ -254,9 +255,9 @@ class Vectors:
 
 
 def configurations_proved(mechanism, inputs, seconds=20.0, reach=None):
-    """Return the configurations (K, nodes), and whether these provably are all.
+    """Return the configurations (K, nodes), and whether the list is proved complete.
 
-    Slides within `reach` times the size; None takes the bound that follows from the lengths.
+    Slides are searched up to `reach` times the size; None uses the bound that follows from the lengths.
     """
     from gimcli.assemblies.intervals import IntervalConstants, real_roots
 
@@ -271,7 +272,7 @@ def configurations_proved(mechanism, inputs, seconds=20.0, reach=None):
 
 
 def not_turned_over(mechanism, z):
-    """Return the rows (K, nodes) in which no true prismatic pair stands on its guide end for end."""
+    """Return the rows (K, nodes) in which no true prismatic pair is reversed on its guide."""
     pairs = defaultdict(list)
     for s in mechanism.slides:
         pairs[s.pair].append(s)

@@ -1,18 +1,18 @@
-"""Random assemblable mechanisms: built from a random position, so that the drawing fits exactly."""
+"""Random mechanisms, composed in a random position, so that the coordinates satisfy all constraints."""
 
 import cmath
 import math
 import random
 
 KINDS = ("rrr", "rrp", "rpr", "prp", "triad", "true_pair", "nary")
-"""Groups that a mechanism grows by."""
+"""Kinds of groups that are added to a mechanism."""
 
 DRIVES = ("crank", "elsewhere", "distance", "travel")
-"""Where it is driven: the crank's angle, a relative angle, a distance of two nodes, a travel along a guide."""
+"""Kinds of drives: the angle of the crank, a relative angle, a distance of two nodes, a travel along a guide."""
 
 
 class Growth:
-    """A mechanism that grows group by group from a crank; `groups` counts them or names their kinds."""
+    """A mechanism to which groups are added, beginning with a crank; `groups` is their number or their kinds."""
 
     def __init__(self, seed, groups, drive=None):
         self.random = random.Random(seed)
@@ -90,7 +90,7 @@ class Growth:
             self.slide([ends[1]], ends[0], new)
 
     def prp(self):
-        """A node on two lines of different members."""
+        """Add a node on two lines of different members."""
         body, u, v = self.guide()
         other, p, q = self.guide()
         if body == other:
@@ -104,7 +104,7 @@ class Growth:
         self.slide([new], p, q)
 
     def nary(self):
-        """A member of four nodes or five, held by three links."""
+        """Add a member of four or five nodes on three links."""
         if ends := self.pick(3):
             new = [self.node() for _ in range(self.random.choice([4, 5]))]
             self.body(new)
@@ -145,10 +145,10 @@ class Growth:
         }
 
     def drive_linear(self, drive):
-        """Drive a length instead of the crank: a jack between two nodes, or the travel of a slider."""
+        """Drive a length instead of the crank: the distance of two nodes, or the travel of a slider."""
         crank = self.actuators["motor"]["arm"]
         sliders = [p for p in self.pairs.values() if "node" in p]
-        if drive == "travel" and sliders:  # along an offset line it is the same number
+        if drive == "travel" and sliders:  # an offset of the line does not change the travel
             slide = self.random.choice(sliders)
             self.actuators = {"motor": {"type": "linear", "node": slide["node"], "guide": slide["guide"]}}
         else:
@@ -159,11 +159,11 @@ class Growth:
         self.actuators["motor"]["law"] = {"by": self.random.choice([-1, 1]) * self.random.uniform(0.01, 0.1) * reach}
 
     def drawn_value(self):
-        """Return the only drive's value in the position that the mechanism was built from."""
+        """Return the value of the only drive in the known position."""
         return self.drawn_value_of(self.actuators["motor"])
 
     def drawn_value_of(self, motor):
-        """Return a drive's value in the position that the mechanism was built from; deg or a length."""
+        """Return the value of a drive in the known position, in deg or as a length."""
         if "pivot" in motor:
             turn = self.place(motor["arm"]) - self.place(motor["pivot"])
             if "reference" in motor:
@@ -176,9 +176,9 @@ class Growth:
         return ((self.place(motor["node"]) - u) * (v - u).conjugate()).real / abs(v - u)
 
     def explicit(self, noise, seed=0):
-        """Return the model file's data with all dimensions written, and drawn off by some noise.
+        """Return the data of the model file with all dimensions, and coordinates disturbed by `noise`.
 
-        What is known is that `self.nodes` is a position of it, at the start of the law.
+        `self.nodes` is the known position at the start of the law.
         """
         spec, shake = self.model(), random.Random(seed)
         spec["links"] = {
@@ -197,7 +197,7 @@ class Growth:
         return spec
 
     def model(self):
-        """Return the model file's data."""
+        """Return the data of the model file."""
         return {
             "units": {"length": "unit"},
             "nodes": self.nodes,

@@ -1,7 +1,7 @@
-"""Random mechanisms of every kind as model files: they are built from an assembled position.
+"""Random mechanisms of all kinds as model files, composed in an assembled position.
 
-One to three inputs of all kinds and profiles, n-ary elements, slots, blocks, rams, redundant parts, floating ones;
-some drawn far from the position that they were built in.
+They have one to three inputs of all kinds and profiles, n-ary elements, slots, blocks, linear actuators and redundant
+parts; some float; some have coordinates far from the known position.
 """
 
 import cmath
@@ -13,11 +13,11 @@ PROFILES = ("uniform", "cubic", "quintic", "cycloidal", "harmonic")
 """Profiles by name."""
 
 LAWS = ("by", "from", "named", "polynomial", "absolute", "table")
-"""How a law is written."""
+"""Forms of a law."""
 
 
 class Grown(Growth):
-    """A mechanism with its file's data; `drawn` tells whether the drawing is assembled."""
+    """A mechanism with the data of its file; `far` is whether its coordinates are far from the known position."""
 
     def __init__(self, seed):
         super().__init__(seed, 0, "crank")
@@ -49,7 +49,7 @@ class Grown(Growth):
         return {"type": "rotary", "pivot": pivot, "arm": arm}
 
     def ram(self):
-        """A ram between the frame, or a moving node, and an arm of its own."""
+        """Add a linear actuator between the frame, or a moving node, and a new arm."""
         pivot = self.random.choice(self.ground[1:])
         arm = self.node()
         others = [n for n in self.nodes if n not in (pivot, arm)]
@@ -66,13 +66,13 @@ class Grown(Growth):
     # -- redundant parts ------------------------------------------------------------------
 
     def braced(self):
-        """A link between two nodes of an element."""
+        """Add a link between two nodes of an element."""
         wide = [nodes for nodes in self.bodies.values() if len(nodes) > 2]
         if wide:
             self.body(self.random.sample(self.random.choice(wide), 2))
 
     def third_slide(self):
-        """A third node of a block on its rail."""
+        """Add a third node of a block on its guide."""
         blocks = [pair for pair in self.pairs.values() if "nodes" in pair]
         if blocks:
             pair = self.random.choice(blocks)
@@ -85,7 +85,7 @@ class Grown(Growth):
             self.slide([node], u, v)
 
     def third_crank(self):
-        """A parallelogram beside the crank, with a crank too many."""
+        """Add two links parallel to the crank and a common coupler: one constraint is redundant."""
         pivot, arm = self.ground[0], self.bodies["b0"][1]
         ends = [arm]
         for _ in range(2):
@@ -109,7 +109,7 @@ class Grown(Growth):
     def _law(self, name, motor, tables):
         start, by = self.drawn_value_of(motor), self._by(motor)
         if "nodes" in motor and start + by < 0.02:
-            by = -by  # a distance stays above 0
+            by = -by  # a distance must be above 0
         kind = self.random.choice(LAWS)
         if self.far and kind in ("by", "named", "polynomial"):
             kind = "from"
@@ -131,7 +131,7 @@ class Grown(Growth):
     # -- the file -------------------------------------------------------------------------
 
     def data(self):
-        """Return the file's data, and the tables beside it by name."""
+        """Return the data of the file, and its tables by name."""
         tables = {}
         spec = self.model()
         motors = {}
@@ -148,7 +148,7 @@ class Grown(Growth):
         return spec, tables
 
     def _float(self, spec):
-        """Hold the frame as a member of the file, or another member: angles are then those to the frame."""
+        """Fix a member of the file, the frame or another one, instead of nodes; angles are relative to the frame."""
         spec["elements"]["frame"] = list(self.ground)
         names = ["frame"]
         if self.random.random() < 0.5:
@@ -162,7 +162,7 @@ class Grown(Growth):
         spec["ground"] = {"member": self.random.choice(names)}
 
     def _refer(self, motor):
-        """Measure an angle from a line of the frame; the law begins at the angle that is drawn then."""
+        """Measure an angle from a line of the frame, and adapt the law."""
         motor["reference"] = next(n for n in self.ground if n != motor["pivot"])
         turn = self.place(motor["reference"]) - self.place(motor["pivot"])
         law, shift = motor["law"], -math.degrees(cmath.phase(turn))
@@ -172,17 +172,18 @@ class Grown(Growth):
             motor["law"] = {"from": self.drawn_value_of(motor), "to": self.drawn_value_of(motor) + 30.0}
 
     def _misdraw(self, spec):
-        """Write all dimensions, and draw the moving nodes elsewhere."""
+        """Write all dimensions, and disturb the coordinates of the moving nodes."""
         spec["links"] = {
             k: {"nodes": v, "length": abs(self.place(v[1]) - self.place(v[0]))} for k, v in spec["links"].items()
         }
         spec["elements"] = {
             k: {"nodes": v, "shape": {n: list(self.nodes[n]) for n in v}} for k, v in spec["elements"].items()
         }
-        held = spec["ground"]
+        ground = spec["ground"]
         still = (
-            self.ground if isinstance(held, list) else {**spec["links"], **spec["elements"]}[held["member"]]["nodes"]
-        )
+            self.ground if isinstance(ground, list)
+            else {**spec["links"], **spec["elements"]}[ground["member"]]["nodes"]
+        )  # fmt: skip
         shake = self.random.uniform
         for n, z in spec["nodes"].items():
             if n not in still:
@@ -201,7 +202,7 @@ class Grown(Growth):
 
 
 def _driven(motor, nodes):
-    """Tell whether an input moves a member against another."""
+    """Return whether all nodes of an input belong to a member."""
     ends = motor.get("nodes") or (
         [motor["pivot"], motor["arm"]] if "pivot" in motor else [motor["node"], *motor["guide"]]
     )

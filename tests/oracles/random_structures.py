@@ -1,7 +1,7 @@
-"""Random structures, and their mobility and drives by instantaneous kinematics: bodies with three velocities each.
+"""Random structures, and their mobility and drives by instantaneous kinematics: each body has three velocities.
 
-Written from the definitions alone: a pin gives two bodies one velocity there, a pin in a slot none across it, a ram
-stretches by the relative velocity along it. Positions are random, hence regular; they fit by construction.
+This uses definitions only: two bodies have the same velocity at a pin, a pin in a slot has no velocity across it, and a
+linear actuator changes its length by the relative velocity along it. Positions are random, hence regular.
 """
 
 import random
@@ -16,7 +16,7 @@ PARTS = ("crank", "dyad", "slider", "slotted", "block", "triad", "rigid", "loop"
 
 
 class Structure:
-    """A structure that grows part by part; `drives` are added as many as freedoms, one less or more at times."""
+    """A structure to which parts are added; it has as many drives as freedoms, sometimes one less or more."""
 
     def __init__(self, seed):
         self.random = random.Random(seed)
@@ -40,7 +40,7 @@ class Structure:
     def body(self, *names):
         key = f"b{len(self.bodies)}"
         self.bodies[key] = list(names)
-        if self.random.random() < 0.3:  # a node of this member alone
+        if self.random.random() < 0.3:  # a node that only this member has
             self.node([key])
         return key
 
@@ -48,7 +48,7 @@ class Structure:
         return [key for key, names in self.bodies.items() if node in names]
 
     def apart(self, count):
-        """Return nodes of which no two belong to one member, if the draw gives some."""
+        """Return random nodes of different members; None if two belong to the same member."""
         chosen = self.random.sample(sorted(self.place), min(count, len(self.place)))
         shared = any(set(self.at(a)) & set(self.at(b)) for k, a in enumerate(chosen) for b in chosen[:k])
         return None if shared or len(chosen) < count else chosen
@@ -82,7 +82,7 @@ class Structure:
             self.slide([ends[1]], self.body(ends[0], new), ends[0], new)
 
     def block(self):
-        """A member that slides by two pins in one guide."""
+        """Add a member that slides with two pins on one guide."""
         key, u, v = self.guide()
         along, shift = self.place[v] - self.place[u], self.random.uniform(-0.5, 0.5)
         pins = [self.node(place=self.place[u] + along * (part + 1j * shift)) for part in (0.2, 0.9)]
@@ -97,7 +97,7 @@ class Structure:
                 self.body(a, b)
 
     def rigid(self):
-        """Two nodes on a member by five links, which is one too many."""
+        """Connect two nodes to a member by five links, one of them redundant."""
         _, u, v = self.guide()
         new = [self.node(), self.node()]
         for end in (u, v):
@@ -106,13 +106,13 @@ class Structure:
         self.body(*new)
 
     def loop(self):
-        """Four links in a ring that hangs at one node."""
+        """Add a closed loop of four links at one node."""
         ring = [self.random.choice(sorted(self.place)), *(self.node() for _ in range(3))]
         for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):
             self.body(a, b)
 
     def parallel(self):
-        """A coupler on three to five parallel cranks: one to three redundant constraints."""
+        """Add a coupler on three to five parallel cranks: one to three constraints are redundant."""
         arm, count = complex(self.random.uniform(0.5, 1), self.random.uniform(0.5, 1)), self.random.randint(3, 5)
         feet = [self.node([GROUND]) for _ in range(count)]
         tips = [self.node(place=self.place[foot] + arm) for foot in feet]
@@ -125,7 +125,7 @@ class Structure:
             self.body(*ends)
 
     def loose(self):
-        """A pin without a member, held by a slot, and by what drives it."""
+        """Add a pin without a member in a slot."""
         self.slide([self.node()], *self.guide())
 
     # -- drives --------------------------------------------------------------------------------
@@ -135,7 +135,7 @@ class Structure:
         count = max(0, freedoms + self.random.choice([-1, 0, 0, 0, 0, 1]))
         table = self.constraints()
         for k in range(min(count, 6)):
-            wanted = self.random.random() < 0.9  # a drive of what nothing drives yet
+            wanted = self.random.random() < 0.9  # drive a freedom that is not driven yet
             for _ in range(12 if wanted else 1):
                 drive = self.some_drive()
                 more = np.vstack([table, self.driven(*drive)])
@@ -160,7 +160,7 @@ class Structure:
 
     @cached_property
     def columns(self):
-        """The columns of the velocity of every member, and of every pin without one, and their number."""
+        """The first columns of the velocities of every member and of every pin without a member, and their number."""
         width, table = 0, {}
         for key in self.bodies:
             if key != GROUND:
@@ -171,7 +171,7 @@ class Structure:
         return table, width
 
     def velocity(self, node, key=None):
-        """Return rows (2, columns) of a node's velocity, or of the place of a member that is just there."""
+        """Return rows (2, columns) of the velocity of a node, or of the point of the member `key` at this node."""
         table, width = self.columns
         key = key or (self.at(node) or [node])[0]
         rows = np.zeros((2, width))
@@ -237,7 +237,7 @@ class Structure:
     # -- the model file ------------------------------------------------------------------------
 
     def data(self, noise=0.0):
-        """Return the model file's data, all dimensions given where it is drawn off by some noise."""
+        """Return the data of the model file; with `noise` the coordinates are disturbed and all dimensions written."""
         shake = random.Random(1)
         pairs = {k: [z.real, z.imag] for k, z in self.place.items()}
         moving = {k: names for k, names in self.bodies.items() if k != GROUND}

@@ -1,12 +1,12 @@
-"""An oracle for derivatives: Taylor series through the plan with numpy, gradients by unit speeds, singular values.
+"""Independent derivatives: Taylor series of the plan with numpy, gradients by unit speeds, singular values.
 
-Every step of the plan is differentiated in its turn: the k-th derivative of its equations is linear in the
-k-th derivatives of what it places, with the gradients of its positions. With those set to 0, the series of the
-equations has the right-hand side as its k-th coefficient:
+The steps of the plan are differentiated in order: the k-th derivative of their equations is linear in the k-th
+derivatives of the unknowns, with the gradients of the position. With these derivatives set to 0, the k-th coefficient
+of the series of the equations is the right-hand side:
 
     Phi_q q^(k) = -Phi^(k) | q^(k) = 0
 
-Source: Fraczek & Wojtyra, Kinematics of multibody systems, 2008, eqs 1.12-1.16. Never by differences.
+Source: Fraczek & Wojtyra, Kinematics of multibody systems, 2008, eqs 1.12-1.16. No differences are used.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ from gimcli.structure.steps import (
 )
 
 Equations = Callable[[], list[FloatArray]]
-"""Values of some equations as series (order + 1, rows), in terms of what stands."""
+"""Values of some equations as series (order + 1, rows)."""
 
 
 SINGULAR = 1e-8
-"""Least over greatest singular value below which the equations tell no velocity."""
+"""With a smaller ratio of the smallest to the largest singular value, the equations determine no velocity."""
 
 
 @dataclass(frozen=True)
 class Rates:
-    """Derivatives by the real time [s], in the normal frame; NaN where a row is not solved or singular."""
+    """Derivatives with respect to the real time [s] in the normal frame; NaN in rows not solved or singular."""
 
     mechanism: Mechanism = field(repr=False)
     order: int
@@ -88,7 +88,7 @@ def rates(mechanism: Mechanism, time: FloatArray, z: ComplexArray, order: int, p
 
 
 class _Series:
-    """What stands so far as series: nodes, directions in registers, inputs."""
+    """The known quantities as series: nodes, directions in registers, inputs."""
 
     def __init__(self, mechanism: Mechanism, time: FloatArray, z: ComplexArray, order: int) -> None:
         self.order, self.rows, self.z = order, len(time), z
@@ -103,7 +103,7 @@ class _Series:
         self.turns = [turn(value) for value in self.inputs]
 
     def take(self, step: object) -> None:
-        """Differentiate what a step places."""
+        """Differentiate the unknowns of a step."""
         if isinstance(step, Place):
             self.nodes[step.node] = self.nodes[step.anchor] + self.vector(step.vector)
         elif isinstance(step, Orient):
@@ -117,7 +117,7 @@ class _Series:
             self._couple(step)
 
     def vector(self, vector: Vector) -> Jet:
-        """Return a vector that is carried along."""
+        """Return the series of a vector."""
         if vector.u != NONE:
             base = self.nodes[vector.v] - self.nodes[vector.u]
         elif vector.register != NONE:
@@ -135,7 +135,7 @@ class _Series:
         return result if value.actuator == NONE else result + value.gain * self.inputs[value.actuator]
 
     def locus(self, node: int, locus: Locus) -> FloatArray:
-        """Return how far a node is from a locus."""
+        """Return the distance of a node from a locus."""
         hung = locus.centre if isinstance(locus, Circle) else locus.anchor
         away = self.nodes[node] - self.nodes[hung]
         if locus.offset is not None:
@@ -194,7 +194,7 @@ class _Series:
     def _gradients(self, unknowns: Sequence[Jet], equations: Equations) -> FloatArray:
         """Return the gradients (rows, equations, coordinates): first coefficients with one coordinate at unit speed.
 
-        What else stands adds the same to all of them: it is taken off.
+        The known quantities contribute the same to all of them, which is subtracted.
         """
         rest = np.stack([f[1] for f in equations()], axis=1)
         columns = []
@@ -207,7 +207,7 @@ class _Series:
 
 
 def _solved(table: FloatArray, right: FloatArray) -> FloatArray:
-    """Solve each row's equations, by least squares where some are surplus; NaN where they are singular."""
+    """Solve the equations of each row, by least squares if some are redundant; NaN where they are singular."""
     scale = np.linalg.norm(table, axis=2)
     table, right = table / scale[:, :, None], right / scale
     good = np.all(np.isfinite(table), axis=(1, 2)) & np.all(np.isfinite(right), axis=1)

@@ -1,4 +1,4 @@
-"""Model files read on our own, traced by way of files, judged from the text of the CSV, and seen from other frames."""
+"""Model files with an own reader, motions from the text of CSV files, their errors, and other frames of reference."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from gimcli.rates.motion_table import motion_table
 NAMES = [*(path.stem for path in FILES), "parallel_guide"]
 STEPS = 24
 
-# --- reading and writing on our own ----------------------------------------------------------------------
+# --- an own reader and writer ----------------------------------------------------------------------------
 
 
 def numbers(value):
-    """Turn the texts of numbers into floats, of truths into truths, deep inside."""
+    """Convert texts of numbers and of true and false to values, at any depth."""
     if isinstance(value, dict):
         return {key: numbers(part) for key, part in value.items()}
     if isinstance(value, list):
@@ -42,7 +42,7 @@ def numbers(value):
 
 @cache
 def read(name):
-    if name == "parallel_guide":  # no model has an offset
+    if name == "parallel_guide":  # no shipped model has an offset
         spec = copy.deepcopy(read("slider_crank"))
         del spec["nodes"]["G"]
         spec["nodes"]["H"] = [5.0, -0.4]
@@ -60,7 +60,7 @@ def read(name):
 
 @dataclass
 class Run:
-    """What the CSV tells, nodes as complex numbers; and the motion it was written from."""
+    """The content of a CSV file, nodes as complex numbers, and its motion."""
 
     z: dict
     value: dict
@@ -71,7 +71,7 @@ class Run:
 
 
 def run(spec, steps=STEPS, **options):
-    """Trace a specification with all its nodes and points, by way of two files."""
+    """Trace a specification with all nodes and points, through a model file and a CSV file."""
     with tempfile.TemporaryDirectory() as folder:
         path, out = Path(folder) / "model.yaml", Path(folder) / "out.csv"
         path.write_text(json.dumps(spec))
@@ -112,7 +112,7 @@ def ray(degrees):
 
 
 def apart(found, expected, spec, rows=slice(None)):
-    """Greatest distance of nodes between two runs, relative to the size."""
+    """Return the largest distance of nodes between two runs, relative to the size."""
     return max(np.max(abs(z[rows] - expected[name])) for name, z in found.items()) / size(spec)
 
 
@@ -120,7 +120,7 @@ def apart(found, expected, spec, rows=slice(None)):
 
 
 def errors(spec, m):
-    """Yield the errors of all that a file says: relative lengths and angles [rad] over the rows."""
+    """Yield the errors of all constraints of a file: relative lengths and angles [rad] over the rows."""
     nodes = {name: place(xy) for name, xy in spec["nodes"].items()}
     big = size(spec)
     for link in spec["links"].values():
@@ -148,13 +148,13 @@ def errors(spec, m):
         else:
             u, v = (m.z[node] for node in drive["guide"])
             yield (((m.z[drive["node"]] - u) / unit(v - u)).real - m.value[name]) / big
-    held = spec["ground"]
-    for name in held if isinstance(held, list) else spec["elements"][held["member"]]["nodes"]:
+    ground = spec["ground"]
+    for name in ground if isinstance(ground, list) else spec["elements"][ground["member"]]["nodes"]:
         yield abs(m.z[name] - nodes[name]) / big
 
 
 def worst(spec, m):
-    """Greatest error of each row."""
+    """Return the largest error of each row."""
     with np.errstate(invalid="ignore"):
         return np.max([abs(error) for error in errors(spec, m)], axis=0)
 
@@ -163,7 +163,7 @@ def worst(spec, m):
 
 
 def moved(spec, turn=0.0, shift=0j, scale=1.0, mirror=False):
-    """Return a specification seen from elsewhere, and the map of its points."""
+    """Return a specification in another frame of reference, and the map of its points."""
     spec = copy.deepcopy(spec)
     side = -1.0 if mirror else 1.0
     factor = scale * complex(ray(turn)) if turn else scale
@@ -203,7 +203,7 @@ def moved(spec, turn=0.0, shift=0j, scale=1.0, mirror=False):
 
 
 def shuffled(spec, seed):
-    """Return a specification with everything in another order that may stand in any."""
+    """Return a specification in which everything that has no fixed order is in random order."""
     spec, generator = copy.deepcopy(spec), np.random.default_rng(seed)
 
     def mix(values):
