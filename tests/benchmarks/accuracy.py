@@ -1,4 +1,4 @@
-"""What each method attains for ill-conditioned mechanisms, beside what rounding allows; prints the manual's table.
+"""Accuracy of all methods for ill-conditioned mechanisms, and the limit by rounding errors; prints the manual's table.
 
 Run: python tests/benchmarks/accuracy.py
 """
@@ -54,14 +54,14 @@ CASES: dict[str, Case] = {
 
 
 def limit(case: Case) -> float:
-    """Return what one rounding of a length is worth at the worst row that a row's number can tell."""
+    """Return the largest effect of one rounding error of a length in the rows that are compared."""
     m = case.run("auto")
     rows = case.compared(m) or [0]
     return U * max(case.condition(case.value(m, row)) for row in rows)
 
 
 def attained(case: Case, method: str) -> tuple[float, int, int, str]:
-    """Return the worst error of rows marked ok, relative to the size; how many are, of how many; and why not all."""
+    """Return the largest error of rows that are ok, relative to the size; their number; all rows; other statuses."""
     m = case.run(method)
     worst = max((case.error(m, row) for row in case.compared(m)), default=0.0) / size(case.spec)
     reasons = Counter(word for word in m.status if word != "ok")
@@ -69,7 +69,7 @@ def attained(case: Case, method: str) -> tuple[float, int, int, str]:
 
 
 def cell(case: Case, method: str) -> str:
-    """Return what a method attains, in a few words."""
+    """Return the result of a method as the text of a table cell."""
     worst, good, rows, why = attained(case, method)
     return f"{worst:.0e}" if good == rows else f"{worst:.0e}, {good} of {rows}: {why}" if good else why
 

@@ -1,6 +1,6 @@
-"""What a user would write by hand for one mechanism: numba loops, the same dimensions and law.
+"""Programs that a user could write by hand for one mechanism: numba loops with the same dimensions and law.
 
-Dyadic mechanisms: circles met in closed form, sine and cosine at each step. Coupled ones: Newton-Raphson
+Mechanisms of dyads: intersections of circles in closed form, sine and cosine at each step. Coupled ones: Newton-Raphson
 in natural coordinates (the six coordinates of the three nodes of a ternary member), each step started
 from the cubic through the last four positions, with a 6 by 6 elimination that allocates nothing.
 
@@ -15,14 +15,14 @@ import numpy as np
 from numba import njit
 
 ENOUGH = 1e-6
-"""Correction, relative to the size, after which the error left (its square) is below 1e-10."""
+"""Correction, relative to the size, after which the remaining error (its square) is below 1e-10."""
 
 TURN = 2.0 * math.pi
 
 
 @njit
 def meet(ax, ay, ra, bx, by, rb):
-    """Meet circle (a, ra) with circle (b, rb), to the left of a -> b."""
+    """Return the intersection of circle (a, ra) with circle (b, rb), to the left of a -> b."""
     dx, dy = bx - ax, by - ay
     d2 = dx * dx + dy * dy
     along = 0.5 * (1.0 + (ra - rb) * (ra + rb) / d2)
@@ -32,7 +32,7 @@ def meet(ax, ay, ra, bx, by, rb):
 
 @njit
 def crank_rocker(steps, everything):
-    """Trace P and B; with `everything` A too."""
+    """Trace P and B; with `everything` also A."""
     out = np.empty((3 if everything else 2, 2, steps + 1))
     for k in range(steps + 1):
         angle = TURN * k / steps
@@ -48,7 +48,7 @@ def crank_rocker(steps, everything):
 
 @njit
 def jansen(steps, everything):
-    """Trace the foot; with `everything` the five moving nodes too."""
+    """Trace the foot; with `everything` also the five moving nodes."""
     out = np.empty((6 if everything else 1, 2, steps + 1))
     gx, gy = -38.0, -7.8
     for k in range(steps + 1):
@@ -74,7 +74,7 @@ def jansen(steps, everything):
 
 @njit
 def solve_6(a):
-    """Solve the 6 by 6 system a[:, :6] s = a[:, 6] in place by elimination with pivots; s is left in a[:, 6]."""
+    """Solve the 6 by 6 system a[:, :6] s = a[:, 6] in place by elimination with pivots; the solution is in a[:, 6]."""
     for k in range(6):
         p, peak = k, abs(a[k, k])
         for i in range(k + 1, 6):
@@ -98,7 +98,7 @@ def solve_6(a):
 
 @njit
 def triangle_and_legs(a, q, legs, sides, feet):
-    """Fill rows of the three legs (foot to node) and of the three sides; half the error of the squares is last."""
+    """Fill the rows of the three legs (foot to node) and three sides; the last column is half the error of squares."""
     for i in range(6):
         for j in range(6):
             a[i, j] = 0.0
@@ -116,7 +116,7 @@ def triangle_and_legs(a, q, legs, sides, feet):
 
 @njit
 def settle(a, q, legs, sides, feet, enough):
-    """Correct q until a correction is small enough for the next to be needless."""
+    """Correct q until a correction is so small that the next one is not needed."""
     for _ in range(50):
         triangle_and_legs(a, q, legs, sides, feet)
         solve_6(a)
@@ -130,7 +130,7 @@ def settle(a, q, legs, sides, feet, enough):
 
 @njit
 def follow(q, past, k):
-    """Keep position k - 1 as the last of four; start position k from the cubic (or what there is) through them."""
+    """Store position k - 1 as the last of four; start position k from the polynomial through the stored ones."""
     for i in range(6):
         past[3, i], past[2, i], past[1, i] = past[2, i], past[1, i], past[0, i]
         past[0, i] = q[i]
@@ -144,9 +144,9 @@ def follow(q, past, k):
 
 @njit
 def stephenson(steps, everything, q, first):
-    """Trace C, E, F from the drawn B, C, E and the drawn angle of FG; with `everything` B too.
+    """Trace C, E, F from the drawn B, C, E and the drawn angle of FG; with `everything` also B.
 
-    The legs run from D, F and A to C, E and B.
+    The legs are D-C, F-E and A-B.
     """
     out = np.empty((4 if everything else 3, 2, steps + 1))
     a, past = np.empty((6, 7)), np.empty((4, 6))
@@ -170,7 +170,7 @@ def stephenson(steps, everything, q, first):
 
 @njit
 def platform(steps, everything, q):
-    """Trace the platform's centre M from the drawn corners; with `everything` corners and elbows too."""
+    """Trace the platform's centre M from the drawn corners; with `everything` also corners and elbows."""
     out = np.empty((7 if everything else 1, 2, steps + 1))
     a, past, feet = np.empty((6, 7)), np.empty((4, 6)), np.empty(6)
     legs, side = (6.0, 6.0, 6.0), 5.196152422706632
@@ -202,7 +202,7 @@ DRAWN_PLATFORM = (-1.7483, -1.6863, 3.3443, -0.6539, -0.0960, 3.2402)
 
 
 def trace(name: str, steps: int, everything: bool = False) -> np.ndarray:
-    """Return the traced points of a bundled model (points, 2, rows), in the order of its `trace`."""
+    """Return the traced points of a shipped model (points, 2, rows), in the order of its `trace`."""
     if name == "crank_rocker":
         return crank_rocker(steps, everything)
     if name == "jansen":

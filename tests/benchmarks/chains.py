@@ -1,10 +1,10 @@
-"""Planning, time per position and memory of chains of N stages or windows, with the exponents fitted.
+"""Planning time, time per position and memory of chains of N stages or windows, with fitted exponents.
 
 Run: python tests/benchmarks/chains.py [--steps 1000] [--largest 1000] [--limit 60]
 
-A scissor of N stages stands N sqrt(L^2 - w^2) high; in a row of N four-bar windows (benchmark A02 of the
-multibody library, bars of 1 m) every upper node is its pivot moved by the same vector. Sizes go up until
-planning would take longer than the limit (foreseen from the last two sizes); what is left out is said.
+The height of a scissor lift of N stages is N sqrt(L^2 - w^2). In a row of N four-bar windows (benchmark A02 of the
+multibody library, bars of 1 m) every upper node is its pivot moved by the same vector. N increases until planning would
+take longer than the limit (extrapolated from the last two sizes); sizes that are left out are printed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from gimcli.structure.steps import Plan
 
 SIZES = (1, 3, 10, 30, 100, 300, 1000)
 AGREEMENT = 1e-9
-"""Greatest difference from the closed form, relative to the height or length of the chain."""
+"""Largest difference from the closed form, relative to the height or length of the chain."""
 
 Data = dict[str, object]
 
@@ -66,14 +66,14 @@ def windows(n: int) -> Data:
 
 
 def scissor_miss(motion: Motion, n: int) -> float:
-    """Return how far the height is from the closed form, relative to the height of n bars."""
+    """Return the error of the height, relative to the height of n bars."""
     high = motion.mechanism.to_file(motion.z[motion.mechanism.nodes.index(f"L{n}")]).imag
     width = motion.inputs[0] * motion.mechanism.scale
     return float(np.max(np.abs(high - n * np.sqrt(4.0 - width**2))) / (2.0 * n))
 
 
 def windows_miss(motion: Motion, n: int) -> float:
-    """Return how far the upper nodes are from their pivots moved by the crank, relative to the length."""
+    """Return the largest error of the upper nodes, relative to the length; each is its pivot moved by the crank."""
     places = motion.mechanism.to_file(motion.z)
     moved = np.stack([places[motion.mechanism.nodes.index(f"B{k}")] - k for k in range(n + 1)])
     return float(np.max(np.abs(moved - np.exp(1j * motion.inputs[0]))) / max(n, 1))
@@ -101,7 +101,7 @@ def loaded(data: Data) -> tuple[Mechanism, float]:
 
 
 def measure(name: str, n: int, steps: int, repeats: int) -> Row:
-    """Return what one chain costs; its motion must agree with the closed form."""
+    """Return the row of one chain; its motion must agree with the closed form."""
     mechanism, load_time = loaded(CHAINS[name].model(n))
     begin = time.perf_counter()
     plan = make_plan(mechanism)
@@ -109,25 +109,25 @@ def measure(name: str, n: int, steps: int, repeats: int) -> Row:
     if planning < 1.0:
         planning = min(planning, interleaved({"plan": lambda: make_plan(replace(mechanism))}, repeats)["plan"])
     begin = time.perf_counter()
-    motion = trace(replace(mechanism), steps)  # a copy: nothing is derived of it yet
+    motion = trace(replace(mechanism), steps)  # a copy, for which no plan is stored
     call, miss = time.perf_counter() - begin, CHAINS[name].miss(motion, n)
     if not (motion.solved == steps + 1 and miss <= AGREEMENT):
         raise SystemExit(f"{name} of {n}: {motion.solved} of {steps + 1} rows solved, {miss:.1e} off the closed form")
     return {
         "chain": name, "n": n, "nodes": len(mechanism.nodes), "load s": round(load_time, 4),
-        "plan s": round(planning, 6), "ns a position": round(marginal(mechanism, plan, n, steps, repeats), 1),
+        "plan s": round(planning, 6), "ns per position": round(marginal(mechanism, plan, n, steps, repeats), 1),
         "call s": round(call, 4), "MB": round(memory(mechanism, plan, steps), 3), "miss": float(f"{miss:.1e}"),
     }  # fmt: skip
 
 
 def planned(mechanism: Mechanism, plan: Plan, steps: int) -> Motion:
-    """Trace with a plan that is made already: planning has a column of its own."""
+    """Trace with an existing plan: planning has its own column."""
     with patch("gimcli.motion.motion.make_plan", lambda *_, **__: plan):
         return trace(mechanism, steps)
 
 
 def marginal(mechanism: Mechanism, plan: Plan, n: int, steps: int, repeats: int) -> float:
-    """Return the time of one position more [ns]; short chains are given more of them."""
+    """Return the time per position [ns]; short chains get more positions."""
     few = max(steps, 100 * steps // n)
     sides = {k * few: lambda k=k: planned(mechanism, plan, k * few) for k in (1, 2)}
     best = interleaved(sides, repeats)
@@ -135,7 +135,7 @@ def marginal(mechanism: Mechanism, plan: Plan, n: int, steps: int, repeats: int)
 
 
 def memory(mechanism: Mechanism, plan: Plan, steps: int) -> float:
-    """Return the peak of allocations during a motion [MB]."""
+    """Return the peak memory of allocations during a motion [MB]."""
     tracemalloc.start()
     planned(mechanism, plan, steps)
     peak = tracemalloc.get_traced_memory()[1]
@@ -144,7 +144,7 @@ def memory(mechanism: Mechanism, plan: Plan, steps: int) -> float:
 
 
 def exponent(rows: list[Row], column: str) -> float:
-    """Return the slope of a column against n on logarithmic axes, from n = 10 on."""
+    """Return the slope of a column over n on logarithmic axes, from n = 10 on."""
     points = [(float(str(r["n"])), float(str(r[column]))) for r in rows]
     points = [(n, v) for n, v in points if n >= 10 and v > 0.0]
     if len(points) < 2:
@@ -153,7 +153,7 @@ def exponent(rows: list[Row], column: str) -> float:
 
 
 def foreseen(rows: list[Row], n: int) -> float:
-    """Return the planning time [s] that the last two sizes let expect at n."""
+    """Return the expected planning time [s] at n, extrapolated from the last two sizes."""
     if len(rows) < 2:
         return 0.0
     (a, s), (b, t) = ((float(str(r["n"])), float(str(r["plan s"]))) for r in rows[-2:])
@@ -185,10 +185,10 @@ def main(arguments: list[str] | None = None) -> None:
     for name in CHAINS:
         rows = family(name, chosen)
         show(name, [{k: v for k, v in r.items() if k != "chain"} for r in rows])
-        slopes = ", ".join(f"{c} ~ n^{exponent(rows, c):.2f}" for c in ("load s", "plan s", "ns a position", "MB"))
+        slopes = ", ".join(f"{c} ~ n^{exponent(rows, c):.2f}" for c in ("load s", "plan s", "ns per position", "MB"))
         print(f"from n = 10 on: {slopes}")
         every += rows
-    print(f"\nkept in {keep('chains', every, chosen.out)}")
+    print(f"\nwritten to {keep('chains', every, chosen.out)}")
 
 
 if __name__ == "__main__":

@@ -25,14 +25,14 @@ from gimcli.positions.options import Options
 
 
 def weighted(name: str) -> Mechanism:
-    """Return a model whose members have mass and weight."""
+    """Return a model with masses and gravity."""
     mechanism = load(machine.MODELS / f"{name}.yaml")
     bars = tuple(Inertia(k, 1.0, 0.01, m.shape.mean()) for k, m in enumerate(mechanism.members[1:], start=1))
     return replace(mechanism, dynamics=Dynamics(1.0, bars, gravity=-9.81j))
 
 
 def least(call: Callable[[], object], repeats: int) -> float:
-    """Return the least processor time of some calls [s]."""
+    """Return the shortest processor time of some calls [s]."""
     times = []
     for _ in range(repeats):
         begin = time.thread_time()
@@ -42,7 +42,7 @@ def least(call: Callable[[], object], repeats: int) -> float:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Time the three parts in one process and keep a CSV."""
+    """Time the three parts in one process and write a CSV file."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--steps", type=int, default=100_000)
     parser.add_argument("--repeats", type=int, default=7)

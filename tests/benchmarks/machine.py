@@ -1,6 +1,6 @@
-"""The machine that a benchmark runs on: one thread, its name in the results, timing and tables.
+"""Common functions of the benchmarks: one thread, name of the machine, timing, tables and CSV files.
 
-Import this first: it holds the numerical libraries to one thread.
+Import this module first: it restricts the numerical libraries to one thread.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Row = dict[str, object]
 
 
 def cpu() -> str:
-    """Return the processor's name, fit for a file name."""
+    """Return the name of the processor in a form for file names."""
     name = platform.processor() or platform.machine()
     info = Path("/proc/cpuinfo")
     if info.exists():
@@ -35,14 +35,14 @@ def cpu() -> str:
 
 
 def result_path(name: str, folder: Path = RESULTS) -> Path:
-    """Return where the results of a benchmark on this machine are kept."""
+    """Return the path of the results of a benchmark on this machine."""
     return folder / f"{name}-{cpu()}-{os.cpu_count()}.csv"
 
 
 def interleaved(
     sides: dict[str, Callable[[], object]], repeats: int, clock: Callable[[], float] = time.perf_counter
 ) -> dict[str, float]:
-    """Return the best time of each side [s]; the sides take turns."""
+    """Return the best time of each program [s]; the programs run alternately."""
     best = dict.fromkeys(sides, float("inf"))
     for _ in range(repeats):
         for name, side in sides.items():
@@ -53,7 +53,7 @@ def interleaved(
 
 
 def keep(name: str, rows: Sequence[Row], folder: Path = RESULTS) -> Path:
-    """Write the rows as CSV, the machine in the file's name."""
+    """Write the rows as CSV; the name of the machine is in the name of the file."""
     path = result_path(name, folder)
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", newline="") as stream:
@@ -84,7 +84,7 @@ def compare_all(
     kept: str,
     arguments: list[str] | None,
 ) -> None:  # fmt: skip
-    """Compare mechanisms by name, steps and repeats, as the command line asks; print and keep the rows."""
+    """Compare mechanisms with the steps and repeats of the command line; print and write the rows."""
     parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--steps", type=int, default=100_000)
     parser.add_argument("--repeats", type=int, default=7)
@@ -95,4 +95,4 @@ def compare_all(
         part = compare(name, chosen.steps, chosen.repeats)
         show(name, [{k: v for k, v in r.items() if k != "mechanism"} for r in part])
         rows += part
-    print(f"\nkept in {keep(kept, rows, chosen.out)}")
+    print(f"\nwritten to {keep(kept, rows, chosen.out)}")

@@ -1,7 +1,7 @@
-"""Other programs on the same mechanisms: each returns a function of the number of steps, or says why it cannot.
+"""Other programs on the same mechanisms: for each a function of the number of steps, or the reason why it is unable.
 
-A peer's function traces the first bundled point of the mechanism and returns it as complex numbers (rows,).
-What does not depend on the number of steps (building the model, compiling) is not timed.
+The function traces the first traced point of the mechanism and returns it as complex numbers (rows,). Work that does
+not depend on the number of steps (building the model, compiling) is not timed.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ Trace = Callable[[int], np.ndarray]
 
 
 class UnableError(Exception):
-    """A peer that cannot do a mechanism; the text says why."""
+    """The program cannot solve the mechanism; the text is the reason."""
 
 
 @dataclass(frozen=True)
 class Linkage:
-    """A mechanism as bars between points: what a constraint solver is given."""
+    """A mechanism as bars between points, the input of a constraint solver."""
 
     fixed: dict[str, complex]
     drives: dict[str, tuple[str, float, float, float]]  # driven point: pivot, radius, first and last angle
@@ -93,7 +93,7 @@ LINKAGES = {
 
 
 def _simulated(linkage: Linkage) -> tuple[Any, list[Any], Any, float]:
-    """Return a pylinkage Linkage, where it starts, its crank, and the crank's way."""
+    """Return a pylinkage Linkage, its start position, its crank, and the angle of the crank's motion [rad]."""
     from pylinkage.actuators import Crank
     from pylinkage.components import Ground
     from pylinkage.dyads import FixedDyad, RRRDyad
@@ -101,7 +101,7 @@ def _simulated(linkage: Linkage) -> tuple[Any, list[Any], Any, float]:
 
     if not linkage.dyads:
         raise UnableError(
-            "its numba solver places one node from two that stand, its triads have two free nodes; this group has three"
+            "its numba solver finds one node from two known ones, its triads have two free nodes; this group has three"
         )
     parts = {name: Ground(z.real, z.imag, name=name) for name, z in linkage.fixed.items()}
     ((name, (pivot, radius, first, last)),) = linkage.drives.items()
@@ -144,7 +144,7 @@ def pylinkage_rates(linkage: Linkage) -> Trace:
 
 
 def solvespace(linkage: Linkage) -> Trace:
-    """Build a SolveSpace sketch: driven points are given, the rest is solved step after step."""
+    """Build a SolveSpace sketch: driven points are given, the other points are solved step by step."""
     from python_solvespace import ResultFlag, SolverSystem
 
     system = SolverSystem()
@@ -248,4 +248,4 @@ PEERS: dict[str, tuple[Callable[[Linkage], Trace], int]] = {
     "solvespace": (solvespace, 50),
     "exudyn": (exudyn, 50),
 }
-"""Each peer and by how many times fewer steps it is run."""
+"""Each program, and the factor by which it runs fewer steps."""

@@ -1,13 +1,13 @@
-"""Time per position against loops written by hand for one mechanism, and against other programs.
+"""Time per position, compared with loops written by hand for one mechanism and with other programs.
 
 Run: python tests/benchmarks/positions.py [--steps 100000] [--repeats 7]
 
-All in one process on one thread, in turn, best of the repeats. A call of `gim` plans, assembles the start and
-checks what it is given, for about 1.5 ms; "ns a position" is what the positions cost beyond a call of a hundredth
-of the steps, "ns, whole call" has all. Ratios: time a position of `gim` over the loop by hand, which has nothing
-to prepare (at most 1.5 is aimed at), and of whole calls; time of a peer over a whole call of `gim` (at least 3,
-coupled groups 50). Programs that differ from the loop by hand by more than 1e-9 of the size end the run, if they
-are ours.
+All programs run alternately in one process on one thread; the best of the repeats counts. A call of `gim` makes a plan,
+assembles the start and checks its arguments, in about 1.5 ms. "ns per position" is the time without this, by comparison
+with a call of a hundredth of the steps; "ns, whole call" includes it. Ratios of `gim`: time per position over that of
+the loop by hand, which prepares nothing (target: at most 1.5), and the same for whole calls. Ratio of another program:
+its time over a whole call of `gim` (target: at least 3, for coupled groups 50). The run stops if `gim` differs from the
+loop by hand by more than 1e-9 of the size.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ FEWEST = 20
 
 
 def ours(mechanism: Mechanism, steps: int) -> Motion:
-    """Trace a loaded mechanism, compiled."""
+    """Trace a loaded mechanism with compiled kernels."""
     return trace(mechanism, steps, Options(jit="on"))
 
 
 def sides(name: str, mechanism: Mechanism) -> dict[str, Callable[[int], object]]:
-    """Return the programs on our side of the comparison as functions of the number of steps."""
+    """Return `gim` and the loops by hand as functions of the number of steps."""
     return {
         "gim": lambda steps: ours(mechanism, steps),
         "gim, with the traced points": lambda steps: traced_paths(ours(mechanism, steps)),
@@ -48,7 +48,7 @@ def sides(name: str, mechanism: Mechanism) -> dict[str, Callable[[int], object]]
 
 
 def apart(name: str, mechanism: Mechanism, steps: int) -> float:
-    """Return the greatest difference of the traced points from the loop by hand, relative to the size."""
+    """Return the largest difference of the traced points from the loop by hand, relative to the size."""
     theirs = by_hand.trace(name, steps)
     paths = traced_paths(ours(mechanism, steps)).values()
     worst = max(np.max(np.abs(p - (q[0] + 1j * q[1]))) for p, q in zip(paths, theirs, strict=True))
@@ -59,7 +59,7 @@ def apart(name: str, mechanism: Mechanism, steps: int) -> float:
 
 
 def peers_of(name: str, mechanism: Mechanism, steps: int) -> tuple[dict[str, tuple[peers.Trace, int]], list[Row]]:
-    """Return the peers that can do a mechanism with their steps, and rows for those that cannot."""
+    """Return the other programs that can solve a mechanism, with their steps, and rows for the others."""
     able: dict[str, tuple[peers.Trace, int]] = {}
     rows: list[Row] = []
     for peer, (build, fewer) in peers.PEERS.items():
@@ -78,8 +78,8 @@ def peers_of(name: str, mechanism: Mechanism, steps: int) -> tuple[dict[str, tup
 
 
 def row(mechanism: str, program: str, steps: int, **values: object) -> Row:
-    """Return a row of the table, empty where nothing was measured."""
-    heads = ("ns, whole call", "ns a position", "ratio", "whole ratio", "target", "met", "difference", "note")
+    """Return a row of the table; cells without a measurement are empty."""
+    heads = ("ns, whole call", "ns per position", "ratio", "whole ratio", "target", "met", "difference", "note")
     return {"mechanism": mechanism, "program": program, "steps": steps} | dict.fromkeys(heads, "") | values
 
 
@@ -97,7 +97,8 @@ def compare(name: str, steps: int, repeats: int) -> list[Row]:
     each = {p: (best[p, steps] - best[p, few]) / (steps - few) * 1e9 for p in programs}
     each |= {p: whole[p] for p in programs if p.startswith("by hand")}
     result = [
-        row(name, p, steps, **{"ns, whole call": round(whole[p], 1), "ns a position": round(each[p], 1)}) for p in each
+        row(name, p, steps, **{"ns, whole call": round(whole[p], 1), "ns per position": round(each[p], 1)})
+        for p in each
     ]
     for line in result:
         program = str(line["program"])

@@ -1,14 +1,13 @@
-"""From random starts: how often each method settles, and how many configurations it finds.
+"""Random starts: how often each method converges, and how many configurations it finds.
 
 Run: python tests/benchmarks/random_starts.py [--starts 10000]
 
-Nodes are strewn evenly over a square of twice the mechanism's size, the same starts for each method, inputs as
-drawn, tolerance 1e-10. `gim` sweeps by the sequence that `gim sequence` tells; `newton` is Newton-Raphson alone
-from the start given, without closed forms and restarts; `auto` is what `gim solve --start random` does. A start has
-settled where the residual of the members as written says so, too. Configurations are clusters of node positions
-(1e-6 of the size). The mechanisms are in general position. Counts mean nothing for two of the bundled ones that are
-left out: a folded Peaucellier linkage moves by itself, and sweeps turn a Scotch yoke, held by a true prismatic pair,
-end for end, which the residual does not see.
+Nodes are random in a square of twice the mechanism's size, with the same starts for each method, the drawn inputs and
+tolerance 1e-10. `gim` sweeps by the sequence of `gim sequence`; `newton` is Newton-Raphson from the given start,
+without closed forms and restarts; `auto` is the method of `gim solve --start random`. A start has converged if the
+independent residual confirms it. Configurations are clusters of node positions (1e-6 of the size). Two shipped models are left out,
+because their counts have no meaning: a folded Peaucellier linkage has additional freedoms, and sweeps can reverse the
+true prismatic pair of the Scotch yoke, which the residual does not detect.
 """
 
 from __future__ import annotations
@@ -47,20 +46,20 @@ APART = 1e-6
 """Positions farther apart than this, relative to the size, are different configurations."""
 
 PORTION = 250
-"""Starts that a process is given at a time."""
+"""Number of starts that a process solves in one job."""
 
 Solver = Callable[[FloatArray, ComplexArray], tuple[bool, ComplexArray]]
 
 
 class Alone(Assembler):
-    """Newton-Raphson from the start given and from nowhere else."""
+    """Newton-Raphson from the given start only."""
 
     def _starts(self, packed: Packed, block: RowBlock, drawn: RowBlock) -> Iterator[ComplexArray]:
         yield (drawn.x[:, NEW] + 1j * drawn.y[:, NEW])[list(packed.group.base)]
 
 
 def solver(mechanism: Mechanism, method: str, run: Run) -> Solver:
-    """Return a function of inputs and guess that tells whether a method settled, and where."""
+    """Return a function of inputs and guess that returns whether a method converged, and the position."""
     if method == "gim":
         sweeper = Sweeper(mechanism, Options(method="gim", tolerance=TOLERANCE), run)
 
@@ -82,7 +81,7 @@ def solver(mechanism: Mechanism, method: str, run: Run) -> Solver:
 
 @dataclass(frozen=True)
 class Found:
-    """What some starts gave."""
+    """The results of some starts."""
 
     settled: int
     z: ComplexArray  # (nodes, settled)
@@ -98,9 +97,9 @@ class Found:
 
 
 def attempt(mechanism: Mechanism, method: str, seeds: range, run: Run) -> Found:
-    """Solve from some random starts; what the residual does not confirm has not settled."""
+    """Solve from some random starts; the residual must confirm a position."""
     inputs, solve = mechanism.drawn_inputs, solver(mechanism, method, run)
-    solve(inputs, random_guess(mechanism, seeds[0]))  # compiled, and its sequences searched
+    solve(inputs, random_guess(mechanism, seeds[0]))  # compile and search sequences before the timing
     begin = time.perf_counter()
     done = [solve(inputs, random_guess(mechanism, seed)) for seed in seeds]
     seconds = time.perf_counter() - begin
@@ -111,13 +110,13 @@ def attempt(mechanism: Mechanism, method: str, seeds: range, run: Run) -> Found:
 
 
 def portion(job: tuple[str, str, range]) -> Found:
-    """Do one process's share."""
+    """Solve the starts of one job."""
     name, method, seeds = job
     return attempt(load(MODELS / f"{name}.yaml"), method, seeds, jit.compiled)
 
 
 def measure(name: str, method: str, starts: int, together: Callable[..., Iterator[Found]]) -> Row:
-    """Return what one method gave on one mechanism."""
+    """Return the row of one method and one mechanism."""
     jobs = [(name, method, range(k, min(k + PORTION, starts))) for k in range(0, starts, PORTION)]
     parts = list(together(portion, jobs))
     found = Found(
@@ -127,20 +126,20 @@ def measure(name: str, method: str, starts: int, together: Callable[..., Iterato
     return {
         "mechanism": name, "method": method, "starts": starts, "settled": found.settled,
         "settled %": round(100.0 * found.settled / starts, 2), "configurations": found.configurations(size),
-        "ms a start": round(found.seconds / starts * 1e3, 4),
+        "ms per start": round(found.seconds / starts * 1e3, 4),
     }  # fmt: skip
 
 
 def shortfalls(rows: list[Row]) -> list[str]:
-    """Tell where `auto` settles less often, or finds fewer configurations, than another method."""
+    """Return where `auto` converges less often, or finds fewer configurations, than another method."""
     by = {(r["mechanism"], r["method"]): r for r in rows}
-    told = []
+    found = []
     for (name, method), other in by.items():
         auto = by[name, "auto"]
         for what in ("settled", "configurations"):
             if int(str(auto[what])) < int(str(other[what])):
-                told.append(f"{name}: auto {what} {auto[what]}, {method} {other[what]}")
-    return told
+                found.append(f"{name}: auto {what} {auto[what]}, {method} {other[what]}")
+    return found
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -159,7 +158,7 @@ def main(arguments: list[str] | None = None) -> None:
             rows += part
     for line in shortfalls(rows) or ["auto is at least as good as either everywhere"]:
         print(line)
-    print(f"\nkept in {keep('random_starts', rows, chosen.out)}")
+    print(f"\nwritten to {keep('random_starts', rows, chosen.out)}")
 
 
 if __name__ == "__main__":

@@ -1,12 +1,12 @@
-"""Time of velocities and accelerations beside that of the positions, and pylinkage's.
+"""Time of velocities and accelerations compared with that of positions, and with pylinkage.
 
 Run: python tests/benchmarks/rates.py [--steps 100000] [--repeats 7]
 
-All in one process on one thread, in turn, best of the repeats, CPU time, compiled. "positions" are those of
-`gim trace` before anything is written; with derivatives it has the traced points' velocities and accelerations (and
-jerks) and every member's too. "ns a position" is what a position costs beyond a call of a hundredth of the steps. The
-ratio of two derivatives to the positions is aimed at 2.5 at the most. Accelerations that differ by more than 1e-6 of
-the greatest from differences of the positions of the loops by hand end the run.
+All programs run alternately in one process on one thread, compiled; the best CPU time of the repeats counts.
+"positions" are those of `gim trace` without writing; derivatives are velocities, accelerations and jerks of the traced
+points and of all members. "ns per position" is the time per position, by comparison with a call of a hundredth of the
+steps. Target: two derivatives take at most 2.5 times the time of the positions. The run stops if accelerations differ
+from differences of positions of the loops by hand by more than 1e-6 of the largest acceleration.
 """
 
 from __future__ import annotations
@@ -31,34 +31,34 @@ NAMES = ("crank_rocker", "jansen", "stephenson_3_far", "platform_3rrr")
 MOST = 2.5
 AGREEMENT = 1e-6
 CHECKED = 2000
-"""Steps at which accelerations are compared with differences."""
+"""Number of steps for the comparison of accelerations with differences."""
 
 
 def positions(mechanism: Mechanism, steps: int) -> Motion:
-    """Trace a loaded mechanism, compiled."""
+    """Trace a loaded mechanism with compiled kernels."""
     return trace(mechanism, steps, Options(jit="on"))
 
 
 def differentiated(mechanism: Mechanism, steps: int, order: int) -> np.ndarray:
-    """Trace it with derivatives; return those of the traced points (order, points, rows) in the file's unit."""
-    told = TracedRates(mechanism, mechanism.traced, order, steps + 1, "on")
-    return told(positions(mechanism, steps))[0] * mechanism.scale
+    """Trace with derivatives; return those of the traced points (order, points, rows) in the file's unit."""
+    rates_of = TracedRates(mechanism, mechanism.traced, order, steps + 1, "on")
+    return rates_of(positions(mechanism, steps))[0] * mechanism.scale
 
 
 def apart(name: str, mechanism: Mechanism) -> float:
-    """Return how far accelerations are from differences over five positions of the loop by hand."""
+    """Return the largest relative error of accelerations; the reference is differences of the loop by hand."""
     x = by_hand.trace(name, CHECKED)
     z = x[:, 0] + 1j * x[:, 1]
     bend = (-(z[:, 4:] + z[:, :-4]) + 16.0 * (z[:, 3:-1] + z[:, 1:-3]) - 30.0 * z[:, 2:-2]) / 12.0 * CHECKED**2
-    told = differentiated(mechanism, CHECKED, 2)[1][:, 2:-2] * mechanism.duration**2
-    far = float(np.max(np.abs(told - bend)) / np.max(np.abs(bend)))
+    found = differentiated(mechanism, CHECKED, 2)[1][:, 2:-2] * mechanism.duration**2
+    far = float(np.max(np.abs(found - bend)) / np.max(np.abs(bend)))
     if not far <= AGREEMENT:
         raise SystemExit(f"{name}: accelerations differ by {far:.1e} from differences of positions")
     return far
 
 
 def peer(name: str, mechanism: Mechanism, steps: int) -> tuple[dict[str, Callable[[int], object]], Row]:
-    """Return pylinkage's program, if it can do the mechanism, and its row."""
+    """Return pylinkage's program, if it can solve the mechanism, and its row."""
     program = "pylinkage, 2 derivatives"
     line = row(name, program, steps)
     try:
@@ -73,8 +73,8 @@ def peer(name: str, mechanism: Mechanism, steps: int) -> tuple[dict[str, Callabl
 
 
 def row(mechanism: str, program: str, steps: int) -> Row:
-    """Return a row of the table, empty where nothing was measured."""
-    heads = ("ns, whole call", "ns a position", "ratio", "whole ratio", "difference", "note")
+    """Return a row of the table; cells without a measurement are empty."""
+    heads = ("ns, whole call", "ns per position", "ratio", "whole ratio", "difference", "note")
     return {"mechanism": mechanism, "program": program, "steps": steps} | dict.fromkeys(heads, "")
 
 
@@ -96,15 +96,15 @@ def compare(name: str, steps: int, repeats: int) -> list[Row]:
         p = str(line["program"])
         if p in programs:
             whole = best[p, steps] / steps * 1e9
-            line |= {"ns, whole call": round(whole, 1), "ns a position": round(each[p], 1)}
+            line |= {"ns, whole call": round(whole, 1), "ns per position": round(each[p], 1)}
             line |= {"ratio": round(each[p] / each["positions"], 2)}
             line |= {"whole ratio": round(whole / (best["positions", steps] / steps * 1e9), 2)}
-    lines[2] |= {"difference": float(f"{far:.1e}"), "note": f"aimed at: a ratio of {MOST:g} at the most"}
+    lines[2] |= {"difference": float(f"{far:.1e}"), "note": f"target: a ratio of at most {MOST:g}"}
     return lines + coefficients(name, mechanism, steps, repeats)
 
 
 def coefficients(name: str, mechanism: Mechanism, steps: int, repeats: int) -> list[Row]:
-    """Return rows of the influence coefficients of all nodes: of all positions in a call, and a call for one."""
+    """Return rows of the influence coefficients of all nodes: all positions in one call, and one call per position."""
     motion = positions(mechanism, steps)
     influence = Influence(mechanism, run=jit.compiled)
     rate = np.ones_like(motion.inputs)

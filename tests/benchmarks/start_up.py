@@ -1,4 +1,4 @@
-"""CPU time of whole commands against bare imports, in turn in one run; prints the ratios.
+"""CPU time of whole commands compared with the necessary imports, run alternately; prints the ratios.
 
 Run: python tests/benchmarks/start_up.py [runs]
 """
@@ -18,7 +18,7 @@ GIM = "from gimcli.cli import main; main()"
 
 
 def cpu(*arguments: str) -> float:
-    """Return the CPU seconds of a child process."""
+    """Return the CPU time of a child process [s]."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([sys.executable, "-c", *arguments], check=True, capture_output=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -26,7 +26,7 @@ def cpu(*arguments: str) -> float:
 
 
 def main() -> None:
-    """Compare traces of 360 steps with the imports that they cannot do without."""
+    """Compare traces of 360 steps with the necessary imports."""
     runs = int(sys.argv[1]) if len(sys.argv) > 1 else 7
     with tempfile.TemporaryDirectory() as folder:
         trace = (GIM, "trace", str(MODEL), "--steps", "360", "--out", folder)

@@ -1,7 +1,7 @@
-"""One swing of Watt's six-bar at 1e-9: `gim` beside the same equation written by hand.
+"""One swing of Watt's six-bar at tolerance 1e-9: `gim` compared with the same equation written by hand.
 
-By hand: closed-form dyads, exact dJ/dq, numba; integrated by scipy's DOP853, and by a DOP853 that is compiled too.
-Both know nothing of events, rows, energies, branches or dead points. One process, one thread, CPU time, best of 9.
+By hand: closed-form dyads, exact dJ/dq, numba; integrated by scipy's DOP853, and by a compiled DOP853. Both compute no
+events, rows, energies, branches or dead points. One process, one thread, CPU time, best of 9.
 
 Run: python tests/benchmarks/swing.py
 """
@@ -42,14 +42,14 @@ def meet(ax, ay, r, bx, by, s, side):
 
 @numba.njit
 def turns(px, py, qx, qy, rx, ry):
-    """w1 and w2 with i w1 p - i w2 q = r."""
+    """Return w1 and w2 with i w1 p - i w2 q = r."""
     det = px * qy - py * qx
     return (rx * qx + ry * qy) / det, (rx * px + ry * py) / det
 
 
 @numba.njit
 def alpha(theta, omega):
-    """Angular acceleration of the crank."""
+    """Return the angular acceleration of the crank."""
     c, s = math.cos(theta), math.sin(theta)
     bx, by = meet(c, s, 1.5, 1.6, 0.0, 1.5, 1.0)
     cx, cy, dx, dy = 0.5 * (c + bx), 0.5 * (s + by), 0.5 * (1.6 + bx), 0.5 * by
@@ -79,7 +79,7 @@ def alpha(theta, omega):
 
 @numba.njit
 def integrate(theta, omega, end, rtol, atol, step, a, b, e3, e5):
-    """The same DOP853, compiled; returns the state at the end, and how many steps it took."""
+    """Integrate by the same DOP853, compiled; return the state at the end and the number of steps."""
     k = np.empty((13, 2))
     k[0, 0], k[0, 1] = omega, alpha(theta, omega)
     t, steps = 0.0, 0
@@ -125,17 +125,17 @@ def by_scipy() -> float:
 
 
 def by_hand() -> float:
-    """Return the angle at the end by what is compiled as a whole."""
+    """Return the angle at the end by the compiled integrator."""
     return float(integrate(START, 0.0, HALF_PERIOD, 1e-9, 1e-10, 1e-2, A, B, E3, E5)[0])
 
 
 def by_gim(mechanism: Mechanism) -> Simulation:
-    """Return the whole call."""
+    """Simulate the swing by `gim`."""
     return simulate(mechanism, np.array([0.0, HALF_PERIOD]), Settings(), compiled)
 
 
 def best(work: Callable[[], object]) -> float:
-    """Return seconds of CPU time."""
+    """Return the best CPU time [s]."""
     took = []
     for _ in range(REPEATS):
         begin = time.thread_time()
@@ -145,9 +145,9 @@ def best(work: Callable[[], object]) -> float:
 
 
 def a_swing(mechanism: Mechanism) -> float:
-    """Return seconds of CPU time for a swing alone: ten swings in one call less one."""
-    one, ten = (np.array([0.0, swings * HALF_PERIOD]) for swings in (1.0, 41.0))
-    calls = [best(partial(simulate, mechanism, times, Settings(), compiled)) for times in (one, ten)]
+    """Return the CPU time of one more swing [s]: 41 swings in one call minus one swing, divided by 40."""
+    one, many = (np.array([0.0, swings * HALF_PERIOD]) for swings in (1.0, 41.0))
+    calls = [best(partial(simulate, mechanism, times, Settings(), compiled)) for times in (one, many)]
     return (calls[1] - calls[0]) / 40.0
 
 
@@ -157,13 +157,13 @@ def main() -> None:
     errors = [by_scipy() - STANDSTILL, by_hand() - STANDSTILL, float(by_gim(mechanism).inputs[0, 0, -1]) - STANDSTILL]
     scipy, hand, gim = best(by_scipy), best(by_hand), best(lambda: by_gim(mechanism))
     swing = a_swing(mechanism)
-    print("a swing of Watt's six-bar at 1e-9          CPU time   error [rad]")
+    print("one swing of Watt's six-bar at 1e-9        CPU time   error [rad]")
     print(f"by hand, numba, scipy's DOP853           {1e3 * scipy:8.2f} ms   {errors[0]:+.1e}")
-    print(f"by hand, numba, DOP853 compiled too      {1e3 * hand:8.2f} ms   {errors[1]:+.1e}")
+    print(f"by hand, numba, compiled DOP853          {1e3 * hand:8.2f} ms   {errors[1]:+.1e}")
     print(f"gim, whole call                          {1e3 * gim:8.2f} ms   {errors[2]:+.1e}")
     print(f"gim, a further swing of the same call    {1e3 * swing:8.2f} ms")
-    print(f"ratio of whole calls: {gim / scipy:.2f} to scipy's, {gim / hand:.1f} to all compiled")
-    print(f"ratio of a further swing: {swing / scipy:.2f} to scipy's, {swing / hand:.1f} to all compiled")
+    print(f"ratio of whole calls: {gim / scipy:.2f} to scipy's, {gim / hand:.1f} to the compiled one")
+    print(f"ratio of a further swing: {swing / scipy:.2f} to scipy's, {swing / hand:.1f} to the compiled one")
 
 
 if __name__ == "__main__":

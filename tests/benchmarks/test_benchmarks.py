@@ -1,4 +1,4 @@
-"""The benchmarks run: tiny sizes, results into a folder of the test. What they time is not looked at."""
+"""The benchmarks run, with small sizes and results in a temporary folder. Their times are not checked."""
 
 import csv
 import sys
@@ -39,8 +39,8 @@ def test_rates(tmp_path, monkeypatch):
     assert all(float(r["difference"]) <= 1e-6 for r in rows if r["program"] == "2 derivatives")
 
 
-def test_loops_by_hand_hold_their_lengths():
-    """Bars of the Stephenson mechanism and the platform, from the positions alone."""
+def test_loops_by_hand_satisfy_the_lengths():
+    """Lengths of the bars of the Stephenson mechanism and of the platform, from the positions."""
     c, e, f, b = (q[0] + 1j * q[1] for q in positions.by_hand.trace("stephenson_3_far", 50, True))
     for one, other, square in (
         (c, e, 149),
