@@ -5,9 +5,9 @@ Run: python tests/benchmarks/random_starts.py [--starts 10000]
 Nodes are random in a square of twice the mechanism's size, with the same starts for each method, the drawn inputs and
 tolerance 1e-10. `gim` sweeps by the sequence of `gim sequence`; `newton` is Newton-Raphson from the given start,
 without closed forms and restarts; `auto` is the method of `gim solve --start random`. A start has converged if the
-independent residual confirms it. Configurations are clusters of node positions (1e-6 of the size). Two shipped models are left out,
-because their counts have no meaning: a folded Peaucellier linkage has additional freedoms, and sweeps can reverse the
-true prismatic pair of the Scotch yoke, which the residual does not detect.
+independent residual confirms it. Configurations are clusters of node positions (1e-6 of the size). Two shipped models
+are left out, because their counts have no meaning: a folded Peaucellier linkage has additional freedoms, and sweeps can
+reverse the true prismatic pair of the Scotch yoke, which the residual does not detect.
 """
 
 from __future__ import annotations
