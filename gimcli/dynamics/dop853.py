@@ -17,7 +17,7 @@ from gimcli.kernels import dormand_prince as kernels
 from gimcli.mechanism import FloatArray
 
 
-class Strider:
+class StrideSolver:
     """Solver whose `step` takes many steps, until one contains a row or an event, or approaches a dead point."""
 
     def __init__(

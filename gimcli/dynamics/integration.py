@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.dynamics.dop853 import Strider
+from gimcli.dynamics.dop853 import StrideSolver
 from gimcli.dynamics.energy_projection import Projection
 from gimcli.dynamics.equations_of_motion import Equations
 from gimcli.dynamics.event_search import EventSearch
@@ -97,7 +97,7 @@ class Integration:
             if not self._accept(time, y):  # sets the signals of events for the new piece
                 self.status = self.equations.reason()
                 break
-            solver = self._strider(time, y, end) or self._solver(time, y, end)
+            solver = self._stride_solver(time, y, end) or self._solver(time, y, end)
             stop, changed = self._piece(solver, end)
             if stop is not None:
                 return stop
@@ -140,7 +140,7 @@ class Integration:
 
     def _step(self, solver: Any) -> bool:
         """Take one step, or many in one compiled call; return whether it succeeded."""
-        strides = isinstance(solver, Strider)
+        strides = isinstance(solver, StrideSolver)
         if strides:
             solver.due(self._due)
         failed = solver.step() is not None or not np.all(np.isfinite(solver.y))
@@ -165,7 +165,7 @@ class Integration:
         """Absolute tolerances of a state."""
         return np.array([SIMULATION.absolute * self.settings.rtol] * 2 * len(self.free) + [SIMULATION.energies] * 2)
 
-    def _strider(self, time: float, y: FloatArray, end: float) -> Strider | None:
+    def _stride_solver(self, time: float, y: FloatArray, end: float) -> StrideSolver | None:
         """Return the solver that takes many steps per compiled call, if the model allows it."""
         reducer, settings = self.reducer, self.settings
         compiled = reducer.run is not plain and self.integrator.compiled
@@ -173,7 +173,7 @@ class Integration:
             return None
         if self.projection.start is None:
             return None
-        return Strider(
+        return StrideSolver(
             reducer, self.equations.slopes, time, y, end, settings.rtol,
             (self.projection.start, self.projection.greatest_kinetic), self._shortest, self._creep,
         )  # fmt: skip
@@ -195,7 +195,7 @@ class Integration:
 
     def _count(self, solver: Any) -> None:
         self.evaluations += solver.nfev
-        if isinstance(solver, Strider):
+        if isinstance(solver, StrideSolver):
             self.steps += solver.steps
             self.projection.total += solver.corrected
 

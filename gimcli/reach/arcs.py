@@ -194,8 +194,8 @@ def footpoints(arc: PathArc, z: FloatArray) -> list[Cut | None]:
     return found
 
 
-class Crowd:
-    """The cubics of many paths, for distances of points and for crossings."""
+class PathIndex:
+    """The cubics of many paths with their boxes, for distances of points and for crossings."""
 
     def __init__(self, arcs: Sequence[PathArc]) -> None:
         counts = [len(arc.span) for arc in arcs]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gimcli.mechanism import FloatArray
-from gimcli.reach.arcs import MEETING, Crowd, Cut, PathArc, footpoints
+from gimcli.reach.arcs import MEETING, Cut, PathArc, PathIndex, footpoints
 
 
 def arranged(arcs: Sequence[PathArc]) -> list[PathArc]:
@@ -55,7 +55,7 @@ def _at_ends(arcs: Sequence[PathArc]) -> list[list[Cut]]:
 
 def _at_crossings(arcs: Sequence[PathArc]) -> list[list[Cut]]:
     cuts: list[list[Cut]] = [[] for _ in arcs]
-    for k, cut in Crowd(arcs).crossings() if arcs else ():
+    for k, cut in PathIndex(arcs).crossings() if arcs else ():
         if _inner(arcs[k], cut):
             cuts[k].append(cut)
     return cuts

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
-from gimcli.reach.arcs import Crowd, Cut, PathArc
+from gimcli.reach.arcs import Cut, PathArc, PathIndex
 from gimcli.reach.sampling import Bank
 
 OUTER, HOLE, INNER, ALONE, OPEN = "outer", "hole", "inner", "alone", "open"
@@ -86,11 +86,11 @@ def sorted_edges(arcs: Sequence[PathArc], bank: Bank) -> list[Edge]:
     """Return every path with its kind, from tests of the points beside it; repeated for loops that do not close."""
     if not arcs:
         return []
-    crowd = Crowd(arcs)
+    index = PathIndex(arcs)
     reached = np.array([[arc.inside > 0.0, arc.inside < 0.0] for arc in arcs])  # from the curvatures
     chosen = np.arange(len(arcs))
     for _ in range(REGION.rounds):
-        _test_sides(arcs, chosen, reached, crowd, bank)
+        _test_sides(arcs, chosen, reached, index, bank)
         edges = [_edge(arc, bool(left), bool(right)) for arc, (left, right) in zip(arcs, reached, strict=True)]
         doubtful = {id(e.arc) for loop in loops(edges) if not loop.closed for e in loop.edges}
         chosen = np.array([k for k, e in enumerate(edges) if e.kind == OPEN or id(e.arc) in doubtful], dtype=int)
@@ -100,13 +100,13 @@ def sorted_edges(arcs: Sequence[PathArc], bank: Bank) -> list[Edge]:
 
 
 def _test_sides(
-    arcs: Sequence[PathArc], chosen: IntArray, reached: NDArray[np.bool_], crowd: Crowd, bank: Bank
+    arcs: Sequence[PathArc], chosen: IntArray, reached: NDArray[np.bool_], index: PathIndex, bank: Bank
 ) -> None:
     """Test the points beside chosen paths, and set `reached` (paths, 2) for the left and right side."""
     tests = [(k, side) for k in chosen.tolist() for side in (0, 1) if not reached[k, side]]
     if not tests:
         return
-    marks = _marks(list(dict(tests)), arcs, crowd)
+    marks = _marks(list(dict(tests)), arcs, index)
     places = np.array([marks[k][0] + (1.0, -1.0)[side] * marks[k][2] * marks[k][1] for k, side in tests])
     hints = np.array([_hints(marks[k][3], marks[k][2], bank) for k, _ in tests])
     for (k, side), found in zip(tests, bank.reaches(places, hints).tolist(), strict=True):
@@ -125,12 +125,12 @@ Mark = tuple[FloatArray, FloatArray, float, FloatArray]
 """A point (2,) of a path, its left normal, the distance of the tests, and the position."""
 
 
-def _marks(chosen: Sequence[int], arcs: Sequence[PathArc], crowd: Crowd) -> dict[int, Mark]:
+def _marks(chosen: Sequence[int], arcs: Sequence[PathArc], index: PathIndex) -> dict[int, Mark]:
     """Return for every chosen path the point with the greatest distance from other paths."""
     cuts = [[arcs[k].halfway(part) for part in REGION.parts] for k in chosen]
     places = np.array([arcs[k].at(*cut) for k, own in zip(chosen, cuts, strict=True) for cut in own])
     but = np.repeat(chosen, len(REGION.parts))
-    rooms = crowd.room(places, but, REGION.aside / REGION.clear).reshape(len(chosen), -1)
+    rooms = index.room(places, but, REGION.aside / REGION.clear).reshape(len(chosen), -1)
     return {k: _mark(arcs[k], own, room.tolist()) for k, own, room in zip(chosen, cuts, rooms, strict=True)}
 
 
