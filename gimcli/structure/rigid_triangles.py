@@ -81,6 +81,7 @@ def triangle_hints(mechanism: Mechanism) -> list[str]:
 def _cure(mechanism: Mechanism, triangles: list[RigidTriangle]) -> str:
     frame = mechanism.members[FRAME]
     if not any(FRAME in t.members for t in triangles):
-        return "write one member under `elements:` instead"
+        nodes = sorted({n for t in triangles for k in t.members for n in mechanism.members[k].nodes})
+        return f"write one member [{', '.join(mechanism.nodes[n] for n in nodes)}] under `elements:` instead"
     fixed = dict.fromkeys(n for t in triangles for n in t.pins if n not in frame.nodes)
     return f"fix {', '.join(mechanism.nodes[n] for n in fixed)} under `ground:` instead"

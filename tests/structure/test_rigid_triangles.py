@@ -28,8 +28,11 @@ ELEMENT = FOUR_BAR % ("plate: [A, B, C]", "")
 @pytest.mark.parametrize(
     ("text", "hint"),
     [
-        (BARS, "rod, d and e form a rigid triangle with 2 configurations: write one member under `elements:`"),
-        (TRUSS, "rod, d, e, f and g form 2 rigid triangles with 4 configurations: write one member"),
+        (
+            BARS,
+            "rod, d and e form a rigid triangle with 2 configurations: write one member [A, B, C] under `elements:`",
+        ),
+        (TRUSS, "rod, d, e, f and g form 2 rigid triangles with 4 configurations: write one member [A, B, C, D]"),
         (ON_A_PLATE, "plate, d and e form a rigid triangle"),
         (ON_THE_FRAME, "ground, d and e form a rigid triangle with 2 configurations: fix C under `ground:`"),
     ],
