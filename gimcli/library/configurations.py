@@ -176,37 +176,48 @@ class ConfigurationsResult(Result):
 
 
 def verdict(found: Configurations) -> str:
-    """Return in plain words how many there are and whether that is proved to be all."""
+    """Return the number of configurations, and whether the list is proved complete, with the reason."""
+    spare = f"; checked redundant constraints: {', '.join(found.surplus)}" if found.surplus else ""
+    if found.level <= 2 and not len(found) and not spare:
+        proof = f"none of {found.bound} complex solutions is real" if found.level == 1 else "no solution is real"
+        return f"cannot be assembled at these inputs (proved: {proof})"
     count = f"{len(found)} configuration{'s' * (len(found) != 1)}"
-    spare = f"; {', '.join(found.surplus)} left out and then checked" if found.surplus else ""
-    largest = max((g.loops for g in found.groups), default=0)
+    return f"{count}, {'proved' if found.level <= 2 else 'not proved'} complete: {_reason(found)}{spare}"
+
+
+def _reason(found: Configurations) -> str:
+    """Return why a list is proved complete, or why not."""
+    unknown = any(g.count is None for g in found.groups)
+    if found.level == 1 and found.groups:
+        return f"all {found.bound} complex solutions were found" if found.bound > 1 else "the equations are linear"
     if found.level == 1:
-        roots = f" all {found.bound} complex roots of the structure are accounted for" if found.bound > 1 else " linear"
-        return f"{count}, proved complete:{roots if found.groups else ' nothing has a choice'}{spare}"
-    if found.level == 2 and any(g.count is None for g in found.groups):
-        return f"{count}, proved complete: intervals leave room for no other real one{spare}"
+        return "the inputs determine all nodes"
     if found.level == 2:
-        return f"{count}, proved complete: the others of {found.bound} roots are not real or at infinity{spare}"
-    if found.level == 3:
-        why = (
-            f"the number of roots of a group with {largest} loops is not known"
-            if any(g.count is None for g in found.groups)
-            else f"{sum(g.infinite for g in found.groups)} of the roots are at infinity for these dimensions"
+        return (
+            "intervals contain no other real solution"
+            if unknown
+            else f"the other solutions of {found.bound} are not real, or at infinity"
         )
-        return f"{count}, not proved complete: two independent searches agree, but {why}{spare}"
-    return f"{count}, not proved complete: {_open(found)}{spare}"
+    if found.level == 3:
+        largest = max((g.loops for g in found.groups), default=0)
+        return "two independent searches agree, but " + (
+            f"the number of solutions of a group with {largest} loops is not known"
+            if unknown
+            else f"{sum(g.infinite for g in found.groups)} solutions are at infinity for these dimensions"
+        )
+    return _open(found)
 
 
 def _open(found: Configurations) -> str:
-    """Return what keeps a list from being proved complete."""
+    """Return the reasons why nothing is proved about the completeness of a list."""
     multiple, free = sum(g.doubtful for g in found.groups), [", ".join(g.nodes) for g in found.groups if g.free]
     reasons = []
     if found.missing:
-        reasons.append(f"{found.missing} root{'s' * (found.missing != 1)} unaccounted for")
+        reasons.append(f"{found.missing} complex solution{'s were' if found.missing != 1 else ' was'} not found")
     if multiple:
-        reasons.append(f"{multiple} multiple root{'s' * (multiple != 1)}")
+        reasons.append(f"{multiple} multiple solution{'s' * (multiple != 1)}")
     if found.unfit:
-        reasons.append(f"{found.unfit} of the roots did not fulfil all constraints")
-    told = ", ".join(reasons) or "roots that are neither proved real nor proved not to be"
-    turning = f"; where a dyad is folded onto itself {' and '.join(free)} can turn freely" if free else ""
-    return f"{told} (singular, or a motion with the inputs held){turning}"
+        reasons.append(f"{found.unfit} of the solutions violate{'s' * (found.unfit == 1)} a constraint")
+    text = ", ".join(reasons) or "some solutions are neither proved real nor proved not real"
+    turning = f"; where a dyad is folded, {' and '.join(free)} can rotate freely" if free else ""
+    return f"{text} (a singular position, or a motion with constant inputs){turning}"

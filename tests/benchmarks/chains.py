@@ -152,7 +152,7 @@ def exponent(rows: list[Row], column: str) -> float:
     return float(np.polyfit(*np.log(np.array(points)).T, 1)[0])
 
 
-def foreseen(rows: list[Row], n: int) -> float:
+def extrapolated(rows: list[Row], n: int) -> float:
     """Return the expected planning time [s] at n, extrapolated from the last two sizes."""
     if len(rows) < 2:
         return 0.0
@@ -164,7 +164,7 @@ def family(name: str, chosen: argparse.Namespace) -> list[Row]:
     """Return the rows of one chain, up to the size that the limit allows."""
     rows: list[Row] = []
     for n in (n for n in SIZES if n <= chosen.largest):
-        expected = foreseen(rows, n)
+        expected = extrapolated(rows, n)
         if expected > chosen.limit:
             print(f"{name} of {n}: left out, planning would take about {expected:.0f} s")
             break

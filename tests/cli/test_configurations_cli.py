@@ -53,7 +53,7 @@ def test_a_list_that_is_not_proved_complete_is_reported():
     report = listed("peaucellier")
     assert report["complete"] is False
     assert report["level"] == 4
-    assert "not proved complete: 4 roots unaccounted for" in gim("solve", MODELS / "peaucellier.yaml", "--all")
+    assert "not proved complete: 4 complex solutions were not found" in gim("solve", MODELS / "peaucellier.yaml", "--all")
 
 
 def test_the_table_has_the_number_and_whether_it_is_complete():
@@ -72,6 +72,7 @@ def test_an_empty_list_is_a_result_with_exit_status_5(tmp_path):
         "actuators: {motor: {type: rotary, pivot: O, arm: A}}\n"
     )
     report = json.loads(gim("solve", model, "--all", "--json", "--csv", tmp_path / "all.csv", code=5))
+    assert report["verdict"] == "cannot be assembled at these inputs (proved: none of 2 complex solutions is real)"
     assert (tmp_path / "all.csv").read_text().splitlines() == ["configuration,node,x,y,residual"]
     assert report["complete"] is True
     assert report["configurations"] == []
