@@ -44,10 +44,10 @@ class EulerIntegration(Integration):
         """Integrate, then evaluate the rows."""
         reducer = self.reducer
         if len(self.free) != 1 or reducer.given:
-            raise UsageError("--method euler is for one free input and no other; choose dop853")
+            raise UsageError("integrator euler is for one free input and no other; choose dop853")
         if not reducer.steady:
             raise UsageError(
-                "--method euler allows only forces that depend on the position: no dampers, friction, tables or"
+                "integrator euler allows only forces that depend on the position: no dampers, friction, tables or"
                 " torque-speed lines; choose dop853"
             )
         time = float(self.times[0])

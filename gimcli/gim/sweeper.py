@@ -145,7 +145,7 @@ def parse_moves(mechanism: Mechanism, text: str) -> tuple[Move, ...]:
         source, _, target = word.partition(">")
         names = [*source.split("^"), target]
         if len(names) not in (2, 3) or any(n not in mechanism.nodes for n in names):
-            raise UsageError(f"--sequence: expected FROM>TO or ARM^VERTEX>TO with nodes of the file, got '{word}'")
+            raise UsageError(f"sequence: expected FROM>TO or ARM^VERTEX>TO with nodes of the file, got '{word}'")
         numbers = [mechanism.nodes.index(n) for n in names]
         if len(numbers) == 2:
             restriction = _distance_between(mechanism, numbers[0], numbers[1], word)
@@ -160,7 +160,7 @@ def _angle_between(mechanism: Mechanism, arm: int, vertex: int, b: int, word: st
         if {arm, vertex, b} <= set(member.nodes):
             turn = member.reach(vertex, b) / member.reach(vertex, arm)
             return angle(f"{member.name} {word}", vertex, arm, b, turn / abs(turn))
-    raise UsageError(f"--sequence: no member contains the angle of '{word}'")
+    raise UsageError(f"sequence: no member contains the angle of '{word}'")
 
 
 def _distance_between(mechanism: Mechanism, a: int, b: int, word: str) -> Restriction:
@@ -171,4 +171,4 @@ def _distance_between(mechanism: Mechanism, a: int, b: int, word: str) -> Restri
     for number, actuator in enumerate(mechanism.actuators):
         if set(actuator.nodes) == {a, b}:
             return distance(actuator.name, a, b, Value(0.0, number))
-    raise UsageError(f"--sequence: no member or linear actuator has the distance of '{word}'")
+    raise UsageError(f"sequence: no member or linear actuator has the distance of '{word}'")

@@ -20,23 +20,35 @@ if TYPE_CHECKING:
     from gimcli.output.picture import Content
 
 PLACES = 361
-"""Places of a curve that are drawn."""
+"""Least number of points of a drawn curve."""
 
 STILL = 1e-6
-"""Change of a distance, in the normal frame, that is none."""
+"""A smaller change of a distance, in the normal frame, counts as constant."""
 
 ROUND = 1e-12
-"""Part of a turn or of the size below which a value is 0."""
+"""A smaller input, in the file's unit, is shown as 0."""
 
 LEAST, MOST = 4, 100_000
-"""Values of the input at which configurations may be listed."""
+"""Smallest and largest number of samples of the input."""
 
 
 def circuits(mechanism: Mechanism, *, samples: int = 72, progress: Phases = no_phases) -> CircuitsResult:
-    """Find which configurations the motion joins without taking the mechanism apart.
+    """Find the circuits of a mechanism: the configurations that are connected without disassembly.
 
-    All configurations are listed at `samples` values of the input, and each is followed until it is home.
-    Raises UsageError, and StructureError where the mechanism is over-driven or not driven.
+    All configurations at `samples` values of the input are listed, and each is followed along its circuit.
+
+    Args:
+        mechanism: from `load` or `loads`.
+        samples: number of values of the input, 4 to 100 000.
+        progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+
+    Returns:
+        A CircuitsResult: `.count`, `.complete`, and one row for each branch with the interval of every input in the
+        file's units. It is empty if the mechanism cannot be assembled at the samples.
+
+    Raises:
+        UsageError: `samples` is not a whole number in its range.
+        StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
     """
     refuse_count("samples", samples, LEAST, MOST)
     with explained(mechanism):
@@ -47,7 +59,7 @@ def circuits(mechanism: Mechanism, *, samples: int = 72, progress: Phases = no_p
 
 
 class CircuitsResult(Result):
-    """The circuits: `count`, `complete`, and the curves and configurations of each (`found`, `report()`)."""
+    """The circuits: `count` and `complete`, one row for each branch; `report()` has curves and configurations."""
 
     KIND = "circuits"
 
@@ -56,17 +68,17 @@ class CircuitsResult(Result):
 
     @property
     def count(self) -> int:
-        """How many circuits there are."""
+        """The number of circuits."""
         return self.found.count
 
     @property
     def answered(self) -> bool:
-        """Tell whether there is any."""
+        """Whether there is at least one circuit."""
         return bool(self.found.strands)
 
     @property
     def complete(self) -> bool:
-        """Tell whether all configurations at the samples are known, and each is on a circuit."""
+        """Whether all configurations at the samples are proved to be known, and each is on a circuit of the list."""
         return self.found.complete
 
     def headline(self) -> str:
@@ -74,7 +86,7 @@ class CircuitsResult(Result):
         return f"{self.mechanism.name}: {self.found.count} circuit{'s' * (self.found.count != 1)}"
 
     def report(self) -> dict[str, Any]:
-        """Return what --json prints."""
+        """Return the report that --json prints."""
         found, mechanism = self.found, self.mechanism
         curves = [
             {
@@ -100,7 +112,7 @@ class CircuitsResult(Result):
         }  # fmt: skip
 
     def table(self) -> Table:
-        """Return one row a branch: its curve and circuit, and the interval of every input."""
+        """Return one row for each branch: curve, circuit, and the ends of the interval of every input."""
         found = self.found
         rows = [(curve_label(found, k), s.number + 1, b) for k, s in enumerate(found.strands) for b in s.branches]
         columns = [
@@ -115,7 +127,7 @@ class CircuitsResult(Result):
         return Table(tuple(columns))
 
     def picture(self) -> Content | None:
-        """Return the curves of the traced points and a graph over the input; None where there is no circuit."""
+        """Return the curves of the traced points and a graph over the input; None if there is no circuit."""
         from gimcli.branching.resampling import along
         from gimcli.motion.coupler_points import carried_point
         from gimcli.output.drawing import motion_picture
@@ -125,21 +137,21 @@ class CircuitsResult(Result):
         if not found.strands:
             return None
         curve, mechanism = found.curve, found.curve.mechanism
-        ways = [along(s.circuit, max(PLACES, len(s.circuit.places))) for s in found.strands]
+        lines = [along(s.circuit, max(PLACES, len(s.circuit.places))) for s in found.strands]
         paths = {
-            name: [mechanism.to_file(carried_point(mechanism, name, curve.nodes(p))) for p in ways]
+            name: [mechanism.to_file(carried_point(mechanism, name, curve.nodes(p))) for p in lines]
             for name in mechanism.traced
         }
         name = next((n for n in paths if _free(found, paths[n])), mechanism.traced[0])
         labels = [f"circuit {curve_label(found, k)}" for k in range(len(found.strands))]
         firsts = {s.number: k for k, s in reversed(list(enumerate(found.strands)))}
-        poses = np.array([mechanism.to_file(curve.nodes(ways[k][:, 0])) for _, k in sorted(firsts.items())])
-        across = np.concatenate([_values(found, p[-1]) for p in ways])
+        poses = np.array([mechanism.to_file(curve.nodes(lines[k][:, 0])) for _, k in sorted(firsts.items())])
+        across = np.concatenate([_values(found, p[-1]) for p in lines])
         columns = []
         for k, label in enumerate(labels):
             column = np.full(len(across), np.nan)
-            first = sum(p.shape[1] for p in ways[:k])
-            own = slice(first, first + ways[k].shape[1])
+            first = sum(p.shape[1] for p in lines[:k])
+            own = slice(first, first + lines[k].shape[1])
             column[own] = paths[name][k].imag
             jumps = np.flatnonzero(np.abs(np.diff(across[own])) > 0.5 * float(np.ptp(across))) + 1
             column[first + jumps] = np.nan
@@ -151,25 +163,25 @@ class CircuitsResult(Result):
 
 
 def inputs_at(found: Circuits, q: float) -> dict[str, float]:
-    """Return the inputs at a parameter in the file's units."""
+    """Return the inputs at a parameter of the curve, in the file's units."""
     values = in_file_units(found.curve.mechanism, found.curve.inputs(q))
     return {name: value if abs(value) > ROUND else 0.0 for name, value in values.items()}
 
 
 def curve_label(found: Circuits, index: int) -> str:
-    """Return the name of a strand: the circuit's number, and a letter where it has several curves."""
+    """Return the label of a strand: the number of its circuit, and a letter if the circuit has several curves."""
     own = found.strands[index].number
     same = [k for k, s in enumerate(found.strands) if s.number == own]
     return f"{own + 1}" + ("" if len(same) == 1 else chr(ord("a") + same.index(index)))
 
 
 def span(found: Circuits, strand: Strand) -> dict[str, list[float]]:
-    """Return the least and the greatest value of every input along a strand."""
+    """Return the smallest and the largest value of every input along a strand."""
     return interval_of(*(inputs_at(found, q) for q in strand.interval))
 
 
 def spacing(found: Circuits) -> tuple[float, str]:
-    """Return the spacing of the values of the input looked at, and its unit; of several a part of their laws."""
+    """Return the spacing of the samples of the input, and its unit; for several inputs a part of the laws' range."""
     mechanism, spacing = found.curve.mechanism, np.array([found.spacing])
     if not found.curve.single:
         low, high = found.curve.laws
@@ -179,7 +191,7 @@ def spacing(found: Circuits) -> tuple[float, str]:
 
 
 def verdict(found: Circuits) -> str:
-    """Return in words whether all circuits are known."""
+    """Return as text whether the list of circuits is complete."""
     count = len(found.sampled)
     if not found.complete:
         lost = f"; {found.lost} configurations could not be followed" if found.lost else ""
@@ -192,7 +204,7 @@ def verdict(found: Circuits) -> str:
 
 
 def _free(found: Circuits, paths: list[Any]) -> bool:
-    """Tell whether a point's paths are more than circles about a node of the frame."""
+    """Return whether the paths of a point are other than circles around a node of the frame."""
     mechanism = found.curve.mechanism
     frame = mechanism.to_file(mechanism.members[0].shape)
     return all(any(np.ptp(np.abs(path - centre)) > STILL * mechanism.scale for path in paths) for centre in frame)

@@ -119,7 +119,7 @@ class LawFollower:
     def _other_arc(self, gap: Gap) -> Gap:
         """Return the gap on the other of the two arcs that meet at a limit."""
         if self.branch > 2:
-            raise UsageError(f"--branch {self.branch}: only 2 arcs meet at the start position, which is a limit")
+            raise UsageError(f"branch {self.branch}: only 2 arcs meet at the start position, which is a limit")
         self.branch = 1
         return cast("ArcPassage", gap).other_side().mirrored()
 
@@ -287,7 +287,7 @@ class LawFollower:
         found = self._around(row.x + 1j * row.y, gap.centre, along)
         self.follower, self.place = self.follow(self.leg), gap.centre
         if found is None or not self.follower.enter(found):
-            raise UsageError("--branch: the branch cannot be followed from the change point")
+            raise UsageError("branch: the branch cannot be followed from the change point")
         self._note(path, gap)
         return gap.centre
 
@@ -300,7 +300,7 @@ class LawFollower:
     def check_branch_taken(self) -> None:
         """Raise UsageError if no change point was reached at which the chosen branch could be followed."""
         if self.branch > 1:
-            raise UsageError(f"--branch {self.branch}: the law reaches no change point; see `gim singularities`")
+            raise UsageError(f"branch {self.branch}: the law reaches no change point; see `gim singularities`")
 
     # -- limits --------------------------------------------------------------------------
 

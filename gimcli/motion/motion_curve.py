@@ -104,7 +104,7 @@ class MotionCurve:
         if start.first is None:
             return None
         if branch > 1 and branch > len(start.directions):
-            raise UsageError(f"--branch {branch}: only {len(start.directions)} branches meet at the first change point")
+            raise UsageError(f"branch {branch}: only {len(start.directions)} branches meet at the first change point")
         if start.met is not None:
             return self._through(curve, start, sense, branch)
         fold = fold_beside(curve, start.place, ABOUT)
@@ -149,14 +149,14 @@ class MotionCurve:
         for tangent in only[branch - 1 : None if branch == 1 else branch]:
             if branch > 1 and abs(tangent[-1]) <= RESTS:
                 raise UsageError(
-                    f"--branch {branch}: the input rate is zero on this branch at the change point, so that the input"
+                    f"branch {branch}: the input rate is zero on this branch at the change point, so that the input"
                     " cannot drive it; use `gim trace --circuit --branch`"
                 )
             arc = make_arc(curve, start.met.p, tangent, start.met) if abs(tangent[-1]) > RESTS else None
             if arc is not None:
                 return ArcPassage(arc, sense, self.assembled)
         if branch > 1:
-            raise UsageError(f"--branch {branch}: the branch cannot be followed from the change point")
+            raise UsageError(f"branch {branch}: the branch cannot be followed from the change point")
         return None
 
     def _arc(self, walker: CircuitWalker, k: int) -> SingularArc | None:

@@ -28,7 +28,7 @@ def input_grid(mechanism: Mechanism, count: int) -> InputGrid:
     grid = InputGrid(np.array([s.low for s in spans]), np.array(high), turning, count)
     if grid.rows > MOST:
         raise UsageError(
-            f"--grid {count}: {grid.rows} positions of {len(spans)} inputs, at most {MOST} are possible; reduce it"
+            f"grid {count}: {grid.rows} positions of {len(spans)} inputs, at most {MOST} are possible; reduce it"
         )
     return grid
 

@@ -243,7 +243,7 @@ class WorkspaceTask:
         found = next((m for m in self.mechanism.members[FRAME + 1 :] if m.name == name), None)
         if found is None:
             names = [m.name for m in self.mechanism.members[FRAME + 1 :]]
-            raise UsageError(f"--orientation {name}: unknown moving member; {guess(name, names)}")
+            raise UsageError(f"orientation {name}: unknown moving member; {guess(name, names)}")
         return found.nodes[0], found.nodes[1]
 
     def _arm(self, name: str, x: FloatArray) -> ComplexArray:
