@@ -44,5 +44,6 @@ def require_consistent(
         check = residual(mechanism, z[:, None], inputs[:, None], names=True)
         raise StructureError(
             f"constraint '{check.worst[0]}' is redundant and contradicts the others (relative error"
-            f" {check.total[0]:.1e}, tolerance {tolerance:.0e}); correct its dimension, remove it or loosen the tolerance"
+            f" {check.total[0]:.1e}, tolerance {tolerance:.0e}); correct its dimension, remove it"
+            " or loosen the tolerance"
         )
