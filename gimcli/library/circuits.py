@@ -219,7 +219,7 @@ def _values(found: Circuits, q: Any) -> Any:
 
 
 def _abscissa(found: Circuits, values: Any) -> tuple[str, Any, str]:
-    """Return name, values and unit of what the graph is drawn over."""
+    """Return name, values and unit of the abscissa of the graph."""
     mechanism = found.curve.mechanism
     if found.curve.line is None:
         return "time", values / found.curve.span * mechanism.duration, "s"

@@ -209,7 +209,7 @@ def _reason(found: Configurations) -> str:
 
 
 def _open(found: Configurations) -> str:
-    """Return the reasons why nothing is proved about the completeness of a list."""
+    """Return the reasons why a list is not proved complete."""
     multiple, free = sum(g.doubtful for g in found.groups), [", ".join(g.nodes) for g in found.groups if g.free]
     reasons = []
     if found.missing:

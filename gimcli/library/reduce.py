@@ -44,8 +44,8 @@ def reduce(
         progress: function of the name of a phase; returns a function of (rows done, all rows), for a progress bar.
 
     Returns:
-        A ReduceResult: columns (rows,) q, J, dJ_dq, tau, V and status, units in `table()`; `.wheel` is the flywheel, or
-        None.
+        A ReduceResult: columns (rows,) q, J, dJ_dq, tau, V, dtau_dq, dV_dq and status, with units in `table()`;
+        `.wheel` is the flywheel, or None.
 
     Raises:
         UsageError: an unknown input or an invalid argument.

@@ -27,7 +27,7 @@ def number(value: float, size: float = 0.0) -> str:
 
 
 def greatest(values: Iterable[float]) -> float:
-    """Return the greatest amount of finite values; 0 where there is none."""
+    """Return the largest magnitude of the finite values; 0 if there are none."""
     return max((abs(value) for value in values if math.isfinite(value)), default=0.0)
 
 

@@ -56,7 +56,7 @@ def trace(
             (the `duration` of the model, or 1 s).
         measure: one text or a list, such as "transmission" or ["centre:rod/rocker", "curvature:P"]; adds columns.
         plot: graphs below the drawing in `picture()` and in saved pictures: "velocity", "acceleration", "jerk" (of the
-            traced points), "omega", "alpha" (of the members), or a measure. It adds the columns of a measure.
+            traced points), "omega", "alpha" (of the members), or a measure; also adds the columns of these quantities.
         at_limit: what happens where the law exceeds a limit of the input. "stop": the rows after it have no position.
             "skip": rows have no position while the law is out of reach, and are then solved again on the same arc.
             "reverse": the input turns back.

@@ -47,29 +47,29 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--steps", type=int, default=100_000)
     parser.add_argument("--repeats", type=int, default=7)
     parser.add_argument("--out", type=Path, default=machine.RESULTS)
-    asked = parser.parse_args(arguments)
+    chosen = parser.parse_args(arguments)
     rows: list[machine.Row] = []
     options = Options(jit="on")
     for name in ("crank_rocker", "watt_1"):
         mechanism = weighted(name)
         motion, courses, bodies = (
-            trace(mechanism, asked.steps, options),
+            trace(mechanism, chosen.steps, options),
             Courses(mechanism, 0, "on"),
             statics(mechanism),
         )
         course = courses(motion)
         inverse_dynamics(bodies, course, compiled)
         parts = {
-            "positions": least(lambda m=mechanism: trace(m, asked.steps, options), asked.repeats),
-            "accelerations": least(lambda m=motion, c=courses: c(m), asked.repeats),
-            "forces": least(lambda b=bodies, c=course: inverse_dynamics(b, c, compiled, Turns()), asked.repeats),
+            "positions": least(lambda m=mechanism: trace(m, chosen.steps, options), chosen.repeats),
+            "accelerations": least(lambda m=motion, c=courses: c(m), chosen.repeats),
+            "forces": least(lambda b=bodies, c=course: inverse_dynamics(b, c, compiled, Turns()), chosen.repeats),
         }
-        each = {part: 1e9 * seconds / asked.steps for part, seconds in parts.items()}
-        rows.append({"mechanism": name, "steps": asked.steps, **{k: round(v, 1) for k, v in each.items()}})
+        each = {part: 1e9 * seconds / chosen.steps for part, seconds in parts.items()}
+        rows.append({"mechanism": name, "steps": chosen.steps, **{k: round(v, 1) for k, v in each.items()}})
         print(
             name, ", ".join(f"{k} {v:.0f} ns" for k, v in each.items()), f"together {sum(each.values()):.0f} ns a step"
         )
-    machine.keep("inverse_dynamics", rows, asked.out)
+    machine.keep("inverse_dynamics", rows, chosen.out)
 
 
 if __name__ == "__main__":

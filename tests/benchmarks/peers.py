@@ -120,11 +120,11 @@ def _simulated(linkage: Linkage) -> tuple[Any, list[Any], Any, float]:
 
 def pylinkage(linkage: Linkage) -> Trace:
     """Compile a pylinkage Linkage; its `step_fast` runs in numba."""
-    model, start, crank, way = _simulated(linkage)
+    model, start, crank, angle = _simulated(linkage)
 
     def trace(steps: int) -> np.ndarray:
         model.set_coords(start)
-        path = model.step_fast(steps, dt=way / steps / crank.angular_velocity)
+        path = model.step_fast(steps, dt=angle / steps / crank.angular_velocity)
         return path[:, -1, 0] + 1j * path[:, -1, 1]
 
     return trace
@@ -132,12 +132,12 @@ def pylinkage(linkage: Linkage) -> Trace:
 
 def pylinkage_rates(linkage: Linkage) -> Trace:
     """Compile a pylinkage Linkage; its `step_fast_with_kinematics` gives position, velocity, acceleration."""
-    model, start, crank, way = _simulated(linkage)
-    model.set_input_velocity(crank, way)
+    model, start, crank, angle = _simulated(linkage)
+    model.set_input_velocity(crank, angle)
 
     def trace(steps: int) -> np.ndarray:
         model.set_coords(start)
-        found = model.step_fast_with_kinematics(steps, dt=way / steps / crank.angular_velocity)
+        found = model.step_fast_with_kinematics(steps, dt=angle / steps / crank.angular_velocity)
         return np.stack([part[:, -1, 0] + 1j * part[:, -1, 1] for part in found])
 
     return trace
@@ -237,10 +237,10 @@ def _exudyn_system(linkage: Linkage) -> tuple[Any, dict[str, int]]:
     return mbs, nodes
 
 
-def _offset(part: Callable[[float], float], radius: float, first: float, way: float) -> Callable[..., float]:
+def _offset(part: Callable[[float], float], radius: float, first: float, angle: float) -> Callable[..., float]:
     """Return the displacement of one coordinate of a driven point from its start."""
     begin = part(first)
-    return lambda mbs, time, item, offset: radius * (part(first + way * time) - begin)
+    return lambda mbs, time, item, offset: radius * (part(first + angle * time) - begin)
 
 
 PEERS: dict[str, tuple[Callable[[Linkage], Trace], int]] = {

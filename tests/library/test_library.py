@@ -1,4 +1,4 @@
-"""The public library: what it returns is right by closed forms, and what the commands print."""
+"""The public functions: their results agree with closed forms and with the reports of the commands."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ NOTHING = {"csv", "png", "npz", "files"}
 
 @pytest.fixture(scope="module")
 def four_bar():
-    """O2 (0, 0), O4 (100, 0); crank 40, coupler 120, rocker 80 [mm]."""
+    """Return the four-bar O2 (0, 0), O4 (100, 0), crank 40, coupler 120, rocker 80 [mm]."""
     return gimcli.load(MODELS / "crank_rocker.yaml")
 
 
 def joint(crank, degrees):
-    """Return B of the four-bar above by two circles: rocker about O4, coupler about A."""
+    """Return B of the four-bar above as intersection of two circles: rocker around O4, coupler around A."""
     a = crank * np.exp(1j * np.radians(degrees))
     along = a - 100.0
     far = abs(along)
@@ -39,13 +39,13 @@ def joint(crank, degrees):
     return 100.0 + unit * (part - 1j * np.sqrt(80.0**2 - part**2))
 
 
-def test_importing_is_cheap():
+def test_import_loads_no_large_package():
     code = "import gimcli, sys; print([m for m in ('numpy', 'pydantic', 'yaml', 'typer') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     assert done.stdout.strip() == "[]"
 
 
-def test_public_names_are_these():
+def test_public_names():
     assert set(dir(gimcli)) >= VERBS | {"Mechanism", "GimError"}
     assert all(callable(getattr(gimcli, name)) and getattr(gimcli, name).__doc__ for name in VERBS)
     with pytest.raises(AttributeError, match="no attribute 'solv'"):
@@ -75,7 +75,7 @@ def test_a_motion_by_two_circles(four_bar):
 
 
 @pytest.mark.parametrize("steps", [1, 2, 7, 90])
-def test_angles_are_counted_through_turns_however_far_apart_the_rows_are(steps):
+def test_full_turns_are_counted_for_any_number_of_rows(steps):
     data = yaml.safe_load((MODELS / "crank_rocker.yaml").read_text())
     data["actuators"]["motor"]["law"] = {"from": 0, "to": 1080}
     found = gimcli.trace(gimcli.load(data), steps=steps)
@@ -83,18 +83,18 @@ def test_angles_are_counted_through_turns_however_far_apart_the_rows_are(steps):
     assert found.angle["rocker"][-1] == pytest.approx(found.angle["rocker"][0], abs=1e-9)
 
 
-def test_angles_along_a_circuit_are_counted_too():
+def test_full_turns_are_counted_along_a_circuit():
     found = gimcli.trace(gimcli.load(MODELS / "crank_rocker.yaml"), steps=3, circuit=True)
     assert abs(found.angle["crank"][-1] - found.angle["crank"][0]) == pytest.approx(360.0, abs=1e-8)
 
 
-def test_a_file_its_text_and_its_data_are_one_mechanism(four_bar):
+def test_file_text_and_dict_give_the_same_mechanism(four_bar):
     text = (MODELS / "crank_rocker.yaml").read_text()
     for other in (gimcli.loads(text), gimcli.load(yaml.safe_load(text)), gimcli.load(MODELS / "crank_rocker.yaml")):
         assert gimcli.solve(other, motor=77).xy["P"].tolist() == gimcli.solve(four_bar, motor=77).xy["P"].tolist()
 
 
-def test_faults_of_data_name_their_keys():
+def test_errors_of_a_dict_name_its_keys():
     data = yaml.safe_load((MODELS / "crank_rocker.yaml").read_text())
     data["links"]["crank"] = {"nodes": ["O2", "Q"], "lenght": np.float64(3.0)}
     with pytest.raises(gimcli.ModelError) as caught:
@@ -109,13 +109,13 @@ def test_faults_of_data_name_their_keys():
 
 
 def far_beyond():
-    """Return a double rocker (Chebyshev's) whose law asks for a whole turn."""
+    """Return Chebyshev's double rocker with a law of a full turn, which exceeds its limits."""
     data = read_source(MODELS / "chebyshev.yaml").data
     next(iter(data["actuators"].values()))["law"] = {"by": 360}
     return data
 
 
-def test_what_is_not_solved_has_a_status_and_no_number():
+def test_rows_that_are_not_solved_have_a_status_and_nan():
     data = yaml.safe_load((MODELS / "crank_rocker.yaml").read_text())
     data["links"]["crank"] = {"nodes": ["O2", "A"], "length": 400}
     found = gimcli.solve(gimcli.load(data), motor=45)
@@ -130,7 +130,7 @@ def test_what_is_not_solved_has_a_status_and_no_number():
     assert np.isfinite(beyond.xy["B"][~empty]).all()
 
 
-def test_names_that_do_not_exist_say_what_was_meant(four_bar):
+def test_unknown_names_are_refused_with_a_suggestion(four_bar):
     with pytest.raises(gimcli.UsageError, match="did you mean 'motor'"):
         gimcli.solve(four_bar, moter=3)
     with pytest.raises(KeyError, match="rocker"):
@@ -157,7 +157,7 @@ def test_a_text_is_limited_to_the_size_of_a_file():
         gimcli.loads(larger)
 
 
-def test_a_notebook_shows_a_table_and_a_picture_and_names_are_text():
+def test_a_notebook_shows_a_table_and_a_picture_with_escaped_names():
     data = yaml.safe_load((MODELS / "crank_rocker.yaml").read_text())
     data["name"] = "<img onerror=alert(1)>"
     shown = gimcli.trace(gimcli.load(data), steps=4)._repr_html_()
@@ -166,7 +166,7 @@ def test_a_notebook_shows_a_table_and_a_picture_and_names_are_text():
     assert "<img" not in shown
 
 
-def test_files_are_those_of_the_command(four_bar, tmp_path):
+def test_saved_files_are_those_of_the_command(four_bar, tmp_path):
     run = gim("trace", MODELS / "crank_rocker.yaml", "--steps", 8, "--out", tmp_path, "--json")
     found = gimcli.trace(four_bar, steps=8)
     found.save(tmp_path / "own.csv", tmp_path / "own.png", tmp_path / "own.json")
@@ -223,7 +223,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("at_limit", ["stop", "skip", "reverse"])
-def test_a_command_prints_what_the_verb_returns_at_a_limit(at_limit, tmp_path):
+def test_at_a_limit_command_and_function_have_the_same_report(at_limit, tmp_path):
     path = tmp_path / "m.yaml"
     path.write_text(yaml.safe_dump(far_beyond(), sort_keys=False))
     run = gim("trace", path, "--steps", 12, "--at-limit", at_limit, "--no-png", "--json", "--out", tmp_path)
@@ -234,7 +234,7 @@ def test_a_command_prints_what_the_verb_returns_at_a_limit(at_limit, tmp_path):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_command_prints_what_the_verb_returns(case, tmp_path, monkeypatch):
+def test_command_and_function_have_the_same_report(case, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     model, arguments, verb = CASES[case]
     path = MODELS / f"{model}.yaml"
@@ -247,7 +247,7 @@ def test_a_command_prints_what_the_verb_returns(case, tmp_path, monkeypatch):
 
 
 def untimed(report):
-    """Return a report without what depends on the machine."""
+    """Return a report without entries that depend on the machine."""
     if "entries" not in report:
         return report
     entries = [{k: v for k, v in e.items() if k not in ("seconds", "efficient")} for e in report["entries"]]
@@ -262,7 +262,7 @@ COUNTS = [
 
 
 @pytest.mark.parametrize(("verb", "given"), COUNTS)
-def test_a_count_out_of_its_bounds_is_refused_as_on_the_command_line(verb, given):
+def test_a_count_outside_its_bounds_is_refused(verb, given):
     mechanism = gimcli.load(MODELS / "watt_durango.yaml")
     with pytest.raises(gimcli.UsageError, match="a whole number from"):
         getattr(gimcli, verb)(mechanism, **given)
@@ -275,7 +275,7 @@ WORDS = [
 
 
 @pytest.mark.parametrize(("verb", "given"), WORDS)
-def test_a_word_that_is_not_known_is_refused_with_the_known_ones(verb, given):
+def test_an_unknown_word_is_refused_with_the_known_ones(verb, given):
     mechanism = gimcli.load(MODELS / "watt_durango.yaml")
     with pytest.raises(gimcli.UsageError, match=f"^{next(iter(given))}=q: choose "):
         getattr(gimcli, verb)(mechanism, **given)
@@ -285,7 +285,7 @@ def crank_rocker():
     return yaml.safe_load((MODELS / "crank_rocker.yaml").read_text())
 
 
-def test_a_grid_is_resumed_for_the_same_lengths_only(tmp_path):
+def test_a_grid_is_resumed_only_for_the_same_lengths(tmp_path):
     data = crank_rocker()
     data["actuators"]["motor"]["law"] = {"from": 0, "to": 360}
     first = gimcli.load(data)
@@ -297,7 +297,7 @@ def test_a_grid_is_resumed_for_the_same_lengths_only(tmp_path):
     assert gimcli.workspace(gimcli.load(MODELS / "crank_rocker.yaml"), "B", grid=4).complete
 
 
-def test_a_model_is_not_written_over_from_another_folder(tmp_path, monkeypatch):
+def test_a_model_is_not_overwritten_from_another_folder(tmp_path, monkeypatch):
     folder = tmp_path / "models"
     folder.mkdir()
     (folder / "m.json").write_text((MODELS / "crank_rocker.yaml").read_text())
@@ -311,7 +311,7 @@ def test_a_model_is_not_written_over_from_another_folder(tmp_path, monkeypatch):
 
 
 def test_a_pair_may_have_the_name_of_another_pair_and_its_node():
-    """`rail W` is what errors call the height of node W over the guide of `rail`: it is a name like any other."""
+    """In error messages `rail W` is the height of node W over the guide of `rail`, but a pair may have this name."""
     data = yaml.safe_load((MODELS / "scotch_yoke.yaml").read_text())
     expected = gimcli.solve(gimcli.load(data))
     data["prismatic"]["rail W"] = data["prismatic"].pop("slot")
@@ -320,7 +320,7 @@ def test_a_pair_may_have_the_name_of_another_pair_and_its_node():
     assert all(found.xy[name] == pytest.approx(expected.xy[name]) for name in expected.xy)
 
 
-def test_turns_of_a_fast_flywheel_are_counted_by_its_speed():
+def test_turns_of_a_fast_flywheel_are_counted_from_its_speed():
     data = {
         "nodes": {"O": [0, 0], "A": [1, 0]}, "ground": ["O"], "links": {"c": ["O", "A"]},
         "masses": {"c": {"mass": 1, "inertia": 1}},
@@ -332,7 +332,7 @@ def test_turns_of_a_fast_flywheel_are_counted_by_its_speed():
 
 @pytest.mark.parametrize("steps", [1, 2, 7])
 def test_turns_are_counted_for_linear_inputs(steps):
-    """However few rows there are, the last angle is that of many."""
+    """With few rows the last angle is the same as with many."""
     mechanism = gimcli.load(MODELS / "excavator.yaml")
     assert gimcli.trace(mechanism, steps).angle["bucket"][-1] == pytest.approx(
         gimcli.trace(mechanism, 500).angle["bucket"][-1]
@@ -340,7 +340,7 @@ def test_turns_are_counted_for_linear_inputs(steps):
 
 
 def test_turns_are_counted_through_a_near_change_point():
-    """A crank-rocker almost a kite: its follower turns by more than half a turn within 5 degrees of the crank."""
+    """A crank-rocker that is nearly a kite: the follower rotates by more than half a turn within 5 deg of the crank."""
     data = {
         "nodes": {"O": [0, 0], "D": [1, 0], "A": [0.3, 0.95], "B": [1.6, 1.9]}, "ground": ["O", "D"],
         "links": {
@@ -373,7 +373,7 @@ def test_rows_that_are_not_solved_have_no_angle():
     assert np.isfinite(found.angle["QU"][~bad]).all()
 
 
-def test_nothing_is_written_where_there_is_nothing_to_draw(tmp_path):
+def test_nothing_is_written_if_there_is_nothing_to_draw(tmp_path):
     crank_rocker = gimcli.load(MODELS / "crank_rocker.yaml")
     unreachable = read_source(MODELS / "crank_rocker.yaml").data
     unreachable["links"]["coupler"] = {"nodes": ["A", "B"], "length": 1000}
@@ -410,7 +410,7 @@ FAULTY = [
 
 
 @pytest.mark.parametrize(("spoil", "text"), FAULTY)
-def test_faults_of_a_dict_name_its_keys_once(spoil, text):
+def test_errors_of_a_dict_name_its_keys_once(spoil, text):
     data = crank_rocker()
     spoil(data)
     with pytest.raises(gimcli.ModelError) as found:
@@ -418,7 +418,7 @@ def test_faults_of_a_dict_name_its_keys_once(spoil, text):
     assert str(found.value) == text
 
 
-def test_words_of_a_dict_are_words_whatever_they_look_like():
+def test_text_in_a_dict_is_not_read_as_a_number():
     data = crank_rocker()
     data["name"] = np.str_("1e3")
     assert gimcli.load(data).name == "1e3"

@@ -65,7 +65,7 @@ def blocks(page):
 
 
 class Reader:
-    """Do what a page says, in a folder of its own."""
+    """Runs the blocks of a page in its own folder."""
 
     def __init__(self, folder, soak=False):
         self.folder, self.soak = folder, soak

@@ -67,7 +67,7 @@ def shares(u: Places, v: Places, r: Places) -> tuple[Any, Any]:
 
 
 def rotating_driver(base: LinkVelocity, pivot: Places, rate: float = 1.0) -> LinkVelocity:
-    """Return the motion of a link that rotates about a point of another link with the driver's speed."""
+    """Return the motion of a link that rotates around a point of another link with the driver's speed."""
     return LinkVelocity(pivot, *base.at(pivot), base.turn + rate, base.gain)
 
 
