@@ -20,10 +20,10 @@ __all__ = [
 def all_configurations(
     mechanism: Mechanism, inputs: FloatArray, tolerance: float = FITS, progress: Progress = no_progress
 ) -> Configurations:
-    """Return every configuration at inputs (actuators,) that fulfils the constraints to a tolerance.
+    """Return every configuration at inputs (actuators,) [rad, normal frame] with a residual up to `tolerance`.
 
-    `progress` is called with the numbers of known and of all roots while a new structure is solved for the first time.
-    Raises StructureError if the mechanism is underdriven or overdriven.
+    `progress` is called with the number of known roots and of all roots while a structure is solved for the first time.
+    Raises StructureError if the mechanism is not fully driven or over-driven.
     """
     require_driven(mechanism)
     assembler = ConfigurationFinder(mechanism, tolerance)
@@ -32,11 +32,11 @@ def all_configurations(
 
 
 SAME = 1e-6
-"""Greatest distance of nodes, relative to the size, between two positions of the same configuration."""
+"""Two positions are the same configuration if no node differs by more than this, relative to the size."""
 
 
 def drawn_configuration(found: Configurations) -> int | None:
-    """Return the number of the configuration that `gim solve` finds from the initial position; None if it fails."""
+    """Return the index of the configuration that `gim solve` finds from the initial position; None if it finds none."""
     from gimcli.motion.solve import solve
     from gimcli.positions.options import Options
     from gimcli.status import Status

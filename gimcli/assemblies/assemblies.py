@@ -1,7 +1,8 @@
 """All configurations of a mechanism, from the roots of its Assur groups, one group after the other.
 
-Every partial configuration is the ground of the next group; the leaves of this tree are the configurations of the
-mechanism. Redundant constraints are left out; the residual of all constraints shows whether they are fulfilled.
+A partial configuration fixes the nodes to which the next group is attached; the leaves of this tree are the
+configurations of the mechanism. Redundant constraints are left out of the equations; afterwards the residual of all
+constraints shows which configurations satisfy them.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from gimcli.progress import Progress, no_progress
 from gimcli.structure.residual import holds, residual
 
 DIGITS = 7
-"""Decimals of the angles by which configurations are ordered: fewer than those changed by rounding."""
+"""Decimal places of the angles by which roots are sorted; rounding errors are smaller."""
 
 Solver = Callable[[int, tuple[int, ...], LoopGroup, Loops], Roots]
 """Function that returns the roots of a group from its number, the branches of earlier groups, and its loops."""
@@ -39,7 +40,7 @@ Solver = Callable[[int, tuple[int, ...], LoopGroup, Loops], Roots]
 class RootReport:
     """Result of one Assur group over all partial configurations on which it was solved."""
 
-    nodes: tuple[str, ...]  # names of its nodes
+    nodes: tuple[str, ...]  # names of the nodes that it positions
     loops: int  # number of independent loops
     count: int | None  # complex roots of a generic group; None if the count takes too long
     solved: int = 0  # number of partial configurations on which it was solved
@@ -47,9 +48,9 @@ class RootReport:
     real: int = 0  # number of proved real roots
     infinite: int = 0  # number of roots at infinity
     doubtful: int = 0  # multiple roots, or points of a curve of roots
-    missing: int = 0  # number of roots of the count that were not found
-    level: int = REACHED  # of completeness, as in `roots`
-    free: bool = False  # a folded dyad that turns freely
+    missing: int = 0  # number of roots of the generic group that were not found
+    level: int = REACHED  # level of completeness: REACHED, REALS, AGREED or OPEN of `roots`
+    free: bool = False  # whether it is a folded dyad, which can rotate freely
 
 
 @dataclass(frozen=True)
@@ -57,21 +58,21 @@ class Configurations:
     """The configurations of a mechanism at given inputs that were found, and how complete they are."""
 
     mechanism: Mechanism = field(repr=False)
-    inputs: FloatArray  # (actuators,)
+    inputs: FloatArray  # (actuators,) [rad, normal frame]
     z: ComplexArray = field(repr=False)  # (configurations, nodes) normal frame
     residual: FloatArray  # (configurations,) recomputed from the members as written
-    radius: FloatArray  # (configurations,) radius of the proof [rad, normal frame]; infinite: doubtful
-    branches: tuple[tuple[int, ...], ...]  # of every group with several roots
-    groups: tuple[RootReport, ...]  # groups with several roots
+    radius: FloatArray  # (configurations,) radius that encloses the root [rad, normal frame]; infinite: not proved
+    branches: tuple[tuple[int, ...], ...]  # (configurations,) number of the root of each of `groups`
+    groups: tuple[RootReport, ...]  # groups that have loops
     surplus: tuple[str, ...]  # redundant constraints that were left out and then checked
-    unfit: int = 0  # number that violate a constraint although none was left out
+    unfit: int = 0  # number of roots that violate a constraint although none was left out
 
     def __len__(self) -> int:
         return len(self.z)
 
     @property
     def level(self) -> int:
-        """1 count reached, 2 proved for the reals, 3 two starts agree, 4 singular."""
+        """1: all complex roots found, 2: the real roots are proved complete, 3: two searches agree, 4: undecided."""
         if self.unfit:
             return OPEN
         return max((g.level for g in self.groups), default=REACHED)
@@ -106,8 +107,8 @@ class _Leaves:
     """The partial configurations found so far."""
 
     state: LoopState
-    branches: list[tuple[int, ...]]  # of each, by group
-    radius: FloatArray  # greatest radius of the proofs of each
+    branches: list[tuple[int, ...]]  # of each partial configuration, the number of the root of each group
+    radius: FloatArray  # (partial configurations,) largest radius that encloses a root
 
 
 class ConfigurationFinder:
@@ -121,7 +122,9 @@ class ConfigurationFinder:
         self.surplus = _left_out(whole, self.linkage)
         loose = [mechanism.nodes[node] for node in self.linkage.loose]
         if loose:
-            raise StructureError(f"nothing drives node {', '.join(loose)}: it runs freely along its guide")
+            raise StructureError(
+                f"nothing drives node {', '.join(loose)}: it can move along its guide; add an actuator"
+            )
         self.groups = [group_of(self.linkage, part) for part in parts(self.linkage)]
 
     def at(self, inputs: FloatArray, solver: Solver | None = None) -> Configurations:
@@ -154,7 +157,7 @@ class ConfigurationFinder:
         return LoopState(place, turn, np.zeros((len(linkage.joints), 1), dtype=complex), points, rails, phases)
 
     def _branched(self, number: int, group: LoopGroup, leaves: _Leaves, solver: Solver) -> tuple[RootReport, _Leaves]:
-        """Solve a group on every partial configuration."""
+        """Solve a group for each partial configuration."""
         p = group.values(leaves.state)
         report = RootReport(self._names(group), group.family.loops, known_count(group.family))
         if group.family.loops == 1:
@@ -167,7 +170,7 @@ class ConfigurationFinder:
         most = SEARCH.positions
         if len(found) > most:
             raise StructureError(
-                f"{self.mechanism.name} has more than {most} configurations: follow one by `gim trace`"
+                f"{self.mechanism.name} has more than {most} configurations; use `gim trace` to follow one of them"
             )
         state = leaves.state.take(parents)
         w = np.array([f[2] for f in found], dtype=complex).reshape(
@@ -235,7 +238,7 @@ class ConfigurationFinder:
 
 
 _Root = tuple[int, int, ComplexArray, float]
-"""Parent, branch, w, radius."""
+"""Index of the partial configuration, number of the root, w, radius."""
 
 
 def _left_out(whole: Linkage, kept: Linkage) -> tuple[str, ...]:
@@ -249,7 +252,7 @@ def _left_out(whole: Linkage, kept: Linkage) -> tuple[str, ...]:
 
 
 def _dyads(report: RootReport, group: LoopGroup, H: ComplexArray) -> tuple[RootReport, list[_Root]]:
-    """Solve a dyad on all partial configurations at once."""
+    """Solve a dyad for all partial configurations together."""
     roots: DyadRoots = dyad_roots(group.family, H)
     proven, each = roots.proven, roots.each
     sure = proven.sure.reshape(-1, each)
@@ -277,7 +280,7 @@ def _dyads(report: RootReport, group: LoopGroup, H: ComplexArray) -> tuple[RootR
 
 
 def _counted(report: RootReport, roots: Roots) -> RootReport:
-    """Return the report with one more partial configuration."""
+    """Return the report with the roots for one more partial configuration added."""
     proven = roots.proven
     return replace(
         report, count=roots.count, solved=report.solved + 1, roots=report.roots + len(proven.w),

@@ -30,15 +30,15 @@ SEED = 20040401
 class GroupPart:
     """The unknowns and equations of one Assur group."""
 
-    vertices: tuple[int, ...]  # bodies and nodes
-    classes: tuple[int, ...]  # rotation classes
+    vertices: tuple[int, ...]  # bodies and nodes that it positions
+    classes: tuple[int, ...]  # rotation classes whose angles it determines
     slides: tuple[int, ...]  # joints with an unknown travel
     joints: tuple[int, ...]  # joints that give its equations
 
 
 @dataclass
 class Unknowns:
-    """Numbers of the unknowns: ("p", vertex) twice, ("t", class), ("s", joint)."""
+    """Columns of the unknowns: ("p", vertex) has two, ("t", class) and ("s", joint) have one."""
 
     linkage: Linkage
     column: dict[tuple[str, int], int] = field(default_factory=dict)
@@ -71,8 +71,8 @@ class Unknowns:
 def independent(linkage: Linkage) -> Linkage:
     """Return the linkage without redundant constraints, which are removed one after the other.
 
-    A bar is removed as a whole, a slide as a joint; another pin becomes a slide. The residual of the removed
-    constraints is checked afterwards. Raises StructureError if the linkage can still move.
+    A bar is removed with both its pins, a slide as one joint; another pin is replaced by a slide. The residual of
+    the removed constraints is checked afterwards. Raises StructureError if the linkage can still move.
     """
     loose = len(linkage.loose)
     while True:
@@ -109,7 +109,7 @@ def _reduced(linkage: Linkage) -> Iterator[Linkage]:
 
 
 def _rank(linkage: Linkage) -> tuple[int, int, int]:
-    """Return rank, equations and unknowns at random dimensions."""
+    """Return the rank at random dimensions, the number of equations and the number of unknowns."""
     table = generic_jacobian(linkage)
     return len(_eliminated(table)[1]), table.shape[0], table.shape[1]
 
@@ -147,7 +147,7 @@ def _rail(linkage: Linkage, index: int, place: IntArray, generator: np.random.Ge
 
 
 def _eliminated(table: IntArray) -> tuple[IntArray, list[int]]:
-    """Return the reduced rows of a table modulo PRIME (Gauss, Jordan), and their pivots' columns."""
+    """Return the reduced rows of a matrix modulo PRIME (Gauss-Jordan elimination), and the columns of their pivots."""
     rows, pivots = table.copy(), list[int]()
     for column in range(table.shape[1]):
         rank = len(pivots)
@@ -176,8 +176,8 @@ def _refuse(linkage: Linkage) -> None:
         if kind == "p" and which >= linkage.bodies and moving[at : at + 2].any():
             names.append(linkage.mechanism.nodes[which - linkage.bodies])
     raise StructureError(
-        f"nothing drives {'nodes ' + ', '.join(names) if names else 'all of ' + linkage.mechanism.name}: they can move"
-        " at these inputs; add an actuator for each degree of freedom"
+        f"nothing drives {'nodes ' + ', '.join(names) if names else linkage.mechanism.name}: the mechanism can move"
+        " at these inputs; add an actuator for each freedom"
     )
 
 

@@ -1,4 +1,4 @@
-"""Proof that a root exists, that it is isolated, and whether it is real.
+"""Proof that a root exists, that it is the only one in a ball, and whether it is real.
 
 With Y the inverse of the Jacobian at w, beta = |Y F| + |Y| err F bounds the correction, and kappa the change of
 I - Y J in the ball of radius rho about w. If max beta + kappa rho < rho, the ball contains exactly one root
@@ -21,10 +21,10 @@ from gimcli.mechanism import ComplexArray, FloatArray
 
 EPS = float(np.finfo(float).eps)
 LADDER: FloatArray = 10.0 ** np.linspace(-14.5, 0.25, 60)
-"""Radii that are tried [rad, lengths of the normal frame], from rounding to values without any bound."""
+"""Radii that are tried [rad, lengths of the normal frame], from rounding errors to values too large for any proof."""
 
 REAL_CORRECTIONS = 2
-"""Newton-Raphson steps of a proved real root after projection to real values, for rounding errors only."""
+"""Newton-Raphson steps for a proved real root after its imaginary parts, which are rounding errors, are removed."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Proven:
 
     @property
     def real(self) -> NDArray[np.bool_]:
-        """Whether each is proved to be real (roots,): its mirror image is where there is no other root."""
+        """Whether each is proved to be real (roots,): its mirror image is a root too, but no other root is so near."""
         return np.asarray(self.sure & (self.off + self.small < self.large))
 
     @property
@@ -57,7 +57,7 @@ class Proven:
         return Proven(*(getattr(self, f.name)[chosen] for f in fields(self)))
 
     def joined(self, other: Proven) -> Proven:
-        """Return these and others."""
+        """Return these candidates and others."""
         return Proven(*(np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(self)))
 
 
@@ -79,7 +79,7 @@ def prove(family: Family, H: ComplexArray, w: ComplexArray) -> Proven:
 
 
 def mirror_distance(family: Family, w: ComplexArray) -> FloatArray:
-    """Return the distances of points from their images under theta -> 1/conj(theta), s -> conj(s)."""
+    """Return the distances (roots,) of points from their images under theta -> 1/conj(theta), s -> conj(s)."""
     n = family.angles
     parts = np.concatenate([np.abs(w[:, :n].real), np.abs(w[:, n:].imag)], axis=1)
     return np.asarray(2.0 * np.max(parts, axis=1, initial=0.0))
@@ -143,7 +143,7 @@ def _bounds(
 
 
 def _radii(fixed: FloatArray, growing: FloatArray, riding: FloatArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the smallest and the largest proved radius of the ladder; infinite and 0 if none is proved."""
+    """Return the smallest and the largest proved radius of LADDER; infinite and 0 if none is proved."""
     kappa = fixed[:, :, 1, None] + growing[:, :, None] * np.expm1(LADDER)
     if s.shape[1]:
         reach = (s[:, :, None] + LADDER) * np.exp(LADDER) - s[:, :, None]
@@ -156,7 +156,7 @@ def _radii(fixed: FloatArray, growing: FloatArray, riding: FloatArray, s: FloatA
 
 
 def distances(family: Family, a: ComplexArray, b: ComplexArray) -> FloatArray:
-    """Return the distances of points (roots, n + q) from others; angles are compared modulo a full turn."""
+    """Return the distances (a, b) of points a (a, n + q) from b (b, n + q); angles are compared modulo a full turn."""
     n = family.angles
     gap = a[:, None, :] - b[None, :, :]
     turn = 2.0 * np.pi

@@ -29,7 +29,7 @@ Place = tuple[int, tuple[int, ...]]
 
 @dataclass
 class RootFollower:
-    """Follows the roots of every coupled group from the row before, for each partial configuration."""
+    """Follows the roots of every coupled group from row to row, for each partial configuration."""
 
     assembler: ConfigurationFinder
     before: dict[Place, tuple[ComplexArray, Roots]] = field(default_factory=dict)
@@ -83,9 +83,9 @@ def configurations_over(
     inputs: FloatArray,
     progress: Progress = no_progress,
 ) -> list[Configurations]:
-    """Return all configurations at every column of inputs (actuators, rows).
+    """Return all configurations for each column of inputs (actuators, rows) [rad, normal frame].
 
-    Raises StructureError if the mechanism is underdriven or overdriven.
+    Raises StructureError if the mechanism is not fully driven or over-driven.
     """
     follower = RootFollower(ConfigurationFinder(mechanism))
     found = []

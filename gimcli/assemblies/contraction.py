@@ -1,7 +1,8 @@
 """Contraction of boxes by scalar equations: the ends of an interval move to the nearest admissible angles.
 
-For all values of the other unknowns in the box, an equation gives an interval for the cosine of one angle, and so
-admissible arcs. Both ends of the angle's interval move to the nearest points of these arcs; slides follow by division.
+For all values of the other unknowns in the box, an equation gives an interval for the cosine of one angle, and thus the
+arcs of admissible angles. Both ends of the angle's interval move to the nearest points of these arcs; intervals of
+slides follow by division.
 Boxes are columns of arrays (d, B), angles before slides.
 
 Rounding: the bounds of every sum are widened by the slack of the equation, and every new end by a few units in the last
@@ -25,7 +26,7 @@ class ContractionConstants:
     """Bounds of rounding, and the size of the arrays."""
 
     angle: float = 64 * EPS  # rad: angles are below 4 pi, inverse cosines are accurate to a few units in the last place
-    cosine: float = 16 * EPS
+    cosine: float = 16 * EPS  # error of a cosine
     relative: float = 8 * EPS  # relative rounding of a slide's bounds: a division and a subtraction
     elements: int = 60_000  # terms times boxes per call, so that temporary arrays fit into the cache
 

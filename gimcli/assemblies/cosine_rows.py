@@ -25,9 +25,9 @@ class RowConstants:
 
     rank: float = 1e-7  # relative singular value below which eliminated columns count as dependent
     zero: float = 64 * EPS  # relative coefficient that counts as eliminated; its value is added to the slack
-    rows: int = 120  # most rows, those with fewest unknowns; fewer rows only make the contraction weaker
-    parallel: float = 0.05  # sine of the angle between two directions below which one is used
-    rounding: float = 64 * EPS  # per sum of moduli: about 20 products and sums, and cosines
+    rows: int = 120  # largest number of combinations; those with the fewest unknowns come first
+    parallel: float = 0.05  # sine of the angle between two directions below which only one of them is used
+    rounding: float = 64 * EPS  # relative to the sum of moduli: about 20 products and sums, and cosines
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +37,8 @@ class CosineRows:
     angles: int  # n
     start: IntArray  # (E,) first term of each equation
     owner: IntArray  # (T,) equation of each term
-    angle: IntArray  # (T,) angle, or the rail's; n for the frame
-    slide: IntArray  # (T,) slide, -1 for a term without
+    angle: IntArray  # (T,) number of the angle, or of the angle of the rail; n for the frame
+    slide: IntArray  # (T,) number of the slide, -1 for a term without a slide
     amplitude: FloatArray  # (T,)
     phase: FloatArray  # (T,) [rad]
     constant: FloatArray  # (E,)

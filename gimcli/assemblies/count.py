@@ -3,10 +3,10 @@
 The loops restrict the coordinates (1, theta, s theta_m) to a linear space with the matroid M, and
 (1, 1/theta, s/theta_m) to another with the same matroid. The family contains every scaling of an angle or a slide, so
 the number of roots is a stable intersection of tropical linear spaces. Slides with a common rail direction cannot be
-scaled separately; the number is then an upper bound, and a proof if it is reached. Without slides it follows the
-recursion of J. Capco, M. Gallet, G. Grasegger, C. Koutschan, N. Lubbes, J. Schicho, The number of realizations of
-a Laman graph, SIAM J. Appl. Algebra Geom. 2 (2018), applied to the matroid of the loops. With slides the cones of both
-fans are intersected.
+scaled separately; the number is then an upper bound, and a list that reaches it is proved complete. Without slides
+it follows from the recursion of J. Capco, M. Gallet, G. Grasegger, C. Koutschan, N. Lubbes, J. Schicho, The number of
+realizations of a Laman graph, SIAM J. Appl. Algebra Geom. 2 (2018), applied to the matroid of the loops. With slides
+the cones of both fans are intersected.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Matroid:
         return self._columns_rank(self.everything)
 
     def rank(self, mask: int) -> int:
-        """Return the rank of a set of coordinates S: |S| minus the number of loops that contain only S."""
+        """Return the rank of a set of coordinates S: |S| minus the number of linear conditions on S alone."""
         return mask.bit_count() - self._full + self._columns_rank(self.everything & ~mask)
 
     def _columns_rank(self, mask: int) -> int:
@@ -130,11 +130,11 @@ def _with_slides(family: Family) -> int:
     total = 0
     step = max(1, CHUNK // len(flags))
     for first in range(0, len(flags), step):
-        total += _meetings(seen[first : first + step], flags, shift)
+        total += _intersections(seen[first : first + step], flags, shift)
     return total
 
 
-def _meetings(seen: FloatArray, flags: FloatArray, shift: FloatArray) -> int:
+def _intersections(seen: FloatArray, flags: FloatArray, shift: FloatArray) -> int:
     """Return the sum of |det| over the pairs of cones that intersect."""
     a, b = len(seen), len(flags)
     L, size = flags.shape[1:]
@@ -143,7 +143,7 @@ def _meetings(seen: FloatArray, flags: FloatArray, shift: FloatArray) -> int:
     pairs[:, :, L:] = -flags[None]
     system = pairs.reshape(a * b, size, size).transpose(0, 2, 1)
     weight = np.abs(np.linalg.det(system))
-    full = weight > 0.5  # determinants of integers
+    full = weight > 0.5  # the determinants are integers
     solution = np.linalg.solve(system[full], np.broadcast_to(shift[:, None], (int(full.sum()), size, 1)))[:, :, 0]
     return round(float(weight[full][np.all(solution > 0.0, axis=1)].sum()))
 

@@ -1,7 +1,7 @@
 """The two configurations of a dyad in closed form, for many dyads at once.
 
 RRR: C0 + C1 theta_1 + C2 theta_2 = 0, a triangle; RRP: |C0 + U s| = |C1|; RPR: |C1 + U s| = |C0|; PRP: linear.
-They are complex if the dyad cannot be assembled.
+The roots are complex if the dyad cannot be assembled.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class DyadRoots:
     proven: Proven  # (dyads roots) rows, grouped by dyad
     each: int  # number of roots of a dyad
     apart: NDArray[np.bool_]  # (dyads,) whether it cannot be assembled, by more than rounding
-    free: NDArray[np.bool_]  # (dyads,) whether it is folded and turns freely
+    free: NDArray[np.bool_]  # (dyads,) whether it is folded and can rotate freely
 
 
 def dyad_roots(family: Family, H: ComplexArray) -> DyadRoots:
@@ -50,7 +50,7 @@ def dyad_roots(family: Family, H: ComplexArray) -> DyadRoots:
 
 
 def _triangle(c: ComplexArray) -> tuple[ComplexArray, FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Return the roots of triangles (dyads, 2, 2), their margin of closure, their size, and which turn freely."""
+    """Return the roots of triangles (dyads, 2, 2), their gaps, their sizes, and which of them can rotate freely."""
     a, b, d = np.abs(c[:, 0]), np.abs(c[:, 1]), np.abs(c[:, 2])
     size = a + b + d
     gap = np.minimum(np.minimum(a + b - d, b + d - a), d + a - b)
@@ -65,7 +65,7 @@ def _triangle(c: ComplexArray) -> tuple[ComplexArray, FloatArray, FloatArray, ND
 
 
 def _slide(c: ComplexArray, rail: int) -> tuple[ComplexArray, FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Return the roots of a slide and an angle (dyads, 2, 2), and the other values as for triangles."""
+    """Return the roots of dyads with one slide (dyads, 2, 2), and the other values as for triangles."""
     carrier, arm = (c[:, 0], c[:, 1]) if rail == GROUND else (c[:, 1], c[:, 0])
     u = c[:, 2]
     seen = carrier * u.conj() / np.abs(u)
@@ -82,7 +82,7 @@ def _slide(c: ComplexArray, rail: int) -> tuple[ComplexArray, FloatArray, FloatA
 
 
 def _double_slide(f: ComplexArray, g: ComplexArray) -> ComplexArray:
-    """Return the root of two slides (dyads, 1, 2)."""
+    """Return the root of dyads with two slides (dyads, 1, 2)."""
     determinant = f[:, 1] * g[:, 2] - f[:, 2] * g[:, 1]
     first = (f[:, 2] * g[:, 0] - f[:, 0] * g[:, 2]) / determinant
     second = (f[:, 0] * g[:, 1] - f[:, 1] * g[:, 0]) / determinant

@@ -27,8 +27,8 @@ class LoopState:
     place: ComplexArray  # (vertices, positions)
     turn: ComplexArray  # (bodies, positions) e^(i phi)
     travel: ComplexArray  # (joints, positions)
-    points: ComplexArray  # (joints, 1) times the body's phase
-    rails: ComplexArray  # (joints, 1)
+    points: ComplexArray  # (joints, 1) points times the phases of their bodies
+    rails: ComplexArray  # (joints, 1) directions times the phases of their bodies
     phases: ComplexArray  # (bodies, 1)
 
     def take(self, chosen: IntArray) -> LoopState:
@@ -140,7 +140,7 @@ def group_of(linkage: Linkage, part: GroupPart) -> LoopGroup:
 
 
 def _spanning(writer: _LoopWriter) -> tuple[list[tuple[int, bool]], dict[int, Counter[Term]]]:
-    """Return joints in an order in which they give every new vertex, their senses, and the terms of the vertices."""
+    """Return the joints of the tree in the order of solution with their senses, and the terms of the vertices."""
     linkage, left = writer.linkage, list(writer.part.joints)
     tree: list[tuple[int, bool]] = []
     place: dict[int, Counter[Term]] = {}

@@ -2,9 +2,9 @@
 
 Boxes that cover all angles and the reach of the slides are contracted by scalar equations, narrow boxes also by the
 Krawczyk operator, and bisected. A box is finally empty, inside a box with exactly one solution, or undecided (too
-narrow, or a limit is reached). The widest boxes are processed first, so that a continuum of solutions is covered
-evenly and does not hide isolated ones. Every removal is proved for the coefficients rounded to double: rounding is
-bounded by eps terms, not by directed rounding.
+narrow, or a limit is reached). The boxes that have waited longest are processed first, so that a continuum of
+solutions is covered evenly and isolated solutions are still found. Every removal is proved for the coefficients
+rounded to doubles: rounding is bounded by terms of eps, not by directed rounding.
 Source: Merlet, Solving the forward kinematics of a Gough-type parallel manipulator with interval analysis, 2004.
 """
 
@@ -25,10 +25,10 @@ from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class IntervalConstants:
-    """Settings: time of the search, and least distance of two solutions."""
+    """Limits of the search, chosen by the user."""
 
-    seconds: float = 60.0  # most time of the search
-    boxes: int = 2_000_000  # most processed boxes
+    seconds: float = 60.0  # [s] time limit of the search
+    boxes: int = 2_000_000  # largest number of processed boxes
     narrowest: float = 1e-8  # width [rad, unit lengths of a slide] below which a box is undecided
     batch: int = 20_000  # boxes processed in one call
     unbounded: float = 100.0  # reach of a slide in unit lengths if no bound follows from the lengths
@@ -38,7 +38,7 @@ class IntervalConstants:
 class SearchConstants:
     """Constants of the algorithm."""
 
-    seam: float = 0.7  # rad: angle at which the circle is cut, not on an axis, where solutions are frequent
+    seam: float = 0.7  # [rad] angle at which the circle is cut; solutions are often on the axes
     cut: float = 0.487  # fraction of the widest side; not 0.5, where solutions of symmetric mechanisms are
     narrow: float = 1.5  # rad: width below which boxes are contracted by the Krawczyk operator
     gain: float = 0.6  # a box whose widest side shrinks to this fraction is contracted again before bisection
@@ -54,7 +54,7 @@ CONSTANTS = SearchConstants()
 class Enclosures:
     """Real solutions, each proved to exist, and undecided boxes.
 
-    Angles [rad] in [-pi, pi] come before slides; `unknowns` columns each.
+    The columns are the angles [rad] in [-pi, pi], then the slides.
     """
 
     roots: FloatArray  # (R, n + q)
@@ -62,7 +62,7 @@ class Enclosures:
     unique: FloatArray  # (R, n + q) half-widths of boxes that contain no other solution
     undecided: FloatArray = field(repr=False)  # (K, 2, n + q) bounds of boxes; the same solution may be in several
     boxes: int  # number of processed boxes
-    seconds: float  # time of the search
+    seconds: float  # [s] time of the search
     limit: str  # limit that ended the search, "seconds" or "boxes", or ""
     angles: int  # n
     reach: FloatArray  # (q,) searched range |s| <= reach
@@ -110,10 +110,10 @@ def _checked(
     U = np.asarray(U, complex).reshape(len(C0), len(rail))
     if C.shape[1] + len(rail) != 2 * len(C0) or len(C) != len(C0):
         raise ValueError(
-            f"{len(C0)} loops for {C.shape[1]} angles and {len(rail)} slides: expected twice as many unknowns as loops"
+            f"expected two unknowns per loop, got {len(C0)} loops, {C.shape[1]} angles, {len(rail)} slides"
         )
     if not all(np.isfinite(a).all() for a in (C0, C, U)) or not ((rail >= -1) & (rail < C.shape[1])).all():
-        raise ValueError("coefficients must be finite and rails -1 or an angle's column")
+        raise ValueError("coefficients must be finite, and each rail -1 or the column of an angle")
     return C0, C, U, rail
 
 
@@ -225,5 +225,5 @@ class _BoxSearch:
 
 
 def _keep(mask: BoolArray, *arrays: FloatArray) -> tuple[FloatArray, ...]:
-    """Return the boxes of a mask."""
+    """Return the boxes that a mask selects."""
     return arrays if mask.all() else tuple(a[..., mask] for a in arrays)

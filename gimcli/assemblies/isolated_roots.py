@@ -23,9 +23,9 @@ BoolArray = NDArray[np.bool_]
 class IsolatedRootConstants:
     """Constants of the refinement."""
 
-    newton: int = 4  # corrections
+    newton: int = 4  # Newton-Raphson corrections
     largest: float = 1.0  # rad: first half-width tried for the unique box
-    rungs: int = 50  # bisections of it
+    rungs: int = 50  # number of half-widths tried, each half of the previous one
     smallest: float = 3.0  # half-width of the enclosure relative to Newton's last correction and its rounding
     turn: float = 16 * EPS  # rad: rounding of a subtracted turn
     widen: float = 1 + 8 * EPS  # factor of half-widths against rounding
@@ -55,7 +55,7 @@ class IsolatedRoots:
         self.roots, self.radius, self.unique = (np.zeros((0, len(unit))) for _ in range(3))
 
     def add(self, middle: FloatArray, half: FloatArray) -> BoolArray:
-        """Add boxes (B, d) that contain exactly one solution each; return for which of them it is known now."""
+        """Add boxes (B, d) that contain exactly one solution each; return which solutions are now listed."""
         known = np.zeros(len(middle), dtype=bool)
         tried = np.zeros(len(middle), dtype=bool)
         while True:
@@ -76,7 +76,7 @@ class IsolatedRoots:
         return np.abs(wrap(x[:, None] - self.roots, self.n)) * CONSTANTS.widen
 
     def _refine(self, middle: FloatArray, half: FloatArray) -> bool:
-        """Enclose the solution of a box tightly; return whether it is known then."""
+        """Enclose the solution of a box tightly; return whether it is now listed."""
         x = middle[None]
         for _ in range(CONSTANTS.newton):
             x = x - local(self.loops, x).value

@@ -8,7 +8,7 @@ With Y = J^-1 at the middle of a box, and δ, σ the deviations of angles and sl
 truncated, and H keeps the cancellation between the loops, which a bound |C| r of the change of the Jacobian would
 lose. Rounding: each product is widened by a few eps times the same product of moduli. Y may be any matrix.
 Source: Krawczyk 1969; Moore 1977 for existence and uniqueness in one test: |Yf| + |I - YJ(box)| r < r.
-Boxes are on the first axis: middles (B, d), half-widths (B, d).
+Boxes are along the first axis: middles (B, d), half-widths (B, d).
 """
 
 from __future__ import annotations
@@ -50,16 +50,16 @@ class Local:
     """The preconditioned loops at the middles of B boxes."""
 
     value: FloatArray  # (B, d) Y f
-    error: FloatArray  # (B, d) rounding of it
+    error: FloatArray  # (B, d) rounding of `value`
     J: FloatArray  # (B, d, d) Y J
-    H: FloatArray  # (B, d, n)
-    B: FloatArray  # (B, d, q), zero for rails on the frame
-    fuzz: FloatArray  # (B, d, d) rounding of J, H and B
+    H: FloatArray  # (B, d, n) Y times the columns of the angles
+    B: FloatArray  # (B, d, q) Y times i times the columns of the slides; zero for rails on the frame
+    rounding: FloatArray  # (B, d, d) rounding of J, H and B
     carrier: IntArray  # (q,) angle of each slide's rail, n for the frame
 
 
 def local(loops: Coefficients, x: FloatArray) -> Local:
-    """Precondition the loops at points (B, d)."""
+    """Return the preconditioned loops (multiplied by Y) at points (B, d)."""
     n, carrier = loops.C.shape[1], np.where(loops.rail == GROUND, loops.C.shape[1], loops.rail)
     theta = np.concatenate([np.exp(1j * x[:, :n]), np.ones((len(x), 1))], axis=1)
     own = loops.C * theta[:, None, :n]
@@ -112,13 +112,13 @@ def _real(Y: ComplexArray, z: ComplexArray) -> FloatArray:
 
 
 def narrow(at: Local, middle: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return bounds (B, d) of all solutions in boxes no wider than half a turn; low > high where there are none."""
+    """Return bounds (B, d) of all solutions in boxes no wider than half a turn; low > high if there are none."""
     n = at.H.shape[2]
     r = half * CONSTANTS.widen
     sine, versine = _sines(r, n)
     swing = at.H * versine[:, None, :n]
     centre = 0.5 * swing.sum(axis=2) - at.value
-    spread = at.error + 0.5 * np.abs(swing).sum(axis=2) + _product(at.fuzz, 3.0 * r)
+    spread = at.error + 0.5 * np.abs(swing).sum(axis=2) + _product(at.rounding, 3.0 * r)
     off = np.abs(at.J - np.eye(len(middle[0])))
     spread += _product(off[:, :, :n], sine[:, :n]) + _product(off[:, :, n:], r[:, n:])
     turned = np.abs(at.J[:, :, n:]) * versine[:, None, at.carrier] + np.abs(at.B) * sine[:, None, at.carrier]
@@ -159,7 +159,7 @@ def image(at: Local, half: FloatArray) -> FloatArray:
     n = at.H.shape[2]
     r = half * CONSTANTS.widen
     sine, versine = _sines(r, n)
-    slope = np.abs(at.J - np.eye(r.shape[1])) + 3.0 * at.fuzz
+    slope = np.abs(at.J - np.eye(r.shape[1])) + 3.0 * at.rounding
     slope[:, :, :n] += np.abs(at.J[:, :, :n]) * versine[:, None, :n] + np.abs(at.H) * sine[:, None, :n]
     B, A = np.abs(at.B), np.abs(at.J[:, :, n:])
     slope[:, :, n:] += A * versine[:, None, at.carrier] + B * sine[:, None, at.carrier]

@@ -31,18 +31,18 @@ class BodyJoint:
     name: str
     body: int
     node: int
-    point: complex  # in the body's frame
+    point: complex  # in the coordinate system of the body
     direction: complex | None = None  # unit vector of a slide's rail; None for a pin
     actuator: int = NONE  # actuator whose value times `along` is added to the point
     along: complex = 0.0j
-    through: int = NONE  # joint through whose point the rail passes
+    through: int = NONE  # pin of the same body through which the rail passes
     parallel: int = NONE  # first joint with a parallel rail that turns with this one
     slack: bool = False  # a redundant pin replaced by a slide; its residual is checked
 
 
 @dataclass(frozen=True)
 class Phase:
-    """constant times e^(i turns . inputs)."""
+    """The factor constant e^(i turns . inputs)."""
 
     constant: complex
     turns: tuple[int, ...]  # factor of every input
@@ -68,7 +68,7 @@ class Linkage:
 
     mechanism: Mechanism
     joints: tuple[BodyJoint, ...]  # joints at nodes with at least two joints
-    carried: tuple[BodyJoint, ...]  # pins of nodes with one joint, which move with their body
+    carried: tuple[BodyJoint, ...]  # joints of nodes with only one joint
     classes: tuple[int, ...]  # (bodies,) rotation class, NONE for the frame's
     phases: tuple[Phase, ...]  # (bodies,)
     dropped: frozenset[int] = frozenset()  # bodies that are computed from their nodes afterwards
@@ -80,7 +80,7 @@ class Linkage:
 
     @property
     def loose(self) -> tuple[int, ...]:
-        """Nodes that are only on one slide: they move freely along it."""
+        """Nodes whose only joint is a slide; they can move freely along it."""
         return tuple(j.node for j in self.carried if j.direction is not None)
 
     @property
@@ -127,7 +127,7 @@ class Linkage:
         return _pruned(self, [j for k, j in enumerate(self.joints) if k != index])
 
     def slackened(self, index: int) -> Linkage:
-        """Return the linkage with a pin replaced by a slide, that is, with one constraint less."""
+        """Return the linkage with a pin replaced by a slide; it has one constraint less."""
         joints = list(self.joints)
         joints[index] = replace(joints[index], direction=1.0 + 0.0j, slack=True)
         return _pruned(self, joints)
@@ -200,7 +200,7 @@ def _classes(mechanism: Mechanism, bars: int) -> tuple[tuple[int, ...], tuple[Ph
         (arm, own), (reference, its) = find(a.members[0]), find(a.guide)
         if arm == reference:
             raise StructureError(
-                f"over-driven: actuator '{a.name}' drives an angle that is held or driven already; remove it"
+                f"over-driven: actuator '{a.name}' drives an angle that is fixed or already driven; remove it"
             )
         link = ratio * its * own.inverse  # e_arm own = ratio its e_reference
         if arm == find(FRAME)[0]:

@@ -92,7 +92,8 @@ class Family:
     def member(self, p: ComplexArray, pb: ComplexArray) -> ComplexArray:
         """Return the coefficients H (..., 2, L, 1 + n + q) of f and g.
 
-        p and the independent pb are (..., parameters). A column belongs to the constant, an angle or a slide.
+        p (..., parameters) gives f; pb (..., parameters), independent of p, gives g. The columns are the constant, the
+        angles and the slides.
         """
         both = np.stack([p, pb], axis=-2) @ self.stacked.T
         return both.reshape(*both.shape[:-1], self.loops, 1 + self.angles + self.slides)
@@ -105,7 +106,7 @@ class Loops:
     C0: ComplexArray  # (L,)
     C: ComplexArray  # (L, n)
     U: ComplexArray  # (L, q)
-    rail: IntArray  # (q,) class that carries the rail, or GROUND
+    rail: IntArray  # (q,) class of the rail, or GROUND
     family: Family = field(repr=False)
     p: ComplexArray = field(repr=False)  # (parameters,)
 

@@ -11,7 +11,7 @@ from gimcli.assemblies.loops import Family, values_and_jacobian
 from gimcli.mechanism import ComplexArray
 
 CUT = 1e-9
-"""Singular value relative to the largest below which a direction is not corrected: the curve or fold of the root."""
+"""Singular value relative to the largest below which a direction is not corrected (double root or curve)."""
 
 TIMES = 60
 """Number of corrections; each halves the error of a double root."""

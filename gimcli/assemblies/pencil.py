@@ -25,7 +25,7 @@ NULL = 1e-10
 SEED = 20010901
 
 Monomial = tuple[frozenset[int], int]
-"""The set T, and the slide or -1."""
+"""The set T, and the number of the slide or -1."""
 
 
 @dataclass(frozen=True)
@@ -33,14 +33,14 @@ class Job:
     """The rows for one set S: the half (f or g), the eliminated columns, and the monomials of the others."""
 
     half: int  # 0 for f, 1 for g
-    killed: IntArray  # eliminated columns
-    columns: tuple[IntArray, IntArray]  # coefficients that go with x^0 and with x
-    places: tuple[IntArray, IntArray]  # and their monomials
+    eliminated: IntArray
+    columns: tuple[IntArray, IntArray]  # columns of the coefficients of x^0 and of x
+    places: tuple[IntArray, IntArray]  # numbers of their monomials
 
 
 @dataclass(frozen=True)
 class Pencil:
-    """The hidden angle, the monomials and the rows."""
+    """The hidden angle, the monomials (`basis`) and the rows (`jobs`)."""
 
     hidden: int  # number of the hidden angle
     family: Family = field(repr=False)
@@ -53,7 +53,7 @@ class Pencil:
         blocks: tuple[list[ComplexArray], list[ComplexArray]] = ([], [])
         for job in self.jobs:
             half = H[job.half]
-            rows = _left_null(half[:, job.killed]) @ half
+            rows = _left_null(half[:, job.eliminated]) @ half
             for power in (0, 1):
                 block = np.zeros((len(rows), size), dtype=complex)
                 block[:, job.places[power]] = rows[:, job.columns[power]]
@@ -133,7 +133,7 @@ def _job(
     family: Family, hidden: int, basis: dict[Monomial, int], s: frozenset[int], half: int, window: tuple[int, int]
 ) -> Job:
     n, edge = family.angles, len(s) == window[half]
-    killed: list[int] = []
+    eliminated: list[int] = []
     columns: tuple[list[int], list[int]] = ([], [])
     places: tuple[list[int], list[int]] = ([], [])
 
@@ -148,10 +148,10 @@ def _job(
         elif carrier == hidden:
             put(1 - half, column, (s, slide))
         elif edge or (carrier in s) == (half == 1):
-            killed.append(column)
+            eliminated.append(column)
         else:
             put(half, column, (s - {carrier} if half == 0 else s | {carrier}, slide))
-    return Job(half, np.array(killed, dtype=int), _pair(columns), _pair(places))
+    return Job(half, np.array(eliminated, dtype=int), _pair(columns), _pair(places))
 
 
 def _pair(lists: tuple[list[int], list[int]]) -> tuple[IntArray, IntArray]:

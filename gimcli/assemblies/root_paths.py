@@ -23,9 +23,9 @@ class Tracked:
     """The ends of paths."""
 
     w: ComplexArray  # (roots, n + q) at t = 1, or where the path stopped
-    arrived: NDArray[np.bool_]  # (roots,)
+    arrived: NDArray[np.bool_]  # (roots,) whether t = 1 was reached
     time: FloatArray  # (roots,) t in 0..1 that was reached
-    rate: ComplexArray  # (roots, n + q) dw/dt there
+    rate: ComplexArray  # (roots, n + q) dw/dt at the last step
 
 
 def solve_each(J: ComplexArray, right: ComplexArray) -> ComplexArray:
@@ -82,7 +82,7 @@ def _slope(family: Family, start: ComplexArray, change: ComplexArray, w: Complex
 def _predicted(
     family: Family, start: ComplexArray, change: ComplexArray, w: ComplexArray, t: FloatArray, h: FloatArray
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Return the predicted points of the paths, and their present slopes."""
+    """Return the predicted points of the paths, and dw/dt at the present points."""
     step = h[:, None]
     a = _slope(family, start, change, w, t)
     b = _slope(family, start, change, w + 0.5 * step * a, t + 0.5 * h)

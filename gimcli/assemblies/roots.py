@@ -1,4 +1,4 @@
-"""All roots of one coupled group, and to which level their list is proved complete.
+"""All roots of one coupled group, and the level of proof that no root is missing.
 
 The pencil is tried first if the topology has one, then paths from generic linkages, until as many different roots are
 proved as the topology has. If that number is unknown, intervals prove the real roots first. For special dimensions
@@ -24,18 +24,18 @@ from gimcli.mechanism import ComplexArray
 from gimcli.progress import Progress, no_progress
 
 REACHED, REALS, AGREED, OPEN = 1, 2, 3, 4
-"""Levels: the count is reached; the real roots are proved; two starts agree in all paths; a root is singular."""
+"""Levels: all complex roots found; the real roots proved complete; two searches agree; undecided."""
 
 
 @dataclass(frozen=True)
 class Roots:
-    """The different proved roots, and the known facts about the others."""
+    """The proved roots without duplicates, and the results for the others."""
 
     proven: Proven
     count: int | None  # roots of a generic member; None if the count takes too long
-    level: int  # of completeness, see above
+    level: int  # REACHED, REALS, AGREED or OPEN
     doubtful: ComplexArray  # (candidates, n + q) multiple roots, or points of a curve of roots
-    infinite: int = 0  # roots at infinity
+    infinite: int = 0  # number of roots at infinity
 
     @property
     def missing(self) -> int:
@@ -54,7 +54,7 @@ def all_roots(loops: Loops, progress: Progress = no_progress, near: Roots | None
     proven = _by_pencil(family, H)
     if count is not None and _whole(proven, count):
         return _reached(family, proven, count)
-    if count is None or (near is not None and near.level == REALS):  # paths take longest, and cannot prove the list
+    if count is None or (near is not None and near.level == REALS):  # paths take longest and prove nothing here
         real = _by_intervals(loops, Roots(proven, count, OPEN, _none(family)))
         if real.level == REALS:
             return real
@@ -72,7 +72,7 @@ def _none(family: Family) -> ComplexArray:
 
 
 def _whole(proven: Proven, count: int) -> bool:
-    """Return whether every root is found and known to be real or not."""
+    """Return whether all roots are found and each is proved real or not real."""
     return len(proven.w) == count and bool((proven.real | proven.complex).all())
 
 
@@ -199,7 +199,7 @@ def _judged(family: Family, H: ComplexArray, done: Tracked, point: ComplexArray,
 
 
 def _diverging(family: Family, done: Tracked) -> NDArray[np.bool_]:
-    """Return which paths go to infinity: with t = 1 - e^-tau they end on a straight line in log theta, log s."""
+    """Return which paths go to infinity: with t = 1 - e^-tau log theta and log s become linear in tau."""
     n = family.angles
     with np.errstate(all="ignore"):
         slope = np.abs(done.rate * (1.0 - done.time)[:, None])

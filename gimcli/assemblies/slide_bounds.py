@@ -1,4 +1,4 @@
-"""Bounds of the travel of slides that follow from the lengths.
+"""Bounds for the travels of slides that follow from the lengths alone.
 
 A combination l of the loops with l . U_q = 1 that eliminates all other slides gives |s_q| <= |l . C0| + Σ |l . C_c|
 for all angles. For a rail on the frame real and imaginary parts can be combined separately, so that one loop bounds two
@@ -20,7 +20,7 @@ from gimcli.mechanism import ComplexArray, FloatArray
 class ReachConstants:
     """Tolerances of the elimination."""
 
-    leak: float = 1e-9  # greatest remaining coefficient of an eliminated slide; its effect is included
+    leak: float = 1e-9  # largest remaining coefficient of an eliminated slide; its effect is included
     margin: float = 1e-6  # relative margin of a bound, greater than the effects of leaks and rounding
 
 

@@ -1,4 +1,4 @@
-"""Generic starts in the user's cache folder: one file per topology, written atomically."""
+"""Generic linkages with their roots in the user's cache folder: one file per topology, written atomically."""
 
 from __future__ import annotations
 
@@ -23,13 +23,16 @@ FOLDER = "starts-1"
 """Version of the file format."""
 
 UNKNOWN = -1
+"""Value in a file for an unknown count."""
+
 KEPT = 64
+"""Number of topologies kept in memory."""
 
 
 def known_count(family: Family) -> int | None:
     """Return the exact number of complex roots, from the cache if it is there; None if it is unknown.
 
-    A structure with the number 0 has no generic configuration, although special dimensions may allow some.
+    The count 0 also gives None: such a structure has no generic configuration, but special dimensions may allow some.
     """
     return _count(family) or None
 
@@ -103,7 +106,7 @@ def _read(path: Path | None) -> dict[str, NDArray[Any]] | None:
 
 
 def _write(path: Path | None, **arrays: NDArray[Any]) -> None:
-    """Write a temporary file and rename it; errors are ignored."""
+    """Write a temporary file and rename it; errors are ignored, because the cache is optional."""
     if path is None:
         return
     part = path.with_name(f".{os.urandom(6).hex()}.part")

@@ -1,4 +1,4 @@
-"""Derivatives along a circuit by its arc length; at limits of the input derivatives by the input are unbounded.
+"""Derivatives along a circuit by its arc length; at a limit of the input, derivatives by the input are infinite.
 
 Along the curve G(p) = 0 of positions and parameter, with its unit tangent t:
 
@@ -43,7 +43,7 @@ class ArclengthDerivatives(PathDerivatives):
 
     @property
     def smooth(self) -> NDArray[np.bool_]:
-        """Return for every row whether its second derivatives are those of a regular parameter."""
+        """Return for every row whether its second derivatives belong to a regular parameter (always true)."""
         return np.ones(len(self.motion.time), dtype=bool)
 
     @cached_property
@@ -53,7 +53,7 @@ class ArclengthDerivatives(PathDerivatives):
 
     @property
     def timed(self) -> MotionRates:
-        """First and second derivatives by the `clock`."""
+        """First and second derivatives by the `clock`, which is the arc length."""
         return self.along
 
     @cached_property
@@ -86,7 +86,7 @@ class ArclengthDerivatives(PathDerivatives):
 
     @cached_property
     def _series(self) -> FloatArray:
-        """Position and parameter with three derivatives (4, n + 1, rows)."""
+        """Position and parameter with three derivatives by the arc length (4, n + 1, rows)."""
         assert self.motion.parameter is not None
         places = [self.curve.point(z, q) for z, q in zip(self.motion.z.T, self.motion.parameter.tolist(), strict=True)]
         p = np.array(places).T

@@ -62,7 +62,7 @@ class Imposed:
     def gradients(self, arm: Number, turning: Number) -> list[Number]:
         """Return the gradients by a complex unknown that changes p - q by `arm` and the vector by `turning`.
 
-        Re(conj(a) c s) is, by the two parts of s, the complex number conj(c) a.
+        The gradient of Re(conj(a) c s) by the two parts of s is the complex number conj(c) a.
         """
         tape = self.of.tape
         if self.kind == CLOSURE:

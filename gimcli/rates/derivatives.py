@@ -28,7 +28,7 @@ ORDERS = (Slot(given=1), Slot((1, 1, 1), given=2, order=2), Slot((1, 2, 3), give
 
 @dataclass(frozen=True)
 class MotionRates:
-    """Derivatives by the real time [s], in the normal frame; NaN where a row is not solved or singular."""
+    """Derivatives by the real time [s], in the normal frame; NaN in rows that are not solved or singular."""
 
     mechanism: Mechanism = field(repr=False)
     order: int

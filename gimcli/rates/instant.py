@@ -18,7 +18,7 @@ HALVINGS = 60
 """Bisections of the interval found: more than the digits of a double."""
 
 EQUAL = 1e-12
-"""Greatest difference between a law and a value, relative to the greatest value of the law, to be equal."""
+"""A law has a value if the difference is at most this, relative to the largest value of the law."""
 
 
 @dataclass(frozen=True)
@@ -33,23 +33,23 @@ class Instant:
 
     @property
     def singular(self) -> bool:
-        """Return whether the equations do not determine the velocities."""
+        """Return whether the position is singular: the equations do not determine the velocities."""
         return not bool(np.all(np.isfinite(self.rates.nodes)))
 
     def of_points(self, order: int) -> Mapping[str, complex]:
-        """Return velocity (order 1) or acceleration (2) of all nodes and points, in the file's length unit."""
+        """Return velocity (order 1) or acceleration (2) of all nodes and points [file's length unit, s]."""
         names = [*self.mechanism.nodes, *(p.name for p in self.mechanism.points)]
         return {name: complex(self.rates.point(name)[order, 0]) * self.mechanism.scale for name in names}
 
     def of_members(self, order: int) -> Mapping[str, float]:
-        """Return omega (order 1) or alpha (2) of all moving members, in the file's angle unit."""
+        """Return omega (order 1) or alpha (2) of all moving members [file's angle unit, s]."""
         unit = 180.0 / np.pi if self.mechanism.angle_unit == "deg" else 1.0
         members = enumerate(self.mechanism.members[FRAME + 1 :], start=FRAME + 1)
         return {m.name: float(self.rates.angular(k)[order - 1, 0] * unit) for k, m in members}
 
 
 def instant(mechanism: Mechanism, inputs: FloatArray, z: ComplexArray) -> Instant:
-    """Return the velocities at a position z (nodes,) with inputs (actuators,).
+    """Return the velocities and accelerations at a position z (nodes,) with inputs (actuators,).
 
     An input has the rate of its law at the first time at which the law has the value of the input. If the law never
     has it, the rate is one unit of the file (deg, rad or length) per second, without acceleration.

@@ -1,4 +1,4 @@
-"""Derivatives along the path of a motion that do not depend on the speed.
+"""Derivatives along the path of a motion that do not depend on its speed.
 
 A path is a curve in the space of the inputs. Its parameter is the input itself if there is only one, otherwise the
 normalised time scaled so that the inputs move at speed 1. Where the laws are at rest, the direction is that of their
@@ -38,7 +38,7 @@ class InputPath:
 
     first: FloatArray  # (actuators, rows)
     second: FloatArray  # (actuators, rows)
-    smooth: NDArray[np.bool_]  # (rows,) whether the second derivative is one of a regular parameter
+    smooth: NDArray[np.bool_]  # (rows,) whether the second derivative belongs to a regular parameter
 
 
 def input_path(mechanism: Mechanism, time: FloatArray) -> InputPath:
@@ -103,7 +103,7 @@ class PathDerivatives:
 
     @property
     def smooth(self) -> NDArray[np.bool_]:
-        """Return for every row whether its second derivatives are those of a regular parameter."""
+        """Return for every row whether its second derivatives belong to a regular parameter."""
         return self.path.smooth
 
     @property

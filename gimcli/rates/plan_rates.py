@@ -28,7 +28,7 @@ from gimcli.structure.checks import farthest
 from gimcli.structure.steps import NONE, Coupled, Dyad, Orient, Place, Plan, Step, Tilt, Value, Vector
 
 BaseGains = dict[int, dict[int, Number]]
-"""Complex factors by which nodes move with each base node: node, base node, factor."""
+"""Derivatives of nodes by base nodes, as complex factors: node, base node, factor."""
 
 
 class Differentiated(SlotValues):

@@ -79,7 +79,7 @@ class SlotValues:
         return self.inputs[key]
 
     def turn(self, actuator: int, k: int) -> Number:
-        """Return slot k of e = exp(i theta): e' = i theta' e, differentiated."""
+        """Return slot k of e = exp(i theta), from the derivatives of e' = i theta' e."""
         if (actuator, k) not in self.turns:
             self.turns[actuator, k] = self._turn(actuator, k)
         return self.turns[actuator, k]
@@ -139,7 +139,7 @@ class SlotValues:
         return {0, k, *(self.slots[k].cross or (0, 0))[:2]}
 
     def value(self, value: Value, k: int) -> Real:
-        """Return slot k of a length, constant or equal to an input."""
+        """Return slot k of a length, which is constant or a linear function of an input."""
         constant = value.constant if k == 0 else 0.0
         if value.actuator == NONE:
             return constant

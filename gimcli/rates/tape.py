@@ -38,7 +38,7 @@ RealTerm = tuple[float, Real, Real]
 
 STEP = 1 << 40
 CONSTANT = 1 << 41
-"""First provisional numbers of lanes of a step, and of constants, until their final numbers are known."""
+"""First provisional numbers of the lanes of a step and of constants; `arrays` replaces them by final numbers."""
 
 MAKING = (kernels.SCALE, kernels.LINEAR, kernels.CARRY, kernels.TIMES, kernels.CONJUGATE, kernels.UNIT)
 """Operations that fill two lanes."""
@@ -174,7 +174,7 @@ class Tape:
         self.emit(kernels.SCALE, to, self.lane(value), g=0.0)
 
     def kept_number(self, value: Number) -> Number:
-        """Return a number in permanent lanes; if the last operation gave it, that operation writes there directly."""
+        """Return a number in permanent lanes; if the last operation gave it, that operation writes there."""
         if not isinstance(value, ComplexLanes) or value.lane < STEP:
             return value
         to, last = self.keep(2), self.heads[-1]

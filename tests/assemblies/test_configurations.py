@@ -22,7 +22,7 @@ from gimcli.status import Status
 from gimcli.structure.mobility import assembled, mobility
 from gimcli.structure.residual import residual
 
-HELD = np.zeros(0)
+NO_INPUTS = np.zeros(0)
 SINGULAR = {"peaucellier"}
 """Models that can move at constant inputs: a folded kite."""
 
@@ -60,7 +60,7 @@ def test_double_butterfly_has_its_published_solutions():
 
 
 def test_innocenti_group_has_eighteen_roots_eight_real():
-    """A seven-link group with one quaternary link: eighteen, published by C. Innocenti."""
+    """A seven-link group with one quaternary link has eighteen roots, as published by C. Innocenti."""
     mechanism = model_of("innocenti_group")
     found = all_configurations(mechanism, mechanism.start_inputs)
     assert found.complete
@@ -71,7 +71,7 @@ def test_prism_has_twenty_four_real_embeddings():
     """J. Capco et al. 2018: lengths for which all 24 embeddings of the 3-prism are real."""
     lengths = {(1, 2): 2, (1, 3): 2, (2, 3): 2, (1, 4): 7 / 4, (3, 6): 27 / 10, (2, 5): 197 / 100,
                (4, 5): 11 / 5, (4, 6): 29 / 10, (5, 6): 43 / 20}  # fmt: skip
-    found = all_configurations(loaded(bars(list(lengths), (1, 2), lengths)), HELD)
+    found = all_configurations(loaded(bars(list(lengths), (1, 2), lengths)), NO_INPUTS)
     assert found.complete
     assert (found.bound, len(found)) == (24, 24)
     mirrored = [np.min(np.max(np.abs(found.z - z.conj()), axis=1)) for z in found.z]
@@ -79,9 +79,9 @@ def test_prism_has_twenty_four_real_embeddings():
 
 
 def test_complete_bipartite_framework_has_sixteen_embeddings():
-    """Sixteen complex embeddings of K33, its published Laman number."""
+    """K33 has sixteen complex embeddings, its published Laman number."""
     edges = [(a, b) for a in (1, 3, 5) for b in (2, 4, 6)]
-    found = all_configurations(loaded(bars(edges, (1, 2))), HELD)
+    found = all_configurations(loaded(bars(edges, (1, 2))), NO_INPUTS)
     assert found.complete
     assert counts(found)[:2] == (16, 16)
 
@@ -96,11 +96,11 @@ TRUSSES = {  # 5 links: a 3-RR platform; 7: N. Rojas, F. Thomas 2011; 9: counted
 @pytest.mark.few(2)
 @pytest.mark.parametrize("loops", TRUSSES)
 def test_every_baranov_truss_has_all_its_roots(loops):
-    """Random dimensions: all roots are proved, and the initial position is one of them."""
+    """With random dimensions all roots are proved, and the initial position is one of them."""
     found = []
     for seed, joints in enumerate(baranov_trusses(loops)):
         mechanism = loaded(truss(joints, seed, ground=seed % (2 * loops + 1)))
-        now = all_configurations(mechanism, HELD)
+        now = all_configurations(mechanism, NO_INPUTS)
         assert now.level == 1
         assert now.bound == sum(g.roots for g in now.groups)
         assert np.max(now.residual) < 1e-12
@@ -115,7 +115,7 @@ def test_every_baranov_truss_has_all_its_roots(loops):
 def test_rings_of_triangles_have_the_published_counts(loops):
     """Watt-Baranov trusses of 7, 9, 11 and 13 links: 14, 30, 62, 126. Source: N. Rojas, F. Thomas."""
     mechanism = loaded(truss(watt_baranov(loops), seed=loops))
-    found = all_configurations(mechanism, HELD)
+    found = all_configurations(mechanism, NO_INPUTS)
     assert counts(found)[:2] == (2 ** (loops + 1) - 2,) * 2
     assert found.complete
     assert np.min(np.max(np.abs(found.z - mechanism.drawn), axis=1)) < 1e-9
@@ -123,7 +123,7 @@ def test_rings_of_triangles_have_the_published_counts(loops):
 
 @pytest.mark.soak
 def test_ring_of_thirteen_links():
-    found = all_configurations(loaded(truss(watt_baranov(6), seed=1)), HELD)
+    found = all_configurations(loaded(truss(watt_baranov(6), seed=1)), NO_INPUTS)
     assert counts(found)[:2] == (126, 126)
     assert found.complete
 
@@ -138,12 +138,12 @@ def platform(base, plate, legs, turn=0.3):
         at = 0.1 + 0.2j + cmath.exp(1j * turn) * p
         nodes[f"B{k}"] = [at.real, at.imag]
     shape = {f"B{k}": [p.real, p.imag] for k, p in enumerate(plate)}
-    rams = {
-        f"ram{k}": {"type": "linear", "nodes": [f"A{k}", f"B{k}"], "law": {"from": leg, "to": leg + 0.1}}
+    actuators = {
+        f"leg{k}": {"type": "linear", "nodes": [f"A{k}", f"B{k}"], "law": {"from": leg, "to": leg + 0.1}}
         for k, leg in enumerate(legs)
     }
     return {"nodes": nodes, "ground": ["A0", "A1", "A2"], "elements": {"plate": {"nodes": list(shape), "shape": shape}},
-            "actuators": rams}  # fmt: skip
+            "actuators": actuators}  # fmt: skip
 
 
 def plate_angles(found):
@@ -155,7 +155,7 @@ def plate_angles(found):
     return np.sort(np.angle((found.z[:, second] - found.z[:, first]) * cmath.exp(-1j * own)))
 
 
-def test_three_rams_have_their_six_published_assemblies():
+def test_a_platform_on_three_linear_actuators_has_its_six_published_assemblies():
     """Innocenti & Parenti-Castelli 1998: six real assemblies."""
     mechanism = model_of("platform_3rpr")
     found = all_configurations(mechanism, mechanism.start_inputs)
@@ -175,7 +175,7 @@ def test_random_platforms_agree_with_the_sextic(seed):
     np.testing.assert_allclose(plate_angles(found), oracles.platform_angles(base, plate, legs), atol=1e-7)
 
 
-def test_collinear_base_and_plate_have_four_real_at_most():
+def test_collinear_base_and_plate_have_at_most_four_real_assemblies():
     """C. Gosselin, J.-P. Merlet 1994: at most four real assemblies, of six complex ones."""
     real = set()
     for seed in range(25):
@@ -212,7 +212,7 @@ def test_the_list_of_every_model_contains_all_results_of_random_starts(model):
 @pytest.mark.parametrize("drive", [None, "elsewhere", "distance", "travel"])
 @pytest.mark.parametrize("seed", [300, 301, 302, 303, 304, 305, 307, 308, 310, 311])
 def test_the_list_of_a_random_mechanism_contains_its_known_configuration(seed, drive, tmp_path):
-    """Dyads, triads, n-ary members, both kinds of prismatic pair, every actuator."""
+    """The mechanisms have dyads, triads, n-ary members, both kinds of prismatic pair, and every actuator."""
     path = tmp_path / "model.yaml"
     path.write_text(yaml.safe_dump(Growth(seed, 3, drive).model()))
     mechanism = load(path)
@@ -260,7 +260,7 @@ def four_bar(crank, coupler, rocker, ground):
 
 
 @pytest.mark.parametrize("seed", range(30))
-def test_four_bars_by_the_law_of_cosines(seed):
+def test_four_bars_agree_with_the_law_of_cosines(seed):
     generator = np.random.default_rng(seed)
     crank, coupler, rocker, ground = generator.uniform(0.3, 2, 4).tolist()
     angle = generator.uniform(-math.pi, math.pi)
@@ -280,8 +280,8 @@ def test_parallelogram_near_its_flat_position(angle, level, number):
 
 
 @pytest.mark.parametrize(("over", "level", "number"), [(1e-12, 1, 2), (0.0, 4, 1), (-1e-14, 4, 1), (-1e-12, 1, 0)])
-def test_slider_crank_whose_rod_just_reaches(over, level, number):
-    """The slider is at +-sqrt(2 over): the rod is perpendicular to its guide."""
+def test_slider_crank_with_a_rod_normal_to_its_guide(over, level, number):
+    """The slider is at x = +-sqrt(2 over), because the rod is almost normal to its guide."""
     spec = {
         "nodes": {"O": [0, 0], "G": [5, 0], "A": [0, 1], "B": [0.1, 0]},
         "ground": ["O", "G"],
@@ -341,7 +341,7 @@ def test_plate_on_two_parallel_rails_and_a_link(opposite):
         "elements": {"plate": {"nodes": ["P", "Q", "R"], "shape": {"P": [0, 0], "Q": [2, 0], "R": [1.2, -0.5]}}},
         "prismatic": rails,
     }  # fmt: skip
-    found = all_configurations(loaded(spec), HELD)
+    found = all_configurations(loaded(spec), NO_INPUTS)
     expected = []
     for angle in (math.pi / 6, 5 * math.pi / 6):  # 2 sin = 1
         r = (1.2 - 0.5j) * cmath.exp(1j * angle)
@@ -353,8 +353,8 @@ def test_plate_on_two_parallel_rails_and_a_link(opposite):
     np.testing.assert_allclose(np.sort(x), np.sort(expected), atol=1e-12)
 
 
-def test_slides_on_parallel_rails_that_turn_are_not_called_complete(tmp_path):
-    """The count is an upper bound there, 8; four roots exist, and an independent search finds no other."""
+def test_slides_on_parallel_rotating_rails_are_not_proved_complete(tmp_path):
+    """The count of 8 is only an upper bound; four roots exist, and an independent search finds no other."""
     path = tmp_path / "model.yaml"
     path.write_text(yaml.safe_dump(Growth(134, ["prp", "triad", "rrp", "true_pair"], "elsewhere").model()))
     mechanism = load(path)
@@ -370,7 +370,7 @@ def test_slides_on_parallel_rails_that_turn_are_not_called_complete(tmp_path):
 
 
 def test_the_rank_of_a_long_chain_is_exact():
-    """A hundred flat dyads; no threshold is involved."""
+    """A chain of 120 driven bars: the rank is computed without a tolerance."""
     spec = {"nodes": {"O": [0, 0]}, "ground": ["O"], "links": {}, "actuators": {}}
     for k in range(120):
         before = "O" if k == 0 else f"n{k - 1}"
@@ -388,7 +388,7 @@ def test_the_rank_of_a_long_chain_is_exact():
 
 
 def test_third_parallel_crank_leaves_one_configuration():
-    """The antiparallelogram does not fit the third crank."""
+    """The antiparallelogram violates the constraints of the third crank."""
     mechanism = model_of("parallelogram_third_crank")
     found = all_configurations(mechanism, np.array([0.5]))
     assert len(found.surplus) == 1
@@ -399,7 +399,7 @@ def test_third_parallel_crank_leaves_one_configuration():
 
 
 def test_a_redundant_slide_is_left_out_and_checked():
-    """A trammel driven by its crank: the second slide is fulfilled by the straight bar, not by the folded one."""
+    """A trammel driven by its crank: the second slide is satisfied by only one of the two configurations."""
     spec = {
         "nodes": {"O": [0, 0], "G": [5, 0], "H": [0, 5], "C": [0.6, 0.8], "A": [1.2, 0], "B": [0, 1.6]},
         "ground": ["O", "G", "H"],
@@ -457,7 +457,7 @@ def test_undriven_nodes_are_named():
     spec = four_bar(1, 3, 2, 3)
     del spec["actuators"]
     with pytest.raises(StructureError, match=r"nothing drives nodes A, B"):
-        all_configurations(loaded(spec), HELD)
+        all_configurations(loaded(spec), NO_INPUTS)
 
 
 @pytest.mark.parametrize("seed", [1001, 1158])
@@ -513,14 +513,14 @@ def test_a_row_that_loses_a_root_is_solved_again(fault, monkeypatch):
 
     follower = configuration_sweep.RootFollower(ConfigurationFinder(model_of("double_butterfly")))
     follower.row(np.array([2.0]))
-    whole = configuration_sweep.track
+    original = configuration_sweep.track
 
-    def spoilt(*arguments):
-        done = whole(*arguments)
+    def altered(*arguments):
+        done = original(*arguments)
         done.w[0] = {"two the same": done.w[1], "not a number": np.nan, "moved off": 3.0 + done.w[0]}[fault]
         return done
 
-    monkeypatch.setattr(configuration_sweep, "track", spoilt)
+    monkeypatch.setattr(configuration_sweep, "track", altered)
     now = follower.row(np.array([2.01]))
     assert follower.fresh == 2
     assert now.complete

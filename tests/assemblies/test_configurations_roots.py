@@ -45,7 +45,7 @@ FAMILIES = {
 
 
 @cache
-def started(name):
+def generic_with_roots(name):
     """Return a generic member of a family with all its roots."""
     return generic_start(FAMILIES[name], 0, root_count(FAMILIES[name]))
 
@@ -54,8 +54,8 @@ def started(name):
 
 
 @pytest.mark.parametrize(("name", "count"), [("RRR", 2), ("RRP", 2), ("RPR", 2), ("PRP", 1), ("dense", 20)])
-def test_counts_by_closed_forms(name, count):
-    """A dyad has two, two slides one, and dense loops binomial(2 L, L): Wampler 2001."""
+def test_counts_agree_with_closed_forms(name, count):
+    """A dyad has two roots, one with two slides has one, and dense loops have binomial(2 L, L): Wampler 2001."""
     assert root_count(FAMILIES[name]) == count
 
 
@@ -97,7 +97,7 @@ def same(family, a, b):
 @pytest.mark.parametrize("seed", range(4))
 def test_pencil_and_paths_agree(name, seed):
     family = FAMILIES[name]
-    loops, count, start = real_member(family, seed), root_count(family), started(name)
+    loops, count, start = real_member(family, seed), root_count(family), generic_with_roots(name)
     found = roots._by_pencil(family, loops.H)
     followed = roots._tracked(family, start.H, loops.H, start.w)
     assert pencil.pencil_of(family) is not None
@@ -106,7 +106,7 @@ def test_pencil_and_paths_agree(name, seed):
     assert same(family, found.w, followed.proven.w)
 
 
-def test_paths_alone_find_every_root_in_the_same_order(monkeypatch):
+def test_paths_without_the_pencil_find_every_root_in_the_same_order(monkeypatch):
     edges = [(1, 2), (1, 3), (2, 3), (1, 4), (3, 6), (2, 5), (4, 5), (4, 6), (5, 6)]
     lengths = dict(zip(edges, [2, 2, 2, 7 / 4, 27 / 10, 197 / 100, 11 / 5, 29 / 10, 43 / 20], strict=True))
     mechanism = loaded(bars(edges, (1, 2), lengths))
@@ -126,13 +126,13 @@ def test_dyads_fulfil_their_loops(family):
     assert found.proven.sure.all()
     assert np.max(np.abs(values(family, np.repeat(H, found.each, axis=0), found.proven.w))) < 1e-12
     assert (found.proven.real | found.proven.complex).all()
-    if family is RRR:  # the triangle's inequality
+    if family is RRR:  # the triangle inequality
         a, b, c = np.abs(p).T
         closes = (a < b + c) & (b < c + a) & (c < a + b)
         assert np.array_equal(found.proven.real.reshape(-1, 2).all(axis=1), closes)
 
 
-def test_jacobian_is_the_derivative():
+def test_jacobian_agrees_with_central_differences():
     generator = np.random.default_rng(5)
     for family in (*FAMILIES.values(), TRIAD_TWO_SLIDES):
         H, w = random_member(family, generator), generator.standard_normal((1, family.angles + family.slides)) + 0.2j
@@ -144,14 +144,14 @@ def test_jacobian_is_the_derivative():
             np.testing.assert_allclose(J[0, :, column], slope[0], atol=1e-7)
 
 
-def test_a_generic_member_has_its_root():
+def test_the_root_of_a_generic_member_satisfies_the_loops():
     for seed, family in enumerate(FAMILIES.values()):
         H, w = generic_member(family, np.random.default_rng(seed))
         assert np.max(np.abs(values(family, H, w))) < 1e-12
 
 
 def test_paths_forth_and_back_end_at_their_start():
-    start = started("dense")
+    start = generic_with_roots("dense")
     away = random_member(DENSE, np.random.default_rng(8))
     there = track(DENSE, start.H, away, start.w, constants.SEARCH.tracking)
     back = track(DENSE, away, start.H, corrected(DENSE, away, there.w, 3), constants.SEARCH.tracking)
@@ -164,7 +164,7 @@ def test_paths_forth_and_back_end_at_their_start():
 
 def test_proved_roots_attract_newton_raphson():
     """Newton-Raphson from anywhere in the ball of uniqueness ends inside the enclosure."""
-    start = started("dense")
+    start = generic_with_roots("dense")
     proven = certificate.prove(DENSE, start.H, start.w)
     generator = np.random.default_rng(0)
     assert proven.sure.all()
@@ -177,7 +177,7 @@ def test_proved_roots_attract_newton_raphson():
 
 def test_balls_of_uniqueness_contain_one_root():
     """No root is inside the ball of another."""
-    start = started("dense")
+    start = generic_with_roots("dense")
     proven = certificate.prove(DENSE, start.H, start.w)
     gap = certificate.distances(DENSE, start.w, start.w) + 9 * np.eye(20)
     assert np.all(gap > np.maximum(proven.large[:, None], proven.large[None, :]) - 1e-12)
@@ -185,7 +185,7 @@ def test_balls_of_uniqueness_contain_one_root():
 
 @pytest.mark.parametrize("off", [1e-2, 1.0])
 def test_a_point_that_is_no_root_is_not_proved(off):
-    start = started("dense")
+    start = generic_with_roots("dense")
     proven = certificate.prove(DENSE, start.H, start.w + off)
     truth = certificate.distances(DENSE, start.w + off, start.w)
     assert np.all(np.min(truth, axis=1)[proven.sure] <= proven.small[proven.sure])
@@ -199,14 +199,14 @@ def test_a_double_root_is_not_proved():
 
 
 @pytest.mark.parametrize(("gap", "proved"), [(1e-5, True), (1e-9, False)])
-def test_roots_a_millionth_apart_are_distinguished(gap, proved):
+def test_two_roots_are_distinguished_down_to_a_distance_of_1e_5(gap, proved):
     near = Loops.of(RRR, np.array([2.0 * np.cos(gap), 1.0, 1.0], dtype=complex))  # theta = -e^(+-i gap)
     w = np.array([[1j * (np.pi + gap), 1j * (np.pi - gap)], [1j * (np.pi - gap), 1j * (np.pi + gap)]])
     assert len(certificate.distinct(RRR, certificate.prove(RRR, near.H, w)).w) == (2 if proved else 0)
 
 
 def test_a_root_near_the_real_ones_is_not_proved_real():
-    """A triangle with a gap of a millionth has roots half a thousandth from the unit circle."""
+    """A triangle with a gap of 1e-6 has roots at a distance of 1e-3 from the unit circle."""
     open_ = Loops.of(RRR, np.array([2.0 * np.cosh(1e-3), 1.0, 1.0], dtype=complex))
     w = np.array([[1j * np.pi + 1e-3, 1j * np.pi - 1e-3]])
     proven = certificate.prove(RRR, open_.H, w)
@@ -243,8 +243,8 @@ def test_a_damaged_start_is_computed_again(own_cache, monkeypatch, damage):
     if isinstance(damage, bytes):
         path.write_bytes(damage)
     else:
-        spoilt = {"roots lost": first.w[1:], "other numbers": first.w + 0.3, "no number": first.w * np.nan}[damage]
-        start_cache._write(path, H=first.H, w=spoilt)
+        damaged = {"roots lost": first.w[1:], "other numbers": first.w + 0.3, "no number": first.w * np.nan}[damage]
+        start_cache._write(path, H=first.H, w=damaged)
     monkeypatch.setattr(start_cache, "_STARTS", {})
     again = start_cache.known_start(RRR, 0)
     np.testing.assert_array_equal(first.w, again.w)

@@ -55,12 +55,12 @@ def contains(result, x, angles):
 
 
 def two_bars(d, b, c):
-    """b θ_1 - c θ_2 = d: a four-bar at a given input."""
+    """Return the coefficients of b θ_1 - c θ_2 = d, a four-bar at a given input."""
     return np.array([-d]), np.array([[b, -c]], dtype=complex), [], []
 
 
 def two_bars_solved(d, b, c):
-    """By the law of cosines."""
+    """Return the solutions by the law of cosines."""
     cosine = (b * b + abs(d) ** 2 - c * c) / (2 * b * abs(d))
     if abs(cosine) > 1:
         return np.zeros((0, 2))
@@ -71,7 +71,7 @@ def two_bars_solved(d, b, c):
 # ------------------------------------------------------------------ closed forms
 
 
-def test_four_bars_by_the_law_of_cosines():
+def test_four_bars_agree_with_the_law_of_cosines():
     rng, counts = np.random.default_rng(1), set()
     for _ in range(150):
         a, b, c, g = rng.uniform(0.3, 3.0, 4)
@@ -83,7 +83,7 @@ def test_four_bars_by_the_law_of_cosines():
     assert counts == {0, 2}
 
 
-def test_slider_cranks_by_pythagoras():
+def test_slider_cranks_agree_with_the_theorem_of_pythagoras():
     rng, counts = np.random.default_rng(2), set()
     for _ in range(150):
         start, b, h = rng.normal() + 1j * rng.normal(), rng.uniform(0.2, 2.0), rng.normal()
@@ -102,7 +102,7 @@ def test_slider_cranks_by_pythagoras():
 
 
 def test_a_block_on_a_turning_rail():
-    """d = (s + i e) θ: s = ± sqrt(|d|² - e²)."""
+    """d = (s + i e) θ has the solutions s = ± sqrt(|d|² - e²)."""
     rng = np.random.default_rng(3)
     for _ in range(60):
         d, e = rng.normal() + 1j * rng.normal(), rng.uniform(0, 1)
@@ -112,7 +112,7 @@ def test_a_block_on_a_turning_rail():
         assert same(result.roots, np.column_stack([np.angle(d / (s + 1j * e)), s]), 1, 1e-8)
 
 
-def test_two_slides_are_linear():
+def test_two_slides_agree_with_the_linear_solution():
     loops = np.array([0.3 - 0.4j]), np.zeros((1, 0)), np.array([[1.0, 1j]]), [-1, -1]
     result = real_roots(*loops, 1.0)
     assert result.complete
@@ -183,11 +183,11 @@ def test_the_double_butterfly_agrees_with_all_printed_digits():
     result = real_roots(*double_butterfly(np.radians(-67.38)), 1.0)
     assert result.complete
     assert same(np.degrees(result.roots), np.array(BUTTERFLY), 0, 0.6e-6)
-    assert result.boxes < 250  # known need of a simple form of the method for two loops
+    assert result.boxes < 250  # the number that a simple form of the method needs for two loops
 
 
 def innocenti():
-    """A seven-link group with a quaternary link; Innocenti's dimensions."""
+    """Return the coefficients of a seven-link group with a quaternary link and the dimensions of Innocenti."""
     C = np.zeros((3, 6), dtype=complex)
     C[0, [0, 1, 2]] = 0.7, 0.8, -0.4
     C[1, [1, 2, 3, 4]] = 0.6 + 0.5j, 0.4, -0.6, 0.8
@@ -204,7 +204,7 @@ def test_innocenti_group_has_eight_real_solutions():
 
 
 def platform(base, plate, legs):
-    """A 3-RPR platform at given lengths of its legs; the plate's angle comes first."""
+    """Return the coefficients of a 3-RPR platform with given leg lengths; the angle of the plate comes first."""
     links = [dict(zip("abc", base, strict=True)), dict(zip("ABC", plate, strict=True))]
     links += [{k: 0.0, k.upper(): leg} for k, leg in zip("abc", legs, strict=True)]
     joints = [j for i, k in enumerate("abc") for j in ((0, k, 2 + i, k), (2 + i, k.upper(), 1, k.upper()))]
@@ -316,7 +316,7 @@ def test_contraction_keeps_a_solution_in_any_box(loops, slides):
 
 @pytest.mark.parametrize("gap", [1e-1, 1e-3, 1e-5, 1e-6])
 def test_two_solutions_close_together(gap):
-    """A triangle nearly flat: the first bar `gap` apart in its two positions."""
+    """In a nearly flat triangle, the angles of the first bar in the two solutions differ by `gap`."""
     b, c = 2.0, 1.5
     other = np.arcsin(b * np.sin(gap / 2) / c)
     d = np.exp(0.3j) * (b * np.cos(gap / 2) + c * np.cos(other))
@@ -338,12 +338,12 @@ def test_no_box_with_two_solutions_is_proved_unique(gap):
     C0, C, *_ = two_bars(d, b, -c)
     at = local(Coefficients(C0, C, np.zeros((1, 0)), np.zeros(0, dtype=int)), 0.5 * (low + high))
     assert not (image(at, 0.5 * (high - low)) < 0.5 * (high - low)).all(axis=1).any()
-    alone = np.full((1, 2), gap / 20)
+    single = np.full((1, 2), gap / 20)
     at = local(Coefficients(C0, C, np.zeros((1, 0)), np.zeros(0, dtype=int)), first[None])
-    assert (image(at, alone) < alone).all()
+    assert (image(at, single) < single).all()
 
 
-def test_no_box_beside_a_solution_is_proved():
+def test_no_box_next_to_a_solution_is_proved():
     """The solution is just outside each box."""
     rng = np.random.default_rng(11)
     C0, C, U, rail, x = random_loops(2, 1, rng)
@@ -359,7 +359,7 @@ def test_no_box_beside_a_solution_is_proved():
     assert (image(inside, small) < small).all(axis=1).mean() > 0.5
 
 
-def test_a_double_solution_is_undecided_and_found():
+def test_a_double_solution_is_in_an_undecided_box():
     result = real_roots(*two_bars(3.5 * np.exp(0.3j), 2.0, -1.5), 1.0)
     assert not result.complete
     assert result.limit == ""
@@ -400,7 +400,7 @@ def test_enclosures_contain_the_solution_of_40_digits(loops, slides):
 
 
 def peaucellier(difference):
-    """Peaucellier's cell at a crank angle of 1 rad; with Q folded onto P a part of the rhombus turns freely."""
+    """Return Peaucellier's cell at a crank angle of 1 rad; if Q coincides with P, two of its bars can rotate."""
     P = 2 + 2 * np.exp(1j)
     links = [{"O": 0, "P": P}, {"O": 0, "A": 5}, {"O": 0, "B": 5}, {"A": 0, "P": 2.5}, {"B": 0, "P": 2.5}]
     links += [{"A": 0, "Q": 2.5 + difference}, {"B": 0, "Q": 2.5}]
@@ -412,7 +412,7 @@ def test_peaucellier_has_four_isolated_solutions_and_two_free_branches():
     result = real_roots(*peaucellier(0.0), 1.0, IntervalConstants(narrowest=0.01))
     assert len(result.roots) == 4
     assert not result.complete
-    # where A = B, one bar turns freely: its angle takes all values in the undecided boxes
+    # if A = B, a bar can rotate: the undecided boxes must contain every value of its angle
     middle, half = result.undecided[..., 5].mean(axis=1), 0.5 * np.diff(result.undecided[..., 5], axis=1)[:, 0]
     for value in np.linspace(-np.pi, np.pi, 100):
         assert (np.abs(wrapped(middle - value)) <= half + 1e-12).any()
@@ -424,7 +424,7 @@ def test_a_slightly_perturbed_peaucellier_cell_is_decided():
     assert len(result.roots) == 4
 
 
-def test_a_folded_parallelogram_turns_freely():
+def test_a_folded_parallelogram_can_rotate_freely():
     result = real_roots(*two_bars(0.0, 1.0, 1.0), 1.0, IntervalConstants(seconds=0.3))
     assert result.limit == "seconds"
     assert len(result.roots) == 0
@@ -439,7 +439,7 @@ def test_no_solution_is_lost_at_a_limit():
             assert contains(real_roots(*coefficients, 1.0, IntervalConstants(boxes=boxes, batch=3)), x, 6)
 
 
-def test_isolated_solutions_are_found_beside_a_continuum_and_batches_do_not_matter():
+def test_the_size_of_batches_does_not_change_the_solutions():
     all_ = real_roots(*innocenti(), 1.0)
     few = real_roots(*innocenti(), 1.0, IntervalConstants(batch=7))
     assert few.complete
@@ -460,9 +460,9 @@ def test_results_do_not_depend_on_scale_and_rotation():
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
-        (([0.0], [[1.0]], [], [], 1.0), "twice as many unknowns as loops"),
+        (([0.0], [[1.0]], [], [], 1.0), "two unknowns per loop"),
         (([np.nan], [[1.0, 1.0]], [], [], 1.0), "finite"),
-        (([0.0], [[1.0]], [[1.0]], [1], 1.0), "rails"),
+        (([0.0], [[1.0]], [[1.0]], [1], 1.0), "each rail"),
         (([0.0], [[1.0]], [[1.0]], [-1], np.inf), "reach"),
     ],
 )
@@ -496,14 +496,14 @@ def test_lists_of_whole_mechanisms_agree_with_random_starts(name):
     inputs = [a.drawn for a in mechanism.actuators]
     proved, complete = configurations_proved(mechanism, inputs)
     assert complete
-    held = np.isfinite(proved[0])
-    found = distinct(configurations_by_starts(mechanism, inputs, starts=300, iterations=40)[:, held], 1e-6)
+    known = np.isfinite(proved[0])
+    found = distinct(configurations_by_starts(mechanism, inputs, starts=300, iterations=40)[:, known], 1e-6)
     assert len(found) == len(proved)
-    assert not unmatched(found, proved[:, held], 1e-7)
-    assert not unmatched(mechanism.drawn[None, held], proved[:, held], 1e-2)
+    assert not unmatched(found, proved[:, known], 1e-7)
+    assert not unmatched(mechanism.drawn[None, known], proved[:, known], 1e-2)
 
 
-def test_random_platforms_by_their_polynomial():
+def test_random_platforms_agree_with_their_polynomial():
     """Source: Gosselin, Sefrioui & Richard 1992: at most six assemblies."""
     rng, counts = np.random.default_rng(13), set()
     for _ in range(60):
@@ -522,8 +522,8 @@ def test_random_platforms_by_their_polynomial():
 
 
 @pytest.mark.parametrize(("loops", "slides"), [(1, 1), (2, 1), (2, 2), (3, 2), (3, 3)])
-def test_bounds_of_slides_hold(loops, slides):
-    """Random linkages around a known solution with slides of any size: none leaves its bound."""
+def test_travels_are_within_their_bounds(loops, slides):
+    """In random linkages with a known solution, no travel exceeds its bound."""
     for seed in range(200):
         rng = np.random.default_rng((14, loops, slides, seed))
         C0, C, U, rail, x = random_loops(loops, slides, rng, reach=10.0 ** rng.uniform(-3, 3))
@@ -544,7 +544,7 @@ def test_two_rails_on_the_frame_have_bounds_unless_parallel():
     assert (bound >= [0.3, 0.4]).all()
     assert (bound < 0.51).all()
     assert np.isinf(proved_reach(Coefficients(C0, C, np.array([[1.0, 2.0]]), rail))).all()
-    assert np.isinf(proved_reach(Coefficients(C0, np.zeros((1, 2)), U, np.array([0, 1])))).all()  # rails that turn
+    assert np.isinf(proved_reach(Coefficients(C0, np.zeros((1, 2)), U, np.array([0, 1])))).all()  # rails that rotate
 
 
 def test_without_a_reach_the_list_is_proved_everywhere():
@@ -558,8 +558,8 @@ def test_without_a_reach_the_list_is_proved_everywhere():
         assert not short.everywhere
 
 
-def test_a_slot_whose_pin_is_at_its_pivot_turns_freely():
-    """s θ = 0."""
+def test_a_slot_with_its_pin_at_the_pivot_can_rotate_freely():
+    """s θ = 0 has the solution s = 0 for every angle."""
     result = real_roots([0.0], [[0.0]], [[1.0]], [0], 1.0, IntervalConstants(narrowest=0.05))
     assert not result.complete
     for angle in np.linspace(-3, 3, 40):

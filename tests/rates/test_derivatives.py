@@ -19,13 +19,13 @@ def moving(name, steps, order):
 
 
 def slider(t):
-    """Return a slider-crank: crank 1, rod 3, offset 0.5; 50 to 410 deg in 1 s."""
+    """Return the slider of a slider-crank: crank 1, rod 3, offset 0.5; 50 to 410 deg in 1 s."""
     angle = mp.radians(50 + 360 * t)
     return mp.cos(angle) + mp.sqrt(9 - (mp.sin(angle) - mp.mpf("0.5")) ** 2) + mp.mpf("0.5") * 1j
 
 
 def rocker(t):
-    """Pin of Norton's four-bar 40, 120, 80, 100 [mm], crank from 0 to 360 deg in a second."""
+    """Return the rocker pin of Norton's four-bar 40, 120, 80, 100 [mm]; crank from 0 to 360 deg in 1 s."""
     crank = 40 * mp.expjpi(2 * t)
     arm = 100 - crank
     far = abs(arm)
@@ -97,7 +97,7 @@ def test_velocities_of_the_nodes_of_a_member_are_those_of_a_rigid_body(model):
 
 
 def test_rates_are_in_real_time_and_in_the_files_units():
-    """Twice the duration: half the velocity, a quarter of the acceleration, an eighth of the jerk."""
+    """Twice the duration gives half the velocity, a quarter of the acceleration and an eighth of the jerk."""
     slow = run_model("crank_rocker", 12, change=lambda data: data.update(duration=2)).motion
     fast = run_model("crank_rocker", 12).motion
     one, two = (motion_table(m, order=3) for m in (fast, slow))

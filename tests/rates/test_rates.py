@@ -90,7 +90,7 @@ def assert_agree(mechanism, motion):
 
 
 def ram(t):
-    """Return the ram of a Whitworth: crank 2 about 0, slotted arm about -i, radius 1.5, rod 5, ram on y = -1."""
+    """Return the ram (slider) of a Whitworth mechanism: crank 2 about 0, slotted arm about -i, radius 1.5, rod 5."""
     crank = 2 * mp.expj(mp.radians(60 + 360 * t))
     arm = crank + 1j
     pin = -1j - mp.mpf("1.5") * arm / abs(arm)
@@ -122,7 +122,7 @@ PUBLISHED_TURNS = {
 
 @pytest.mark.parametrize("run", [plain, jit.compiled])
 def test_the_published_velocities_of_a_stephenson_mechanism(run):
-    """PMKS's verification tables, stephenson_iii_example_2, row 0: the crank at pi / 3 rad/s, without acceleration."""
+    """Verification tables of PMKS, stephenson_iii_example_2, row 0: the crank at pi / 3 rad/s without acceleration."""
     mechanism = load(MODELS / "stephenson_3.yaml")
     rate = np.array([np.pi / 3])
     position = solve(mechanism, np.array([np.arctan2(12.0, -2.0)]), Options())
