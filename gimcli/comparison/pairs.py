@@ -21,7 +21,7 @@ from gimcli.structure.steps import NONE
 
 @dataclass(frozen=True)
 class BodyPair:
-    """One pair or driver between bodies a and b; points and directions in their own frames.
+    """One pair or driver between bodies a and b; points and directions in the coordinate systems of the bodies.
 
     ON_LINE: point za of body a is on a line of body b through zb; `normal` is normal to the line, or is
     the direction in which a travel is measured. ANGLE: the angle from b to a, minus `constant` [rad].

@@ -1,6 +1,6 @@
 """Speed and accuracy: each method at each tolerance on the motion of a model.
 
-The accuracy is the true error of the traced points, relative to positions refined to 40 digits. A position on
+The accuracy is the true error: the distance of the traced points from positions refined to 40 digits. A position on
 another branch than that of the continuous motion counts as not solved, even if its residual is small.
 """
 

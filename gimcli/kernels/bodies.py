@@ -30,10 +30,12 @@ COINCIDENT = 0
 ON_LINE = 1
 ANGLE = 2
 DISTANCE = 3
+"""Kinds of pairs, as above."""
 
 HINGE = 0
 RAM = 1
 FREE = 2
+"""Kinds of joints of the tree: one that turns or slides, a linear actuator (variable direction), no joint."""
 
 TURN = 2.0 * math.pi
 

@@ -81,7 +81,7 @@ class TradeoffResult(Result):
     def headline(self) -> str:
         """Return the result in one line."""
         how = "compiled kernels" if self.found.compiled else "kernels not compiled"
-        return f"{self.mechanism.name}: a position of {self.steps} steps, {how}"
+        return f"{self.mechanism.name}: values per position of a motion in {self.steps} steps, {how}"
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
