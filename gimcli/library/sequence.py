@@ -69,7 +69,7 @@ class SequenceResult(Result):
     def headline(self) -> str:
         """Return the result in one line."""
         count = f"{len(self.groups)} group{'s' * (len(self.groups) != 1)}"
-        return f"{self.mechanism.name}: {count}, {sum(len(g.steps) for g in self.groups)} moves a sweep"
+        return f"{self.mechanism.name}: {count}, {sum(len(g.steps) for g in self.groups)} moves per sweep"
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""

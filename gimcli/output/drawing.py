@@ -18,7 +18,7 @@ from gimcli.output.vectors import Arrows, Field
 from gimcli.table import labelled
 
 Step = tuple[int, tuple[int, ...]]
-"""The node that a step moves, and the nodes about which it moves it."""
+"""The node that a step moves, and the other nodes of the constraint."""
 
 MOST_NAMES = 40
 """With more nodes, no names are written."""
