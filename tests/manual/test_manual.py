@@ -98,8 +98,15 @@ def test_the_list_has_every_page():
         assert re.search(rf"(?m)^{page.stem} +{re.escape(summary(page.stem))}$", listed)
 
 
-def test_a_page_is_shown_as_it_is():
-    assert printed("manual", "index") == (MANUAL / "index.md").read_text(encoding="utf-8")
+def test_a_pipe_gets_markdown_without_links_and_words_for_the_tests():
+    page, shown = (MANUAL / "speed.md").read_text(encoding="utf-8"), printed("manual", "speed")
+    assert "```bash soak" in page
+    assert "](accuracy.md#ill-conditioned-mechanisms)" in page
+    assert re.findall(r"(?m)^```.+$", shown) == [re.sub(r" .*", "", f) for f in re.findall(r"(?m)^```.+$", page)]
+    assert "the table of ill-conditioned mechanisms" in shown
+    assert "](" not in shown
+    plain = [line for line in page.splitlines() if line and not re.search(r"\]\(|^```", line)]
+    assert set(plain) <= set(shown.splitlines())
 
 
 def test_every_command_has_a_section():
