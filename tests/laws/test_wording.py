@@ -1,0 +1,46 @@
+"""The language of the project: one word for one thing, and no words that the page on contributing advises against."""
+
+from __future__ import annotations
+
+import re
+
+from bundled import ROOT
+
+AVOIDED = {
+    "tell": "report, print, determine", "told": "reported, printed, determined", "tells": "reports, prints",
+    "telling": "reporting", "untold": "undetermined", "strewn": "random", "astray": "wrong", "culprit": "cause",
+    "mend": "correct", "mended": "corrected", "foreseen": "expected", "lively": "", "busy": "", "nowhere": "",
+    "home": "initial configuration",
+}  # fmt: skip
+"""Words, and what to write."""
+PHRASES = (
+    "met nothing", "let go", "lets go", "as it will", "lead nowhere", "edge of the numbers", "whole or not at all",
+    "all the same", "held against", "stands for good",
+)  # fmt: skip
+ALLOWED = {"home": ("home directory", "Path.home", "expanduser")}
+FILES = sorted(
+    path
+    for folder, kinds in (("gimcli", ("py", "md")), ("models", ("yaml",)), ("examples", ("py",)))
+    for kind in kinds
+    for path in (ROOT / folder).rglob(f"*.{kind}")
+) + [ROOT / "README.md"]  # fmt: skip
+WORD = re.compile(r"(?<![A-Za-z])(" + "|".join(AVOIDED) + r")(?![A-Za-z])", re.IGNORECASE)
+
+
+def test_no_file_has_words_that_the_language_avoids():
+    found = []
+    for path in FILES:
+        if path.name == "contributing.md":  # the page that lists these words
+            continue
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            place = f"{path.relative_to(ROOT)}:{number}"
+            words = [m.group(1).lower() for m in WORD.finditer(line)]
+            words = [word for word in words if not any(part in line for part in ALLOWED.get(word, ()))]
+            found += [f"{place}: '{word}': write {AVOIDED[word] or 'another word'}" for word in words]
+            found += [f"{place}: '{phrase}'" for phrase in PHRASES if phrase in line]
+    assert not found, "\n".join(found)
+
+
+def test_no_file_names_places_outside_the_project():
+    for path in FILES:
+        assert not re.search(r"\.\./shared|/work/", path.read_text(encoding="utf-8")), path
