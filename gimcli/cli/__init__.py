@@ -25,7 +25,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "workspace": "Find the region or the paths that a point can reach.",
     },
     "Structure": {
-        "mobility": "Count freedoms; name redundant and missing constraints.",
+        "mobility": "Count freedoms; name redundant constraints, undriven nodes.",
         "groups": "Show the driving links and Assur groups.",
         "sequence": "Show the order in which positions are solved, and why.",
     },

@@ -64,7 +64,7 @@ Out = Annotated[
     ),
 ]  # fmt: skip
 Png = Annotated[
-    bool, typer.Option("--png/--no-png", help="Picture among the files of a folder.", rich_help_panel=OUTPUT)
+    bool, typer.Option("--png/--no-png", help="Write the picture too, if PATH is a folder.", rich_help_panel=OUTPUT)
 ]
 PngFile = Annotated[Path | None, typer.Option("--png", hidden=True)]
 CsvFile = Annotated[Path | None, typer.Option("--csv", hidden=True)]
@@ -79,12 +79,12 @@ StrategyOption = Annotated[
     Strategy,
     typer.Option(
         "--strategy", metavar="STRATEGY", rich_help_panel=METHOD,
-        help="Sequence of gim: spectral or classic.",
+        help="Sequence for --method gim: spectral or classic.",
     ),
 ]  # fmt: skip
 Tolerance = Annotated[
     float,
-    typer.Option("--tolerance", metavar="T", help="Relative to the mechanism's size.", rich_help_panel=METHOD),
+    typer.Option("--tolerance", metavar="T", help="Allowed error, relative to the size.", rich_help_panel=METHOD),
 ]
 JitOption = Annotated[
     Jit,
@@ -95,7 +95,7 @@ SequenceText = Annotated[
     str,
     typer.Option(
         "--sequence", metavar="TEXT", rich_help_panel=METHOD,
-        help='Own sequence of gim, such as "A>B D>C C^B>E".',
+        help='Steps for --method gim, such as "A>B D>C C^B>E".',
     ),
 ]  # fmt: skip
 

@@ -108,4 +108,4 @@ def note_point_masses(mechanism: Mechanism) -> None:
 
     names = point_masses(mechanism)
     if names:
-        note(f"masses: {', '.join(names)} without `inertia`: treated as point masses (write `inertia: 0` to confirm)")
+        note(f"masses of {', '.join(names)}: no `inertia`, 0 is used (point mass); write `inertia: 0` to hide this note")

@@ -22,7 +22,7 @@ PlotOption = Annotated[
     str,
     typer.Option(
         "--plot", metavar="QUANTITY,...", rich_help_panel=QUANTITIES,
-        help="Graphs of velocity, omega ..., or of measures.",
+        help="Graphs: velocity acceleration jerk omega alpha, measures.",
     ),
 ]  # fmt: skip
 

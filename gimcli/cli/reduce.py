@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from gimcli.library.reduce import ReduceResult
 
 HELP = (
-    "Reduced inertia J, torque tau of weight, loads and springs, potential V and their exact derivatives over the"
+    "Reduced inertia J, torque tau of weight, loads and springs, potential energy V and their exact derivatives over the"
     " input. The other inputs keep the values at which their laws begin. Writes MODEL.reduced.csv (SI units and rad)"
     " and .png. With --fluctuation and --rpm it sizes a flywheel on the input's shaft."
 )
@@ -28,7 +28,7 @@ def command(
     model: ModelPath = MODEL,
     steps: Steps = 360,
     name: Annotated[
-        str, typer.Option("--input", metavar="ACTUATOR", help="Default: the first.", rich_help_panel=INPUTS)
+        str, typer.Option("--input", metavar="ACTUATOR", help="Input that remains; default: the first.", rich_help_panel=INPUTS)
     ] = "",
     fluctuation: Annotated[
         float | None,

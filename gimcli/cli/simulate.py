@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,11 +11,10 @@ from gimcli.dynamics.integrators import INTEGRATORS
 
 if TYPE_CHECKING:
     from gimcli.library.simulate import SimulateResult
-    from gimcli.mechanism import Mechanism
 
 HELP = (
     "Inputs with `free: true` move under weight, loads, springs, friction and driving efforts; the other inputs follow"
-    " their laws. Events are standstills and dead points of free inputs, and what ends the motion. Writes"
+    " their laws. Events are standstills and dead points of free inputs, and the event that ends the motion. Writes"
     " MODEL.simulation.csv and .png."
 )
 EXAMPLES = (
@@ -100,7 +99,7 @@ def _print(result: SimulateResult) -> None:
 
     end_bars()
     found = result.found
-    _print_events(found.mechanism, result.events)
+    _print_events(result)
     typer.echo(
         f"{found.mechanism.name}: {len(found.time)} of {len(result.times)} rows, {found.steps} steps,"
         f" {found.evaluations} evaluations; energy drift {found.worst_drift:.1e} of the greatest energy"
@@ -111,14 +110,15 @@ def _print(result: SimulateResult) -> None:
         typer.echo(f"ended at {number(found.end)} s, {found.status.word}: {found.status.plain_text}")
 
 
-def _print_events(mechanism: Mechanism, events: list[dict[str, Any]]) -> None:
+def _print_events(result: SimulateResult) -> None:
     from gimcli.cli.console import print_more, print_table
     from gimcli.library.rounding import greatest, input_value, number
 
+    events, mechanism = result.events, result.mechanism
     if not events:
         return
     names = list(events[0]["at"])
-    sizes = {n: greatest(e["speed"][n] for e in events) for n in names}
+    sizes = {n: greatest(result[f"{n}.speed"].tolist()) for n in names}
     rows = [
         (e["kind"] + (f" of {e['actuator']}" if "actuator" in e else ""), number(e["time"]),
          *(input_value(mechanism, n, e["at"][n]) for n in names), *(number(e["speed"][n], sizes[n]) for n in names))

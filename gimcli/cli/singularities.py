@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from gimcli.library.singularities import SingularitiesResult
 
 HELP = (
-    "The circuit of the drawing is followed, and every branch that meets it. limit: the input turns back. dead point:"
+    "The circuit of the initial configuration is followed, and every branch that crosses it. limit: the input turns back. dead point:"
     " the input rate is zero while the mechanism moves. change point: branches cross. tangency: the constraints lose"
     " rank, but only one branch continues. stationary: a rocker or slider turns back."
 )

@@ -48,7 +48,7 @@ def command(
     model: ModelPath = MODEL,
     at: At = [],  # noqa: B006 - typer wants a list; nothing changes it
     every: Annotated[
-        bool, typer.Option("--all", help="Find all configurations, each proved.", rich_help_panel=RESULTS)
+        bool, typer.Option("--all", help="Find all configurations; report if that is proved.", rich_help_panel=RESULTS)
     ] = False,
     velocities: Annotated[
         bool, typer.Option("--velocities", help="Add velocities and accelerations.", rich_help_panel=RESULTS)

@@ -63,7 +63,7 @@ def command(
         int,
         typer.Option(
             "--derivatives", "-d", metavar="K", min=0, max=3, rich_help_panel=QUANTITIES,
-            help="1: velocities, 2: accelerations too, 3: jerks too.",
+            help="1: velocities; 2: also accelerations; 3: also jerks.",
         ),
     ] = 0,
     measure: MeasureOption = [],  # noqa: B006 - typer wants a list; nothing changes it
@@ -76,14 +76,14 @@ def command(
         ),
     ] = AtLimit.STOP,
     circuit: Annotated[
-        bool, typer.Option("--circuit", help="Follow the closed circuit, not the law.", rich_help_panel=LIMITS)
+        bool, typer.Option("--circuit", help="Follow the circuit of the start, not the law.", rich_help_panel=LIMITS)
     ] = False,
     branch: Annotated[
-        int, typer.Option("--branch", metavar="K", min=1, help="Branch taken where branches meet.",
+        int, typer.Option("--branch", metavar="K", min=1, help="Branch taken at a change point.",
                           rich_help_panel=LIMITS)
     ] = 1,
     all_branches: Annotated[
-        bool, typer.Option("--all-branches", help="Follow every circuit that meets it.", rich_help_panel=LIMITS)
+        bool, typer.Option("--all-branches", help="Follow every circuit that crosses it.", rich_help_panel=LIMITS)
     ] = False,
     method: MethodOption = Method.AUTO,
     strategy: StrategyOption = Strategy.SPECTRAL,
@@ -177,4 +177,4 @@ def _print_reach(found: MotionTraceResult) -> None:
         whole = interval(motion.mechanism, actuator.name, *law)
         for start, end in reached[actuator.name]:
             part = interval(motion.mechanism, actuator.name, start, end)
-            typer.echo(f"{actuator.name} reaches {part} of its law ({whole})")
+            typer.echo(f"{actuator.name} reaches {part}; its law is {whole}")

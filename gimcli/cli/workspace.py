@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from gimcli.mechanism import Mechanism
 
 HELP = (
-    "Over all configurations: with two or more inputs the region that a point reaches, its boundary, holes and inner"
-    " curves; with one input the paths and the interval of the input. The range of an input is that of its law; a"
+    "With two or more inputs it finds the region that a point reaches in all configurations, its boundary, holes and"
+    " inner curves; with one input it finds the paths and the range of the input. The range of an input is that of its law; a"
     " rotary input without a law turns fully. Writes MODEL.workspace.csv and .png."
 )
 EXAMPLES = (

@@ -162,7 +162,10 @@ class SolveResult(Result):
         return report | (velocities_report(self.moving) if self.moving is not None else {})
 
     def table(self) -> Table:
-        """Return one row for each node, then for each point: node, x, y, status."""
+        """Return one row for each node, then for each point: node, x, y, status; velocities and accelerations if asked.
+
+        `vx`, `vy` [length/s] and `ax`, `ay` [length/s^2] are NaN where the equations do not determine them.
+        """
         nodes, points = self.places()
         found, unit = nodes | points, self.mechanism.length_unit
         bad = complex(np.nan, np.nan)
@@ -170,9 +173,20 @@ class SolveResult(Result):
         return Table(
             (
                 Column("node", np.array(list(found))), *xy_columns("", z, unit),
-                Column("status", np.array([self.status] * len(z))),
+                Column("status", np.array([self.status] * len(z))), *self._rates(list(found)),
             )
         )  # fmt: skip
+
+    def _rates(self, names: list[str]) -> list[Column]:
+        """Return the columns of velocities and accelerations, if these were asked for."""
+        if self.moving is None:
+            return []
+        columns: list[Column] = []
+        for order, letter in ((1, "v"), (2, "a")):
+            vectors = self.moving.of_points(order)
+            unit = per_second(self.mechanism.length_unit, order)
+            columns += xy_columns(letter, np.array([vectors[name] for name in names]), unit)
+        return columns
 
     def picture(self) -> Content | None:
         """Return the drawing of the position, or the graph of the errors; None if there is nothing to draw."""

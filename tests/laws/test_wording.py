@@ -18,12 +18,8 @@ PHRASES = (
     "all the same", "held against", "stands for good",
 )  # fmt: skip
 ALLOWED = {"home": ("home directory", "Path.home", "expanduser")}
-FILES = sorted(
-    path
-    for folder, kinds in (("gimcli", ("py", "md")), ("models", ("yaml",)), ("examples", ("py",)))
-    for kind in kinds
-    for path in (ROOT / folder).rglob(f"*.{kind}")
-) + [ROOT / "README.md"]  # fmt: skip
+PATTERNS = ("gimcli/**/*.py", "gimcli/**/*.md", "models/*.yaml", "examples/*.py", "README.md")
+FILES = [path for pattern in PATTERNS for path in sorted(ROOT.glob(pattern))]
 WORD = re.compile(r"(?<![A-Za-z])(" + "|".join(AVOIDED) + r")(?![A-Za-z])", re.IGNORECASE)
 
 

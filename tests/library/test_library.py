@@ -373,6 +373,17 @@ def test_rows_that_are_not_solved_have_no_angle():
     assert np.isfinite(found.angle["QU"][~bad]).all()
 
 
+def test_a_position_has_velocities_and_accelerations_as_columns(four_bar):
+    """The crank's end turns about the origin at one turn a second: v = i w r, a = -w^2 r."""
+    found = gimcli.solve(four_bar, motor=30, velocities=True)
+    row = found["node"].tolist().index("A")
+    turn, arm = 2.0 * np.pi, 40.0 * np.exp(1j * np.pi / 6.0)
+    assert found["vx"][row] + 1j * found["vy"][row] == pytest.approx(1j * turn * arm, rel=1e-12)
+    assert found["ax"][row] + 1j * found["ay"][row] == pytest.approx(-(turn**2) * arm, rel=1e-12)
+    assert {c.name: c.unit for c in found.table().columns}["ay"] == "mm/s^2"
+    assert "vx" not in gimcli.solve(four_bar, motor=30)
+
+
 def test_nothing_is_written_if_there_is_nothing_to_draw(tmp_path):
     crank_rocker = gimcli.load(MODELS / "crank_rocker.yaml")
     unreachable = read_source(MODELS / "crank_rocker.yaml").data
