@@ -51,18 +51,18 @@ def _print(result: CircuitsResult) -> None:
 
     found, mechanism = result.found, result.mechanism
     drawn = drawn_configuration(found.start)
-    own_strands = {k for k, _ in found.places[drawn]} if drawn is not None else set()
+    own = next((k for k, _ in found.places[drawn]), None) if drawn is not None else None
     rows = []
     for k, strand in enumerate(found.strands):
-        own = strand.circuit
-        how, ends = how_it_ends(own.closed, own.ended, own.turns), intervals(mechanism, span(found, strand), "\n")
+        curve = strand.circuit
+        how, ends = how_it_ends(curve.closed, curve.ended, curve.turns), intervals(mechanism, span(found, strand))
         there = [
             f"{i + 1}" + (f" (branch {b + 1})" if len(strand.branches) > 1 else "")
             for i, at in enumerate(found.places) for j, b in at if j == k
         ]  # fmt: skip
         rows.append(
             (
-                curve_label(found, k) + " *" * (k in own_strands),
+                curve_label(found, k) + " *" * (k == own),
                 how,
                 ends,
                 str(len(strand.branches)),
@@ -71,7 +71,7 @@ def _print(result: CircuitsResult) -> None:
         )
     at = at_inputs(mechanism, inputs_at(found, found.curve.begin()))
     print_table(result.headline(), ("circuit", "", "input", "branches", f"configurations at {at}"), rows, right=(3,))
-    if own_strands:
+    if own is not None:
         typer.echo("*: the circuit of the initial coordinates")
     typer.echo(verdict(found))
     for hint in triangle_hints(mechanism):

@@ -52,7 +52,7 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
     fit = max(1, min(COLUMNS, (room() - BESIDE) // EACH))
     shown = [n for n in mechanism.traced if n in places][:fit]
     names = [labelled(f"{n}.{axis}", mechanism.length_unit) for n in shown for axis in "xy"]
-    head = ["", "assembly", "residual", "proved within", *names]
+    head = ["", "dyad sides", "residual", "proved radius", *names]
     rows = []
     for k in range(min(len(found), ROWS)):
         radius = f"{found.radius[k]:.0e}" if math.isfinite(found.radius[k]) else "multiple"

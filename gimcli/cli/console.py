@@ -108,4 +108,6 @@ def note_point_masses(mechanism: Mechanism) -> None:
 
     names = point_masses(mechanism)
     if names:
-        note(f"masses of {', '.join(names)}: no `inertia`, 0 is used (point mass); write `inertia: 0` to hide this note")
+        note(
+            f"masses of {', '.join(names)}: no `inertia`, 0 is used (point mass); write `inertia: 0` to hide this note"
+        )

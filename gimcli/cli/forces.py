@@ -48,7 +48,7 @@ def _print(result: ForcesResult) -> None:
     _print_peaks(found)
     typer.echo(
         f"forces at {found.determined} of {result.steps + 1} positions; power-balance error at most"
-        f" {peaks.power_error:.1e} W, {peaks.drift:.0e} of the greatest power"
+        f" {peaks.power_error:.1e} W (relative: {peaks.drift:.0e})"
     )
     if found.open:
         print_open(found.open)

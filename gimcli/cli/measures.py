@@ -32,7 +32,7 @@ def print_measures() -> None:
     from gimcli.cli.console import print_table
     from gimcli.measures import help_lines
 
-    print_table("Measures", ("write", "to get"), help_lines())
+    print_table("Measures", ("measure", "result"), help_lines())
     raise typer.Exit
 
 
@@ -55,6 +55,6 @@ def print_ranges(mechanism: Mechanism, report: dict[str, Any]) -> None:
             rows.append((f"{spec} (region)", found["unit"], "", area, "region swept in the whole motion"))
         if "worst" in found:
             unit = found["columns"][spec]["unit"]
-            rows.append((f"{spec} (nearest to 0 or 180 deg)", unit, number(found["worst"]), "", ""))
+            rows.append((f"{spec} (least deviation from 0 or 180 deg)", unit, number(found["worst"]), "", ""))
     if rows:
         print_table("", ("measure", "unit", "least", "greatest", ""), rows, right=(2, 3))

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from gimcli.library.reduce import ReduceResult
 
 HELP = (
-    "Reduced inertia J, torque tau of weight, loads and springs, potential energy V and their exact derivatives over the"
-    " input. The other inputs keep the values at which their laws begin. Writes MODEL.reduced.csv (SI units and rad)"
+    "Reduced inertia J, torque tau of weight, loads and springs, potential energy V and their exact derivatives over"
+    " the input. The other inputs keep the values at which their laws begin. Writes MODEL.reduced.csv (SI units and rad)"
     " and .png. With --fluctuation and --rpm it sizes a flywheel on the input's shaft."
 )
 EXAMPLES = (
@@ -28,7 +28,10 @@ def command(
     model: ModelPath = MODEL,
     steps: Steps = 360,
     name: Annotated[
-        str, typer.Option("--input", metavar="ACTUATOR", help="Input that remains; default: the first.", rich_help_panel=INPUTS)
+        str,
+        typer.Option(
+            "--input", metavar="ACTUATOR", help="Input that remains; default: the first.", rich_help_panel=INPUTS
+        ),
     ] = "",
     fluctuation: Annotated[
         float | None,
@@ -93,12 +96,12 @@ def _print_wheel(wheel: Flywheel) -> None:
 
     rpm = wheel.speed * 30.0 / math.pi
     without = (
-        f"without one the fluctuation is {number(wheel.without)}"
+        f"without a flywheel it is {number(wheel.without)}"
         if math.isfinite(wheel.without)
-        else "without one the machine would stop"
+        else "without a flywheel the speed would fall to zero"
     )
     what = f"flywheel of {number(wheel.inertia)} kg m^2" if wheel.inertia else "no flywheel"
     typer.echo(
-        f"{what} for a fluctuation of {wheel.fluctuation:g} at {number(rpm)} 1/min ({without}); driving torque"
-        f" {number(wheel.torque, wheel.work)} N m, surplus energy {number(wheel.work)} J"
+        f"{what} for a fluctuation of {wheel.fluctuation:g} at {number(rpm)} rev/min ({without}); driving torque"
+        f" {number(wheel.torque, wheel.work)} N m, largest change of the work {number(wheel.work)} J"
     )

@@ -48,8 +48,9 @@ def command(
     from gimcli.cli.outputs import Outputs
     from gimcli.library.sequence import SequenceResult, sequence
 
+    inputs = pairs(at)
     outputs = Outputs(SequenceResult, model, out, png=png, as_json=as_json)
-    found = sequence(outputs.loaded(), pairs(at), strategy=strategy.value, tolerance=tolerance)
+    found = sequence(outputs.loaded(), inputs, strategy=strategy.value, tolerance=tolerance)
     outputs.write(found)
     outputs.finish(found, partial(_print, explain))
 

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from gimcli.library.singularities import SingularitiesResult
 
 HELP = (
-    "The circuit of the initial configuration is followed, and every branch that crosses it. limit: the input turns back. dead point:"
-    " the input rate is zero while the mechanism moves. change point: branches cross. tangency: the constraints lose"
+    "The circuit of the initial configuration is followed, and every branch that crosses it. limit: the input turns"
+    " back. dead point: the input rate is zero while the mechanism moves. change point: branches cross. tangency: the constraints lose"
     " rank, but only one branch continues. stationary: a rocker or slider turns back."
 )
 EXAMPLES = ("gim singularities models/parallelogram.yaml -o positions.png",)
@@ -41,6 +41,7 @@ def command(
 
 
 def _print(result: SingularitiesResult) -> None:
+    from gimcli.branching.singularities import STATIONARY
     from gimcli.cli.console import how_it_ends, print_table
     from gimcli.cli.progress import end_bars
     from gimcli.library.rounding import input_value, intervals
@@ -57,14 +58,18 @@ def _print(result: SingularitiesResult) -> None:
         where = ", ".join(str(b + 1) for b in one.circuits)
         values = [input_value(mechanism, n, inputs[n]) for n in names]
         rows.append((str(k + 1), kind, *values, where, ", ".join(one.what.about), _rates(result, one)))
-    head = ("", "kind", *inputs_head, "branch", "about", "rates")
+    head = ("", "kind", *inputs_head, "branch", "members", "relative rates on each branch")
     if rows:
+        if not any(row[-1] for row in rows):
+            head, rows = head[:-1], [row[:-1] for row in rows]
         print_table(mechanism.name, head, rows, right=(0, *range(2, 2 + len(names))))
     else:
-        typer.echo(f"{mechanism.name}: no singular positions")
+        typer.echo(mechanism.name)
+    if all(one.what.kind == STATIONARY for one in found.found):
+        typer.echo("no limit, dead point, change point or tangency")
     for k, (circuit, reach) in enumerate(zip(found.branches.circuits, found.reach, strict=True)):
         how = how_it_ends(circuit.closed, circuit.ended, circuit.turns)
-        typer.echo(f"branch {k + 1}: {how}; {intervals(mechanism, result.interval(reach))}")
+        typer.echo(f"branch {k + 1}: {how}; range of {intervals(mechanism, result.interval(reach), ', ')}")
     if not found.complete:
         typer.echo("there are more branches than were followed")
 
@@ -72,7 +77,7 @@ def _print(result: SingularitiesResult) -> None:
 def _rates(result: SingularitiesResult, one: Found) -> str:
     """Return, for every branch, the members whose rates differ most between branches."""
     tangents = result.tangents(one)
-    free = ["more than one freedom"] * one.what.loose
+    free = ["more than one freedom in this position"] * one.what.loose
     if not tangents:
         return "".join(free)
     names = list(tangents[0].members)
@@ -81,6 +86,6 @@ def _rates(result: SingularitiesResult, one: Found) -> str:
     chosen = [n for n in sorted(names, key=lambda n: -spread[n])[:MEMBERS] if spread[n] > least] or names[:MEMBERS]
     lines = []
     for t in tangents:
-        rest = "input rate zero: " if t.rests else ""
+        rest = "with the input at rest: " if t.rests else ""
         lines.append(rest + ", ".join(f"{n} {t.members[n]:+.6g}" for n in chosen))
     return "\n".join(lines + free)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -39,7 +40,7 @@ EXAMPLES = (
     "gim solve models/crank_rocker.yaml --at motor=45",
     "gim solve models/crank_rocker.yaml --at motor=40 --velocities -o v.png",
     "gim solve models/double_butterfly.yaml --all --at motor=145 -o all.png",
-    "gim solve models/gim_fig13b.yaml --method gim --tolerance 1e-5 --history",
+    "gim solve models/gim_fig11.yaml --at FD=120 --at OA=119 --method gim --history",
 )
 RESULTS, START = "Results", "Start"
 
@@ -81,6 +82,7 @@ def command(
     from gimcli.cli.outputs import Outputs
     from gimcli.library.solve import SolveResult, solve
 
+    inputs = pairs(at)
     if every:
         if method is not Method.AUTO or start != "drawn" or sequence:
             raise UsageError("--all has its own method: remove --method, --start and --sequence")
@@ -89,18 +91,18 @@ def command(
         from gimcli.cli.configurations import solve_all
         from gimcli.library.configurations import ConfigurationsResult
 
-        solve_all(Outputs(ConfigurationsResult, model, out, csv=csv, png=png, as_json=as_json), pairs(at), tolerance)
+        solve_all(Outputs(ConfigurationsResult, model, out, csv=csv, png=png, as_json=as_json), inputs, tolerance)
         return
     outputs = Outputs(SolveResult, model, out, csv=csv, png=png, as_json=as_json)
     found = solve(
-        outputs.loaded(), pairs(at), method=method.value, strategy=strategy.value, tolerance=tolerance, start=start,
+        outputs.loaded(), inputs, method=method.value, strategy=strategy.value, tolerance=tolerance, start=start,
         seed=seed, history=history, velocities=velocities, jit=jit.value, sequence=sequence,
     )  # fmt: skip
     outputs.write(found)
-    outputs.finish(found, _print)
+    outputs.finish(found, partial(_print, method))
 
 
-def _print(found: SolveResult) -> None:
+def _print(method: Method, found: SolveResult) -> None:
     import math
 
     from gimcli.cli.console import print_table
@@ -112,11 +114,11 @@ def _print(found: SolveResult) -> None:
     position, law = found.position, found.law
     mechanism, status = position.mechanism, position.status
     typer.echo(titled(mechanism, found.inputs))
-    residual = position.residual
+    residual, worst = position.residual, position.residual.total[0]
     typer.echo(
-        f"{status.word}; length error {residual.lengths[0]:.1e} (eq. 1), angle error {residual.angles[0]:.1e} rad"
+        f"{status.word}; length error {_error(residual.lengths[0])} (eq. 1), angle error {_error(residual.angles[0])} rad"
         f" (eq. 2);"
-        f" {position.sweeps} sweeps"
+        f" {_iterations(position.sweeps, method)}"
         + (
             f"; estimated position error {position.error:.1e} of the size"
             if math.isfinite(position.error) and not status.value
@@ -124,7 +126,7 @@ def _print(found: SolveResult) -> None:
         )
     )
     if status.value:
-        typer.echo(f"{status.text}\nlargest error: {position.worst}, {residual.total[0]:.3g}")
+        typer.echo(status.text + (f"\nlargest error: {position.worst}, {worst:.3g}" if math.isfinite(worst) else ""))
     else:
         nodes, points = found.places()
         rows = [(k, length(mechanism, v.real), length(mechanism, v.imag)) for k, v in (nodes | points).items()]
@@ -134,9 +136,24 @@ def _print(found: SolveResult) -> None:
         if len(rows) > 2 * SHOWN:
             rows = [*rows[:SHOWN], ("...", "...", "..."), *rows[-SHOWN:]]
         print_table("Error per sweep", ("sweep", "eq. (1)", "eq. (2) [rad]"), rows, right=(0, 1, 2))
-        typer.echo(
-            f"eq. (3): E = {law.c1:.3g} exp(-{law.c2:.4g} n): factor {law.rate:.4f} per sweep,"
-            f" predicted spectral radius {law.radius:.4f}"
-        )
+        if math.isfinite(law.c1):
+            typer.echo(
+                f"eq. (3): E = {law.c1:.3g} exp(-{law.c2:.4g} n): factor {law.rate:.4f} per sweep,"
+                f" predicted spectral radius {law.radius:.4f}"
+            )
+        else:
+            typer.echo("too few sweeps to fit eq. (3): E = C1 exp(-C2 n)")
     if found.moving is not None:
         print_velocities(found.moving)
+
+
+def _iterations(sweeps: int, method: Method) -> str:
+    """Return in words how many iterations a position needed."""
+    if not sweeps:
+        return "no iteration"
+    word = "sweep" if method is Method.GIM else "iteration"
+    return f"{sweeps} {word}{'s' * (sweeps != 1)}"
+
+
+def _error(value: float) -> str:
+    return f"{value:.1e}" if value else "0"

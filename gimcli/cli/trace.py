@@ -149,7 +149,7 @@ def _print_circuits(found: CircuitTraceResult) -> None:
     typer.echo(found.headline())
     for one in found.circuits:
         how = how_it_ends(one["closed"], one["ended"], one["turns"])
-        typer.echo(f"branch {one['branch']}: {how}; {intervals(found.mechanism, one['interval'])}")
+        typer.echo(f"branch {one['branch']}: {how}; range of {intervals(found.mechanism, one['interval'], ', ')}")
         for e in one["events"]:
             typer.echo(f"  {e['kind']} at " + at_inputs(found.mechanism, e["at"]))
         print_ranges(found.mechanism, one)

@@ -27,14 +27,18 @@ def print_velocities(found: Instant) -> None:
     mechanism = found.mechanism
     for actuator, (name, rate) in zip(mechanism.actuators, input_rates(found).items(), strict=True):
         v, a = (per_second(mechanism.unit_of(actuator), order) for order in (1, 2))
-        source = "unit rate" if math.isnan(rate["time"]) else f"its law at {number(rate['time'])} s"
-        values = f"{number(rate['rate'])} {v}, {number(rate['acceleration'])} {a}"
-        typer.echo(f"input rate of {name}: {values} ({source})")
+        source = "unit speed" if math.isnan(rate["time"]) else f"as in its law at {number(rate['time'])} s"
+        values = f"speed {number(rate['rate'])} {v}, acceleration {number(rate['acceleration'])} {a}"
+        typer.echo(f"{name}: {values} ({source})")
     first, second = found.of_points(1), found.of_points(2)
     sizes = [greatest(abs(value) for value in vectors.values()) for vectors in (first, second)]
     places = [(n, *_cells(v, sizes[0]), *_cells(second[n], sizes[1])) for n, v in first.items()]
     v, a = (per_second(mechanism.length_unit, order) for order in (1, 2))
-    heads = ("node", f"vx [{v}]", "vy", "speed", f"ax [{a}]", "ay", "magnitude")
+    heads = (
+        "node",
+        *(f"{name} [{v}]" for name in ("vx", "vy", "speed")),
+        *(f"{name} [{a}]" for name in ("ax", "ay", "acceleration")),
+    )
     print_table("", heads, places, right=range(1, 7))
     omega, alpha = found.of_members(1), found.of_members(2)
     sizes = [greatest(values.values()) for values in (omega, alpha)]

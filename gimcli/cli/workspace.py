@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 HELP = (
     "With two or more inputs it finds the region that a point reaches in all configurations, its boundary, holes and"
-    " inner curves; with one input it finds the paths and the range of the input. The range of an input is that of its law; a"
-    " rotary input without a law turns fully. Writes MODEL.workspace.csv and .png."
+    " inner curves; with one input it finds the paths and the range of the input. The range of an input is that of its"
+    " law; a rotary input without a law turns fully. Writes MODEL.workspace.csv and .png."
 )
 EXAMPLES = (
     "gim workspace models/five_bar.yaml --point P --grid 400 -o results/",
@@ -123,13 +123,14 @@ def _print_region(mechanism: Mechanism, report: dict[str, Any]) -> None:
     rows = [
         ("area", f"{number(report['area'], size**2)}{square} (estimated error {report['area_error']:.0e})"),
         ("extent", spans),
-        ("regions, holes", f"{report['regions']}, {report['holes']}"),
+        ("regions", str(report["regions"])),
+        ("holes", str(report["holes"])),
         ("length of the boundary", f"{length(mechanism, report['perimeter'])}{unit}"),
         ("inner curves", str(report["barriers"])),
     ]
     print_table(f"{mechanism.name}: what {report['point']} reaches", ("", ""), rows)
-    heads = ("curve", "kind", "inputs at a limit of their range", labelled("length", mechanism.length_unit))
-    ends = [at_inputs(mechanism, c["held"]) or "singular" for c in report["curves"]]
+    heads = ("curve", "kind", "cause", labelled("length", mechanism.length_unit))
+    ends = [("range ends: " + at_inputs(mechanism, c["held"])) if c["held"] else "singular" for c in report["curves"]]
     curves = [
         (str(k), c["kind"], end, length(mechanism, c["length"]))
         for k, (c, end) in enumerate(zip(report["curves"], ends, strict=True))

@@ -198,8 +198,8 @@ def verdict(found: Circuits) -> str:
         return f"not proved complete: at some of {count} input values configurations may be missing{lost}"
     step = "{:.3g} {}".format(*spacing(found)).rstrip()
     return (
-        f"complete at {count} input values: all configurations there are proved, and each is on a circuit of this list;"
-        f" a circuit with a range of less than {step} between these values may be missing"
+        f"all configurations at {count} sampled input values are proved, and each is on a circuit of this list; a"
+        f" circuit with a range of less than {step} between these values may be missing"
     )
 
 

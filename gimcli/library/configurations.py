@@ -169,7 +169,7 @@ class ConfigurationsResult(Result):
         mechanism, shown = self.mechanism, min(self.count, PANELS)
         if not shown:
             return None
-        titles = [f"{k + 1}{' (as drawn)' if k == self.drawn else ''}" for k in range(shown)]
+        titles = [f"{k + 1}{' (initial)' if k == self.drawn else ''}" for k in range(shown)]
         count = f"{self.count} configurations" if self.count > 1 else "one configuration"
         count += f", the first {PANELS}" if self.undrawn else ""
         return gallery_picture(mechanism, mechanism.to_file(self.found.z[:shown]), titles, f"{mechanism.name}: {count}")
@@ -189,7 +189,7 @@ def _reason(found: Configurations) -> str:
     """Return why a list is proved complete, or why not."""
     unknown = any(g.count is None for g in found.groups)
     if found.level == 1 and found.groups:
-        return f"all {found.bound} complex solutions were found" if found.bound > 1 else "the equations are linear"
+        return f"all {found.bound} solutions (real and complex) were found" if found.bound > 1 else "the equations are linear"
     if found.level == 1:
         return "the inputs determine all nodes"
     if found.level == 2:

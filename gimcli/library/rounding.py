@@ -62,9 +62,9 @@ def interval(mechanism: Mechanism, name: str, low: float, high: float) -> str:
     return f"{low_text} to {high_text}{_unit(mechanism, name)}"
 
 
-def intervals(mechanism: Mechanism, spans: Mapping[str, Sequence[float]], between: str = "; ") -> str:
+def intervals(mechanism: Mechanism, spans: Mapping[str, Sequence[float]], between: str = "\n") -> str:
     """Return intervals of actuators by their names."""
-    return between.join(f"{name} {interval(mechanism, name, low, high)}" for name, (low, high) in spans.items())
+    return between.join(f"{name}: {interval(mechanism, name, low, high)}" for name, (low, high) in spans.items())
 
 
 def _order(value: float) -> int:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.branching.singular_positions import Found, Survey, inputs_of, survey
-from gimcli.branching.singularities import BranchRates, rates
+from gimcli.branching.singularities import STATIONARY, BranchRates, rates
 from gimcli.library.inputs import in_file_units, interval_of
 from gimcli.library.places import coordinates
 from gimcli.library.result import Result
@@ -83,8 +83,8 @@ class SingularitiesResult(Result):
 
     def headline(self) -> str:
         """Return the result in one line."""
-        count = len(self.found.found)
-        return f"{self.mechanism.name}: {count} singular position{'s' * (count != 1)}"
+        still = sum(one.what.kind == STATIONARY for one in self.found.found)
+        return f"{self.mechanism.name}: {len(self.found.found) - still} singular, {still} stationary positions"
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
@@ -140,4 +140,4 @@ class SingularitiesResult(Result):
             z = curve.nodes(one.what.p)
             at = tuple(complex(mechanism.to_file(carried_point(mechanism, n, z[:, None]))[0]) for n in names[:1])
             shown.append(Shown(number, one.what.kind, mechanism.to_file(z), at))
-        return singular_picture(mechanism, shown, curves, f"{mechanism.name}: singular positions")
+        return singular_picture(mechanism, shown, curves, self.headline())

@@ -216,7 +216,7 @@ def _between(mechanism: Mechanism, spec: str, first: str, second: str) -> Measur
 
 KIND = Kind(
     "transmission",
-    "JOINT, PART/PART or NODE/JOINT/NODE, or nothing for all output joints",
+    "NODE, PART/PART, NODE/JOINT/NODE, or nothing for all output joints",
     "transmission angle (0 to 180 deg, best 90) of two members, a member and a sliding pair, or a ram and a member",
     (0, 1, 2, 3),
     _make,

@@ -110,7 +110,10 @@ def _missing(where: Where) -> str:
 
 
 def _number(where: Where, got: Any, limits: dict[str, Any]) -> str:
-    cure = "; set units once, under `units:`" if isinstance(got, str) and got[:1].isdigit() else ""
+    cure = ""
+    if isinstance(got, str) and got[:1].isdigit():
+        arithmetic = any(sign in got for sign in "/*()^")
+        cure = "; write the result of the arithmetic" if arithmetic else "; set units once, under `units:`"
     return f"expected a number, got {shown(got)}{cure}"
 
 

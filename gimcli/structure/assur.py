@@ -99,7 +99,9 @@ def formation(mechanism: Mechanism) -> Formation:
     loose = [row for block in blocks if len(block.columns) < len(block.rows) for row in block.rows]
     if loose:
         names = [parts.links[k] for k, rows in ends.items() if set(rows) & set(loose)]
-        raise StructureError(f"nothing drives {', '.join(names)}: add an actuator for each freedom")
+        raise StructureError(
+            f"nothing drives {', '.join(names)}: add an actuator for each freedom, or fix nodes in `ground`"
+        )
     found = []
     for block in reversed(blocks):
         links = [link for link, rows in ends.items() if set(rows) & set(block.rows)]
