@@ -52,12 +52,12 @@ _TEXTS = {
     Status.OK: "solved to the tolerance",
     Status.LIMIT: "these inputs cannot be reached from the start without disassembly: shorten the law to the"
     " reachable interval",
-    Status.NOT_ASSEMBLED: "no position was found that satisfies all constraints: check the lengths in `links` and `elements`, use"
-    " initial coordinates closer to an assembled position (`gim solve --start random` tries random ones, `gim solve --all`"
-    " lists all configurations), or change the inputs",
+    Status.NOT_ASSEMBLED: "no position was found that satisfies all constraints: check the lengths in `links` and"
+    " `elements`, use initial coordinates closer to an assembled position (`gim solve --start random` tries random"
+    " ones, `gim solve --all` lists all configurations), or change the inputs",
     Status.NOT_CONVERGED: "the iteration did not reach the tolerance: loosen --tolerance or use --method auto",
     Status.SINGULAR: "the position is singular: the inputs do not determine it to the requested tolerance; start from"
-    " another position (the drawing, or the start of the law), or loosen --tolerance",
+    " another position (the initial configuration, or the start of the law), or loosen --tolerance",
     Status.JUMPED: "the iteration converged to another configuration than that of the continuous motion: use more steps"
     " or --method auto",
     Status.STALLED: "the sweeps stagnate before they reach the tolerance: the position is singular or unreachable, or"
@@ -71,5 +71,6 @@ _TEXTS = {
 _PLAIN = {
     Status.NOT_CONVERGED: "the iteration did not reach the tolerance: start from another position",
     Status.SINGULAR: "the position is singular: the inputs do not determine it, or the motion from there is not unique;"
-    " start from another position (the drawing, the start of the law, or `start:`)",
+    " start from another position (the initial configuration, the start of the law, or `start:`), or"
+    " give masses to the members that a free input moves",
 }

@@ -45,7 +45,7 @@ def print_ranges(mechanism: Mechanism, report: dict[str, Any]) -> None:
     rows = []
     for spec, found in report.get("measures", {}).items():
         for name, column in found["columns"].items():
-            least = size if column["unit"] == mechanism.length_unit else 0.0
+            least = size if column["unit"] in ("", mechanism.length_unit) else 0.0
             own = greatest((least, column["least"], column["greatest"]))
             most = "inf" if column["infinite"] else number(column["greatest"], own)
             empty = f"{column['empty']} empty rows" if column["empty"] else ""

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 HELP = (
     "Reduced inertia J, torque tau of weight, loads and springs, potential energy V and their exact derivatives over"
-    " the input. The other inputs keep the values at which their laws begin. Writes MODEL.reduced.csv (SI units and rad)"
-    " and .png. With --fluctuation and --rpm it sizes a flywheel on the input's shaft."
+    " the input. The other inputs keep the values at which their laws begin. Writes MODEL.reduced.csv (SI units and"
+    " rad) and .png. With --fluctuation and --rpm it sizes a flywheel on the input's shaft."
 )
 EXAMPLES = (
     "gim reduce models/watt_durango.yaml --steps 360 -o results/",

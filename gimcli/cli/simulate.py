@@ -85,7 +85,7 @@ def command(
     refuse_repeated(column_names(mechanism))
     note_point_masses(mechanism)
     found = simulate(
-        mechanism, time, dt=dt, method=method or integrator, rtol=rtol, step=step, standstills=until,
+        mechanism, time, dt=dt, integrator=method or integrator, rtol=rtol, step=step, standstills=until,
         reactions=reactions, jit=jit.value, notify=note, progress=progress_bar,
     )  # fmt: skip
     outputs.write(found)

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 HELP = (
     "The circuit of the initial configuration is followed, and every branch that crosses it. limit: the input turns"
-    " back. dead point: the input rate is zero while the mechanism moves. change point: branches cross. tangency: the constraints lose"
-    " rank, but only one branch continues. stationary: a rocker or slider turns back."
+    " back. dead point: the input rate is zero while the mechanism moves. change point: branches cross. tangency: the"
+    " constraints lose rank, but only one branch continues. stationary: a rocker or slider turns back."
 )
 EXAMPLES = ("gim singularities models/parallelogram.yaml -o positions.png",)
 MEMBERS = 3

@@ -116,9 +116,8 @@ def _print(method: Method, found: SolveResult) -> None:
     typer.echo(titled(mechanism, found.inputs))
     residual, worst = position.residual, position.residual.total[0]
     typer.echo(
-        f"{status.word}; length error {_error(residual.lengths[0])} (eq. 1), angle error {_error(residual.angles[0])} rad"
-        f" (eq. 2);"
-        f" {_iterations(position.sweeps, method)}"
+        f"{status.word}; length error {_error(residual.lengths[0])} (eq. 1),"
+        f" angle error {_error(residual.angles[0])} rad (eq. 2); {_iterations(position.sweeps, method)}"
         + (
             f"; estimated position error {position.error:.1e} of the size"
             if math.isfinite(position.error) and not status.value

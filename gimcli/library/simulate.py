@@ -38,9 +38,9 @@ A_SECOND = 1500
 
 
 def simulate(
-    mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, method: str = "dop853", rtol: float = 1e-9,
-    step: float = 1e-3, standstills: int = 0, reactions: bool = False, jit: str = "auto",
-    notify: Notify | None = None, progress: Phases = no_phases,
+    mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, integrator: str = "dop853",
+    rtol: float = 1e-9, step: float = 1e-3, standstills: int = 0, reactions: bool = False, jit: str = "auto",
+    notify: Notify | None = None, progress: Phases = no_phases, method: str = "",
 ) -> SimulateResult:  # fmt: skip
     """Simulate the motion of the free inputs (`free: true` in the model) under the forces that act (forward dynamics).
 
@@ -48,8 +48,8 @@ def simulate(
         mechanism: from `load` or `loads`; it needs masses and at least one free input.
         time: duration of the motion [s].
         dt: time between two rows [s]; by default time / 200.
-        method: the integrator: "dop853", "rk45", "radau", "lsoda" (steps from `rtol`), "rk4" (equal steps of time) or
-            "euler" (equal steps of the only free input).
+        integrator: "dop853", "rk45", "radau", "lsoda" (steps from `rtol`), "rk4" (equal steps of time) or "euler"
+            (equal steps of the only free input).
         rtol: relative tolerance of the integrators with adaptive steps, from 1e-14 to 1e-2.
         step: time step of "rk4" [s].
         standstills: end at the standstill with this number of a free input; 0: do not end at standstills.
@@ -57,6 +57,7 @@ def simulate(
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
         notify: function of a text; called with notices, such as the start of a compilation.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+        method: the older name of `integrator`.
 
     Returns:
         A SimulateResult: `xy[name]` (rows, 2), `angle[member]` (rows,), `status` (rows,), `events`, and the columns of
@@ -72,11 +73,12 @@ def simulate(
         raise UsageError(f"rtol={rtol:g}: expected a number from 1e-14 to 1e-2")
     if not 0.0 < step <= time:
         raise UsageError(f"step={step:g}: expected a number of seconds above 0 and at most time={time:g}")
-    refuse_choice("method", method, INTEGRATORS)
+    integrator = method or integrator
+    refuse_choice("integrator", integrator, INTEGRATORS)
     refuse_choice("jit", jit, JIT)
     refuse_count("standstills", standstills, 0, MOST_STEPS)
     run = choose(jit, time * A_SECOND * WORK, notify, ("move",))
-    settings = Settings(method, max(rtol, LEAST), step, standstills)
+    settings = Settings(integrator, max(rtol, LEAST), step, standstills)
     with explained(mechanism):
         found = simulate_times(mechanism, times, settings, run, progress("simulating"))
     if standstills and found.status.word == "ok":
