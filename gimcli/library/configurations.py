@@ -189,7 +189,11 @@ def _reason(found: Configurations) -> str:
     """Return why a list is proved complete, or why not."""
     unknown = any(g.count is None for g in found.groups)
     if found.level == 1 and found.groups:
-        return f"all {found.bound} solutions (real and complex) were found" if found.bound > 1 else "the equations are linear"
+        return (
+            f"all {found.bound} solutions (real and complex) were found"
+            if found.bound > 1
+            else "the equations are linear"
+        )
     if found.level == 1:
         return "the inputs determine all nodes"
     if found.level == 2:
