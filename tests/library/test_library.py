@@ -270,7 +270,8 @@ def test_a_count_outside_its_bounds_is_refused(verb, given):
 
 WORDS = [
     ("trace", {"at_limit": "q"}), ("solve", {"start": "q"}), ("simulate", {"jit": "q"}),
-    ("simulate", {"integrator": "q"}), ("reduce", {"jit": "q"}), ("tradeoff", {"jit": "q"}), ("workspace", {"jit": "q"}),
+    ("simulate", {"integrator": "q"}), ("reduce", {"jit": "q"}), ("tradeoff", {"jit": "q"}),
+    ("workspace", {"jit": "q"}),
 ]  # fmt: skip
 
 
