@@ -172,7 +172,7 @@ class Dynamics:
         return not any(parts)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Mechanism:
     """A compiled model file: the data that all analyses use."""
 
@@ -194,6 +194,14 @@ class Mechanism:
     dynamics: Dynamics = field(default=Dynamics(), repr=False)
     gauges: tuple[Input, ...] = field(default=(), repr=False)  # quantities that springs and dampers measure
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)  # its source files, never overwritten
+
+    def __repr__(self) -> str:
+        counts = (
+            (len(self.nodes), "node"),
+            (len(self.members) - 1, "moving member"),
+            (len(self.actuators), "actuator"),
+        )
+        return f"Mechanism {self.name!r}: " + ", ".join(f"{n} {word}{'s' * (n != 1)}" for n, word in counts)
 
     @cached_property
     def slides(self) -> tuple[PairRow, ...]:

@@ -45,11 +45,11 @@ def command(
 
 def _print(result: ForcesResult) -> None:
     found, peaks = result.found, result.found.peaks
-    _print_peaks(found)
-    typer.echo(
-        f"forces at {found.determined} of {result.steps + 1} positions; power-balance error at most"
-        f" {peaks.power_error:.1e} W (relative: {peaks.drift:.0e})"
-    )
+    balance = ""
+    if found.determined:
+        _print_peaks(found)
+        balance = f"; power-balance error at most {peaks.power_error:.1e} W (relative: {peaks.drift:.0e})"
+    typer.echo(f"forces at {found.determined} of {result.steps + 1} positions{balance}")
     if found.open:
         print_open(found.open)
     _print_missing(found, result.steps)

@@ -697,3 +697,11 @@ def test_numbers_are_not_wrapped_on_a_narrow_terminal():
     os.close(screen)
     assert done.returncode == 0
     assert shown.count("-1.2345678901") == 6
+
+
+def test_forces_of_a_mechanism_that_cannot_be_assembled_have_no_table_of_peaks(gim):
+    text = TOO_SHORT + "masses: {crank: {mass: 1, inertia: 1}}\n"
+    code, out, err = gim(text, "forces", "m.yaml", "--steps", "4")
+    assert code == 5, err
+    assert "forces at 0 of 5 positions\nnot-assembled: " in out
+    assert "peak" not in out
