@@ -15,6 +15,7 @@ def test_every_case_is_in_the_manual():
     assert set(CASES) <= set(ROWS)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("name", [name for name in CASES if "100" not in name])
 def test_the_manual_has_the_measured_accuracy(name):
     for method, cell in zip(METHODS, ROWS[name], strict=True):

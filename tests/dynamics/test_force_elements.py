@@ -457,6 +457,7 @@ def test_the_benchmark_runs(tmp_path):
     assert len(lines) == 3
 
 
+@pytest.mark.soak
 def test_forces_take_at_most_a_few_times_as_long_as_positions():
     """One process, both compiled; the measured ratio is 5, including a varying overhead of numpy."""
     import time
