@@ -84,7 +84,9 @@ class SingularitiesResult(Result):
     def headline(self) -> str:
         """Return the result in one line."""
         still = sum(one.what.kind == STATIONARY for one in self.found.found)
-        return f"{self.mechanism.name}: {len(self.found.found) - still} singular, {still} stationary positions"
+        counts = ((len(self.found.found) - still, "singular"), (still, "stationary"))
+        text = ", ".join(f"{n} {kind} position{'s' * (n != 1)}" for n, kind in counts if n)
+        return f"{self.mechanism.name}: {text or 'no singular position'}"
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
