@@ -109,7 +109,7 @@ class SingularitiesResult(Result):
         return {"circuits": circuits, "singularities": listed, "complete": found.complete}
 
     def table(self) -> Table:
-        """Return one row for each singular position: kind, inputs, coordinates of the nodes."""
+        """Return one row for each singular position: kind, inputs, coordinates of the nodes, members, branches."""
         found, mechanism = self.found.found, self.mechanism
         at = [self.inputs(one) for one in found]
         z = np.array([mechanism.to_file(self.found.curve.nodes(one.what.p)) for one in found])
@@ -119,6 +119,9 @@ class SingularitiesResult(Result):
             columns.append(Column(a.name, np.array([u[a.name] for u in at], dtype=float), mechanism.unit_of(a)))
         for k, name in enumerate(mechanism.nodes):
             columns += xy_columns(f"{name}.", z[:, k], mechanism.length_unit)
+        columns.append(Column("about", np.array([" ".join(one.what.about) for one in found], dtype=str)))
+        numbers = (" ".join(str(b + 1) for b in one.circuits) for one in found)
+        columns.append(Column("branches", np.array(list(numbers), dtype=str)))
         return Table(tuple(columns))
 
     def picture(self) -> Content:

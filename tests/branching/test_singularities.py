@@ -15,6 +15,7 @@ from bundled import MODELS
 from four_bars import four_bar
 from typer.testing import CliRunner
 
+import gimcli
 from gimcli import load
 from gimcli.branching.resampling import circuit_motion
 from gimcli.branching.singular_positions import Found, Survey, survey
@@ -327,3 +328,11 @@ def test_a_branch_is_followed_once() -> None:
     found = survey(load(MODELS / "antiparallelogram.yaml"))
     assert all(isinstance(c, Circuit) for c in found.branches.circuits)
     assert [knot.taken.count(None) for knot in found.branches.knots] == [0, 0]
+
+
+def test_rows_of_the_table_name_the_members_and_branches():
+    """The rods in line: the change point of a parallelogram at 180 deg belongs to both branches."""
+    found = gimcli.singularities(gimcli.load(MODELS / "parallelogram.yaml"))
+    row = found["motor"].tolist().index(pytest.approx(180.0, abs=1e-9))
+    assert set(found["about"][row].split()) == {"crank", "coupler", "follower"}
+    assert found["branches"][row] == "1 2"
