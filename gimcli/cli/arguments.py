@@ -106,8 +106,8 @@ def pairs(given: list[str]) -> dict[str, str]:
     for text in given:
         name, equals, number = text.partition("=")
         if not equals:
-            raise UsageError(f"--at {text}: write ACTUATOR=VALUE")
+            raise UsageError(f"--at {text}: expected ACTUATOR=VALUE")
         if name in values:
-            raise UsageError(f"--at {text}: '{name}' has a value already; give it once")
+            raise UsageError(f"--at {text}: '{name}' already has a value; give it once")
         values[name] = number
     return values

@@ -59,7 +59,9 @@ class Outputs:
         self.model, self.as_json = model, as_json
         self.files = result.destinations(asked, model.stem, picture, more)
         if as_json and self.files.stdout:
-            raise UsageError("-o - and --json both use standard output: give the table a file name")
+            raise UsageError(
+                "-o - and --json both use standard output: write the table to a file, such as -o table.csv"
+            )
         self.written: list[Path] = []
 
     @property

@@ -1,7 +1,8 @@
 """Values of the command line that are used without a check by typer.
 
 Typer checks each value, and each default, by adapters of pydantic: importing and building them takes longer than
-a short motion takes to solve. A value that is not plain is left to typer, and with it every message.
+a short motion takes to solve. A value that is not plain is left to typer; messages about wrong
+numbers and words have the form of the library's.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ from collections.abc import Iterable
 from enum import Enum
 from pathlib import Path
 from typing import Any
+
+import typer
 
 UNCHECKED = object()
 DIGITS = 9
@@ -28,7 +31,11 @@ def _taking(param: Any) -> Any:
     def process_value(ctx: Any, value: Any) -> Any:
         found = plain_value(param, value)
         if found is UNCHECKED:
-            return checked(ctx, value)
+            try:
+                return checked(ctx, value)
+            except typer.BadParameter as error:
+                error.message = _expected(param, value, error.message)
+                raise
         return param.callback(ctx, param, found) if param.callback else found
 
     if "process_value" not in vars(param):
@@ -46,6 +53,20 @@ def plain_value(param: Any, value: Any) -> Any:
     if kind is list and isinstance(value, list | tuple) and all(_printable(one) for one in value):
         return list(value)
     return _from_text(param, kind, value) if _printable(value) else UNCHECKED
+
+
+def _expected(param: Any, value: Any, message: str) -> str:
+    """Return the message about a wrong value; that of typer if the value is neither a number nor a word."""
+    kind = type(param.default)
+    if issubclass(kind, Enum):
+        return f"expected one of {', '.join(one.value for one in kind)}, got '{value}'"
+    if not message.startswith("Input should be"):
+        return message
+    number = "a whole number" if kind is int or "integer" in message else "a number"
+    low, high = getattr(param, "min", None), getattr(param, "max", None)
+    if low is None:
+        return f"expected {number}, got '{value}'"
+    return f"expected {number} {f'of at least {low:g}' if high is None else f'from {low} to {high}'}, got '{value}'"
 
 
 def _printable(value: Any) -> bool:

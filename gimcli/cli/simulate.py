@@ -28,7 +28,7 @@ EVENTS = 12
 def _registered(name: str) -> str:
     """Return the name of an integrator; refuse others."""
     if name and name not in INTEGRATORS:
-        raise typer.BadParameter(f"{name!r} is not one of {', '.join(map(repr, INTEGRATORS))}.")
+        raise typer.BadParameter(f"expected one of {', '.join(INTEGRATORS)}, got '{name}'")
     return name
 
 

@@ -104,7 +104,9 @@ def command(
 
     outputs = Outputs(MotionTraceResult, model, out, writes=True, picture=png, as_json=as_json)
     if plot and not outputs.draws:
-        raise UsageError("--plot draws graphs into the picture: write one (-o FILE.png, no --no-png)")
+        raise UsageError(
+            "--plot adds graphs to the picture, but no picture is written: use -o FILE.png, or remove --no-png"
+        )
     mechanism = outputs.loaded()
     begun = traced(
         mechanism, steps, derivatives=derivatives, measure=measure, plot=plot, at_limit=at_limit.value, circuit=circuit,

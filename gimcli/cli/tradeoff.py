@@ -64,7 +64,7 @@ def _tolerances(text: str) -> list[float]:
         try:
             values.append(float(word))
         except ValueError:
-            raise UsageError(f"--tolerances: '{word}' is not a number from 1e-14 to below 1") from None
+            raise UsageError(f"tolerances: expected numbers from 1e-14 to below 1, got '{word}'") from None
     return values
 
 

@@ -88,9 +88,9 @@ def _orientations(given: list[str]) -> dict[str, float]:
         except ValueError:
             angle = math.nan
         if not equals or not math.isfinite(angle):
-            raise UsageError(f"--orientation {text}: write MEMBER=ANGLE, such as platform=0")
+            raise UsageError(f"--orientation {text}: expected MEMBER=ANGLE, such as platform=0")
         if name in held:
-            raise UsageError(f"--orientation {text}: '{name}' has an angle already; give it once")
+            raise UsageError(f"--orientation {text}: '{name}' already has an angle; give it once")
         held[name] = angle
     return held
 

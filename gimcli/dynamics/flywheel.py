@@ -90,5 +90,6 @@ def _refuse(found: Reduction, speed: float, fluctuation: float) -> None:
         )
     if not speed > 0.0 or not 0.0 < fluctuation < 2.0:
         raise UsageError(
-            f"expected a speed above 0 and a fluctuation between 0 and 2, got {speed:g} and {fluctuation:g}"
+            f"expected a speed above 0 and a fluctuation above 0 and below 2, got {30.0 * speed / math.pi:g} rev/min"
+            f" and {fluctuation:g}"
         )

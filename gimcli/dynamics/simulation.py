@@ -32,7 +32,7 @@ def simulate(
     """
     settings = settings or Settings()
     if settings.method not in INTEGRATORS:
-        raise UsageError(f"expected a method of {', '.join(INTEGRATORS)}, got '{settings.method}'")
+        raise UsageError(f"integrator: expected one of {', '.join(INTEGRATORS)}, got '{settings.method}'")
     kind = EulerIntegration if INTEGRATORS[settings.method].over_input else Integration
     return _checked(kind(mechanism, np.asarray(times, dtype=float), settings, run, progress).simulation())
 

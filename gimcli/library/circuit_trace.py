@@ -45,8 +45,10 @@ class CircuitTrace:
             circuits = all_circuits(circuits[0], progress=follow).circuits
         if branch > len(circuits):
             raise UsageError(
-                f"branch {branch}: only {len(circuits)} circuit{'s meet' if len(circuits) > 1 else ' meets'} here;"
-                " `gim singularities` lists them"
+                f"branch: expected a number from 1 to {len(circuits)}, got {branch}; 1 is the circuit of the initial"
+                " configuration, the others cross it (see `gim singularities`)"
+                if len(circuits) > 1
+                else f"branch {branch}: no branch crosses the circuit of the initial configuration; remove branch"
             )
         self.mechanism, self.steps, self.tolerance, self.every = mechanism, steps, tolerance, every
         self.numbers = list(range(1, len(circuits) + 1)) if every else [branch]

@@ -45,7 +45,7 @@ class Extras:
         if word in ORDERS or any(word in (spec, spec.partition(":")[0]) for spec in self.specs):
             return
         if word.partition(":")[0] not in KINDS:
-            raise UsageError(f"plot {word}: no such quantity; {guess(word, [*ORDERS, *KINDS])}")
+            raise UsageError(f"plot: no quantity '{word}'; {guess(word, [*ORDERS, *KINDS])}")
         self.specs.append(word)
 
     def head(self, row: Motion) -> list[Column]:

@@ -67,7 +67,7 @@ class ForcesAlong:
         require_action(mechanism)
         self.steps = steps
         with explained(mechanism):
-            refuse_unmoved(mechanism, "add one")
+            refuse_unmoved(mechanism, "add an actuator")
             self._pieces = stream(mechanism, steps, chosen, notify=notify, progress=progress("forces along the motion"))
             self._first: Motion = next(self._pieces)
         first = self._first

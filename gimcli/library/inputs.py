@@ -16,13 +16,13 @@ MOST_STEPS = 10_000_000
 def refuse_count(argument: str, value: int, least: int, most: int) -> None:
     """Raise UsageError if the value is not a whole number from `least` to `most`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
-        raise UsageError(f"{argument}={value}: expected a whole number from {least} to {most}")
+        raise UsageError(f"{argument}: expected a whole number from {least} to {most}, got {value}")
 
 
 def refuse_choice(argument: str, value: str, known: Iterable[str]) -> None:
     """Raise UsageError if a word is not one of the known words."""
     if value not in known:
-        raise UsageError(f"{argument}={value}: choose {', '.join(known)}")
+        raise UsageError(f"{argument}: expected one of {', '.join(known)}, got '{value}'")
 
 
 def inputs_of(
@@ -61,13 +61,13 @@ def _value(mechanism: Mechanism, k: int, text: str, value: float | str) -> float
     except (TypeError, ValueError):
         given = math.nan
     if not math.isfinite(given):
-        raise UsageError(f"{text}: '{value}' is not a finite number")
+        raise UsageError(f"{text}: expected a finite number, got '{value}'")
     actuator, found = mechanism.actuators[k], float(mechanism.value_from_file(k, given))
     if actuator.kind == SPAN and found <= 0.0:
-        raise UsageError(f"{text}: a distance must be above 0")
+        raise UsageError(f"{text}: expected a distance above 0")
     if abs(found) > MOST_TURNS * (2.0 * math.pi if actuator.rotary else mechanism.size):
         limit = "turns" if actuator.rotary else "times the size of the mechanism"
-        raise UsageError(f"{text}: an input must be at most {MOST_TURNS:g} {limit} from 0")
+        raise UsageError(f"{text}: expected a value of at most {MOST_TURNS:g} {limit}")
     return found
 
 

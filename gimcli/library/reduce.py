@@ -57,7 +57,7 @@ def reduce(
     refuse_choice("jit", jit, JIT)
     refuse_count("steps", steps, 1, MOST_STEPS)
     require_masses(mechanism)
-    refuse_unmoved(mechanism, "add one")
+    refuse_unmoved(mechanism, "add an actuator")
     actuator = chosen_input(mechanism, input)
     run = choose(jit, steps * WORK, notify, ("move",))
     with explained(mechanism):

@@ -70,9 +70,9 @@ def simulate(
     """
     times = _times(time, dt)
     if not 1e-14 <= rtol <= 1e-2:
-        raise UsageError(f"rtol={rtol:g}: expected a number from 1e-14 to 1e-2")
+        raise UsageError(f"rtol: expected a number from 1e-14 to 1e-2, got {rtol:g}")
     if not 0.0 < step <= time:
-        raise UsageError(f"step={step:g}: expected a number of seconds above 0 and at most time={time:g}")
+        raise UsageError(f"step: expected a number of seconds above 0 and at most the time {time:g}, got {step:g}")
     integrator = method or integrator
     refuse_choice("integrator", integrator, INTEGRATORS)
     refuse_choice("jit", jit, JIT)
@@ -185,12 +185,12 @@ class SimulateResult(RowsResult):
 def _times(time: float, dt: float | None) -> FloatArray:
     every = time / ROWS if dt is None else dt
     if not 0.0 < time < 1e9:
-        raise UsageError(f"time={time:g}: expected a number of seconds above 0 and below 1e9")
+        raise UsageError(f"time: expected a number of seconds above 0 and below 1e9, got {time:g}")
     if not 0.0 < every <= time:
-        raise UsageError(f"dt={every:g}: expected a number of seconds above 0 and at most time={time:g}")
+        raise UsageError(f"dt: expected a number of seconds above 0 and at most the time {time:g}, got {every:g}")
     count = int(time / every * (1.0 + 1e-12))
     if count > MOST_ROWS:
-        raise UsageError(f"dt={every:g}: gives {count} rows, more than {MOST_ROWS}; use a longer dt")
+        raise UsageError(f"dt: {every:g} s gives {count} rows, more than {MOST_ROWS}; use a longer dt")
     return np.asarray(np.arange(count + 1) * every, dtype=np.float64)
 
 

@@ -61,7 +61,7 @@ def solve(
     refuse_count("seed", seed, 0, 2**63)
     refuse_choice("start", start, STARTS)
     if history and method != "gim":
-        raise UsageError("history is the error after every sweep: it needs method gim (--method gim)")
+        raise UsageError("history, the error after every sweep, needs method gim (--method gim)")
     chosen = Options.checked(method, strategy, tolerance, jit, sequence, seed if start == "random" else None)
     values = inputs_of(mechanism, at, inputs)
     with explained(mechanism):

@@ -111,7 +111,7 @@ def traced(
     with explained(mechanism):
         if not mechanism.actuators:
             make_plan(mechanism)
-        refuse_unmoved(mechanism, "add one, or use `gim solve`")
+        refuse_unmoved(mechanism, "add an actuator, or use `gim solve`")
         if circuit or all_branches:
             from gimcli.library.circuit_trace import CircuitTrace
 
@@ -125,15 +125,19 @@ def traced(
 def _refuse_mixed(method: str, rates: int, at_limit: str = "stop", branch: int = 1, every: bool = False) -> None:
     """Raise UsageError for arguments that cannot be combined with circuits, branches or reversed inputs."""
     if method == "gim":
-        raise UsageError("method gim: circuits, branches and limits are followed by continuation; leave the method out")
+        raise UsageError(
+            "method gim: circuits, branches and limits are followed by continuation, not by geometric iteration;"
+            " remove the method"
+        )
     if rates:
         raise UsageError(
-            "derivatives and graphs of velocities need a motion along the law: leave out circuit and at-limit reverse"
+            "derivatives and graphs of velocities need a motion along the law: remove circuit, all-branches and"
+            " at-limit reverse"
         )
     if at_limit != "stop":
-        raise UsageError(f"at-limit {at_limit}: a circuit continues through limits; leave out at-limit or circuit")
+        raise UsageError(f"at-limit {at_limit}: a circuit continues through limits; remove at-limit or circuit")
     if every and branch > 1:
-        raise UsageError("all-branches follows all branches; leave out branch")
+        raise UsageError("all-branches follows all branches; remove branch")
 
 
 class MotionTrace:

@@ -48,14 +48,14 @@ def tradeoff(
     """
     refuse_choice("jit", jit, JIT)
     if not seconds >= 1.0:
-        raise UsageError(f"seconds={seconds:g}: expected a number of at least 1")
+        raise UsageError(f"seconds: expected a number of at least 1, got {seconds:g}")
     refuse_count("steps", steps, 1, MOST_STEPS)
     for value in tolerances:
         if not FINEST <= value < COARSEST:
             raise UsageError(f"tolerances: expected numbers from 1e-14 to below 1, got {value:g}")
     chosen = tuple(dict.fromkeys(tolerances)) or TOLERANCES
     with explained(mechanism):
-        refuse_unmoved(mechanism, "add one")
+        refuse_unmoved(mechanism, "add an actuator")
         found = compare(mechanism, steps, chosen, jit, notify, progress("comparing"), seconds=seconds)
     return TradeoffResult(found, steps)
 
@@ -115,5 +115,6 @@ class TradeoffResult(Result):
             if e.drawable:
                 curves.setdefault(e.method.label, []).append((e.seconds, e.error, float(e.complete)))
         front = np.array([(e.seconds, e.error) for e in found.entries if e.efficient]).reshape(-1, 2)
-        title = f"{found.mechanism.name}: error and time, {'compiled' if found.compiled else 'not compiled'}"
+        how = "compiled kernels" if found.compiled else "kernels not compiled"
+        title = f"{found.mechanism.name}: error and time, {how}"
         return tradeoff_picture({name: np.array(points) for name, points in curves.items()}, front, title)

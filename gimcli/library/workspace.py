@@ -58,12 +58,12 @@ def workspace(
     refuse_count("grid", grid, 0, MOST_STEPS)
     name, held = _point(mechanism, point), _held(mechanism, orientation or {})
     if resume and not (grid and keep is not None):
-        raise UsageError("resume continues a grid: give the same grid (--grid N) and folder again")
+        raise UsageError("resume continues a grid: give the same grid (--grid N) and the same folder again")
     if grid and held:
-        raise UsageError("grid needs all inputs, and orientation fixes some of them: leave out one of both")
+        raise UsageError("grid needs all inputs, but orientation fixes some of them: remove one of the two")
     with explained(mechanism):
         make_plan(mechanism)
-    refuse_unmoved(mechanism, "add one")
+    refuse_unmoved(mechanism, "add an actuator")
     freedoms = task_of(mechanism, name, held).freedoms
     kept = None if keep is None else Kept(Path(keep), resume)
     solved = solve_grid(mechanism, name, grid, jit, kept, notify, progress("positions")) if grid else None
@@ -131,7 +131,7 @@ def _point(mechanism: Mechanism, given: str) -> str:
     if not given:
         return mechanism.traced[0]
     if given not in names:
-        raise UsageError(f"point {given}: no such node or point{near(given, names, 'nodes and points')}")
+        raise UsageError(f"point: no node or point '{given}'{near(given, names, 'nodes and points')}")
     return given
 
 
@@ -139,7 +139,7 @@ def _held(mechanism: Mechanism, given: Mapping[str, float]) -> dict[str, float]:
     """Return the members with a fixed direction, and the directions [rad]."""
     for name, angle in given.items():
         if not math.isfinite(angle):
-            raise UsageError(f"orientation {name}={angle}: expected a finite angle, such as {name}=0")
+            raise UsageError(f"orientation {name}: expected a finite angle, got {angle}")
     return {name: math.radians(angle) if mechanism.angle_unit == "deg" else angle for name, angle in given.items()}
 
 

@@ -54,7 +54,7 @@ def _unknown_input(refs: References, where: Where, name: str) -> None:
 
 
 def _choice(names: Iterable[str]) -> str:
-    return f"; choose {', '.join(list(names)[:8])}"
+    return f"; known: {', '.join(list(names)[:8])}"
 
 
 def _check_table(refs: References, where: Where, name: str, over: str) -> None:

@@ -134,8 +134,8 @@ def _check_law(refs: References, where: Where, actuator: Actuator, law: Law, tab
         refs.fault((*at, "profile"), f"expected one of `name`, `polynomial` and `table`, got {keys}")
         return
     if profile.name not in PROFILES:
-        choice = f"choose {', '.join(PROFILES)}{near(profile.name, PROFILES)}"
-        refs.fault((*at, "profile"), f"profile '{profile.name}' is unknown; {choice}")
+        choice = f"expected one of {', '.join(PROFILES)}, got '{profile.name}'{near(profile.name, PROFILES)}"
+        refs.fault((*at, "profile"), f"profile: {choice}")
     values = _check_ends(refs, at, law)
     by = law.by or 0.0
     if profile.table is not None:

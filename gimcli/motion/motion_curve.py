@@ -104,7 +104,10 @@ class MotionCurve:
         if start.first is None:
             return None
         if branch > 1 and branch > len(start.directions):
-            raise UsageError(f"branch {branch}: only {len(start.directions)} branches meet at the first change point")
+            raise UsageError(
+                f"branch: expected a number from 1 to {len(start.directions)}, got {branch}: the number of"
+                " branches at the first change point"
+            )
         if start.met is not None:
             return self._through(curve, start, sense, branch)
         fold = fold_beside(curve, start.place, ABOUT)

@@ -95,7 +95,7 @@ def _sentence(path: Path, fault: OSError) -> str:
     """Return the message: path, cause and correction."""
     cause = fault.strerror or str(fault)
     if isinstance(fault, (FileExistsError, NotADirectoryError)):
-        return f"{path}: cannot be written: '{path.parent}' contains the name of a file; choose another folder"
+        return f"{path}: cannot be written: a part of '{path.parent}' is a file, not a folder; choose another folder"
     if isinstance(fault, PermissionError):
         return f"{path}: cannot be written: {cause}; choose a folder with write permission"
-    return f"{path}: cannot be written: {cause}; correct this or choose another path"
+    return f"{path}: cannot be written: {cause}; choose another path"

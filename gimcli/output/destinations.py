@@ -49,8 +49,8 @@ def destinations(out: Sequence[Path | str], stem: str, usual: Sequence[str], kno
             continue
         if path.suffix.lower() not in FORMATS:
             raise UsageError(
-                f"{given}: '{path.suffix}' is not a known format; choose {', '.join(FORMATS)},"
-                " or end a folder's name with /"
+                f"{given}: expected one of the formats {', '.join(FORMATS)}, got '{path.suffix}';"
+                " the name of a folder with a dot needs / at its end"
             )
         format_of(path, tuple(known))
         files[path] = True

@@ -42,7 +42,7 @@ def format_of(path: Path | str, contents: tuple[str, ...] = ()) -> Format:
     suffix = Path(path).suffix.lower()
     known = {name: one for name, one in FORMATS.items() if not contents or one.content in contents}
     if suffix not in known:
-        raise UsageError(f"{path}: '{suffix}' is not a format that can be written here; choose {', '.join(known)}")
+        raise UsageError(f"{path}: expected one of the formats {', '.join(known)}, got '{suffix}'")
     return known[suffix]
 
 

@@ -30,7 +30,7 @@ class Parts:
         kept = self._kept()
         if resume and kept is not None and kept != self.header:
             raise UsageError(
-                f"resume: {folder} belongs to another run ({_difference(kept, self.header)}); leave out resume to start"
+                f"resume: {folder} belongs to another run ({_difference(kept, self.header)}); remove resume to start"
                 " a new run"
             )
         if not resume or kept is None:

@@ -150,7 +150,7 @@ def checked(task: WorkspaceTask) -> WorkspaceTask:
         raise UsageError(f"'{task.point}' cannot move {what}: give the inputs laws with `from` and `to`")
     if len(task.limited) > INPUTS:
         raise UsageError(
-            f"{len(task.limited)} inputs have ranges, at most {INPUTS} are possible: give some a constant law"
+            f"{len(task.limited)} inputs have ranges, at most {INPUTS} are possible: give the others constant laws"
         )
     return task
 

@@ -27,9 +27,7 @@ def input_grid(mechanism: Mechanism, count: int) -> InputGrid:
     high = [s.low + 2.0 * math.pi if t else s.high for s, t in zip(spans, turning, strict=True)]
     grid = InputGrid(np.array([s.low for s in spans]), np.array(high), turning, count)
     if grid.rows > MOST:
-        raise UsageError(
-            f"grid {count}: {grid.rows} positions of {len(spans)} inputs, at most {MOST} are possible; reduce it"
-        )
+        raise UsageError(f"grid {count}: {grid.rows} combinations of {len(spans)} inputs, more than {MOST}; reduce it")
     return grid
 
 
@@ -41,7 +39,7 @@ def carried_by(mechanism: Mechanism, name: str) -> Carried:
     point = next(p for p in mechanism.points if p.name == name)
     member = mechanism.members[point.member]
     if point.member == FRAME or len(member.nodes) < 2:
-        raise UsageError(f"'{name}' does not move: choose a moving node or point")
+        raise UsageError(f"'{name}' does not move: give a moving node or point")
     far, first = farthest(member), complex(member.shape[0])
     factor = (point.local - first) / (complex(member.shape[far]) - first)
     return Carried(member.nodes[0], member.nodes[far], factor)

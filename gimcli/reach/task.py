@@ -98,7 +98,7 @@ class WorkspaceTask:
         y = np.array([path.real, path.imag])
         table = y[:, 1:] - y[:, :1]
         if not np.any(table):
-            raise UsageError(f"'{self.point}' does not move: choose a moving node or point")
+            raise UsageError(f"'{self.point}' does not move: give a moving node or point")
         flat = self._parted[0]
         return table @ flat.basis, y[:, 0] + table @ flat.origin
 
@@ -243,7 +243,7 @@ class WorkspaceTask:
         found = next((m for m in self.mechanism.members[FRAME + 1 :] if m.name == name), None)
         if found is None:
             names = [m.name for m in self.mechanism.members[FRAME + 1 :]]
-            raise UsageError(f"orientation {name}: unknown moving member; {guess(name, names)}")
+            raise UsageError(f"orientation: no moving member '{name}'; {guess(name, names)}")
         return found.nodes[0], found.nodes[1]
 
     def _arm(self, name: str, x: FloatArray) -> ComplexArray:

@@ -435,23 +435,23 @@ WRONG = {
     "unknown command": (["tracee", "m.yaml"], ["tracee"]),
     "unknown option": (["trace", "m.yaml", "--stps", "3"], ["--stps"]),
     "two models": (["trace", "m.yaml", "n.yaml"], ["n.yaml"]),
-    "unknown method": (["solve", "m.yaml", "--method", "newtn"], ["newtn", "newton"]),
+    "unknown method": (["solve", "m.yaml", "--method", "newtn"], ["expected one of auto, gim, newton, got 'newtn'"]),
     "unknown actuator": (["solve", "m.yaml", "--at", "moto=3"], ["moto", "did you mean 'motor'"]),
     "actuator unlike any": (["solve", "m.yaml", "--at", "xyz=3"], ["xyz", "actuators: motor"]),
-    "value is a word": (["solve", "m.yaml", "--at", "motor=abc"], ["motor=abc", "not a finite number"]),
-    "value is no number": (["solve", "m.yaml", "--at", "motor=nan"], ["motor=nan", "not a finite number"]),
-    "value is infinite": (["solve", "m.yaml", "--at", "motor=inf"], ["motor=inf", "not a finite number"]),
+    "value is a word": (["solve", "m.yaml", "--at", "motor=abc"], ["motor=abc", "expected a finite number"]),
+    "value is no number": (["solve", "m.yaml", "--at", "motor=nan"], ["motor=nan", "expected a finite number"]),
+    "value is infinite": (["solve", "m.yaml", "--at", "motor=inf"], ["motor=inf", "expected a finite number"]),
     "value is too far away": (["solve", "m.yaml", "--at", "motor=1e308"], ["motor=1e308", "turns"]),
     "value is given twice": (["solve", "m.yaml", "--at", "motor=1", "--at", "motor=2"], ["motor=2", "once"]),
     "value is missing": (["solve", "m.yaml", "--at", "motor"], ["ACTUATOR=VALUE", "motor"]),
-    "no steps": (["trace", "m.yaml", "--steps", "0"], ["--steps"]),
-    "steps below zero": (["trace", "m.yaml", "--steps", "-5"], ["--steps"]),
-    "half a step": (["trace", "m.yaml", "--steps", "2.5"], ["--steps"]),
+    "no steps": (["trace", "m.yaml", "--steps", "0"], ["--steps", "a whole number from 1 to 10000000, got '0'"]),
+    "steps below zero": (["trace", "m.yaml", "--steps", "-5"], ["--steps", "expected a whole number"]),
+    "half a step": (["trace", "m.yaml", "--steps", "2.5"], ["--steps", "expected a whole number"]),
     "negative tolerance": (["trace", "m.yaml", "--tolerance", "-1"], ["tolerance: expected"]),
     "tolerance of zero": (["solve", "m.yaml", "--tolerance", "0"], ["tolerance: expected"]),
     "tolerance that is no number": (["solve", "m.yaml", "--tolerance", "nan"], ["tolerance: expected"]),
-    "tolerance as a word": (["solve", "m.yaml", "--tolerance", "tight"], ["--tolerance"]),
-    "start elsewhere": (["solve", "m.yaml", "--start", "left"], ["start=left", "drawn"]),
+    "tolerance as a word": (["solve", "m.yaml", "--tolerance", "tight"], ["--tolerance", "number, got 'tight'"]),
+    "start elsewhere": (["solve", "m.yaml", "--start", "left"], ["start: expected one of", "drawn"]),
     "history without sweeps": (["solve", "m.yaml", "--history"], ["history", "--method gim"]),
     "sequence of moves without sweeps": (["solve", "m.yaml", "--sequence", "O>A"], ["sequence", "--method gim"]),
     "moves of unknown nodes": (["solve", "m.yaml", "--method", "gim", "--sequence", "O>Q"], ["Q"]),
@@ -613,7 +613,7 @@ def test_a_table_is_never_written_over_the_model(gim, tmp_path):
     for more in ((), ("--all",)):
         code, out, err = gim(text, "solve", "m.yaml", "--csv", "m.yaml", *more)
         assert (code, out) == (2, "")
-        assert "'.yaml' is not a format that can be written here" in err
+        assert "expected one of the formats .csv, got '.yaml'" in err
         assert (tmp_path / "m.yaml").read_text() == text
 
 

@@ -71,13 +71,13 @@ def test_a_fixed_orientation_is_an_option(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["-p", "Q"], "point Q: no such node or point"),
-        (["--orientation", "proximal_1"], "write MEMBER=ANGLE"),
-        (["--orientation", "proximal=3"], "unknown moving member"),
+        (["-p", "Q"], "no node or point 'Q'"),
+        (["--orientation", "proximal_1"], "expected MEMBER=ANGLE"),
+        (["--orientation", "proximal=3"], "no moving member 'proximal'"),
         (["--orientation", "distal_1=3", "--orientation", "distal_1=4"], "give it once"),
-        (["--orientation", "distal_1=3", "--grid", "5"], "leave out one of both"),
+        (["--orientation", "distal_1=3", "--grid", "5"], "remove one of the two"),
         (["--resume"], "--grid N"),
-        (["--grid", "100000"], "at most"),
+        (["--grid", "100000"], "more than"),
     ],
 )
 def test_wrong_options_are_refused_with_a_correction(tmp_path: Path, arguments: list[str], message: str) -> None:

@@ -247,7 +247,7 @@ REFUSED = {
     "unknown profile": (
         law("{from: 3, to: 4, profile: cubik}"),
         "5:72",
-        ["'cubik' is unknown", "choose uniform", "did you mean 'cubic'"],
+        ["expected one of uniform", "got 'cubik'", "did you mean 'cubic'"],
     ),
     "two profiles": (
         law("{from: 3, to: 4, profile: {name: cubic, polynomial: [0, 1]}}"),

@@ -248,7 +248,7 @@ def test_the_folder_is_created(tmp_path):
 @pytest.mark.parametrize("inner", ["", "deeper"])
 def test_a_folder_that_is_a_file_is_refused(tmp_path, inner):
     (tmp_path / "file").write_text("precious")
-    with pytest.raises(OutputError, match="contains the name of a file"):
+    with pytest.raises(OutputError, match="is a file, not a folder"):
         write_csv(table(x=[1.0]), tmp_path / "file" / inner / "t.csv")
     assert (tmp_path / "file").read_text() == "precious"
 
@@ -284,7 +284,7 @@ def test_a_refused_folder_is_an_output_error_for_root_too(tmp_path, monkeypatch)
 
 @pytest.mark.parametrize("content", [table(x=[1.0]), history_picture(np.ones(3), None, "", math.nan, 0)])
 def test_an_unknown_suffix_is_refused_with_the_known_ones(tmp_path, content):
-    with pytest.raises(UsageError, match=r"choose \."):
+    with pytest.raises(UsageError, match=r"expected one of the formats \.csv"):
         output.write(content, tmp_path / "t.bmp")
 
 

@@ -200,7 +200,7 @@ def test_points_and_orientations_without_a_workspace_are_rejected() -> None:
     mechanism = load(MODELS / "five_bar.yaml")
     with pytest.raises(UsageError, match="does not move"):
         survey(mechanism, "A1")
-    with pytest.raises(UsageError, match="unknown moving member"):
+    with pytest.raises(UsageError, match="no moving member 'lever'"):
         survey(mechanism, "P", {"lever": 0.0})
     with pytest.raises(UsageError, match="moves along curves"):
         survey(load(MODELS / "crank_rocker.yaml"), load(MODELS / "crank_rocker.yaml").traced[0])
