@@ -299,7 +299,7 @@ def _long_actuator(actuator: Any) -> Any:
     profile = law.get("profile")
     if isinstance(profile, str):
         law["profile"] = {"name": profile}
-    for key in ("polynomial", "table"):
-        if key in law and "profile" not in law:
-            law["profile"] = {key: law.pop(key)}
+    for key in ("polynomial", "table"):  # short forms; more than one of them is reported with the profile
+        if key in law and isinstance(own := law.get("profile", {}), dict) and key not in own:
+            law["profile"] = {**own, key: law.pop(key)}
     return {**actuator, "law": law}

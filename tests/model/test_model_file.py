@@ -254,6 +254,11 @@ REFUSED = {
         "5:72",
         ["`name` and `polynomial`", "expected one of"],
     ),
+    "name and polynomial, short form": (
+        law("{from: 3, to: 4, profile: cubic, polynomial: [0, 1]}"),
+        "5:72",
+        ["`name` and `polynomial`", "expected one of"],
+    ),
     "polynomial not from 0 to 1": (
         law("{from: 3, to: 4, profile: {polynomial: [0, 2]}}"),
         "5:85",
