@@ -39,7 +39,7 @@ class ForceMotion:
         keep[-1] = True
         efforts = np.array([forces.effort(k) for k in range(len(self.statics.efforts))])
         drawn = forces.bounded[keep]  # unbounded values are not plotted
-        shaking = np.where(drawn, forces.shaking_force[keep], np.nan)
+        shaking = np.where(drawn, forces.shaking_force[keep], complex(np.nan, np.nan))
         self._kept.append((piece.time[keep], piece.inputs[:, keep], np.where(drawn, efforts[:, keep], np.nan), shaking))
         self.summary.add(piece)
         self.peaks.add(piece, forces)

@@ -94,7 +94,7 @@ class Forces:
     @property
     def shaking_force(self) -> ComplexArray:
         """The force [N] on the frame (rows,), from the momentum of all bodies; it is always determined."""
-        return np.asarray(np.where(self.good, self.loads.support, np.nan))
+        return np.asarray(np.where(self.good, self.loads.support, complex(np.nan, np.nan)))
 
     @property
     def shaking_moment(self) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import math
 import os
@@ -705,3 +706,27 @@ def test_forces_of_a_mechanism_that_cannot_be_assembled_have_no_table_of_peaks(g
     assert code == 5, err
     assert "forces at 0 of 5 positions\nnot-assembled: " in out
     assert "peak" not in out
+
+
+ROCKER = """
+nodes: {O: [0, 0], A: [40, 0], B: [136.67, 71.1], G: [100, 0]}
+ground: [O, G]
+links: {crank: [O, A], coupler: [A, B], rocker: [G, B]}
+actuators: {motor: {type: rotary, pivot: G, arm: B, law: {by: 120}}}
+masses: {crank: {mass: 1, inertia: 0.01}}
+"""
+GIVEN = {"step", "time", "motor", "q", "sweeps", "status"}
+"""Columns that have values without a position."""
+
+
+@pytest.mark.parametrize(
+    "arguments", [("trace", "-d", "3", "-m", "transmission", "-m", "area:coupler"), ("forces",), ("reduce",)]
+)
+def test_rows_that_are_not_solved_have_empty_cells(arguments, gim):
+    """A driven rocker reaches its limit within the law; complex columns have two cells."""
+    code, out, err = gim(ROCKER, arguments[0], "m.yaml", *arguments[1:], "--steps", "8", "-o", "-")
+    assert code == 5, err
+    rows = [row for row in csv.DictReader(io.StringIO(out)) if row["status"] != "ok"]
+    assert rows
+    for row in rows:
+        assert {name for name, cell in row.items() if cell} <= GIVEN
