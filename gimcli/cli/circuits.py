@@ -72,7 +72,7 @@ def _print(result: CircuitsResult) -> None:
     at = at_inputs(mechanism, inputs_at(found, found.curve.begin()))
     print_table(result.headline(), ("circuit", "", "input", "branches", f"configurations at {at}"), rows, right=(3,))
     if own is not None:
-        typer.echo("*: the circuit of the initial coordinates")
+        typer.echo("*: the circuit of the initial configuration")
     typer.echo(verdict(found))
     for hint in triangle_hints(mechanism):
         typer.echo(hint)

@@ -62,7 +62,7 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
     print_table("", head, rows, right=(0, 2, 3, *range(4, len(head))))
     print_more(len(found), ROWS, "--json and -o write all")
     if drawn is not None:
-        typer.echo("*: the configuration of the initial coordinates, moved to these inputs")
+        typer.echo("*: the initial configuration, moved to these inputs")
     for hint in triangle_hints(mechanism):
         typer.echo(hint)
     if result.undrawn and png is not None:
