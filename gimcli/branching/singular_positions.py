@@ -75,7 +75,8 @@ def drawn_circuit(mechanism: Mechanism, tolerance: float) -> Circuit:
             z = settled(mechanism, start)
             return first_circuit(curve, z, q)
     raise UnassembledError(
-        f"{mechanism.name} cannot be assembled at the start of its laws or in its initial position: {start.status.text}"
+        f"{mechanism.name} cannot be assembled at the start of its laws or in its initial configuration:"
+        f" {start.status.text}"
     )
 
 

@@ -70,7 +70,11 @@ def _print(result: CircuitsResult) -> None:
             )
         )
     at = at_inputs(mechanism, inputs_at(found, found.curve.begin()))
-    print_table(result.headline(), ("circuit", "", "input", "branches", f"configurations at {at}"), rows, right=(3,))
+    head = ("circuit", "", "input", "branches", f"configurations at {at}")
+    if rows:
+        print_table(result.headline(), head, rows, right=(3,))
+    else:
+        typer.echo(result.headline())
     if own is not None:
         typer.echo("*: the circuit of the initial configuration")
     typer.echo(verdict(found))

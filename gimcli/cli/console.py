@@ -109,5 +109,6 @@ def note_point_masses(mechanism: Mechanism) -> None:
     names = point_masses(mechanism)
     if names:
         note(
-            f"masses of {', '.join(names)}: no `inertia`, 0 is used (point mass); write `inertia: 0` to hide this note"
+            f"`masses`: no `inertia` is given for {', '.join(names)}; 0 is used (point mass);"
+            " write `inertia: 0` to hide this note"
         )

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 HELP = (
     "Grübler's formula, the rank of the constraint Jacobian and the mobility that follows from it, at the assembled"
-    " position nearest to the drawing."
+    " position nearest to the initial configuration."
 )
 EXAMPLES = ("gim mobility models/parallelogram_third_crank.yaml",)
 
@@ -40,11 +40,11 @@ def _print(result: MobilityResult) -> None:
     print_table(result.mechanism.name, ("", ""), result.rows())
     if found.stuck:
         typer.echo(
-            f"The inputs do not determine the drawn position: {result.start}. `gim singularities` lists such positions;"
-            " choose other initial coordinates to avoid it."
+            f"The inputs do not determine the initial configuration: {result.start}. `gim singularities` lists such"
+            " positions; use other initial coordinates."
         )
     if found.singular:
         typer.echo(
-            f"The drawn position is singular: {found.apparent} apparent freedoms there, {found.mobility} in nearby"
-            " positions."
+            f"The initial configuration is singular: {found.apparent} apparent freedoms there, {found.mobility} in"
+            " nearby positions."
         )

@@ -96,7 +96,7 @@ def _print_wheel(wheel: Flywheel) -> None:
 
     rpm = wheel.speed * 30.0 / math.pi
     without = (
-        f"without a flywheel it is {number(wheel.without)}"
+        f"without a flywheel the fluctuation is {number(wheel.without)}"
         if math.isfinite(wheel.without)
         else "without a flywheel the speed would fall to zero"
     )

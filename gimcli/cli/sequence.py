@@ -64,8 +64,8 @@ def _print(explain: bool, found: SequenceResult) -> None:
 def _print_group(number: int, group: SequenceGroupReport, explain: bool) -> None:
     from gimcli.cli.console import print_table
 
-    predicted = "never" if group.predicted_sweeps is None else f"{group.predicted_sweeps:.0f}"
-    observed = "did not converge" if group.observed_sweeps is None else str(group.observed_sweeps)
+    predicted = "no convergence" if group.predicted_sweeps is None else f"{group.predicted_sweeps:.0f}"
+    observed = "no convergence" if group.observed_sweeps is None else str(group.observed_sweeps)
     title = f"{number}. {group.kind} {' '.join(group.nodes)}"
     head = ["step", "move", "about", "by", "rule"] + (["states after it"] if explain else [])
     rows = []
@@ -77,7 +77,7 @@ def _print_group(number: int, group: SequenceGroupReport, explain: bool) -> None
     print_table(title, head, rows)
     typer.echo(
         f"   spectral radius {group.radius:.4f} (classic {group.classic_radius:.4f}), {group.candidates} candidates;"
-        f" sweeps predicted {predicted}, observed {observed}"
+        f" sweeps: predicted {predicted}, observed {observed}"
     )
     if explain:
         for k, s in enumerate(group.steps, start=1):

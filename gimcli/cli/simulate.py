@@ -102,7 +102,7 @@ def _print(result: SimulateResult) -> None:
     _print_events(result)
     typer.echo(
         f"{found.mechanism.name}: {len(found.time)} of {len(result.times)} rows, {found.steps} steps,"
-        f" {found.evaluations} evaluations; energy drift {found.worst_drift:.1e} of the greatest energy"
+        f" {found.evaluations} evaluations; energy drift {found.worst_drift:.1e}, relative to the greatest energy"
     )
     if result.open:
         print_open(result.open)

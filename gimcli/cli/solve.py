@@ -61,7 +61,7 @@ def command(
     start: Annotated[
         str,
         typer.Option(
-            "--start", metavar="drawn|random", help="Start from the drawn or from random coordinates.",
+            "--start", metavar="drawn|random", help="Start from the initial (drawn) or from random coordinates.",
             rich_help_panel=START,
         ),
     ] = "drawn",

@@ -81,15 +81,18 @@ def _print(result: TradeoffResult) -> None:
         name = e.method.label if e.method.name != last else ""
         rows.append(_row(e, name))
         last = e.method.name
-    print_table(result.headline(), head, rows, range(2, 10))
-    typer.echo(
-        "iterations: sweeps for gim; paper's count: 12 operations per moving node and sweep, 9 E^3 per iteration"
-    )
-    typer.echo("*: efficient: no other entry that solves all positions is both faster and more accurate")
+    if rows:
+        print_table(result.headline(), head, rows, range(2, 10))
+        typer.echo(
+            "iterations: sweeps for gim; paper's count: 12 operations per moving node and sweep, 9 E^3 per iteration"
+        )
+        typer.echo("*: efficient: no other entry that solves all positions is both faster and more accurate")
+    else:
+        typer.echo(result.headline())
     if found.unrefined:
         typer.echo(
-            f"{found.unrefined} positions are too near to a singular position to determine a true error;"
-            " they are left out"
+            f"{found.unrefined} positions are not compared: they are too near to a singular position to determine a"
+            " true error"
         )
     if not found.reached:
         print_status(found.motion)

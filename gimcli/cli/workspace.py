@@ -128,16 +128,17 @@ def _print_region(mechanism: Mechanism, report: dict[str, Any]) -> None:
         ("length of the boundary", f"{length(mechanism, report['perimeter'])}{unit}"),
         ("inner curves", str(report["barriers"])),
     ]
-    print_table(f"{mechanism.name}: what {report['point']} reaches", ("", ""), rows)
+    print_table(f"{mechanism.name}: workspace of {report['point']}", ("", ""), rows)
     heads = ("curve", "kind", "cause", labelled("length", mechanism.length_unit))
     ends = [("range ends: " + at_inputs(mechanism, c["held"])) if c["held"] else "singular" for c in report["curves"]]
     curves = [
         (str(k), c["kind"], end, length(mechanism, c["length"]))
         for k, (c, end) in enumerate(zip(report["curves"], ends, strict=True))
     ]
-    print_table("", heads, curves, right=(0, 3))
+    if curves:
+        print_table("", heads, curves, right=(0, 3))
     if not report["regions"] and report["complete"]:
-        typer.echo("the point reaches a single place: the ranges of the inputs meet in one position only")
+        typer.echo("the region is a single point: the mechanism can be assembled in one position only")
     elif not report["regions"]:
         typer.echo("no boundary was found")
     elif not report["complete"]:
@@ -152,16 +153,18 @@ def _print_paths(mechanism: Mechanism, report: dict[str, Any]) -> None:
     rows = []
     for k, path in enumerate(report["paths"]):
         inputs = [
-            f"{n} {'full turn' if i['full_turn'] else interval(mechanism, n, i['from'], i['to'])}"
+            f"{n}: {'full turn' if i['full_turn'] else interval(mechanism, n, i['from'], i['to'])}"
             for n, i in path["inputs"].items()
         ]
         spans = [f"{length(mechanism, a)} to {length(mechanism, b)}" for a, b in path["bounds"].values()]
         rows.append(
-            (str(k), "drawn" if path["drawn"] else "", *spans, length(mechanism, path["length"]), ", ".join(inputs))
+            (f"{k}{' *' if path['drawn'] else ''}", *spans, length(mechanism, path["length"]), ", ".join(inputs))
         )
     lengths = (labelled(what, mechanism.length_unit) for what in ("x", "y", "length"))
-    heads = ("path", "", *lengths, "inputs")
-    print_table(f"{mechanism.name}: what {report['point']} reaches", heads, rows, right=(0, 4))
+    heads = ("path", *lengths, "inputs")
+    print_table(f"{mechanism.name}: workspace of {report['point']}", heads, rows, right=(3,))
+    if any(path["drawn"] for path in report["paths"]):
+        typer.echo("*: the path of the initial configuration")
     if not report["complete"]:
         typer.echo(
             "there may be more paths: at some input values the list of configurations is not proved complete, or a"

@@ -185,7 +185,7 @@ def spacing(found: Circuits) -> tuple[float, str]:
     mechanism, spacing = found.curve.mechanism, np.array([found.spacing])
     if not found.curve.single:
         low, high = found.curve.laws
-        return float(found.spacing / (high - low)), "of the laws' range"
+        return float(found.spacing / (high - low)), "times the range of the laws"
     unit = mechanism.unit_of(mechanism.actuators[0])
     return float(mechanism.value_to_file(0, spacing)[0]), "" if unit == "unit" else unit
 
@@ -196,6 +196,8 @@ def verdict(found: Circuits) -> str:
     if not found.complete:
         lost = f"; {found.lost} configurations could not be followed" if found.lost else ""
         return f"not proved complete: at some of {count} input values configurations may be missing{lost}"
+    if not found.strands:
+        return f"cannot be assembled at {count} sampled input values (proved)"
     step = "{:.3g} {}".format(*spacing(found)).rstrip()
     return (
         f"all configurations at {count} sampled input values are proved, and each is on a circuit of this list; a"

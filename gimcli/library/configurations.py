@@ -172,7 +172,9 @@ class ConfigurationsResult(Result):
         titles = [f"{k + 1}{' (initial)' if k == self.drawn else ''}" for k in range(shown)]
         count = f"{self.count} configurations" if self.count > 1 else "one configuration"
         count += f", the first {PANELS}" if self.undrawn else ""
-        return gallery_picture(mechanism, mechanism.to_file(self.found.z[:shown]), titles, f"{mechanism.name}: {count}")
+        return gallery_picture(
+            mechanism, mechanism.to_file(self.found.z[:shown]), titles, f"{titled(mechanism, self.inputs)}: {count}"
+        )
 
 
 def verdict(found: Configurations) -> str:

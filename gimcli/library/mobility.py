@@ -26,7 +26,7 @@ def mobility(mechanism: Mechanism) -> MobilityResult:
     z = assembled(mechanism)
     if z is None:
         raise UnassembledError(
-            f"{mechanism.name} cannot be assembled near its drawn position: correct the coordinates or lengths;"
+            f"{mechanism.name} cannot be assembled near its initial configuration: correct the coordinates or lengths;"
             " `gim solve` reports the constraint with the largest error"
         )
     found = mobility_at(mechanism, z, mechanism.drawn_inputs)

@@ -112,7 +112,7 @@ class ReduceResult(RowsResult):
             return None
         q = table.floats("q")
         units = {column.name: column.unit for column in table.columns}
-        labels = {"J": "reduced inertia J", "dJ_dq": "dJ/dq", "tau": "reduced torque", "V": "potential V"}
+        labels = {"J": "reduced inertia J", "dJ_dq": "dJ/dq", "tau": "reduced torque tau", "V": "potential energy V"}
         panels = [Panel(f"{label} [{units[n]}]", [("", q, table.floats(n))]) for n, label in labels.items()]
         title = f"{found.mechanism.name}: reduced to {actuator.name}"
         return history_sheet(panels, f"{actuator.name} [{units['q']}]", title)

@@ -176,7 +176,7 @@ class SimulateResult(RowsResult):
                     _mark(mechanism, event, k, order) for k in own for event in found.events if event.time <= found.end
                 ]
                 if own:
-                    panels.append(Panel(f"{name} {what}", curves, marks))
+                    panels.append(Panel(f"{'speed of ' * order}{name} {what}", curves, marks))
         energies = [(n, found.time, e) for n, e in zip(ENERGIES, found.energy, strict=True) if e.any()]
         panels.append(Panel("energy [J]", [*energies, ("total", found.time, found.total)]))
         return history_sheet(panels, "time [s]", f"{mechanism.name}: simulation")

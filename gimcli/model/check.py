@@ -98,7 +98,7 @@ def check(refs: References) -> None:
     for name, element in refs.model.elements.items():
         _check_member(refs, ("elements", name), element)
     if refs.every and refs.sure and refs.placed and not SIZES[0] < refs.size < SIZES[1]:
-        refs.fault(("nodes",), f"the mechanism is {refs.size:g} in size; choose another unit of length")
+        refs.fault(("nodes",), f"the size of the mechanism is {refs.size:g}; use another unit of length")
     for section, kind in PAIRS.items():
         for name in getattr(refs.model, section):
             kind.check(refs, name)

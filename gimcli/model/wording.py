@@ -23,7 +23,7 @@ SYNONYMS = {
     "driver": "actuators", "drives": "actuators", "cylinders": "actuators", "cranks": "actuators",
     "forces": "loads", "force": "loads", "torques": "loads", "moments": "loads",
     "mass": "masses", "inertias": "masses", "tracers": "points", "markers": "points", "output": "trace",
-    "outputs": "trace", "title": "name", "time": "duration",
+    "outputs": "trace", "title": "name", "time": "duration", "member": "on",
 }  # fmt: skip
 """Keys of other programs and of everyday use, and the key of the model file for each."""
 
@@ -106,6 +106,8 @@ def _bare(schema: Any) -> Any:
 def _missing(where: Where) -> str:
     if where == ("ground",):
         return "write `ground: [NODES]`, or `ground: {member: NAME}` for a floating mechanism"
+    if where[0] == "actuators" and where[-1] == "type":
+        return "add `type: rotary` or `type: linear`"
     return f"add `{where[-1]}:`"
 
 

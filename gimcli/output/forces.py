@@ -31,5 +31,5 @@ def _hodograph(shaking: ComplexArray) -> Picture:
     picture.stroke(curve_pen(1), *drawn_runs(shaking, frame.point))
     good = shaking[np.isfinite(shaking)]
     picture.mark(DOT, *good[:1].tolist())
-    picture.legend += [("force on the frame", curve_pen(1)), ("start", DOT)]
+    picture.legend += [("shaking force", curve_pen(1)), ("start", DOT)]
     return picture

@@ -66,8 +66,8 @@ def path_picture(
     shown = [*paths, *([skeleton.extent()] if skeleton else [])]
     picture = plot(mechanism, title, shown)
     for pen, name, group in (
-        (PENS["outer"], "path of the drawn configuration", paths[:1]),
-        (PENS["inner"], "other configurations", paths[1:]),
+        (PENS["outer"], "path of the initial configuration", paths[:1]),
+        (PENS["inner"], "paths of other configurations", paths[1:]),
     ):
         if group:
             picture.stroke(pen, *group)

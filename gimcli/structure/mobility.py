@@ -289,8 +289,8 @@ def check_driven(mechanism: Mechanism, found: Mobility) -> None:
         )
     if found.undriven:
         raise StructureError(
-            f"nothing drives nodes {', '.join(found.undriven)}: mobility {found.mobility}, {count}"
-            f" actuator{'s' * (count != 1)}; add an actuator for each freedom, or fix nodes in `ground`"
+            f"nothing drives nodes {', '.join(found.undriven)}: mobility {found.mobility},"
+            f" {count or 'no'} actuator{'s' * (count > 1)}; add an actuator for each freedom, or fix nodes in `ground`"
         )
 
 

@@ -259,13 +259,13 @@ def test_the_manual_has_table_1(column):
 
     names = {
         "sweeps, as": "sweeps", "iterations in absolute": "absolute iterations", "paper's count: 12": "paper",
-        "paper's count: 9": "paper absolute", "operations that there are": "real", "`auto`": "real auto",
+        "paper's count: 9": "paper absolute", "operations counted": "real", "`auto`": "real auto",
         "sweeps to 1e-12": "tight sweeps", "iterations to 1e-12": "tight absolute",
         **{f"Newton-Raphson, {name}": f"real {name}" for name in ("absolute", "joint", "natural")},
     }  # fmt: skip
     for label, name in names.items():
         assert number(label) == round(found[name]), label
-    assert number("random starts") == from_far(case)[0]
+    assert number("of 50 random starts") == from_far(case)[0]
 
 
 # -- how long a comparison takes ---------------------------------------------------------------------------

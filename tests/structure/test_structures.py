@@ -124,7 +124,7 @@ def test_potential_energy_is_zero_at_the_first_ground_node(tmp_path):
 def test_a_missing_inertia_is_reported_for_a_member_that_rotates(tmp_path, command):
     """The block has none either, but it cannot rotate on its guide; `inertia: 0` is accepted."""
     more = ["--time", "0.1"] if command == "simulate" else ["--input", "swing"] if command == "reduce" else []
-    said = "bob: no `inertia`"
+    said = "no `inertia` is given for bob"
     assert said in run(command, written(tmp_path, PENDULUM), *more, folder=tmp_path).output
     stated = PENDULUM.replace("mass: 2,", "mass: 2, inertia: 0,")
     assert "without `inertia`" not in run(command, written(tmp_path, stated), *more, folder=tmp_path).output
