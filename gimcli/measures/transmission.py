@@ -203,7 +203,7 @@ def _between(mechanism: Mechanism, spec: str, first: str, second: str) -> Measur
     known += [*(s.pair for s in mechanism.slides), *(r.name for r in _rams(mechanism))]
     for name in (first, second):
         if name not in known:
-            raise naming.unknown(spec, "member, sliding pair or ram", name, known)
+            raise naming.unknown(spec, "member, sliding pair or linear actuator", name, known)
     for node in range(len(mechanism.nodes)):
         for joint in joints_at(mechanism, node):
             if joint.names == {first, second}:
@@ -217,7 +217,8 @@ def _between(mechanism: Mechanism, spec: str, first: str, second: str) -> Measur
 KIND = Kind(
     "transmission",
     "NODE, PART/PART, NODE/JOINT/NODE, or nothing for all output joints",
-    "transmission angle (0 to 180 deg, best 90) of two members, a member and a sliding pair, or a ram and a member",
+    "transmission angle (0 to 180 deg, 90 is best) of two members, a member and a sliding pair, or a linear actuator"
+    " and a member",
     (0, 1, 2, 3),
     _make,
 )

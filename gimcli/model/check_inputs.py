@@ -73,7 +73,8 @@ def check_nodes(refs: References, where: Where, actuator: Actuator, what: str = 
     if needed - given:
         either = "`nodes`, or " if actuator.type == "linear" else ""
         missing = " and ".join(f"`{key}`" for key in sorted(needed - given, reverse=actuator.type == "rotary"))
-        refs.lack(where, KEYS, f"{what} '{where[1]}' needs {either}{missing}; add it")
+        added = "one of the two" if either else "it" if len(needed - given) == 1 else "both"
+        refs.lack(where, KEYS, f"{what} '{where[1]}' needs {either}{missing}; add {added}")
     elif actuator.type == "rotary":
         _check_rotary(refs, where, str(actuator.pivot), str(actuator.arm), actuator.reference)
     elif actuator.nodes is not None:
