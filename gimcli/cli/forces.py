@@ -66,16 +66,20 @@ def print_open(names: list[str]) -> None:
 def _print_peaks(found: ForceMotion) -> None:
     from gimcli.cli.console import print_more, print_table
     from gimcli.library.rounding import greatest, input_value, number
+    from gimcli.table import labelled
 
     mechanism, peaks = found.statics.mechanism, found.peaks.greatest
     names = [a.name for a in mechanism.actuators]
     sizes = {unit: greatest(value for value, own, _ in peaks.values() if own == unit) for _, unit, _ in peaks.values()}
+    if "N m" in sizes:  # a torque is zero in comparison with the forces, too
+        sizes["N m"] = max(sizes["N m"], sizes.get("N", 0.0) * mechanism.size * (mechanism.dynamics.metre or 0.0))
     rows = [
         (name, number(value, sizes[unit]), unit,
          ", ".join(input_value(mechanism, n, v) for n, v in zip(names, at, strict=True)))
         for name, (value, unit, at) in peaks.items()
     ]  # fmt: skip
-    head = ("", "peak", "unit", f"at {', '.join(names)}")
+    inputs = (labelled(a.name, mechanism.unit_of(a)) for a in mechanism.actuators)
+    head = ("", "peak", "unit", f"at {', '.join(inputs)}")
     print_table(f"{mechanism.name}: peak values", head, rows[:SHOWN], (1, 3))
     print_more(len(rows), SHOWN)
     if found.peaks.left_out:

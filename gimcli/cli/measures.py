@@ -19,7 +19,7 @@ MeasureOption = Annotated[
     ),
 ]  # fmt: skip
 PlotOption = Annotated[
-    str,
+    list[str],
     typer.Option(
         "--plot", metavar="QUANTITY,...", rich_help_panel=QUANTITIES,
         help="Graphs: velocity acceleration jerk omega alpha, measures.",

@@ -75,6 +75,7 @@ def _print_extremes(found: ReduceResult) -> None:
 
     from gimcli.cli.console import print_table
     from gimcli.library.rounding import greatest, input_value, number
+    from gimcli.table import labelled
 
     table, name = found.table(), found.report()["input"]
     q, rows = table.floats("q"), []
@@ -85,7 +86,7 @@ def _print_extremes(found: ReduceResult) -> None:
             size = greatest(values)
             ends = [(number(values[k], size), input_value(found.mechanism, name, q[k])) for k in (low, high)]
             rows.append((column.name, column.unit, *ends[0], *ends[1]))
-    at = f"at {name}"
+    at = f"at {labelled(name, table.columns[0].unit)}"
     print_table("", ("", "unit", "least", at, "greatest", at), rows, (2, 3, 4, 5))
 
 

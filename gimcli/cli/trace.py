@@ -67,7 +67,7 @@ def command(
         ),
     ] = 0,
     measure: MeasureOption = [],  # noqa: B006 - typer wants a list; nothing changes it
-    plot: PlotOption = "",
+    plot: PlotOption = [],  # noqa: B006 - typer wants a list; nothing changes it
     at_limit: Annotated[
         AtLimit,
         typer.Option(
@@ -109,8 +109,8 @@ def command(
         )
     mechanism = outputs.loaded()
     begun = traced(
-        mechanism, steps, derivatives=derivatives, measure=measure, plot=plot, at_limit=at_limit.value, circuit=circuit,
-        branch=branch, all_branches=all_branches, method=method.value, strategy=strategy.value, tolerance=tolerance,
+        mechanism, steps, derivatives=derivatives, measure=measure, plot=",".join(plot), at_limit=at_limit.value,
+        circuit=circuit, branch=branch, all_branches=all_branches, method=method.value, strategy=strategy.value, tolerance=tolerance,
         jit=jit.value, sequence=sequence, notify=note, progress=progress_bar,
     )  # fmt: skip
     found: TraceResult = outputs.stream(begun)

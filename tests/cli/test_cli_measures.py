@@ -361,3 +361,15 @@ def test_a_structure_without_inputs_has_zero_velocities(tmp_path):
     assert report["velocity_status"] == "ok"
     assert report["velocities"] == {"A": [0.0, 0.0], "B": [0.0, 0.0], "C": [0.0, 0.0]}
     assert report["input_rates"] == {}
+
+
+def test_plot_may_be_repeated(tmp_path):
+    """Two options draw what one list draws."""
+    for path, options in (
+        ("a.svg", ["--plot", "omega", "--plot", "velocity"]),
+        ("b.svg", ["--plot", "omega,velocity"]),
+    ):
+        gim("trace", MODELS / "crank_rocker.yaml", "-n", 12, *options, "-o", tmp_path / path)
+    one, other = ((tmp_path / path).read_text() for path in ("a.svg", "b.svg"))
+    assert one == other
+    assert "omega" in one
