@@ -110,8 +110,8 @@ def command(
     mechanism = outputs.loaded()
     begun = traced(
         mechanism, steps, derivatives=derivatives, measure=measure, plot=",".join(plot), at_limit=at_limit.value,
-        circuit=circuit, branch=branch, all_branches=all_branches, method=method.value, strategy=strategy.value, tolerance=tolerance,
-        jit=jit.value, sequence=sequence, notify=note, progress=progress_bar,
+        circuit=circuit, branch=branch, all_branches=all_branches, method=method.value, strategy=strategy.value,
+        tolerance=tolerance, jit=jit.value, sequence=sequence, notify=note, progress=progress_bar,
     )  # fmt: skip
     found: TraceResult = outputs.stream(begun)
     show = _print if isinstance(found, MotionTraceResult) else _print_circuits
