@@ -36,8 +36,3 @@ def test_no_file_has_words_that_the_language_avoids():
             found += [f"{place}: '{word}': write {AVOIDED[word] or 'another word'}" for word in words]
             found += [f"{place}: '{phrase}'" for phrase in PHRASES if phrase in line]
     assert not found, "\n".join(found)
-
-
-def test_no_file_names_places_outside_the_project():
-    for path in FILES:
-        assert not re.search(r"\.\./shared|/work/", path.read_text(encoding="utf-8")), path
