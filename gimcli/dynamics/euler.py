@@ -89,6 +89,9 @@ class EulerIntegration(Integration):
             self.progress(min(999, int(1000 * time / self.times[-1])), 1000)
         self.steps = len(sweeps)
         sweeps.append(Sweep(time, q, speed, 0.0))
+        stopped = stops > 0 and stops == self.settings.standstills
+        if self.status is Status.OK and not stopped and time < self.times[-1]:  # at rest in equilibrium until the end
+            sweeps.append(Sweep(float(self.times[-1]), q, 0.0, 0.0))
         return sweeps
 
     def _reduced(self, q: float) -> Any:

@@ -495,3 +495,18 @@ def test_values_out_of_range_are_rejected(wrong, tmp_path):
 
     done = CliRunner().invoke(app, ["simulate", str(MODELS / "watt_durango.yaml"), "-o", str(tmp_path), *wrong])
     assert isinstance(done.exception, UsageError)
+
+
+@pytest.mark.parametrize("method", ["dop853", "rk4", "euler"])
+def test_a_pendulum_at_rest_in_equilibrium_stays_at_rest(method, tmp_path):
+    """Every row is solved: the rod hangs straight down and no torque acts."""
+    text = (
+        "units: {length: m}\nnodes: {O: [0, 0], A: [0, -1]}\nground: [O]\nlinks: {rod: [O, A]}\n"
+        "actuators: {swing: {type: rotary, pivot: O, arm: A, free: true, start: -90, speed: 0}}\n"
+        "masses: {rod: {mass: 1, inertia: 0.1, centre: [0.5, 0]}}\ngravity: [0, -9.81]\n"
+    )
+    found = simulate(written(tmp_path, text), np.linspace(0.0, 2.0, 11), Settings(method), compiled)
+    assert found.status is Status.OK
+    assert len(found.time) == 11
+    assert found.end == 2.0
+    np.testing.assert_allclose(found.inputs[0], -np.pi / 2.0, rtol=0.0, atol=1e-12)
