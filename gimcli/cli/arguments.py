@@ -42,6 +42,9 @@ ModelPath = Annotated[
 ]
 MODEL = Path("model.yaml")
 
+NONE: list[str] = []
+"""The default of options that may be repeated: typer needs a list, and nothing changes it."""
+
 Steps = Annotated[
     int,
     typer.Option(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import METHOD, MODEL, Json, ModelPath, Out, PngFile
+from gimcli.cli.arguments import METHOD, MODEL, NONE, Json, ModelPath, Out, PngFile
 
 if TYPE_CHECKING:
     from gimcli.library.circuits import CircuitsResult
@@ -27,7 +27,7 @@ def command(
             help="Input values at which all configurations are found.",
         ),
     ] = 72,
-    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    out: Out = NONE,
     png: PngFile = None,
     as_json: Json = False,
 ) -> None:  # fmt: skip

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Jit, JitOption, Json, ModelPath, Out, Png, Steps, Tolerance
+from gimcli.cli.arguments import MODEL, NONE, Jit, JitOption, Json, ModelPath, Out, Png, Steps, Tolerance
 
 if TYPE_CHECKING:
     from gimcli.dynamics.force_motion import ForceMotion
@@ -26,7 +26,7 @@ def command(
     steps: Steps = 360,
     tolerance: Tolerance = 1e-10,
     jit: JitOption = Jit.AUTO,
-    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
 ) -> None:

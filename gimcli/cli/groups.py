@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gimcli.cli.arguments import MODEL, Json, ModelPath, Out, PngFile
+from gimcli.cli.arguments import MODEL, NONE, Json, ModelPath, Out, PngFile
 
 HELP = (
     "Groups are listed in the order of formation, with class and order. 2,0^(3,4) is the group of links 3 and 4,"
@@ -14,7 +14,7 @@ HEAD = ("", "", "class", "order", "links", "joined to", "driven by")
 
 def command(
     model: ModelPath = MODEL,
-    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    out: Out = NONE,
     png: PngFile = None,
     as_json: Json = False,
 ) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Json, ModelPath, Out
+from gimcli.cli.arguments import MODEL, NONE, Json, ModelPath, Out
 
 if TYPE_CHECKING:
     from gimcli.library.mobility import MobilityResult
@@ -20,7 +20,7 @@ EXAMPLES = ("gim mobility models/parallelogram_third_crank.yaml",)
 
 def command(
     model: ModelPath = MODEL,
-    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    out: Out = NONE,
     as_json: Json = False,
 ) -> None:
     """Analyse the mobility at the assembled position nearest to the initial coordinates."""

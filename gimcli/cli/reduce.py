@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import INPUTS, MODEL, Jit, JitOption, Json, ModelPath, Out, Png, Steps
+from gimcli.cli.arguments import INPUTS, MODEL, NONE, Jit, JitOption, Json, ModelPath, Out, Png, Steps
 
 if TYPE_CHECKING:
     from gimcli.dynamics.flywheel import Flywheel
@@ -41,7 +41,7 @@ def command(
         float | None, typer.Option("--rpm", metavar="N", help="Mean speed [1/min].", rich_help_panel=FLYWHEEL)
     ] = None,
     jit: JitOption = Jit.AUTO,
-    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
 ) -> None:

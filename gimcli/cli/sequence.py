@@ -9,6 +9,7 @@ import typer
 
 from gimcli.cli.arguments import (
     MODEL,
+    NONE,
     OUTPUT,
     At,
     Json,
@@ -34,13 +35,13 @@ EXAMPLES = ("gim sequence models/double_butterfly.yaml --explain",)
 
 def command(
     model: ModelPath = MODEL,
-    at: At = [],  # noqa: B006 - typer wants a list; nothing changes it
+    at: At = NONE,
     strategy: StrategyOption = Strategy.SPECTRAL,
     tolerance: Tolerance = 1e-10,
     explain: Annotated[
         bool, typer.Option("--explain", help="Name the rule that placed each step.", rich_help_panel=OUTPUT)
     ] = False,
-    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    out: Out = NONE,
     png: PngFile = None,
     as_json: Json = False,
 ) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import INPUTS, MODEL, OUTPUT, Jit, JitOption, Json, ModelPath, Out, Png
+from gimcli.cli.arguments import INPUTS, MODEL, NONE, OUTPUT, Jit, JitOption, Json, ModelPath, Out, Png
 from gimcli.dynamics.integrators import INTEGRATORS
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def command(
     reactions: Annotated[
         bool, typer.Option("--reactions", help="Add the reactions in all pairs.", rich_help_panel=OUTPUT)
     ] = False,
-    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
 ) -> None:  # fmt: skip

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from gimcli.cli.arguments import MODEL, Json, ModelPath, Out, PngFile
+from gimcli.cli.arguments import MODEL, NONE, Json, ModelPath, Out, PngFile
 
 if TYPE_CHECKING:
     from gimcli.branching.singular_positions import Found
@@ -25,7 +25,7 @@ ALIKE = 1e-6
 
 def command(
     model: ModelPath = MODEL,
-    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    out: Out = NONE,
     png: PngFile = None,
     as_json: Json = False,
 ) -> None:

@@ -9,6 +9,7 @@ import typer
 
 from gimcli.cli.arguments import (
     MODEL,
+    NONE,
     At,
     CsvFile,
     Jit,
@@ -47,7 +48,7 @@ RESULTS, START = "Results", "Start"
 
 def command(
     model: ModelPath = MODEL,
-    at: At = [],  # noqa: B006 - typer wants a list; nothing changes it
+    at: At = NONE,
     every: Annotated[
         bool, typer.Option("--all", help="Find all configurations; report if that is proved.", rich_help_panel=RESULTS)
     ] = False,
@@ -73,7 +74,7 @@ def command(
     sequence: SequenceText = "",
     tolerance: Tolerance = 1e-10,
     jit: JitOption = Jit.AUTO,
-    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    out: Out = NONE,
     csv: CsvFile = None,
     png: PngFile = None,
     as_json: Json = False,

@@ -9,6 +9,7 @@ import typer
 
 from gimcli.cli.arguments import (
     MODEL,
+    NONE,
     Jit,
     JitOption,
     Json,
@@ -66,8 +67,8 @@ def command(
             help="1: velocities; 2: also accelerations; 3: also jerks.",
         ),
     ] = 0,
-    measure: MeasureOption = [],  # noqa: B006 - typer wants a list; nothing changes it
-    plot: PlotOption = [],  # noqa: B006 - typer wants a list; nothing changes it
+    measure: MeasureOption = NONE,
+    plot: PlotOption = NONE,
     at_limit: Annotated[
         AtLimit,
         typer.Option(
@@ -90,7 +91,7 @@ def command(
     sequence: SequenceText = "",
     tolerance: Tolerance = 1e-10,
     jit: JitOption = Jit.AUTO,
-    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
 ) -> None:  # fmt: skip

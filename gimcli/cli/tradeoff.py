@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import METHOD, MODEL, Jit, JitOption, Json, ModelPath, Out, Png, Steps
+from gimcli.cli.arguments import METHOD, MODEL, NONE, Jit, JitOption, Json, ModelPath, Out, Png, Steps
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def command(
         ),
     ] = 10.0,
     jit: JitOption = Jit.AUTO,
-    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
 ) -> None:  # fmt: skip

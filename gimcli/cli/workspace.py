@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gimcli.cli.arguments import INPUTS, MODEL, Jit, JitOption, Json, ModelPath, Out, Png
+from gimcli.cli.arguments import INPUTS, MODEL, NONE, Jit, JitOption, Json, ModelPath, Out, Png
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def command(
             "--orientation", metavar="MEMBER=ANGLE", help="Keep a member's direction; repeatable.",
             rich_help_panel=INPUTS,
         ),
-    ] = [],  # noqa: B006 - typer wants a list; nothing changes it
+    ] = NONE,
     grid: Annotated[
         int,
         typer.Option(
@@ -51,7 +51,7 @@ def command(
         bool, typer.Option("--resume", help="Resume an interrupted --grid.", rich_help_panel=GRID)
     ] = False,
     jit: JitOption = Jit.AUTO,
-    out: Out = [],  # noqa: B006 - typer wants a list; nothing changes it
+    out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
 ) -> None:  # fmt: skip
