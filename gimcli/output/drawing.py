@@ -12,7 +12,8 @@ from gimcli.output import style, symbols
 from gimcli.output.curves import drawn_runs
 from gimcli.output.labels import Labels
 from gimcli.output.picture import HIGHEST, WIDEST, Frame, Picture
-from gimcli.output.skeleton import Skeleton, draw_ghost, draw_markers, draw_strong
+from gimcli.output.pose import draw_ghost, draw_markers, draw_strong
+from gimcli.output.scene import Scene
 from gimcli.output.style import Mark, Pen, curve_pen
 from gimcli.output.vectors import Arrows, Field
 from gimcli.table import labelled
@@ -35,21 +36,21 @@ def motion_picture(
     measured: Mapping[str, ComplexArray] | None = None, areas: Sequence[ComplexArray] = (),
 ) -> Picture:  # fmt: skip
     """Return some poses, the first one strong and the others light, the traced curves, and curves of the measures."""
-    skeleton = solved(mechanism, positions)
+    scene = solved(mechanism, positions)
     traced = [np.asarray(curve, dtype=np.complex128) for curve in curves.values()]
-    shown = [skeleton.extent(), *traced] if skeleton else traced
+    shown = [scene.extent(), *traced] if scene else traced
     more = {name: _within(curve, shown) for name, curve in (measured or {}).items()}
     picture = plot(mechanism, title, [*shown, *more.values(), *(np.ravel(area) for area in areas)])
     if areas:
         picture.area(style.SWEPT, *areas)
         picture.legend.append(("area swept", Pen(7.0, style.SWEPT.face)))
-    if skeleton:
-        for pose in range(1, len(skeleton.poses)):
-            draw_ghost(picture, skeleton, pose)
-        draw_strong(picture, skeleton)
+    if scene:
+        for pose in range(1, len(scene.poses)):
+            draw_ghost(picture, scene, pose)
+        draw_strong(picture, scene)
     _draw_curves(picture, dict(zip(curves, traced, strict=True)) | more)
-    if skeleton:
-        _write_names(picture, skeleton, sorted(skeleton.used), {})
+    if scene:
+        _write_names(picture, scene, sorted(scene.used), {})
     return picture
 
 
@@ -70,36 +71,36 @@ def position_picture(
     arrows: Sequence[Arrows] = (),
 ) -> Picture:  # fmt: skip
     """Return one pose with the names of its nodes and points, and vectors at them."""
-    skeleton = solved(mechanism, position)
+    scene = solved(mechanism, position)
     named = np.array(list(points.values()), dtype=np.complex128)
-    shown = [np.ravel(position), named, *([skeleton.extent()] if skeleton else [])]
+    shown = [np.ravel(position), named, *([scene.extent()] if scene else [])]
     field = Field(arrows, np.concatenate(shown))
     picture = plot(mechanism, title, [*shown, field.extent()])
-    own = {point.name for point in mechanism.points} if skeleton else set()
+    own = {point.name for point in mechanism.points} if scene else set()
     picture.mark(style.TRACER, *(z for name, z in points.items() if name not in own and np.isfinite(z)))
-    if skeleton:
-        draw_strong(picture, skeleton)
-        draw_markers(picture, skeleton)
+    if scene:
+        draw_strong(picture, scene)
+        draw_markers(picture, scene)
     field.draw(picture)
-    if skeleton:
-        _write_names(picture, skeleton, range(len(mechanism.nodes)), points)
+    if scene:
+        _write_names(picture, scene, range(len(mechanism.nodes)), points)
     return picture
 
 
 def sequence_picture(mechanism: Mechanism, position: ComplexArray, steps: Sequence[Step], title: str) -> Picture:
     """Return one pose with a numbered arrow for each step, from the nodes of the constraint to the moved node."""
-    skeleton = solved(mechanism, position)
-    picture = plot(mechanism, title, [np.ravel(position), *([skeleton.extent()] if skeleton else [])])
-    if not skeleton:
+    scene = solved(mechanism, position)
+    picture = plot(mechanism, title, [np.ravel(position), *([scene.extent()] if scene else [])])
+    if not scene:
         return picture
-    draw_strong(picture, skeleton)
-    draw_markers(picture, skeleton)
+    draw_strong(picture, scene)
+    draw_markers(picture, scene)
     drawn: Counter[Step] = Counter()
-    offers = [_draw_step(picture, skeleton.poses[0], step, drawn) for step in steps]
+    offers = [_draw_step(picture, scene.poses[0], step, drawn) for step in steps]
     labels = Labels(picture)
     for number, places in enumerate(offers, start=1):
         labels.at_best(places, str(number), style.STEP_ARROW.color, 6.5, ring=True)
-    _name(labels, skeleton, range(len(mechanism.nodes)), {})
+    _name(labels, scene, range(len(mechanism.nodes)), {})
     return picture
 
 
@@ -123,11 +124,11 @@ def history_picture(
     return picture
 
 
-def solved(mechanism: Mechanism, positions: ComplexArray) -> Skeleton | None:
+def solved(mechanism: Mechanism, positions: ComplexArray) -> Scene | None:
     """Return the poses without NaN, or None if there are none."""
     poses = np.atleast_2d(np.asarray(positions, dtype=np.complex128))
     poses = poses[np.all(np.isfinite(poses), axis=1)]
-    return Skeleton(mechanism, poses) if len(poses) else None
+    return Scene(mechanism, poses) if len(poses) else None
 
 
 def plot(mechanism: Mechanism, title: str, shown: Sequence[ComplexArray]) -> Picture:
@@ -153,18 +154,18 @@ def _draw_curves(picture: Picture, curves: Mapping[str, ComplexArray]) -> None:
         picture.legend.append((f"and {len(curves) - MOST_KEYS} more", Pen(0.0)))
 
 
-def _write_names(picture: Picture, skeleton: Skeleton, nodes: Sequence[int], points: Mapping[str, complex]) -> None:
-    _name(Labels(picture), skeleton, nodes, points)
+def _write_names(picture: Picture, scene: Scene, nodes: Sequence[int], points: Mapping[str, complex]) -> None:
+    _name(Labels(picture), scene, nodes, points)
 
 
-def _name(labels: Labels, skeleton: Skeleton, nodes: Sequence[int], points: Mapping[str, complex]) -> None:
+def _name(labels: Labels, scene: Scene, nodes: Sequence[int], points: Mapping[str, complex]) -> None:
     """Write the names of nodes and points."""
-    mechanism = skeleton.mechanism
+    mechanism = scene.mechanism
     if len(nodes) > MOST_NAMES:
         return
-    own = {p.name: skeleton.place(p.member, p.local) for p in mechanism.points}
+    own = {name: complex(scene.place(anchor, scene.poses[0])) for name, anchor in scene.tracers.items()}
     for node in nodes:
-        labels.beside(complex(skeleton.poses[0][node]), mechanism.nodes[node])
+        labels.beside(complex(scene.poses[0][node]), mechanism.nodes[node])
     for name, z in {**own, **points}.items():
         if np.isfinite(z):
             labels.beside(complex(z), name)

@@ -12,7 +12,8 @@ from gimcli.output.axes import fill, set_up, title_lines, write_title
 from gimcli.output.drawing import length_labels
 from gimcli.output.labels import Labels
 from gimcli.output.picture import Frame, Gallery, Picture
-from gimcli.output.skeleton import Skeleton, draw_markers, draw_strong
+from gimcli.output.pose import draw_markers, draw_strong
+from gimcli.output.scene import Scene
 from gimcli.output.style import DPI, FONT, LEFT, LINE, PAPER, RIGHT, TOP
 
 NAMED = 6
@@ -42,20 +43,20 @@ FOOT = 0.5
 
 def gallery_picture(mechanism: Mechanism, positions: ComplexArray, titles: Sequence[str], title: str) -> Gallery:
     """Return the panels of positions (panels, nodes), each with its title."""
-    skeletons = [Skeleton(mechanism, z[None, :]) for z in positions]
-    columns = _columns(len(skeletons))
-    extents = [s.extent() for s in skeletons] + [positions.ravel()]
+    scenes = [Scene(mechanism, z[None, :]) for z in positions]
+    columns = _columns(len(scenes))
+    extents = [s.extent() for s in scenes] + [positions.ravel()]
     frame = _window(np.concatenate(extents), float(np.clip(WIDTH / columns - GAP, NARROWEST, WIDEST)))
     labels = length_labels(mechanism)
     panels = []
-    for skeleton, name in zip(skeletons, titles, strict=True):
+    for scene, name in zip(scenes, titles, strict=True):
         panel = Picture(name, frame, labels)
-        draw_strong(panel, skeleton)
-        draw_markers(panel, skeleton)
-        if len(skeletons) <= NAMED:
+        draw_strong(panel, scene)
+        draw_markers(panel, scene)
+        if len(scenes) <= NAMED:
             names = Labels(panel)
-            for node in sorted(skeleton.used):
-                names.beside(complex(skeleton.poses[0][node]), mechanism.nodes[node])
+            for node in sorted(scene.used):
+                names.beside(complex(scene.poses[0][node]), mechanism.nodes[node])
         panels.append(panel)
     return Gallery(title, tuple(panels), columns)
 

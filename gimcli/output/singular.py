@@ -12,7 +12,8 @@ from gimcli.output.curves import drawn_runs
 from gimcli.output.drawing import plot
 from gimcli.output.labels import Labels
 from gimcli.output.picture import Picture
-from gimcli.output.skeleton import Skeleton, draw_ghost, draw_markers, draw_strong
+from gimcli.output.pose import draw_ghost, draw_markers, draw_strong
+from gimcli.output.scene import Scene
 from gimcli.output.style import INK, Mark, Pen, curve_pen
 
 POSES = 6
@@ -43,19 +44,19 @@ def singular_picture(
 ) -> Picture:
     """Return the first position strong, some others light, and a numbered mark for each."""
     poses = _chosen(shown)
-    skeleton = Skeleton(mechanism, np.array([s.pose for s in poses])) if poses else None
-    picture = plot(mechanism, title, [*curves.values(), *([skeleton.extent()] if skeleton else [])])
-    if skeleton:
-        for pose in range(1, len(skeleton.poses)):
-            draw_ghost(picture, skeleton, pose)
-        draw_strong(picture, skeleton)
-        draw_markers(picture, skeleton)
+    scene = Scene(mechanism, np.array([s.pose for s in poses])) if poses else None
+    picture = plot(mechanism, title, [*curves.values(), *([scene.extent()] if scene else [])])
+    if scene:
+        for pose in range(1, len(scene.poses)):
+            draw_ghost(picture, scene, pose)
+        draw_strong(picture, scene)
+        draw_markers(picture, scene)
     for index, (name, curve) in enumerate(curves.items()):
         pen = curve_pen(index)
         picture.stroke(pen, *(run for run in drawn_runs(curve, picture.frame.point) if len(run) > 1))
         picture.legend.append((name, pen))
     _mark(picture, shown)
-    _write(picture, mechanism, skeleton, shown)
+    _write(picture, mechanism, scene, shown)
     return picture
 
 
@@ -74,7 +75,7 @@ def _mark(picture: Picture, shown: Sequence[Shown]) -> None:
             picture.legend.append((kind, mark))
 
 
-def _write(picture: Picture, mechanism: Mechanism, skeleton: Skeleton | None, shown: Sequence[Shown]) -> None:
+def _write(picture: Picture, mechanism: Mechanism, scene: Scene | None, shown: Sequence[Shown]) -> None:
     """Write the numbers of the marks, one text for marks at the same place, and the names of the nodes."""
     labels = Labels(picture)
     together: list[tuple[complex, list[int]]] = []
@@ -87,9 +88,9 @@ def _write(picture: Picture, mechanism: Mechanism, skeleton: Skeleton | None, sh
                 near.append(s.number)
     for z, numbers in together:
         labels.beside(z, ",".join(map(str, numbers)), STRONG.color)
-    if skeleton:
-        for node in sorted(skeleton.used):
-            labels.beside(complex(skeleton.poses[0][node]), mechanism.nodes[node])
+    if scene:
+        for node in sorted(scene.used):
+            labels.beside(complex(scene.poses[0][node]), mechanism.nodes[node])
 
 
 STRONG = Pen(1.0, "#a50f15")

@@ -78,6 +78,12 @@ GHOST_BLOCK = Fill("none", SOFT, 0.8, layer=2)
 CYLINDER = Fill("#cccccc", INK, 1.2, layer=6)
 HEAD = Fill(INK, INK, 0.3, layer=7)
 
+SPRING = Pen(1.0, layer=5)
+LOAD = Pen(1.6, "#7a3b00", layer=9)
+LOAD_HEAD = Fill("#7a3b00", "#7a3b00", 0.3, layer=9)
+CENTRE = Fill(PAPER, INK, 0.7, layer=9)
+CENTRE_FILL = Fill(INK, INK, 0.3, layer=9.1)
+
 PIN = Mark()
 GHOST_PIN = Mark(size=3.0, face=PAPER, edge=SOFT, width=0.8, layer=2)
 DOT = Mark(size=3.2, face=INK, width=0.5)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -92,13 +91,10 @@ def arrow(picture: Picture, path: NDArray[Any], pen: Pen = ARROW, fill: Fill = H
     head(picture, complex(path[-1]), complex(along), size, fill)
 
 
-def turning_arrow(picture: Picture, at: complex, taken: Sequence[complex], sense: float) -> None:
-    """Draw the arc of a rotary input as far as possible from the directions `taken` (unit) of the links."""
-    angles = np.radians(np.arange(90.0, 450.0, 15.0))
-    apart = np.angle(np.exp(1j * angles)[:, None] / np.array(taken or [-1j])[None, :])
-    middle = angles[np.argmax(np.min(np.abs(apart), axis=1).round(6))]
+def turning_arrow(picture: Picture, at: complex, middle: complex, sense: float) -> None:
+    """Draw the arc of a rotary input about the direction `middle` (unit)."""
     turn = np.linspace(-1.0, 1.0, 25) * np.radians(52.0) * (1.0 if sense >= 0 else -1.0)
-    arrow(picture, at + 15.0 * picture.frame.point * np.exp(1j * (middle + turn)))
+    arrow(picture, at + 15.0 * picture.frame.point * middle * np.exp(1j * turn))
 
 
 def travel_arrow(picture: Picture, at: complex, along: complex, aside: complex, sense: float) -> None:

@@ -10,7 +10,8 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.output.drawing import plot, solved
 from gimcli.output.labels import Labels
 from gimcli.output.picture import Picture
-from gimcli.output.skeleton import Skeleton, draw_strong
+from gimcli.output.pose import draw_strong
+from gimcli.output.scene import Scene
 from gimcli.output.style import INK, PAPER, TRACER, Fill, Pen
 
 REGION = Fill("#ececec", "none", 0.0, layer=0)
@@ -37,9 +38,9 @@ def workspace_picture(
 
     `density` (rows,) are reached positions, drawn as cells; without it the region is filled.
     """
-    skeleton = None if pose is None else solved(mechanism, pose)
+    scene = None if pose is None else solved(mechanism, pose)
     shown = [z for group in curves.values() for z in group]
-    shown += [skeleton.extent()] if skeleton else []
+    shown += [scene.extent()] if scene else []
     shown += [density] if density is not None else []
     shown += [np.array([point[1]])] if point[1] is not None else []
     picture = plot(mechanism, title, shown)
@@ -53,7 +54,7 @@ def workspace_picture(
             ends = () if kind == "inner" else (1,)
             picture.stroke(pen, *(np.append(z, z[:1]) if ends else z for z in group))
             picture.legend.append((NAMES[kind], pen))
-    _draw_pose(picture, skeleton, point)
+    _draw_pose(picture, scene, point)
     return picture
 
 
@@ -62,8 +63,8 @@ def path_picture(
     title: str,
 ) -> Picture:  # fmt: skip
     """Return the paths of a point that one input moves, that of the drawn configuration first, and a pose (nodes,)."""
-    skeleton = None if pose is None else solved(mechanism, pose)
-    shown = [*paths, *([skeleton.extent()] if skeleton else [])]
+    scene = None if pose is None else solved(mechanism, pose)
+    shown = [*paths, *([scene.extent()] if scene else [])]
     picture = plot(mechanism, title, shown)
     for pen, name, group in (
         (PENS["outer"], "path of the initial configuration", paths[:1]),
@@ -72,14 +73,14 @@ def path_picture(
         if group:
             picture.stroke(pen, *group)
             picture.legend.append((name, pen))
-    _draw_pose(picture, skeleton, point)
+    _draw_pose(picture, scene, point)
     return picture
 
 
-def _draw_pose(picture: Picture, skeleton: Skeleton | None, point: tuple[str, complex | None]) -> None:
+def _draw_pose(picture: Picture, scene: Scene | None, point: tuple[str, complex | None]) -> None:
     """Draw the mechanism, and its point with the name."""
-    if skeleton is not None:
-        draw_strong(picture, skeleton)
+    if scene is not None:
+        draw_strong(picture, scene)
     name, at = point
     if at is not None and np.isfinite(at):
         picture.mark(TRACER, at)

@@ -25,8 +25,9 @@ from gimcli.output.drawing import (
     position_picture,
     sequence_picture,
 )
-from gimcli.output.skeleton import Skeleton, hull
+from gimcli.output.scene import FLAT, Scene
 from gimcli.output.style import curve_pen
+from gimcli.structure.convex_hull import convex_hull
 from gimcli.table import Column, Table
 
 SCALE = 64.0
@@ -378,9 +379,8 @@ def test_a_floating_mechanism_has_no_ground():
 
 def test_points_move_with_their_member():
     found, poses, curves = four_bar()
-    skeleton = Skeleton(found, poses)
-    carried = [skeleton.place(2, found.points[0].local, pose) for pose in range(len(poses))]
-    np.testing.assert_allclose(carried, curves["P"], atol=1e-12)
+    scene = Scene(found, poses)
+    np.testing.assert_allclose(scene.place(scene.tracers["P"], poses), curves["P"], atol=1e-12)
 
 
 def test_poses_with_a_nan_are_skipped(tmp_path):
@@ -472,9 +472,9 @@ def test_a_curve_is_cut_at_gaps_and_a_retraced_arc_is_drawn_once():
 
 def test_a_hull_is_convex_and_that_of_a_line_has_two_points():
     square = np.array([0, 2, 2 + 2j, 2j, 1 + 1j, 1], dtype=complex)
-    assert set(hull(square)) == {0, 2, 2 + 2j, 2j}
-    assert set(hull(np.array([1 + 1j, 0, 3 + 3j, 2 + 2j]))) == {0, 3 + 3j}
-    assert len(hull(np.array([1j, 1j]))) == 2
+    assert set(convex_hull(square, FLAT)) == {0, 1, 2, 3}
+    assert set(convex_hull(np.array([1 + 1j, 0, 3 + 3j, 2 + 2j]), FLAT)) == {1, 2}
+    assert len(convex_hull(np.array([1j, 1j]), FLAT)) == 2
 
 
 # ---------------------------------------------------------------- cost

@@ -1,0 +1,118 @@
+"""Draw a mechanism at one pose with the symbols of textbooks."""
+
+from __future__ import annotations
+
+from gimcli.mechanism import ComplexArray
+from gimcli.output import force_symbols, style, symbols
+from gimcli.output.picture import Picture
+from gimcli.output.scene import Drive, ForceElement, LoadArrow, MemberOutline, Scene, Slider
+
+
+def draw_ghost(picture: Picture, scene: Scene, pose: int) -> None:
+    """Draw one of the other poses with light lines."""
+    z = scene.poses[pose]
+    for body in scene.bodies:
+        outline = [scene.place(anchor, z) for anchor in body.outline]
+        if body.kind == "plate":
+            picture.area(style.GHOST_PLATE, outline)
+        else:
+            picture.stroke(style.GHOST, outline)
+    for drive in scene.drives:
+        if drive.kind == "cylinder":
+            picture.stroke(style.GHOST, z[list(drive.nodes)])
+    for slider in scene.sliders:
+        along = _along(scene, slider, z)
+        symbols.block(picture, *_span(slider, along, z), along, style.GHOST_BLOCK)
+    picture.mark(style.GHOST_PIN, *z[[n for n in scene.pins if n not in scene.fixed]].tolist())
+
+
+def draw_strong(picture: Picture, scene: Scene) -> None:
+    """Draw the first pose with all its symbols."""
+    z = scene.poses[0]
+    for body in scene.bodies:
+        _draw_body(picture, scene, body, z)
+    for slider in scene.sliders:
+        _draw_slider(picture, scene, slider, z)
+    for support in scene.supports:
+        symbols.fixed_pivot(picture, complex(z[support.node]), support.upward)
+    for element in scene.elements:
+        _draw_element(picture, scene, element, z)
+    for drive in scene.drives:
+        _draw_drive(picture, scene, drive, z)
+    for load in scene.loads:
+        _draw_load(picture, scene, load, z)
+    picture.mark(style.PIN, *z[list(scene.pins)].tolist())
+    picture.mark(style.DOT, *z[list(scene.plain)].tolist())
+    picture.mark(style.TRACER, *(complex(scene.place(anchor, z)) for anchor in scene.tracers.values()))
+    for centre in scene.centres:
+        force_symbols.centre_of_mass(picture, complex(scene.place(centre.at, z)))
+
+
+def draw_markers(picture: Picture, scene: Scene) -> None:
+    """Draw the nodes of the frame to which nothing is attached, such as those that only define a guide."""
+    picture.mark(style.CROSS, *scene.poses[0][list(scene.crosses)].tolist())
+
+
+def _along(scene: Scene, slider: Slider, z: ComplexArray) -> complex:
+    return complex(slider.along * scene.turn(slider.line.member, z))
+
+
+def _draw_body(picture: Picture, scene: Scene, body: MemberOutline, z: ComplexArray) -> None:
+    """Draw a plate, a beam or a link."""
+    outline = [scene.place(anchor, z) for anchor in body.outline]
+    if body.kind == "plate":
+        picture.area(style.PLATE, outline)
+    elif body.kind == "beam":
+        picture.stroke(style.BEAM, outline)
+    else:
+        picture.stroke(style.UPPER if body.above else style.LINK, outline)
+
+
+def _draw_slider(picture: Picture, scene: Scene, slider: Slider, z: ComplexArray) -> None:
+    """Draw a block and its guide."""
+    (first, second), along = scene.ends(slider, z), _along(scene, slider, z)
+    if slider.side:
+        symbols.frame_guide(picture, first, second, along, slider.side)
+    else:
+        symbols.moving_guide(picture, first, second, along)
+        if slider.bracket:
+            picture.stroke(style.LINK, [scene.place(anchor, z) for anchor in slider.bracket])
+    symbols.block(picture, *_span(slider, along, z), along)
+
+
+def _span(slider: Slider, along: complex, z: ComplexArray) -> tuple[complex, complex]:
+    """Return the first and last node of a block along its guide."""
+    nodes = sorted((complex(z[node]) for node in slider.nodes), key=lambda p: (p * along.conjugate()).real)
+    return nodes[0], nodes[-1]
+
+
+def _draw_drive(picture: Picture, scene: Scene, drive: Drive, z: ComplexArray) -> None:
+    """Draw a turning arrow, a cylinder or a straight arrow."""
+    at = complex(z[drive.nodes[0]])
+    if drive.kind == "cylinder":
+        symbols.cylinder(picture, at, complex(z[drive.nodes[1]]))
+    elif drive.kind == "travel":
+        along = complex(drive.direction * scene.turn(drive.guide, z))
+        symbols.travel_arrow(picture, at, along, 1j * along * drive.aside, drive.sense)
+    else:
+        symbols.turning_arrow(picture, at, drive.direction, drive.sense)
+
+
+def _draw_element(picture: Picture, scene: Scene, element: ForceElement, z: ComplexArray) -> None:
+    """Draw a spring or a damper, also about a pivot."""
+    first, second = (complex(scene.place(anchor, z)) for anchor in element.ends)
+    kind, pivot = element.kind, complex(z[element.pivot])
+    if element.pivot < 0:
+        force_symbols.STRAIGHT[kind](picture, first, second, element.lane)
+    else:
+        force_symbols.TORSIONAL[kind](picture, pivot, second - pivot, first - pivot, element.lane)
+
+
+def _draw_load(picture: Picture, scene: Scene, load: LoadArrow, z: ComplexArray) -> None:
+    """Draw a force as an arrow from its point, a torque as an arc."""
+    at = complex(scene.place(load.at, z))
+    if load.torque:
+        force_symbols.torque(picture, at, load.torque)
+    else:
+        turn = scene.turn(load.at.member, z) if load.follower else 1.0
+        force_symbols.force(picture, at, complex(load.force * turn))

@@ -1,0 +1,407 @@
+"""What is drawn of a mechanism, for pictures and for animated pages: bodies, guides, drives, springs and loads.
+
+All places are anchors: a node, or a point fixed to a member. A renderer needs only the positions of the
+nodes to place every item. Lengths and positions are in the file's length unit, directions are unit complex numbers.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.dynamic_data import AppliedLoad
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism, PairRow
+from gimcli.structure.convex_hull import convex_hull
+
+FLAT = 1e-3
+"""An element with a smaller ratio of width to length is drawn as a beam."""
+
+HANGING = -0.2
+"""A support is drawn above its pivot if all links leave it with a smaller sine of their direction."""
+
+
+@dataclass(frozen=True)
+class Carrier:
+    """The coordinate system in which points of a member are given: origin at one node, x axis towards another."""
+
+    origin: int = -1  # node; -1: the coordinates of the file
+    towards: int = -1  # node; -1: the x axis does not turn
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """A place that moves with the mechanism: a node, or a point in the coordinate system of a member."""
+
+    node: int = -1  # -1: a point of the member
+    member: int = FRAME
+    local: complex = 0.0j
+
+
+@dataclass(frozen=True)
+class MemberOutline:
+    """A moving member."""
+
+    member: int
+    kind: str  # "plate", "beam" (nodes on one line) or "link"
+    outline: tuple[Anchor, ...]  # its convex hull, or two ends
+    above: bool = False  # drawn over the block of another member to which it is pinned
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A block on a guide: a pin in a slot (one node), or a true prismatic pair (two nodes)."""
+
+    name: str
+    nodes: tuple[int, ...]  # covered by the block
+    line: Anchor  # a point of the guide's line
+    along: complex  # direction of the line in the coordinate system of the guide's member
+    travel: tuple[float, float]  # positions of the guide's ends along the line, from `line`
+    side: complex = 0.0j  # of the hatching, for a guide on the frame; 0: the guide moves
+    bracket: tuple[Anchor, ...] = ()  # line from the guide to its member, if the guide passes through no node of it
+
+
+@dataclass(frozen=True)
+class Support:
+    """A fixed pivot."""
+
+    node: int
+    upward: bool  # drawn above the pivot
+
+
+@dataclass(frozen=True)
+class Drive:
+    """An actuator: a turning arrow, a straight arrow beside a block, or a cylinder between two nodes."""
+
+    name: str
+    kind: str  # "turn", "travel" or "cylinder"
+    nodes: tuple[int, ...]
+    sense: float  # 1, or -1 if the input decreases
+    direction: complex = 1.0 + 0.0j  # middle of the arc; or direction of travel in the guide's coordinate system
+    aside: float = 1.0  # the straight arrow is to the left (1) or to the right (-1) of its direction
+    guide: int = FRAME  # member of the guide
+
+
+@dataclass(frozen=True)
+class ForceElement:
+    """A spring or a damper between two anchors, or between two directions at a pivot."""
+
+    name: str
+    kind: str  # "spring" or "damper"
+    ends: tuple[Anchor, Anchor]  # for a torsional one: on the arm and on the reference, or beside the pivot
+    pivot: int = -1  # node of a torsional spring or damper
+    lane: float = 0.0  # place beside other elements with the same ends: 0 on their line, 1 one width to the left
+
+
+@dataclass(frozen=True)
+class LoadArrow:
+    """An applied force or torque."""
+
+    name: str
+    at: Anchor
+    force: complex = 0.0j  # direction times its size relative to the largest force
+    follower: bool = False  # the direction turns with the member
+    torque: float = 0.0  # sign
+
+
+@dataclass(frozen=True)
+class CentreOfMass:
+    """The centre of mass of a member."""
+
+    at: Anchor
+
+
+class Scene:
+    """The items of a mechanism, with sizes and sides that suit all of some poses.
+
+    Args:
+        mechanism: a compiled mechanism.
+        poses: (poses, nodes) positions x + iy without NaN. Guides are long enough for all of them; the first determines
+            on which sides symbols are.
+    """
+
+    def __init__(self, mechanism: Mechanism, poses: ComplexArray) -> None:
+        self.mechanism, self.poses = mechanism, np.atleast_2d(poses)
+
+    # -- places ---------------------------------------------------------------------------------
+
+    @cached_property
+    def carriers(self) -> tuple[Carrier, ...]:
+        """The coordinate system of each member."""
+        found = []
+        for k, member in enumerate(self.mechanism.members):
+            if k == FRAME and not self.mechanism.floating:
+                found.append(Carrier())
+            else:
+                first, far, reach = member.ends
+                found.append(Carrier(first, far if reach else -1))
+        return tuple(found)
+
+    def local(self, member: int, place: complex) -> complex:
+        """Convert a position in a member's own frame (normal frame) to its coordinate system here."""
+        if self.carriers[member].origin < 0:
+            return self.mechanism.origin + self.mechanism.scale * place
+        return (place - complex(self.mechanism.members[member].shape[0])) * self.mechanism.scale * self._own(member)
+
+    def _own(self, member: int) -> complex:
+        """Return the rotation from a member's own frame to its coordinate system here."""
+        reach = 0j if self.carriers[member].origin < 0 else self.mechanism.members[member].ends[2]
+        return reach.conjugate() / abs(reach) if reach else 1.0 + 0.0j
+
+    def on(self, member: int, place: complex) -> Anchor:
+        """Return the anchor of a position in a member's own frame (normal frame)."""
+        return Anchor(member=member, local=self.local(member, place))
+
+    def place(self, anchor: Anchor, z: ComplexArray) -> Any:
+        """Return the position of an anchor for positions of the nodes (nodes,) or (rows, nodes)."""
+        if anchor.node >= 0:
+            return z[..., anchor.node]
+        origin = self.carriers[anchor.member].origin
+        start = z[..., origin] if origin >= 0 else 0.0j
+        return start + self.turn(anchor.member, z) * anchor.local
+
+    def turn(self, member: int, z: ComplexArray) -> Any:
+        """Return the direction (unit) of the x axis of a member's coordinate system."""
+        carrier = self.carriers[member]
+        if carrier.towards < 0:
+            return 1.0 + 0.0j
+        reach = z[..., carrier.towards] - z[..., carrier.origin]
+        size = np.abs(reach)
+        return np.where(size > 0.0, reach / np.where(size > 0.0, size, 1.0), 1.0 + 0.0j)
+
+    # -- nodes ----------------------------------------------------------------------------------
+
+    @cached_property
+    def fixed(self) -> frozenset[int]:
+        """Nodes of the ground."""
+        return frozenset() if self.mechanism.floating else frozenset(self.mechanism.members[FRAME].nodes)
+
+    @cached_property
+    def used(self) -> frozenset[int]:
+        """Nodes at which a moving member, a slide, a linear actuator, a spring or a damper is attached."""
+        nodes = {node for k in self.moving for node in self.mechanism.members[k].nodes}
+        nodes |= {slide.node for slide in self.mechanism.slides}
+        nodes |= {n for a in (*self.mechanism.actuators, *self.mechanism.gauges) if a.kind == SPAN for n in a.nodes[:2]}
+        return frozenset(nodes)
+
+    @cached_property
+    def pins(self) -> tuple[int, ...]:
+        """Nodes that are revolute pairs: two members meet, or one meets a block or an actuator."""
+        count = Counter(node for member in self.mechanism.members for node in member.nodes)
+        count.update(pair[0].node for pair in self._pairs if len(pair) == 1)
+        count.update(n for a in self.mechanism.actuators if a.kind == SPAN for n in a.nodes[:2])
+        return tuple(sorted(node for node, members in count.items() if members > 1 and node in self.used))
+
+    @cached_property
+    def plain(self) -> tuple[int, ...]:
+        """Other nodes that are drawn: not pins, and not covered by a block of two nodes."""
+        covered = {slide.node for pair in self._pairs if len(pair) > 1 for slide in pair}
+        return tuple(sorted(self.used - set(self.pins) - covered))
+
+    @cached_property
+    def crosses(self) -> tuple[int, ...]:
+        """Nodes of the ground to which nothing is attached, such as those that only define a guide."""
+        return tuple(sorted(self.fixed - self.used))
+
+    @cached_property
+    def tracers(self) -> dict[str, Anchor]:
+        """The points that members carry, by name."""
+        return {p.name: self.on(p.member, p.local) for p in self.mechanism.points}
+
+    # -- items ----------------------------------------------------------------------------------
+
+    @property
+    def moving(self) -> range:
+        """Numbers of the members that are drawn."""
+        return range(0 if self.mechanism.floating else 1, len(self.mechanism.members))
+
+    @cached_property
+    def bodies(self) -> tuple[MemberOutline, ...]:
+        """The moving members."""
+        return tuple(self._body(member) for member in self.moving)
+
+    @cached_property
+    def sliders(self) -> tuple[Slider, ...]:
+        """The sliding pairs."""
+        return tuple(self._slider(pair) for pair in self._pairs)
+
+    @cached_property
+    def supports(self) -> tuple[Support, ...]:
+        """The fixed pivots."""
+        return tuple(Support(node, self._hangs(node)) for node in sorted(self.fixed & self.used))
+
+    @cached_property
+    def drives(self) -> tuple[Drive, ...]:
+        """The actuators."""
+        return tuple(self._drive(actuator) for actuator in self.mechanism.actuators)
+
+    @cached_property
+    def elements(self) -> tuple[ForceElement, ...]:
+        """The springs and dampers; those with the same ends are side by side."""
+        data = self.mechanism.dynamics
+        named = [(spring.name, "spring", spring.gauge) for spring in data.springs]
+        named += [(damper.name, "damper", damper.gauge) for damper in data.dampers]
+        placed = [(name, kind, *self._measured(self.mechanism.gauges[gauge])) for name, kind, gauge in named]
+        beside: dict[object, list[str]] = {}
+        for drive in self.drives:
+            if drive.kind == "cylinder":
+                beside[-1, frozenset(Anchor(node) for node in drive.nodes)] = [drive.name]
+        for name, _, ends, pivot in placed:
+            beside.setdefault((pivot, frozenset(ends)), []).append(name)
+        found = []
+        for name, kind, ends, pivot in placed:
+            together = beside[pivot, frozenset(ends)]
+            found.append(ForceElement(name, kind, ends, pivot, together.index(name) - 0.5 * (len(together) - 1)))
+        return tuple(found)
+
+    @cached_property
+    def loads(self) -> tuple[LoadArrow, ...]:
+        """The applied forces and torques."""
+        loads = self.mechanism.dynamics.loads
+        largest = max((abs(load.force) for load in loads), default=0.0) or 1.0
+        return tuple(self._load(load, largest) for load in loads)
+
+    @cached_property
+    def centres(self) -> tuple[CentreOfMass, ...]:
+        """The centres of mass."""
+        return tuple(CentreOfMass(self.on(i.member, i.centre)) for i in self.mechanism.dynamics.inertias if i.mass)
+
+    def extent(self) -> ComplexArray:
+        """Return points that a picture of all poses must contain."""
+        anchors = [*self.tracers.values(), *(load.at for load in self.loads), *(c.at for c in self.centres)]
+        ends = [end for slider in self.sliders for end in self.ends(slider, self.poses[0])]
+        places = [np.atleast_1d(self.place(anchor, self.poses)) for anchor in anchors]
+        return np.concatenate((self.poses[:, sorted(self.used)].ravel(), *places, np.array(ends, dtype=np.complex128)))
+
+    def ends(self, slider: Slider, z: ComplexArray) -> tuple[complex, complex]:
+        """Return the ends of a block's travel on its guide, for positions of the nodes (nodes,)."""
+        line, along = self.place(slider.line, z), slider.along * self.turn(slider.line.member, z)
+        return complex(line + along * slider.travel[0]), complex(line + along * slider.travel[1])
+
+    def directions(self, node: int) -> list[complex]:
+        """Return the directions (unit) in which members, cylinders and springs leave a node in the first pose."""
+        z = self.poses[0]
+        found = [self.place(a, z) for b in self.bodies if node in self._nodes(b.member) for a in b.outline]
+        for span in (*self.mechanism.actuators, *self.mechanism.gauges):
+            if span.kind == SPAN and node in span.nodes[:2]:
+                found += [z[n] for n in span.nodes[:2] if n != node]
+        away = [complex(place) - complex(z[node]) for place in found]
+        near = 1e-9 * self.mechanism.size * self.mechanism.scale
+        return [d / abs(d) for d in away if abs(d) > near]
+
+    # -- parts ----------------------------------------------------------------------------------
+
+    @cached_property
+    def _pairs(self) -> list[list[PairRow]]:
+        """The sliding pairs; a true prismatic pair is a list of two rows."""
+        pairs: dict[str, list[PairRow]] = {}
+        for slide in self.mechanism.slides:
+            pairs.setdefault(slide.pair, []).append(slide)
+        return list(pairs.values())
+
+    def _nodes(self, member: int) -> tuple[int, ...]:
+        return self.mechanism.members[member].nodes
+
+    def _body(self, member: int) -> MemberOutline:
+        own = self.mechanism.members[member]
+        places = np.append(own.shape, [p.local for p in self.mechanism.points if p.member == member])
+        corners = convex_hull(places, FLAT)
+        outline = tuple(
+            Anchor(own.nodes[k]) if k < len(own.nodes) else self.on(member, complex(places[k]))
+            for k in map(int, corners)
+        )
+        kind = "plate" if len(outline) > 2 else "beam" if len(own.nodes) > 2 else "link"
+        carried = [p for p in self._pairs if p[0].guide != member and not {s.node for s in p} >= set(own.nodes)]
+        above = kind == "link" and any(slide.node in own.nodes for pair in carried for slide in pair)
+        return MemberOutline(member, kind, outline, above)
+
+    def _slider(self, pair: Sequence[PairRow]) -> Slider:
+        slide = pair[0]
+        line, along = self.on(slide.guide, slide.point), slide.along * self._own(slide.guide)
+        start = self.place(line, self.poses)
+        back = np.conjugate(along * self.turn(slide.guide, self.poses))
+        travel = [float(t) for s in pair for t in np.ravel((self.poses[:, s.node] - start) * back).real]
+        nodes = tuple(s.node for s in pair)
+        if self.carriers[slide.guide].origin < 0:
+            side = self._side(line.local + along * min(travel), along)
+            return Slider(slide.pair, nodes, line, along, (min(travel), max(travel)), side)
+        held, bracket = self._bracket(slide.guide, line, along)
+        travel += held
+        return Slider(slide.pair, nodes, line, along, (min(travel), max(travel)), bracket=bracket)
+
+    def _bracket(self, guide: int, line: Anchor, along: complex) -> tuple[list[float], tuple[Anchor, ...]]:
+        """Return where a guide that passes through no node of its member is held: position on it, and the two ends."""
+        own = self.mechanism.members[guide]
+        feet = (np.array([self.local(guide, complex(z)) for z in own.shape]) - line.local) * along.conjugate()
+        nearest = int(np.argmin(np.abs(feet.imag)))
+        if abs(feet[nearest].imag) < 1e-6 * self.mechanism.size * self.mechanism.scale:
+            return [], ()
+        at = float(feet[nearest].real)
+        return [at], (Anchor(member=guide, local=line.local + along * at), Anchor(own.nodes[nearest]))
+
+    def _side(self, foot: complex, along: complex) -> complex:
+        """Return the side of a frame guide for the hatching: below; of a vertical guide away from the links."""
+        z = self.poses[0][sorted(self.used)]
+        aside = float(np.mean(((z - foot) * along.conjugate()).imag))
+        if abs(along.imag) < 0.95:
+            return -1j * along if along.real > 0 else 1j * along
+        return -1j * along if aside >= 0 else 1j * along
+
+    def _hangs(self, node: int) -> bool:
+        """Return whether all members leave a node downwards."""
+        slopes = [direction.imag for direction in self.directions(node)]
+        return bool(slopes) and max(slopes) < HANGING
+
+    def _drive(self, actuator: Input) -> Drive:
+        ends = actuator.law(np.array([0.0, 1.0]))
+        sense = 1.0 if ends[1] >= ends[0] else -1.0
+        if actuator.kind == SPAN:
+            return Drive(actuator.name, "cylinder", actuator.nodes[:2], sense)
+        if actuator.kind == HEIGHT:
+            direction = actuator.normal * self._own(actuator.guide)
+            along = direction * complex(np.ravel(self.turn(actuator.guide, self.poses[0]))[0])
+            aside = -(self._side(complex(self.poses[0][actuator.node]), along) / along).imag
+            return Drive(actuator.name, "travel", (actuator.node,), sense, direction, aside, actuator.guide)
+        taken = self.directions(actuator.node)
+        if actuator.node in self.fixed:
+            taken.append(1j if self._hangs(actuator.node) else -1j)
+        return Drive(actuator.name, "turn", (actuator.node,), sense, _widest_gap(taken))
+
+    def _measured(self, gauge: Input) -> tuple[tuple[Anchor, Anchor], int]:
+        """Return the ends of a spring or damper on a gauge, and the pivot's node of an angle (else -1)."""
+        if gauge.kind == SPAN:
+            return (Anchor(gauge.nodes[0]), Anchor(gauge.nodes[1])), -1
+        if gauge.kind == HEIGHT:
+            return (self.on(gauge.guide, gauge.point), Anchor(gauge.node)), -1
+        return (self._ray(gauge, 0), self._ray(gauge, 1)), gauge.node
+
+    def _ray(self, gauge: Input, side: int) -> Anchor:
+        """Return a point one size of the mechanism away from a gauge's pivot, on its arm (0) or its reference (1)."""
+        member, direction = gauge.members[side], (gauge.arm, gauge.reference)[side]
+        reach = direction * self.mechanism.size
+        own = self.mechanism.members[member]
+        if gauge.node in own.nodes:
+            return self.on(member, own.local(gauge.node) + reach)
+        first = complex(self.poses[0][gauge.node]) - self.mechanism.origin  # a reference on the frame
+        return self.on(member, first / self.mechanism.scale + reach)
+
+    def _load(self, load: AppliedLoad, largest: float) -> LoadArrow:
+        if load.torque:
+            centre = self.on(load.member, complex(self.mechanism.members[load.member].shape.mean()))
+            return LoadArrow(load.name, centre, torque=float(np.sign(load.torque)))
+        force = load.force / largest * (self._own(load.member) if load.follows else 1.0)
+        return LoadArrow(load.name, self.on(load.member, load.point), force, load.follows)
+
+
+def _widest_gap(taken: Sequence[complex]) -> complex:
+    """Return the direction that is farthest from the given directions (unit)."""
+    angles = np.radians(np.arange(90.0, 450.0, 15.0))
+    others: NDArray[Any] = np.array(taken or [-1j])
+    apart = np.angle(np.exp(1j * angles)[:, None] / others[None, :])
+    middle = angles[np.argmax(np.min(np.abs(apart), axis=1).round(6))]
+    return complex(np.exp(1j * middle))
