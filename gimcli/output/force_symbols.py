@@ -24,6 +24,9 @@ CUP, PISTON = 5.0, 3.4
 SPIRAL, OUTER = 6.0, 13.0
 """Inner and outer radius of a torsional spring [pt]."""
 
+WOUND = 3.5 * np.pi
+"""Angle of a spiral spring whose arm lies on its reference [rad]."""
+
 LONGEST, SHORTEST = 34.0, 14.0
 """Length of the arrow of the largest force and of a very small one [pt]."""
 
@@ -73,8 +76,8 @@ def damper(picture: Picture, first: complex, second: complex, lane: float = 0.0)
 def torsion_spring(picture: Picture, pivot: complex, reference: complex, arm: complex, lane: float = 0.0) -> None:
     """Draw a spiral spring about a pivot, from the direction of the reference to that of the arm."""
     pt = picture.frame.point
-    first, last = np.angle(reference), np.angle(arm)
-    turn = np.linspace(0.0, (last - first) % (2 * np.pi) + 2 * np.pi, 90)
+    first = np.angle(reference)
+    turn = np.linspace(0.0, WOUND + np.angle(arm / reference), 90)
     radius = (SPIRAL + (OUTER - SPIRAL) * (1 - turn / turn[-1]) + abs(lane) * LANE) * pt
     path = pivot + radius * np.exp(1j * (first + turn))
     picture.stroke(SPRING, path)
@@ -83,8 +86,7 @@ def torsion_spring(picture: Picture, pivot: complex, reference: complex, arm: co
 def torsion_damper(picture: Picture, pivot: complex, reference: complex, arm: complex, lane: float = 0.0) -> None:
     """Draw a torsional damper: an arc with a piston about a pivot."""
     pt = picture.frame.point
-    first, last = np.angle(reference), np.angle(arm)
-    turn = (last - first) % (2 * np.pi) or 2 * np.pi
+    first, turn = np.angle(reference), 1.4 * np.pi + 0.3 * np.angle(arm / reference)
     radius, cup = (OUTER + 3.0 + abs(lane) * LANE) * pt, CUP * pt
 
     def arc(start: float, end: float, away: float = 0.0) -> ComplexArray:

@@ -26,9 +26,9 @@ def draw_ghost(picture: Picture, scene: Scene, pose: int) -> None:
     picture.mark(style.GHOST_PIN, *z[[n for n in scene.pins if n not in scene.fixed]].tolist())
 
 
-def draw_strong(picture: Picture, scene: Scene) -> None:
-    """Draw the first pose with all its symbols."""
-    z = scene.poses[0]
+def draw_strong(picture: Picture, scene: Scene, positions: ComplexArray | None = None) -> None:
+    """Draw the first pose, or other positions of the nodes (nodes,), with all symbols."""
+    z = scene.poses[0] if positions is None else positions
     for body in scene.bodies:
         _draw_body(picture, scene, body, z)
     for slider in scene.sliders:
