@@ -21,6 +21,7 @@ from gimcli.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from gimcli.errors import GimError, ModelError, OutputError, StructureError, UnassembledError, UsageError
+    from gimcli.library.assembled import assembled
     from gimcli.library.circuits import circuits
     from gimcli.library.configurations import configurations
     from gimcli.library.forces import forces
@@ -39,8 +40,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "GimError", "Mechanism", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError",
-    "circuits", "configurations", "forces", "groups", "load", "loads", "mobility", "reduce", "sequence", "simulate",
-    "singularities", "solve", "trace", "tradeoff", "workspace",
+    "assembled", "circuits", "configurations", "forces", "groups", "load", "loads", "mobility", "reduce", "sequence",
+    "simulate", "singularities", "solve", "trace", "tradeoff", "workspace",
 ]  # fmt: skip
 
 _ERRORS = ("GimError", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError")

@@ -7,6 +7,7 @@ import numpy as np
 from gimcli.assemblies.assemblies import ConfigurationFinder, Configurations
 from gimcli.assemblies.configuration_sweep import configurations_over
 from gimcli.assemblies.constants import FITS
+from gimcli.assemblies.numbering import SAME, in_order
 from gimcli.errors import GimError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.progress import Progress, no_progress
@@ -22,17 +23,14 @@ def all_configurations(
 ) -> Configurations:
     """Return every configuration at inputs (actuators,) [rad, normal frame] with a residual up to `tolerance`.
 
-    `progress` is called with the number of known roots and of all roots while a structure is solved for the first time.
+    Their order is that of `numbering`: it depends on the mechanism and the inputs only. `progress` is called with the
+    number of known roots and of all roots while a structure is solved for the first time.
     Raises StructureError if the mechanism is not fully driven or over-driven.
     """
     require_driven(mechanism)
     assembler = ConfigurationFinder(mechanism, tolerance)
     assembler.progress = progress
-    return assembler.at(inputs)
-
-
-SAME = 1e-6
-"""Two positions are the same configuration if no node differs by more than this, relative to the size."""
+    return in_order(assembler.at(inputs))
 
 
 def drawn_configuration(found: Configurations) -> int | None:

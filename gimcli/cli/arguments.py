@@ -58,6 +58,12 @@ At = Annotated[
         "--at", metavar="ACTUATOR=VALUE", help="Input value in the file's unit; repeatable.", rich_help_panel=INPUTS
     ),
 ]
+Assembly = Annotated[
+    str,
+    typer.Option(
+        "--assembly", metavar="K", help="Configuration: number or signs of `gim solve --all`.", rich_help_panel=INPUTS
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the report as one JSON object.", rich_help_panel=OUTPUT)]
 Out = Annotated[
     list[str],
@@ -74,15 +80,15 @@ CsvFile = Annotated[Path | None, typer.Option("--csv", hidden=True)]
 MethodOption = Annotated[
     Method,
     typer.Option(
-        "--method", metavar="METHOD", rich_help_panel=METHOD,
-        help="auto, gim (geometric iteration alone) or newton.",
+        "--method", metavar="METHOD", rich_help_panel=METHOD, show_default=False,
+        help="auto (default), gim (geometric iteration) or newton.",
     ),
 ]  # fmt: skip
 StrategyOption = Annotated[
     Strategy,
     typer.Option(
-        "--strategy", metavar="STRATEGY", rich_help_panel=METHOD,
-        help="Sequence for --method gim: spectral or classic.",
+        "--strategy", metavar="STRATEGY", rich_help_panel=METHOD, show_default=False,
+        help="For --method gim: spectral (default) or classic.",
     ),
 ]  # fmt: skip
 Tolerance = Annotated[

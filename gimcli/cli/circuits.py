@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import METHOD, MODEL, NONE, Json, ModelPath, Out, PngFile
+from gimcli.cli.arguments import METHOD, MODEL, NONE, Assembly, Json, ModelPath, Out, PngFile
 
 if TYPE_CHECKING:
     from gimcli.library.circuits import CircuitsResult
@@ -20,6 +20,7 @@ EXAMPLES = ("gim circuits models/stephenson_2.yaml -o circuits.png",)
 
 def command(
     model: ModelPath = MODEL,
+    assembly: Assembly = "",
     samples: Annotated[
         int,
         typer.Option(
@@ -37,7 +38,7 @@ def command(
     from gimcli.library.circuits import CircuitsResult, circuits
 
     outputs = Outputs(CircuitsResult, model, out, png=png, as_json=as_json)
-    found = circuits(outputs.loaded(), samples=samples, progress=progress_bar)
+    found = circuits(outputs.loaded(assembly), samples=samples, progress=progress_bar)
     outputs.write(found)
     outputs.finish(found, _print)
 

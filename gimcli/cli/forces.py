@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from gimcli.cli.arguments import MODEL, NONE, Jit, JitOption, Json, ModelPath, Out, Png, Steps, Tolerance
+from gimcli.cli.arguments import MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Steps, Tolerance
 
 if TYPE_CHECKING:
     from gimcli.dynamics.force_motion import ForceMotion
@@ -24,6 +24,7 @@ SHOWN = 30
 def command(
     model: ModelPath = MODEL,
     steps: Steps = 360,
+    assembly: Assembly = "",
     tolerance: Tolerance = 1e-10,
     jit: JitOption = Jit.AUTO,
     out: Out = NONE,
@@ -37,7 +38,7 @@ def command(
     from gimcli.library.forces import ForcesAlong, ForcesResult
 
     outputs = Outputs(ForcesResult, model, out, writes=True, picture=png, as_json=as_json)
-    mechanism = outputs.loaded()
+    mechanism = outputs.loaded(assembly)
     note_point_masses(mechanism)
     found = outputs.stream(ForcesAlong(mechanism, steps, tolerance, jit.value, note, progress_bar))
     outputs.finish(found, _print)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from gimcli.cli.arguments import MODEL, NONE, Json, ModelPath, Out
+from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out
 
 if TYPE_CHECKING:
     from gimcli.library.mobility import MobilityResult
@@ -20,6 +20,7 @@ EXAMPLES = ("gim mobility models/parallelogram_third_crank.yaml",)
 
 def command(
     model: ModelPath = MODEL,
+    assembly: Assembly = "",
     out: Out = NONE,
     as_json: Json = False,
 ) -> None:
@@ -28,7 +29,7 @@ def command(
     from gimcli.library.mobility import MobilityResult, mobility
 
     outputs = Outputs(MobilityResult, model, out, as_json=as_json)
-    found = mobility(outputs.loaded())
+    found = mobility(outputs.loaded(assembly))
     outputs.write(found)
     outputs.finish(found, _print)
 

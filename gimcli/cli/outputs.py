@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, nullcontext, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -69,13 +69,20 @@ class Outputs:
         """Return whether a picture is written."""
         return bool(self.files.of("picture"))
 
-    def loaded(self) -> Mechanism:
-        """Return the mechanism of the model file; refuse files that cannot be written, before the computation."""
+    def loaded(self, assembly: str = "", at: Mapping[str, str] | None = None) -> Mechanism:
+        """Return the mechanism of the model file; refuse files that cannot be written, before the computation.
+
+        With --assembly it is assembled in that configuration at the start of the laws, or at the inputs of --at.
+        """
         from gimcli.library.load import load
 
         mechanism = load(self.model)
         self.files.refuse(mechanism.files)
-        return mechanism
+        if not assembly:
+            return mechanism
+        from gimcli.library.assembled import assembled
+
+        return assembled(mechanism, assembly, at, progress=progress_bar)
 
     def write(self, result: Result) -> None:
         """Write the result's files, and its table to standard output if asked."""

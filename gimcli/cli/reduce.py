@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import INPUTS, MODEL, NONE, Jit, JitOption, Json, ModelPath, Out, Png, Steps
+from gimcli.cli.arguments import INPUTS, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Steps
 
 if TYPE_CHECKING:
     from gimcli.dynamics.flywheel import Flywheel
@@ -27,6 +27,7 @@ FLYWHEEL = "Flywheel"
 def command(
     model: ModelPath = MODEL,
     steps: Steps = 360,
+    assembly: Assembly = "",
     name: Annotated[
         str,
         typer.Option(
@@ -52,7 +53,7 @@ def command(
     from gimcli.library.reduce import ReduceResult, reduce
 
     outputs = Outputs(ReduceResult, model, out, writes=True, picture=png, as_json=as_json)
-    mechanism = outputs.loaded()
+    mechanism = outputs.loaded(assembly)
     note_point_masses(mechanism)
     found = reduce(
         mechanism, name, steps, fluctuation=fluctuation, rpm=rpm, jit=jit.value, notify=note, progress=progress_bar

@@ -11,6 +11,7 @@ from gimcli.cli.arguments import (
     MODEL,
     NONE,
     OUTPUT,
+    Assembly,
     At,
     Json,
     ModelPath,
@@ -36,6 +37,7 @@ EXAMPLES = ("gim sequence models/double_butterfly.yaml --explain",)
 def command(
     model: ModelPath = MODEL,
     at: At = NONE,
+    assembly: Assembly = "",
     strategy: StrategyOption = Strategy.SPECTRAL,
     tolerance: Tolerance = 1e-10,
     explain: Annotated[
@@ -51,7 +53,7 @@ def command(
 
     inputs = pairs(at)
     outputs = Outputs(SequenceResult, model, out, png=png, as_json=as_json)
-    found = sequence(outputs.loaded(), inputs, strategy=strategy.value, tolerance=tolerance)
+    found = sequence(outputs.loaded(assembly, inputs), inputs, strategy=strategy.value, tolerance=tolerance)
     outputs.write(found)
     outputs.finish(found, partial(_print, explain))
 

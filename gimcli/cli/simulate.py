@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import INPUTS, MODEL, NONE, OUTPUT, Jit, JitOption, Json, ModelPath, Out, Png
+from gimcli.cli.arguments import INPUTS, MODEL, NONE, OUTPUT, Assembly, Jit, JitOption, Json, ModelPath, Out, Png
 from gimcli.dynamics.integrators import INTEGRATORS
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ def _registered(name: str) -> str:
 
 def command(
     model: ModelPath = MODEL,
+    assembly: Assembly = "",
     time: Annotated[
         float, typer.Option("--time", "-t", metavar="S", help="Seconds of motion.", rich_help_panel=INPUTS)
     ] = 5.0,
@@ -81,7 +82,7 @@ def command(
     from gimcli.output import refuse_repeated
 
     outputs = Outputs(SimulateResult, model, out, writes=True, picture=png, as_json=as_json)
-    mechanism = outputs.loaded()
+    mechanism = outputs.loaded(assembly)
     refuse_repeated(column_names(mechanism))
     note_point_masses(mechanism)
     found = simulate(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from gimcli.cli.arguments import MODEL, NONE, Json, ModelPath, Out, PngFile
+from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out, PngFile
 
 if TYPE_CHECKING:
     from gimcli.branching.singular_positions import Found
@@ -25,6 +25,7 @@ ALIKE = 1e-6
 
 def command(
     model: ModelPath = MODEL,
+    assembly: Assembly = "",
     out: Out = NONE,
     png: PngFile = None,
     as_json: Json = False,
@@ -35,7 +36,7 @@ def command(
     from gimcli.library.singularities import SingularitiesResult, singularities
 
     outputs = Outputs(SingularitiesResult, model, out, png=png, as_json=as_json)
-    found = singularities(outputs.loaded(), progress=progress_bar)
+    found = singularities(outputs.loaded(assembly), progress=progress_bar)
     outputs.write(found)
     outputs.finish(found, _print)
 

@@ -10,6 +10,7 @@ import typer
 from gimcli.cli.arguments import (
     MODEL,
     NONE,
+    Assembly,
     At,
     CsvFile,
     Jit,
@@ -49,6 +50,7 @@ RESULTS, START = "Results", "Start"
 def command(
     model: ModelPath = MODEL,
     at: At = NONE,
+    assembly: Assembly = "",
     every: Annotated[
         bool, typer.Option("--all", help="Find all configurations; report if that is proved.", rich_help_panel=RESULTS)
     ] = False,
@@ -87,6 +89,8 @@ def command(
     if every:
         if method is not Method.AUTO or start != "drawn" or sequence:
             raise UsageError("--all has its own method: remove --method, --start and --sequence")
+        if assembly:
+            raise UsageError("--all lists every assembly: remove --assembly")
         if velocities or history:
             raise UsageError(f"--{'velocities' if velocities else 'history'} needs a single position: remove --all")
         from gimcli.cli.configurations import solve_all
@@ -94,10 +98,12 @@ def command(
 
         solve_all(Outputs(ConfigurationsResult, model, out, csv=csv, png=png, as_json=as_json), inputs, tolerance)
         return
+    if assembly and start != "drawn":
+        raise UsageError("--assembly gives the initial coordinates: remove --start")
     outputs = Outputs(SolveResult, model, out, csv=csv, png=png, as_json=as_json)
     found = solve(
-        outputs.loaded(), inputs, method=method.value, strategy=strategy.value, tolerance=tolerance, start=start,
-        seed=seed, history=history, velocities=velocities, jit=jit.value, sequence=sequence,
+        outputs.loaded(assembly, inputs), inputs, method=method.value, strategy=strategy.value, tolerance=tolerance,
+        start=start, seed=seed, history=history, velocities=velocities, jit=jit.value, sequence=sequence,
     )  # fmt: skip
     outputs.write(found)
     outputs.finish(found, partial(_print, method))

@@ -10,6 +10,7 @@ import typer
 from gimcli.cli.arguments import (
     MODEL,
     NONE,
+    Assembly,
     Jit,
     JitOption,
     Json,
@@ -60,6 +61,7 @@ EVENTS = 6
 def command(
     model: ModelPath = MODEL,
     steps: Steps = 360,
+    assembly: Assembly = "",
     derivatives: Annotated[
         int,
         typer.Option(
@@ -72,8 +74,8 @@ def command(
     at_limit: Annotated[
         AtLimit,
         typer.Option(
-            "--at-limit", metavar="ACTION", rich_help_panel=LIMITS,
-            help="At the limit of an input: stop, skip or reverse.",
+            "--at-limit", metavar="ACTION", rich_help_panel=LIMITS, show_default=False,
+            help="At the limit of an input: stop (default), skip, reverse.",
         ),
     ] = AtLimit.STOP,
     circuit: Annotated[
@@ -108,7 +110,7 @@ def command(
         raise UsageError(
             "--plot adds graphs to the picture, but no picture is written: use -o FILE.png, or remove --no-png"
         )
-    mechanism = outputs.loaded()
+    mechanism = outputs.loaded(assembly)
     begun = traced(
         mechanism, steps, derivatives=derivatives, measure=measure, plot=",".join(plot), at_limit=at_limit.value,
         circuit=circuit, branch=branch, all_branches=all_branches, method=method.value, strategy=strategy.value,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import METHOD, MODEL, NONE, Jit, JitOption, Json, ModelPath, Out, Png, Steps
+from gimcli.cli.arguments import METHOD, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Steps
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ EXAMPLES = ("gim tradeoff models/platform_3rrr.yaml --tolerances 1e-3,1e-6,1e-9 
 
 def command(
     model: ModelPath = MODEL,
+    assembly: Assembly = "",
     steps: Steps = 72,
     tolerances: Annotated[
         str,
@@ -51,7 +52,13 @@ def command(
     chosen = _tolerances(tolerances)
     outputs = Outputs(TradeoffResult, model, out, writes=True, picture=png, as_json=as_json)
     found = tradeoff(
-        outputs.loaded(), steps, tolerances=chosen, seconds=seconds, jit=jit.value, notify=note, progress=progress_bar
+        outputs.loaded(assembly),
+        steps,
+        tolerances=chosen,
+        seconds=seconds,
+        jit=jit.value,
+        notify=note,
+        progress=progress_bar,
     )
     outputs.write(found)
     outputs.finish(found, _print)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gimcli.cli.arguments import INPUTS, MODEL, NONE, Jit, JitOption, Json, ModelPath, Out, Png
+from gimcli.cli.arguments import INPUTS, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ GRID = "Grid"
 
 def command(
     model: ModelPath = MODEL,
+    assembly: Assembly = "",
     point: Annotated[
         str,
         typer.Option(
@@ -63,7 +64,7 @@ def command(
 
     more = [".npz"] if grid else []
     outputs = Outputs(WorkspaceResult, model, out, writes=True, picture=png, more=more, as_json=as_json)
-    mechanism = outputs.loaded()
+    mechanism = outputs.loaded(assembly)
     arrays = outputs.files.of("arrays")
     found = workspace(
         mechanism, point, orientation=_orientations(orientation), grid=grid, jit=jit.value,

@@ -1,0 +1,86 @@
+"""Choose the configuration in which a mechanism is assembled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gimcli.assemblies import Configurations, all_configurations
+from gimcli.errors import UnassembledError, UsageError
+from gimcli.library.inputs import inputs_of
+from gimcli.library.rounding import titled
+from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
+from gimcli.progress import Phases, no_phases
+from gimcli.structure.drive_check import explained
+
+LISTED = 16
+"""Number of configurations that a message lists."""
+
+
+def assembled(
+    mechanism: Mechanism, assembly: int | str, at: Mapping[str, float | str] | None = None, *,
+    progress: Phases = no_phases, **inputs: float,
+) -> Mechanism:  # fmt: skip
+    """Return the mechanism with one of its configurations as initial configuration, for example `assembled(m, 2)`.
+
+    All functions then start from this configuration; dimensions and laws are unchanged. The model file is not changed.
+
+    Args:
+        mechanism: from `load` or `loads`.
+        assembly: number of the configuration in the list of `configurations` (from 1), or its signs, such as "+-" or
+            "-(2)".
+        at: dict of inputs by name, for names that are not Python names or are names of arguments.
+        progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+        inputs: inputs by name, in the file's units, at which the list is made. Inputs that are not given have the value
+            at the start of their law.
+
+    Returns:
+        The mechanism with other initial coordinates.
+
+    Raises:
+        UsageError: there is no such configuration, or an unknown name or an invalid argument.
+        UnassembledError: the mechanism cannot be assembled at these inputs.
+        StructureError: the mechanism is not fully driven, over-driven or contradictory.
+    """
+    values = inputs_of(mechanism, at, inputs)
+    with explained(mechanism):
+        found = all_configurations(mechanism, values, progress=progress("configurations"))
+    if not len(found):
+        where = titled(mechanism, mechanism.inputs_to_file(values))
+        raise UnassembledError(f"{where}: no configuration was found, so that assembly {assembly} does not exist")
+    return drawn_at(mechanism, found.z[_index(found, assembly)], values)
+
+
+def drawn_at(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mechanism:
+    """Return a mechanism with the initial position z (nodes,) at inputs (actuators,); its dimensions are unchanged."""
+    actuators = (replace(a, drawn=float(u)) for a, u in zip(mechanism.actuators, inputs, strict=True))
+    gauges = (replace(g, drawn=_measured(mechanism, g, z)) for g in mechanism.gauges)
+    return replace(mechanism, drawn=z, actuators=tuple(actuators), gauges=tuple(gauges))
+
+
+def _index(found: Configurations, assembly: int | str) -> int:
+    """Return the index of a configuration given by its number or its signs."""
+    text, signs = str(assembly).strip(), found.signs
+    if text.isdecimal() and 1 <= int(text) <= len(found):
+        return int(text) - 1
+    if text in signs and text:
+        return signs.index(text)
+    same = [own for own in signs if text and own.startswith(text)]
+    if same:
+        raise UsageError(f"assembly {text}: is not unique: it begins {_listed(same)}; give all signs, or the number")
+    raise UsageError(f"assembly {text}: expected a number from 1 to {len(found)}, or the signs {_listed(signs)}")
+
+
+def _listed(signs: Sequence[str]) -> str:
+    shown = [own or "(none)" for own in signs[:LISTED]]
+    return f"{', '.join(shown)}{', ...' * (len(signs) > LISTED)}"
+
+
+def _measured(mechanism: Mechanism, gauge: Input, z: ComplexArray) -> float:
+    """Return the value of a gauge at a position (nodes,): a length in the normal frame, or an angle in -pi..pi."""
+    from gimcli.dynamics.kinematic_history import Course, reading  # imported late: few models have gauges
+
+    at_rest = Course(np.zeros(1), np.zeros((0, 1)), np.array([z, np.zeros_like(z)])[:, :, None])
+    return float(reading(mechanism, gauge, at_rest)[0][0])
