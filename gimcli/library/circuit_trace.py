@@ -16,10 +16,11 @@ from gimcli.continuation.circuit import Circuit
 from gimcli.errors import UsageError
 from gimcli.library.extras import Extras
 from gimcli.library.inputs import in_file_units, interval_of
-from gimcli.library.places import counted
 from gimcli.library.trace_result import TraceResult
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.motion import Motion
 from gimcli.progress import Phases
+from gimcli.rates.member_angles import counted, direction
 from gimcli.rates.motion_table import motion_table, traced_paths
 from gimcli.table import Column, Table
 
@@ -56,11 +57,21 @@ class CircuitTrace:
         self.circuits = [circuits[n - 1] for n in self.numbers]
         self.motions = [circuit_motion(circuit, steps + 1, tolerance) for circuit in self.circuits]
         self.extras = [extras() for _ in self.numbers]
+        self._dense: dict[int, Motion] = {}
+
+    def angles(self, motion: Motion, member: int) -> FloatArray:
+        """Return the directions of a member (rows,) along a circuit, full turns counted."""
+        number = next(k for k, own in enumerate(self.motions) if own is motion)
+        circuit = self.circuits[number]
+        each = -(-max(DENSE, len(circuit.places)) // self.steps)
+        if number not in self._dense:
+            self._dense[number] = circuit_motion(circuit, each * self.steps + 1, self.tolerance)
+        return counted(self.mechanism, direction(self.mechanism, member, self._dense[number].z))[::each]
 
     @cached_property
     def _tables(self) -> list[Table]:
         each = zip(self.motions, self.extras, strict=True)
-        tables = [motion_table(motion, more=extras.columns(motion)) for motion, extras in each]
+        tables = [motion_table(motion, more=extras.columns(motion, self.angles)) for motion, extras in each]
         if not self.every:
             return tables
         return [
@@ -124,14 +135,9 @@ class CircuitTraceResult(TraceResult):
             **({"measures": circuits[0]["measures"]} if len(circuits) == 1 and "measures" in circuits[0] else {}),
         }  # fmt: skip
 
-    def turns(self, member: Callable[[ComplexArray], FloatArray]) -> FloatArray:
-        """Return the angles of a member (rows,), full turns counted along each circuit."""
-        parts = []
-        for circuit in self.found.circuits:
-            each = -(-max(DENSE, len(circuit.places)) // self.found.steps)
-            dense = circuit_motion(circuit, each * self.found.steps + 1, self.found.tolerance)
-            parts.append(counted(self.mechanism, member(dense.z))[::each])
-        return np.concatenate(parts)
+    def turns(self, member: int) -> FloatArray:
+        """Return the directions of a member (rows,) in the file's angle unit, full turns counted along each circuit."""
+        return np.concatenate([self.found.angles(motion, member) for motion in self.motions])
 
     def picture(self) -> Content | None:
         """Return positions on the first circuit, and the curves, areas and graphs of all circuits."""

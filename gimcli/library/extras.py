@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.motion import Motion
+from gimcli.rates.member_angles import Angles
 from gimcli.rates.motion_table import motion_table
 from gimcli.table import Column, Table
 
@@ -52,9 +53,9 @@ class Extras:
         """Return the measures' columns for the head of a table, with the rows of `row`."""
         return self.record.head_columns(len(row.time)) if self.record is not None else []
 
-    def columns(self, piece: Motion) -> list[Column]:
-        """Return the measures' columns of the next piece of the motion."""
-        return self.record.columns(piece) if self.record is not None else []
+    def columns(self, piece: Motion, angles: Angles) -> list[Column]:
+        """Return the measures' columns of the next piece of the motion; `angles` counts full turns."""
+        return self.record.columns(piece, angles) if self.record is not None else []
 
     def curves(self, motion: Motion) -> dict[str, ComplexArray]:
         """Return the curves that the measures add to the drawing."""

@@ -10,6 +10,7 @@ import numpy as np
 from gimcli.library.result import ByName
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
+from gimcli.rates.member_angles import direction
 
 
 def places(mechanism: Mechanism, z: ComplexArray, shape: Callable[[ComplexArray], Any]) -> ByName:
@@ -33,36 +34,10 @@ def angles(mechanism: Mechanism, z: ComplexArray, shape: Callable[[FloatArray], 
 
     `shape` converts angles (rows,) to the value.
     """
-    members = {m.name: m for m in mechanism.members[FRAME + 1 :]}
-
-    def direction(name: str) -> Any:
-        first, second = members[name].nodes[:2]
-        found = np.angle(z[second] - z[first])
-        return shape(np.degrees(found) if mechanism.angle_unit == "deg" else found)
-
-    return ByName(tuple(members), direction)
+    return by_member(mechanism, lambda member: shape(direction(mechanism, member, z)))
 
 
-def counted(mechanism: Mechanism, angle: FloatArray, ahead: FloatArray | float = 0.0) -> FloatArray:
-    """Return angles (rows,) with full turns counted; rows without a position stay NaN.
-
-    `ahead` (rows - 1,) is the approximate change from each row to the next. By default it is 0: the change is then
-    taken to be less than half a turn.
-    """
-    found, good, turn = angle.copy(), np.isfinite(angle), _turn(mechanism)
-    change = np.diff(angle[good])
-    found[good] = (
-        angle[good] + turn * np.cumsum(np.concatenate([[0.0], np.round((ahead - change) / turn)]))[: good.sum()]
-    )
-    return found
-
-
-def widest(mechanism: Mechanism, angle: FloatArray) -> float:
-    """Return the largest change [rad] of an angle (rows,) from one row to the next, at most half a turn."""
-    turn = _turn(mechanism)
-    change = np.abs((np.diff(angle) + 0.5 * turn) % turn - 0.5 * turn) / turn
-    return 2.0 * np.pi * float(np.max(change[np.isfinite(change)], initial=0.0))
-
-
-def _turn(mechanism: Mechanism) -> float:
-    return 360.0 if mechanism.angle_unit == "deg" else 2.0 * np.pi
+def by_member(mechanism: Mechanism, find: Callable[[int], Any]) -> ByName:
+    """Return values of the moving members by name; `find` is given the index of a member."""
+    members = {m.name: k for k, m in enumerate(mechanism.members) if k != FRAME}
+    return ByName(tuple(members), lambda name: find(members[name]))

@@ -16,12 +16,13 @@ from gimcli.dynamics.simulation_table import reactions as find_reactions
 from gimcli.dynamics.simulation_types import Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count
-from gimcli.library.places import angles, counted, pairs, places
+from gimcli.library.places import angles, pairs, places
 from gimcli.library.result import ByName, RowsResult
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.positions.dispatch import choose
 from gimcli.positions.options import JIT
 from gimcli.progress import Notify, Phases, no_phases
+from gimcli.rates.member_angles import counted
 from gimcli.structure.drive_check import explained
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property, partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -12,16 +12,14 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.library.extras import Extras
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_unmoved
-from gimcli.library.places import counted, widest
 from gimcli.library.result import joined
 from gimcli.library.trace_result import TraceResult
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.motion.motion import Motion, stream
-from gimcli.motion.motion import trace as follow
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.motion.motion import PIECE, Motion, stream
 from gimcli.motion.summary import Summary
-from gimcli.positions.inputs import scales
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
+from gimcli.rates.member_angles import LawAngles
 from gimcli.rates.motion_table import events, motion_table, reachable, traced_paths
 from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.structure.plan import make_plan
@@ -33,12 +31,6 @@ if TYPE_CHECKING:
     from gimcli.rates.derivatives import TracedRates
 
 AT_LIMIT = ("stop", "skip", "reverse")
-
-COUNTED = np.pi / 36.0
-"""Largest change of an input (in rad, or relative to the size) between two rows that are used to count full turns."""
-
-CLEAR, DENSEST = 1.0, 20_000
-"""Rotation of a member [rad] between two such rows above which more rows are used, and the largest number of rows."""
 
 
 def trace(
@@ -148,12 +140,10 @@ class MotionTrace:
         notify: Notify | None, progress: Phases, keep: bool,
     ) -> None:  # fmt: skip
         self.mechanism, self.steps, self.options, self.extras = mechanism, steps, options, extras
-        self.again = partial(follow, mechanism, options=options, at_limit=at_limit, branch=branch)
-        show = progress("tracing")
-        if at_limit != "stop" or branch > 1:
-            self._pieces = iter([follow(mechanism, steps, options, notify, show, at_limit, branch)])
-        else:
-            self._pieces = stream(mechanism, steps, options, notify=notify, progress=show)
+        rows = steps + 1 if at_limit != "stop" or branch > 1 else PIECE
+        solve = partial(stream, mechanism, steps, options, rows=rows, at_limit=at_limit, branch=branch)
+        self._pieces = solve(notify=notify, progress=progress("tracing"))
+        self.counted = partial(LawAngles, mechanism, steps, solve)
         first = self._first = next(self._pieces)
         require_consistent(mechanism, first.start, first.inputs[:, 0], first.first_status, options.tolerance)
         self.summary = Summary(steps + 1)
@@ -177,9 +167,10 @@ class MotionTrace:
 
     def tables(self) -> Iterator[Table]:
         """Yield the table of each piece of the motion."""
+        angles = self.counted()
         for piece in chain((self._first,), self._pieces):
-            more = self.extras.columns(piece)
-            yield motion_table(piece, first=self.summary.seen, rates=self._rates, more=more)
+            more = self.extras.columns(piece, angles)
+            yield motion_table(piece, first=self.summary.seen, rates=self._rates, more=more, angles=angles)
             self.summary.add(piece)
             if self.kept is not None:
                 self.kept.append(piece)
@@ -257,16 +248,10 @@ class MotionTraceResult(TraceResult):
             "events": self.events, "status": self.motion.overall.word, **self.measured,
         }  # fmt: skip
 
-    def turns(self, member: Callable[[ComplexArray], FloatArray]) -> FloatArray:
-        """Return the angles of a member (rows,), full turns counted; more rows are solved where these are far apart."""
-        inputs = np.concatenate([m.inputs for m in self.motions], axis=1) / scales(self.mechanism)[:, None]
-        each = int(np.ceil(np.max(np.abs(np.diff(inputs)), initial=0.0) / COUNTED * (1.0 - 1e-12))) or 1
-        angle = member(self._z if each == 1 else self.found.again(each * self.found.steps).z)
-        while widest(self.mechanism, angle) > CLEAR and 4 * each * self.found.steps <= DENSEST:
-            each *= 4
-            angle = member(self.found.again(each * self.found.steps).z)
-        own = member(self._z)
-        return np.where(np.isfinite(own), counted(self.mechanism, angle)[::each], np.nan)
+    def turns(self, member: int) -> FloatArray:
+        """Return the directions of a member (rows,) in the file's angle unit, full turns counted."""
+        angles = self.found.counted()
+        return np.concatenate([angles(motion, member) for motion in self.motions])
 
     def picture(self) -> Content | None:
         """Return some positions, the curves of the traced points and the graphs; None if no row is solved."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from gimcli.library.places import angles, pairs, places
+from gimcli.library.places import by_member, pairs, places
 from gimcli.library.result import ByName, RowsResult
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.motion import Motion
@@ -62,14 +62,11 @@ class TraceResult(RowsResult):
         They are continuous: full turns are counted. Over rows without a position (`at_limit="skip"`), an angle changes
         by at most half a turn: full turns that the law makes there are not counted. NaN where a row is not solved.
         """
-        each = angles(self.mechanism, self._z, lambda a: a)
-        return ByName(
-            tuple(each), lambda name: self.turns(lambda z: angles(self.mechanism, z, lambda a: np.asarray(a))[name])
-        )
+        return by_member(self.mechanism, self.turns)
 
     @abstractmethod
-    def turns(self, member: Callable[[ComplexArray], FloatArray]) -> FloatArray:
-        """Return the angles of a member (rows,), full turns counted; `member` finds them from positions."""
+    def turns(self, member: int) -> FloatArray:
+        """Return the directions of a member (rows,) in the file's angle unit, full turns counted."""
 
     def poses(self, motion: Motion) -> ComplexArray:
         """Return some positions (poses, nodes) for a picture, evenly spread over the solved rows, in file units."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from gimcli.measures import advantage, area, centre, curvature, naming, transmission
+from gimcli.measures import advantage, angle, area, centre, curvature, naming, transmission
 from gimcli.measures.measure import Kind, Measure
 from gimcli.mechanism import Mechanism
 
 KINDS: dict[str, Kind] = {
-    kind.name: kind for kind in (centre.KIND, curvature.KIND, transmission.KIND, advantage.KIND, area.KIND)
+    kind.name: kind for kind in (centre.KIND, curvature.KIND, transmission.KIND, advantage.KIND, area.KIND, angle.KIND)
 }
 
 

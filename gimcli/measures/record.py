@@ -13,6 +13,7 @@ from gimcli.measures import measures_of
 from gimcli.measures.measure import Head, Measure
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.motion import Motion
+from gimcli.rates.member_angles import Angles, in_rows
 from gimcli.rates.path_derivatives import PathDerivatives
 from gimcli.table import Column
 
@@ -53,9 +54,9 @@ class Record:
         """Return empty columns, for the header of a table."""
         return [Column(head.name, np.full(rows, np.nan), head.unit) for head in self.heads]
 
-    def columns(self, piece: Motion) -> list[Column]:
-        """Return the columns of the next piece of a motion."""
-        derivatives, columns = derivatives_of(piece), []
+    def columns(self, piece: Motion, angles: Angles = in_rows) -> list[Column]:
+        """Return the columns of the next piece of a motion; `angles` counts full turns."""
+        derivatives, columns = derivatives_of(piece, angles), []
         for measure in self.measures:
             for head, values in zip(measure.heads, measure.values(derivatives), strict=True):
                 self.ranges[head.name].add(values, piece.good)
@@ -81,10 +82,10 @@ class Record:
         return report
 
 
-def derivatives_of(motion: Motion) -> PathDerivatives:
+def derivatives_of(motion: Motion, angles: Angles = in_rows) -> PathDerivatives:
     """Return the derivatives of a motion along its laws, or along the arc length of its curve if it is a circuit."""
     if motion.parameter is None:
-        return PathDerivatives(motion)
+        return PathDerivatives(motion, angles)
     from gimcli.rates.arclength_derivatives import ArclengthDerivatives
 
-    return ArclengthDerivatives(motion)
+    return ArclengthDerivatives(motion, angles)

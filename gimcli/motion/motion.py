@@ -34,6 +34,10 @@ EVENTS = ("touched", "bridged", "meetings", "exchanged", "turned_back")
 """Fields of a motion that list its events."""
 
 
+PIECE = 65536
+"""Number of rows that are solved together, to limit memory."""
+
+
 @dataclass(frozen=True)
 class Motion:
     """The positions of a motion, in the normal frame, with their status and events."""
@@ -125,9 +129,13 @@ def trace(
 
 def stream(
     mechanism: Mechanism, steps: int, options: Options | None = None, notify: Notify | None = None,
-    progress: Progress | None = None, rows: int = 65536, at_limit: str = "stop", branch: int = 1,
+    progress: Progress | None = None, rows: int = PIECE, at_limit: str = "stop", branch: int = 1,
+    between: Callable[[FloatArray], FloatArray] | None = None,
 ) -> Iterator[Motion]:  # fmt: skip
-    """Follow the actuators' laws like `trace`, but yield the motion in pieces of `rows` rows."""
+    """Follow the actuators' laws like `trace`, but yield the motion in pieces of `rows` rows.
+
+    `between` adds rows: it returns consecutive times (rows,) with others between them.
+    """
     options = options or Options()
     inputs = law_inputs(mechanism)
     plan = make_plan(mechanism, closed_forms=options.method != "newton")
@@ -138,6 +146,8 @@ def stream(
     swept = _Swept(mechanism, options, steps + 1, notify) if options.method == "gim" else None
     for first in range(0, steps + 1, rows):
         time = np.arange(first, min(first + rows, steps + 1)) / steps
+        if between is not None:
+            time = between(np.arange(max(first - 1, 0), min(first + rows, steps + 1)) / steps)[first > 0 :]
         path = FollowedPath.empty(len(mechanism.nodes), time, inputs(time))
         if at_limit == "reverse":
             path.parameter = np.full(len(time), math.nan)

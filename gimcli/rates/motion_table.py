@@ -11,6 +11,7 @@ from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray
 from gimcli.motion.coupler_points import carried_point
 from gimcli.motion.motion import Motion
 from gimcli.positions.inputs import law_inputs
+from gimcli.rates.member_angles import Angles, in_rows
 from gimcli.status import Status
 from gimcli.table import Column, Table, per_second, xy_columns
 
@@ -20,12 +21,14 @@ if TYPE_CHECKING:
 
 def motion_table(
     motion: Motion, names: tuple[str, ...] | None = None, first: int = 0, order: int = 0,
-    rates: TracedRates | None = None, more: Sequence[Column] = (),
+    rates: TracedRates | None = None, more: Sequence[Column] = (), angles: Angles = in_rows,
+    members: Sequence[int] = (),
 ) -> Table:  # fmt: skip
     """Return one row per step, numbered from `first`: time, inputs, traced points, residual, sweeps, status.
 
-    `order` adds derivatives of the points by the real time, up to jerk (3), and those of the members' angles; `rates`
-    does so for a motion in pieces. `more` are columns of measures, which follow them.
+    `order` adds derivatives of the points by the real time, up to jerk (3), and the members' angles with theirs;
+    `rates` does so for a motion in pieces, with `angles`. Without derivatives only angles of `members` are added.
+    `more` are columns of measures, which follow them.
     """
     mechanism, columns = motion.mechanism, first_columns(motion, first)
     for name, path in traced_paths(motion, names).items():
@@ -35,7 +38,9 @@ def motion_table(
 
         rates = TracedRates(mechanism, names or mechanism.traced, order)
     if rates is not None:
-        columns += _rate_columns(motion, rates)
+        columns += _rate_columns(motion, rates, angles)
+    else:
+        columns += [angle_column(motion, member, angles) for member in members]
     columns += more
     last = Column("residual", motion.residual), Column("sweeps", motion.work.astype(np.int64))
     return Table((*columns, *last, status_column(motion.codes)))
@@ -55,21 +60,28 @@ def status_column(codes: IntArray) -> Column:
     return Column("status", np.array([s.word for s in Status])[codes])
 
 
-def _rate_columns(motion: Motion, rates: TracedRates) -> list[Column]:
-    """Return velocity, acceleration, jerk of points, then omega, alpha, angular jerk of members."""
+def angle_column(motion: Motion, member: int, angles: Angles) -> Column:
+    """Return the direction of a member, full turns counted."""
+    mechanism = motion.mechanism
+    return Column(f"{mechanism.members[member].name}.angle", angles(motion, member), mechanism.angle_unit)
+
+
+def _rate_columns(motion: Motion, rates: TracedRates, angles: Angles) -> list[Column]:
+    """Return velocity, acceleration, jerk of points, then angle, omega, alpha, angular jerk of members."""
     mechanism, columns = motion.mechanism, []
-    points, angles = rates(motion)
+    points, turning = rates(motion)
     points *= mechanism.scale
     if mechanism.angle_unit == "deg":
-        np.degrees(angles, out=angles)
+        np.degrees(turning, out=turning)
     for number, name in enumerate(rates.names):
         for k in range(rates.order):
             label = f"{name}.{'vaj'[k]}"
             columns += xy_columns(label, points[k, number], per_second(mechanism.length_unit, k + 1))
     for number, member in enumerate(mechanism.members[FRAME + 1 :]):
+        columns.append(angle_column(motion, FRAME + 1 + number, angles))
         for k in range(rates.order):
             label = f"{member.name}.{('omega', 'alpha', 'jerk')[k]}"
-            columns.append(Column(label, angles[k, number], per_second(mechanism.angle_unit, k + 1)))
+            columns.append(Column(label, turning[k, number], per_second(mechanism.angle_unit, k + 1)))
     return columns
 
 

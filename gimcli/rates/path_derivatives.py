@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.rates.derivatives import MotionRates, rates, rates_of_inputs
+from gimcli.rates.member_angles import Angles, in_rows
 
 
 @dataclass(frozen=True)
@@ -90,11 +91,16 @@ class PathDerivatives:
     """A motion, or a piece of one, and its derivatives, which are computed on first use."""
 
     motion: Motion
+    angles: Angles = in_rows
 
     @property
     def mechanism(self) -> Mechanism:
         """The mechanism of the motion."""
         return self.motion.mechanism
+
+    def angle(self, member: int) -> FloatArray:
+        """Return the direction of a member (rows,) in the file's angle unit, full turns counted."""
+        return self.angles(self.motion, member)
 
     @cached_property
     def path(self) -> InputPath:

@@ -1,6 +1,7 @@
 """Derivatives by tape: plain and compiled, compared with independent methods, near singular positions, influence."""
 
 from dataclasses import replace
+from functools import partial
 
 import chains
 import mpmath as mp
@@ -24,6 +25,7 @@ from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options
 from gimcli.rates.derivatives import ORDERS, TracedRates, law_rates, rates
 from gimcli.rates.differentiator import Differentiator
+from gimcli.rates.member_angles import LawAngles
 from gimcli.rates.motion_table import motion_table
 from gimcli.structure.plan import make_plan
 
@@ -276,7 +278,9 @@ def test_pieces_give_the_same_columns_as_the_whole_motion(jit_mode):
     mechanism = load(MODELS / "crank_rocker.yaml")
     whole = motion_table(trace(mechanism, STEPS), order=2)
     actual = TracedRates(mechanism, mechanism.traced, 2, STEPS, jit_mode)
-    pieces = [motion_table(piece, rates=actual) for piece in stream(mechanism, STEPS, Options(), rows=300)]
+    in_pieces = partial(stream, mechanism, STEPS, Options(), rows=300)
+    angles = LawAngles(mechanism, STEPS, in_pieces)
+    pieces = [motion_table(piece, rates=actual, angles=angles) for piece in in_pieces()]
     for name in whole.names:
         if ".v" in name or ".a" in name or "omega" in name:
             joined = np.concatenate([piece.floats(name) for piece in pieces])
