@@ -73,8 +73,11 @@ Out = Annotated[
     ),
 ]  # fmt: skip
 Png = Annotated[
-    bool, typer.Option("--png/--no-png", help="Write the picture too, if PATH is a folder.", rich_help_panel=OUTPUT)
-]
+    bool,
+    typer.Option(
+        "--png/--no-png", help="Write the picture too, if PATH is a folder.", show_default=False, rich_help_panel=OUTPUT
+    ),
+]  # fmt: skip
 PngFile = Annotated[Path | None, typer.Option("--png", hidden=True)]
 CsvFile = Annotated[Path | None, typer.Option("--csv", hidden=True)]
 MethodOption = Annotated[

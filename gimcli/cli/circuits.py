@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gimcli.cli.arguments import METHOD, MODEL, NONE, Assembly, Json, ModelPath, Out, PngFile
+from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 if TYPE_CHECKING:
     from gimcli.library.circuits import CircuitsResult
@@ -18,6 +19,7 @@ HELP = (
 EXAMPLES = ("gim circuits models/stephenson_2.yaml -o circuits.png",)
 
 
+@with_picture_options
 def command(
     model: ModelPath = MODEL,
     assembly: Assembly = "",
@@ -31,13 +33,14 @@ def command(
     out: Out = NONE,
     png: PngFile = None,
     as_json: Json = False,
+    drawing: Drawing = NO_OPTIONS,
 ) -> None:  # fmt: skip
     """Find the circuits and list them."""
     from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
     from gimcli.library.circuits import CircuitsResult, circuits
 
-    outputs = Outputs(CircuitsResult, model, out, png=png, as_json=as_json)
+    outputs = Outputs(CircuitsResult, model, out, png=png, as_json=as_json, drawing=drawing)
     found = circuits(outputs.loaded(assembly), samples=samples, progress=progress_bar)
     outputs.write(found)
     outputs.finish(found, _print)

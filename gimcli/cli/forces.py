@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from gimcli.cli.arguments import MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Steps, Tolerance
+from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 if TYPE_CHECKING:
     from gimcli.dynamics.force_motion import ForceMotion
@@ -21,6 +22,7 @@ EXAMPLES = ("gim forces models/watt_1.yaml --steps 360 -o results/",)
 SHOWN = 30
 
 
+@with_picture_options
 def command(
     model: ModelPath = MODEL,
     steps: Steps = 360,
@@ -30,6 +32,7 @@ def command(
     out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
+    drawing: Drawing = NO_OPTIONS,
 ) -> None:
     """Find efforts and reactions."""
     from gimcli.cli.console import note, note_point_masses
@@ -37,7 +40,7 @@ def command(
     from gimcli.cli.progress import progress_bar
     from gimcli.library.forces import ForcesAlong, ForcesResult
 
-    outputs = Outputs(ForcesResult, model, out, writes=True, picture=png, as_json=as_json)
+    outputs = Outputs(ForcesResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
     mechanism = outputs.loaded(assembly)
     note_point_masses(mechanism)
     found = outputs.stream(ForcesAlong(mechanism, steps, tolerance, jit.value, note, progress_bar))

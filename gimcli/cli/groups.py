@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from gimcli.cli.arguments import MODEL, NONE, Json, ModelPath, Out, PngFile
+from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 HELP = (
     "Groups are listed in the order of formation, with class and order. 2,0^(3,4) is the group of links 3 and 4,"
@@ -12,18 +13,20 @@ EXAMPLES = ("gim groups models/watt_1.yaml -o watt_1.groups.png",)
 HEAD = ("", "", "class", "order", "links", "joined to", "driven by")
 
 
+@with_picture_options
 def command(
     model: ModelPath = MODEL,
     out: Out = NONE,
     png: PngFile = None,
     as_json: Json = False,
+    drawing: Drawing = NO_OPTIONS,
 ) -> None:
     """Print the groups in the order of formation."""
     from gimcli.cli.console import print_table
     from gimcli.cli.outputs import Outputs
     from gimcli.library.groups import GroupsResult, groups
 
-    outputs = Outputs(GroupsResult, model, out, png=png, as_json=as_json)
+    outputs = Outputs(GroupsResult, model, out, png=png, as_json=as_json, drawing=drawing)
     found = groups(outputs.loaded())
     outputs.write(found)
     outputs.finish(found, lambda f: print_table(f.headline(), HEAD, f.rows(), (3,)))

@@ -7,6 +7,8 @@ from typing import Any
 
 from typer.core import TyperCommand
 
+from gimcli.cli.arguments import OUTPUT
+from gimcli.cli.picture_options import PICTURE
 from gimcli.cli.plain_values import taking_plain_values
 
 
@@ -28,18 +30,29 @@ class Command(TyperCommand):
                 formatter.write(f"{'':{formatter.current_indent}}{example}\n")
         for title, rows in grouped(self.get_params(ctx), ctx).items():
             with formatter.section(title):
-                formatter.write_dl(rows)
+                formatter.write_dl([row for row in rows if row[1]])
+                for line in (row[0] for row in rows if not row[1]):
+                    formatter.write(f"{'':{formatter.current_indent}}{line}\n")
         formatter.write(f"\nMore: gim manual {ctx.info_name}\n")
 
 
 def grouped(params: Iterable[Any], ctx: Any) -> dict[str, list[tuple[str, str]]]:
-    """Return the lines of the help by group title; an option without a group is in the last group."""
+    """Return the lines of the help by group title; an option without a group is in the last group.
+
+    The options of pictures have one line together, in the group of the output.
+    """
     groups: dict[str, list[tuple[str, str]]] = {}
+    form: list[str] = []
     for param in params:
         record = param.get_help_record(ctx)
         if record is not None:
             title = getattr(param, "rich_help_panel", None) or next(reversed(groups), "Options")
-            groups.setdefault(title, []).append((record[0], _without_range(record[1])))
+            if title == PICTURE:
+                form.append(param.opts[0])
+            else:
+                groups.setdefault(title, []).append((record[0], _without_range(record[1])))
+    if form:
+        groups[OUTPUT].append((f"Picture: {' '.join(form)} (see gim manual commands)", ""))
     return groups
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import typer
 
+from gimcli.cli.picture_options import NO_OPTIONS, Drawing
 from gimcli.cli.progress import DRAWING, end_bars, progress_bar
 from gimcli.errors import UsageError
 from gimcli.output import format_of, refuse_unwritable
@@ -17,6 +18,7 @@ from gimcli.output import format_of, refuse_unwritable
 if TYPE_CHECKING:
     from gimcli.library.result import Result
     from gimcli.mechanism import Mechanism
+    from gimcli.output.printed import PictureOptions
     from gimcli.table import Table
 
 REPORTED = {"table": "csv", "picture": "png", "arrays": "npz"}
@@ -47,12 +49,14 @@ class Outputs:
     """The files of one command, and its report.
 
     `writes`: without `-o` the usual files are written into the current folder. `picture`: the picture is one of them.
-    `more`: further suffixes of usual files. `csv` and `png`: files that the options of these names give.
+    `more`: further suffixes of usual files. `csv` and `png`: files that the options of these names give. `drawing`: the
+    options of pictures that were given.
     """
 
     def __init__(
         self, result: type[Result], model: Path, out: Sequence[str], *, writes: bool = False, picture: bool = True,
         more: Sequence[str] = (), csv: Path | None = None, png: Path | None = None, as_json: bool = False,
+        drawing: Drawing = NO_OPTIONS,
     ) -> None:  # fmt: skip
         named = _named(csv, ("table",), "--csv") + _named(png, ("picture",), "--png")
         asked = [*out, *named] or ["./"] * writes
@@ -63,6 +67,15 @@ class Outputs:
                 "-o - and --json both use standard output: write the table to a file, such as -o table.csv"
             )
         self.written: list[Path] = []
+        self.options: PictureOptions | None = None
+        if drawing:
+            from gimcli.output.printed import PictureOptions
+
+            self.options = PictureOptions.checked(**drawing)
+            if not self.draws:
+                raise UsageError(
+                    f"--{next(iter(drawing))} changes the picture, but no picture is written: use -o FILE.png"
+                )
 
     @property
     def draws(self) -> bool:
@@ -122,7 +135,7 @@ class Outputs:
 
         if self.draws:
             progress_bar(DRAWING)
-        self.written = write_contents(result.contents(paths))
+        self.written = write_contents(result.contents(paths), self.options)
 
     def finish(self, found: Found, show: Callable[[Found], None]) -> None:
         """Print the report, or its JSON object; exit with 5 if a part is missing."""

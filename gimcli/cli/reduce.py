@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gimcli.cli.arguments import INPUTS, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Steps
+from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 if TYPE_CHECKING:
     from gimcli.dynamics.flywheel import Flywheel
@@ -24,6 +25,7 @@ EXAMPLES = (
 FLYWHEEL = "Flywheel"
 
 
+@with_picture_options
 def command(
     model: ModelPath = MODEL,
     steps: Steps = 360,
@@ -45,6 +47,7 @@ def command(
     out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
+    drawing: Drawing = NO_OPTIONS,
 ) -> None:
     """Reduce a mechanism to one input."""
     from gimcli.cli.console import note, note_point_masses
@@ -52,7 +55,7 @@ def command(
     from gimcli.cli.progress import progress_bar
     from gimcli.library.reduce import ReduceResult, reduce
 
-    outputs = Outputs(ReduceResult, model, out, writes=True, picture=png, as_json=as_json)
+    outputs = Outputs(ReduceResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
     mechanism = outputs.loaded(assembly)
     note_point_masses(mechanism)
     found = reduce(

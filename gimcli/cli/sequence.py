@@ -22,6 +22,7 @@ from gimcli.cli.arguments import (
     Tolerance,
     pairs,
 )
+from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 if TYPE_CHECKING:
     from gimcli.gim.report import SequenceGroupReport
@@ -34,6 +35,7 @@ HELP = (
 EXAMPLES = ("gim sequence models/double_butterfly.yaml --explain",)
 
 
+@with_picture_options
 def command(
     model: ModelPath = MODEL,
     at: At = NONE,
@@ -46,13 +48,14 @@ def command(
     out: Out = NONE,
     png: PngFile = None,
     as_json: Json = False,
+    drawing: Drawing = NO_OPTIONS,
 ) -> None:
     """Find and print the sequence."""
     from gimcli.cli.outputs import Outputs
     from gimcli.library.sequence import SequenceResult, sequence
 
     inputs = pairs(at)
-    outputs = Outputs(SequenceResult, model, out, png=png, as_json=as_json)
+    outputs = Outputs(SequenceResult, model, out, png=png, as_json=as_json, drawing=drawing)
     found = sequence(outputs.loaded(assembly, inputs), inputs, strategy=strategy.value, tolerance=tolerance)
     outputs.write(found)
     outputs.finish(found, partial(_print, explain))

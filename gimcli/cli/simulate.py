@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gimcli.cli.arguments import INPUTS, MODEL, NONE, OUTPUT, Assembly, Jit, JitOption, Json, ModelPath, Out, Png
+from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.dynamics.integrators import INTEGRATORS
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ def _registered(name: str) -> str:
     return name
 
 
+@with_picture_options
 def command(
     model: ModelPath = MODEL,
     assembly: Assembly = "",
@@ -72,6 +74,7 @@ def command(
     out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
+    drawing: Drawing = NO_OPTIONS,
 ) -> None:  # fmt: skip
     """Simulate."""
     from gimcli.cli.console import note, note_point_masses
@@ -81,7 +84,7 @@ def command(
     from gimcli.library.simulate import SimulateResult, simulate
     from gimcli.output import refuse_repeated
 
-    outputs = Outputs(SimulateResult, model, out, writes=True, picture=png, as_json=as_json)
+    outputs = Outputs(SimulateResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
     mechanism = outputs.loaded(assembly)
     refuse_repeated(column_names(mechanism))
     note_point_masses(mechanism)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out, PngFile
+from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 if TYPE_CHECKING:
     from gimcli.branching.singular_positions import Found
@@ -23,19 +24,21 @@ ALIKE = 1e-6
 """Relative differences between branches below this are rounding: tangents are accurate to half the digits or better."""
 
 
+@with_picture_options
 def command(
     model: ModelPath = MODEL,
     assembly: Assembly = "",
     out: Out = NONE,
     png: PngFile = None,
     as_json: Json = False,
+    drawing: Drawing = NO_OPTIONS,
 ) -> None:
     """Follow the circuits and list the singular positions."""
     from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
     from gimcli.library.singularities import SingularitiesResult, singularities
 
-    outputs = Outputs(SingularitiesResult, model, out, png=png, as_json=as_json)
+    outputs = Outputs(SingularitiesResult, model, out, png=png, as_json=as_json, drawing=drawing)
     found = singularities(outputs.loaded(assembly), progress=progress_bar)
     outputs.write(found)
     outputs.finish(found, _print)

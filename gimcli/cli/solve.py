@@ -27,6 +27,7 @@ from gimcli.cli.arguments import (
     Tolerance,
     pairs,
 )
+from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.cli.velocities import print_velocities
 from gimcli.errors import UsageError
 
@@ -47,6 +48,7 @@ EXAMPLES = (
 RESULTS, START = "Results", "Start"
 
 
+@with_picture_options
 def command(
     model: ModelPath = MODEL,
     at: At = NONE,
@@ -80,6 +82,7 @@ def command(
     csv: CsvFile = None,
     png: PngFile = None,
     as_json: Json = False,
+    drawing: Drawing = NO_OPTIONS,
 ) -> None:  # fmt: skip
     """Solve one position, or all."""
     from gimcli.cli.outputs import Outputs
@@ -96,11 +99,12 @@ def command(
         from gimcli.cli.configurations import solve_all
         from gimcli.library.configurations import ConfigurationsResult
 
-        solve_all(Outputs(ConfigurationsResult, model, out, csv=csv, png=png, as_json=as_json), inputs, tolerance)
+        every_one = Outputs(ConfigurationsResult, model, out, csv=csv, png=png, as_json=as_json, drawing=drawing)
+        solve_all(every_one, inputs, tolerance)
         return
     if assembly and start != "drawn":
         raise UsageError("--assembly gives the initial coordinates: remove --start")
-    outputs = Outputs(SolveResult, model, out, csv=csv, png=png, as_json=as_json)
+    outputs = Outputs(SolveResult, model, out, csv=csv, png=png, as_json=as_json, drawing=drawing)
     found = solve(
         outputs.loaded(assembly, inputs), inputs, method=method.value, strategy=strategy.value, tolerance=tolerance,
         start=start, seed=seed, history=history, velocities=velocities, jit=jit.value, sequence=sequence,

@@ -26,6 +26,7 @@ from gimcli.cli.arguments import (
     Tolerance,
 )
 from gimcli.cli.measures import QUANTITIES, MeasureOption, PlotOption, print_measures, print_ranges
+from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ LIMITS = "Limits and branches"
 EVENTS = 6
 
 
+@with_picture_options
 def command(
     model: ModelPath = MODEL,
     steps: Steps = 360,
@@ -96,6 +98,7 @@ def command(
     out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
+    drawing: Drawing = NO_OPTIONS,
 ) -> None:  # fmt: skip
     """Trace a motion."""
     if "help" in measure:
@@ -105,7 +108,7 @@ def command(
     from gimcli.cli.progress import progress_bar
     from gimcli.library.trace import MotionTraceResult, traced
 
-    outputs = Outputs(MotionTraceResult, model, out, writes=True, picture=png, as_json=as_json)
+    outputs = Outputs(MotionTraceResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
     if plot and not outputs.draws:
         raise UsageError(
             "--plot adds graphs to the picture, but no picture is written: use -o FILE.png, or remove --no-png"

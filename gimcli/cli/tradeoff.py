@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gimcli.cli.arguments import METHOD, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Steps
+from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ HELP = (
 EXAMPLES = ("gim tradeoff models/platform_3rrr.yaml --tolerances 1e-3,1e-6,1e-9 -o results/",)
 
 
+@with_picture_options
 def command(
     model: ModelPath = MODEL,
     assembly: Assembly = "",
@@ -42,6 +44,7 @@ def command(
     out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
+    drawing: Drawing = NO_OPTIONS,
 ) -> None:  # fmt: skip
     """Compare methods."""
     from gimcli.cli.console import note
@@ -50,7 +53,7 @@ def command(
     from gimcli.library.tradeoff import TradeoffResult, tradeoff
 
     chosen = _tolerances(tolerances)
-    outputs = Outputs(TradeoffResult, model, out, writes=True, picture=png, as_json=as_json)
+    outputs = Outputs(TradeoffResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
     found = tradeoff(
         outputs.loaded(assembly),
         steps,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gimcli.cli.arguments import INPUTS, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png
+from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ EXAMPLES = (
 GRID = "Grid"
 
 
+@with_picture_options
 def command(
     model: ModelPath = MODEL,
     assembly: Assembly = "",
@@ -55,6 +57,7 @@ def command(
     out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
+    drawing: Drawing = NO_OPTIONS,
 ) -> None:  # fmt: skip
     """Find a workspace."""
     from gimcli.cli.console import note
@@ -63,7 +66,9 @@ def command(
     from gimcli.library.workspace import WorkspaceResult, workspace
 
     more = [".npz"] if grid else []
-    outputs = Outputs(WorkspaceResult, model, out, writes=True, picture=png, more=more, as_json=as_json)
+    outputs = Outputs(
+        WorkspaceResult, model, out, writes=True, picture=png, more=more, as_json=as_json, drawing=drawing
+    )
     mechanism = outputs.loaded(assembly)
     arrays = outputs.files.of("arrays")
     found = workspace(

@@ -19,6 +19,7 @@ from gimcli.table import Column, Table, labelled
 if TYPE_CHECKING:
     from gimcli.output.destinations import Destinations
     from gimcli.output.picture import Content
+    from gimcli.output.printed import PictureOptions
 
 SHOWN = 10
 """Number of rows of a table that `repr` shows."""
@@ -85,26 +86,40 @@ class Result(Mapping[str, NDArray[Any]]):
         usual = [".csv", *([".png"] if draws and picture else []), *more]
         return destinations(out, f"{stem}.{cls.KIND}" if cls.KIND else stem, usual, known)
 
-    def save(self, *paths: Path | str) -> None:
+    def save(
+        self, *paths: Path | str, size: str | None = None, dpi: int | None = None, title: str | None = None,
+        ghosts: int | str | None = None, style: Path | str | None = None,
+    ) -> None:  # fmt: skip
         """Write files, each in the format of its suffix; each file is written atomically.
 
         Args:
             paths: files with the suffix .csv, .npz, .json, .png, .svg or .pdf; a folder gets the files that the command
                 writes by default.
+            size: width and height of pictures with a unit (mm, cm, in), such as "160x90mm".
+            dpi: resolution of PNG pictures, in dots per inch.
+            title: title of pictures; "" for none.
+            ghosts: largest number of light poses in a picture, or "none".
+            style: a matplotlib style file, or the name of a style of matplotlib, such as "grayscale".
 
         Raises:
-            UsageError: a suffix is unknown, there is nothing to draw, or the model was read from one of the files.
+            UsageError: a suffix is unknown, an option of pictures is invalid, there is nothing to draw, or the model
+                was read from one of the files.
             OutputError: a file cannot be written.
         """
+        from gimcli.output.printed import PictureOptions
+
+        options = PictureOptions.checked(size, dpi, title, ghosts, None if style is None else str(style))
         files = self.destinations(paths, self.mechanism.files[0].stem if self.mechanism.files else "model")
         if files.stdout:
             raise UsageError("-: give the name of a file")
         files.refuse(self.mechanism.files)
+        if options != PictureOptions() and not files.of("picture"):
+            raise UsageError("size, dpi, title, ghosts and style change the picture, but no picture is written")
         contents = self.contents(files.files)
         for path in files.named:
             if contents[path] is None:
                 raise UsageError(f"{path}: there is nothing to draw: {self.headline()}")
-        write_contents(contents)
+        write_contents(contents, options)
 
     def contents(self, paths: Iterable[Path]) -> dict[Path, Any]:
         """Return the content of each file; None if there is nothing to draw."""
@@ -196,13 +211,14 @@ class ByName(Mapping[str, Any]):
         return f"{{{', '.join(f'{name!r}: ...' for name in self._names)}}}"
 
 
-def write_contents(contents: Mapping[Path, Any]) -> list[Path]:
+def write_contents(contents: Mapping[Path, Any], options: PictureOptions | None = None) -> list[Path]:
     """Write the contents of files, except None; return the files that were written."""
-    from gimcli.output import write
+    from gimcli.output import format_of, write
 
     written = [path for path, content in contents.items() if content is not None]
     for path in written:
-        write(contents[path], path)
+        drawn = options is not None and format_of(path).content == "picture"
+        write(options.printed(contents[path]) if options and drawn else contents[path], path)
     return written
 
 

@@ -14,8 +14,8 @@ from gimcli.library.result import ByName, RowsResult
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.motion import Motion
 
-POSES = 6
-"""Number of positions in a picture."""
+POSES = 120
+"""Largest number of positions that a picture chooses from."""
 
 
 class TraceResult(RowsResult):
@@ -69,7 +69,7 @@ class TraceResult(RowsResult):
         """Return the directions of a member (rows,) in the file's angle unit, full turns counted."""
 
     def poses(self, motion: Motion) -> ComplexArray:
-        """Return some positions (poses, nodes) for a picture, evenly spread over the solved rows, in file units."""
+        """Return positions (poses, nodes), evenly spread over the solved rows, in file units; a picture shows some."""
         good = np.flatnonzero(motion.good)
         chosen = good[np.unique(np.linspace(0, len(good), POSES, endpoint=False).astype(int))]
         return self.mechanism.to_file(motion.z[:, chosen].T)

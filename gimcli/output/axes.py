@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray
 from gimcli.output.picture import Picture, Text
-from gimcli.output.style import FONT, INK, LETTER, PAPER, Mark, Pen
+from gimcli.output.style import FONT, LETTER, Mark, Pen
 
 
 def set_up(axes: Any, picture: Picture) -> None:
@@ -21,17 +21,13 @@ def set_up(axes: Any, picture: Picture) -> None:
     if picture.bare:
         axes.set_axis_off()
         return
-    axes.set_xlabel(picture.labels[0], fontsize=FONT + 1, parse_math=False)
-    axes.set_ylabel(picture.labels[1], fontsize=FONT + 1, parse_math=False)
-    axes.tick_params(labelsize=FONT, width=0.6, length=3, direction="in", top=True, right=True)
-    for side in axes.spines.values():
-        side.set_linewidth(0.6)
+    axes.set_xlabel(picture.labels[0], parse_math=False)
+    axes.set_ylabel(picture.labels[1], parse_math=False)
     if picture.logarithmic:
         axes.set_yticks(*_decades(low.imag, high.imag))
     if picture.logarithmic_x:
         axes.set_xticks(*_decades(low.real, high.real))
         axes.set_xticks(_between(low.real, high.real), minor=True)
-        axes.tick_params(which="minor", width=0.4, length=1.8, direction="in", top=True)
 
 
 def _decades(low: float, high: float) -> tuple[NDArray[np.float64], list[str]]:
@@ -69,7 +65,7 @@ def fill(axes: Any, picture: Picture) -> None:
         z = np.array(places)
         axes.plot(z.real, z.imag, scalex=False, scaley=False, **mark_style(mark))
     for text in picture.texts:
-        _write_text(axes, text)
+        _write_text(axes, text, picture.frame.font)
 
 
 def _xy(z: ComplexArray) -> NDArray[np.float64]:
@@ -84,22 +80,25 @@ def mark_style(mark: Mark) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _write_text(axes: Any, text: Text) -> None:
-    ring = {"boxstyle": "circle,pad=0.18", "facecolor": PAPER, "edgecolor": text.color, "linewidth": 0.8}
+def _write_text(axes: Any, text: Text, font: float) -> None:
+    paper = axes.get_facecolor()
+    ring = {"boxstyle": "circle,pad=0.18", "facecolor": paper, "edgecolor": text.color, "linewidth": 0.8}
     axes.text(
-        text.at.real, text.at.imag, text.text, fontsize=text.size, color=text.color, ha="center", va="center_baseline",
-        zorder=10, parse_math=False, bbox=ring if text.ring else None,
+        text.at.real, text.at.imag, text.text, fontsize=text.size * font, color=text.color, ha="center",
+        va="center_baseline", zorder=10, parse_math=False, bbox=ring if text.ring else None,
     )  # fmt: skip
 
 
-def title_lines(title: str, width: float) -> list[str]:
-    """Return the lines of a title that fit into a width [in]."""
-    return textwrap.wrap(title, int(width / (LETTER * (FONT + 2))))
+def title_lines(title: str, width: float, font: float = 1.0) -> list[str]:
+    """Return the lines of a title that fit into a width [in]; `font` is the size of texts, relative to the usual."""
+    return textwrap.wrap(title, max(8, int(width / (LETTER * (FONT + 2) * font))))
 
 
 def write_title(figure: Any, lines: list[str], x: float, y: float) -> None:
     """Write the title of a figure; x, y are the middle of its upper edge, in parts of the figure."""
-    figure.text(x, y, "\n".join(lines), ha="center", va="top", fontsize=FONT + 2, color=INK, parse_math=False)
+    from matplotlib import rcParams
+
+    figure.text(x, y, "\n".join(lines), ha="center", va="top", fontsize=rcParams["figure.titlesize"], parse_math=False)
 
 
 def dash(pen: Pen) -> Any:

@@ -11,7 +11,7 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.output import style, symbols
 from gimcli.output.curves import drawn_runs
 from gimcli.output.labels import Labels
-from gimcli.output.picture import HIGHEST, WIDEST, Frame, Picture
+from gimcli.output.picture import HIGHEST, LAYOUT, WIDEST, Frame, Picture, PictureLayout, composition
 from gimcli.output.pose import draw_ghost, draw_markers, draw_strong
 from gimcli.output.scene import Scene
 from gimcli.output.style import Mark, Pen, curve_pen
@@ -31,21 +31,24 @@ REACH = 0.4
 """A measure's curve is shown up to this distance, in sizes of the drawing, beyond it: centrodes extend to infinity."""
 
 
+@composition
 def motion_picture(
     mechanism: Mechanism, positions: ComplexArray, curves: Mapping[str, ComplexArray], title: str,
-    measured: Mapping[str, ComplexArray] | None = None, areas: Sequence[ComplexArray] = (),
+    measured: Mapping[str, ComplexArray] | None = None, areas: Sequence[ComplexArray] = (), *,
+    layout: PictureLayout = LAYOUT,
 ) -> Picture:  # fmt: skip
     """Return some poses, the first one strong and the others light, the traced curves, and curves of the measures."""
     scene = solved(mechanism, positions)
     traced = [np.asarray(curve, dtype=np.complex128) for curve in curves.values()]
     shown = [scene.extent(), *traced] if scene else traced
     more = {name: _within(curve, shown) for name, curve in (measured or {}).items()}
-    picture = plot(mechanism, title, [*shown, *more.values(), *(np.ravel(area) for area in areas)])
+    everything = [*shown, *more.values(), *(np.ravel(area) for area in areas)]
+    picture = plot(mechanism, title, everything, layout)
     if areas:
         picture.area(style.SWEPT, *areas)
         picture.legend.append(("area swept", Pen(7.0, style.SWEPT.face)))
     if scene:
-        for pose in range(1, len(scene.poses)):
+        for pose in light_poses(len(scene.poses), layout.ghosts):
             draw_ghost(picture, scene, pose)
         draw_strong(picture, scene)
     _draw_curves(picture, dict(zip(curves, traced, strict=True)) | more)
@@ -66,16 +69,22 @@ def _within(curve: ComplexArray, shown: Sequence[ComplexArray]) -> ComplexArray:
     return np.where(outside, complex(np.nan, np.nan), curve)
 
 
+def light_poses(poses: int, most: int) -> list[int]:
+    """Return the numbers of poses that are drawn light: at most `most`, evenly spread behind the first."""
+    return sorted({round(k * poses / (most + 1)) for k in range(1, most + 1)} - {0, poses})
+
+
+@composition
 def position_picture(
     mechanism: Mechanism, position: ComplexArray, title: str, points: Mapping[str, complex],
-    arrows: Sequence[Arrows] = (),
+    arrows: Sequence[Arrows] = (), *, layout: PictureLayout = LAYOUT,
 ) -> Picture:  # fmt: skip
     """Return one pose with the names of its nodes and points, and vectors at them."""
     scene = solved(mechanism, position)
     named = np.array(list(points.values()), dtype=np.complex128)
     shown = [np.ravel(position), named, *([scene.extent()] if scene else [])]
     field = Field(arrows, np.concatenate(shown))
-    picture = plot(mechanism, title, [*shown, field.extent()])
+    picture = plot(mechanism, title, [*shown, field.extent()], layout)
     own = {point.name for point in mechanism.points} if scene else set()
     picture.mark(style.TRACER, *(z for name, z in points.items() if name not in own and np.isfinite(z)))
     if scene:
@@ -87,10 +96,13 @@ def position_picture(
     return picture
 
 
-def sequence_picture(mechanism: Mechanism, position: ComplexArray, steps: Sequence[Step], title: str) -> Picture:
+@composition
+def sequence_picture(
+    mechanism: Mechanism, position: ComplexArray, steps: Sequence[Step], title: str, *, layout: PictureLayout = LAYOUT
+) -> Picture:
     """Return one pose with a numbered arrow for each step, from the nodes of the constraint to the moved node."""
     scene = solved(mechanism, position)
-    picture = plot(mechanism, title, [np.ravel(position), *([scene.extent()] if scene else [])])
+    picture = plot(mechanism, title, [np.ravel(position), *([scene.extent()] if scene else [])], layout)
     if not scene:
         return picture
     draw_strong(picture, scene)
@@ -131,9 +143,9 @@ def solved(mechanism: Mechanism, positions: ComplexArray) -> Scene | None:
     return Scene(mechanism, poses) if len(poses) else None
 
 
-def plot(mechanism: Mechanism, title: str, shown: Sequence[ComplexArray]) -> Picture:
+def plot(mechanism: Mechanism, title: str, shown: Sequence[ComplexArray], layout: PictureLayout = LAYOUT) -> Picture:
     """Return an empty picture with equal axes around the given points."""
-    frame = Frame.around(np.concatenate([*shown, np.zeros(0, dtype=np.complex128)]))
+    frame = Frame.around(np.concatenate([*shown, np.zeros(0, dtype=np.complex128)]), layout)
     return Picture(title, frame, length_labels(mechanism))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from gimcli.mechanism import ComplexArray
 from gimcli.output.curves import drawn_runs
 from gimcli.output.panels import panel
-from gimcli.output.picture import WIDEST, Frame, Picture, Sheet
+from gimcli.output.picture import LAYOUT, WIDEST, Frame, Picture, PictureLayout, Sheet, composition
 from gimcli.output.style import DOT, SOFT, Pen, curve_pen
 from gimcli.table import Table
 
@@ -22,9 +22,10 @@ def forces_sheet(efforts: Mapping[str, Table], shaking: ComplexArray, title: str
     return Sheet(title, (*panels, _hodograph(shaking)))
 
 
-def _hodograph(shaking: ComplexArray) -> Picture:
+@composition
+def _hodograph(shaking: ComplexArray, *, layout: PictureLayout = LAYOUT) -> Picture:
     """Return the curve of the tip of the force on the frame, with a mark at its start."""
-    frame = Frame.around(np.concatenate((shaking, [0.0j])))
+    frame = Frame.around(np.concatenate((shaking, [0.0j])), layout)
     picture = Picture("", frame, ("shaking force x [N]", "shaking force y [N]"))
     picture.stroke(AXIS, [complex(frame.low.real, 0.0), complex(frame.high.real, 0.0)])
     picture.stroke(AXIS, [complex(0.0, frame.low.imag), complex(0.0, frame.high.imag)])

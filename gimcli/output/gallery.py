@@ -11,10 +11,11 @@ from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output.axes import fill, set_up, title_lines, write_title
 from gimcli.output.drawing import length_labels
 from gimcli.output.labels import Labels
-from gimcli.output.picture import Frame, Gallery, Picture
+from gimcli.output.picture import LAYOUT, Frame, Gallery, Picture, PictureLayout, composition
 from gimcli.output.pose import draw_markers, draw_strong
 from gimcli.output.scene import Scene
-from gimcli.output.style import DPI, FONT, LEFT, LINE, PAPER, RIGHT, TOP
+from gimcli.output.sizes import title_height
+from gimcli.output.style import LEFT, LINE, RIGHT, TOP
 
 NAMED = 6
 """Largest number of panels in which the nodes are named."""
@@ -24,9 +25,6 @@ WIDTH, HIGHEST = 9.6, 3.4
 
 NARROWEST, WIDEST = 2.3, 3.4
 """Limits of the width of a panel [in]; the size of symbols does not depend on it."""
-
-FINE = 85
-"""Lowest resolution [dpi], for large sheets of many panels."""
 
 BORDER = 0.4
 """Space for symbols inside a panel [in]."""
@@ -41,12 +39,15 @@ FOOT = 0.5
 """Space below the last row for the numbers and the name of the axis [in]."""
 
 
-def gallery_picture(mechanism: Mechanism, positions: ComplexArray, titles: Sequence[str], title: str) -> Gallery:
+@composition
+def gallery_picture(
+    mechanism: Mechanism, positions: ComplexArray, titles: Sequence[str], title: str, *, layout: PictureLayout = LAYOUT
+) -> Gallery:
     """Return the panels of positions (panels, nodes), each with its title."""
     scenes = [Scene(mechanism, z[None, :]) for z in positions]
     columns = _columns(len(scenes))
     extents = [s.extent() for s in scenes] + [positions.ravel()]
-    frame = _window(np.concatenate(extents), float(np.clip(WIDTH / columns - GAP, NARROWEST, WIDEST)))
+    frame = _window(np.concatenate(extents), columns, layout)
     labels = length_labels(mechanism)
     panels = []
     for scene, name in zip(scenes, titles, strict=True):
@@ -66,39 +67,48 @@ def _columns(count: int) -> int:
     return next((c for c in range(1, 6) if count <= c * c), 6)
 
 
-def _window(points: ComplexArray, width: float) -> Frame:
-    """Return the window around some points with equal axes and at most the given width [in]."""
-    around = Frame.around(points)
+def _window(points: ComplexArray, columns: int, layout: PictureLayout) -> Frame:
+    """Return the window around some points with equal axes, for panels in a number of columns."""
+    if layout.fills:
+        return Frame.around(points, layout)
+    width = float(np.clip(WIDTH / columns - GAP, NARROWEST, WIDEST))
     low, high = complex(points.real.min(), points.imag.min()), complex(points.real.max(), points.imag.max())
     span = high - low
     per_inch = max(span.real / (width - 2 * BORDER), span.imag / (HIGHEST - 2 * BORDER))
     if not per_inch > 0.0:
-        return around
+        return Frame.around(points, layout)
     height = min(max(span.imag / per_inch + 2 * BORDER, 0.45 * width), HIGHEST)
     half, centre = complex(width, height) * per_inch / 2, (low + high) / 2
-    return Frame(centre - half, centre + half, width, height)
+    return Frame(centre - half, centre + half, width, height, layout.font)
 
 
-def gallery_figure(gallery: Gallery) -> Any:
+def panel_size(gallery: Gallery, size: tuple[float, float], font: float) -> tuple[float, float]:
+    """Return the width and height [in] of the panels' axes in a figure of a size [in]."""
+    rows = -(-len(gallery.panels) // gallery.columns)
+    width = (size[0] - LEFT * font - RIGHT) / gallery.columns - GAP
+    top = TOP + title_height(gallery.title, size[0], font)
+    return width, (size[1] - top - FOOT * font) / rows - HEAD * font
+
+
+def gallery_figure(gallery: Gallery, size: tuple[float, float] | None = None) -> Any:
     """Return the matplotlib figure of a gallery; only the left and the lowest panels have numbers at their axes."""
     from matplotlib.figure import Figure
 
     columns, frame = gallery.columns, gallery.panels[0].frame
-    rows = -(-len(gallery.panels) // columns)
-    width = LEFT + columns * (frame.width + GAP) + RIGHT
-    lines = title_lines(gallery.title, width) or [""]
-    top = TOP + len(lines) * LINE
-    height = top + rows * (frame.height + HEAD) + FOOT
-    dpi = max(FINE, min(DPI, DPI * (WIDTH + LEFT + RIGHT) / width))
-    figure = Figure((width, height), dpi=dpi, facecolor=PAPER)
+    rows, font = -(-len(gallery.panels) // columns), frame.font
+    width = size[0] if size else LEFT * font + columns * (frame.width + GAP) + RIGHT
+    lines = title_lines(gallery.title, width, font)
+    top = TOP + len(lines) * LINE * font
+    height = size[1] if size else top + rows * (frame.height + HEAD * font) + FOOT * font
+    figure = Figure((width, height))
     for k, panel in enumerate(gallery.panels):
         row, column = divmod(k, columns)
-        left = LEFT + column * (frame.width + GAP)
-        bottom = height - top - (row + 1) * (frame.height + HEAD)
+        left = LEFT * font + column * (frame.width + GAP)
+        bottom = height - top - (row + 1) * (frame.height + HEAD * font)
         axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
         set_up(axes, panel)
         fill(axes, panel)
-        axes.set_title(panel.title, fontsize=FONT, pad=3.0, parse_math=False)
+        axes.set_title(panel.title, pad=3.0, parse_math=False)
         if column:
             axes.set(ylabel="", yticklabels=[])
         if k + columns < len(gallery.panels):

@@ -9,13 +9,14 @@ from gimcli.output.atomic import written_bytes
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
+    from gimcli.output.printed import Printed
 
 
-def write_pdf(picture: Content, path: Path | str) -> None:
+def write_pdf(picture: Content | Printed, path: Path | str) -> None:
     """Write a picture as a PDF file with one page; the same picture always gives the same bytes."""
     from matplotlib.backends.backend_pdf import FigureCanvasPdf
 
-    from gimcli.output.figure import canvas_of, quiet
+    from gimcli.output.figure import drawn
 
-    with written_bytes(path) as handle, quiet():
-        canvas_of(FigureCanvasPdf, picture).print_pdf(handle, metadata={"CreationDate": None})
+    with written_bytes(path) as handle, drawn(FigureCanvasPdf, picture) as canvas:
+        canvas.print_pdf(handle, metadata={"CreationDate": None})

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
@@ -17,8 +19,25 @@ WIDEST, HIGHEST, LEAST = 5.9, 5.4, 2.7
 """Largest width, largest height and smallest side of the axes [in]."""
 
 
+GHOSTS = 3
+"""Number of light poses beside the first one."""
+
 Key = Pen | Mark | tuple[Pen, Mark]
 """The line or mark beside a name in the legend."""
+
+
+@dataclass(frozen=True)
+class PictureLayout:
+    """What the composition of a picture depends on, besides its content: symbols and texts keep their size [pt]."""
+
+    width: float = WIDEST  # largest width of the axes [in]
+    height: float = HIGHEST  # largest height of the axes [in]
+    fills: bool = False  # the axes have exactly this size; otherwise they are as small as the content allows
+    font: float = 1.0  # size of the texts, relative to the usual one
+    ghosts: int = GHOSTS  # largest number of light poses
+
+
+LAYOUT = PictureLayout()
 
 
 @dataclass(frozen=True)
@@ -29,22 +48,26 @@ class Frame:
     high: complex  # upper right corner, data
     width: float  # in
     height: float  # in
+    font: float = 1.0  # size of the texts, relative to the usual one
 
     @classmethod
-    def around(cls, points: ComplexArray) -> Frame:
+    def around(cls, points: ComplexArray, layout: PictureLayout = LAYOUT) -> Frame:
         """Return the window with equal axes around some points; points that are not finite are ignored."""
         finite = points[np.isfinite(points)]
         z = finite if len(finite) else np.array([0.0, 1.0 + 1.0j])
         low, high = complex(z.real.min(), z.imag.min()), complex(z.real.max(), z.imag.max())
         span = high - low
-        per_inch = max(span.real / (WIDEST - 2 * MARGIN), span.imag / (HIGHEST - 2 * MARGIN))
+        margin = min(MARGIN, 0.2 * min(layout.width, layout.height))
+        per_inch = max(span.real / (layout.width - 2 * margin), span.imag / (layout.height - 2 * margin))
         if per_inch <= 1e-12 * max(abs(low), abs(high)) or per_inch == 0.0:
-            per_inch = max(abs(low), 1.0) / WIDEST
-        width = max(span.real / per_inch + 2 * MARGIN, LEAST)
-        height = max(span.imag / per_inch + 2 * MARGIN, LEAST)
+            per_inch = max(abs(low), 1.0) / layout.width
+        width, height = layout.width, layout.height
+        if not layout.fills:
+            width = max(span.real / per_inch + 2 * margin, LEAST)
+            height = max(span.imag / per_inch + 2 * margin, LEAST)
         half = complex(width, height) * per_inch / 2
         centre = (low + high) / 2
-        return cls(centre - half, centre + half, width, height)
+        return cls(centre - half, centre + half, width, height, layout.font)
 
     @property
     def point(self) -> float:
@@ -78,6 +101,8 @@ class Picture:
     marks: dict[Mark, list[complex]] = field(default_factory=dict)
     texts: list[Text] = field(default_factory=list)
     legend: list[tuple[str, Key]] = field(default_factory=list)
+    again: Callable[[PictureLayout], Picture] | None = field(default=None, repr=False, compare=False)
+    """Compose the picture in another layout; None for graphs, whose frame may have any size."""
 
     def stroke(self, pen: Pen, *paths: ComplexArray | Iterable[complex]) -> None:
         """Add open polylines."""
@@ -107,10 +132,35 @@ class Gallery:
     title: str
     panels: tuple[Picture, ...]
     columns: int
+    again: Callable[[PictureLayout], Gallery] | None = field(default=None, repr=False, compare=False)
 
 
 Content = Picture | Sheet | Gallery
 """The content of a picture file."""
+
+
+Arguments = ParamSpec("Arguments")
+Composed = TypeVar("Composed", Picture, Gallery)
+
+
+def composition(compose: Callable[Arguments, Composed]) -> Callable[Arguments, Composed]:
+    """Keep with a picture how it is composed in another layout (decorator).
+
+    `compose` has a keyword argument `layout`.
+    """
+
+    @wraps(compose)
+    def composed(*given: Arguments.args, **named: Arguments.kwargs) -> Composed:
+        return cast(Composed, _repeatable(compose, given, named))
+
+    return composed
+
+
+def _repeatable(compose: Any, given: tuple[Any, ...], named: dict[str, Any]) -> Any:
+    def again(layout: PictureLayout) -> Any:
+        return _repeatable(compose, given, {**named, "layout": layout})
+
+    return replace(compose(*given, **named), again=again)
 
 
 def _array(path: ComplexArray | Iterable[complex]) -> ComplexArray:

@@ -9,13 +9,14 @@ from gimcli.output.atomic import written_bytes
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
+    from gimcli.output.printed import Printed
 
 
-def write_png(picture: Content, path: Path | str) -> None:
+def write_png(picture: Content | Printed, path: Path | str) -> None:
     """Write a picture as a PNG file."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    from gimcli.output.figure import canvas_of, quiet
+    from gimcli.output.figure import drawn
 
-    with written_bytes(path) as handle, quiet():
-        canvas_of(FigureCanvasAgg, picture).print_png(handle)
+    with written_bytes(path) as handle, drawn(FigureCanvasAgg, picture) as canvas:
+        canvas.print_png(handle)

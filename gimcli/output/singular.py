@@ -11,13 +11,10 @@ from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output.curves import drawn_runs
 from gimcli.output.drawing import plot
 from gimcli.output.labels import Labels
-from gimcli.output.picture import Picture
+from gimcli.output.picture import LAYOUT, Picture, PictureLayout, composition
 from gimcli.output.pose import draw_ghost, draw_markers, draw_strong
 from gimcli.output.scene import Scene
 from gimcli.output.style import INK, Mark, Pen, curve_pen
-
-POSES = 6
-"""Largest number of positions that are drawn with their members."""
 
 MARKS = {
     "change point": Mark("s", 7.0, width=1.4, layer=9),
@@ -39,13 +36,15 @@ class Shown:
     at: tuple[complex, ...]  # places of its marks
 
 
+@composition
 def singular_picture(
-    mechanism: Mechanism, shown: Sequence[Shown], curves: Mapping[str, ComplexArray], title: str
-) -> Picture:
+    mechanism: Mechanism, shown: Sequence[Shown], curves: Mapping[str, ComplexArray], title: str, *,
+    layout: PictureLayout = LAYOUT,
+) -> Picture:  # fmt: skip
     """Return the first position strong, some others light, and a numbered mark for each."""
-    poses = _chosen(shown)
+    poses = _chosen(shown, layout.ghosts + 1)
     scene = Scene(mechanism, np.array([s.pose for s in poses])) if poses else None
-    picture = plot(mechanism, title, [*curves.values(), *([scene.extent()] if scene else [])])
+    picture = plot(mechanism, title, [*curves.values(), *([scene.extent()] if scene else [])], layout)
     if scene:
         for pose in range(1, len(scene.poses)):
             draw_ghost(picture, scene, pose)
@@ -60,11 +59,11 @@ def singular_picture(
     return picture
 
 
-def _chosen(shown: Sequence[Shown]) -> list[Shown]:
+def _chosen(shown: Sequence[Shown], most: int) -> list[Shown]:
     """Return the positions that are drawn with their members, in the order of the kinds in `MARKS`."""
     order = list(MARKS)
     ranked = sorted(shown, key=lambda s: order.index(s.kind))
-    return ranked[:POSES]
+    return ranked[:most]
 
 
 def _mark(picture: Picture, shown: Sequence[Shown]) -> None:

@@ -15,7 +15,11 @@ PAPER = "white"
 FONT = 8.0
 """Size of ordinary text [pt]."""
 
-DPI = 110
+DPI = 150
+"""Lowest resolution of a picture."""
+
+PIXELS = 1000
+"""Least width of a picture [pixels]: narrow pictures have a higher resolution."""
 
 LEFT, RIGHT, BOTTOM, TOP = 0.85, 0.3, 0.5, 0.2
 """Borders around the axes [in]."""
@@ -94,7 +98,7 @@ STEP_ARROW = Pen(0.9, "#20508c", layer=7)
 STEP_SECOND = Pen(0.8, "#20508c", (1.0, 1.8), layer=7)
 STEP_HEAD = Fill("#20508c", "#20508c", 0.3, layer=7)
 
-_COLOURS = ("#a50f15", "#20508c", "#20713a", "#6a3d9a")
+PALETTE = ("#a50f15", "#20508c", "#20713a", "#6a3d9a")
 _DASHES: tuple[tuple[float, ...], ...] = (
     (), (5.0, 2.0), (1.2, 1.5), (7.0, 1.8, 1.2, 1.8), (10.0, 2.5), (3.0, 1.2, 1.2, 1.2, 1.2, 1.2),
 )  # fmt: skip
@@ -104,4 +108,4 @@ _WEIGHTS = (1.5, 0.8, 2.4)
 def curve_pen(index: int) -> Pen:
     """Return the pen of the index-th curve; colour, dash and width change together."""
     weight = _WEIGHTS[index // len(_DASHES) % len(_WEIGHTS)]
-    return Pen(weight, _COLOURS[index % len(_COLOURS)], _DASHES[index % len(_DASHES)], layer=7)
+    return Pen(weight, PALETTE[index % len(PALETTE)], _DASHES[index % len(_DASHES)], layer=7)

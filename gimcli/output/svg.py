@@ -10,17 +10,17 @@ from gimcli.output.atomic import written_text
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
+    from gimcli.output.printed import Printed
 
 
-def write_svg(picture: Content, path: Path | str) -> None:
+def write_svg(picture: Content | Printed, path: Path | str) -> None:
     """Write a picture as an SVG file; the same picture always gives the same bytes."""
-    import matplotlib
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
-    from gimcli.output.figure import canvas_of, quiet
+    from gimcli.output.figure import drawn
 
     text = io.StringIO()
-    with quiet(), matplotlib.rc_context({"svg.hashsalt": "gim"}):
-        canvas_of(FigureCanvasSVG, picture).print_svg(text, metadata={"Date": None})
+    with drawn(FigureCanvasSVG, picture) as canvas:
+        canvas.print_svg(text, metadata={"Date": None})
     with written_text(path) as handle:
         handle.write(text.getvalue())

@@ -9,7 +9,7 @@ import numpy as np
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.output.drawing import plot, solved
 from gimcli.output.labels import Labels
-from gimcli.output.picture import Picture
+from gimcli.output.picture import LAYOUT, Picture, PictureLayout, composition
 from gimcli.output.pose import draw_strong
 from gimcli.output.scene import Scene
 from gimcli.output.style import INK, PAPER, TRACER, Fill, Pen
@@ -30,9 +30,11 @@ CELLS = 110
 """Number of cells along the longer side."""
 
 
+@composition
 def workspace_picture(
     mechanism: Mechanism, pose: ComplexArray | None, curves: Mapping[str, Sequence[ComplexArray]],
-    point: tuple[str, complex | None], density: ComplexArray | None, title: str,
+    point: tuple[str, complex | None], density: ComplexArray | None, title: str, *,
+    layout: PictureLayout = LAYOUT,
 ) -> Picture:  # fmt: skip
     """Return the region between the curves of each kind, and a pose (nodes,), in the file's units.
 
@@ -43,7 +45,7 @@ def workspace_picture(
     shown += [scene.extent()] if scene else []
     shown += [density] if density is not None else []
     shown += [np.array([point[1]])] if point[1] is not None else []
-    picture = plot(mechanism, title, shown)
+    picture = plot(mechanism, title, shown, layout)
     if density is not None:
         _draw_density(picture, density)
     else:
@@ -58,14 +60,15 @@ def workspace_picture(
     return picture
 
 
+@composition
 def path_picture(
     mechanism: Mechanism, pose: ComplexArray | None, paths: Sequence[ComplexArray], point: tuple[str, complex | None],
-    title: str,
+    title: str, *, layout: PictureLayout = LAYOUT,
 ) -> Picture:  # fmt: skip
     """Return the paths of a point that one input moves, that of the drawn configuration first, and a pose (nodes,)."""
     scene = None if pose is None else solved(mechanism, pose)
     shown = [*paths, *([scene.extent()] if scene else [])]
-    picture = plot(mechanism, title, shown)
+    picture = plot(mechanism, title, shown, layout)
     for pen, name, group in (
         (PENS["outer"], "path of the initial configuration", paths[:1]),
         (PENS["inner"], "paths of other configurations", paths[1:]),

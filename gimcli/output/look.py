@@ -1,0 +1,211 @@
+"""The look of pictures: matplotlib settings, our own ones and those of a style file or a named style."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from gimcli.errors import UsageError
+from gimcli.output.picture import Content, Gallery, Key, Picture, Sheet
+from gimcli.output.style import FONT, INK, PALETTE, PAPER, Fill, Mark, Pen
+
+IGNORED = (
+    "backend", "backend_fallback", "figure.autolayout", "figure.constrained_layout.use", "interactive", "text.usetex",
+    "toolbar",
+)  # fmt: skip
+"""Settings of a style that have no effect: names are written as they are, not as TeX; axes are placed by `sizes`."""
+
+LONGEST = 120
+"""Largest number of letters that are shown of an error in a style file."""
+
+WIDTH = 1.5
+"""The `lines.linewidth` of matplotlib for which curves have our usual widths [pt]."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """Settings of matplotlib (rcParams) that replace ours."""
+
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def font(self) -> float:
+        """Size of the texts, relative to the usual one."""
+        return float(self.settings.get("font.size", FONT)) / FONT
+
+    @property
+    def size(self) -> tuple[float, float] | None:
+        """Size of the whole picture [in], if the style has one."""
+        found = self.settings.get("figure.figsize")
+        return None if found is None else (float(found[0]), float(found[1]))
+
+    @property
+    def dpi(self) -> float | None:
+        """Resolution, if the style has one."""
+        found = self.settings.get("savefig.dpi")
+        return float(found) if isinstance(found, int | float) else None
+
+
+PLAIN = Look()
+
+
+def read_look(style: str) -> Look:
+    """Return the look of a matplotlib style file, or of a style that matplotlib knows by name.
+
+    Raises:
+        UsageError: there is no such file or style, or the file has errors.
+    """
+    import matplotlib
+    import matplotlib.style
+
+    library = matplotlib.style.library
+    if style in library:
+        return Look(_used(library[style]))
+    path = Path(style)
+    if not path.is_file():
+        raise UsageError(_unknown(style, list(library)))
+    errors: list[str] = []
+    try:
+        with _collected(errors):
+            found = matplotlib.rc_params_from_file(str(path), use_default_template=False)
+    except (OSError, UnicodeDecodeError) as error:
+        raise UsageError(f"style: {style} cannot be read: {error}") from None
+    if errors:
+        raise UsageError(f"style: {style} is not a matplotlib style file: {errors[0]}")
+    return Look(_used(found))
+
+
+def _used(found: Any) -> dict[str, Any]:
+    return {name: value for name, value in found.items() if name not in IGNORED}
+
+
+def _unknown(style: str, names: list[str]) -> str:
+    from difflib import get_close_matches
+
+    shown = sorted(name for name in names if not name.startswith("_"))
+    near = get_close_matches(style, shown, 1)
+    return f"style: no file or matplotlib style '{style}'; " + (
+        f"did you mean {near[0]}?" if near else f"styles: {', '.join(shown)}"
+    )
+
+
+@contextmanager
+def _collected(texts: list[str]) -> Iterator[None]:
+    """Append matplotlib's warnings about a style file to a list, in place of printing them (context manager)."""
+
+    class Collect(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            texts.append(record.getMessage().strip().splitlines()[0][:LONGEST])
+
+    logger, handler = logging.getLogger("matplotlib"), Collect()
+    logger.addHandler(handler)
+    before, logger.propagate = logger.propagate, False
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.propagate = before
+
+
+def settings_of(look: Look) -> Any:
+    """Return our settings of matplotlib, replaced by those of a look."""
+    size = look.font * FONT
+    return {
+        "svg.hashsalt": "gim", "font.size": size, "axes.labelsize": size * (FONT + 1) / FONT, "axes.titlesize": size,
+        "figure.titlesize": size * (FONT + 2) / FONT, "legend.fontsize": size,
+        "text.color": INK, "figure.facecolor": PAPER, "axes.facecolor": PAPER, "axes.linewidth": 0.6,
+        **{
+            f"{axis}tick.{name}": value
+            for axis, far in (("x", "top"), ("y", "right"))
+            for name, value in {
+                "labelsize": size, "direction": "in", far: True, "major.width": 0.6, "major.size": 3.0,
+                "minor.width": 0.4, "minor.size": 1.8,
+            }.items()
+        },
+        **look.settings,
+    }  # fmt: skip
+
+
+def dressed(content: Content, look: Look) -> Content:
+    """Return a content in the colours of a look.
+
+    Curves take the colours of `axes.prop_cycle` and widths in proportion to `lines.linewidth`. Greys are mixed from
+    `text.color`, in place of black, and `axes.facecolor`, in place of white.
+    """
+    if not look.settings:
+        return content
+    paint = _Paint(look)
+    if isinstance(content, Sheet):
+        return replace(content, pictures=tuple(paint.picture(one) for one in content.pictures))
+    if isinstance(content, Gallery):
+        return replace(content, panels=tuple(paint.picture(one) for one in content.panels))
+    return paint.picture(content)
+
+
+class _Paint:
+    """Replaces colours and widths."""
+
+    def __init__(self, look: Look) -> None:
+        from matplotlib.colors import to_hex, to_rgb
+
+        settings = look.settings
+        cycle = settings["axes.prop_cycle"].by_key().get("color", []) if "axes.prop_cycle" in settings else []
+        self.curves = {own: to_hex(cycle[k % len(cycle)]) for k, own in enumerate(PALETTE)} if cycle else {}
+        self.ink = to_rgb(settings.get("text.color", INK))
+        self.paper = to_rgb(settings.get("axes.facecolor", PAPER))
+        self.width = float(settings.get("lines.linewidth", WIDTH)) / WIDTH
+        self._hex, self._rgb = to_hex, to_rgb
+
+    def color(self, color: str) -> str:
+        """Return the colour that replaces one of ours."""
+        if color in self.curves or color == "none":
+            return self.curves.get(color, color)
+        red, green, blue = self._rgb(color)
+        if not red == green == blue:
+            return color
+        dark, light = self._rgb(INK)[0], self._rgb(PAPER)[0]
+        part = (red - dark) / (light - dark)
+        mixed: Any = [min(1.0, max(0.0, a + part * (b - a))) for a, b in zip(self.ink, self.paper, strict=True)]
+        return str(self._hex(tuple(mixed)))
+
+    def pen(self, pen: Pen) -> Pen:
+        """Return a pen with other colour and width."""
+        width = pen.width * self.width if pen.color in PALETTE else pen.width
+        return replace(pen, color=self.color(pen.color), width=width)
+
+    def area(self, fill: Fill) -> Fill:
+        """Return a fill with other colours."""
+        return replace(fill, face=self.color(fill.face), edge=self.color(fill.edge))
+
+    def mark(self, mark: Mark) -> Mark:
+        """Return a mark with other colours."""
+        return replace(mark, face=self.color(mark.face), edge=self.color(mark.edge))
+
+    def key(self, key: Key) -> Key:
+        """Return a key of the legend with other colours."""
+        if isinstance(key, tuple):
+            return self.pen(key[0]), self.mark(key[1])
+        return self.mark(key) if isinstance(key, Mark) else self.pen(key)
+
+    def picture(self, picture: Picture) -> Picture:
+        """Return a picture with other colours and widths."""
+        return replace(
+            picture,
+            strokes=_joined((self.pen(pen), paths) for pen, paths in picture.strokes.items()),
+            areas=_joined((self.area(fill), areas) for fill, areas in picture.areas.items()),
+            marks=_joined((self.mark(mark), places) for mark, places in picture.marks.items()),
+            texts=[replace(text, color=self.color(text.color)) for text in picture.texts],
+            legend=[(name, self.key(key)) for name, key in picture.legend],
+        )
+
+
+def _joined(pairs: Any) -> Any:
+    """Return a dict of lists; the lists of equal keys are joined."""
+    found: dict[Any, list[Any]] = {}
+    for key, values in pairs:
+        found.setdefault(key, []).extend(values)
+    return found

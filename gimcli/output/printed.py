@@ -1,0 +1,110 @@
+"""How a picture is printed: its size on paper, resolution, title, number of light poses, and look."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+
+from gimcli.errors import UsageError
+from gimcli.output.fitting import fitted, recomposed
+from gimcli.output.look import PLAIN, Look, dressed, read_look
+from gimcli.output.picture import GHOSTS, LAYOUT, Content, Sheet
+
+UNITS = {"mm": 1 / 25.4, "cm": 1 / 2.54, "in": 1.0}
+"""Units of the size [in]."""
+
+LEAST, GREATEST = 1.0, 60.0
+"""Smallest and largest side of a picture [in]."""
+
+COARSEST, FINEST = 20, 2400
+"""Lowest and highest resolution [dpi]."""
+
+PIXELS = 30_000
+"""Largest number of pixels along a side."""
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A picture with its size on paper, resolution and look; None is the usual size or resolution."""
+
+    content: Content
+    size: tuple[float, float] | None = None  # width and height [in]
+    dpi: float | None = None
+    look: Look = PLAIN
+
+
+@dataclass(frozen=True)
+class PictureOptions:
+    """The options of pictures; the defaults leave a picture as it is."""
+
+    size: tuple[float, float] | None = None  # width and height [in]
+    dpi: int | None = None
+    title: str | None = None  # "" for none
+    ghosts: int = GHOSTS
+    look: Look = PLAIN
+
+    @classmethod
+    def checked(
+        cls, size: str | None = None, dpi: int | None = None, title: str | None = None,
+        ghosts: int | str | None = None, style: str | None = None,
+    ) -> PictureOptions:  # fmt: skip
+        """Return the options; None is the default of each.
+
+        Args:
+            size: width and height of the whole picture, such as "160x90mm"; units are mm, cm and in.
+            dpi: dots per inch, 20 to 2400.
+            title: text above the picture; "" for no title.
+            ghosts: largest number of light poses, or "none".
+            style: a matplotlib style file, or the name of one of matplotlib's styles.
+
+        Raises:
+            UsageError: an invalid option.
+        """
+        look = PLAIN if style is None else read_look(style)
+        found = cls(_size(size) or look.size, _dpi(dpi), title, _ghosts(ghosts), look)
+        if found.size and found.dpi and max(found.size) * found.dpi > PIXELS:
+            raise UsageError(f"dpi: {size} with {dpi} dpi is more than {PIXELS} pixels wide or high")
+        return found
+
+    def printed(self, content: Content) -> Printed:
+        """Return a picture as it is printed with these options."""
+        if self.title is not None:
+            content = _titled(content, self.title)
+        layout = replace(LAYOUT, font=self.look.font, ghosts=self.ghosts)
+        content = recomposed(content, layout) if layout != LAYOUT else content
+        content = fitted(content, self.size, layout) if self.size else content
+        return Printed(dressed(content, self.look), self.size, self.dpi or self.look.dpi, self.look)
+
+
+def _titled(content: Content, title: str) -> Content:
+    """Return a content with another title; below the title of a sheet, pictures have none."""
+    if isinstance(content, Sheet):
+        return replace(content, title=title, pictures=tuple(replace(one, title="") for one in content.pictures))
+    return replace(content, title=title)
+
+
+def _size(text: str | None) -> tuple[float, float] | None:
+    if text is None:
+        return None
+    found = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*[x×]\s*(\d+\.?\d*|\.\d+)\s*(mm|cm|in)\s*", str(text))
+    if not found:
+        raise UsageError(f"size: expected width x height with a unit (mm, cm, in), such as 160x90mm, got '{text}'")
+    width, height = (float(found[k]) * UNITS[found[3]] for k in (1, 2))
+    if min(width, height) < LEAST or max(width, height) > GREATEST:
+        raise UsageError(f"size: expected sides from {LEAST:g} to {GREATEST:g} in, got '{text}'")
+    return width, height
+
+
+def _dpi(dpi: int | None) -> int | None:
+    if dpi is not None and not COARSEST <= dpi <= FINEST:
+        raise UsageError(f"dpi: expected a number from {COARSEST} to {FINEST}, got {dpi}")
+    return dpi
+
+
+def _ghosts(given: int | str | None) -> int:
+    text = str(GHOSTS if given is None else given)
+    if text == "none":
+        return 0
+    if not re.fullmatch(r"\d{1,4}", text):
+        raise UsageError(f"ghosts: expected a number of poses, or none, got '{text}'")
+    return int(text)
