@@ -79,8 +79,8 @@ class Outputs:
 
     @property
     def draws(self) -> bool:
-        """Return whether a picture is written."""
-        return bool(self.files.of("picture"))
+        """Return whether a picture or a page is written."""
+        return bool(self.files.of("picture", "animation"))
 
     def loaded(self, assembly: str = "", at: Mapping[str, str] | None = None) -> Mechanism:
         """Return the mechanism of the model file; refuse files that cannot be written, before the computation.

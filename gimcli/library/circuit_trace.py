@@ -25,6 +25,7 @@ from gimcli.rates.motion_table import motion_table, traced_paths
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
+    from gimcli.output.animation import Animation
     from gimcli.output.picture import Content
 
 DENSE = 720
@@ -157,6 +158,12 @@ class CircuitTraceResult(TraceResult):
             panels |= {name + tail: table for name, table in extras.panels(motion).items()}
         poses, title = self.poses(self.motions[0]), f"{mechanism.name}: circuit"
         return with_panels(motion_picture(mechanism, poses, paths, title, more, outlines), panels)
+
+    def animation(self) -> Animation:
+        """Return the circuits with their events and columns."""
+        from gimcli.library.circuit_animation import circuit_trace_animation
+
+        return circuit_trace_animation(self.motions, self.circuits, self.found.extras)
 
 
 def _of_circuit(mechanism: Mechanism, number: int, circuit: Circuit, found: list[Any]) -> dict[str, Any]:

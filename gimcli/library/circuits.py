@@ -17,6 +17,7 @@ from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
+    from gimcli.output.animation import Animation
     from gimcli.output.picture import Content
 
 PLACES = 361
@@ -160,6 +161,23 @@ class CircuitsResult(Result):
         curves = {f"{name}, {label}": path for label, path in zip(labels, paths[name], strict=True)}
         head = Column(*_abscissa(found, across))
         return with_panels(motion_picture(mechanism, poses, curves, title), {f"{name}.y": Table((head, *columns))})
+
+    def animation(self) -> Animation | None:
+        """Return the circuits, one clip for each curve; None if there is no circuit."""
+        from gimcli.library.circuit_animation import ShownCircuit, SingularPlace, circuits_animation
+        from gimcli.library.rounding import at_inputs, intervals
+
+        found, mechanism, shown = self.found, self.mechanism, []
+        for k, strand in enumerate(found.strands):
+            branches = f"; {len(strand.branches)} branches" * (len(strand.branches) > 1)
+            note = intervals(mechanism, span(found, strand), ", ") + branches
+            at = [at_inputs(mechanism, inputs_at(found, float(one.p[-1]))) for one in strand.limits]
+            places = tuple(
+                SingularPlace(one.fraction, one.kind, f"{one.kind} at {text}", one.p)
+                for one, text in zip(strand.limits, at, strict=True)
+            )
+            shown.append(ShownCircuit(f"circuit {curve_label(found, k)}", strand.circuit, note, places))
+        return circuits_animation(mechanism, self.headline(), shown, "Circuit")
 
 
 def inputs_at(found: Circuits, q: float) -> dict[str, float]:

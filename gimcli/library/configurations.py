@@ -20,6 +20,7 @@ from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table, xy_columns
 
 if TYPE_CHECKING:
+    from gimcli.output.animation import Animation
     from gimcli.output.picture import Content
 
 PANELS = 36
@@ -174,6 +175,18 @@ class ConfigurationsResult(Result):
         count += f", the first {PANELS}" if self.undrawn else ""
         return gallery_picture(
             mechanism, mechanism.to_file(self.found.z[:shown]), titles, f"{titled(mechanism, self.inputs)}: {count}"
+        )
+
+    def animation(self) -> Animation | None:
+        """Return the configurations, one clip each; None if there are none."""
+        from gimcli.library.position_animation import configurations_animation
+
+        if not self.count:
+            return None
+        names = [f"{k + 1}{' (initial)' if k == self.drawn else ''}" for k in range(self.count)]
+        notes = [f"dyad sides {signs}" if set("+-") & set(signs) else "" for signs in self.found.signs]
+        return configurations_animation(
+            self.mechanism, self.found.z, self.inputs, self.places, names, notes, verdict(self.found)
         )
 
 

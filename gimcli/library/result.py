@@ -17,6 +17,7 @@ from gimcli.mechanism import Mechanism
 from gimcli.table import Column, Table, labelled
 
 if TYPE_CHECKING:
+    from gimcli.output.animation import Animation
     from gimcli.output.destinations import Destinations
     from gimcli.output.picture import Content
     from gimcli.output.printed import PictureOptions
@@ -51,6 +52,10 @@ class Result(Mapping[str, NDArray[Any]]):
         """Return the picture, for `save`; None if there is nothing to draw."""
         return None
 
+    def animation(self) -> Animation | None:
+        """Return the motion for an animated page, for `save`; None if there is nothing to show."""
+        return None
+
     @property
     def events(self) -> list[dict[str, Any]]:
         """Events, such as limits and change points; empty for results without a motion."""
@@ -82,7 +87,8 @@ class Result(Mapping[str, NDArray[Any]]):
         from gimcli.output import destinations
 
         draws = cls.picture is not Result.picture
-        known = ["table", "arrays", "report", *(["picture"] if draws else [])]
+        moves = cls.animation is not Result.animation
+        known = ["table", "arrays", "report", *["picture"] * draws, *["animation"] * moves]
         usual = [".csv", *([".png"] if draws and picture else []), *more]
         return destinations(out, f"{stem}.{cls.KIND}" if cls.KIND else stem, usual, known)
 
@@ -93,8 +99,8 @@ class Result(Mapping[str, NDArray[Any]]):
         """Write files, each in the format of its suffix; each file is written atomically.
 
         Args:
-            paths: files with the suffix .csv, .npz, .json, .png, .svg or .pdf; a folder gets the files that the command
-                writes by default.
+            paths: files with the suffix .csv, .npz, .json, .png, .svg, .pdf or .html; a folder gets the files that the
+                command writes by default.
             size: width and height of pictures with a unit (mm, cm, in), such as "160x90mm".
             dpi: resolution of PNG pictures, in dots per inch.
             title: title of pictures; "" for none.

@@ -26,6 +26,7 @@ from gimcli.rates.member_angles import counted
 from gimcli.structure.drive_check import explained
 
 if TYPE_CHECKING:
+    from gimcli.output.animation import Animation
     from gimcli.output.picture import Content
 
 ROWS = 200
@@ -181,6 +182,12 @@ class SimulateResult(RowsResult):
         energies = [(n, found.time, e) for n, e in zip(ENERGIES, found.energy, strict=True) if e.any()]
         panels.append(Panel("energy [J]", [*energies, ("total", found.time, found.total)]))
         return history_sheet(panels, "time [s]", f"{mechanism.name}: simulation")
+
+    def animation(self) -> Animation | None:
+        """Return the motion with its events and columns; None if it has no row."""
+        from gimcli.library.simulation_animation import simulation_animation
+
+        return simulation_animation(self.found, self.times, self.table())
 
 
 def _times(time: float, dt: float | None) -> FloatArray:

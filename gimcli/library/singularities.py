@@ -17,6 +17,9 @@ from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table, xy_columns
 
 if TYPE_CHECKING:
+    from gimcli.continuation.circuit import Circuit
+    from gimcli.library.circuit_animation import SingularPlace
+    from gimcli.output.animation import Animation
     from gimcli.output.picture import Content
 
 CURVES = 6
@@ -146,3 +149,27 @@ class SingularitiesResult(Result):
             at = tuple(complex(mechanism.to_file(carried_point(mechanism, n, z[:, None]))[0]) for n in names[:1])
             shown.append(Shown(number, one.what.kind, mechanism.to_file(z), at))
         return singular_picture(mechanism, shown, curves, self.headline())
+
+    def animation(self) -> Animation | None:
+        """Return the branches with all singular and stationary positions as events."""
+        from gimcli.library.circuit_animation import ShownCircuit, circuits_animation
+        from gimcli.library.rounding import intervals
+
+        circuits, shown = self.found.branches.circuits, []
+        for number, (circuit, reach) in enumerate(zip(circuits, self.found.reach, strict=True)):
+            own = [one for one in self.found.found if number in one.circuits]
+            places = tuple(self._place(circuit, number, one) for one in own)
+            name = f"branch {number + 1}" if len(circuits) > 1 else "circuit"
+            note = intervals(self.mechanism, self.interval(reach), ", ")
+            shown.append(ShownCircuit(name, circuit, note, places))
+        return circuits_animation(self.mechanism, self.headline(), shown, "Branch")
+
+    def _place(self, circuit: Circuit, number: int, one: Found) -> SingularPlace:
+        """Return a singular position as a mark on a circuit; stationary members are named."""
+        from gimcli.library.circuit_animation import SingularPlace, part_of
+        from gimcli.library.rounding import at_inputs
+
+        kind = one.what.kind
+        words = f"{', '.join(one.what.about)} stationary" if kind == STATIONARY else kind
+        text = f"{words} at {at_inputs(self.mechanism, self.inputs(one))}"
+        return SingularPlace(part_of(circuit, number, one.what), kind, text, one.what.p)

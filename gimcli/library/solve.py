@@ -22,6 +22,7 @@ from gimcli.table import Column, Table, per_second, xy_columns
 
 if TYPE_CHECKING:
     from gimcli.gim.convergence import ErrorLaw
+    from gimcli.output.animation import Animation
     from gimcli.output.picture import Content
     from gimcli.rates.instant import Instant
 
@@ -202,6 +203,15 @@ class SolveResult(Result):
         arrows = velocity_arrows(moving, nodes | points) if moving is not None and not moving.singular else []
         z = self.mechanism.to_file(self.position.z)
         return position_picture(self.mechanism, z, self.mechanism.name, points, arrows)
+
+    def animation(self) -> Animation | None:
+        """Return the position as a clip of one row; None if it is not solved."""
+        from gimcli.library.position_animation import position_animation
+
+        if self.position.status.value:
+            return None
+        nodes, points = self.places()
+        return position_animation(self.mechanism, self.position.z, self.inputs, nodes | points, self.moving)
 
 
 def velocities_report(found: Instant) -> dict[str, Any]:

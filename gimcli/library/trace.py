@@ -27,6 +27,7 @@ from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.library.circuit_trace import CircuitTrace
+    from gimcli.output.animation import Animation
     from gimcli.output.picture import Content
     from gimcli.rates.derivatives import TracedRates
 
@@ -265,3 +266,9 @@ class MotionTraceResult(TraceResult):
         poses, paths = self.poses(motion), traced_paths(motion)
         picture = motion_picture(mechanism, poses, paths, mechanism.name, curves, outlines)
         return with_panels(picture, extras.panels(motion))
+
+    def animation(self) -> Animation | None:
+        """Return the motion with its events, velocities and columns; None if no row is solved."""
+        from gimcli.library.trace_animation import law_animation
+
+        return law_animation(self.motion, self.found.extras, self.found.steps)

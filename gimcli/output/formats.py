@@ -9,13 +9,14 @@ from typing import Any, Literal
 
 from gimcli.errors import UsageError
 from gimcli.output.csv import write_csv
+from gimcli.output.html import write_html
 from gimcli.output.json import write_json
 from gimcli.output.npz import write_npz
 from gimcli.output.pdf import write_pdf
 from gimcli.output.png import write_png
 from gimcli.output.svg import write_svg
 
-Content = Literal["table", "arrays", "report", "picture"]
+Content = Literal["table", "arrays", "report", "picture", "animation"]
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,7 @@ FORMATS: dict[str, Format] = {
     ".png": Format("picture", write_png),
     ".svg": Format("picture", write_svg),
     ".pdf": Format("picture", write_pdf),
+    ".html": Format("animation", write_html),
 }
 """The formats by their suffix."""
 
@@ -47,5 +49,5 @@ def format_of(path: Path | str, contents: tuple[str, ...] = ()) -> Format:
 
 
 def write(content: Any, path: Path | str) -> None:
-    """Write a table, arrays, a report or a picture in the format of the suffix of `path`."""
+    """Write a table, arrays, a report, a picture or an animation in the format of the suffix of `path`."""
     format_of(path).write(content, Path(path))

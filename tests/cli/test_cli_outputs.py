@@ -103,9 +103,9 @@ WRITERS = {
     "tradeoff": "m.tradeoff",
 }  # fmt: skip
 """Commands that write files by default, and the stems of the files."""
-KINDS = {
-    name: (".csv", ".npz", ".json", *((".png", ".svg", ".pdf") if name != "mobility" else ())) for name in ANALYSES
-}
+DRAWN = {name: (".png", ".svg", ".pdf") for name in ANALYSES if name != "mobility"}
+MOVING = {name: (".html",) for name in ("trace", "solve", "circuits", "singularities", "simulate")}
+KINDS = {name: (".csv", ".npz", ".json", *DRAWN.get(name, ()), *MOVING.get(name, ())) for name in ANALYSES}
 
 
 def named(folder):

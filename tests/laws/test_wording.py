@@ -17,9 +17,20 @@ PHRASES = (
     "met nothing", "let go", "lets go", "as it will", "lead nowhere", "edge of the numbers", "whole or not at all",
     "unique all the same", "held against", "stands for good",
 )  # fmt: skip
-ALLOWED = {"home": ("home directory", "XDG_CACHE_HOME"), "untold": ('"untold"', "`untold`")}
+ALLOWED = {
+    "home": ("home directory", "XDG_CACHE_HOME", "Home, End", "(Home)", "Home:", "Home|End"),
+    "untold": ('"untold"', "`untold`"),
+}
 """Words in names that are not ours, and in keys that scripts use."""
-PATTERNS = ("gimcli/**/*.py", "gimcli/**/*.md", "models/*.yaml", "examples/*.py", "README.md")
+PATTERNS = (
+    "gimcli/**/*.py",
+    "gimcli/**/*.md",
+    "gimcli/**/*.js",
+    "gimcli/**/*.html",
+    "models/*.yaml",
+    "examples/*.py",
+    "README.md",
+)
 FILES = [path for pattern in PATTERNS for path in sorted(ROOT.glob(pattern))]
 WORD = re.compile(r"(?<![A-Za-z])(" + "|".join(AVOIDED) + r")(?![A-Za-z])", re.IGNORECASE)
 

@@ -1,0 +1,139 @@
+"""The animation of a traced motion: its rows, events, velocities and columns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gimcli.library.extras import Extras
+from gimcli.library.rounding import at_inputs
+from gimcli.measures.graphs import MEMBER_QUANTITIES, POINT_QUANTITIES, abscissa
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.motion.motion import Motion
+from gimcli.output.animation import Animation, Clip, Graph, Moment, shown_rows
+from gimcli.positions.inputs import law_inputs
+from gimcli.rates.motion_table import motion_table
+from gimcli.status import Status
+from gimcli.table import Column, Table
+
+SAME = 1e-6
+"""Largest distance, relative to the size, of the first and the last position of a closed motion."""
+
+REVERSED = "velocities need a motion along the law, without at-limit reverse"
+
+MOST_CURVES = 8
+"""Largest number of curves in a graph that is shown first."""
+
+
+def law_animation(motion: Motion, extras: Extras, steps: int) -> Animation | None:
+    """Return the animation of a motion along the laws in `steps` steps; None if no row is solved.
+
+    `motion` has all rows, or evenly spread ones of a long motion.
+    """
+    mechanism = motion.mechanism
+    if not motion.solved:
+        return None
+    events = _law_events(motion)
+    rows = shown_rows(motion.good, [np.interp(time, motion.time, np.arange(len(motion.time))) for time, *_ in events])
+    without = REVERSED if motion.turned_back or motion.parameter is not None else ""
+    order = 0 if without else max(2, extras.order)
+    table = motion_table(motion, order=order, more=measured(mechanism, extras, motion))
+    table = _with_steps(table, motion, steps)
+    across = abscissa(motion)
+    shown = motion.rows(rows)
+    time = shown.time * mechanism.duration
+    clip = Clip(
+        "motion", mechanism.to_file(shown.z.T), time, words(shown.codes), rows_of(table, rows), across.name,
+        tuple(Moment(row_at(shown.time, time), kind, text) for time, kind, text in events),
+        closed=returns(mechanism, shown), rates=None if without else law_rates(shown), without=without,
+    )  # fmt: skip
+    notes = thinning(len(rows), steps + 1)
+    return Animation(mechanism.name, mechanism, (clip,), first_graphs(table, extras, across.name), notes)
+
+
+def first_graphs(table: Table, extras: Extras | None, over: str) -> tuple[Graph, ...]:
+    """Return the graphs that are shown first: those that were requested, else the coordinates of the first point."""
+    found = [_requested(table, word, extras) for word in extras.plots] if extras is not None else []
+    found = [names for names in found if names]
+    if not found:
+        points = [name for name in table.names if name.endswith((".x", ".y"))][:2]
+        found = [tuple(points)] if points else []
+    return tuple(Graph(names, over) for names in found)
+
+
+def _requested(table: Table, word: str, extras: Extras) -> tuple[str, ...]:
+    """Return the columns of a quantity of --plot."""
+    if word in POINT_QUANTITIES:
+        letter = POINT_QUANTITIES[word][0]
+        return tuple(name for name in table.names if name.endswith((f".{letter}x", f".{letter}y")))[:MOST_CURVES]
+    if word in MEMBER_QUANTITIES:
+        return tuple(name for name in table.names if name.endswith(f".{word}"))[:MOST_CURVES]
+    own = [name for name in table.names if name == word or name.partition(":")[0] == word]
+    return tuple(own[:MOST_CURVES])
+
+
+def law_rates(motion: Motion) -> ComplexArray | None:
+    """Return velocity and acceleration (2, rows, nodes) in the file's units; None if no row has them."""
+    from gimcli.rates.derivatives import rates
+
+    found = rates(motion.mechanism, motion.time, motion.z, 2).nodes[1:]
+    if not np.isfinite(found).any():
+        return None
+    return np.asarray(np.moveaxis(found, 1, 2) * motion.mechanism.scale)
+
+
+def _law_events(motion: Motion) -> list[tuple[float, str, str]]:
+    """Return the normalised time, kind and text of every event."""
+    mechanism, at = motion.mechanism, law_inputs(motion.mechanism)
+    found = [("sequence exchanged", time, at(np.array([time]))[:, 0]) for time in motion.exchanged]
+    found += [("change point", time, u) for time, (_, u) in zip(motion.bridged, motion.meetings, strict=False)]
+    found += [("limit", time, np.array(u)) for time, u in (*motion.turned_back, *motion.touched)]
+    if motion.limit is not None and not motion.turned_back and motion.first_status is Status.OK:
+        found.append(("limit", motion.limit, at(np.array([motion.limit]))[:, 0]))
+    named = [(time, kind, event_text(mechanism, kind, mechanism.inputs_to_file(u))) for kind, time, u in found]
+    return sorted(named)
+
+
+def event_text(mechanism: Mechanism, kind: str, inputs: dict[str, float]) -> str:
+    """Return an event with the inputs there."""
+    return f"{kind} at {at_inputs(mechanism, inputs)}"
+
+
+def row_at(time: FloatArray, at: float) -> float:
+    """Return the row, between rows, of a time."""
+    return float(np.interp(at, time, np.arange(len(time))))
+
+
+def words(codes: IntArray) -> tuple[str, ...]:
+    """Return the status words of rows."""
+    return tuple(Status(int(code)).word for code in codes)
+
+
+def returns(mechanism: Mechanism, motion: Motion) -> bool:
+    """Return whether all rows are solved and the last position is the first one."""
+    gap = np.abs(motion.z[:, -1] - motion.z[:, 0]) if motion.good.all() else np.array([np.inf])
+    return bool(len(motion.time) > 1 and np.max(gap) <= SAME * mechanism.size)
+
+
+def thinning(shown: int, rows: int) -> tuple[str, ...]:
+    """Return a note if not all rows are shown."""
+    return (f"{shown} of {rows} rows are shown; a table has all.",) if shown < rows else ()
+
+
+def measured(mechanism: Mechanism, extras: Extras, motion: Motion) -> Sequence[Column]:
+    """Return the columns of the measures for the rows of a motion."""
+    from gimcli.measures.record import Record
+
+    return Record(mechanism, extras.specs).columns(motion) if extras.specs else ()
+
+
+def _with_steps(table: Table, motion: Motion, steps: int) -> Table:
+    """Return a table with the numbers of the steps of a motion of which it has some rows."""
+    numbers = np.rint(motion.time * steps).astype(np.int64)
+    return Table((Column("step", numbers), *(c for c in table.columns if c.name != "step")))
+
+
+def rows_of(table: Table, rows: IntArray) -> Table:
+    """Return some rows of a table."""
+    return Table(tuple(Column(c.name, c.values[rows], c.unit) for c in table.columns))
