@@ -194,6 +194,7 @@ class Mechanism:
     dynamics: Dynamics = field(default=Dynamics(), repr=False)
     gauges: tuple[Input, ...] = field(default=(), repr=False)  # quantities that springs and dampers measure
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)  # its source files, never overwritten
+    path: Path | None = field(default=None, repr=False, compare=False)  # of the model file, the first of `files`
 
     def __repr__(self) -> str:
         counts = (

@@ -37,7 +37,8 @@ if TYPE_CHECKING:
 SHOWN = 25
 HELP = (
     "With --all every configuration at these inputs, with a proof that the list is complete. --velocities adds"
-    " velocities and accelerations of nodes, points and members at the input rates of the laws."
+    " velocities and accelerations of nodes, points and members at the input rates of the laws. -o NEW.yaml writes the"
+    " model file with the solved coordinates."
 )
 EXAMPLES = (
     "gim solve models/crank_rocker.yaml --at motor=45",
@@ -85,6 +86,7 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:  # fmt: skip
     """Solve one position, or all."""
+    from gimcli.cli.console import note
     from gimcli.cli.outputs import Outputs
     from gimcli.library.solve import SolveResult, solve
 
@@ -110,6 +112,9 @@ def command(
         start=start, seed=seed, history=history, velocities=velocities, jit=jit.value, sequence=sequence,
     )  # fmt: skip
     outputs.write(found)
+    text = found.model() if outputs.files.of("model") else None
+    for remark in text.remarks if text is not None else ():
+        note(remark)
     outputs.finish(found, partial(_print, method))
 
 

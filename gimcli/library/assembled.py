@@ -56,7 +56,7 @@ def assembled(
 def drawn_at(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mechanism:
     """Return a mechanism with the initial position z (nodes,) at inputs (actuators,); its dimensions are unchanged."""
     actuators = (replace(a, drawn=float(u)) for a, u in zip(mechanism.actuators, inputs, strict=True))
-    gauges = (replace(g, drawn=_measured(mechanism, g, z)) for g in mechanism.gauges)
+    gauges = (replace(g, drawn=measured(mechanism, g, z)) for g in mechanism.gauges)
     return replace(mechanism, drawn=z, actuators=tuple(actuators), gauges=tuple(gauges))
 
 
@@ -78,7 +78,7 @@ def _listed(signs: Sequence[str]) -> str:
     return f"{', '.join(shown)}{', ...' * (len(signs) > LISTED)}"
 
 
-def _measured(mechanism: Mechanism, gauge: Input, z: ComplexArray) -> float:
+def measured(mechanism: Mechanism, gauge: Input, z: ComplexArray) -> float:
     """Return the value of a gauge at a position (nodes,): a length in the normal frame, or an angle in -pi..pi."""
     from gimcli.dynamics.kinematic_history import Course, reading  # imported late: few models have gauges
 

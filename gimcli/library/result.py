@@ -19,6 +19,7 @@ from gimcli.table import Column, Table, labelled
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
     from gimcli.output.destinations import Destinations
+    from gimcli.output.model import ModelText
     from gimcli.output.picture import Content
     from gimcli.output.printed import PictureOptions
 
@@ -56,6 +57,10 @@ class Result(Mapping[str, NDArray[Any]]):
         """Return the motion for an animated page, for `save`; None if there is nothing to show."""
         return None
 
+    def model(self) -> ModelText | None:
+        """Return the text of the model file with other coordinates, for `save`; None if there is none."""
+        return None
+
     @property
     def events(self) -> list[dict[str, Any]]:
         """Events, such as limits and change points; empty for results without a motion."""
@@ -89,6 +94,7 @@ class Result(Mapping[str, NDArray[Any]]):
         draws = cls.picture is not Result.picture
         moves = cls.animation is not Result.animation
         known = ["table", "arrays", "report", *["picture"] * draws, *["animation"] * moves]
+        known += ["model"] * (cls.model is not Result.model)
         usual = [".csv", *([".png"] if draws and picture else []), *more]
         return destinations(out, f"{stem}.{cls.KIND}" if cls.KIND else stem, usual, known)
 
@@ -99,8 +105,8 @@ class Result(Mapping[str, NDArray[Any]]):
         """Write files, each in the format of its suffix; each file is written atomically.
 
         Args:
-            paths: files with the suffix .csv, .npz, .json, .png, .svg, .pdf or .html; a folder gets the files that the
-                command writes by default.
+            paths: files with the suffix .csv, .npz, .json, .png, .svg, .pdf or .html, of `solve` also .yaml (the model
+                file with the solved coordinates); a folder gets the files that the command writes by default.
             size: width and height of pictures with a unit (mm, cm, in), such as "160x90mm".
             dpi: resolution of PNG pictures, in dots per inch.
             title: title of pictures; "" for none.
@@ -115,7 +121,7 @@ class Result(Mapping[str, NDArray[Any]]):
         from gimcli.output.printed import PictureOptions
 
         options = PictureOptions.checked(size, dpi, title, ghosts, None if style is None else str(style))
-        files = self.destinations(paths, self.mechanism.files[0].stem if self.mechanism.files else "model")
+        files = self.destinations(paths, self.mechanism.path.stem if self.mechanism.path else "model")
         if files.stdout:
             raise UsageError("-: give the name of a file")
         files.refuse(self.mechanism.files)
@@ -124,7 +130,8 @@ class Result(Mapping[str, NDArray[Any]]):
         contents = self.contents(files.files)
         for path in files.named:
             if contents[path] is None:
-                raise UsageError(f"{path}: there is nothing to draw: {self.headline()}")
+                what = "write" if path in files.of("model") else "draw"
+                raise UsageError(f"{path}: there is nothing to {what}: {self.headline()}")
         write_contents(contents, options)
 
     def contents(self, paths: Iterable[Path]) -> dict[Path, Any]:

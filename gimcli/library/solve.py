@@ -23,6 +23,7 @@ from gimcli.table import Column, Table, per_second, xy_columns
 if TYPE_CHECKING:
     from gimcli.gim.convergence import ErrorLaw
     from gimcli.output.animation import Animation
+    from gimcli.output.model import ModelText
     from gimcli.output.picture import Content
     from gimcli.rates.instant import Instant
 
@@ -188,6 +189,19 @@ class SolveResult(Result):
             unit = per_second(self.mechanism.length_unit, order)
             columns += xy_columns(letter, np.array([vectors[name] for name in names]), unit)
         return columns
+
+    def model(self) -> ModelText | None:
+        """Return the text of the model file with the coordinates of this position; None if it is not solved.
+
+        Raises UsageError if the mechanism was not read from a file, or if other coordinates would change a dimension.
+        """
+        return None if self.position.status.value else self._model
+
+    @cached_property
+    def _model(self) -> ModelText:
+        from gimcli.library.model_text import model_text
+
+        return model_text(self.mechanism, self.position.z)
 
     def picture(self) -> Content | None:
         """Return the drawing of the position, or the graph of the errors; None if there is nothing to draw."""

@@ -12,8 +12,13 @@ from gimcli.model.schema import Model
 
 def files_read(model: Model, path: Path | None, folder: Path) -> tuple[Path, ...]:
     """Return the model file, if there is one, and every table of laws, efforts and loads."""
-    found = (*([path] if path else []), *(folder / name for name in dict.fromkeys(_tables(model))))
+    found = (*([path] if path else []), *(folder / name for name in tables_of(model)))
     return tuple(file.absolute() for file in found)
+
+
+def tables_of(model: Model) -> tuple[str, ...]:
+    """Return the tables of laws, efforts and loads as the model names them."""
+    return tuple(dict.fromkeys(_tables(model)))
 
 
 def _tables(data: Any) -> Iterator[str]:

@@ -54,7 +54,7 @@ def _mechanism(source: Source, folder: Path, name: str, path: Path | None = None
     source.folder = folder
     model = checked(source)
     model.name = model.name or name
-    return replace(compile_model(model, folder), files=files_read(model, path, folder))
+    return replace(compile_model(model, folder), files=files_read(model, path, folder), path=path)
 
 
 def _plain(value: Any, where: tuple[Any, ...]) -> Any:

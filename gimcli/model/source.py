@@ -22,7 +22,7 @@ MOST_BYTES = 4_000_000
 DEEPEST = 12
 MOST_PARTS = 100_000
 
-_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _INTEGER = re.compile(r"-?(0|[1-9][0-9]*)$")  # 007 is read as a float, so that it is no name
 _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?$")
 _SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)$|\.(nan|NaN|NAN)$")
@@ -92,7 +92,7 @@ def read_yaml(text: str, path: Path) -> Source:
     _refuse_size(len(text.encode("utf-8", "surrogatepass")), path)
     _refuse_control(text, path)
     source = Source(path, folder=path.parent)
-    loader = _LOADER(text)
+    loader = LOADER(text)
     try:
         source.data = _DataBuilder(source, loader).document()
     except yaml.MarkedYAMLError as error:

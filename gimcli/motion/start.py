@@ -25,6 +25,10 @@ if TYPE_CHECKING:
 DRAWN = 1e-12
 """Residual below which the drawn position itself is assembled."""
 
+CLOSE, NEAR = 1e-10, 1e-6
+"""Difference from the drawn inputs [rad, or normal length] that is rounding of the coordinates, and the distance of the
+nodes from the drawn position, relative to the size, within which the position is then on the drawn branch."""
+
 
 def start_position(mechanism: Mechanism, plan: Plan, inputs: FloatArray, run: Run, tolerance: float) -> Assembly:
     """Assemble at given inputs (actuators,) on the drawn branch.
@@ -36,6 +40,10 @@ def start_position(mechanism: Mechanism, plan: Plan, inputs: FloatArray, run: Ru
     assembler = Assembler(mechanism, plan, run, tolerance)
     begin = nearest_turns(mechanism, mechanism.drawn_inputs, inputs)
     if not np.array_equal(begin, inputs):
+        if np.max(np.abs(begin - inputs)) <= CLOSE:
+            found = assembler.assemble(inputs, mechanism.drawn)
+            if found.regular and np.max(np.abs(settled(mechanism, found) - mechanism.drawn)) <= NEAR * mechanism.size:
+                return found
         leg = straight(mechanism, begin, inputs)
         first = _assembled(assembler, leg)
         moved = _move(mechanism, plan, first, leg, run, tolerance) if first.status is Status.OK else None

@@ -48,8 +48,9 @@ def destinations(out: Sequence[Path | str], stem: str, usual: Sequence[str], kno
                 files.setdefault(path / f"{stem}{suffix}", False)
             continue
         if path.suffix.lower() not in FORMATS:
+            formats = (name for name, one in FORMATS.items() if not known or one.content in known)
             raise UsageError(
-                f"{given}: expected one of the formats {', '.join(FORMATS)}, got '{path.suffix}';"
+                f"{given}: expected one of the formats {', '.join(formats)}, got '{path.suffix}';"
                 " the name of a folder with a dot needs / at its end"
             )
         format_of(path, tuple(known))

@@ -11,12 +11,13 @@ from gimcli.errors import UsageError
 from gimcli.output.csv import write_csv
 from gimcli.output.html import write_html
 from gimcli.output.json import write_json
+from gimcli.output.model import write_model
 from gimcli.output.npz import write_npz
 from gimcli.output.pdf import write_pdf
 from gimcli.output.png import write_png
 from gimcli.output.svg import write_svg
 
-Content = Literal["table", "arrays", "report", "picture", "animation"]
+Content = Literal["table", "arrays", "report", "picture", "animation", "model"]
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,8 @@ FORMATS: dict[str, Format] = {
     ".svg": Format("picture", write_svg),
     ".pdf": Format("picture", write_pdf),
     ".html": Format("animation", write_html),
+    ".yaml": Format("model", write_model),
+    ".yml": Format("model", write_model),
 }
 """The formats by their suffix."""
 

@@ -1,0 +1,166 @@
+"""The text of a model file with the coordinates of a solved position.
+
+Coordinates of nodes, and the initial coordinates `at` of points and loads, are replaced; the rest of the text stays as
+it is. The new file is read and all dimensions are compared, as many of them may be taken from coordinates.
+"""
+
+from __future__ import annotations
+
+import math
+from codecs import BOM_UTF8 as BOM
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from gimcli.errors import ModelError, UsageError
+from gimcli.library.assembled import measured
+from gimcli.library.rounding import input_value
+from gimcli.mechanism import FRAME, ComplexArray, Mechanism
+from gimcli.model.check import checked
+from gimcli.model.coordinates import replaced
+from gimcli.model.files import tables_of
+from gimcli.model.read import read_text
+from gimcli.model.schema import Model
+from gimcli.model.source import Source, Where, read_source
+from gimcli.output.model import ModelText
+from gimcli.structure.residual import pose
+
+SAME = 1e-12
+"""Largest change of a dimension, relative to the size (directions: in rad)."""
+
+KEPT = 1e-13
+"""Change of a coordinate, relative to the size, up to which its text is kept."""
+
+SAME_INPUT = 1e-9
+"""Relative change of a law that counts as rounding."""
+
+NAMED = 5
+"""Number of dimensions that a message names."""
+
+DIGITS = (12, 13, 14, 17)
+"""Digits of coordinates, counted from the first digit of the size; more are used only if a dimension needs them."""
+
+
+def model_text(mechanism: Mechanism, z: ComplexArray) -> ModelText:
+    """Return the text of a mechanism's model file with the coordinates of a position z (nodes,) [normal frame].
+
+    Raises UsageError if the mechanism was not read from a file, or if a dimension would change.
+    """
+    path = mechanism.path
+    if path is None:
+        raise UsageError("the mechanism was not read from a model file, so that there is no text for its coordinates")
+    source = read_source(path)
+    model = checked(source)
+    wanted = _coordinates(mechanism, model, z)
+    tables = tuple(zip(tables_of(model), mechanism.files[1:], strict=True))
+    wrong: list[str] = []
+    for digits in DIGITS:
+        text = replaced(_text(path), _written(mechanism, source, wanted, digits))
+        found = _read(text, path, tables)
+        wrong = list(_changed(mechanism, found, z))
+        if not wrong:
+            mark = BOM.decode() if path.read_bytes().startswith(BOM) else ""
+            return ModelText(mark + text, tables, tuple(_remarks(mechanism, found)))
+    names = f"{', '.join(wrong[:NAMED])}{', ...' * (len(wrong) > NAMED)}"
+    raise UsageError(
+        f"{path.name}: the solved coordinates would change {names}, which the file takes from its coordinates: give"
+        " these dimensions in the file (`length`, `shape`, `local`, `free`), or a smaller --tolerance"
+    )
+
+
+def _read(text: str, path: Path, tables: tuple[tuple[str, Path], ...]) -> Mechanism:
+    """Return the mechanism of a text; raise UsageError if it is not a valid model."""
+    folder = path.parent if not tables else tables[0][1].parents[len(Path(tables[0][0]).parts) - 1]
+    try:
+        return read_text(text, folder)
+    except ModelError as error:
+        raise UsageError(f"{path.name}: a model file does not allow these coordinates: {error}") from None
+
+
+def _text(path: Path) -> str:
+    """Return the text of a model file, with its line ends."""
+    return path.read_bytes().decode("utf-8-sig")
+
+
+def _coordinates(mechanism: Mechanism, model: Model, z: ComplexArray) -> dict[Where, complex]:
+    """Return the coordinates [file's unit] of nodes, points and loads by their paths of keys."""
+    found: dict[Where, complex] = {("nodes", name): at for name, at in zip(mechanism.nodes, z.tolist(), strict=True)}
+    for point in mechanism.points:
+        if model.points[point.name].at is not None and point.member != FRAME:
+            found["points", point.name, "at"] = _carried(mechanism, point.member, point.local, z)
+    for load in mechanism.dynamics.loads:
+        if model.loads[load.name].at is not None and load.member != FRAME:
+            found["loads", load.name, "at"] = _carried(mechanism, load.member, load.point, z)
+    return {where: complex(mechanism.to_file(np.asarray(at))) for where, at in found.items()}
+
+
+def _carried(mechanism: Mechanism, member: int, local: complex, z: ComplexArray) -> complex:
+    """Return the position of a point of a member."""
+    origin, unit = pose(mechanism, member, z[:, None])
+    return complex(np.ravel(origin + unit * local)[0])
+
+
+def _written(mechanism: Mechanism, source: Source, wanted: Mapping[Where, complex], digits: int) -> dict[Where, str]:
+    """Return the numbers that change, as texts, by their paths of keys."""
+    size = mechanism.size * mechanism.scale
+    places = digits - 1 - math.floor(math.log10(size))
+    changes: dict[Where, str] = {}
+    for where, at in wanted.items():
+        own = source.data
+        for key in where:
+            own = own[key]
+        for part, (value, old) in enumerate(zip((at.real, at.imag), own, strict=True)):
+            if abs(value - old) > KEPT * size + np.spacing(abs(value)):
+                changes[*where, part] = repr(round(value, places) + 0.0).removesuffix(".0")
+    return changes
+
+
+def _changed(old: Mechanism, new: Mechanism, z: ComplexArray) -> Iterator[str]:
+    """Yield the names of the dimensions that differ between two mechanisms."""
+    size = old.size * old.scale
+    one, other = (_dimensions(mechanism, mechanism.scale / size) for mechanism in (old, new))
+    rounding = 4.0 * np.spacing(abs(old.origin) + size) / size
+    for name, values in one.items():
+        its = other.get(name)
+        if its is None or its.shape != values.shape or not np.all(np.abs(its - values) <= SAME + rounding):
+            yield name
+    for gauge, its_gauge in zip(old.gauges, new.gauges, strict=True):
+        if gauge.rotary:
+            value = measured(old, gauge, z)
+            followed = value + 2.0 * math.pi * round((gauge.drawn - value) / (2.0 * math.pi))
+            if abs(followed - its_gauge.drawn) > math.pi:
+                yield f"the angle of {gauge.name} by a full turn"
+
+
+def _dimensions(mechanism: Mechanism, unit: float) -> dict[str, ComplexArray]:
+    """Return the dimensions by name: lengths times `unit`, directions as complex numbers of modulus 1."""
+    dynamics = mechanism.dynamics
+    found: dict[str, list[complex]] = {}
+    for member in mechanism.members:
+        found[f"member {member.name}"] = [complex(s * unit) for s in member.shape]
+    for row in (*mechanism.pairs, *mechanism.actuators, *mechanism.gauges):
+        found[f"the line or angle of {row.name}"] = [row.point * unit, row.normal, row.arm, row.reference]
+    for point in mechanism.points:
+        found[f"point {point.name}"] = [point.local * unit]
+    for inertia in dynamics.inertias:
+        found[f"the centre of mass of {mechanism.members[inertia.member].name}"] = [inertia.centre * unit]
+    for load in dynamics.loads:
+        found[f"load {load.name}"] = [load.point * unit]
+    for spring in dynamics.springs:
+        rotary = mechanism.gauges[spring.gauge].rotary
+        found[f"`free` of spring {spring.name}"] = [complex(spring.free * (1.0 if rotary else unit))]
+    return {name: np.array(values, dtype=complex) for name, values in found.items()}
+
+
+def _remarks(old: Mechanism, new: Mechanism) -> Iterator[str]:
+    """Yield a sentence for each law that begins at the drawn position, and so at another value than before."""
+    ends = np.array([0.0, 1.0])
+    for k, (before, after) in enumerate(zip(old.actuators, new.actuators, strict=True)):
+        was, now = (m.value_to_file(k, a.law(ends)) for m, a in ((old, before), (new, after)))
+        if np.max(np.abs(was - now)) > SAME_INPUT * max(1.0, float(np.max(np.abs(was)))):
+            first, then = (" to ".join(input_value(old, before.name, float(v)) for v in law) for law in (now, was))
+            yield (
+                f"the law of {before.name} begins at the initial position: now {first} {old.unit_of(before)}, before"
+                f" {then}; write `from` and `to` to keep it"
+            )
