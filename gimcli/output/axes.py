@@ -12,6 +12,9 @@ from gimcli.mechanism import ComplexArray
 from gimcli.output.picture import Picture, Text
 from gimcli.output.style import FONT, LETTER, Mark, Pen
 
+HALO = 2.0
+"""Width of the light edge around letters [pt]."""
+
 
 def set_up(axes: Any, picture: Picture) -> None:
     """Set limits, labels and ticks of the axes."""
@@ -81,11 +84,14 @@ def mark_style(mark: Mark) -> dict[str, Any]:
 
 
 def _write_text(axes: Any, text: Text, font: float) -> None:
+    from matplotlib.patheffects import Normal, Stroke
+
     paper = axes.get_facecolor()
     ring = {"boxstyle": "circle,pad=0.18", "facecolor": paper, "edgecolor": text.color, "linewidth": 0.8}
     axes.text(
         text.at.real, text.at.imag, text.text, fontsize=text.size * font, color=text.color, ha="center",
         va="center_baseline", zorder=10, parse_math=False, bbox=ring if text.ring else None,
+        path_effects=[Stroke(linewidth=HALO, foreground=paper), Normal()] if text.halo else None,
     )  # fmt: skip
 
 

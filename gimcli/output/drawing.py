@@ -111,7 +111,7 @@ def sequence_picture(
     offers = [_draw_step(picture, scene.poses[0], step, drawn) for step in steps]
     labels = Labels(picture)
     for number, places in enumerate(offers, start=1):
-        labels.at_best(places, str(number), style.STEP_ARROW.color, 6.5, ring=True)
+        labels.at_best(places, str(number), style.STEP_ARROW.color, 6.5)
     _name(labels, scene, range(len(mechanism.nodes)), {})
     return picture
 
@@ -174,6 +174,7 @@ def _name(labels: Labels, scene: Scene, nodes: Sequence[int], points: Mapping[st
     """Write the names of nodes and points."""
     mechanism = scene.mechanism
     if len(nodes) > MOST_NAMES:
+        labels.write()
         return
     own = {name: complex(scene.place(anchor, scene.poses[0])) for name, anchor in scene.tracers.items()}
     for node in nodes:
@@ -181,6 +182,7 @@ def _name(labels: Labels, scene: Scene, nodes: Sequence[int], points: Mapping[st
     for name, z in {**own, **points}.items():
         if np.isfinite(z):
             labels.beside(complex(z), name)
+    labels.write()
 
 
 def _draw_step(picture: Picture, z: ComplexArray, step: Step, drawn: Counter[Step]) -> ComplexArray:

@@ -58,6 +58,7 @@ def gallery_picture(
             names = Labels(panel)
             for node in sorted(scene.used):
                 names.beside(complex(scene.poses[0][node]), mechanism.nodes[node])
+            names.write()
         panels.append(panel)
     return Gallery(title, tuple(panels), columns)
 

@@ -84,6 +84,7 @@ class Text:
     size: float = FONT
     color: str = INK
     ring: bool = False  # draw a circle around it, for numbers
+    halo: bool = False  # draw a light edge around the letters, over lines
 
 
 @dataclass

@@ -22,8 +22,9 @@ from gimcli.structure.convex_hull import convex_hull
 FLAT = 1e-3
 """An element with a smaller ratio of width to length is drawn as a beam."""
 
-HANGING = -0.2
-"""A support is drawn above its pivot if all links leave it with a smaller sine of their direction."""
+HANGING, STEEP = -0.2, -0.7
+"""A support is drawn above its pivot if all links leave it with a sine of their direction below the first, and one of
+them below the second: it would cover the support."""
 
 
 @dataclass(frozen=True)
@@ -353,9 +354,9 @@ class Scene:
         return -1j * along if aside >= 0 else 1j * along
 
     def _hangs(self, node: int) -> bool:
-        """Return whether all members leave a node downwards."""
+        """Return whether all members leave a node downwards, and one of them steeply."""
         slopes = [direction.imag for direction in self.directions(node)]
-        return bool(slopes) and max(slopes) < HANGING
+        return bool(slopes) and max(slopes) < HANGING and min(slopes) < STEEP
 
     def _drive(self, actuator: Input) -> Drive:
         ends = actuator.law(np.array([0.0, 1.0]))

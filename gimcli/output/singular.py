@@ -90,6 +90,7 @@ def _write(picture: Picture, mechanism: Mechanism, scene: Scene | None, shown: S
     if scene:
         for node in sorted(scene.used):
             labels.beside(complex(scene.poses[0][node]), mechanism.nodes[node])
+    labels.write()
 
 
 STRONG = Pen(1.0, "#a50f15")

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 INK = "#1a1a1a"
 SOFT = "#b4b4b4"
+PALE = "#c4c4c4"
 PAPER = "white"
 
 FONT = 8.0
@@ -66,19 +67,20 @@ class Mark:
 LINK = Pen(2.2)
 BEAM = Pen(3.4)  # an element whose nodes lie on one line
 UPPER = Pen(2.2, layer=7)  # a link that is pinned on top of a block
+LEADER = Pen(0.5, "#595959", layer=7)
 ROD = Pen(1.8, layer=5)
 THIN = Pen(0.8, layer=5)
 GROUND = Pen(1.2, layer=5)
 HATCH = Pen(0.7, layer=5)
 ARROW = Pen(1.1, layer=7)
-GHOST = Pen(0.8, SOFT, layer=2)
+GHOST = Pen(0.7, PALE, layer=2)
 
 PLATE = Fill("#e4e4e4", INK, 1.4, layer=3)
 SWEPT = Fill("#ededed", "#ededed", 0.3, layer=1)
-GHOST_PLATE = Fill("none", SOFT, 0.8, layer=2)
+GHOST_PLATE = Fill("#f5f5f5", PALE, 0.7, layer=1.5)
 SUPPORT = Fill(PAPER, INK, 1.0, layer=5)
 BLOCK = Fill(PAPER, INK, 1.3, layer=6)
-GHOST_BLOCK = Fill("none", SOFT, 0.8, layer=2)
+GHOST_BLOCK = Fill(PAPER, PALE, 0.7, layer=2.5)
 CYLINDER = Fill("#cccccc", INK, 1.2, layer=6)
 HEAD = Fill(INK, INK, 0.3, layer=7)
 
@@ -89,7 +91,7 @@ CENTRE = Fill(PAPER, INK, 0.7, layer=9)
 CENTRE_FILL = Fill(INK, INK, 0.3, layer=9.1)
 
 PIN = Mark()
-GHOST_PIN = Mark(size=3.0, face=PAPER, edge=SOFT, width=0.8, layer=2)
+GHOST_PIN = Mark(size=3.0, face=PAPER, edge=PALE, width=0.7, layer=3)
 DOT = Mark(size=3.2, face=INK, width=0.5)
 CROSS = Mark("x", 5.0, width=1.0)
 TRACER = Mark("D", 4.6, face=INK, width=0.5, layer=9)

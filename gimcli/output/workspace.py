@@ -87,7 +87,9 @@ def _draw_pose(picture: Picture, scene: Scene | None, point: tuple[str, complex 
     name, at = point
     if at is not None and np.isfinite(at):
         picture.mark(TRACER, at)
-        Labels(picture).beside(at, name)
+        labels = Labels(picture)
+        labels.beside(at, name)
+        labels.write()
 
 
 def _fill(picture: Picture, curves: Mapping[str, Sequence[ComplexArray]]) -> None:

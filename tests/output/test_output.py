@@ -26,7 +26,7 @@ from gimcli.output.drawing import (
     sequence_picture,
 )
 from gimcli.output.scene import FLAT, Scene
-from gimcli.output.style import curve_pen
+from gimcli.output.style import HATCH, curve_pen
 from gimcli.structure.convex_hull import convex_hull
 from gimcli.table import Column, Table
 
@@ -372,7 +372,7 @@ def test_a_floating_mechanism_has_no_ground():
     for floating in (False, True):
         found, poses, curves = four_bar(floating=floating)
         picture = motion_picture(found, poses, curves, "")
-        grounds.append([pen for pen in picture.strokes if pen.width == 0.7])  # the hatching
+        grounds.append([pen for pen in picture.strokes if pen == HATCH])
     assert len(grounds[0]) == 1
     assert grounds[1] == []
 
