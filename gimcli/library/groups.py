@@ -16,7 +16,11 @@ from gimcli.structure.plan import make_plan
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
+    from gimcli.output.groups import Box, BoxJoint
     from gimcli.output.picture import Content
+
+NAMED = 4
+"""Largest number of links that the legend names."""
 
 
 def groups(mechanism: Mechanism) -> GroupsResult:
@@ -70,32 +74,45 @@ class GroupsResult(Result):
         return Table(tuple(Column(n, np.array(c)) for n, c in zip(names, columns, strict=True)))
 
     def picture(self) -> Content:
-        """Return the groups as boxes, each below those that it is joined to."""
-        from gimcli.output.groups import Box, BoxJoint, groups_picture
+        """Return the mechanism coloured by groups, and the groups as boxes, each below those that it is joined to."""
+        from gimcli.output.groups import coloured_picture, formation_picture
+        from gimcli.output.picture import Sheet
 
-        found, mechanism = self.found, self.mechanism
+        mechanism, boxes = self.mechanism, self._boxes()
+        z = mechanism.to_file(mechanism.drawn)
+        drawing = coloured_picture(mechanism, z, boxes, f"{mechanism.name}: groups in the order of formation")
+        return Sheet("", (drawing, formation_picture(boxes, self._joints())))
 
-        box_of = {link: k for k, group in enumerate(found.groups, start=1) for link in group.links} | {FRAME: 0}
-        boxes, joints = [Box((f"0: {found.links[FRAME]}",), 0, "frame")], []
+    def _boxes(self) -> list[Box]:
+        """Return the frame and the groups, with their names for the legend and their lines in the diagram."""
+        from gimcli.output.groups import Box
+
+        found, boxes = self.found, [Box(0, (f"0: {self.found.links[FRAME]}",), 0)]
         for k, (group, layer, formula) in enumerate(
             zip(found.groups, layers(found), found.formula, strict=True), start=1
         ):
+            links = tuple(found.links[link] for link in group.links)
             own = [f"{found.numbers[link]}: {found.links[link]}" for link in group.links]
-            driven = [f"driven by {', '.join(drivers(mechanism, group))}"] if group.drivers else []
-            lines = (
-                formula,
-                f"{described(group)}, class {class_of(group)}, order {group.order}",
-                *_short(own),
-                *driven,
-            )
-            boxes.append(Box(lines, layer, "driving" if group.driving else "group"))
+            driven = [f"driven by {', '.join(drivers(self.mechanism, group))}"] if group.drivers else []
+            head = f"group {k}: {described(group)}, class {class_of(group)}, order {group.order}"
+            name = described(group) + (f" ({', '.join(links)})" if len(links) <= NAMED else "")
+            boxes.append(Box(k, (head, formula, *_short(own), *driven), layer, name, links))
+        return boxes
+
+    def _joints(self) -> list[BoxJoint]:
+        """Return the pairs between the boxes."""
+        from gimcli.output.groups import BoxJoint
+
+        found, joints = self.found, list[BoxJoint]()
+        box_of = {link: k for k, group in enumerate(found.groups, start=1) for link in group.links} | {FRAME: 0}
+        for k, group in enumerate(found.groups, start=1):
             above: dict[int, tuple[list[str], list[str]]] = {}
             for base, names in joined(found, group).items():
                 pairs, tags = above.setdefault(box_of[base], ([], []))
                 pairs += names
                 tags.append(str(found.numbers[base]))
             joints += [BoxJoint(upper, k, " ".join(pairs), ", ".join(tags)) for upper, (pairs, tags) in above.items()]
-        return groups_picture(boxes, joints, f"{mechanism.name}: formation")
+        return joints
 
 
 def _short(names: list[str], width: int = 3) -> list[str]:

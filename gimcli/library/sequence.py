@@ -86,12 +86,21 @@ class SequenceResult(Result):
         return Table(tuple(Column(name, np.array(values)) for name, values in columns.items()))
 
     def picture(self) -> Content:
-        """Return the position with numbered moves."""
-        from gimcli.output.drawing import sequence_picture
+        """Return the position with numbered moves, coloured by group, and the table of the moves."""
+        from gimcli.output.sequence import DrawnMove, MoveGroup, sequence_sheet
 
-        steps = [(s.number, s.about_numbers) for g in self.groups for s in g.steps]
-        mechanism = self.mechanism
-        return sequence_picture(mechanism, mechanism.to_file(self.z), steps, f"{mechanism.name}: sequence")
+        mechanism, groups, first = self.mechanism, list[MoveGroup](), 1
+        for group in self.groups:
+            last = first + len(group.steps) - 1
+            moves = tuple(
+                DrawnMove(s.number, s.about_numbers, f"{s.node} about {', '.join(s.about)}: {s.constraint}")
+                for s in group.steps
+            )
+            count = f"move {first}" if first == last else f"moves {first} to {last}"
+            name = f"{group.kind} {' '.join(group.nodes)}" if group.kind == "dyad" else f"{group.kind} group"
+            groups.append(MoveGroup(f"{name}: {count}", moves))
+            first = last + 1
+        return sequence_sheet(mechanism, mechanism.to_file(self.z), groups, f"{mechanism.name}: sequence")
 
 
 def _report(group: SequenceGroupReport) -> dict[str, Any]:

@@ -89,8 +89,9 @@ def _write_text(axes: Any, text: Text, font: float) -> None:
     paper = axes.get_facecolor()
     ring = {"boxstyle": "circle,pad=0.18", "facecolor": paper, "edgecolor": text.color, "linewidth": 0.8}
     axes.text(
-        text.at.real, text.at.imag, text.text, fontsize=text.size * font, color=text.color, ha="center",
-        va="center_baseline", zorder=10, parse_math=False, bbox=ring if text.ring else None,
+        text.at.real, text.at.imag, text.text, fontsize=text.size * font, color=text.color,
+        ha="left" if text.begins else "center", va="center_baseline", zorder=10, parse_math=False,
+        bbox=ring if text.ring else None,
         path_effects=[Stroke(linewidth=HALO, foreground=paper), Normal()] if text.halo else None,
     )  # fmt: skip
 

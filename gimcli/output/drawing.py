@@ -1,14 +1,13 @@
-"""Pictures of positions, motions, sequences and convergence."""
+"""Pictures of positions, motions and convergence."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.output import style, symbols
+from gimcli.output import style
 from gimcli.output.curves import drawn_runs
 from gimcli.output.labels import Labels
 from gimcli.output.picture import HIGHEST, LAYOUT, WIDEST, Frame, Picture, PictureLayout, composition
@@ -17,9 +16,6 @@ from gimcli.output.scene import Scene
 from gimcli.output.style import Mark, Pen, curve_pen
 from gimcli.output.vectors import Arrows, Field
 from gimcli.table import labelled
-
-Step = tuple[int, tuple[int, ...]]
-"""The node that a step moves, and the other nodes of the constraint."""
 
 MOST_NAMES = 40
 """With more nodes, no names are written."""
@@ -96,26 +92,6 @@ def position_picture(
     return picture
 
 
-@composition
-def sequence_picture(
-    mechanism: Mechanism, position: ComplexArray, steps: Sequence[Step], title: str, *, layout: PictureLayout = LAYOUT
-) -> Picture:
-    """Return one pose with a numbered arrow for each step, from the nodes of the constraint to the moved node."""
-    scene = solved(mechanism, position)
-    picture = plot(mechanism, title, [np.ravel(position), *([scene.extent()] if scene else [])], layout)
-    if not scene:
-        return picture
-    draw_strong(picture, scene)
-    draw_markers(picture, scene)
-    drawn: Counter[Step] = Counter()
-    offers = [_draw_step(picture, scene.poses[0], step, drawn) for step in steps]
-    labels = Labels(picture)
-    for number, places in enumerate(offers, start=1):
-        labels.at_best(places, str(number), style.STEP_ARROW.color, 6.5)
-    _name(labels, scene, range(len(mechanism.nodes)), {})
-    return picture
-
-
 def history_picture(
     errors: FloatArray, fit: tuple[float, float] | None, title: str, predicted: float, first: int
 ) -> Picture:
@@ -167,14 +143,15 @@ def _draw_curves(picture: Picture, curves: Mapping[str, ComplexArray]) -> None:
 
 
 def _write_names(picture: Picture, scene: Scene, nodes: Sequence[int], points: Mapping[str, complex]) -> None:
-    _name(Labels(picture), scene, nodes, points)
+    labels = Labels(picture)
+    name_nodes(labels, scene, nodes, points)
+    labels.write()
 
 
-def _name(labels: Labels, scene: Scene, nodes: Sequence[int], points: Mapping[str, complex]) -> None:
-    """Write the names of nodes and points."""
+def name_nodes(labels: Labels, scene: Scene, nodes: Sequence[int], points: Mapping[str, complex]) -> None:
+    """Request the names of nodes and points beside them, unless there are too many."""
     mechanism = scene.mechanism
     if len(nodes) > MOST_NAMES:
-        labels.write()
         return
     own = {name: complex(scene.place(anchor, scene.poses[0])) for name, anchor in scene.tracers.items()}
     for node in nodes:
@@ -182,36 +159,6 @@ def _name(labels: Labels, scene: Scene, nodes: Sequence[int], points: Mapping[st
     for name, z in {**own, **points}.items():
         if np.isfinite(z):
             labels.beside(complex(z), name)
-    labels.write()
-
-
-def _draw_step(picture: Picture, z: ComplexArray, step: Step, drawn: Counter[Step]) -> ComplexArray:
-    """Draw the arrows of a step; return possible places of its number: on the first arrow, or around the node."""
-    node, about = step
-    around = np.exp(1j * np.radians(np.arange(60, 420, 30)))
-    offers = [complex(z[node]) + distance * picture.frame.point * around for distance in (12.0, 20.0, 28.0)]
-    for order, start in enumerate(about):
-        path = _bow(picture, z, start, node, drawn)
-        if len(path):
-            symbols.arrow(picture, path, style.STEP_SECOND if order else style.STEP_ARROW, style.STEP_HEAD, 5.0)
-        if len(path) and order == 0:
-            ahead = np.array([0.72, 0.6, 0.5, 0.4, 0.3, 0.2, 0.8])
-            offers.insert(0, path[(ahead * (len(path) - 1)).astype(int)])
-    return np.concatenate(offers)
-
-
-def _bow(picture: Picture, z: ComplexArray, start: int, end: int, drawn: Counter[Step]) -> ComplexArray:
-    """Return an arc from one node to another that avoids their pins and the arcs already `drawn`."""
-    first, span, pt = complex(z[start]), complex(z[end] - z[start]), picture.frame.point
-    if abs(span) < 14.0 * pt:
-        return np.zeros(0, dtype=np.complex128)
-    between = (min(start, end), (max(start, end),))
-    again = drawn[between]
-    drawn[between] += 1
-    side = (1.0 if (again % 2 == 0) == (start < end) else -1.0) * (9.0 + 9.0 * (again // 2)) * pt
-    clear = 5.5 * pt / abs(span)
-    t = np.linspace(clear, 1.0 - clear, 33)
-    return np.asarray(first + span * (t + 4.0j * side / abs(span) * t * (1 - t)))
 
 
 def _window(curve: ComplexArray) -> Frame:

@@ -1,12 +1,19 @@
-"""The picture of a formation: groups as boxes in layers below the frame, and the pairs that join them."""
+"""Pictures of a formation: the mechanism coloured by groups, and the groups as boxes with the pairs that join them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
-from gimcli.output.picture import Frame, Picture, Text
-from gimcli.output.style import ARROW, FONT, HEAD, INK, PAPER, Fill
+import numpy as np
+
+from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.output.drawing import name_nodes, plot, solved
+from gimcli.output.labels import Labels
+from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Text, composition
+from gimcli.output.pose import draw_markers, draw_strong
+from gimcli.output.scene import Scene
+from gimcli.output.style import ARROW, FONT, HEAD, INK, Fill, Pen, group_colour, tint
 
 LINE = 0.17
 """Height of a line of text [in]."""
@@ -17,28 +24,41 @@ LETTER = 0.0092
 PAD, ACROSS, DOWN = 0.14, 0.35, 0.62
 """Border inside a box, and horizontal and vertical distances between boxes [in]."""
 
-EDGE = 0.35
-"""Free border of the picture [in]."""
+EDGE = 0.2
+"""Free border of the diagram [in]."""
 
-BOX = Fill(PAPER, INK, 1.2, layer=5)
 GROUND = Fill("#d9d9d9", INK, 1.2, layer=5)
-DRIVING = Fill("#efefef", INK, 2.2, layer=5)
-FILLS = {"frame": GROUND, "driving": DRIVING, "group": BOX}
+
+KEY = 2.6
+"""Width of the lines in the legend [pt]."""
+
+NUMBER = 6.5
+"""Size of the numbers of groups [pt]."""
 
 
 @dataclass(frozen=True)
 class Box:
-    """The frame or a group: its lines of text, and the number of layers above it."""
+    """The frame or a group: its number (0: the frame), lines of text, the number of layers above it, its links."""
 
+    number: int
     lines: tuple[str, ...]
     layer: int
-    kind: str = "group"  # frame, driving or group
+    name: str = ""  # in the legend
+    links: tuple[str, ...] = ()
 
     @property
     def size(self) -> complex:
         """Width and height [in]."""
         longest = max(len(line) for line in self.lines)
         return complex(LETTER * FONT * longest + 2 * PAD, LINE * len(self.lines) + 2 * PAD)
+
+    @property
+    def fill(self) -> Fill:
+        """Colours of the box: those of its links in the drawing."""
+        if not self.number:
+            return GROUND
+        colour = group_colour(self.number)
+        return Fill(tint(colour), colour, 1.6, layer=5)
 
 
 @dataclass(frozen=True)
@@ -51,14 +71,50 @@ class BoxJoint:
     tag: str = ""  # short name that is drawn instead of the upper box if that is not in the next layer
 
 
-def groups_picture(boxes: Sequence[Box], joints: Sequence[BoxJoint], title: str) -> Picture:
+@composition
+def coloured_picture(
+    mechanism: Mechanism, position: ComplexArray, boxes: Sequence[Box], title: str, *, layout: PictureLayout = LAYOUT
+) -> Picture:
+    """Return the mechanism with each link in the colour of its group, and the number of the group at each link."""
+    scene = solved(mechanism, position)
+    picture = plot(mechanism, title, [np.ravel(position), *([scene.extent()] if scene else [])], layout)
+    groups = [box for box in boxes if box.number]
+    numbers = {link: box.number for box in groups for link in box.links}
+    if scene:
+        draw_strong(picture, scene, colours={link: group_colour(number) for link, number in numbers.items()})
+        draw_markers(picture, scene)
+        _number(picture, scene, numbers)
+    picture.legend += [(f"{box.number}: {box.name}", Pen(KEY, group_colour(box.number))) for box in groups]
+    return picture
+
+
+def _number(picture: Picture, scene: Scene, numbers: Mapping[str, int]) -> None:
+    """Write the number of its group on each link, and the names of the nodes."""
+    labels, z = Labels(picture), scene.poses[0]
+    places = {scene.mechanism.members[b.member].name: [scene.place(a, z) for a in b.outline] for b in scene.bodies}
+    places |= {drive.name: list(z[list(drive.nodes)]) for drive in scene.drives if drive.kind == "cylinder"}
+    along = np.array([0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74])
+    for link, number in numbers.items():
+        corners = np.array(places.get(link, ()), dtype=np.complex128)
+        if len(corners) == 2:
+            labels.at_best(corners[0] + along * (corners[1] - corners[0]), str(number), group_colour(number), NUMBER)
+        elif len(corners):
+            middle = corners.mean()
+            offers = np.append(middle, middle + 0.35 * (corners - middle))
+            labels.at_best(offers, str(number), group_colour(number), NUMBER)
+    name_nodes(labels, scene, range(len(scene.mechanism.nodes)), {})
+    labels.write()
+
+
+@composition
+def formation_picture(boxes: Sequence[Box], joints: Sequence[BoxJoint], *, layout: PictureLayout = LAYOUT) -> Picture:
     """Return the boxes in layers, with an arrow from each box to the boxes that are joined to it."""
     centres, size = _places(boxes)
-    picture = Picture(title, Frame(0.0j, size, size.real, size.imag), ("", ""), bare=True)
+    picture = Picture("", _frame(size, layout), ("", ""), bare=True)
     for box, centre in zip(boxes, centres, strict=True):
         half = box.size / 2
         corners = [centre + complex(x * half.real, y * half.imag) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        picture.area(FILLS[box.kind], corners)
+        picture.area(box.fill, corners)
         top = centre.imag + LINE * (len(box.lines) - 1) / 2
         picture.texts += [Text(complex(centre.real, top - LINE * k), line) for k, line in enumerate(box.lines)]
     lanes: dict[int, int] = {}
@@ -67,7 +123,16 @@ def groups_picture(boxes: Sequence[Box], joints: Sequence[BoxJoint], title: str)
         lane = lanes.get(joint.lower, 0)
         lanes[joint.lower] = lane + 1
         _arrow(picture, boxes, centres, joint, (lane + 1) / (total + 1))
-    return picture
+    shrunk = min(1.0, picture.frame.width / (picture.frame.high - picture.frame.low).real)
+    return replace(picture, texts=[replace(text, size=shrunk * text.size) for text in picture.texts])
+
+
+def _frame(size: complex, layout: PictureLayout) -> Frame:
+    """Return a window around the diagram, whose unit is an inch; it shrinks to fit."""
+    scale = min(1.0, layout.width / size.real, (layout.height / size.imag) if layout.fills else 1.0)
+    width, height = (layout.width, layout.height) if layout.fills else (scale * size.real, scale * size.imag)
+    half = complex(width, height) / scale / 2
+    return Frame(size / 2 - half, size / 2 + half, width, height, min(1.0, layout.font))
 
 
 def _places(boxes: Sequence[Box]) -> tuple[list[complex], complex]:
@@ -99,7 +164,7 @@ def _arrow(picture: Picture, boxes: Sequence[Box], centres: list[complex], joint
         start = to + 0.30j
         half = complex(LETTER * FONT * len(joint.tag) / 2 + 0.08, 0.10)
         corners = [complex(x * half.real, y * half.imag) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        picture.area(FILLS[upper.kind], [start + 0.10j + corner for corner in corners])
+        picture.area(upper.fill, [start + 0.10j + corner for corner in corners])
         picture.texts.append(Text(start + 0.10j, joint.tag))
     else:
         start = centres[joint.upper] - 0.5j * upper.size.imag

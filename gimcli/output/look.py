@@ -11,7 +11,7 @@ from typing import Any
 
 from gimcli.errors import UsageError
 from gimcli.output.picture import Content, Gallery, Key, Picture, Sheet
-from gimcli.output.style import FONT, INK, PALETTE, PAPER, Fill, Mark, Pen
+from gimcli.output.style import FONT, INK, PALETTE, PAPER, TINT, Fill, Mark, Pen, tint
 
 IGNORED = (
     "backend", "backend_fallback", "figure.autolayout", "figure.constrained_layout.use", "interactive", "text.usetex",
@@ -155,6 +155,7 @@ class _Paint:
         settings = look.settings
         cycle = settings["axes.prop_cycle"].by_key().get("color", []) if "axes.prop_cycle" in settings else []
         self.curves = {own: to_hex(cycle[k % len(cycle)]) for k, own in enumerate(PALETTE)} if cycle else {}
+        self.tints = {tint(own): own for own in PALETTE}
         self.ink = to_rgb(settings.get("text.color", INK))
         self.paper = to_rgb(settings.get("axes.facecolor", PAPER))
         self.width = float(settings.get("lines.linewidth", WIDTH)) / WIDTH
@@ -164,6 +165,10 @@ class _Paint:
         """Return the colour that replaces one of ours."""
         if color in self.curves or color == "none":
             return self.curves.get(color, color)
+        if color in self.tints:
+            own, paper = self._rgb(self.color(self.tints[color])), self.paper
+            light: Any = [b + TINT * (a - b) for a, b in zip(own, paper, strict=True)]
+            return str(self._hex(tuple(light)))
         red, green, blue = self._rgb(color)
         if not red == green == blue:
             return color

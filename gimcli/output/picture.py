@@ -77,7 +77,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Text:
-    """A text centred at a place."""
+    """A text, centred at a place or beginning there."""
 
     at: complex
     text: str
@@ -85,6 +85,7 @@ class Text:
     color: str = INK
     ring: bool = False  # draw a circle around it, for numbers
     halo: bool = False  # draw a light edge around the letters, over lines
+    begins: bool = False  # the place is the left end of the text
 
 
 @dataclass

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 from gimcli.mechanism import ComplexArray
 from gimcli.output import force_symbols, style, symbols
 from gimcli.output.picture import Picture
 from gimcli.output.scene import Drive, ForceElement, LoadArrow, MemberOutline, Scene, Slider
+from gimcli.output.style import Fill
 
 
 def draw_ghost(picture: Picture, scene: Scene, pose: int) -> None:
@@ -26,19 +30,24 @@ def draw_ghost(picture: Picture, scene: Scene, pose: int) -> None:
     picture.mark(style.GHOST_PIN, *z[[n for n in scene.pins if n not in scene.fixed]].tolist())
 
 
-def draw_strong(picture: Picture, scene: Scene, positions: ComplexArray | None = None) -> None:
-    """Draw the first pose, or other positions of the nodes (nodes,), with all symbols."""
-    z = scene.poses[0] if positions is None else positions
+def draw_strong(
+    picture: Picture, scene: Scene, positions: ComplexArray | None = None, colours: Mapping[str, str] | None = None
+) -> None:
+    """Draw the first pose, or other positions of the nodes (nodes,), with all symbols.
+
+    `colours` replace black for members, blocks and cylinders, by name.
+    """
+    z, colours = scene.poses[0] if positions is None else positions, colours or {}
     for body in scene.bodies:
-        _draw_body(picture, scene, body, z)
+        _draw_body(picture, scene, body, z, colours.get(scene.mechanism.members[body.member].name))
     for slider in scene.sliders:
-        _draw_slider(picture, scene, slider, z)
+        _draw_slider(picture, scene, slider, z, colours.get(slider.name))
     for support in scene.supports:
         symbols.fixed_pivot(picture, complex(z[support.node]), support.upward)
     for element in scene.elements:
         _draw_element(picture, scene, element, z)
     for drive in scene.drives:
-        _draw_drive(picture, scene, drive, z)
+        _draw_drive(picture, scene, drive, z, colours.get(drive.name))
     for load in scene.loads:
         _draw_load(picture, scene, load, z)
     picture.mark(style.PIN, *z[list(scene.pins)].tolist())
@@ -57,18 +66,22 @@ def _along(scene: Scene, slider: Slider, z: ComplexArray) -> complex:
     return complex(slider.along * scene.turn(slider.line.member, z))
 
 
-def _draw_body(picture: Picture, scene: Scene, body: MemberOutline, z: ComplexArray) -> None:
+def _draw_body(picture: Picture, scene: Scene, body: MemberOutline, z: ComplexArray, colour: str | None) -> None:
     """Draw a plate, a beam or a link."""
     outline = [scene.place(anchor, z) for anchor in body.outline]
     if body.kind == "plate":
-        picture.area(style.PLATE, outline)
-    elif body.kind == "beam":
-        picture.stroke(style.BEAM, outline)
-    else:
-        picture.stroke(style.UPPER if body.above else style.LINK, outline)
+        picture.area(_filled(style.PLATE, colour), outline)
+        return
+    pen = style.BEAM if body.kind == "beam" else style.UPPER if body.above else style.LINK
+    picture.stroke(replace(pen, color=colour) if colour else pen, outline)
 
 
-def _draw_slider(picture: Picture, scene: Scene, slider: Slider, z: ComplexArray) -> None:
+def _filled(fill: Fill, colour: str | None) -> Fill:
+    """Return a fill with an edge of a colour and a light face of the same colour."""
+    return replace(fill, face=style.tint(colour), edge=colour) if colour else fill
+
+
+def _draw_slider(picture: Picture, scene: Scene, slider: Slider, z: ComplexArray, colour: str | None) -> None:
     """Draw a block and its guide."""
     (first, second), along = scene.ends(slider, z), _along(scene, slider, z)
     if slider.side:
@@ -77,7 +90,7 @@ def _draw_slider(picture: Picture, scene: Scene, slider: Slider, z: ComplexArray
         symbols.moving_guide(picture, first, second, along)
         if slider.bracket:
             picture.stroke(style.LINK, [scene.place(anchor, z) for anchor in slider.bracket])
-    symbols.block(picture, *_span(slider, along, z), along)
+    symbols.block(picture, *_span(slider, along, z), along, _filled(style.BLOCK, colour))
 
 
 def _span(slider: Slider, along: complex, z: ComplexArray) -> tuple[complex, complex]:
@@ -86,11 +99,11 @@ def _span(slider: Slider, along: complex, z: ComplexArray) -> tuple[complex, com
     return nodes[0], nodes[-1]
 
 
-def _draw_drive(picture: Picture, scene: Scene, drive: Drive, z: ComplexArray) -> None:
+def _draw_drive(picture: Picture, scene: Scene, drive: Drive, z: ComplexArray, colour: str | None) -> None:
     """Draw a turning arrow, a cylinder or a straight arrow."""
     at = complex(z[drive.nodes[0]])
     if drive.kind == "cylinder":
-        symbols.cylinder(picture, at, complex(z[drive.nodes[1]]))
+        symbols.cylinder(picture, at, complex(z[drive.nodes[1]]), _filled(style.CYLINDER, colour))
     elif drive.kind == "travel":
         along = complex(drive.direction * scene.turn(drive.guide, z))
         symbols.travel_arrow(picture, at, along, 1j * along * drive.aside, drive.sense)

@@ -23,12 +23,14 @@ def title_height(title: str, width: float, font: float) -> float:
 def height_below(picture: Picture, width: float) -> float:
     """Return the height [in] of the numbers, the name of the axis and the legend below the axes."""
     font, (_, rows) = picture.frame.font, legend_shape(picture, width)
+    if picture.bare:
+        return 0.05
     return (BOTTOM + rows * LINE) * font + (0.04 if rows else 0.0)
 
 
 def whole_height(picture: Picture, width: float) -> float:
     """Return the height [in] of a picture with its title and legend, in a figure of a width [in]."""
-    above = TOP + title_height(picture.title, width, picture.frame.font)
+    above = (0.05 if picture.bare else TOP) + title_height(picture.title, width, picture.frame.font)
     return height_below(picture, width) + picture.frame.height + above
 
 

@@ -96,15 +96,26 @@ DOT = Mark(size=3.2, face=INK, width=0.5)
 CROSS = Mark("x", 5.0, width=1.0)
 TRACER = Mark("D", 4.6, face=INK, width=0.5, layer=9)
 
-STEP_ARROW = Pen(0.9, "#20508c", layer=7)
-STEP_SECOND = Pen(0.8, "#20508c", (1.0, 1.8), layer=7)
-STEP_HEAD = Fill("#20508c", "#20508c", 0.3, layer=7)
-
 PALETTE = ("#a50f15", "#20508c", "#20713a", "#6a3d9a")
 _DASHES: tuple[tuple[float, ...], ...] = (
     (), (5.0, 2.0), (1.2, 1.5), (7.0, 1.8, 1.2, 1.8), (10.0, 2.5), (3.0, 1.2, 1.2, 1.2, 1.2, 1.2),
 )  # fmt: skip
 _WEIGHTS = (1.5, 0.8, 2.4)
+
+
+TINT = 0.16
+"""Part of a colour in its tint."""
+
+
+def tint(colour: str) -> str:
+    """Return a light tint of a colour ("#rrggbb")."""
+    parts = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
+    return "#" + "".join(f"{round(255 - TINT * (255 - part)):02x}" for part in parts)
+
+
+def group_colour(number: int) -> str:
+    """Return the colour of a group of links by its number, from 1."""
+    return PALETTE[(number - 1) % len(PALETTE)]
 
 
 def curve_pen(index: int) -> Pen:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -64,15 +65,15 @@ def moving_guide(picture: Picture, first: complex, second: complex, along: compl
     picture.stroke(THIN, [first - reach, second + reach])
 
 
-def cylinder(picture: Picture, base: complex, end: complex) -> None:
+def cylinder(picture: Picture, base: complex, end: complex, fill: Fill = CYLINDER) -> None:
     """Draw a cylinder from `base` and its rod to `end`."""
     if base == end:
         return
     pt, along = picture.frame.point, (end - base) / abs(end - base)
     first, second = base + 0.14 * (end - base), base + 0.60 * (end - base)
     half = 2.6j * along * pt
-    picture.stroke(ROD, [base, end])
-    picture.area(CYLINDER, rectangle(first, second, 0.0, 8.0 * pt, along))
+    picture.stroke(replace(ROD, color=fill.edge), [base, end])
+    picture.area(fill, rectangle(first, second, 0.0, 8.0 * pt, along))
     picture.stroke(ARROW, [second - 4 * along * pt - half, second - 4 * along * pt + half])
 
 

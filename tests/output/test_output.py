@@ -23,9 +23,9 @@ from gimcli.output.drawing import (
     history_picture,
     motion_picture,
     position_picture,
-    sequence_picture,
 )
 from gimcli.output.scene import FLAT, Scene
+from gimcli.output.sequence import DrawnMove, MoveGroup, sequence_picture
 from gimcli.output.style import HATCH, curve_pen
 from gimcli.structure.convex_hull import convex_hull
 from gimcli.table import Column, Table
@@ -77,6 +77,10 @@ def four_bar(**more):
     links = [("ground", (0, 3)), ("crank", (0, 1)), ("coupler", (1, 2)), ("rocker", (3, 2))]
     found = mechanism("OABC", poses[0], links, (), [MOTOR], [("P", 2, 45 + 35j)], **more)
     return found, poses, {"P": CRANK + (b - CRANK) / 80.0 * (45 + 35j), "B": b}
+
+
+def moves(*steps):
+    return MoveGroup("group", tuple(DrawnMove(node, about, f"{node} about {about}") for node, about in steps))
 
 
 def floating_four_bar():
@@ -319,7 +323,7 @@ def test_all_parts_of_a_drawing_are_inside_the_window(kind):
     for picture in (
         motion_picture(found, poses, curves, ""),
         position_picture(found, poses[0], "", {"P": poses[0][1]}),
-        sequence_picture(found, poses[0], [(1, (0,)), (2, (1, 3)), (2, (0,))], ""),
+        sequence_picture(found, poses[0], [moves((1, (0,)), (2, (1, 3)), (2, (0,)))], ""),
     ):
         paths = [p for group in (*picture.strokes.values(), *picture.areas.values()) for p in group]
         z = np.concatenate([*paths, [text.at for text in picture.texts]])
@@ -352,7 +356,7 @@ def test_a_sequence_has_every_number_and_none_overlaps():
         (1, ()),
         (1, (1,)),
     ]
-    picture = sequence_picture(found, poses[0], steps, "")
+    picture = sequence_picture(found, poses[0], [moves(*steps[:4]), moves(*steps[4:])], "")
     rings = {text.text: text.at for text in picture.texts if text.ring}
     assert sorted(rings) == [str(n) for n in range(1, 10)]
     places = np.array(list(rings.values()))
