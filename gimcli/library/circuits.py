@@ -20,12 +20,6 @@ if TYPE_CHECKING:
     from gimcli.output.animation import Animation
     from gimcli.output.picture import Content
 
-PLACES = 361
-"""Least number of points of a drawn curve."""
-
-STILL = 1e-6
-"""A smaller change of a distance, in the normal frame, counts as constant."""
-
 ROUND = 1e-12
 """A smaller input, in the file's unit, is shown as 0."""
 
@@ -128,39 +122,15 @@ class CircuitsResult(Result):
         return Table(tuple(columns))
 
     def picture(self) -> Content | None:
-        """Return the curves of the traced points and a graph over the input; None if there is no circuit."""
-        from gimcli.branching.resampling import along
-        from gimcli.motion.coupler_points import carried_point
-        from gimcli.output.drawing import motion_picture
-        from gimcli.output.panels import with_panels
+        """Return the paths of one point on all circuits and a graph over the input; None if there is no circuit."""
+        from gimcli.library.circuits_picture import circuits_picture
 
         found = self.found
         if not found.strands:
             return None
-        curve, mechanism = found.curve, found.curve.mechanism
-        lines = [along(s.circuit, max(PLACES, len(s.circuit.places))) for s in found.strands]
-        paths = {
-            name: [mechanism.to_file(carried_point(mechanism, name, curve.nodes(p))) for p in lines]
-            for name in mechanism.traced
-        }
-        name = next((n for n in paths if _free(found, paths[n])), mechanism.traced[0])
-        labels = [f"circuit {curve_label(found, k)}" for k in range(len(found.strands))]
-        firsts = {s.number: k for k, s in reversed(list(enumerate(found.strands)))}
-        poses = np.array([mechanism.to_file(curve.nodes(lines[k][:, 0])) for _, k in sorted(firsts.items())])
-        across = np.concatenate([_values(found, p[-1]) for p in lines])
-        columns = []
-        for k, label in enumerate(labels):
-            column = np.full(len(across), np.nan)
-            first = sum(p.shape[1] for p in lines[:k])
-            own = slice(first, first + lines[k].shape[1])
-            column[own] = paths[name][k].imag
-            jumps = np.flatnonzero(np.abs(np.diff(across[own])) > 0.5 * float(np.ptp(across))) + 1
-            column[first + jumps] = np.nan
-            columns.append(Column(label, column, mechanism.length_unit))
-        title = f"{mechanism.name}: {found.count} circuit{'s' * (found.count != 1)}"
-        curves = {f"{name}, {label}": path for label, path in zip(labels, paths[name], strict=True)}
-        head = Column(*_abscissa(found, across))
-        return with_panels(motion_picture(mechanism, poses, curves, title), {f"{name}.y": Table((head, *columns))})
+        labels = [curve_label(found, k) for k in range(len(found.strands))]
+        title = f"{self.mechanism.name}: {found.count} circuit{'s' * (found.count != 1)}"
+        return circuits_picture(found, labels, title)
 
     def animation(self) -> Animation | None:
         """Return the circuits, one clip for each curve; None if there is no circuit."""
@@ -221,28 +191,3 @@ def verdict(found: Circuits) -> str:
         f"all configurations at {count} sampled input values are proved, and each is on a circuit of this list; a"
         f" circuit with a range of less than {step} between these values may be missing"
     )
-
-
-def _free(found: Circuits, paths: list[Any]) -> bool:
-    """Return whether the paths of a point are other than circles around a node of the frame."""
-    mechanism = found.curve.mechanism
-    frame = mechanism.to_file(mechanism.members[0].shape)
-    return all(any(np.ptp(np.abs(path - centre)) > STILL * mechanism.scale for path in paths) for centre in frame)
-
-
-def _values(found: Circuits, q: Any) -> Any:
-    """Return parameters, those of a rotary input within one turn from the start of its law."""
-    if not (found.curve.single and found.curve.rotary[0]):
-        return q
-    begin = found.curve.begin()
-    return begin + np.mod(q - begin, 2.0 * np.pi)
-
-
-def _abscissa(found: Circuits, values: Any) -> tuple[str, Any, str]:
-    """Return name, values and unit of the abscissa of the graph."""
-    mechanism = found.curve.mechanism
-    if found.curve.line is None:
-        return "time", values / found.curve.span * mechanism.duration, "s"
-    main = found.curve.line.main
-    actuator = mechanism.actuators[main]
-    return actuator.name, mechanism.value_to_file(main, values), mechanism.unit_of(actuator)

@@ -76,6 +76,11 @@ def _covers(path: ComplexArray, piece: ComplexArray, near: float) -> bool:
     return bool(np.max(_distances(points, path[:: max(1, len(path) // 400)])) < near)
 
 
+def same_path(one: ComplexArray, other: ComplexArray, near: float) -> bool:
+    """Return whether two curves are at most `near` apart everywhere."""
+    return _covers(one, other, near) and _covers(other, one, near)
+
+
 def _distances(points: ComplexArray, path: ComplexArray) -> NDArray[np.float64]:
     """Return the distance of each point from a polyline."""
     span = np.diff(path)

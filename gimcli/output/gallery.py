@@ -9,13 +9,14 @@ import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output.axes import fill, set_up, title_lines, write_title
+from gimcli.output.curves import drawn_runs
 from gimcli.output.drawing import length_labels
 from gimcli.output.labels import Labels
 from gimcli.output.picture import LAYOUT, Frame, Gallery, Picture, PictureLayout, composition
 from gimcli.output.pose import draw_markers, draw_strong
 from gimcli.output.scene import Scene
 from gimcli.output.sizes import title_height
-from gimcli.output.style import LEFT, LINE, RIGHT, TOP
+from gimcli.output.style import LEFT, LINE, RIGHT, TOP, curve_pen
 
 NAMED = 6
 """Largest number of panels in which the nodes are named."""
@@ -41,17 +42,20 @@ FOOT = 0.5
 
 @composition
 def gallery_picture(
-    mechanism: Mechanism, positions: ComplexArray, titles: Sequence[str], title: str, *, layout: PictureLayout = LAYOUT
-) -> Gallery:
-    """Return the panels of positions (panels, nodes), each with its title."""
+    mechanism: Mechanism, positions: ComplexArray, titles: Sequence[str], title: str,
+    paths: Sequence[ComplexArray] = (), *, layout: PictureLayout = LAYOUT,
+) -> Gallery:  # fmt: skip
+    """Return the panels of positions (panels, nodes), each with its title, and its path if there are paths."""
     scenes = [Scene(mechanism, z[None, :]) for z in positions]
     columns = _columns(len(scenes))
-    extents = [s.extent() for s in scenes] + [positions.ravel()]
+    extents = [s.extent() for s in scenes] + [positions.ravel(), *paths]
     frame = _window(np.concatenate(extents), columns, layout)
     labels = length_labels(mechanism)
     panels = []
-    for scene, name in zip(scenes, titles, strict=True):
+    for k, (scene, name) in enumerate(zip(scenes, titles, strict=True)):
         panel = Picture(name, frame, labels)
+        for path in paths[k : k + 1]:
+            panel.stroke(curve_pen(0), *(run for run in drawn_runs(path, frame.point) if len(run) > 1))
         draw_strong(panel, scene)
         draw_markers(panel, scene)
         if len(scenes) <= NAMED:
