@@ -160,7 +160,8 @@ class SimulateResult(RowsResult):
         }  # fmt: skip
 
     def picture(self) -> Content | None:
-        """Return graphs of inputs, speeds and energies over the time; None if there is nothing to draw."""
+        """Return the mechanism above graphs of inputs, speeds and energies; None if there is nothing to draw."""
+        from gimcli.library.simulation_picture import with_mechanism
         from gimcli.output.history import Panel, history_sheet
 
         found, mechanism, panels = self.found, self.mechanism, list[Panel]()
@@ -181,7 +182,7 @@ class SimulateResult(RowsResult):
                     panels.append(Panel(f"{'speed of ' * order}{name} {what}", curves, marks))
         energies = [(n, found.time, e) for n, e in zip(ENERGIES, found.energy, strict=True) if e.any()]
         panels.append(Panel("energy [J]", [*energies, ("total", found.time, found.total)]))
-        return history_sheet(panels, "time [s]", f"{mechanism.name}: simulation")
+        return with_mechanism(found, history_sheet(panels, "time [s]", f"{mechanism.name}: simulation"))
 
     def animation(self) -> Animation | None:
         """Return the motion with its events and columns; None if it has no row."""

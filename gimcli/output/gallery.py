@@ -18,8 +18,8 @@ from gimcli.output.scene import Scene
 from gimcli.output.sizes import title_height
 from gimcli.output.style import LEFT, LINE, RIGHT, TOP, curve_pen
 
-NAMED = 6
-"""Largest number of panels in which the nodes are named."""
+NAMED = 9
+"""Largest number of panels in which all nodes are named; with more, only the fixed pivots."""
 
 WIDTH, HIGHEST = 9.6, 3.4
 """Width of all panels together, if there are few, and largest height of one panel [in]."""
@@ -58,11 +58,10 @@ def gallery_picture(
             panel.stroke(curve_pen(0), *(run for run in drawn_runs(path, frame.point) if len(run) > 1))
         draw_strong(panel, scene)
         draw_markers(panel, scene)
-        if len(scenes) <= NAMED:
-            names = Labels(panel)
-            for node in sorted(scene.used):
-                names.beside(complex(scene.poses[0][node]), mechanism.nodes[node])
-            names.write()
+        names = Labels(panel)
+        for node in sorted(scene.used if len(scenes) <= NAMED else scene.used & scene.fixed):
+            names.beside(complex(scene.poses[0][node]), mechanism.nodes[node])
+        names.write()
         panels.append(panel)
     return Gallery(title, tuple(panels), columns)
 

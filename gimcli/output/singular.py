@@ -9,7 +9,7 @@ import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output.curves import drawn_runs
-from gimcli.output.drawing import plot
+from gimcli.output.drawing import name_nodes, plot
 from gimcli.output.labels import Labels
 from gimcli.output.picture import LAYOUT, Picture, PictureLayout, composition
 from gimcli.output.pose import draw_ghost, draw_markers, draw_strong
@@ -55,7 +55,7 @@ def singular_picture(
         picture.stroke(pen, *(run for run in drawn_runs(curve, picture.frame.point) if len(run) > 1))
         picture.legend.append((name, pen))
     _mark(picture, shown)
-    _write(picture, mechanism, scene, shown)
+    _write(picture, scene, shown)
     return picture
 
 
@@ -74,7 +74,7 @@ def _mark(picture: Picture, shown: Sequence[Shown]) -> None:
             picture.legend.append((kind, mark))
 
 
-def _write(picture: Picture, mechanism: Mechanism, scene: Scene | None, shown: Sequence[Shown]) -> None:
+def _write(picture: Picture, scene: Scene | None, shown: Sequence[Shown]) -> None:
     """Write the numbers of the marks, one text for marks at the same place, and the names of the nodes."""
     labels = Labels(picture)
     together: list[tuple[complex, list[int]]] = []
@@ -86,10 +86,9 @@ def _write(picture: Picture, mechanism: Mechanism, scene: Scene | None, shown: S
             elif s.number not in near:
                 near.append(s.number)
     for z, numbers in together:
-        labels.beside(z, ",".join(map(str, numbers)), STRONG.color)
+        labels.beside(z, ", ".join(map(str, numbers)), STRONG.color)
     if scene:
-        for node in sorted(scene.used):
-            labels.beside(complex(scene.poses[0][node]), mechanism.nodes[node])
+        name_nodes(labels, scene, sorted(scene.used), {})
     labels.write()
 
 

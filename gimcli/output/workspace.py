@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.output.drawing import plot, solved
+from gimcli.output.drawing import name_nodes, plot, solved
 from gimcli.output.labels import Labels
 from gimcli.output.picture import LAYOUT, Picture, PictureLayout, composition
 from gimcli.output.pose import draw_strong
@@ -19,8 +19,10 @@ VOID = Fill(PAPER, "none", 0.0, layer=0)
 PENS = {
     "outer": Pen(1.9, INK, layer=7),
     "hole": Pen(1.9, "#a50f15", (5.0, 1.6), layer=7),
-    "inner": Pen(1.2, "#20508c", (1.4, 1.4), layer=7),
+    "inner": Pen(0.7, "#7d97b8", (1.4, 2.0), layer=6),
 }
+OTHERS = Pen(1.1, "#20508c", (4.0, 2.0), layer=7)
+"""Paths of other configurations."""
 NAMES = {"outer": "boundary", "hole": "hole", "inner": "inner curve: limit of some configurations"}
 
 GREYS = ("#efefef", "#e2e2e2", "#d4d4d4", "#c4c4c4", "#b0b0b0")
@@ -71,7 +73,7 @@ def path_picture(
     picture = plot(mechanism, title, shown, layout)
     for pen, name, group in (
         (PENS["outer"], "path of the initial configuration", paths[:1]),
-        (PENS["inner"], "paths of other configurations", paths[1:]),
+        (OTHERS, "paths of other configurations", paths[1:]),
     ):
         if group:
             picture.stroke(pen, *group)
@@ -81,15 +83,19 @@ def path_picture(
 
 
 def _draw_pose(picture: Picture, scene: Scene | None, point: tuple[str, complex | None]) -> None:
-    """Draw the mechanism, and its point with the name."""
+    """Draw the mechanism with the names of its nodes, and its point with the name."""
     if scene is not None:
         draw_strong(picture, scene)
     name, at = point
     if at is not None and np.isfinite(at):
         picture.mark(TRACER, at)
-        labels = Labels(picture)
+    labels = Labels(picture)
+    if scene is not None:
+        named = {name: at} if at is not None and name not in scene.mechanism.nodes else {}
+        name_nodes(labels, scene, sorted(scene.used), named)
+    elif at is not None and np.isfinite(at):
         labels.beside(at, name)
-        labels.write()
+    labels.write()
 
 
 def _fill(picture: Picture, curves: Mapping[str, Sequence[ComplexArray]]) -> None:

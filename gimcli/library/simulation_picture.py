@@ -1,0 +1,21 @@
+"""The mechanism above the graphs of a simulation: its first position, some later ones, and paths of points."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gimcli.dynamics.simulation_types import Simulation
+from gimcli.motion.coupler_points import carried_point
+from gimcli.output.drawing import motion_picture
+from gimcli.output.picture import Sheet
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Content
+
+
+def with_mechanism(found: Simulation, graphs: Sheet) -> Content:
+    """Return the graphs of a simulation below the mechanism with the paths of the traced points."""
+    mechanism, z = found.mechanism, found.nodes[0]
+    paths = {name: mechanism.to_file(carried_point(mechanism, name, z)) for name in mechanism.traced}
+    drawing = motion_picture(mechanism, mechanism.to_file(z).T, paths, graphs.title)
+    return Sheet("", (drawing, *graphs.pictures))
