@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 SHOWN = 10
 """Number of rows of a table that `repr` shows."""
 
+FRAME_HEIGHT = 640
+"""Height of the animated page in a notebook [px]."""
+
 LISTED = 20
 """Number of known names in the message for an unknown name."""
 
@@ -169,7 +172,28 @@ class Result(Mapping[str, NDArray[Any]]):
         import html
 
         rows = "".join(f"<tr>{''.join(f'<td>{html.escape(c)}</td>' for c in row)}</tr>" for row in cells(self.table()))
-        return f"<p>{html.escape(self.headline())}</p><table>{rows}</table>{self._svg()}"
+        return f"<p>{html.escape(self.headline())}</p><table>{rows}</table>{self._drawn()}"
+
+    def _drawn(self) -> str:
+        """Return the animated page, and the picture folded below it; only the picture where nothing moves."""
+        frame, picture = self._frame(), self._svg()
+        return (
+            f"{frame}<details><summary>Picture</summary>{picture}</details>" if frame and picture else frame + picture
+        )
+
+    def _frame(self) -> str:
+        """Return the animated page as a frame that a notebook shows; its scripts have no access to the notebook."""
+        import html
+
+        from gimcli.output.page import page
+
+        motion = self.animation()
+        if motion is None:
+            return ""
+        return (
+            f'<iframe sandbox="allow-scripts" title="{html.escape(motion.title)}"'
+            f' style="width:100%;height:{FRAME_HEIGHT}px;border:0" srcdoc="{html.escape(page(motion))}"></iframe>'
+        )
 
     def _svg(self) -> str:
         from tempfile import TemporaryDirectory

@@ -157,20 +157,21 @@ def test_toggles_change_the_drawing(browser, crank, key):
     assert np.any(first != page.pixels())
 
 
-def test_velocity_vectors(browser, crank):
-    """The note at a node has the speeds of the table."""
+@pytest.mark.parametrize("name", ["B", "P"])
+def test_speeds_of_nodes_and_points(browser, crank, name):
+    """The note at a node, or at a point of a member, has the speeds of the table."""
     page, row = OpenPage(browser, crank), read_rows(crank.with_suffix(".csv"))[75]
     page.set(row=75)
-    at = page.screen("B")
+    at = page.screen(name)
     page.script(
         "document.getElementById('drawing').dispatchEvent(new PointerEvent('pointermove',"
         " {clientX: arguments[0], clientY: arguments[1], bubbles: true}))", at.real, at.imag,
     )  # fmt: skip
     page.tick()
     words = page.text("#tip").split("\n")
-    speed, acceleration = (np.hypot(float(row[f"B.{k}x"]), float(row[f"B.{k}y"])) for k in "va")
-    assert words[0] == "B"
-    assert float(words[1].split()[2]) == pytest.approx(float(row["B.x"]), rel=1e-5)
+    speed, acceleration = (np.hypot(float(row[f"{name}.{k}x"]), float(row[f"{name}.{k}y"])) for k in "va")
+    assert words[0] == name
+    assert float(words[1].split()[2]) == pytest.approx(float(row[f"{name}.x"]), rel=1e-5)
     assert float(words[3].split()[1]) == pytest.approx(speed, rel=1e-5)
     assert float(words[4].split()[1]) == pytest.approx(acceleration, rel=1e-5)
 
@@ -355,3 +356,22 @@ def test_configurations_are_chosen_from_a_list(browser, folder):
         assert abs(page.screen("B") - (origin + size * complex(x, -y))) < 1.0
     assert page.hidden("#slider")
     assert found.count == 2
+
+
+def test_a_notebook_shows_the_page_in_a_frame(browser, folder):
+    """The frame draws the mechanism, and its scripts have no access to the notebook."""
+    path = folder / "notebook.html"
+    cell = gimcli.trace(gimcli.load(MODELS / "crank_rocker.yaml"), 24)._repr_html_()
+    path.write_text(f"<!DOCTYPE html><meta charset='utf-8'><link rel='icon' href='data:,'>{cell}", encoding="utf-8")
+    page = OpenPage(browser, path)
+    assert (
+        page.script("try { return frames[0].document.title } catch (refused) { return refused.name }")
+        == "SecurityError"
+    )
+    browser.switch_to.frame(0)
+    assert page.state["rows"] == 25
+    page.click("#play")
+    assert page.state["playing"]
+    browser.switch_to.default_content()
+    assert page.faults() == []
+    assert page.requests() == [path.resolve().as_uri()]

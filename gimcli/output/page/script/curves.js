@@ -68,5 +68,5 @@ function drawKey(c, name, pen, place) {
   c.strokeStyle = pen.colour;
   c.setLineDash(pen.dash);
   c.stroke();
-  text(c, shortName(name), 46, y + 4, 8);
+  text(c, shortName(name), 46, y, 8);
 }

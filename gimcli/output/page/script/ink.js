@@ -40,17 +40,35 @@ function disc(c, [x, y], size, face, edge = theme.ink, width = 1.1) {
   }
 }
 
-// A text with a border in the colour of the paper, so that it can be read over lines.
-function text(c, words, x, y, size = 9, colour = theme.ink) {
-  c.font = `${Math.max(11, size * camera.pt)}px system-ui, sans-serif`;
+const drawnTexts = new Map(); // texts as small pictures, since writing a text in each frame takes long
+
+// A text with a border in the colour of the paper, so that it can be read over lines; the place is its left or its middle.
+function text(c, words, x, y, size = 9, centred = false) {
+  const pixels = Math.max(11, size * camera.pt), ratio = window.devicePixelRatio || 1;
+  const key = `${words} ${pixels} ${ratio} ${theme.dark}`;
+  if (!drawnTexts.has(key)) {
+    if (drawnTexts.size > 2000) drawnTexts.clear();
+    drawnTexts.set(key, drawnText(words, pixels, ratio));
+  }
+  const picture = drawnTexts.get(key), width = picture.width / ratio, height = picture.height / ratio;
+  c.drawImage(picture, centred ? x - width / 2 : x - 3, y - height / 2, width, height);
+}
+
+function drawnText(words, pixels, ratio) {
+  const canvas = document.createElement("canvas"), c = canvas.getContext("2d"), font = `${pixels}px system-ui, sans-serif`;
+  c.font = font;
+  canvas.width = Math.ceil((c.measureText(words).width + 6) * ratio);
+  canvas.height = Math.ceil((1.5 * pixels + 4) * ratio);
+  c.scale(ratio, ratio);
+  c.font = font;
+  c.textBaseline = "middle";
   c.lineJoin = "round";
-  c.setLineDash([]);
   c.lineWidth = 3;
   c.strokeStyle = theme.paper;
-  c.strokeText(words, x, y);
-  c.fillStyle = colour;
-  c.fillText(words, x, y);
-  c.lineJoin = "miter";
+  c.strokeText(words, 3, canvas.height / ratio / 2);
+  c.fillStyle = theme.ink;
+  c.fillText(words, 3, canvas.height / ratio / 2);
+  return canvas;
 }
 
 const plus = ([x, y], [dx, dy], size = 1) => [x + size * dx, y + size * dy];

@@ -4,7 +4,7 @@ const SIDES = Array.from({ length: 16 }, (_, k) => (k * Math.PI) / 8 + Math.PI /
 
 // Choose the angle of each name: away from the lines at the node in some poses, and from the names already placed.
 function nameSides(scene, pose, starts, xy) {
-  const named = namedAnchors(scene), taken = named.map(() => []), at = [];
+  const named = scene.named, taken = named.map(() => []), at = [];
   for (const start of starts) {
     pose.set(xy, start);
     const lines = linesOf(scene, pose);
@@ -71,15 +71,11 @@ function nameBox(name, [x, y], side) {
 }
 
 function drawNames(c, scene, pose, sides) {
-  c.textAlign = "center";
-  c.textBaseline = "middle";
-  namedAnchors(scene).forEach(([name, anchor], k) => {
+  scene.named.forEach(([name, anchor], k) => {
     const at = pose.place(anchor), words = shortName(name);
     const half = 0.5 * Math.min(words.length, 40) * 0.55 * Math.max(11, 9 * camera.pt);
-    text(c, words, at[0] + (9 + half) * Math.cos(sides[k]), at[1] - 15 * Math.sin(sides[k]));
+    text(c, words, at[0] + (9 + half) * Math.cos(sides[k]), at[1] - 15 * Math.sin(sides[k]), 9, true);
   });
-  c.textAlign = "start";
-  c.textBaseline = "alphabetic";
 }
 
 function shortName(name) {

@@ -18,6 +18,7 @@ class Stage {
   show(keep) {
     const { scene } = this.app.data;
     this.pose = new Pose(scene);
+    scene.named = namedAnchors(scene);
     this.targets = targets(scene);
     this.target = null;
     this.measure();

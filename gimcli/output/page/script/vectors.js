@@ -41,5 +41,5 @@ function drawVectors(c, scene, clip, row, order, pose, place) {
   }
   const value = roundBelow(long), y = camera.height - 14 - 20 * place;
   arrow(c, [[14, y], [14 + scale * value, y]], 1.4, colour, 6, dash, face);
-  text(c, `${KINDS[order]} ${shown(value)} ${raised(clip.rateUnits[order])}`, 22 + scale * value, y + 4);
+  text(c, `${KINDS[order]} ${shown(value)} ${raised(clip.rateUnits[order])}`, 22 + scale * value, y);
 }
