@@ -2,7 +2,7 @@
 
 Run: python tests/benchmarks/page_frames.py [--frames 400] [--out FOLDER]
 
-Each row is drawn with the names, curves, ghost poses and vectors that are switched on, and two graphs. The time is that of the script;
+The rows are drawn as the page starts, and with names, curves, ghost poses and vectors. The time is that of the script;
 the browser then paints in other threads. The goal is at most 4 ms for 95 % of the frames.
 """
 
@@ -14,10 +14,12 @@ from pathlib import Path
 
 from machine import RESULTS, Row, keep, show  # isort: skip - first: one thread
 from chains import scissor
-from chromium import started
+from chromium import NotInstalledError, started
 from pages import OpenPage
 
 import gimcli
+
+__all__ = ["NotInstalledError", "main"]
 
 STAGES = 13
 GOAL = 4.0

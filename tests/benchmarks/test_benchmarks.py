@@ -7,6 +7,7 @@ import chains
 import first_call
 import machine
 import numpy as np
+import page_frames
 import positions
 import pytest
 import random_starts
@@ -81,3 +82,12 @@ def test_random_starts(tmp_path):
     rows = rows_of("random_starts", tmp_path)
     assert [r["method"] for r in rows] == list(random_starts.METHODS)
     assert [r["configurations"] for r in rows if r["method"] != "newton"] == ["2", "2"]  # a four-bar has two
+
+
+@pytest.mark.soak
+def test_page_frames(tmp_path):
+    try:
+        page_frames.main(["--frames", "20", "--out", str(tmp_path)])
+    except page_frames.NotInstalledError as missing:
+        pytest.skip(f"{missing} is not installed")
+    assert {row["moving nodes"] for row in rows_of("page_frames", tmp_path)} == {"40"}

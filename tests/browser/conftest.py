@@ -16,9 +16,7 @@ def chromium():
         with started() as browser:
             yield browser
     except NotInstalledError as missing:
-        text = (
-            f"{missing} is not installed, pages are not tested in a browser: apt-get install chromium chromium-driver"
-        )
+        text = f"{missing} is not installed: pages are not tested (apt-get install chromium chromium-driver)"
         if REQUIRED:
             pytest.fail(text)
         pytest.skip(text)

@@ -364,10 +364,8 @@ def test_a_notebook_shows_the_page_in_a_frame(browser, folder):
     cell = gimcli.trace(gimcli.load(MODELS / "crank_rocker.yaml"), 24)._repr_html_()
     path.write_text(f"<!DOCTYPE html><meta charset='utf-8'><link rel='icon' href='data:,'>{cell}", encoding="utf-8")
     page = OpenPage(browser, path)
-    assert (
-        page.script("try { return frames[0].document.title } catch (refused) { return refused.name }")
-        == "SecurityError"
-    )
+    look = "try { return frames[0].document.title } catch (refused) { return refused.name }"
+    assert page.script(look) == "SecurityError"
     browser.switch_to.frame(0)
     assert page.state["rows"] == 25
     page.click("#play")
