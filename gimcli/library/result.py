@@ -108,8 +108,8 @@ class Result(Mapping[str, NDArray[Any]]):
         """Write files, each in the format of its suffix; each file is written atomically.
 
         Args:
-            paths: files with the suffix .csv, .npz, .json, .png, .svg, .pdf or .html, of `solve` also .yaml (the model
-                file with the solved coordinates); a folder gets the files that the command writes by default.
+            paths: files with the suffix .csv, .npz, .json, .png, .svg, .pdf, .html, .gif or .mp4, of `solve` also .yaml
+                (the model file with solved coordinates); a folder gets the files that the command writes by default.
             size: width and height of pictures with a unit (mm, cm, in), such as "160x90mm".
             dpi: resolution of PNG pictures, in dots per inch.
             title: title of pictures; "" for none.
@@ -128,7 +128,7 @@ class Result(Mapping[str, NDArray[Any]]):
         if files.stdout:
             raise UsageError("-: give the name of a file")
         files.refuse(self.mechanism.files)
-        if options != PictureOptions() and not files.of("picture"):
+        if options != PictureOptions() and not files.of("picture", "animation"):
             raise UsageError("size, dpi, title, ghosts and style change the picture, but no picture is written")
         contents = self.contents(files.files)
         for path in files.named:
@@ -252,10 +252,13 @@ def write_contents(contents: Mapping[Path, Any], options: PictureOptions | None 
     """Write the contents of files, except None; return the files that were written."""
     from gimcli.output import format_of, write
 
+    change: dict[str, Callable[[Any], Any]] = (
+        {"picture": options.printed, "animation": options.animated} if options else {}
+    )
     written = [path for path, content in contents.items() if content is not None]
     for path in written:
-        drawn = options is not None and format_of(path).content == "picture"
-        write(options.printed(contents[path]) if options and drawn else contents[path], path)
+        change_it = change.get(format_of(path).content, lambda content: content)
+        write(change_it(contents[path]), path)
     return written
 
 

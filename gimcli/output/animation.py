@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,9 @@ from numpy.typing import NDArray
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.output.scene import Scene
 from gimcli.table import Table
+
+if TYPE_CHECKING:
+    from gimcli.output.printed import PictureOptions
 
 MOST_ROWS = 2000
 """Largest number of rows of a clip that is made from a long motion."""
@@ -79,6 +83,7 @@ class Animation:
     notes: tuple[str, ...] = ()
     choice: str = "Motion"  # the name of the list of clips
     report: tuple[Section, ...] = ()
+    options: PictureOptions | None = None  # size, resolution, title and look of films
 
     @cached_property
     def scene(self) -> Scene:

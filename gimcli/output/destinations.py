@@ -28,6 +28,9 @@ class Destinations:
 
     def refuse(self, read: Iterable[Path]) -> None:
         """Raise UsageError if the model was read from a file, OutputError if a file cannot be written."""
+        for path in self.files:
+            if (require := format_of(path).require) is not None:
+                require(path)
         refuse_unwritable(read, *self.files)
 
 

@@ -9,9 +9,11 @@ from typing import Any, Literal
 
 from gimcli.errors import UsageError
 from gimcli.output.csv import write_csv
+from gimcli.output.gif import write_gif
 from gimcli.output.html import write_html
 from gimcli.output.json import write_json
 from gimcli.output.model import write_model
+from gimcli.output.mp4 import require_ffmpeg, write_mp4
 from gimcli.output.npz import write_npz
 from gimcli.output.pdf import write_pdf
 from gimcli.output.png import write_png
@@ -26,6 +28,7 @@ class Format:
 
     content: Content
     write: Callable[[Any, Path], None]
+    require: Callable[[Path], None] | None = None  # raises OutputError if a program that it needs is missing
 
 
 FORMATS: dict[str, Format] = {
@@ -38,6 +41,8 @@ FORMATS: dict[str, Format] = {
     ".html": Format("animation", write_html),
     ".yaml": Format("model", write_model),
     ".yml": Format("model", write_model),
+    ".gif": Format("animation", write_gif),
+    ".mp4": Format("animation", write_mp4, require_ffmpeg),
 }
 """The formats by their suffix."""
 
