@@ -72,7 +72,7 @@ class Outputs:
             from gimcli.output.printed import PictureOptions
 
             self.options = PictureOptions.checked(**drawing)
-            if not self.files.of("picture"):
+            if not self.files.prints:
                 raise UsageError(
                     f"--{next(iter(drawing))} changes the picture, but no picture is written: use -o FILE.png"
                 )

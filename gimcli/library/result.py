@@ -128,7 +128,7 @@ class Result(Mapping[str, NDArray[Any]]):
         if files.stdout:
             raise UsageError("-: give the name of a file")
         files.refuse(self.mechanism.files)
-        if options != PictureOptions() and not files.of("picture", "animation"):
+        if options != PictureOptions() and not files.prints:
             raise UsageError("size, dpi, title, ghosts and style change the picture, but no picture is written")
         contents = self.contents(files.files)
         for path in files.named:
@@ -250,15 +250,14 @@ class ByName(Mapping[str, Any]):
 
 def write_contents(contents: Mapping[Path, Any], options: PictureOptions | None = None) -> list[Path]:
     """Write the contents of files, except None; return the files that were written."""
-    from gimcli.output import format_of, write
+    from gimcli.output import format_of
 
-    change: dict[str, Callable[[Any], Any]] = (
-        {"picture": options.printed, "animation": options.animated} if options else {}
-    )
     written = [path for path, content in contents.items() if content is not None]
     for path in written:
-        change_it = change.get(format_of(path).content, lambda content: content)
-        write(change_it(contents[path]), path)
+        content, one = contents[path], format_of(path)
+        if options is not None and one.printed:
+            content = options.printed(content) if one.content == "picture" else options.animated(content)
+        one.write(content, path)
     return written
 
 

@@ -26,6 +26,11 @@ class Destinations:
         """Return the files with the given contents ("table", "arrays", "report", "picture")."""
         return tuple(path for path in self.files if format_of(path).content in contents)
 
+    @property
+    def prints(self) -> bool:
+        """Whether there is a file to which the options of pictures apply."""
+        return any(format_of(path).printed for path in self.files)
+
     def refuse(self, read: Iterable[Path]) -> None:
         """Raise UsageError if the model was read from a file, OutputError if a file cannot be written."""
         for path in self.files:

@@ -28,6 +28,7 @@ class Format:
 
     content: Content
     write: Callable[[Any, Path], None]
+    printed: bool = False  # whether the size, resolution, title and style of pictures apply
     require: Callable[[Path], None] | None = None  # raises OutputError if a program that it needs is missing
 
 
@@ -35,14 +36,14 @@ FORMATS: dict[str, Format] = {
     ".csv": Format("table", write_csv),
     ".npz": Format("arrays", write_npz),
     ".json": Format("report", write_json),
-    ".png": Format("picture", write_png),
-    ".svg": Format("picture", write_svg),
-    ".pdf": Format("picture", write_pdf),
+    ".png": Format("picture", write_png, printed=True),
+    ".svg": Format("picture", write_svg, printed=True),
+    ".pdf": Format("picture", write_pdf, printed=True),
     ".html": Format("animation", write_html),
     ".yaml": Format("model", write_model),
     ".yml": Format("model", write_model),
-    ".gif": Format("animation", write_gif),
-    ".mp4": Format("animation", write_mp4, require_ffmpeg),
+    ".gif": Format("animation", write_gif, printed=True),
+    ".mp4": Format("animation", write_mp4, True, require_ffmpeg),
 }
 """The formats by their suffix."""
 
