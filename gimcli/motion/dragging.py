@@ -1,0 +1,123 @@
+"""Positions of a mechanism whose inputs are set by hand, each continuous with the one before.
+
+The motion from the last regular position to the new inputs is followed with linearly changing inputs. So the mechanism
+stays on its branch, however far the inputs change at once. Where the inputs cannot be reached, it stops at the limit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.errors import UsageError
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.assemble import Assembler, Assembly
+from gimcli.motion.follow import BranchFollower, FollowedPath
+from gimcli.motion.legs import Leg, dense, straight
+from gimcli.motion.start import follower_of
+from gimcli.positions.dispatch import choose, plan_work
+from gimcli.status import Status
+from gimcli.structure.plan import make_plan
+from gimcli.structure.residual import holds
+
+FARTHEST = 20.0
+"""Greatest change of an input in one step, in turns or 2 pi sizes: it takes some seconds."""
+
+ROWS = 2000
+"""Number of rows for which loading compiled kernels must be worth while: those of some hundred steps."""
+
+LEAST = 8
+"""Least number of rows of a step."""
+
+STRAIGHT, BEHIND = 1e-12, 1e-9
+"""Inputs are behind a known limit if they are this close to the line to it, and this much farther; both are relative."""
+
+TINY = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class DraggedPosition:
+    """The position after a step, in the normal frame: at the new inputs, or at the limit before them."""
+
+    status: Status  # of the new inputs; LIMIT: they cannot be reached
+    inputs: FloatArray  # (actuators,) at which the mechanism is
+    z: ComplexArray = field(repr=False)  # (nodes,)
+
+
+class InputDrag:
+    """A mechanism that follows inputs which are set by hand; `last` is its position."""
+
+    def __init__(
+        self, mechanism: Mechanism, starts: Iterable[tuple[FloatArray, ComplexArray]], tolerance: float = 1e-10
+    ) -> None:
+        """Begin at the first regular one of some assembled positions: inputs (actuators,) and nodes (nodes,).
+
+        Raises UsageError if none of them is regular.
+        """
+        self.mechanism, self.tolerance = mechanism, tolerance
+        self.plan = make_plan(mechanism)
+        self.run = choose("auto", plan_work(self.plan, ROWS), kernels=("solve_group",))
+        self.assembler = Assembler(mechanism, self.plan, self.run, tolerance)
+        found = next((pair for pair in starts if self._assembled(*pair).regular), None)
+        if found is None:
+            raise UsageError("no regular position to start from: choose another row of the motion")
+        self.base = self.last = DraggedPosition(Status.OK, *found)
+
+    def to(self, inputs: FloatArray) -> DraggedPosition:
+        """Change the inputs (actuators,) linearly to new values, as far as the mechanism can follow.
+
+        Raises UsageError if they change by more than FARTHEST turns.
+        """
+        if self._known(inputs):
+            return self.last
+        leg = straight(self.mechanism, self.base.inputs, inputs)
+        if abs(leg.end - leg.begin) > FARTHEST * leg.turn:
+            raise UsageError(f"expected a change of an input by at most {FARTHEST:g} turns (or sizes x 2 pi) at once")
+        first = self._assembled(self.base.inputs, self.base.z, leg.sense * leg.begin)
+        follower = follower_of(self.mechanism, self.plan, leg, self.run, self.tolerance)
+        follower.begin(first.row, first.signs)
+        path = follower.run_to(dense(leg.sense * leg.begin, np.array([leg.goal]), leg.turn, LEAST)[0])
+        self._keep_regular(follower, path)
+        if path.codes[-1] == Status.OK and self._holds(path.z[:, -1], inputs):
+            self.last = DraggedPosition(Status.OK, inputs, path.z[:, -1])
+        else:
+            self.last = self._at_limit(follower, path, leg)
+        return self.last
+
+    def _known(self, inputs: FloatArray) -> bool:
+        """Return whether `last` is the position at inputs (actuators,), or the limit before them."""
+        if np.array_equal(inputs, self.base.inputs):
+            self.last = self.base
+        if self.last.status is not Status.LIMIT:
+            return self.last.status is Status.OK and np.array_equal(inputs, self.last.inputs)
+        ahead, wanted = self.last.inputs - self.base.inputs, inputs - self.base.inputs
+        farther = float(wanted @ ahead) / max(float(ahead @ ahead), TINY)
+        return farther > 1.0 + BEHIND and bool(
+            np.all(np.abs(wanted - farther * ahead) <= STRAIGHT * np.max(np.abs(wanted)))
+        )
+
+    def _assembled(self, inputs: FloatArray, z: ComplexArray, at: float = 0.0) -> Assembly:
+        return self.assembler.assemble(inputs, z, at)
+
+    def _holds(self, z: ComplexArray, inputs: FloatArray) -> bool:
+        return bool(holds(self.mechanism, z[:, None], inputs[:, None], self.tolerance)[0])
+
+    def _keep_regular(self, follower: BranchFollower, path: FollowedPath) -> None:
+        """Keep the last regular row of a path as the position from which the next step starts."""
+        for k in np.flatnonzero(path.codes == Status.OK)[::-1].tolist():
+            z, inputs = path.z[:, k], path.inputs[:, k]
+            if follower.gap_at(float(path.time[k])) is None and self._holds(z, inputs):
+                self.base = DraggedPosition(Status.OK, inputs, z)
+                return
+
+    def _at_limit(self, follower: BranchFollower, path: FollowedPath, leg: Leg) -> DraggedPosition:
+        """Return the position at the limit of a path, or the last regular one if that position is not accurate."""
+        status = Status.LIMIT if path.limit is not None else Status(int(path.codes[-1]) or Status.NOT_CONVERGED)
+        if path.limit is not None and follower.limit_ahead is not None:
+            row, inputs = follower.limit_ahead.at(path.limit), leg.inputs(np.array([path.limit]))[:, 0]
+            z = np.asarray(row.x + 1j * row.y)
+            if self._holds(z, inputs):
+                return DraggedPosition(status, inputs, z)
+        return DraggedPosition(status, self.base.inputs, self.base.z)
