@@ -23,6 +23,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "solve": "Find a position, or all configurations, at given inputs.",
         "trace": "Follow the motion; write positions and coupler curves.",
         "workspace": "Find the region or the paths that a point can reach.",
+        "view": "Show the motion in the browser while the file is edited.",
     },
     "Structure": {
         "mobility": "Count freedoms; name redundant constraints, undriven nodes.",

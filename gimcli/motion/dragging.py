@@ -32,7 +32,7 @@ LEAST = 8
 """Least number of rows of a step."""
 
 STRAIGHT, BEHIND = 1e-12, 1e-9
-"""Inputs are behind a known limit if they are this close to the line to it, and this much farther; both are relative."""
+"""Inputs are behind a known limit if they are this close to the line to it, and this much farther (relative)."""
 
 TINY = float(np.finfo(float).tiny)
 
@@ -94,9 +94,8 @@ class InputDrag:
             return self.last.status is Status.OK and np.array_equal(inputs, self.last.inputs)
         ahead, wanted = self.last.inputs - self.base.inputs, inputs - self.base.inputs
         farther = float(wanted @ ahead) / max(float(ahead @ ahead), TINY)
-        return farther > 1.0 + BEHIND and bool(
-            np.all(np.abs(wanted - farther * ahead) <= STRAIGHT * np.max(np.abs(wanted)))
-        )
+        beside = np.max(np.abs(wanted - farther * ahead), initial=0.0)
+        return farther > 1.0 + BEHIND and bool(beside <= STRAIGHT * np.max(np.abs(wanted)))
 
     def _assembled(self, inputs: FloatArray, z: ComplexArray, at: float = 0.0) -> Assembly:
         return self.assembler.assemble(inputs, z, at)

@@ -9,10 +9,15 @@ from importlib import import_module
 import processes
 import pytest
 from bundled import FEWEST, MODELS, README
+from in_process import SERVERS
 from in_process import printed as gim
 from in_process import ran
 
 from gimcli.cli import COMMANDS, GROUPS
+
+
+ENDING = [name for name in COMMANDS if name not in SERVERS]
+"""The commands that end by themselves."""
 
 
 def test_help_imports_nothing_heavy():
@@ -58,7 +63,7 @@ def test_help_fits_a_terminal_and_begins_with_examples(command):
 
 
 @pytest.mark.few(8)
-@pytest.mark.parametrize("example", [e for name in COMMANDS for e in import_module(f"gimcli.cli.{name}").EXAMPLES])
+@pytest.mark.parametrize("example", [e for name in ENDING for e in import_module(f"gimcli.cli.{name}").EXAMPLES])
 def test_the_examples_of_the_help_run(example, tmp_path):
     (tmp_path / "models").symlink_to(MODELS)
     words = example.partition(" | ")[0].partition(" > ")[0].split()

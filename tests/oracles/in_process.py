@@ -18,7 +18,10 @@ from gimcli.cli import COMMANDS, app, main
 from gimcli.errors import GimError
 from gimcli.model.source import read_source
 
-ANALYSES = [name for name in COMMANDS if name not in ("schema", "manual")]
+SERVERS = ("view",)
+"""The commands that run until they are ended; tests/view has their tests."""
+
+ANALYSES = [name for name in COMMANDS if name not in ("schema", "manual", *SERVERS)]
 """The commands that read a model and report in JSON."""
 
 

@@ -1,0 +1,110 @@
+"""Requests of the page for positions at inputs that are set by hand."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from gimcli.errors import UsageError
+from gimcli.library.inputs import in_file_units, inputs_of
+from gimcli.library.rounding import at_inputs
+from gimcli.library.trace import MotionTraceResult
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.dragging import DraggedPosition, InputDrag
+from gimcli.status import Status
+from gimcli.view.live_model import LiveModel, LiveContent
+
+PAGES = 8
+"""Number of pages that have a position of their own; the one that was used least recently is forgotten."""
+
+LONGEST = 64
+"""Most characters of the name of a page."""
+
+
+class Outdated(Exception):  # noqa: N818  # an outcome, not an error
+    """The page asks for a position of a motion that has been replaced."""
+
+
+class HandMotion:
+    """The mechanism of the last motion, moved by hand; each open page has its own position."""
+
+    def __init__(self, model: LiveModel) -> None:
+        self.model = model
+        self._drags: OrderedDict[tuple[str, int], InputDrag] = OrderedDict()
+
+    def solve(self, request: Any) -> dict[str, Any]:
+        """Return the position that a request asks for.
+
+        The request has the keys `page` (a name that the page has chosen), `motion` (its number), `inputs` (values by
+        name, in the file's units; an input that is missing keeps its value) and `time` (s, if the motion by hand starts
+        from this time of the motion; otherwise it continues from the last position).
+
+        Raises UsageError for an invalid request, Outdated if the motion has been replaced.
+        """
+        page, number, inputs, time = _checked(request)
+        shown = self.model.shown
+        if shown.result is None or number != shown.motion:
+            raise Outdated
+        with self.model.solving:
+            drag = self._drag(shown, page, time)
+            mechanism = shown.result.mechanism
+            wanted = inputs_of(mechanism, {**in_file_units(mechanism, drag.last.inputs), **inputs}, {})
+            return {"motion": number, **answer(mechanism, wanted, drag.to(wanted))}
+
+    def _drag(self, shown: LiveContent, page: str, time: float | None) -> InputDrag:
+        """Return the drag of a page; it begins at a time of the motion, or continues."""
+        assert shown.result is not None
+        key = page, shown.motion
+        if time is not None or key not in self._drags:
+            self._drags[key] = InputDrag(shown.result.mechanism, starts(shown.result, time or 0.0))
+        self._drags.move_to_end(key)
+        while len(self._drags) > PAGES:
+            self._drags.popitem(last=False)
+        return self._drags[key]
+
+
+def starts(result: MotionTraceResult, time: float) -> Iterator[tuple[FloatArray, ComplexArray]]:
+    """Yield inputs and positions of the solved rows of a motion, the nearest in time [s] first."""
+    for motion in result.motions:
+        good = np.flatnonzero(motion.good)
+        far = np.abs(motion.time[good] * result.mechanism.duration - time)
+        for k in good[np.argsort(far, kind="stable")].tolist():
+            yield motion.inputs[:, k], motion.z[:, k]
+
+
+def answer(mechanism: Mechanism, wanted: FloatArray, found: DraggedPosition) -> dict[str, Any]:
+    """Return a position for the page: status, inputs, and the coordinates of the nodes in the file's unit."""
+    inputs, z = in_file_units(mechanism, found.inputs), mechanism.to_file(found.z)
+    reason = ""
+    if found.status is Status.LIMIT:
+        asked = at_inputs(mechanism, in_file_units(mechanism, wanted))
+        reason = f"{asked} cannot be reached without disassembly; the limit is at {at_inputs(mechanism, inputs)}"
+    elif found.status is not Status.OK:
+        reason = found.status.plain_text
+    return {
+        "status": found.status.word, "reason": reason, "inputs": inputs, "text": at_inputs(mechanism, inputs),
+        "nodes": np.stack([z.real, z.imag], axis=1).tolist(),
+    }  # fmt: skip
+
+
+def _checked(request: Any) -> tuple[str, int, dict[str, float], float | None]:
+    """Return page, motion, inputs and time of a request."""
+    if not isinstance(request, Mapping) or not set(request) <= {"page", "motion", "inputs", "time"}:
+        raise UsageError("expected an object with the keys page, motion, inputs, time")
+    page, motion, inputs, time = (request.get(key) for key in ("page", "motion", "inputs", "time"))
+    if not isinstance(page, str) or not len(page) <= LONGEST:
+        raise UsageError(f"page: expected a text of at most {LONGEST} characters")
+    if isinstance(motion, bool) or not isinstance(motion, int):
+        raise UsageError("motion: expected a whole number")
+    if not isinstance(inputs, Mapping) or not all(map(_is_number, inputs.values())):
+        raise UsageError("inputs: expected an object of numbers")
+    if time is not None and not (_is_number(time) and np.isfinite(time)):
+        raise UsageError("time: expected a finite number")
+    return page, motion, dict(inputs), time
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -1,0 +1,174 @@
+"""The server of the live view: the page, its data, changes of the file as they occur, positions at inputs.
+
+It listens on this machine only and answers four requests: GET / (the page), GET /data (the motion and its sliders),
+GET /events (server-sent events: number of the motion, errors) and POST /solve (see `HandMotion`).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
+from socketserver import TCPServer
+from typing import Any
+
+from gimcli.errors import UsageError
+from gimcli.output.json import json_text
+from gimcli.output.page.document import page
+from gimcli.view.hand import HandMotion, Outdated
+from gimcli.view.live_model import LiveModel
+from gimcli.view.refusals import HEADERS, Refused, body_length, refuse_strangers
+from gimcli.view.sliders import sliders
+
+ADDRESS = "127.0.0.1"
+USUAL_PORT = 8642
+
+IDLE = 60.0
+"""Seconds after which a connection without a request is closed."""
+
+BEAT = 10.0
+"""Seconds between two lines on a connection without events: a page that was closed is noticed."""
+
+JSON, TEXT = "application/json; charset=utf-8", "text/plain; charset=utf-8"
+
+
+class ViewServer(ThreadingHTTPServer):
+    """The server of a live model."""
+
+    daemon_threads = True
+    block_on_close = False
+    allow_reuse_address = os.name == "posix"  # elsewhere, two servers could then use one port
+
+    def __init__(self, model: LiveModel, port: int = 0) -> None:
+        """Listen on a port, 0: any free one. Raises OSError if it is in use."""
+        self.model, self.hand = model, HandMotion(model)
+        script = files("gimcli.view").joinpath("live.js").read_text(encoding="utf-8")
+        self.page = page(None, scripts=[script], connect=True).encode()
+        super().__init__((ADDRESS, port), ViewRequest)
+
+    def server_bind(self) -> None:
+        """Bind the address, without asking for the name of this machine, which can take seconds."""
+        TCPServer.server_bind(self)
+        self.server_name, self.server_port = ADDRESS, int(self.server_address[1])
+
+    @property
+    def url(self) -> str:
+        """The address of the page."""
+        return f"http://{ADDRESS}:{self.server_port}/"
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Ignore connections that are closed or that time out."""
+        import sys
+
+        if not isinstance(sys.exception(), OSError):
+            super().handle_error(request, client_address)
+
+
+class ViewRequest(BaseHTTPRequestHandler):
+    """One connection of the page."""
+
+    server: ViewServer
+    protocol_version = "HTTP/1.1"
+    server_version, sys_version = "gim", ""
+    timeout = IDLE
+    disable_nagle_algorithm = True
+    wbufsize = -1  # an answer is one packet
+
+    def do_GET(self) -> None:
+        """Answer with the page, its data or its events."""
+        self._answer("GET")
+
+    def do_POST(self) -> None:
+        """Answer with a position."""
+        self._answer("POST")
+
+    def _answer(self, method: str) -> None:
+        try:
+            refuse_strangers(self.headers, self.server.server_port)
+            routes = ROUTES.get(self.path.partition("?")[0])
+            if routes is None:
+                raise Refused(HTTPStatus.NOT_FOUND, "there is no such page")
+            if method not in routes:
+                raise Refused(HTTPStatus.METHOD_NOT_ALLOWED, f"expected {', '.join(routes)}")
+            routes[method](self)
+        except Refused as refused:
+            self.close_connection = True  # there may be a body that has not been read
+            self.send(refused.text.encode(), TEXT, refused.status)
+
+    def send(self, body: bytes, kind: str, status: HTTPStatus = HTTPStatus.OK) -> None:
+        """Send a whole answer."""
+        self.begin(status, kind)
+        self.send_header("Content-Length", str(len(body)))
+        if self.close_connection:
+            self.send_header("Connection", "close")
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(body)
+
+    def begin(self, status: HTTPStatus, kind: str) -> None:
+        """Send the status and the headers that all answers have."""
+        self.send_response(status)
+        self.send_header("Content-Type", kind)
+        for name, value in HEADERS.items():
+            self.send_header(name, value)
+
+    def send_page(self) -> None:
+        """Send the page, without a motion; it asks for the data."""
+        self.send(self.server.page, "text/html; charset=utf-8")
+
+    def send_data(self) -> None:
+        """Send the motion, its number, and its sliders."""
+        shown = self.server.model.shown
+        found = [] if shown.result is None else sliders(shown.result)
+        self.send(f'{{"motion": {shown.motion}, "inputs": {json.dumps(found)}, "data": {shown.data}}}'.encode(), JSON)
+
+    def send_events(self) -> None:
+        """Send an event now and after each change, until the page or the server ends."""
+        self.close_connection = True
+        self.begin(HTTPStatus.OK, "text/event-stream; charset=utf-8")
+        self.send_header("Connection", "close")
+        self.end_headers()
+        model, version = self.server.model, -1
+        while not model.ended:
+            shown = model.wait(version, BEAT)
+            if shown is None:
+                self.wfile.write(b":\n\n")
+            else:
+                version = shown.version
+                event = {"motion": shown.motion, "errors": list(shown.errors)}
+                self.wfile.write(f"data: {json.dumps(event)}\n\n".encode())
+            self.wfile.flush()
+
+    def send_position(self) -> None:
+        """Send the position at the inputs that the body of the request names."""
+        body = self.rfile.read(body_length(self.headers))
+        try:
+            found = self.server.hand.solve(json.loads(body))
+        except Outdated:
+            raise Refused(HTTPStatus.CONFLICT, "this motion has been replaced") from None
+        except UsageError as error:
+            raise Refused(HTTPStatus.BAD_REQUEST, str(error)) from None
+        except (ValueError, RecursionError):
+            raise Refused(HTTPStatus.BAD_REQUEST, "expected a JSON object") from None
+        self.send(json_text(found).encode(), JSON)
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """Send an error that the base class has found, as plain text."""
+        self.close_connection = True
+        status = HTTPStatus(code)
+        self.send((message or status.phrase).encode("ascii", "replace"), TEXT, status)
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Print nothing: the terminal shows what happens to the file."""
+
+
+ROUTES: dict[str, dict[str, Callable[[ViewRequest], None]]] = {
+    "/": {"GET": ViewRequest.send_page},
+    "/data": {"GET": ViewRequest.send_data},
+    "/events": {"GET": ViewRequest.send_events},
+    "/solve": {"POST": ViewRequest.send_position},
+}
+"""What is answered, by path and method."""
