@@ -7,13 +7,13 @@ stays on its branch, however far the inputs change at once. Where the inputs can
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.motion.assemble import Assembler, Assembly
+from gimcli.motion.assemble import Assembler
 from gimcli.motion.follow import BranchFollower, FollowedPath
 from gimcli.motion.legs import Leg, dense, straight
 from gimcli.motion.start import follower_of
@@ -28,8 +28,8 @@ FARTHEST = 20.0
 ROWS = 2000
 """Number of rows for which loading compiled kernels must be worth while: those of some hundred steps."""
 
-LEAST = 8
-"""Least number of rows of a step."""
+LEAST, FEWEST = 8, 2
+"""Least number of rows of a step that begins a new leg, and of one that continues a leg."""
 
 STRAIGHT, BEHIND = 1e-12, 1e-9
 """Inputs are behind a known limit if they are this close to the line to it, and this much farther (relative)."""
@@ -60,10 +60,13 @@ class InputDrag:
         self.plan = make_plan(mechanism)
         self.run = choose("auto", plan_work(self.plan, ROWS), kernels=("solve_group",))
         self.assembler = Assembler(mechanism, self.plan, self.run, tolerance)
-        found = next((pair for pair in starts if self._assembled(*pair).regular), None)
+        pairs = ((inputs, z, self.assembler.assemble(inputs, z)) for inputs, z in starts)
+        found = next(((inputs, z, start) for inputs, z, start in pairs if start.regular), None)
         if found is None:
             raise UsageError("no regular position to start from: choose another row of the motion")
-        self.base = self.last = DraggedPosition(Status.OK, *found)
+        self.base = self.last = DraggedPosition(Status.OK, *found[:2])
+        self._row, self._signs = found[2].row, found[2].signs  # of the base
+        self._course: tuple[Leg, BranchFollower] | None = None  # on which the base was reached
 
     def to(self, inputs: FloatArray) -> DraggedPosition:
         """Change the inputs (actuators,) linearly to new values, as far as the mechanism can follow.
@@ -72,19 +75,40 @@ class InputDrag:
         """
         if self._known(inputs):
             return self.last
-        leg = straight(self.mechanism, self.base.inputs, inputs)
-        if abs(leg.end - leg.begin) > FARTHEST * leg.turn:
-            raise UsageError(f"expected a change of an input by at most {FARTHEST:g} turns (or sizes x 2 pi) at once")
-        first = self._assembled(self.base.inputs, self.base.z, leg.sense * leg.begin)
-        follower = follower_of(self.mechanism, self.plan, leg, self.run, self.tolerance)
-        follower.begin(first.row, first.signs)
-        path = follower.run_to(dense(leg.sense * leg.begin, np.array([leg.goal]), leg.turn, LEAST)[0])
+        leg, follower = self._continued(inputs) or self._begun(inputs)
+        place, goal = follower.log[-1].time, np.array([leg.goal])
+        path = follower.run_to(dense(place, goal, leg.turn, LEAST if len(follower.log) == 1 else FEWEST)[0])
+        self._course = None
         self._keep_regular(follower, path)
         if path.codes[-1] == Status.OK and self._holds(path.z[:, -1], inputs):
             self.last = DraggedPosition(Status.OK, inputs, path.z[:, -1])
+            if follower.log and self._row is follower.log[-1]:
+                self.base, self._course = self.last, (leg, follower)
         else:
             self.last = self._at_limit(follower, path, leg)
         return self.last
+
+    def _begun(self, inputs: FloatArray) -> tuple[Leg, BranchFollower]:
+        """Return the leg from the base to inputs (actuators,), and its follower."""
+        leg = straight(self.mechanism, self.base.inputs, inputs)
+        if abs(leg.end - leg.begin) > FARTHEST * leg.turn:
+            raise UsageError(f"expected a change of an input by at most {FARTHEST:g} turns (or sizes x 2 pi) at once")
+        follower = follower_of(self.mechanism, self.plan, leg, self.run, self.tolerance)
+        follower.begin(replace(self._row, time=leg.sense * leg.begin), self._signs)
+        return leg, follower
+
+    def _continued(self, inputs: FloatArray) -> tuple[Leg, BranchFollower] | None:
+        """Return the last leg, prolonged to inputs (actuators,), and its follower; None if they are not ahead on it."""
+        if self._course is None:
+            return None
+        leg, follower = self._course
+        assert leg.line is not None
+        q, place = float(inputs[leg.line.main]), follower.log[-1].time
+        beside = np.max(np.abs(leg.line.at(np.array([q]))[:, 0] - inputs))
+        ahead = leg.sense * q - place
+        if not 0.0 < ahead <= FARTHEST * leg.turn or beside > STRAIGHT * abs(q - leg.begin):
+            return None
+        return replace(leg, end=q), follower
 
     def _known(self, inputs: FloatArray) -> bool:
         """Return whether `last` is the position at inputs (actuators,), or the limit before them."""
@@ -97,9 +121,6 @@ class InputDrag:
         beside = np.max(np.abs(wanted - farther * ahead), initial=0.0)
         return farther > 1.0 + BEHIND and bool(beside <= STRAIGHT * np.max(np.abs(wanted)))
 
-    def _assembled(self, inputs: FloatArray, z: ComplexArray, at: float = 0.0) -> Assembly:
-        return self.assembler.assemble(inputs, z, at)
-
     def _holds(self, z: ComplexArray, inputs: FloatArray) -> bool:
         return bool(holds(self.mechanism, z[:, None], inputs[:, None], self.tolerance)[0])
 
@@ -107,8 +128,15 @@ class InputDrag:
         """Keep the last regular row of a path as the position from which the next step starts."""
         for k in np.flatnonzero(path.codes == Status.OK)[::-1].tolist():
             z, inputs = path.z[:, k], path.inputs[:, k]
-            if follower.gap_at(float(path.time[k])) is None and self._holds(z, inputs):
-                self.base = DraggedPosition(Status.OK, inputs, z)
+            time = float(path.time[k])
+            if follower.gap_at(time) is not None or not self._holds(z, inputs):
+                continue
+            row, signs = next((row for row in follower.log if row.time == time), None), follower.sign.copy()
+            if row is None:  # at a limit the rows before it are not kept
+                found = self.assembler.assemble(inputs, z, time)
+                row, signs = found.row if found.regular else None, found.signs
+            if row is not None:
+                self.base, self._row, self._signs = DraggedPosition(Status.OK, inputs, z), row, signs
                 return
 
     def _at_limit(self, follower: BranchFollower, path: FollowedPath, leg: Leg) -> DraggedPosition:

@@ -2,6 +2,7 @@
 // The live view: sliders for the inputs, and the motion and the errors of the file as they change.
 (() => {
   const section = document.getElementById("live");
+  document.getElementById("toggles").before(section);
   const name = Array.from(crypto.getRandomValues(new Uint32Array(2)), String).join("-");  // of this page, for /solve
   let motion = 0;  // number of the motion that is shown
   let loading = 0;  // number of the motion that has been asked for
@@ -73,7 +74,7 @@
     slider.type = "range";
     field.type = "number";
     field.setAttribute("aria-label", `${input.name}, value`);
-    unit.textContent = input.unit;
+    unit.textContent = ` ${input.unit}`;
     const low = input.step * Math.floor(input.low / input.step + 1e-9);
     Object.assign(slider, {min: low, max: input.high, step: input.step, value: input.value});
     Object.assign(field, {step: "any", value: input.value});
@@ -85,7 +86,8 @@
       ask();
     });
     slider.addEventListener("change", settle);
-    element.append(label, slider, field, unit);
+    unit.prepend(field);
+    element.append(label, slider, unit);
     return row;
   }
 
@@ -123,38 +125,36 @@
       own = false;
       backButton.disabled = false;
     }
-    if (!asking) requestAnimationFrame(send);
-    asking = true;
+    if (!asking) send();
   }
 
   // At most one request is on its way; when it is answered, the latest inputs are sent.
   async function send() {
-    if (!wanted) {
-      asking = false;
-      return;
-    }
+    asking = true;
+    while (wanted) pose(await solved());
+    asking = false;
+    if (!section.querySelector(":active")) settle();
+  }
+
+  async function solved() {
     const sent = {page: name, motion, inputs: wanted};
     if (start !== null) sent.time = start;
     wanted = start = null;
-    let found = null;
     try {
       const answer = await fetch("solve", {
         method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify(sent),
       });
-      if (answer.ok) found = await answer.json();
-      report(answer.ok || answer.status === 409 ? "" : await answer.text());
+      report(answer.ok || answer.status === 409 ? "" : await answer.text());  // 409: a new motion is on its way
+      return answer.ok ? await answer.json() : null;
     } catch {
-      // the connection is lost: the stream of events reports it
+      return null;  // the connection is lost: the stream of events reports it
     }
-    if (found && found.motion === motion && byHand) pose(found);
-    if (wanted) requestAnimationFrame(send);
-    else asking = false;
   }
 
   function pose(found) {
+    if (!found || found.motion !== motion || !byHand) return;
     settled = found.inputs;
     gim.pose(found.nodes, {text: found.text, status: found.status, reason: found.reason});
-    if (found.status !== "ok" && !section.querySelector(":active")) settle();
   }
 
   // Where the inputs could not be reached, show those of the position.
@@ -186,6 +186,7 @@
   // Show the inputs of the present row.
   let columns = {clip: null};
   function follow() {
+    if (!gim.data) return;
     const now = clip();
     if (columns.clip !== now) {
       columns = {clip: now};

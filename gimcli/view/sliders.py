@@ -32,8 +32,9 @@ def sliders(result: MotionTraceResult) -> list[dict[str, Any]]:
         unit = mechanism.unit_of(actuator)
         found.append(
             {
-                "name": actuator.name, "unit": "" if unit == "unit" else unit, "low": low, "high": high, "step": step,
-                "value": float(mechanism.value_to_file(k, result.motions[0].inputs[k, :1])[0]),
+                "name": actuator.name, "unit": "" if unit == "unit" else unit, "step": step,
+                "low": _rounded(low), "high": _rounded(high),
+                "value": _rounded(float(mechanism.value_to_file(k, result.motions[0].inputs[k, :1])[0])),
             }
         )  # fmt: skip
     return found
@@ -58,6 +59,11 @@ def step_of(span: float) -> float:
     least = span / PARTS
     power = 10.0 ** math.floor(math.log10(least))
     return max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= least * (1.0 + 1e-9))
+
+
+def _rounded(value: float) -> float:
+    """Return a value without the rounding errors of its conversion to the file's unit."""
+    return float(f"{value:.12g}")
 
 
 def _on_circuit(result: MotionTraceResult) -> dict[str, tuple[float, float]]:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from bundled import MODELS
+from bundled import FEWEST, MODELS
 from closed_linkages import meeting
 from four_bars import cosines, four_bar
 
@@ -116,3 +116,18 @@ def test_a_step_of_very_many_turns_is_refused():
     drag = dragged(load(MODELS / "parallelogram.yaml"))
     with pytest.raises(UsageError, match=f"at most {FARTHEST:g} turns"):
         drag.to(np.array([3.0 + 2.0 * math.pi * FARTHEST]))
+
+
+@pytest.mark.few(*FEWEST)
+def test_the_order_of_the_inputs_does_not_matter(model):
+    """Rows of a motion, in random order and in small steps back and forth, have the positions of the motion."""
+    mechanism = load(model)
+    motion = trace(mechanism, 120)
+    good = np.flatnonzero(motion.good)
+    drag = InputDrag(mechanism, ((motion.inputs[:, k], motion.z[:, k]) for k in good))
+    generator = np.random.default_rng(1)
+    small = np.abs(np.cumsum(generator.integers(-3, 4, 20))) % len(good)
+    for k in good[[*generator.integers(0, len(good), 6), *small]]:
+        found = drag.to(motion.inputs[:, k])
+        assert found.status is Status.OK
+        assert np.max(np.abs(found.z - motion.z[:, k])) < 1e-9
