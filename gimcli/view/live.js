@@ -2,11 +2,10 @@
 // The live view: sliders for the inputs, and the motion and the errors of the file as they change.
 (() => {
   const section = document.getElementById("live");
-  document.getElementById("toggles").before(section);
   const name = Array.from(crypto.getRandomValues(new Uint32Array(2)), String).join("-");  // of this page, for /solve
   let motion = 0;  // number of the motion that is shown
   let loading = 0;  // number of the motion that has been asked for
-  let rows = [];  // one for each input: name, slider, field, unit
+  let rows = [];  // one for each input: name, value, slider, number field
   let errors = [];  // of the file
   let byHand = false;  // whether a position set by hand is shown, not a row of the motion
   let wanted = null;  // the inputs to solve next
@@ -57,7 +56,7 @@
   function build(found) {
     const focus = document.activeElement && document.activeElement.id;
     rows = found.map(makeRow);
-    section.replaceChildren(...rows.map((row) => row.element), backButton);
+    section.replaceChildren(...rows.map((row) => row.element), reason, backButton);
     section.hidden = !rows.length;
     follow();
     if (focus && section.querySelector(`#${CSS.escape(focus)}`)) document.getElementById(focus).focus();
@@ -66,7 +65,7 @@
   function makeRow(input, number) {
     const element = document.createElement("div"), label = document.createElement("label");
     const slider = document.createElement("input"), field = document.createElement("input");
-    const unit = document.createElement("span");
+    const value = document.createElement("span");
     element.className = "live-row";
     label.textContent = input.name;
     label.htmlFor = slider.id = `input-${number}`;
@@ -74,7 +73,7 @@
     slider.type = "range";
     field.type = "number";
     field.setAttribute("aria-label", `${input.name}, value`);
-    unit.textContent = ` ${input.unit}`;
+    value.className = "value";
     const low = input.step * Math.floor(input.low / input.step + 1e-9);
     Object.assign(slider, {min: low, max: input.high, step: input.step, value: input.value});
     Object.assign(field, {step: "any", value: input.value});
@@ -86,8 +85,8 @@
       ask();
     });
     slider.addEventListener("change", settle);
-    unit.prepend(field);
-    element.append(label, slider, unit);
+    value.append(field, input.unit);
+    element.append(label, slider, value);
     return row;
   }
 
@@ -95,6 +94,19 @@
   backButton.type = "button";
   backButton.textContent = "Back to the motion";
   backButton.addEventListener("click", leave);
+
+  const reason = document.createElement("p");  // why the inputs were not reached
+  reason.className = "reason";
+  reason.setAttribute("role", "status");
+
+  // Beside the drawing where there is room, otherwise below the time bar.
+  const wide = matchMedia("(min-width: 1000px)");
+  function place() {
+    if (wide.matches) document.querySelector("aside").prepend(section);
+    else document.getElementById("toggles").before(section);
+  }
+  wide.addEventListener("change", place);
+  place();
 
   // Set the value of an input; `source` is the control that it comes from and that stays as it is.
   function write(row, value, source) {
@@ -154,7 +166,8 @@
   function pose(found) {
     if (!found || found.motion !== motion || !byHand) return;
     settled = found.inputs;
-    gim.pose(found.nodes, {text: found.text, status: found.status, reason: found.reason});
+    reason.textContent = found.reason;
+    gim.pose(found.nodes, {text: found.text});
   }
 
   // Where the inputs could not be reached, show those of the position.
@@ -168,6 +181,7 @@
     if (byHand) gim.pose(null);
     byHand = false;
     wanted = start = settled = null;
+    reason.textContent = "";
     backButton.disabled = true;
     follow();
   }

@@ -15,7 +15,6 @@ from threading import Condition, Lock
 from typing import Any
 
 from gimcli.errors import GimError, ModelError, StructureError, UsageError
-from gimcli.library.assembled import assembled
 from gimcli.library.load import load
 from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.output.page.document import page_json
@@ -137,6 +136,8 @@ class LiveModel:
             mechanism = load(self.path)
             self._seen = {**stamps(mechanism.files), **{f: before[f] for f in mechanism.files if f in before}}
             if self.assembly:
+                from gimcli.library.assembled import assembled  # imported late: few ask for it
+
                 mechanism = assembled(mechanism, self.assembly, progress=progress)
             result = trace(mechanism, **self.settings, progress=progress)
             if not isinstance(result, MotionTraceResult) or not result.solved:

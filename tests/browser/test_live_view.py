@@ -1,0 +1,144 @@
+"""The live page in a real browser: saved files and dragged sliders move the drawing."""
+
+import time
+
+import pytest
+from bundled import MODELS
+from live_server import running
+from pages import OpenPage
+
+import gimcli
+
+PATIENCE = 10.0
+"""Seconds after which a condition that is not fulfilled fails; a condition takes some hundredths of a second."""
+
+LIMITED = """\
+nodes: {A: [0, 0], B: [4, 0.5], C: [5.2, 2.4], D: [4, 0]}
+ground: [A, D]
+links: {a: {nodes: [A, B], length: 4}, b: {nodes: [B, C], length: 1.5}, c: {nodes: [D, C], length: 2}}
+actuators: {"<img src=x onerror=alert(1)>": {type: rotary, pivot: A, arm: B, law: {from: 20, to: 40}}}
+"""
+
+
+class LivePage(OpenPage):
+    """The page of a live view, with its motion."""
+
+    def __init__(self, browser, client, solved=True):
+        self.browser = browser
+        browser.get(client.server.url)
+        self.until("!gim.data" if not solved else "gim.state().rows > 0 && !document.getElementById('live').hidden")
+
+    def until(self, condition):
+        """Wait until a condition of the page is true."""
+        end = time.monotonic() + PATIENCE
+        while not self.script(f"return Boolean({condition})"):
+            assert time.monotonic() < end, condition
+            time.sleep(0.01)
+
+    def drag(self, value, kind="range", event="input"):
+        """Move the first slider, or write into its number field."""
+        self.script(
+            "const e = document.querySelector('#live input[type=' + arguments[1] + ']'); e.value = arguments[0];"
+            "e.dispatchEvent(new Event(arguments[2]))", value, kind, event,
+        )  # fmt: skip
+
+    def read(self, kind="number"):
+        """Return the value of the first slider or number field."""
+        return float(self.script("return document.querySelector('#live input[type=' + arguments[0] + ']').value", kind))
+
+    def follows(self, positions, name):
+        """Wait until a node is within a pixel of its position, scaled by the fixed nodes O2 and O4 of Norton's model."""
+        x, y = positions[name]
+        end = time.monotonic() + PATIENCE
+        while True:
+            first, second = self.screen("O2"), self.screen("O4")
+            if abs(self.screen(name) - (first + (second - first).real / 100.0 * complex(x, -y))) < 1.0:
+                return
+            assert time.monotonic() < end, name
+            time.sleep(0.01)
+
+
+@pytest.fixture
+def norton(tmp_path):
+    path = tmp_path / "norton.yaml"
+    path.write_text((MODELS / "crank_rocker.yaml").read_text())
+    return path
+
+
+def test_a_slider_moves_the_mechanism_to_the_positions_of_solve(browser, norton):
+    mechanism = gimcli.load(norton)
+    with running(norton, steps=36) as client:
+        page = LivePage(browser, client)
+        for angle in (15.0, 200.0, 340.5):
+            page.drag(angle)
+            page.follows(gimcli.solve(mechanism, motor=angle).xy, "B")
+            assert page.read() == angle
+        assert f"motor = {angle:g} deg" in page.text("#readout")
+        page.drag(-100, kind="number", event="change")
+        page.follows(gimcli.solve(mechanism, motor=-100).xy, "B")
+        page.script("gim.set({row: 9})")
+        page.follows(gimcli.solve(mechanism, motor=90).xy, "B")
+        assert page.read() == 90.0
+        page.drag(91)
+        page.follows(gimcli.solve(mechanism, motor=91).xy, "B")
+        page.script("[...document.querySelectorAll('#live button')].pop().click()")
+        page.follows(gimcli.solve(mechanism, motor=90).xy, "B")
+        assert {url.split("/")[2] for url in page.requests()} == {f"127.0.0.1:{client.port}"}
+        assert page.faults() == []
+
+
+def test_a_saved_file_is_shown_and_its_errors(browser, norton):
+    text = norton.read_text()
+    with running(norton, steps=36) as client:
+        page = LivePage(browser, client)
+        page.set(row=9, toggles={"ghosts": True})
+        norton.write_text(text.replace("length: 120}", "length: 115}"))
+        changed = gimcli.solve(gimcli.load(norton), motor=90).xy
+        page.follows(changed, "B")
+        assert page.state["row"] == 9
+        assert page.state["toggles"]["ghosts"]
+        norton.write_text(text.replace("ground: [O2, O4]", "ground: [O2, <b>]"))
+        page.until("document.getElementById('message').textContent")
+        assert "norton.yaml:13:14: node '<b>' is not declared" in page.text("#message")
+        assert not page.hidden("#message")
+        page.tick()
+        page.follows(changed, "B")
+        page.drag(30)
+        page.until("gim.state().row === 9")
+        norton.write_text(text)
+        page.until("!document.getElementById('message').textContent")
+        page.follows(gimcli.solve(gimcli.load(norton), motor=30).xy, "B")  # still as set by hand
+        assert page.faults() == []
+
+
+def test_an_input_stops_at_its_limit_and_names_are_inert(browser, tmp_path):
+    (tmp_path / "m.yaml").write_text(LIMITED)
+    with running(tmp_path / "m.yaml", steps=36) as client:
+        page = LivePage(browser, client)
+        page.drag(70, kind="number", event="change")
+        page.until("document.querySelector('#live .reason').textContent.includes('cannot be reached')")
+        assert "the limit is at <img src=x onerror=alert(1)> = 51.889 deg" in page.text("#live .reason")
+        assert page.read() == pytest.approx(51.889, abs=1e-3)
+        assert page.text("#live label") == "<img src=x onerror=alert(1)>"
+        page.drag(40)
+        page.until("!document.querySelector('#live .reason').textContent")
+        assert page.script("return document.images.length") == 0
+        assert page.faults() == []
+
+
+def test_a_file_with_errors_at_the_start_is_waited_for(browser, norton):
+    text = norton.read_text()
+    norton.write_text(text.replace("ground", "grounds"))
+    with running(norton, steps=36) as client:
+        page = LivePage(browser, client, solved=False)
+        page.until("document.getElementById('message').textContent.includes('norton.yaml:13:1: ')")
+        norton.write_text(text)
+        page.until("gim.state().rows === 37")
+        assert page.hidden("#message")
+        assert page.faults() == []
+
+
+def test_the_end_of_the_server_is_reported(browser, norton):
+    with running(norton, steps=36) as client:
+        page = LivePage(browser, client)
+    page.until("document.getElementById('message').textContent.includes('Start it again')")
