@@ -15,7 +15,7 @@ from gimcli.library.trace import MotionTraceResult
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.dragging import DraggedPosition, InputDrag
 from gimcli.status import Status
-from gimcli.view.live_model import LiveModel, LiveContent
+from gimcli.view.live_model import LiveContent, LiveModel
 
 PAGES = 8
 """Number of pages that have a position of their own; the one that was used least recently is forgotten."""

@@ -47,7 +47,7 @@ class LivePage(OpenPage):
         return float(self.script("return document.querySelector('#live input[type=' + arguments[0] + ']').value", kind))
 
     def follows(self, positions, name):
-        """Wait until a node is within a pixel of its position, scaled by the fixed nodes O2 and O4 of Norton's model."""
+        """Wait until a node is within a pixel of its position, scaled by the nodes O2 and O4 of Norton's model."""
         x, y = positions[name]
         end = time.monotonic() + PATIENCE
         while True:

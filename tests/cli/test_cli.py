@@ -9,12 +9,10 @@ from importlib import import_module
 import processes
 import pytest
 from bundled import FEWEST, MODELS, README
-from in_process import SERVERS
+from in_process import SERVERS, ran
 from in_process import printed as gim
-from in_process import ran
 
 from gimcli.cli import COMMANDS, GROUPS
-
 
 ENDING = [name for name in COMMANDS if name not in SERVERS]
 """The commands that end by themselves."""
