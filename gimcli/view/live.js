@@ -3,6 +3,7 @@
 (() => {
   const section = document.getElementById("live");
   const name = Array.from(crypto.getRandomValues(new Uint32Array(2)), String).join("-");  // of this page, for /solve
+  let server = "";  // the run of the server
   let motion = 0;  // number of the motion that is shown
   let loading = 0;  // number of the motion that has been asked for
   let rows = [];  // one for each input: name, value, slider, number field
@@ -24,6 +25,8 @@
   }
 
   async function changed(event) {
+    if (server && event.server !== server) location.reload();  // the server was started again
+    server = event.server;
     if (event.motion && event.motion !== motion) await load(event.motion);
     errors = event.errors;
     report("");
@@ -38,7 +41,13 @@
   async function load(number) {
     if (loading === number) return;
     loading = number;
-    const answer = await (await fetch("data")).json();
+    let answer;
+    try {
+      answer = await (await fetch("data")).json();
+    } catch {
+      loading = 0;  // the connection is lost: the next event loads the data again
+      return;
+    }
     if (answer.motion === motion || answer.data === null) return;
     const before = byHand ? inputs() : null;
     leave();

@@ -63,10 +63,10 @@ class LiveModel:
     def begin(self, progress: Phases = no_phases) -> None:
         """Solve for the first time.
 
-        Raises ModelError if there is no such file, UsageError if the settings do not fit the model. Other errors are
+        Raises ModelError if it is no file, UsageError if the settings do not fit the model. Other errors are
         shown on the page.
         """
-        if not self.path.exists():
+        if not self.path.is_file():
             load(self.path)
         try:
             self._show_motion(self._solved(progress))

@@ -16,18 +16,15 @@ LARGEST = 65_536
 NAMES = ("127.0.0.1", "localhost")
 """Names of this machine in the address of the page."""
 
-POLICY = (
-    "default-src 'none'; connect-src 'self'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:;"
-    " base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-)
-"""The header's content security policy; that of the page itself allows only its own scripts and styles."""
+POLICY = "default-src 'none'; frame-ancestors 'none'"
+"""The content security policy of all answers but the page."""
 
 HEADERS: Mapping[str, str] = {
-    "Cache-Control": "no-store", "Content-Security-Policy": POLICY, "X-Content-Type-Options": "nosniff",
+    "Cache-Control": "no-store", "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer", "Cross-Origin-Resource-Policy": "same-origin",
     "Cross-Origin-Opener-Policy": "same-origin", "X-Frame-Options": "DENY",
 }  # fmt: skip
-"""Headers of every answer."""
+"""Headers of every answer, besides the policy."""
 
 
 class Refused(Exception):  # noqa: N818  # an outcome, not an error

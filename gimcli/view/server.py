@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import json
 import os
+import re
+import secrets
 from collections.abc import Callable
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -20,7 +22,7 @@ from gimcli.output.json import json_text
 from gimcli.output.page.document import page
 from gimcli.view.hand import HandMotion, Outdated
 from gimcli.view.live_model import LiveModel
-from gimcli.view.refusals import HEADERS, Refused, body_length, refuse_strangers
+from gimcli.view.refusals import HEADERS, POLICY, Refused, body_length, refuse_strangers
 from gimcli.view.sliders import sliders
 
 ADDRESS = "127.0.0.1"
@@ -31,6 +33,9 @@ IDLE = 60.0
 
 BEAT = 10.0
 """Seconds between two lines on a connection without events: a page that was closed is noticed."""
+
+RETRY = 500
+"""Milliseconds after which the page connects again."""
 
 JSON, TEXT = "application/json; charset=utf-8", "text/plain; charset=utf-8"
 
@@ -44,9 +49,12 @@ class ViewServer(ThreadingHTTPServer):
 
     def __init__(self, model: LiveModel, port: int = 0) -> None:
         """Listen on a port, 0: any free one. Raises OSError if it is in use."""
-        self.model, self.hand = model, HandMotion(model)
+        self.model, self.hand, self.run = model, HandMotion(model), secrets.token_hex(4)
         script = files("gimcli.view").joinpath("live.js").read_text(encoding="utf-8")
-        self.page = page(None, scripts=[script], connect=True).encode()
+        text = page(None, scripts=[script], connect=True)
+        own = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', text)
+        assert own is not None
+        self.page, self.policy = text.encode(), f"{own[1]}; frame-ancestors 'none'"
         super().__init__((ADDRESS, port), ViewRequest)
 
     def server_bind(self) -> None:
@@ -98,9 +106,9 @@ class ViewRequest(BaseHTTPRequestHandler):
             self.close_connection = True  # there may be a body that has not been read
             self.send(refused.text.encode(), TEXT, refused.status)
 
-    def send(self, body: bytes, kind: str, status: HTTPStatus = HTTPStatus.OK) -> None:
+    def send(self, body: bytes, kind: str, status: HTTPStatus = HTTPStatus.OK, policy: str = POLICY) -> None:
         """Send a whole answer."""
-        self.begin(status, kind)
+        self.begin(status, kind, policy)
         self.send_header("Content-Length", str(len(body)))
         if self.close_connection:
             self.send_header("Connection", "close")
@@ -108,16 +116,17 @@ class ViewRequest(BaseHTTPRequestHandler):
         if self.command != "HEAD":
             self.wfile.write(body)
 
-    def begin(self, status: HTTPStatus, kind: str) -> None:
+    def begin(self, status: HTTPStatus, kind: str, policy: str = POLICY) -> None:
         """Send the status and the headers that all answers have."""
         self.send_response(status)
         self.send_header("Content-Type", kind)
+        self.send_header("Content-Security-Policy", policy)
         for name, value in HEADERS.items():
             self.send_header(name, value)
 
     def send_page(self) -> None:
         """Send the page, without a motion; it asks for the data."""
-        self.send(self.server.page, "text/html; charset=utf-8")
+        self.send(self.server.page, "text/html; charset=utf-8", policy=self.server.policy)
 
     def send_data(self) -> None:
         """Send the motion, its number, and its sliders."""
@@ -131,6 +140,7 @@ class ViewRequest(BaseHTTPRequestHandler):
         self.begin(HTTPStatus.OK, "text/event-stream; charset=utf-8")
         self.send_header("Connection", "close")
         self.end_headers()
+        self.wfile.write(f"retry: {RETRY}\n\n".encode())
         model, version = self.server.model, -1
         while not model.ended:
             shown = model.wait(version, BEAT)
@@ -138,7 +148,7 @@ class ViewRequest(BaseHTTPRequestHandler):
                 self.wfile.write(b":\n\n")
             else:
                 version = shown.version
-                event = {"motion": shown.motion, "errors": list(shown.errors)}
+                event = {"server": self.server.run, "motion": shown.motion, "errors": list(shown.errors)}
                 self.wfile.write(f"data: {json.dumps(event)}\n\n".encode())
             self.wfile.flush()
 

@@ -138,7 +138,23 @@ def test_a_file_with_errors_at_the_start_is_waited_for(browser, norton):
         assert page.faults() == []
 
 
-def test_the_end_of_the_server_is_reported(browser, norton):
+def test_keys_move_a_slider_by_its_step(browser, norton):
+    from selenium.webdriver import Keys
+
     with running(norton, steps=36) as client:
         page = LivePage(browser, client)
+        page.script("document.querySelector('#live input').focus()")
+        page.press(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.PAGE_UP)
+        page.follows(gimcli.solve(gimcli.load(norton), motor=page.read()).xy, "B")
+        assert page.read() > 30.0
+        assert page.state["row"] == 0
+
+
+def test_the_end_of_the_server_is_reported_and_a_new_one_is_shown(browser, norton):
+    with running(norton, steps=36) as client:
+        page, port = LivePage(browser, client), client.port
     page.until("document.getElementById('message').textContent.includes('Start it again')")
+    norton.write_text(norton.read_text().replace("length: 120}", "length: 115}"))
+    with running(norton, port=port, steps=24):
+        page.until("window.gim && gim.state().rows === 25")
+        assert page.hidden("#message")

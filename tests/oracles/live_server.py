@@ -70,7 +70,9 @@ class Client:
 def _events(answer: HTTPResponse):
     while line := answer.readline():
         if line.startswith(b"data: "):
-            yield json.loads(line.removeprefix(b"data: "))
+            event = json.loads(line.removeprefix(b"data: "))
+            assert event.pop("server")
+            yield event
 
 
 @contextmanager

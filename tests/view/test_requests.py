@@ -26,8 +26,11 @@ def test_the_page_may_connect_only_to_its_server(crank):
     assert page.status == 200
     assert page.text.startswith("<!DOCTYPE html>")
     policy = page.headers["Content-Security-Policy"]
-    assert "default-src 'none'; connect-src 'self'" in policy
+    assert policy.startswith("default-src 'none'; script-src 'sha256-")
+    assert "; connect-src 'self'; " in policy
+    assert "unsafe" not in policy
     assert "http" not in policy
+    assert crank.ask("GET", "/data").headers["Content-Security-Policy"].startswith("default-src 'none'; frame-")
     assert page.headers["X-Content-Type-Options"] == "nosniff"
     assert page.headers["Cache-Control"] == "no-store"
     assert page.headers["Cross-Origin-Resource-Policy"] == "same-origin"

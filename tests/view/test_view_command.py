@@ -47,7 +47,8 @@ def test_ctrl_c_ends_it_while_a_page_listens(tmp_path):
         connection = HTTPConnection("127.0.0.1", port, timeout=10)
         connection.request("GET", "/events")
         answer = connection.getresponse()
-        assert answer.readline().startswith(b'data: {"motion": 1')
+        assert answer.readline() + answer.readline() == b"retry: 500\n\n"
+        assert answer.readline().startswith(b"data: {")
         code, error = ends(process, signal.SIGINT)
         assert code == 0
         assert re.fullmatch(r"Crank-rocker.*: 361 of 361 positions solved.*\n", error), error
@@ -74,7 +75,7 @@ def test_a_port_in_use_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "code"), [(["none.yaml"], 3), ([MODELS / "crank_rocker.yaml", "--plot", "speed"], 2)]
+    ("words", "code"), [(["none.yaml"], 3), ([MODELS], 3), ([MODELS / "crank_rocker.yaml", "--plot", "speed"], 2)]
 )
 def test_what_no_saving_could_correct_ends_it(words, code):
     refused("view", *words, "--no-browser", "--port", "0", code=code)
