@@ -68,10 +68,15 @@ class Client:
 
 
 def _events(answer: HTTPResponse):
+    """Yield the events; fail where there is none between two beats, which are 10 s apart."""
+    beats = 0
     while line := answer.readline():
+        beats += line.startswith(b":")
+        assert beats < 2, "no event"
         if line.startswith(b"data: "):
             event = json.loads(line.removeprefix(b"data: "))
             assert event.pop("server")
+            beats = 0
             yield event
 
 
