@@ -51,7 +51,8 @@ function text(c, words, x, y, size = 9, centred = false) {
     drawnTexts.set(key, drawnText(words, pixels, ratio));
   }
   const picture = drawnTexts.get(key), width = picture.width / ratio, height = picture.height / ratio;
-  c.drawImage(picture, centred ? x - width / 2 : x - 3, y - height / 2, width, height);
+  const whole = value => Math.round(value * ratio) / ratio; // on whole pixels of the screen, so that letters are sharp
+  c.drawImage(picture, whole(centred ? x - width / 2 : x - 3), whole(y - height / 2), width, height);
 }
 
 function drawnText(words, pixels, ratio) {

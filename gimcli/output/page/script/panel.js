@@ -99,6 +99,7 @@ function fillReport(app) {
   const report = document.getElementById("report");
   report.textContent = "";
   report.hidden = !app.data.report.length;
+  document.body.classList.toggle("reported", !report.hidden);
   for (const part of app.data.report) {
     const section = report.appendChild(create("section", part.warning ? "warning" : ""));
     section.appendChild(create("h2", "", part.heading));
@@ -109,7 +110,7 @@ function fillReport(app) {
 
 function reportTable({ head, rows }) {
   const table = document.createElement("table"), first = table.createTHead().insertRow();
-  for (const words of head) first.appendChild(create("th", "", words));
+  head.forEach((words, k) => first.appendChild(create("th", rows.some(row => typeof row[k] === "number") ? "number" : "", words)));
   const body = table.createTBody();
   for (const row of rows) {
     const line = body.insertRow();
