@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import Any
 
 from gimcli.errors import UsageError
 from gimcli.output.fitting import fitted, recomposed
 from gimcli.output.look import PLAIN, Look, dressed, read_look
 from gimcli.output.picture import GHOSTS, LAYOUT, Content, Sheet
-
-if TYPE_CHECKING:
-    from gimcli.output.animation import Animation
 
 UNITS = {"mm": 1 / 25.4, "cm": 1 / 2.54, "in": 1.0}
 """Units of the size [in]."""
@@ -79,8 +76,8 @@ class PictureOptions:
         content = fitted(content, self.size, layout) if self.size else content
         return Printed(dressed(content, self.look), self.size, self.dpi or self.look.dpi, self.look)
 
-    def animated(self, animation: Animation) -> Animation:
-        """Return an animation with these options."""
+    def animated(self, animation: Any) -> Any:
+        """Return an Animation with these options."""
         return replace(animation, title=animation.title if self.title is None else self.title, options=self)
 
 
