@@ -49,9 +49,10 @@ class Survey:
         return self.branches.circuits[0].curve
 
 
-def drawn_circuit(mechanism: Mechanism, tolerance: float) -> Circuit:
+def drawn_circuit(mechanism: Mechanism, tolerance: float, curve: PositionCurve | None = None) -> Circuit:
     """Return the circuit of the start of the laws, or of the initial position if that start is out of reach.
 
+    curve: by default that of the laws; one along which a single input moves.
     Raises StructureError if there is no actuator or there are too many nodes, UnassembledError if neither position can
     be assembled.
     """
@@ -62,8 +63,11 @@ def drawn_circuit(mechanism: Mechanism, tolerance: float) -> Circuit:
             f"{mechanism.name} has {len(mechanism.nodes)} nodes: circuits of at most {MOST_NODES} nodes are followed,"
             " since their equations are stored as full tables"
         )
-    plan, curve = make_plan(mechanism), PositionCurve(mechanism)
-    starts = [curve.begin(), float(mechanism.drawn_inputs[0])] if curve.single else [curve.begin()]
+    plan, alone = make_plan(mechanism), curve is not None
+    curve = curve or PositionCurve(mechanism)
+    starts = [curve.begin()]
+    if curve.line is not None and (alone or curve.single):
+        starts.append(float(mechanism.drawn_inputs[curve.line.main]))
     for q in starts:
         start = start_position(mechanism, plan, curve.inputs(q), plain, tolerance)
         require_driven_if_doubtful(mechanism, plan, start.regular)

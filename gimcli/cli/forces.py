@@ -41,7 +41,7 @@ def command(
     from gimcli.library.forces import ForcesAlong, ForcesResult
 
     outputs = Outputs(ForcesResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
-    mechanism = outputs.loaded(assembly)
+    mechanism = outputs.loaded(assembly, tolerance=tolerance)
     note_point_masses(mechanism)
     found = outputs.stream(ForcesAlong(mechanism, steps, tolerance, jit.value, note, progress_bar))
     outputs.finish(found, _print)

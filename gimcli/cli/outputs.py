@@ -82,7 +82,7 @@ class Outputs:
         """Return whether a picture or a page is written."""
         return bool(self.files.of("picture", "animation"))
 
-    def loaded(self, assembly: str = "", at: Mapping[str, str] | None = None) -> Mechanism:
+    def loaded(self, assembly: str = "", at: Mapping[str, str] | None = None, tolerance: float = 1e-10) -> Mechanism:
         """Return the mechanism of the model file; refuse files that cannot be written, before the computation.
 
         With --assembly it is assembled in that configuration at the start of the laws, or at the inputs of --at.
@@ -95,7 +95,7 @@ class Outputs:
             return mechanism
         from gimcli.library.assembled import assembled
 
-        return assembled(mechanism, assembly, at, progress=progress_bar)
+        return assembled(mechanism, assembly, at, tolerance=tolerance, progress=progress_bar)
 
     def write(self, result: Result) -> None:
         """Write the result's files, and its table to standard output if asked."""

@@ -56,7 +56,7 @@ def command(
 
     inputs = pairs(at)
     outputs = Outputs(SequenceResult, model, out, png=png, as_json=as_json, drawing=drawing)
-    found = sequence(outputs.loaded(assembly, inputs), inputs, strategy=strategy.value, tolerance=tolerance)
+    found = sequence(outputs.loaded(assembly, inputs, tolerance), inputs, strategy=strategy.value, tolerance=tolerance)
     outputs.write(found)
     outputs.finish(found, partial(_print, explain))
 

@@ -108,8 +108,9 @@ def command(
         raise UsageError("--assembly gives the initial coordinates: remove --start")
     outputs = Outputs(SolveResult, model, out, csv=csv, png=png, as_json=as_json, drawing=drawing)
     found = solve(
-        outputs.loaded(assembly, inputs), inputs, method=method.value, strategy=strategy.value, tolerance=tolerance,
-        start=start, seed=seed, history=history, velocities=velocities, jit=jit.value, sequence=sequence,
+        outputs.loaded(assembly, inputs, tolerance), inputs, method=method.value, strategy=strategy.value,
+        tolerance=tolerance, start=start, seed=seed, history=history, velocities=velocities, jit=jit.value,
+        sequence=sequence,
     )  # fmt: skip
     outputs.write(found)
     text = found.model() if outputs.files.of("model") else None

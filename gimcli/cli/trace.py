@@ -113,7 +113,7 @@ def command(
         raise UsageError(
             "--plot adds graphs to the picture, but no picture is written: use -o FILE.png, or remove --no-png"
         )
-    mechanism = outputs.loaded(assembly)
+    mechanism = outputs.loaded(assembly, tolerance=tolerance)
     begun = traced(
         mechanism, steps, derivatives=derivatives, measure=measure, plot=",".join(plot), at_limit=at_limit.value,
         circuit=circuit, branch=branch, all_branches=all_branches, method=method.value, strategy=strategy.value,

@@ -14,9 +14,10 @@ if TYPE_CHECKING:
     from gimcli.mechanism import Mechanism
 
 HELP = (
-    "With two or more inputs it finds the region that a point reaches in all configurations, its boundary, holes and"
-    " inner curves; with one input it finds the paths and the range of the input. The range of an input is that of its"
-    " law; a rotary input without a law turns fully. Writes MODEL.workspace.csv and .png."
+    "With two or more inputs it finds the region that a point reaches in all assemblies, its boundary, holes and inner"
+    " curves; with one input it finds the paths of the initial configuration, or of all assemblies, and the range of"
+    " the input. The range of an input is that of its law; a rotary input without a law turns fully. Writes"
+    " MODEL.workspace.csv and .png."
 )
 EXAMPLES = (
     "gim workspace models/five_bar.yaml --point P --grid 400 -o results/",
@@ -43,6 +44,10 @@ def command(
             rich_help_panel=INPUTS,
         ),
     ] = NONE,
+    every: Annotated[
+        bool,
+        typer.Option("--all", help="One input: the paths of all assemblies.", rich_help_panel=INPUTS),
+    ] = False,
     grid: Annotated[
         int,
         typer.Option(
@@ -72,7 +77,7 @@ def command(
     mechanism = outputs.loaded(assembly)
     arrays = outputs.files.of("arrays")
     found = workspace(
-        mechanism, point, orientation=_orientations(orientation), grid=grid, jit=jit.value,
+        mechanism, point, orientation=_orientations(orientation), all=every, grid=grid, jit=jit.value,
         keep=arrays[0].with_suffix(".parts") if grid and arrays else None, resume=resume, notify=note,
         progress=progress_bar,
     )  # fmt: skip
@@ -171,8 +176,25 @@ def _print_paths(mechanism: Mechanism, report: dict[str, Any]) -> None:
     print_table(f"{mechanism.name}: workspace of {report['point']}", heads, rows, right=(3,))
     if any(path["drawn"] for path in report["paths"]):
         typer.echo("*: the path of the initial configuration")
-    if not report["complete"]:
+    if not report["all"]:
+        typer.echo(_left_out(mechanism, report["assemblies"]))
+        if not report["complete"]:
+            typer.echo("there may be more: a path, or a path that crosses it, was not followed to its end")
+    elif not report["complete"]:
         typer.echo(
             "there may be more paths: at some input values the list of configurations is not proved complete, or a"
             " configuration is on no path"
         )
+
+
+def _left_out(mechanism: Mechanism, found: dict[str, Any]) -> str:
+    """Return in words how many assemblies at the start of the law are on other paths."""
+    from gimcli.library.rounding import at_inputs
+
+    count, left, where = found["count"], found["left_out"], at_inputs(mechanism, found["at"])
+    if count is None:
+        return "other assemblies were not counted and are left out: --all has them"
+    least = "" if found["complete"] else "at least "
+    if not left:
+        return f"no other assembly{'' if found['complete'] else ' was found'} at {where}; --all also searches elsewhere"
+    return f"left out: {least}{left} of {count} assemblies at {where}; --all has them"

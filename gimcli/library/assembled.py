@@ -12,6 +12,7 @@ from gimcli.errors import UnassembledError, UsageError
 from gimcli.library.inputs import inputs_of
 from gimcli.library.rounding import titled
 from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
+from gimcli.positions.options import Options
 from gimcli.progress import Phases, no_phases
 from gimcli.structure.drive_check import explained
 
@@ -21,7 +22,7 @@ LISTED = 16
 
 def assembled(
     mechanism: Mechanism, assembly: int | str, at: Mapping[str, float | str] | None = None, *,
-    progress: Phases = no_phases, **inputs: float,
+    tolerance: float = 1e-10, progress: Phases = no_phases, **inputs: float,
 ) -> Mechanism:  # fmt: skip
     """Return the mechanism with one of its configurations as initial configuration, for example `assembled(m, 2)`.
 
@@ -32,6 +33,7 @@ def assembled(
         assembly: number of the configuration in the list of `configurations` (from 1), or its signs, such as "+-" or
             "-(2)".
         at: dict of inputs by name, for names that are not Python names or are names of arguments.
+        tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
         inputs: inputs by name, in the file's units, at which the list is made. Inputs that are not given have the value
             at the start of their law.
@@ -44,9 +46,10 @@ def assembled(
         UnassembledError: the mechanism cannot be assembled at these inputs.
         StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
+    Options.checked("auto", "spectral", tolerance, "auto")
     values = inputs_of(mechanism, at, inputs)
     with explained(mechanism):
-        found = all_configurations(mechanism, values, progress=progress("configurations"))
+        found = all_configurations(mechanism, values, tolerance, progress("configurations"))
     if not len(found):
         where = titled(mechanism, mechanism.inputs_to_file(values))
         raise UnassembledError(f"{where}: no configuration was found, so that assembly {assembly} does not exist")

@@ -29,16 +29,20 @@ if TYPE_CHECKING:
 
 
 def workspace(
-    mechanism: Mechanism, point: str = "", *, orientation: Mapping[str, float] | None = None, grid: int = 0,
-    jit: str = "auto", keep: Path | str | None = None, resume: bool = False, notify: Notify | None = None,
-    progress: Phases = no_phases,
+    mechanism: Mechanism, point: str = "", *, orientation: Mapping[str, float] | None = None, all: bool = False,
+    grid: int = 0, jit: str = "auto", keep: Path | str | None = None, resume: bool = False,
+    notify: Notify | None = None, progress: Phases = no_phases,
 ) -> WorkspaceResult:  # fmt: skip
-    """Find the region that a node or point can reach in all configurations, or its paths if one input moves it.
+    """Find the region that a node or point can reach, or its paths if one input moves it.
+
+    A region is that of all assemblies. Paths are those that the initial configuration reaches within the range of the
+    input, or those of all assemblies.
 
     Args:
         mechanism: from `load` or `loads`.
         point: name of the node or point; by default the first traced one.
         orientation: dict of members with a fixed direction, in the file's angle unit, such as {"platform": 0}.
+        all: with one input: the paths of all assemblies.
         grid: also solve all combinations of this number of values of each input; 0: no grid.
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
         keep: folder for the parts of the grid, so that an interrupted run can be resumed.
@@ -69,7 +73,8 @@ def workspace(
     solved = solve_grid(mechanism, name, grid, jit, kept, notify, progress("positions")) if grid else None
     found: Workspace | Reach
     if freedoms == 1:
-        found = reach(mechanism, name, held, progress("configurations and their circuits"))
+        phase = "configurations and their circuits" if all else "circuit"
+        found = reach(mechanism, name, held, progress(phase), every=all)
     else:
         found = survey(mechanism, name, held, progress("curves"))
     return WorkspaceResult(found, solved)

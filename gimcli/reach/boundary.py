@@ -18,7 +18,7 @@ from gimcli.reach.critical_positions import Critical, CriticalPath, Stratum, cri
 from gimcli.reach.floating_chain import chains
 from gimcli.reach.region import ALONE, INNER, OPEN, Edge, Loop, loops, outside, sorted_edges
 from gimcli.reach.sampling import Bank, SamplingConstants
-from gimcli.reach.task import SLACK, WorkspaceTask
+from gimcli.reach.task import SLACK, WorkspaceTask, unreached
 from gimcli.structure.mobility import require_driven
 
 ROUNDS = 3
@@ -153,15 +153,6 @@ def checked(task: WorkspaceTask) -> WorkspaceTask:
             f"{len(task.limited)} inputs have ranges, at most {INPUTS} are possible: give the others constant laws"
         )
     return task
-
-
-def unreached(task: WorkspaceTask) -> str:
-    """Return the message that no position exists."""
-    held = f" with {', '.join(task.orientation)} held" if task.orientation else ""
-    return (
-        f"{task.mechanism.name}{held} has no position within the ranges of its inputs: widen their laws, or check"
-        " the lengths by `gim solve`"
-    )
 
 
 def strata(task: WorkspaceTask) -> list[Stratum]:

@@ -29,24 +29,32 @@ ROUNDING = 1e-13
 
 def along_circuits(task: WorkspaceTask, progress: Progress = no_progress) -> tuple[list[CriticalCurve], bool]:
     """Return the curves of positions within the range of the input, and whether they are proved to be complete."""
+    circuits, complete = every_circuit(task, progress)
+    return [part for circuit in circuits for part in within(task, circuit)], complete
+
+
+def every_circuit(task: WorkspaceTask, progress: Progress = no_progress) -> tuple[tuple[Circuit, ...], bool]:
+    """Return the circuits with configurations in the range of the input, and whether they are proved to be complete."""
     (actuator,) = task.moving
-    turning = not task.limited
-    span = law_range(task.mechanism, actuator)
+    span, turning = law_range(task.mechanism, actuator), not task.limited
     rotary = task.mechanism.actuators[actuator].rotary
-    search = CircuitSearch(
-        PositionCurve(task.mechanism, _line(task, actuator)), rotary, EnumerationConstants(), progress
-    )
+    search = CircuitSearch(PositionCurve(task.mechanism, input_line(task)), rotary, EnumerationConstants(), progress)
     if search.curve.single:
         search.begin()
     search.sample(span.low, span.low + 2.0 * math.pi if turning else span.high)
+    return tuple(strand.circuit for strand in search.strands), search.complete and not search.lost
+
+
+def within(task: WorkspaceTask, circuit: Circuit) -> list[CriticalCurve]:
+    """Return the parts of a circuit on which the input is within its range."""
     curve = CriticalPath(Stratum(task.whole, task.output[0]))
-    whole = [CriticalCurve(curve, tuple(_knots(task, s.circuit)), s.circuit.closed) for s in search.strands]
-    found = whole if turning else [part for branch in whole for part in _within(task, branch)]
-    return found, search.complete and not search.lost
+    whole = CriticalCurve(curve, tuple(_knots(task, circuit)), circuit.closed)
+    return _within(task, whole) if task.limited else [whole]
 
 
-def _line(task: WorkspaceTask, actuator: int) -> InputLine:
+def input_line(task: WorkspaceTask) -> InputLine:
     """Return the line in the inputs along which one input moves and the others are constant."""
+    (actuator,) = task.moving
     base = np.array([law_range(task.mechanism, k).low for k in range(len(task.mechanism.actuators))])
     along = np.zeros(len(base))
     base[actuator], along[actuator] = 0.0, 1.0

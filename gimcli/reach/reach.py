@@ -13,12 +13,13 @@ from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.inputs import law_inputs
 from gimcli.progress import Progress, no_progress
 from gimcli.reach.arcs import PathArc
-from gimcli.reach.boundary import task_of, unreached
+from gimcli.reach.boundary import task_of
 from gimcli.reach.circuit_paths import along_circuits
 from gimcli.reach.critical_curves import CriticalCurve, CriticalPoint, CriticalWalker, split
 from gimcli.reach.critical_positions import CriticalPath, Stratum
+from gimcli.reach.initial_paths import StartAssemblies, initial_paths
 from gimcli.reach.sampling import Bank
-from gimcli.reach.task import FULL, WorkspaceTask
+from gimcli.reach.task import FULL, WorkspaceTask, unreached
 
 NOTHING = 1e-13
 """Velocity below which it is rounding."""
@@ -67,34 +68,41 @@ class ReachedPath:
 
 @dataclass(frozen=True, eq=False)
 class Reach:
-    """All paths of a point over all configurations; the one through the initial position comes first."""
+    """The paths of a point; the one through the initial position comes first."""
 
     task: WorkspaceTask = field(repr=False)
     runs: tuple[ReachedPath, ...]
-    complete: bool  # it is proved that the paths contain every configuration within the ranges
+    complete: bool  # all assemblies: it is proved that the paths contain every configuration within the ranges
+    start: StartAssemblies | None = None  # of the initial configuration only; None: the paths of all assemblies
 
 
 def reach(
-    mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None, progress: Progress = no_progress
-) -> Reach:
+    mechanism: Mechanism, point: str, orientation: Mapping[str, float] | None = None, progress: Progress = no_progress,
+    every: bool = True,
+) -> Reach:  # fmt: skip
     """Return the paths of a node or point with one degree of freedom.
 
+    every: of all assemblies; otherwise only those that a single input reaches from the initial configuration.
     Raises UsageError if there are more degrees of freedom, UnassembledError if there is no position.
     """
     task = task_of(mechanism, point, orientation or {})
     if task.freedoms > 1:
         raise UsageError(f"'{point}' reaches a region, with {task.freedoms} degrees of freedom; see `survey`")
-    driven = len(task.moving) == 1 and not task.orientation
-    branches, complete = along_circuits(task, progress) if driven else _from_everywhere(task)
-    if not branches:
-        raise UnassembledError(unreached(task))
-    initial = _initial_branch(task, branches)
+    driven, start = len(task.moving) == 1 and not task.orientation, None
+    if driven and not every:
+        own = initial_paths(task, progress)
+        branches, complete, initial, start = own.curves, own.complete, own.initial, own.start
+    else:
+        branches, complete = along_circuits(task, progress) if driven else _from_everywhere(task)
+        if not branches:
+            raise UnassembledError(unreached(task))
+        initial = _initial_branch(task, branches)
     runs = [_run(task, branch, k == initial) for k, branch in enumerate(branches)]
     good = [run for run in runs if bool(task.fulfilled(run.x).all())]
     if not good:
         raise UnassembledError(f"{mechanism.name}: no path of '{point}' fulfils every constraint within the tolerance")
     ordered = tuple(sorted(good, key=lambda run: (not run.drawn, -run.length)))
-    return Reach(task, ordered, complete and len(good) == len(runs))
+    return Reach(task, ordered, complete and len(good) == len(runs), start)
 
 
 def _from_everywhere(task: WorkspaceTask) -> tuple[list[CriticalCurve], bool]:

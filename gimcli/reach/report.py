@@ -8,6 +8,7 @@ import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.reach.boundary import Workspace
+from gimcli.reach.initial_paths import StartAssemblies
 from gimcli.reach.reach import Interval, Reach, ReachedPath
 from gimcli.reach.region import HOLE, INNER, OUTER, Edge
 from gimcli.reach.task import WorkspaceTask
@@ -110,7 +111,16 @@ def reach_report(found: Reach) -> dict[str, Any]:
     mechanism = found.task.mechanism
     return {
         "point": found.task.point, "freedoms": 1, "complete": found.complete,
+        "all": found.start is None, "assemblies": None if found.start is None else _assemblies(mechanism, found.start),
         "paths": [_run_report(mechanism, run) for run in found.runs],
+    }  # fmt: skip
+
+
+def _assemblies(mechanism: Mechanism, start: StartAssemblies) -> dict[str, Any]:
+    counted = start.count is not None
+    return {
+        "at": mechanism.inputs_to_file(start.inputs), "count": start.count,
+        "left_out": start.left_out if counted else None, "complete": start.complete,
     }  # fmt: skip
 
 

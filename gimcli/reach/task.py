@@ -259,6 +259,15 @@ class WorkspaceTask:
         return Quadric(height[:1], (height[1:] - height[0])[None, :], np.zeros((1, n, n)))
 
 
+def unreached(task: WorkspaceTask) -> str:
+    """Return the message that no position exists."""
+    held = f" with {', '.join(task.orientation)} held" if task.orientation else ""
+    return (
+        f"{task.mechanism.name}{held} has no position within the ranges of its inputs: widen their laws, or check"
+        " the lengths by `gim solve`"
+    )
+
+
 def law_range(mechanism: Mechanism, actuator: int) -> InputRange:
     """Return the least and greatest value of an actuator's law."""
     law = mechanism.actuators[actuator].law

@@ -216,8 +216,10 @@ actuators:
 
 def test_a_list_of_paths_that_may_be_incomplete_is_reported(tmp_path: Path) -> None:
     """The equations of the inversor are dependent, so its list of configurations is not proved complete."""
-    arguments = ["workspace", str(MODELS / "peaucellier.yaml"), "-p", "Q", "-o", str(tmp_path), "--no-png"]
+    arguments = ["workspace", str(MODELS / "peaucellier.yaml"), "-p", "Q", "--all", "-o", str(tmp_path), "--no-png"]
     done = CliRunner().invoke(app, arguments, catch_exceptions=False)
     assert done.exit_code == 5
     assert "there may be more paths" in done.stdout
-    assert "there may be more" not in run("workspace", str(MODELS / "watt_1.yaml"), "-o", str(tmp_path), "--no-png")
+    assert "there may be more" not in run(
+        "workspace", str(MODELS / "watt_1.yaml"), "--all", "-o", str(tmp_path), "--no-png"
+    )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 from bundled import MODELS
-from in_process import ANALYSES, gim, ran, refused
+from in_process import gim, ran, refused
 
 import gimcli
 from gimcli.errors import UnassembledError, UsageError
@@ -77,7 +77,9 @@ def same(one, other, size):
                 assert math.isclose(a, b, rel_tol=1e-6, abs_tol=1e-7 * size), (name, a, b)
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(
+    "command", [pytest.param(c, marks=pytest.mark.soak) if c == "circuits" else c for c in COMMANDS]
+)
 def test_results_are_those_of_a_file_drawn_in_the_configuration(command, tmp_path):
     """Configuration 2 of 4: neither the initial one nor the first."""
     model, options = MODELS / "watt_durango.yaml", COMMANDS[command]
@@ -93,9 +95,7 @@ def test_results_are_those_of_a_file_drawn_in_the_configuration(command, tmp_pat
         assert found != numbers(tables[2])
 
 
-@pytest.mark.parametrize(
-    ("name", "k"), [("double_butterfly", 3), ("platform_3rpr", 5), ("excavator", 6), ("jansen", 3)]
-)
+@pytest.mark.parametrize(("name", "k"), [("double_butterfly", 3), ("excavator", 6), ("jansen", 3)])
 def test_motions_of_coupled_groups_and_linear_inputs(name, k, tmp_path):
     other, tables = redrawn(name, k, tmp_path), [tmp_path / "1.csv", tmp_path / "2.csv"]
     gim("trace", MODELS / f"{name}.yaml", "--assembly", k, "--steps", "24", "-o", tables[0])
@@ -104,9 +104,8 @@ def test_motions_of_coupled_groups_and_linear_inputs(name, k, tmp_path):
 
 
 def test_every_command_that_solves_has_the_option():
-    for command in ANALYSES:
-        has = "--assembly" in gim(command, "--help").text
-        assert has == (command in COMMANDS or command == "tradeoff"), command
+    for command in (*COMMANDS, "tradeoff"):
+        assert "--assembly K" in gim(command, "--help").text, command
 
 
 @pytest.mark.parametrize("given", ["1", "+"])
@@ -163,6 +162,15 @@ def test_other_numbers_and_signs_are_refused(given, text):
     error = refused("solve", MODELS / "watt_1.yaml", f"--assembly={given}")
     assert f"assembly {given}: " in error
     assert text in error
+
+
+def test_the_tolerance_applies_to_redundant_constraints(tmp_path):
+    """A third crank that is 1e-7 too long contradicts the others, but the error is below 1e-6."""
+    text = (MODELS / "parallelogram_third_crank.yaml").read_text()
+    model = tmp_path / "model.yaml"
+    model.write_text(text.replace("right: {nodes: [D, C], length: 1}", "right: {nodes: [D, C], length: 1.0000001}"))
+    assert "does not exist" in refused("solve", model, "--assembly", "1", code=5)
+    assert ran("solve", model, "--assembly", "1", "--tolerance", "1e-6").code == 0
 
 
 def test_signs_that_begin_with_minus_need_no_equals_sign():
