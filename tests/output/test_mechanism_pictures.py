@@ -1,0 +1,154 @@
+"""What is drawn of a mechanism: groups in their colours, numbered moves, circuits, springs, loads, centres of mass."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from bundled import MODELS
+from strut import STRUT
+
+import gimcli
+from gimcli.library.circuits_picture import _alike
+from gimcli.output.force_symbols import CENTRE_RADIUS, COIL, LANE, LONGEST
+from gimcli.output.picture import Gallery, Sheet
+from gimcli.output.style import CENTRE, GHOST, LOAD, PALETTE, SPRING, curve_pen, group_colour, tint
+
+
+def load(name):
+    return gimcli.load(MODELS / f"{name}.yaml")
+
+
+# ---------------------------------------------------------------- groups and sequences
+
+
+@pytest.fixture(scope="module")
+def jansen():
+    """The groups of Jansen's leg: the crank m, then the dyads (j, bde), (k, c) and (f, g)."""
+    return gimcli.groups(load("jansen")).picture().pictures
+
+
+def test_links_have_the_colour_of_their_group(jansen):
+    drawing, mechanism = jansen[0], load("jansen")
+    at = dict(zip(mechanism.nodes, mechanism.to_file(mechanism.drawn), strict=True))
+    for number, ends in ((1, "O J1"), (2, "J1 J2"), (3, "J1 J4"), (3, "G J4"), (4, "J3 J5")):
+        link = {at[name] for name in ends.split()}
+        found = [pen.color for pen, paths in drawing.strokes.items() for path in paths if len(path) == 2 and
+                 min(abs(path[0] - z) for z in link) + min(abs(path[1] - z) for z in link) < 1e-9]  # fmt: skip
+        assert found == [group_colour(number)], ends
+    plates = {fill.edge: fill.face for fill in drawing.areas if fill.edge in PALETTE}
+    assert plates == {group_colour(k): tint(group_colour(k)) for k in (2, 4)}
+
+
+def test_each_link_has_the_number_of_its_group(jansen):
+    """The numbers remain where a print has no colours."""
+    rings = sorted(text.text for text in jansen[0].texts if text.ring)
+    assert rings == ["1", "2", "2", "3", "3", "4", "4"]
+    assert [name for name, _ in jansen[0].legend] == [
+        "1: driving link, turning (m)", "2: dyad RRR (j, bde)", "3: dyad RRR (k, c)", "4: dyad RRR (f, g)",
+    ]  # fmt: skip
+    boxes = [fill.edge for fill, areas in jansen[1].areas.items() for _ in areas if fill.edge in PALETTE]
+    assert boxes == [group_colour(k) for k in (1, 2, 3, 4)]
+
+
+@pytest.mark.parametrize("name", ["jansen", "double_butterfly", "ten_bar"])
+def test_every_move_has_its_number_on_the_mechanism_and_in_the_table(name):
+    found = gimcli.sequence(load(name))
+    drawing, table = found.picture().pictures
+    count = len(found["node"])
+    names = {*found.mechanism.nodes, *(p.name for p in found.mechanism.points)}
+    numbers = [n for text in drawing.texts if text.text not in names for n in text.text.split(", ")]
+    assert sorted(map(int, numbers)) == list(range(1, count + 1))
+    lines = [text.text for text in table.texts]
+    rows = zip(found["node"], found["about"], found["constraint"], strict=True)
+    assert lines == [
+        f"{k}  {node} about {', '.join(about.split())}: {constraint}"
+        for k, (node, about, constraint) in enumerate(rows, 1)
+    ]
+
+
+# ---------------------------------------------------------------- circuits
+
+
+DOUBLE_CRANK = {
+    "nodes": {"O": [0, 0], "C": [1, 0], "A": [0, 3], "B": [3, 3.5]},
+    "ground": ["O", "C"],
+    "links": {"crank": ["O", "A"], "coupler": ["A", "B"], "follower": ["C", "B"]},
+    "actuators": {"motor": {"type": "rotary", "pivot": "O", "arm": "A", "law": {"by": 360}}},
+    "trace": ["A", "B"],
+}
+"""The frame is the shortest link, 1 + 4.04 < 3 + 3.05: both cranks turn fully on both circuits (Grashof)."""
+
+
+def test_paths_that_are_the_same_on_all_circuits_are_not_drawn():
+    """All nodes of a double crank have the same circles on both circuits: these are side by side, without paths."""
+    content = gimcli.circuits(gimcli.load(DOUBLE_CRANK), samples=8).picture()
+    assert isinstance(content, Gallery)
+    assert [panel.title for panel in content.panels] == ["circuit 1", "circuit 2"]
+    assert not any(curve_pen(0) in panel.strokes for panel in content.panels)
+
+
+def test_circuits_with_different_paths_are_in_one_picture():
+    content = gimcli.circuits(load("crank_rocker"), samples=8).picture()
+    assert isinstance(content, Sheet)
+    assert [name for name, _ in content.pictures[0].legend] == ["P, circuit 1", "P, circuit 2"]
+
+
+def test_the_same_path_in_other_points_or_the_other_direction_is_found():
+    turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 361))
+    later = np.exp(1j * (np.linspace(0.0, 2 * np.pi, 500) + 0.7))
+    arc = np.exp(1j * np.linspace(0.0, 3.0, 200))
+    assert _alike([turn, later, turn[::-1], arc, 1.1 * turn]) == [[0, 1, 2], [3], [4]]
+    assert _alike([np.full(5, 2 + 1j)] * 3) == [[0, 1, 2]]
+
+
+def test_a_simulation_draws_the_mechanism_above_its_graphs():
+    found = gimcli.simulate(load("watt_durango"), 0.2, dt=0.05)
+    drawing, *graphs = found.picture().pictures
+    assert drawing.labels == ("x [m]", "y [m]")
+    assert len(drawing.strokes[GHOST]) > 0
+    assert [name for name, _ in drawing.legend] == list(found.mechanism.traced)
+    assert len(graphs) == 3
+
+
+# ---------------------------------------------------------------- springs, dampers, loads, centres of mass
+
+
+@pytest.fixture(scope="module")
+def strut():
+    """The arm is horizontal: A (0, 0), E (180, 0), B (300, 0); the strut goes from S (60, 380) to E."""
+    return gimcli.solve(gimcli.loads(STRUT)).picture()
+
+
+def test_a_spring_and_a_damper_are_beside_the_line_of_their_ends(strut):
+    first, second, pt = 60 + 380j, 180 + 0j, strut.frame.point
+    along = (second - first) / abs(second - first)
+    offset = [((path - first) / along).imag / pt for path in strut.strokes[SPRING] if len(path) > 2]
+    coil = next(path for path, aside in zip(
+        [p for p in strut.strokes[SPRING] if len(p) > 2], offset, strict=True) if np.ptp(aside) > 1.9 * COIL and
+        abs(aside.mean() + LANE / 2) < 1.0)  # fmt: skip
+    ends = first - 1j * along * LANE / 2 * pt, second - 1j * along * LANE / 2 * pt
+    np.testing.assert_allclose(coil[[0, -1]], ends, atol=1e-9 * abs(second - first))
+    lines = [path for path in strut.strokes[SPRING] if len(path) == 2]
+    starts = {complex(np.round(path[0], 6)) for path in lines}
+    assert {60 + 380j, 180 + 0j} <= starts
+
+
+def test_a_force_begins_at_its_point_in_its_direction(strut):
+    (up, right), pt = [path for path in strut.strokes[LOAD] if len(path) == 2], strut.frame.point
+    assert up[0] == right[0] == pytest.approx(300.0)
+    assert np.angle(up[-1] - up[0]) == pytest.approx(np.pi / 2)
+    assert np.angle(right[-1] - right[0]) == pytest.approx(0.0, abs=1e-9)
+    assert 0.8 * LONGEST * pt < abs(up[-1] - up[0]) <= LONGEST * pt
+    assert abs(right[-1] - right[0]) < 0.8 * abs(up[-1] - up[0])
+
+
+def test_a_torque_is_an_arc_in_its_sense_about_the_middle_of_its_member(strut):
+    (arc,) = [path for path in strut.strokes[LOAD] if len(path) > 2]
+    about = arc - 160.0  # the mean of A, B and E
+    assert np.ptp(np.abs(about[:-1])) < 1e-9
+    assert np.all(np.diff(np.unwrap(np.angle(about[:-1]))) < 0.0)
+
+
+def test_a_centre_of_mass_is_where_the_file_says(strut):
+    (circle,) = strut.areas[CENTRE]
+    np.testing.assert_allclose(np.abs(circle - (100 + 20j)), CENTRE_RADIUS * strut.frame.point, rtol=1e-9)
