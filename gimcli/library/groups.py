@@ -11,7 +11,7 @@ from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.assur import Formation, formation
 from gimcli.structure.drive_check import explained
 from gimcli.structure.formation_report import as_json, class_of, described, drivers, joined, layers
-from gimcli.structure.mobility import require_driven
+from gimcli.structure.mobility import assembled, require_driven
 from gimcli.structure.plan import make_plan
 from gimcli.table import Column, Table
 
@@ -79,7 +79,8 @@ class GroupsResult(Result):
         from gimcli.output.picture import Sheet
 
         mechanism, boxes = self.mechanism, self._boxes()
-        z = mechanism.to_file(mechanism.drawn)
+        found = assembled(mechanism)
+        z = mechanism.to_file(mechanism.drawn if found is None else found)
         drawing = coloured_picture(mechanism, z, boxes, f"{mechanism.name}: groups in the order of formation")
         return Sheet("", (drawing, formation_picture(boxes, self._joints())))
 

@@ -45,7 +45,7 @@ def motion_picture(
         picture.legend.append(("area swept", Pen(7.0, style.SWEPT.face)))
     if scene:
         for pose in light_poses(len(scene.poses), layout.ghosts):
-            draw_ghost(picture, scene, pose)
+            draw_ghost(picture, scene, pose, layout.members)
         draw_strong(picture, scene)
     _draw_curves(picture, dict(zip(curves, traced, strict=True)) | more)
     if scene:

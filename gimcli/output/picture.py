@@ -35,6 +35,7 @@ class PictureLayout:
     fills: bool = False  # the axes have exactly this size; otherwise they are as small as the content allows
     font: float = 1.0  # size of the texts, relative to the usual one
     ghosts: int = GHOSTS  # largest number of light poses
+    members: tuple[str, ...] = ()  # names of the members that light poses show; () for all
 
 
 LAYOUT = PictureLayout()

@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     from gimcli.output.printed import Printed
 
 
+COMPRESSION = 3
+"""Level of compression: drawings get hardly smaller, but slower, with higher levels."""
+
+
 def write_png(picture: Content | Printed, path: Path | str) -> None:
     """Write a picture as a PNG file."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -19,4 +23,4 @@ def write_png(picture: Content | Printed, path: Path | str) -> None:
     from gimcli.output.figure import drawn
 
     with written_bytes(path) as handle, drawn(FigureCanvasAgg, picture) as canvas:
-        canvas.print_png(handle)
+        canvas.print_png(handle, pil_kwargs={"compress_level": COMPRESSION})

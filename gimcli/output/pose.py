@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray
 from gimcli.output import force_symbols, style, symbols
 from gimcli.output.picture import Picture
@@ -12,22 +13,40 @@ from gimcli.output.scene import Drive, ForceElement, LoadArrow, MemberOutline, S
 from gimcli.output.style import Fill
 
 
-def draw_ghost(picture: Picture, scene: Scene, pose: int) -> None:
-    """Draw one of the other poses with light lines."""
-    z = scene.poses[pose]
+def draw_ghost(picture: Picture, scene: Scene, pose: int, only: Sequence[str] = ()) -> None:
+    """Draw one of the other poses with light lines, all of it or only the members, blocks and cylinders of some names.
+
+    Raises:
+        UsageError: there is no part of a name.
+    """
+    z, shown = scene.poses[pose], _parts(scene, only)
     for body in scene.bodies:
+        if scene.mechanism.members[body.member].name not in shown:
+            continue
         outline = [scene.place(anchor, z) for anchor in body.outline]
         if body.kind == "plate":
             picture.area(style.GHOST_PLATE, outline)
         else:
             picture.stroke(style.GHOST, outline)
     for drive in scene.drives:
-        if drive.kind == "cylinder":
+        if drive.kind == "cylinder" and drive.name in shown:
             picture.stroke(style.GHOST, z[list(drive.nodes)])
     for slider in scene.sliders:
-        along = _along(scene, slider, z)
-        symbols.block(picture, *_span(slider, along, z), along, style.GHOST_BLOCK)
-    picture.mark(style.GHOST_PIN, *z[[n for n in scene.pins if n not in scene.fixed]].tolist())
+        if slider.name in shown:
+            along = _along(scene, slider, z)
+            symbols.block(picture, *_span(slider, along, z), along, style.GHOST_BLOCK)
+    pinned = {n for member in scene.mechanism.members if member.name in shown for n in member.nodes}
+    picture.mark(style.GHOST_PIN, *z[[n for n in scene.pins if n in pinned - scene.fixed]].tolist())
+
+
+def _parts(scene: Scene, only: Sequence[str]) -> set[str]:
+    """Return the names of the parts that are drawn; all if none is given."""
+    names = [scene.mechanism.members[body.member].name for body in scene.bodies]
+    names += [slider.name for slider in scene.sliders] + [drive.name for drive in scene.drives]
+    for name in only:
+        if name not in names:
+            raise UsageError(f"ghosts: no member '{name}'; members: {', '.join(dict.fromkeys(names))}")
+    return set(only or names)
 
 
 def draw_strong(

@@ -42,6 +42,7 @@ class PictureOptions:
     dpi: int | None = None
     title: str | None = None  # "" for none
     ghosts: int = GHOSTS
+    members: tuple[str, ...] = ()  # that light poses show; () for all
     look: Look = PLAIN
 
     @classmethod
@@ -55,14 +56,14 @@ class PictureOptions:
             size: width and height of the whole picture, such as "160x90mm"; units are mm, cm and in.
             dpi: dots per inch, 20 to 2400.
             title: text above the picture; "" for no title.
-            ghosts: largest number of light poses, or "none".
+            ghosts: largest number of light poses, or "none"; "4:coupler,rocker" shows only these members in them.
             style: a matplotlib style file, or the name of one of matplotlib's styles.
 
         Raises:
             UsageError: an invalid option.
         """
         look = PLAIN if style is None else read_look(style)
-        found = cls(_size(size) or look.size, _dpi(dpi), title, _ghosts(ghosts), look)
+        found = cls(_size(size) or look.size, _dpi(dpi), title, *_ghosts(ghosts), look)
         if found.size and found.dpi and max(found.size) * found.dpi > PIXELS:
             raise UsageError(f"dpi: {size} with {dpi} dpi is more than {PIXELS} pixels wide or high")
         return found
@@ -71,7 +72,7 @@ class PictureOptions:
         """Return a picture as it is printed with these options."""
         if self.title is not None:
             content = _titled(content, self.title)
-        layout = replace(LAYOUT, font=self.look.font, ghosts=self.ghosts)
+        layout = replace(LAYOUT, font=self.look.font, ghosts=self.ghosts, members=self.members)
         content = recomposed(content, layout) if layout != LAYOUT else content
         content = fitted(content, self.size, layout) if self.size else content
         return Printed(dressed(content, self.look), self.size, self.dpi or self.look.dpi, self.look)
@@ -106,10 +107,11 @@ def _dpi(dpi: int | None) -> int | None:
     return dpi
 
 
-def _ghosts(given: int | str | None) -> int:
-    text = str(GHOSTS if given is None else given)
-    if text == "none":
-        return 0
-    if not re.fullmatch(r"\d{1,4}", text):
-        raise UsageError(f"ghosts: expected a number of poses, or none, got '{text}'")
-    return int(text)
+def _ghosts(given: int | str | None) -> tuple[int, tuple[str, ...]]:
+    """Return the number of light poses, and the names of their members, () for all."""
+    count, _, names = str(GHOSTS if given is None else given).partition(":")
+    if count == "none":
+        return 0, ()
+    if not re.fullmatch(r"\d{1,4}", count):
+        raise UsageError(f"ghosts: expected a number of poses, such as 3 or 3:coupler,rocker, or none, got '{given}'")
+    return int(count), tuple(name.strip() for name in names.split(",") if name.strip())

@@ -47,7 +47,7 @@ def singular_picture(
     picture = plot(mechanism, title, [*curves.values(), *([scene.extent()] if scene else [])], layout)
     if scene:
         for pose in range(1, len(scene.poses)):
-            draw_ghost(picture, scene, pose)
+            draw_ghost(picture, scene, pose, layout.members)
         draw_strong(picture, scene)
         draw_markers(picture, scene)
     for index, (name, curve) in enumerate(curves.items()):

@@ -100,6 +100,21 @@ def test_the_number_of_light_poses(motion):
     assert counts == [light(usual) // GHOSTS, light(usual), 7 * light(usual) // GHOSTS, 0]
 
 
+def test_light_poses_of_chosen_members(motion):
+    def ghosts(option):
+        drawing = PictureOptions.checked(ghosts=option).printed(motion.picture()).content.pictures[0]
+        return [path for pen, paths in drawing.strokes.items() if pen == GHOST for path in paths]
+
+    chosen = ghosts("5:rocker")
+    assert len(chosen) == 5
+    ends = motion.mechanism.members[[m.name for m in motion.mechanism.members].index("rocker")].nodes
+    pivot = next(n for n in ends if n in motion.mechanism.members[0].nodes)
+    at = motion.mechanism.to_file(motion.mechanism.drawn)[pivot]
+    assert all(np.min(np.abs(path - at)) < 1e-9 for path in chosen)
+    with pytest.raises(UsageError, match="ghosts: no member 'rod'; members: crank, coupler, rocker"):
+        ghosts("2:rod")
+
+
 def test_a_style_file_has_effect(motion, tmp_path):
     path = tmp_path / "my.mplstyle"
     path.write_text(STYLE, encoding="utf-8")
