@@ -30,7 +30,7 @@ def registries():
         one.stop()
 
 
-unrendered = Format("picture", lambda picture, path: path.write_text(type(picture).__name__))
+unrendered = Format("picture", lambda picture, path: path.write_text(type(picture).__name__), printed=True)
 
 
 def name(page):
