@@ -25,7 +25,7 @@ from gimcli.structure.residual import holds
 FARTHEST = 20.0
 """Greatest change of an input in one step, in turns or 2 pi sizes: it takes some seconds."""
 
-ROWS = 2000
+ROWS = 400
 """Number of rows for which loading compiled kernels must be worth while: those of some hundred steps."""
 
 LEAST, FEWEST = 8, 2

@@ -21,7 +21,7 @@ from gimcli.output.page.document import page_json
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.view.stamps import stamps
 
-POLL = 0.05
+POLL = 0.03
 """Seconds between two looks at the files."""
 
 SETTLED = 0.1

@@ -12,6 +12,7 @@ import positions
 import pytest
 import random_starts
 import rates
+import view
 
 
 def rows_of(name, folder):
@@ -91,3 +92,14 @@ def test_page_frames(tmp_path):
     except page_frames.NotInstalledError as missing:
         pytest.skip(f"{missing} is not installed")
     assert {row["moving nodes"] for row in rows_of("page_frames", tmp_path)} == {"40"}
+
+
+@pytest.mark.soak
+def test_view(tmp_path):
+    try:
+        view.main(["--saves", "2", "--seconds", "0.5", "--out", str(tmp_path), "crank_rocker"])
+    except view.NotInstalledError as missing:
+        pytest.skip(f"{missing} is not installed")
+    (row,) = rows_of("view", tmp_path)
+    assert float(row["positions a second"]) > 0.0
+    assert 0.0 < float(row["save to seeing, median [s]"]) < 10.0

@@ -4,7 +4,7 @@ The first time is from the replacement of the file to the end of the first frame
 at most 0.3 s for a six-bar. The second is the number of answers that are drawn while the slider moves in every frame;
 the goal is at least 30 a second. Needs selenium, Chromium and chromedriver.
 
-Run: python tests/benchmarks/view.py [--saves 15] [--seconds 3]
+Run: PYTHONPATH=tests/oracles python tests/benchmarks/view.py [--saves 15] [--seconds 3]
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from pathlib import Path
 from typing import Any
 
 import machine
+from chromium import NotInstalledError, started
+
+__all__ = ["NotInstalledError", "main"]
 
 NAMES = ("crank_rocker", "watt_1", "stephenson_2", "stephenson_3", "jansen", "excavator", "ten_bar", "plantigrade")
-OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
-           "--window-size=1280,900")  # fmt: skip
-
 SEEN = """
 const old = gim.data;
 window.seen = 0;
@@ -59,24 +59,6 @@ move();
 
 
 @contextmanager
-def chromium() -> Iterator[Any]:
-    """Start Chromium (context manager)."""
-    from selenium.webdriver import Chrome, ChromeOptions, ChromeService
-
-    options = ChromeOptions()
-    options.binary_location = shutil.which("chromium") or shutil.which("google-chrome") or ""
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        for option in (*OPTIONS, f"--user-data-dir={profile}"):
-            options.add_argument(option)
-        browser = Chrome(options=options, service=ChromeService(shutil.which("chromedriver")))
-        browser.set_script_timeout(60)
-        try:
-            yield browser
-        finally:
-            browser.quit()
-
-
-@contextmanager
 def viewing(path: Path) -> Iterator[str]:
     """Run `gim view` (context manager); yields the address of the page."""
     command = [sys.executable, "-m", "gimcli", "view", str(path), "--no-browser", "--port", "0"]
@@ -88,7 +70,7 @@ def viewing(path: Path) -> Iterator[str]:
         yield found[0]
     finally:
         process.send_signal(signal.SIGINT)
-        process.wait()
+        process.communicate()
 
 
 def until(browser: Any, condition: str) -> None:
@@ -133,7 +115,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("names", nargs="*", default=NAMES)
     chosen = parser.parse_args(arguments)
     rows = []
-    with tempfile.TemporaryDirectory() as folder, chromium() as browser:
+    with tempfile.TemporaryDirectory() as folder, started() as browser:
         for name in chosen.names:
             path = Path(shutil.copy(machine.MODELS / f"{name}.yaml", folder))
             rows.append(measured(browser, path, chosen.saves, chosen.seconds))
