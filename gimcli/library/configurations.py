@@ -170,7 +170,7 @@ class ConfigurationsResult(Result):
         mechanism, shown = self.mechanism, min(self.count, PANELS)
         if not shown:
             return None
-        titles = [f"{k + 1}{' (initial)' if k == self.drawn else ''}" for k in range(shown)]
+        titles = self.names()[:shown]
         count = f"{self.count} configurations" if self.count > 1 else "one configuration"
         count += f", the first {PANELS}" if self.undrawn else ""
         return gallery_picture(
@@ -183,11 +183,17 @@ class ConfigurationsResult(Result):
 
         if not self.count:
             return None
-        names = [f"{k + 1}{' (initial)' if k == self.drawn else ''}" for k in range(self.count)]
-        notes = [f"dyad sides {signs}" if set("+-") & set(signs) else "" for signs in self.found.signs]
+        notes = [f"--assembly {k + 1}" for k in range(self.count)]
         return configurations_animation(
-            self.mechanism, self.found.z, self.inputs, self.places, names, notes, verdict(self.found)
+            self.mechanism, self.found.z, self.inputs, self.places, self.names(), notes, verdict(self.found)
         )
+
+    def names(self) -> list[str]:
+        """Return number and signs of each configuration, for pictures."""
+        return [
+            f"{k + 1}{f': {signs}' if signs else ''}{' (initial)' if k == self.drawn else ''}"
+            for k, signs in enumerate(self.found.signs)
+        ]
 
 
 def verdict(found: Configurations) -> str:
