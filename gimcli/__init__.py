@@ -22,6 +22,7 @@ from gimcli.version import __version__ as __version__
 if TYPE_CHECKING:
     from gimcli.errors import GimError, ModelError, OutputError, StructureError, UnassembledError, UsageError
     from gimcli.library.assembled import assembled
+    from gimcli.library.check import check
     from gimcli.library.circuits import circuits
     from gimcli.library.configurations import configurations
     from gimcli.library.forces import forces
@@ -40,8 +41,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "GimError", "Mechanism", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError",
-    "assembled", "circuits", "configurations", "forces", "groups", "load", "loads", "mobility", "reduce", "sequence",
-    "simulate", "singularities", "solve", "trace", "tradeoff", "workspace",
+    "assembled", "check", "circuits", "configurations", "forces", "groups", "load", "loads", "mobility", "reduce",
+    "sequence", "simulate", "singularities", "solve", "trace", "tradeoff", "workspace",
 ]  # fmt: skip
 
 _ERRORS = ("GimError", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError")

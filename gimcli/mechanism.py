@@ -195,6 +195,7 @@ class Mechanism:
     gauges: tuple[Input, ...] = field(default=(), repr=False)  # quantities that springs and dampers measure
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)  # its source files, never overwritten
     path: Path | None = field(default=None, repr=False, compare=False)  # of the model file, the first of `files`
+    written: Any = field(default=None, repr=False, compare=False)  # as written: gimcli.model.remarks.Written
 
     def __repr__(self) -> str:
         counts = (

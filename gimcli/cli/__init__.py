@@ -20,6 +20,7 @@ from gimcli.errors import GimError
 
 GROUPS: dict[str, dict[str, str]] = {
     "Position and motion": {
+        "check": "Report what a mechanism is and does; warn of errors.",
         "solve": "Find a position, or all configurations, at given inputs.",
         "trace": "Follow the motion; write positions and coupler curves.",
         "workspace": "Find the region or the paths that a point can reach.",

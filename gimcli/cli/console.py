@@ -65,6 +65,14 @@ def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], 
     typer.echo(drawn.get(), nl=False)
 
 
+def print_aligned(rows: Iterable[Sequence[str]]) -> None:
+    """Print rows of texts in aligned columns, without rich."""
+    table = list(rows)
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    for row in table:
+        typer.echo("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
+
+
 def print_written(paths: Sequence[Path]) -> None:
     """Print which files were written, if any."""
     if paths:

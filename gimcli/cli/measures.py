@@ -11,6 +11,9 @@ if TYPE_CHECKING:
 
 QUANTITIES = "Quantities"
 
+POINTS = 12
+"""Greatest number of points whose ranges are printed."""
+
 MeasureOption = Annotated[
     list[str],
     typer.Option(
@@ -58,3 +61,18 @@ def print_ranges(mechanism: Mechanism, report: dict[str, Any]) -> None:
             rows.append((f"{spec} (least deviation from 0 or 180 deg)", unit, number(found["worst"]), "", ""))
     if rows:
         print_table("", ("measure", "unit", "least", "greatest", ""), rows, right=(2, 3))
+
+
+def print_points(mechanism: Mechanism, points: dict[str, dict[str, Any]]) -> None:
+    """Print the ranges of the traced points, and whether their curves are closed."""
+    from gimcli.cli.console import print_aligned, print_more
+    from gimcli.library.rounding import length
+
+    unit = "" if mechanism.length_unit == "unit" else f" [{mechanism.length_unit}]"
+    rows = []
+    for name, one in points.items():
+        ends = (dict.fromkeys(length(mechanism, value) for value in one[axis]) for axis in "xy")
+        rows.append((name, *(" to ".join(texts) for texts in ends), one["curve"]))
+    if rows:
+        print_aligned([("point", f"x{unit}", f"y{unit}", "curve"), *rows[:POINTS]])
+        print_more(len(rows), POINTS)

@@ -25,7 +25,7 @@ from gimcli.cli.arguments import (
     StrategyOption,
     Tolerance,
 )
-from gimcli.cli.measures import QUANTITIES, MeasureOption, PlotOption, print_measures, print_ranges
+from gimcli.cli.measures import QUANTITIES, MeasureOption, PlotOption, print_measures, print_points, print_ranges
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.errors import UsageError
 
@@ -146,6 +146,7 @@ def _print(found: MotionTraceResult) -> None:
     _print_events(found, meetings, "passed straight through a change point")
     _print_events(found, [e for e in events if e["kind"] == "sequence exchanged"], "sequence replaced by a faster one")
     print_ranges(mechanism, found.measured)
+    print_points(mechanism, found.points)
     if not found.complete:
         print_status(motion)
 
@@ -161,6 +162,7 @@ def _print_circuits(found: CircuitTraceResult) -> None:
         for e in one["events"]:
             typer.echo(f"  {e['kind']} at " + at_inputs(found.mechanism, e["at"]))
         print_ranges(found.mechanism, one)
+        print_points(found.mechanism, one["points"])
 
 
 def _print_events(found: MotionTraceResult, events: list[dict[str, Any]], what: str) -> None:

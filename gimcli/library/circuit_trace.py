@@ -16,6 +16,7 @@ from gimcli.continuation.circuit import Circuit
 from gimcli.errors import UsageError
 from gimcli.library.extras import Extras
 from gimcli.library.inputs import in_file_units, interval_of
+from gimcli.library.point_ranges import PointRanges
 from gimcli.library.trace_result import TraceResult
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
@@ -89,6 +90,15 @@ class CircuitTrace:
         """Yield the table of each circuit; if all are followed, the last column is `branch`."""
         yield from self._tables
 
+    def points(self) -> list[dict[str, dict[str, Any]]]:
+        """Return the ranges of the traced points on each circuit."""
+        found = []
+        for motion, table in zip(self.motions, self._tables, strict=True):
+            ranges = PointRanges(self.mechanism)
+            ranges.add(table)
+            found.append(ranges.report(motion))
+        return found
+
     def result(self, table: Table | None) -> CircuitTraceResult:
         """Return the result, after all tables were read; `table` is None if they were written to a file."""
         return CircuitTraceResult(self, table)
@@ -102,14 +112,19 @@ class CircuitTraceResult(TraceResult):
 
     @cached_property
     def circuits(self) -> list[dict[str, Any]]:
-        """For each circuit: whether it is closed, the intervals of its inputs, limits, change points and measures."""
+        """For each circuit: whether it is closed, intervals of its inputs, limits, change points, points, measures."""
         found = self.found
         return [
-            _of_circuit(self.mechanism, n, circuit, singularities(circuit)) | extras.report(motion)
-            for n, circuit, extras, motion in zip(
-                found.numbers, found.circuits, found.extras, found.motions, strict=True
+            _of_circuit(self.mechanism, n, circuit, singularities(circuit)) | {"points": points} | extras.report(motion)
+            for n, circuit, extras, motion, points in zip(
+                found.numbers, found.circuits, found.extras, found.motions, found.points(), strict=True
             )
         ]
+
+    @property
+    def points(self) -> dict[str, dict[str, Any]]:
+        """Ranges and curves of the traced points, if one circuit was followed (see `TraceResult`)."""
+        return self.circuits[0]["points"] if len(self.circuits) == 1 else {}
 
     @property
     def events(self) -> list[dict[str, Any]]:
@@ -133,7 +148,7 @@ class CircuitTraceResult(TraceResult):
             "events": self.events,
             "circuits": [{k: v for k, v in one.items() if k != "events"} for one in circuits],
             "status": next((m.overall.word for m in self.motions if not m.good.all()), "ok"),
-            **({"measures": circuits[0]["measures"]} if len(circuits) == 1 and "measures" in circuits[0] else {}),
+            **{key: circuits[0][key] for key in ("points", "measures") if len(circuits) == 1 and key in circuits[0]},
         }  # fmt: skip
 
     def turns(self, member: int) -> FloatArray:

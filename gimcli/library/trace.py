@@ -12,6 +12,7 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.library.extras import Extras
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_unmoved
+from gimcli.library.point_ranges import PointRanges
 from gimcli.library.result import joined
 from gimcli.library.trace_result import TraceResult
 from gimcli.mechanism import FloatArray, Mechanism
@@ -147,7 +148,7 @@ class MotionTrace:
         self.counted = partial(LawAngles, mechanism, steps, solve)
         first = self._first = next(self._pieces)
         require_consistent(mechanism, first.start, first.inputs[:, 0], first.first_status, options.tolerance)
-        self.summary = Summary(steps + 1)
+        self.summary, self.ranges = Summary(steps + 1), PointRanges(mechanism)
         self.kept: list[Motion] | None = [] if keep else None
         self._notify = notify
 
@@ -171,7 +172,9 @@ class MotionTrace:
         angles = self.counted()
         for piece in chain((self._first,), self._pieces):
             more = self.extras.columns(piece, angles)
-            yield motion_table(piece, first=self.summary.seen, rates=self._rates, more=more, angles=angles)
+            table = motion_table(piece, first=self.summary.seen, rates=self._rates, more=more, angles=angles)
+            self.ranges.add(table)
+            yield table
             self.summary.add(piece)
             if self.kept is not None:
                 self.kept.append(piece)
@@ -237,6 +240,11 @@ class MotionTraceResult(TraceResult):
         """Ranges of the measures, and their results for the whole motion."""
         return self.found.extras.report(self.motion)
 
+    @cached_property
+    def points(self) -> dict[str, dict[str, Any]]:
+        """For each traced point the ranges "x" and "y" of its coordinates, and its "curve" (see `TraceResult`)."""
+        return self.found.ranges.report(self.motion)
+
     def headline(self) -> str:
         """Return the result in one line."""
         quality = f", worst residual {self.worst:.1e}" if self.solved else ""
@@ -246,7 +254,8 @@ class MotionTraceResult(TraceResult):
         """Return the report that --json prints."""
         return {
             "steps": self.found.steps, "solved": self.solved, "residual": self.worst, "reachable": self.reachable,
-            "events": self.events, "status": self.motion.overall.word, **self.measured,
+            "events": self.events, "status": self.motion.overall.word, "points": self.points,
+            **self.measured,
         }  # fmt: skip
 
     def turns(self, member: int) -> FloatArray:

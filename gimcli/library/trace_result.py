@@ -47,6 +47,15 @@ class TraceResult(RowsResult):
 
     @property
     @abstractmethod
+    def points(self) -> dict[str, dict[str, Any]]:
+        """For each traced point: ranges "x" and "y" of its coordinates in the solved rows, and the "curve".
+
+        "closed" or "open"; "there and back": a closed motion on the same arc; "fixed": a point that does not move.
+        Empty if no row is solved, or if several circuits were followed: `report()["circuits"]` has those of each.
+        """
+
+    @property
+    @abstractmethod
     def events(self) -> list[dict[str, Any]]:
         """Events of the motion, such as limits and change points: kind, and the inputs."""
 

@@ -127,21 +127,38 @@ def _rams(mechanism: Mechanism) -> list[_Ram]:
 
 
 def output_joints(mechanism: Mechanism) -> list[TransmissionJoint]:
-    """Return the joints inside the dyads, and the pins of strongly coupled groups.
-
-    The lines of a dyad are those from which its node is solved, so that n-ary members have one too. A rigid triangle of
-    bars is no dyad: its angles are constant.
-    """
-    found, body = [], rigid_bodies(mechanism)
+    """Return the joints inside the dyads, and the pins of strongly coupled groups."""
+    found = []
     for step in make_plan(mechanism).steps:
         if isinstance(step, Dyad):
-            lines = [_locus_line(mechanism, locus) for locus in (step.first, step.second)]
-            if lines[0] is not None and lines[1] is not None and any(line.slide is None for line in lines if line):
-                one, two = sorted((lines[0], lines[1]), key=lambda line: line.slide is not None)
-                found.append(TransmissionJoint(step.node, one, two))
+            found += _of_dyad(mechanism, step)
         elif isinstance(step, Coupled):
             found += [TransmissionJoint(n, *pair) for n in step.nodes for pair in _joined(mechanism, n)]
-    return [j for j in found if body.get(j.first.name, j.first.name) != body.get(j.second.name, j.second.name)]
+    return _movable(mechanism, found)
+
+
+def dyad_joints(mechanism: Mechanism) -> list[TransmissionJoint]:
+    """Return the joints inside the dyads, whose transmission angles are 0 or 180 degrees at dead points only."""
+    steps = (step for step in make_plan(mechanism).steps if isinstance(step, Dyad))
+    return _movable(mechanism, [joint for step in steps for joint in _of_dyad(mechanism, step)])
+
+
+def _of_dyad(mechanism: Mechanism, step: Dyad) -> list[TransmissionJoint]:
+    """Return the joint of a dyad between the lines from which its node is solved, so that n-ary members have one too.
+
+    Empty for two guides, or if a line is not known.
+    """
+    lines = [_locus_line(mechanism, locus) for locus in (step.first, step.second)]
+    known = [line for line in lines if line is not None]
+    if len(known) < 2 or all(line.slide is not None for line in known):
+        return []
+    return [TransmissionJoint(step.node, *sorted(known, key=lambda line: line.slide is not None))]
+
+
+def _movable(mechanism: Mechanism, joints: list[TransmissionJoint]) -> list[TransmissionJoint]:
+    """Return the joints that are not inside a rigid triangle of bars: its angles are constant."""
+    body = rigid_bodies(mechanism)
+    return [j for j in joints if body.get(j.first.name, j.first.name) != body.get(j.second.name, j.second.name)]
 
 
 def _locus_line(mechanism: Mechanism, locus: Locus) -> ForceLine | None:

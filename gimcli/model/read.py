@@ -16,6 +16,7 @@ from gimcli.mechanism import Mechanism
 from gimcli.model.check import checked
 from gimcli.model.compile import compile_model
 from gimcli.model.files import files_read
+from gimcli.model.remarks import Written
 from gimcli.model.source import DEEPEST, Source, read_source, read_yaml
 
 NAME = "mechanism"
@@ -54,7 +55,8 @@ def _mechanism(source: Source, folder: Path, name: str, path: Path | None = None
     source.folder = folder
     model = checked(source)
     model.name = model.name or name
-    return replace(compile_model(model, folder), files=files_read(model, path, folder), path=path)
+    compiled, files = compile_model(model, folder), files_read(model, path, folder)
+    return replace(compiled, files=files, path=path, written=Written(model, source))
 
 
 def _plain(value: Any, where: tuple[Any, ...]) -> Any:

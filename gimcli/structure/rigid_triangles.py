@@ -64,17 +64,20 @@ def rigid_bodies(mechanism: Mechanism) -> dict[str, int]:
 
 def triangle_hints(mechanism: Mechanism) -> list[str]:
     """Return one sentence for each rigid body of triangles: which members to write as one member, and why."""
+    return [hint for _, hint in rigid_parts(mechanism)]
+
+
+def rigid_parts(mechanism: Mechanism) -> list[tuple[list[str], str]]:
+    """Return the members of each rigid body of triangles, and the sentence of `triangle_hints` about it."""
     names, body = [m.name for m in mechanism.members], rigid_bodies(mechanism)
-    hints = []
+    hints: list[tuple[list[str], str]] = []
     for first in dict.fromkeys(body.values()):
         own = [t for t in rigid_triangles(mechanism) if body[names[t.members[0]]] == first]
         if own:
             parts = [name for name in names if body[name] == first]
             form = "a rigid triangle" if len(own) == 1 else f"{len(own)} rigid triangles"
-            hints.append(
-                f"{', '.join(parts[:-1])} and {parts[-1]} form {form} with {2 ** len(own)} configurations:"
-                f" {_cure(mechanism, own)}"
-            )
+            text = f"{', '.join(parts[:-1])} and {parts[-1]} form {form} with {2 ** len(own)} configurations"
+            hints.append((parts, f"{text}: {_cure(mechanism, own)}"))
     return hints
 
 

@@ -103,8 +103,10 @@ WRITERS = {
     "tradeoff": "m.tradeoff",
 }  # fmt: skip
 """Commands that write files by default, and the stems of the files."""
-DRAWN = {name: (".png", ".svg", ".pdf") for name in ANALYSES if name != "mobility"}
-MOVING = {name: (".html",) for name in ("trace", "solve", "circuits", "singularities", "simulate")}
+TEXTS = ("check", "mobility")
+"""Commands without a picture."""
+DRAWN = {name: (".png", ".svg", ".pdf") for name in ANALYSES if name not in TEXTS}
+MOVING = {name: (".html",) for name in ("trace", "solve", "circuits", "singularities", "simulate", "check")}
 KINDS = {name: (".csv", ".npz", ".json", *DRAWN.get(name, ()), *MOVING.get(name, ())) for name in ANALYSES}
 
 
@@ -146,7 +148,7 @@ def test_only_named_files_are_written(name, folder, monkeypatch, capsys):
 def test_a_folder_gets_the_usual_files(place, name, folder, monkeypatch, capsys):
     (folder / "there").mkdir()
     assert run(monkeypatch, [name, "m.yaml", *FEW.get(name, []), "--out", place]) == 0
-    kinds = {".csv", *([".png"] if name != "mobility" else []), *([".npz"] if name == "workspace" else [])}
+    kinds = {".csv", *([".png"] if name not in TEXTS else []), *([".npz"] if name == "workspace" else [])}
     stem = WRITERS.get(name, f"m.{name}")
     assert {path.name for path in (folder / place).iterdir()} == {stem + kind for kind in kinds}
     assert named(folder) == {stem + kind for kind in kinds}

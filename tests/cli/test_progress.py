@@ -38,6 +38,7 @@ PHASES = {
         ["--steps", "2"],
         ["following the circuit", "following branches", "positions along the circuit", "drawing"],
     ),
+    "check": ([], ["following the circuit", "searching extremes of the motion"]),
     "solve": ([], []), "sequence": ([], []), "groups": ([], []), "mobility": ([], []), "schema": ([], []),
 }  # fmt: skip
 

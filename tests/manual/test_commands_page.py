@@ -36,6 +36,7 @@ FREE = {
     "SPEC": r"(?:centre|curvature|transmission|advantage|area):[^.]*",
     "COLUMN": r"(?:centre|curvature|transmission|advantage|area):.*",
     "REACTION": r".+",
+    "LENGTH": r"[^.]+",
 }
 
 
@@ -73,6 +74,9 @@ CASES = {
     "trace, limit": (changed("chebyshev", actuators=moved("chebyshev", by=120)), ["trace", "-n", "12"]),
     "trace, circuit": ("chebyshev", ["trace", "-n", "12", "--circuit", "-m", "transmission"]),
     "trace, all branches": ("parallelogram", ["trace", "-n", "12", "--all-branches", "-m", "transmission"]),
+    "check": ("slider_crank", ["check"]),
+    "check, loops": (massive("jansen", duration=2), ["check"]),
+    "check, coupled": ("innocenti_group", ["check"]),
     "workspace": ("five_bar", ["workspace", "--grid", "6"]),
     "workspace, ranges": (changed("five_bar", actuators=moved("five_bar", by=60)), ["workspace"]),
     "workspace, paths": ("chebyshev", ["workspace"]),

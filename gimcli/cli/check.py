@@ -1,0 +1,46 @@
+"""`gim check`: what a mechanism is, what its motion does, and what in the file is doubtful."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import typer
+
+from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out
+
+if TYPE_CHECKING:
+    from gimcli.library.check import CheckResult
+
+HELP = (
+    "Type, mobility, ranges of the inputs, strokes and time ratios, worst transmission angles and greatest speeds of"
+    " the motion along the laws; warnings about the file. The exit status is 0 with warnings too."
+)
+EXAMPLES = ("gim check models/crank_rocker.yaml", "gim check models/whitworth.yaml -o check.csv")
+
+
+def command(
+    model: ModelPath = MODEL,
+    assembly: Assembly = "",
+    out: Out = NONE,
+    as_json: Json = False,
+) -> None:
+    """Check a model."""
+    from gimcli.cli.outputs import Outputs
+    from gimcli.cli.progress import progress_bar
+    from gimcli.library.check import CheckResult, check
+
+    outputs = Outputs(CheckResult, model, out, as_json=as_json)
+    found = check(outputs.loaded(assembly), progress=progress_bar)
+    outputs.write(found)
+    outputs.finish(found, _print)
+
+
+def _print(result: CheckResult) -> None:
+    from gimcli.cli.console import print_more, print_table
+
+    typer.echo(f"{result.mechanism.name}\n")
+    for section in result.sections():
+        print_table(section.heading, section.head, section.rows)
+        print_more(len(section.rows) + section.left_out, len(section.rows))
+    for one in result.warnings:
+        typer.echo(": ".join(filter(None, ("warning", one["where"], one["text"]))))

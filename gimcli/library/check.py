@@ -1,0 +1,295 @@
+"""Check a model: what the mechanism is, what its motion does, and what in the file is doubtful."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gimcli.errors import GimError, StructureError
+from gimcli.library.check_sections import CheckSection, check_sections
+from gimcli.library.check_table import check_table
+from gimcli.library.check_warnings import check_warnings
+from gimcli.library.inputs import in_file_units, interval_of
+from gimcli.library.mobility import mobility
+from gimcli.library.result import Result
+from gimcli.measures.initial_coordinates import initial_coordinates
+from gimcli.measures.measure import angle_to_file
+from gimcli.mechanism import Mechanism
+from gimcli.motion.solve import solve
+from gimcli.positions.inputs import law_inputs
+from gimcli.positions.options import Options
+from gimcli.positions.position import Position
+from gimcli.progress import Phases, no_phases
+from gimcli.structure.drive_check import explained
+from gimcli.structure.formation_report import class_of, described
+from gimcli.structure.loop_types import LoopType
+from gimcli.structure.mechanism_types import MechanismType, mechanism_type
+from gimcli.structure.mobility import assembled
+from gimcli.table import Table, per_second
+
+if TYPE_CHECKING:
+    from gimcli.continuation.circuit import Circuit
+    from gimcli.measures.motion_summary import MotionSummary, Output, Peak
+
+TOLERANCE = 1e-10
+"""Largest accepted error of a constraint, relative to the size."""
+
+QUANTITIES = {
+    (False, 1): "speed", (False, 2): "acceleration", (True, 1): "angular speed", (True, 2): "angular acceleration",
+}  # fmt: skip
+
+
+def check(mechanism: Mechanism, *, progress: Phases = no_phases) -> CheckResult:
+    """Check a model: type, mobility, ranges, strokes, transmission angles, greatest speeds, and warnings.
+
+    Args:
+        mechanism: from `load` or `loads`.
+        progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+
+    Returns:
+        A CheckResult: `.type`, `.warnings`, and `report()` with all numbers in the file's units. A mechanism that is
+        not assembled or not fully driven has no motion; a warning states why.
+    """
+    return CheckResult(mechanism, progress)
+
+
+class CheckResult(Result):
+    """The report on a model; `print` shows it."""
+
+    KIND = "check"
+
+    def __init__(self, mechanism: Mechanism, progress: Phases = no_phases) -> None:
+        self.mechanism, self.error = mechanism, ""  # why there is no motion
+        self.position = self._position()
+        self.kind = self._kind()
+        progress("following the circuit")
+        self.circuit = self._circuit()
+        self.limits = self._limits()
+        progress("searching extremes of the motion")
+        self.summary = self._summary()
+
+    @property
+    def type(self) -> str:
+        """The type of the mechanism, such as "four-bar linkage: crank-rocker" or "Watt II six-bar"."""
+        return self.kind.name
+
+    @property
+    def warnings(self) -> list[dict[str, str]]:
+        """The warnings: file and line ("where", which may be empty), and the text."""
+        return list(self.report()["warnings"])
+
+    @property
+    def complete(self) -> bool:
+        """Whether the mechanism is assembled."""
+        return self.position is None or self.position.status.value == 0
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        count = len(self.warnings)
+        return f"{self.mechanism.name}: {self.type}; {count or 'no'} warning{'s' * (count != 1)}"
+
+    def report(self) -> dict[str, Any]:
+        """Return the report that --json prints."""
+        return self._report
+
+    def sections(self) -> list[CheckSection]:
+        """Return the report as tables of texts, for people."""
+        return check_sections(self.mechanism, self.report())
+
+    def table(self) -> Table:
+        """Return one row for each value of the report: section, name, quantity, value, unit, at."""
+        return check_table(self.mechanism, self.report())
+
+    # -- the parts ------------------------------------------------------------------------------
+
+    def _position(self) -> Position | None:
+        """Return the position at the inputs of the drawing; None if the inputs do not drive the mechanism."""
+        mechanism = self.mechanism
+        try:
+            with explained(mechanism):
+                position = solve(mechanism, mechanism.drawn_inputs, Options(tolerance=TOLERANCE))
+        except StructureError as error:
+            self.error = str(error)
+            return None
+        if position.status.value:
+            worst = f" (largest error: {position.worst})" if position.worst else ""
+            self.error = f"{position.status.word}: {position.status.plain_text}{worst}"
+        return position
+
+    def _kind(self) -> MechanismType:
+        z = self.position.z if self.position is not None and not self.error else assembled(self.mechanism)
+        return mechanism_type(self.mechanism, self.mechanism.drawn if z is None else z)
+
+    def _circuit(self) -> Circuit | None:
+        """Return the circuit of the start of the laws; None if it is not known."""
+        from gimcli.branching.singular_positions import drawn_circuit
+
+        if self.error or not self.mechanism.actuators:
+            return None
+        try:
+            return drawn_circuit(self.mechanism, TOLERANCE)
+        except GimError:
+            return None
+
+    def _limits(self) -> list[Any]:
+        from gimcli.branching.singularities import limits
+
+        return limits(self.circuit) if self.circuit is not None else []
+
+    def _summary(self) -> MotionSummary | None:
+        from gimcli.measures.motion_summary import motion_summary
+
+        if self.error or not self.mechanism.actuators:
+            return None
+        curve = self.circuit.curve if self.circuit is not None else None
+        ends = [(curve.nodes(one.p), curve.inputs(float(one.p[-1]))) for one in self._limits() if curve is not None]
+        try:
+            with explained(self.mechanism):
+                return motion_summary(self.mechanism, TOLERANCE, ends)
+        except StructureError as error:
+            self.error = str(error)
+            return None
+
+    # -- the report -----------------------------------------------------------------------------
+
+    @cached_property
+    def _report(self) -> dict[str, Any]:
+        summary = self.summary
+        report: dict[str, Any] = {
+            **self._structure(), "duration": self.mechanism.duration, "inputs": self._inputs(),
+            "solved": summary.motion.solved if summary else 0, "rows": len(summary.motion.time) if summary else 0,
+            "outputs": [self._output(one) for one in summary.outputs] if summary else [],
+            "transmission": self._transmission(),
+            "peaks": [self._peak(one) for one in summary.peaks] if summary else [],
+            "drawing": self._drawing(),
+        }  # fmt: skip
+        warnings = check_warnings(self.mechanism, report, self.error)
+        return {**report, "warnings": warnings, "status": self._status()}
+
+    def _status(self) -> str:
+        if self.position is None:
+            return "not driven"
+        return self.position.status.word
+
+    def _structure(self) -> dict[str, Any]:
+        chain, formation = self.kind.chain, self.kind.formation
+        try:
+            found = mobility(self.mechanism).report()
+        except StructureError:
+            found = dict.fromkeys(("mobility", "start")) | {"redundant": [], "undriven": [], "overdriven": []}
+        groups = [] if formation is None else formation.groups
+        return {
+            "type": self.type, "links": len(chain.links), "pairs": chain.pairs, "couplings": list(chain.couplings),
+            "multiple_joints": list(self.kind.named.multiple), "formula": chain.formula, "gruebler": chain.gruebler,
+            "mobility": found["mobility"], "redundant": found["redundant"], "undriven": found["undriven"],
+            "overdriven": found["overdriven"], "start": found["start"],
+            "loops": [self._loop(loop) for loop in self.kind.loops],
+            "groups": [
+                {"kind": described(g), "class": class_of(g), "links": [formation.links[k] for k in g.links]}
+                for g in groups
+                if formation is not None
+            ],
+        }  # fmt: skip
+
+    def _loop(self, found: LoopType) -> dict[str, Any]:
+        bar, scale = found.four_bar, self.mechanism.scale
+        return {
+            "type": found.name, "kind": found.kind, "links": [self.kind.chain.links[k] for k in found.loop.links],
+            "pairs": found.loop.kinds, "dimensions": {name: v * scale for name, v in found.dimensions.items()},
+            "code": bar.code if bar else None, "grashof": bar.grashof if bar else None,
+            "margin": bar.excess * scale if bar else None, "near_change_point": bar.near_change_point if bar else None,
+        }  # fmt: skip
+
+    def _inputs(self) -> list[dict[str, Any]]:
+        mechanism = self.mechanism
+        reach = self._reach()
+        laws = law_inputs(mechanism)(np.linspace(0.0, 1.0, 1001)) if mechanism.actuators else np.zeros((0, 1))
+        limit = self.summary.motion.limit if self.summary else None
+        found = []
+        for k, actuator in enumerate(mechanism.actuators):
+            values = mechanism.value_to_file(k, laws[k])
+            low, high = reach.get(actuator.name, [math.nan, math.nan])
+            turn = 2.0 * math.pi * (1.0 - 1e-9)
+            span = mechanism.value_to_file(k, np.array([turn]))[0]
+            found.append(
+                {
+                    "name": actuator.name, "unit": mechanism.unit_of(actuator),
+                    "law": [float(values[0]), float(values[-1])], "least": float(values.min()),
+                    "greatest": float(values.max()), "moves": bool(np.ptp(laws[k]) > 0.0),
+                    "range": [low, high] if reach else None,
+                    "full_turn": bool(actuator.rotary and high - low >= span) if reach else None,
+                    "limit": None if limit is None else self._at(limit)[actuator.name],
+                }
+            )  # fmt: skip
+        return found
+
+    def _reach(self) -> dict[str, list[float]]:
+        """Return the interval of every input on the circuit; empty if the circuit is not known."""
+        from gimcli.branching.singularities import interval
+
+        circuit = self.circuit
+        if circuit is None:
+            return {}
+        ends = interval(circuit, self.limits)
+        return interval_of(*(in_file_units(self.mechanism, circuit.curve.inputs(q)) for q in ends))
+
+    def _at(self, time: float) -> dict[str, float]:
+        """Return the inputs at a normalised time in the file's units."""
+        return in_file_units(self.mechanism, law_inputs(self.mechanism)(np.array([time]))[:, 0])
+
+    def _output(self, one: Output) -> dict[str, Any]:
+        mechanism = self.mechanism
+        ends = [one.found.least, one.found.greatest]
+
+        def in_file(value: float) -> float:
+            return value * mechanism.scale if one.slides else float(angle_to_file(mechanism, np.array([value]))[0])
+
+        return {
+            "name": one.name, "kind": "slider" if one.slides else "link", "guide": one.guide or None,
+            "unit": mechanism.length_unit if one.slides else mechanism.angle_unit, "range": in_file(one.range),
+            "least": None if one.slides else in_file(ends[0].value),
+            "greatest": None if one.slides else in_file(ends[1].value),
+            "full_turn": not one.slides and one.range >= 2.0 * math.pi * (1.0 - 1e-9),
+            "least_at": self._at(ends[0].time), "greatest_at": self._at(ends[1].time),
+            "least_time": ends[0].time * mechanism.duration, "greatest_time": ends[1].time * mechanism.duration,
+            "time_ratio": one.time_ratio, "strokes_per_turn": one.strokes or None,
+        }  # fmt: skip
+
+    def _transmission(self) -> list[dict[str, Any]]:
+        mechanism = self.mechanism
+        return [
+            {
+                "node": mechanism.nodes[one.joint.node], "parts": [one.joint.first.name, one.joint.second.name],
+                "worst": float(angle_to_file(mechanism, np.array([one.angle]))[0]), "unit": mechanism.angle_unit,
+                "at": self._at(one.time), "time": one.time * mechanism.duration,
+            }
+            for one in (self.summary.angles if self.summary else ())
+        ]  # fmt: skip
+
+    def _peak(self, one: Peak) -> dict[str, Any]:
+        mechanism, value = self.mechanism, one.found.value
+        own = float(angle_to_file(mechanism, np.array([value]))[0]) if one.rotary else value * mechanism.scale
+        return {
+            "name": one.name, "quantity": QUANTITIES[one.rotary, one.order], "greatest": own,
+            "unit": per_second(mechanism.angle_unit if one.rotary else mechanism.length_unit, one.order),
+            "at": self._at(one.found.time), "time": one.found.time * mechanism.duration, "constant": one.constant,
+        }  # fmt: skip
+
+    def _drawing(self) -> dict[str, Any] | None:
+        """Return how far the assembled position is from the initial coordinates; None if there is none."""
+        if self.position is None or self.error:
+            return None
+        mechanism = self.mechanism
+        found = initial_coordinates(mechanism, self.position.z)
+        away = (found.distance * mechanism.scale).tolist()
+        return {
+            "node": mechanism.nodes[found.farthest], "distance": max(away),
+            "relative": float(np.max(found.distance)) / mechanism.size,
+            "nodes": dict(zip(mechanism.nodes, away, strict=True)),
+            "far": [mechanism.nodes[k] for k in found.far(mechanism)],
+            "mirrored_members": list(found.mirrored_members),
+            "mirrored_joints": [list(one) for one in found.mirrored_joints],
+        }  # fmt: skip

@@ -1,0 +1,167 @@
+"""The report of a check as tables of texts, for the terminal, a page and a spreadsheet."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from gimcli.library.rounding import at_inputs, input_value, interval, length, number
+from gimcli.mechanism import Mechanism
+
+MOST = 12
+"""Greatest number of rows of a section."""
+
+LOOP = 4
+"""Number of links of a mechanism that is one loop."""
+
+Rows = list[tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class CheckSection:
+    """A heading, the names of the columns, rows of texts, and the number of rows that are left out."""
+
+    heading: str
+    head: tuple[str, ...]
+    rows: Rows
+    left_out: int = 0
+
+
+def check_sections(mechanism: Mechanism, report: dict[str, Any]) -> list[CheckSection]:
+    """Return the sections that are not empty, in the order in which they are read."""
+    texts = _Texts(mechanism, report)
+    speeds = f"Greatest speeds and accelerations (duration {number(report['duration'])} s)"
+    found = [
+        CheckSection("Mechanism", ("", ""), texts.mechanism()),
+        CheckSection("Inputs", ("input", "law", "range on the circuit"), texts.inputs()),
+        _limited("Outputs", ("output", "range", "from", "to", "time ratio"), texts.outputs()),
+        _limited("Worst transmission angles", ("joint", "angle", "at"), texts.transmission()),
+        _limited(speeds, ("", "speed", "at", "acceleration", "at"), texts.peaks()),
+    ]
+    return [section for section in found if section.rows]
+
+
+def _limited(heading: str, head: tuple[str, ...], rows: Rows) -> CheckSection:
+    """Return a section with the first rows."""
+    return CheckSection(heading, head, rows[:MOST], max(0, len(rows) - MOST))
+
+
+class _Texts:
+    def __init__(self, mechanism: Mechanism, report: dict[str, Any]) -> None:
+        self.own, self.report = mechanism, report
+        self.unit = _unit(mechanism.length_unit)
+
+    def mechanism(self) -> Rows:
+        """Return type, dimensions, loops, formula, mobility, groups and initial coordinates."""
+        report = self.report
+        rows: Rows = [("type", report["type"]), *self._loops()]
+        if report["multiple_joints"]:
+            rows.append(("multiple joints", ", ".join(report["multiple_joints"])))
+        rows.append(("Grübler's formula", report["formula"]))
+        rows.append(("mobility", "not known" if report["mobility"] is None else str(report["mobility"])))
+        rows.append(("redundant constraints", ", ".join(report["redundant"]) or "none"))
+        for key, title in (("undriven", "undriven nodes"), ("overdriven", "over-driven by")):
+            if report[key]:
+                rows.append((title, ", ".join(report[key])))
+        if report["groups"]:
+            rows.append(("groups", "; ".join(f"{g['kind']} ({', '.join(g['links'])})" for g in report["groups"])))
+        return [*rows, *self._drawing()]
+
+    def _loops(self) -> Rows:
+        """Return the dimensions of the mechanism if it is one loop, else one row for each loop."""
+        loops = [loop for loop in self.report["loops"] if not loop["type"].startswith("loop")]
+        if self.report["links"] == LOOP and len(loops) == 1:
+            sizes, rule = self._dimensions(loops[0]), self._grashof(loops[0])
+            return [*([("dimensions", sizes)] if sizes else []), *([("Grashof", rule)] if rule else [])]
+        rows: Rows = []
+        for loop in loops[:MOST]:
+            texts = [f"{loop['type']}: {loop['kind']}" if loop["kind"] else loop["type"]]
+            rows.append(("loop", "; ".join([*texts, *filter(None, (self._dimensions(loop), self._grashof(loop)))])))
+        return rows
+
+    def _dimensions(self, loop: dict[str, Any]) -> str:
+        sizes = ", ".join(f"{name} {length(self.own, value)}" for name, value in loop["dimensions"].items())
+        return f"{sizes}{self.unit}" if sizes else ""
+
+    def _grashof(self, loop: dict[str, Any]) -> str:
+        """Return the comparison of the sums of lengths, for four-bar linkages."""
+        if loop["grashof"] is None:
+            return ""
+        s, p, q, most = sorted(loop["dimensions"].values())
+        sign = "=" if loop["margin"] == 0.0 else "<" if loop["margin"] > 0.0 else ">"
+        sums = length(self.own, s + most), length(self.own, p + q)
+        return f"s + l = {sums[0]} {sign} p + q = {sums[1]} (Barker: {loop['code']})"
+
+    def _drawing(self) -> Rows:
+        """Return how far nodes are from their initial coordinates."""
+        drawing = self.report["drawing"]
+        if drawing is None:
+            return []
+        away, part = length(self.own, drawing["distance"]), number(100.0 * drawing["relative"], 100.0)
+        text = f"at most {away}{self.unit} ({part} % of the size) from the assembled position, at {drawing['node']}"
+        return [("initial coordinates", "an assembled position" if away == "0" else text)]
+
+    def inputs(self) -> Rows:
+        """Return law and range of each input."""
+        rows: Rows = []
+        for one in self.report["inputs"]:
+            name, unit = one["name"], _unit(one["unit"])
+            first, last = (input_value(self.own, name, value) for value in one["law"])
+            law = f"{first} to {last}{unit}" if one["moves"] else f"constant, {first}{unit}"
+            if one["moves"] and one["law"] not in ([one["least"], one["greatest"]], [one["greatest"], one["least"]]):
+                least, most = (input_value(self.own, name, one[key]) for key in ("least", "greatest"))
+                law += f", between {least} and {most}{unit}"
+            reach = interval(self.own, name, *one["range"]) if one["range"] else "not known"
+            rows.append((name, law, reach))
+        return rows
+
+    def outputs(self) -> Rows:
+        """Return range, ends and time ratio of each output."""
+        return [self._output(one) for one in self.report["outputs"]]
+
+    def _output(self, one: dict[str, Any]) -> tuple[str, ...]:
+        slider = one["kind"] == "slider"
+        unit = _unit(one["unit"])
+        name = f"{one['name']} on {one['guide']}" if slider else one["name"]
+        ratio = "" if one["time_ratio"] is None else number(one["time_ratio"])
+        strokes = one["strokes_per_turn"]
+        if ratio == "" and strokes and strokes > 1.0:
+            ratio = f"{number(strokes)} strokes a turn"
+        if slider:
+            ends = [self._at(one, key) for key in ("least_", "greatest_")]
+            return name, f"stroke {length(self.own, one['range'])}{unit}", *ends, ratio
+        ends = [f"{number(one[key])}{unit} at {self._at(one, f'{key}_')}" for key in ("least", "greatest")]
+        return name, "full turn" if one["full_turn"] else f"swing {number(one['range'])}{unit}", *ends, ratio
+
+    def transmission(self) -> Rows:
+        """Return the worst transmission angle of each joint."""
+        return [
+            (
+                f"{' / '.join(one['parts'])} at {one['node']}", f"{number(one['worst'])} {one['unit']}",
+                self._at(one),
+            )
+            for one in self.report["transmission"]
+        ]  # fmt: skip
+
+    def peaks(self) -> Rows:
+        """Return greatest speed and acceleration of points and members."""
+        by_name: dict[tuple[str, bool], list[str]] = {}
+        for one in self.report["peaks"]:
+            rotary, second = "angular" in one["quantity"], "acceleration" in one["quantity"]
+            cells = by_name.setdefault((one["name"], rotary), ["", "", "", ""])
+            value = one["greatest"]
+            text = "no bound" if math.isinf(value) else f"{number(value)} {one['unit']}"
+            cells[2 * second : 2 * second + 2] = text, "constant" if one["constant"] else self._at(one)
+        return [(name, *cells) for (name, _), cells in by_name.items()]
+
+    def _at(self, one: dict[str, Any], key: str = "") -> str:
+        """Return the input, or the time if there are several inputs, of an extreme."""
+        if len(self.own.actuators) > 1:
+            return f"time = {number(one[f'{key}time'])} s"
+        return at_inputs(self.own, one[f"{key}at"])
+
+
+def _unit(unit: str) -> str:
+    """Return a unit after a space; nothing where lengths have no physical unit."""
+    return "" if unit == "unit" else f" {unit}"

@@ -1,0 +1,94 @@
+"""The warnings of a check: each with the place in the file, what is doubtful, and the remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from gimcli.library.rounding import at_inputs, length, number
+from gimcli.mechanism import Mechanism
+from gimcli.structure.rigid_triangles import rigid_parts
+
+Where = tuple[str | int, ...]
+
+
+def check_warnings(mechanism: Mechanism, report: dict[str, Any], error: str) -> list[dict[str, str]]:
+    """Return the warnings about a mechanism; `error` is why it has no motion, if it has none."""
+    found: list[tuple[Where, str]] = [((), error)] if error else []
+    found += [*_rigid(mechanism), *_drawing(mechanism, report), *_limits(mechanism, report), *_loops(report)]
+    found += _remarks(mechanism, moves=not error)
+    return [{"where": _place(mechanism, where), "text": text} for where, text in found]
+
+
+def _place(mechanism: Mechanism, where: Where) -> str:
+    return mechanism.written.place(where) if mechanism.written is not None and where else ""
+
+
+def _member(mechanism: Mechanism, name: str) -> Where:
+    return mechanism.written.member(name) if mechanism.written is not None else ()
+
+
+def _remarks(mechanism: Mechanism, moves: bool) -> list[tuple[Where, str]]:
+    if mechanism.written is None:
+        return []
+    from gimcli.model.remarks import missing_duration, remarks
+
+    model = mechanism.written.model
+    return [(one.where, one.text) for one in [*remarks(model), *(missing_duration(model) if moves else [])]]
+
+
+def _rigid(mechanism: Mechanism) -> Iterator[tuple[Where, str]]:
+    for members, hint in rigid_parts(mechanism):
+        yield _member(mechanism, members[-1]), hint
+
+
+def _drawing(mechanism: Mechanism, report: dict[str, Any]) -> Iterator[tuple[Where, str]]:
+    drawing = report["drawing"]
+    if drawing is None:
+        return
+    for name in drawing["far"][:1]:
+        away, unit = length(mechanism, drawing["distance"]), mechanism.length_unit
+        others = f" ({', '.join(drawing['far'][1:])} too)" if len(drawing["far"]) > 1 else ""
+        yield (
+            ("nodes", name),
+            f"node {name} is assembled {away}{'' if unit == 'unit' else f' {unit}'} from its initial coordinates, "
+            f"{100.0 * drawing['relative']:.0f} % of the size{others}: correct the coordinates or the lengths",
+        )
+    for name in drawing["mirrored_members"]:
+        yield (
+            _member(mechanism, name),
+            f"the initial coordinates of {name} are a mirror image of its shape, which cannot be turned over: "
+            "correct the coordinates or the shape",
+        )
+    for node, first, second in drawing["mirrored_joints"]:
+        yield (
+            ("nodes", node),
+            f"{first} and {second} meet at {node} on the other side than in the initial coordinates: "
+            f"move {node} to the side that is meant, and correct the nodes next to it",
+        )
+
+
+def _limits(mechanism: Mechanism, report: dict[str, Any]) -> Iterator[tuple[Where, str]]:
+    if report["start"] not in (None, "regular"):
+        yield (
+            (),
+            f"the inputs do not determine the initial configuration ({report['start']}): use other initial coordinates",
+        )
+    limit = {one["name"]: one["limit"] for one in report["inputs"] if one["limit"] is not None and one["moves"]}
+    if limit:
+        yield (
+            ("actuators", next(iter(limit))),
+            f"the law exceeds a limit at {at_inputs(mechanism, limit)}: shorten it; the report describes the motion"
+            " up to the limit",
+        )
+
+
+def _loops(report: dict[str, Any]) -> Iterator[tuple[Where, str]]:
+    for loop in report["loops"]:
+        if loop["near_change_point"]:
+            total = sum(loop["dimensions"].values())
+            yield (
+                (),
+                f"{', '.join(loop['dimensions'])}: p + q - s - l is only {number(100.0 * loop['margin'] / total)} % of"
+                " the sum of the lengths, so that rounded lengths may change the type: give `length` with more digits",
+            )

@@ -1,0 +1,210 @@
+"""Greatest and least values of quantities along a motion, refined between its rows.
+
+A quantity is given with its exact derivative by the time. Where the derivative changes its sign between two rows, the
+zero is found on solved positions: first that of the cubic through both rows, then by the Illinois method.
+Source: Dowell & Jarratt, A modified regula falsi method, BIT 11 (1971) 168-174.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.rates.derivatives import MotionRates
+
+
+@dataclass(frozen=True)
+class ExtremesConstants:
+    """Constants of the search."""
+
+    iterations: int = 12  # most iterations of the Illinois method
+    exact: float = 1e-13  # change of the time, 0..1, below which the time of an extreme is exact
+    close: float = 1e-12  # change of the value, relative to the quantity's range, below which a value is exact
+    zero: float = 1e-11  # derivative, relative to the greatest one, below which it is 0
+    constant: float = 1e-10  # range, relative to the greatest value, below which a quantity is constant
+
+
+SEARCH = ExtremesConstants()
+
+
+@dataclass(frozen=True)
+class RateRows:
+    """RateRows of a motion: increasing normalised times and the derivatives by the real time."""
+
+    time: FloatArray  # (rows,)
+    rates: MotionRates
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism."""
+        return self.rates.mechanism
+
+
+class Quantity(ABC):
+    """A value along a motion, and its derivative by the real time.
+
+    `least`: whether the least value is searched too, not only the greatest, and both times as exactly as the values.
+    """
+
+    least = False
+
+    @abstractmethod
+    def of(self, rows: RateRows) -> tuple[FloatArray, FloatArray]:
+        """Return values and derivatives (rows,); NaN where they are not determined."""
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """An extreme value and the normalised time at which it occurs."""
+
+    value: float
+    time: float
+
+
+@dataclass
+class Bracket:
+    """Two times between which the derivative of a quantity changes its sign, and the best time so far."""
+
+    quantity: int
+    sense: float  # 1.0: maximum, -1.0: minimum
+    ends: list[float]
+    slopes: list[float]  # derivatives at the ends, halved by the Illinois method
+    value: float = math.nan
+    time: float = math.nan
+    change: float = math.inf  # estimated change of the value by one more iteration
+    shift: float = math.inf  # change of the time by one more iteration
+    last: int = -1  # the end that was replaced last
+
+    def guess(self) -> float:
+        """Return the time at which the derivative, taken as linear between the ends, is 0."""
+        (a, b), (da, db) = self.ends, self.slopes
+        zero = a + (b - a) * da / (da - db) if da != db else 0.5 * (a + b)
+        return min(max(zero, a), b)  # outside only by rounding errors, where a row itself is an extreme
+
+    def done(self, exact_time: bool, span: float) -> bool:
+        """Return whether the time, or only the value, is exact."""
+        return self.shift <= SEARCH.exact or (not exact_time and self.change <= SEARCH.close * span)
+
+    def take(self, time: float, value: float, slope: float, duration: float) -> None:
+        """Use the value and the derivative at a new time."""
+        if not math.isfinite(value + slope):
+            self.change = self.shift = 0.0
+            return
+        self.value, self.time = value, time
+        side = 0 if (slope > 0.0) == (self.slopes[0] > 0.0) else 1
+        if slope == 0.0:
+            self.change = self.shift = 0.0
+            return
+        self.ends[side], self.slopes[side] = time, slope
+        if side == self.last:
+            self.slopes[1 - side] *= 0.5
+        self.last = side
+        self.shift = abs(self.guess() - time)
+        self.change = abs(slope) * self.shift * duration
+
+
+Solve = Callable[[FloatArray], RateRows]
+"""Returns rows at increasing times."""
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """The least and the greatest value of a quantity, and how often its derivative changes its sign."""
+
+    least: Extreme
+    greatest: Extreme
+    reversals: int
+
+
+def extremes(rows: RateRows, quantities: Sequence[Quantity], solve: Solve, periodic: bool) -> list[Extremes | None]:
+    """Return the extremes of each quantity; None where it has no values.
+
+    `solve` returns rows at further times. `periodic`: the last row repeats the first one, so that the ends are no
+    extremes of their own.
+    """
+    at_rows = [quantity.of(rows) for quantity in quantities]
+    brackets = [_brackets(k, rows, f, df, periodic) for k, (f, df) in enumerate(at_rows)]
+    best = [_promising(rows, f, own, q.least) for (f, _), own, q in zip(at_rows, brackets, quantities, strict=True)]
+    _refine(rows, quantities, [b for own in best for b in own], solve, [_span(f) for f, _ in at_rows])
+    return [_found(rows, f, best[k], len(brackets[k])) for k, (f, _) in enumerate(at_rows)]
+
+
+def _promising(rows: RateRows, f: FloatArray, own: list[Bracket], least: bool) -> list[Bracket]:
+    """Return the brackets that may contain the greatest or the least value: a slope limits what lies between rows."""
+    kept = []
+    for bracket in own if least else [b for b in own if b.sense > 0.0]:
+        k, m = np.searchsorted(rows.time, bracket.ends)
+        rise = (bracket.ends[1] - bracket.ends[0]) * rows.mechanism.duration * max(map(abs, bracket.slopes))
+        if max(bracket.sense * f[[k, m]]) + rise >= np.nanmax(bracket.sense * f):
+            kept.append(bracket)
+    return kept
+
+
+def _span(f: FloatArray) -> float:
+    finite = f[np.isfinite(f)]
+    return float(np.ptp(finite)) if len(finite) else 0.0
+
+
+def _found(rows: RateRows, f: FloatArray, own: list[Bracket], reversals: int) -> Extremes | None:
+    good = np.flatnonzero(np.isfinite(f))
+    if not len(good):
+        return None
+    inner = [b for b in own if math.isfinite(b.value)]
+
+    def best(sense: float) -> Extreme:
+        k = int(good[np.argmax(sense * f[good])])
+        row = Extreme(float(f[k]), float(rows.time[k]))
+        most = max([sense * row.value, *(sense * b.value for b in inner)])
+        equal = [b for b in inner if sense * b.value >= most - SEARCH.constant * abs(most)]  # the first of equal ones
+        return min((Extreme(b.value, b.time) for b in equal), key=lambda one: one.time, default=row)
+
+    return Extremes(best(-1.0), best(1.0), reversals)
+
+
+def _brackets(number: int, rows: RateRows, f: FloatArray, df: FloatArray, periodic: bool) -> list[Bracket]:
+    """Return the brackets of the extremes of a quantity between its rows."""
+    good = np.flatnonzero(np.isfinite(f) & np.isfinite(df))
+    if len(good) < 2 or _span(f) <= SEARCH.constant * np.max(np.abs(f[good])):
+        return []
+    slope = df[good]
+    sign = np.where(np.abs(slope) <= SEARCH.zero * np.max(np.abs(slope)), 0.0, np.sign(slope))
+    _fill_zeros(sign, periodic)
+    return [
+        Bracket(number, float(sign[k]), rows.time[good[[k, k + 1]]].tolist(), slope[[k, k + 1]].tolist())
+        for k in np.flatnonzero(sign[:-1] * sign[1:] < 0.0).tolist()
+    ]
+
+
+def _fill_zeros(sign: FloatArray, periodic: bool) -> None:
+    """Give rows with a derivative of 0 the sign of the row before, so that each extreme is counted once."""
+    nonzero = np.flatnonzero(sign)
+    before = float(sign[nonzero[-1]] if periodic else sign[nonzero[0]]) if len(nonzero) else 0.0
+    for k in range(len(sign)):
+        if sign[k] == 0.0:
+            sign[k] = before
+        before = float(sign[k])
+
+
+def _refine(
+    rows: RateRows, quantities: Sequence[Quantity], brackets: list[Bracket], solve: Solve, spans: list[float]
+) -> None:
+    """Refine all brackets together, by few solutions of many times; `spans`: ranges of the quantities."""
+    duration = rows.mechanism.duration
+    for _ in range(SEARCH.iterations):
+        todo = [b for b in brackets if not b.done(quantities[b.quantity].least, spans[b.quantity])]
+        if not todo:
+            return
+        guesses = np.array([b.guess() for b in todo])
+        times = np.unique(guesses)
+        found = solve(times)
+        index = np.searchsorted(times, guesses)
+        for number in {b.quantity for b in todo}:
+            f, df = quantities[number].of(found)
+            for k, bracket in enumerate(todo):
+                if bracket.quantity == number:
+                    bracket.take(float(guesses[k]), float(f[index[k]]), float(df[index[k]]), duration)

@@ -1,0 +1,286 @@
+"""Strokes, swings, time ratios, worst transmission angles and greatest speeds of a motion along the laws.
+
+The time ratio of an output is that of the times of its slower and faster stroke at constant speed of the input, that
+is of the angles by which the input turns between the ends of the stroke. Source: Norton, Design of Machinery, sections
+3.4 (quick return) and 4.10 (transmission angle).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gimcli.measures.extremes import Extreme, Extremes, Quantity, RateRows, extremes
+from gimcli.measures.motion_quantities import AngularSpeed, Flatness, Speed, Travel, rotation
+from gimcli.measures.transmission import TransmissionJoint, dyad_joints
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.motion.motion import Motion, stream, trace
+from gimcli.positions.inputs import law_inputs
+from gimcli.positions.options import Options
+from gimcli.rates.derivatives import MotionRates, law_rates, rates_of_inputs
+from gimcli.structure.kinematic_chain import kinematic_chain
+from gimcli.structure.mechanism_types import driving_links
+from gimcli.structure.plan import make_plan
+from gimcli.structure.sliding_pairs import sliding_pairs
+from gimcli.structure.steps import NONE
+
+STEPS, MOST_STEPS = 360, 7200
+"""Least number of steps of the motion, and per turn of an input; greatest number of steps."""
+
+TOWARDS = 12
+"""RateRows that approach a limit, each at half the distance of the row before."""
+
+UNBOUNDED = 1.2
+"""Ratio of a speed to that at twice the distance from a limit; a speed that grows without bound has 2**0.5 or more."""
+
+AT_LIMIT = 1e-6
+"""Difference of the inputs, in rad or relative to the size, of the same limit."""
+
+STILL = 1e-9
+"""Range, in rad or relative to the size, below which an output does not move."""
+
+SLOW = 1e-6
+"""Part of the greatest speed below which a speed is 0: a member that translates has rounding errors."""
+
+TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True)
+class Output:
+    """The range of a slider along its guide, or of a member hinged to the frame."""
+
+    name: str
+    guide: str  # of a slider: the member that carries the guide; "" for a member
+    found: Extremes  # normal length, or rad
+    time_ratio: float | None  # None if the input makes no full turns, or there are several strokes a turn
+    strokes: float  # to and fro, in one turn of the input; 0 if it makes no full turns
+
+    @property
+    def slides(self) -> bool:
+        """Whether it is a slider."""
+        return bool(self.guide)
+
+    @property
+    def range(self) -> float:
+        """Stroke [normal length] or swing [rad]."""
+        return self.found.greatest.value - self.found.least.value
+
+
+@dataclass(frozen=True)
+class WorstAngle:
+    """The transmission angle of a joint that is farthest from 90 degrees, as an angle of at most 90 degrees."""
+
+    joint: TransmissionJoint
+    angle: float  # rad
+    time: float
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The greatest speed or acceleration of a point or a member."""
+
+    name: str
+    rotary: bool
+    order: int  # 1: speed, 2: acceleration
+    found: Extreme  # value infinite if it grows without bound towards a limit
+    constant: bool = False
+
+
+@dataclass(frozen=True)
+class MotionSummary:
+    """The characteristics of one motion."""
+
+    motion: Motion = field(repr=False)
+    periodic: bool  # the last position is the first one
+    turns: int  # full turns of the only input that moves; 0 if the motion is not such a motion
+    outputs: tuple[Output, ...]
+    angles: tuple[WorstAngle, ...]  # worst first
+    peaks: tuple[Peak, ...]
+
+
+Limit = tuple[ComplexArray, FloatArray]
+"""Position (nodes,) and inputs (actuators,) of a limit."""
+
+
+def motion_summary(mechanism: Mechanism, tolerance: float, limits: Sequence[Limit] = ()) -> MotionSummary | None:
+    """Return the characteristics of the motion along the laws; None if its start is not assembled.
+
+    limits: the limits of the circuit; if the motion ends at one of them, its position belongs to the motion.
+    """
+    options = Options(tolerance=tolerance)
+    motion = trace(mechanism, _steps(mechanism), options)
+    if motion.codes[0]:
+        return None
+    return _Summarizer(mechanism, options, motion, _end(motion, limits)).summary()
+
+
+def _end(motion: Motion, limits: Sequence[Limit]) -> ComplexArray | None:
+    """Return the position (nodes,) of the limit at which a motion ends; None if it is not known."""
+    if motion.limit is None:
+        return None
+    mechanism, inputs = motion.mechanism, law_inputs(motion.mechanism)(np.array([motion.limit]))[:, 0]
+    last, near = motion.z[:, motion.good][:, -1], []
+    for z, u in limits:
+        away = [
+            math.remainder(a, TURN) if actuator.rotary else a
+            for a, actuator in zip((u - inputs).tolist(), mechanism.actuators, strict=True)
+        ]
+        if max(map(abs, away)) <= AT_LIMIT * mechanism.size:
+            near.append(z)
+    return min(near, key=lambda z: float(np.max(np.abs(z - last))), default=None)
+
+
+def _steps(mechanism: Mechanism) -> int:
+    """Return a number of steps such that each input turns by about one degree in each."""
+    times = np.linspace(0.0, 1.0, STEPS + 1)
+    moved = np.abs(np.diff(law_inputs(mechanism)(times), axis=1)).sum(axis=1)
+    turns = max((m / TURN for m, a in zip(moved, mechanism.actuators, strict=True) if a.rotary), default=0.0)
+    return min(MOST_STEPS, STEPS * max(1, math.ceil(turns - STILL)))
+
+
+class _Summarizer:
+    def __init__(self, mechanism: Mechanism, options: Options, motion: Motion, end: ComplexArray | None) -> None:
+        self.mechanism, self.options, self.motion, self.end = mechanism, options, motion, end
+        self.plan = make_plan(mechanism)
+        good = motion.good
+        first, last = motion.z[:, 0], motion.z[:, -1]
+        self.periodic = bool(good.all()) and float(np.max(np.abs(last - first))) <= STILL * mechanism.size
+        self.turns = self._turns()
+        self.rows = self._all_rows()
+
+    def summary(self) -> MotionSummary:
+        """Return everything; all quantities are refined together."""
+        outputs, joints, speeds = self._outputs(), dyad_joints(self.mechanism), self._speeds()
+        angles = [Flatness(joint) for joint in joints]
+        quantities: list[Quantity] = [*(q for _, _, q in outputs), *angles, *(q for *_, q in speeds)]
+        found = extremes(self.rows, quantities, self._solve, self.periodic)
+        first, second = len(outputs), len(outputs) + len(joints)
+        moved = [self._output(name, guide, one) for (name, guide, _), one in zip(outputs, found, strict=False) if one]
+        worst = [
+            WorstAngle(joint, math.acos(min(1.0, one.greatest.value)), one.greatest.time)
+            for joint, one in zip(joints, found[first:second], strict=True)
+            if one
+        ]
+        peaks = [
+            self._peak(name, rotary, order, q, one)
+            for (name, rotary, order, q), one in zip(speeds, found[second:], strict=True)
+            if one
+        ]
+        return MotionSummary(
+            self.motion, self.periodic, self.turns, tuple(o for o in moved if o is not None),
+            tuple(sorted(worst, key=lambda w: w.angle)), tuple(peaks),
+        )  # fmt: skip
+
+    # -- rows -----------------------------------------------------------------------------------
+
+    def _solve(self, time: FloatArray) -> RateRows:
+        whole = np.unique(np.concatenate([[0.0], time]))
+        motion = next(stream(self.mechanism, 1, self.options, between=lambda _: whole))
+        z = motion.z[:, np.searchsorted(whole, time)]
+        return self._rows(time, z)
+
+    def _rows(self, time: FloatArray, z: ComplexArray) -> RateRows:
+        return RateRows(time, rates_of_inputs(self.mechanism, z, law_rates(self.mechanism, time, 3), self.plan))
+
+    def _all_rows(self) -> RateRows:
+        """Return the rows of the motion; before a limit rows that approach it, and the limit itself."""
+        motion, limit = self.motion, self.motion.limit
+        good = motion.good
+        if limit is None or limit <= motion.time[good][-1]:
+            return self._rows(motion.time[good], motion.z[:, good])
+        last = float(motion.time[good][-1])
+        near = limit - (limit - last) * 0.5 ** np.arange(1, TOWARDS)
+        rows = self._solve(np.concatenate([motion.time[good], near]))
+        return rows if self.end is None else _with_end(rows, limit, self.end)
+
+    def _turns(self) -> int:
+        """Return the number of full turns of the only input that moves, in one sense; 0 for all other motions."""
+        u = self.motion.inputs
+        moving = np.flatnonzero(np.ptp(u, axis=1) > 0.0)
+        if len(moving) != 1 or not self.mechanism.actuators[moving[0]].rotary or not self.periodic:
+            return 0
+        step = np.diff(u[moving[0]])
+        turns = abs(float(step.sum())) / TURN
+        whole = abs(turns - round(turns)) <= STILL and (np.all(step >= 0.0) or np.all(step <= 0.0))
+        return round(turns) if whole else 0
+
+    # -- outputs --------------------------------------------------------------------------------
+
+    def _outputs(self) -> list[tuple[str, str, Quantity]]:
+        """Return name, guide and position of every slider and every driven member hinged to the frame."""
+        mechanism, members = self.mechanism, self.mechanism.members
+        found: list[tuple[str, str, Quantity]] = []
+        for pair in sliding_pairs(mechanism):
+            if pair.actuator == NONE:
+                guide = "frame" if pair.guide == FRAME else members[pair.guide].name
+                found.append((pair.name, guide, Travel(mechanism.slides[pair.slides[0]])))
+        hinged = {
+            link
+            for joint in kinematic_chain(mechanism).joints
+            if joint.kind == "R" and FRAME in joint.links
+            for link in joint.links
+            if 0 < link < len(members)
+        }
+        for member in sorted(hinged - driving_links(mechanism)):
+            found.append((members[member].name, "", rotation(self.rows, member)))
+        return found
+
+    def _output(self, name: str, guide: str, found: Extremes) -> Output | None:
+        size = self.mechanism.size if guide else 1.0
+        if found.greatest.value - found.least.value <= STILL * size:
+            return None
+        strokes = found.reversals / (2.0 * self.turns) if self.turns else 0.0
+        ratio = self._time_ratio(found) if strokes == 1.0 else None
+        return Output(name, guide, found, ratio, strokes)
+
+    def _time_ratio(self, found: Extremes) -> float:
+        u = law_inputs(self.mechanism)(np.array([found.least.time, found.greatest.time]))
+        moving = int(np.argmax(np.ptp(self.motion.inputs, axis=1)))
+        away = abs(float(u[moving, 1] - u[moving, 0])) % TURN
+        return max(away, TURN - away) / min(away, TURN - away)
+
+    # -- speeds ---------------------------------------------------------------------------------
+
+    def _speeds(self) -> list[tuple[str, bool, int, Quantity]]:
+        """Return name, whether it is of a member, order and quantity of all speeds that are not 0."""
+        mechanism = self.mechanism
+        driven = [k for k in range(1, len(mechanism.members)) if k not in driving_links(mechanism)]
+        points: dict[str, Speed | AngularSpeed] = {name: Speed(name) for name in mechanism.traced}
+        members: dict[str, Speed | AngularSpeed] = {mechanism.members[k].name: AngularSpeed(k) for k in driven}
+        found: list[tuple[str, bool, int, Quantity]] = []
+        for rotary, speeds in ((False, points), (True, members)):
+            most = max((self._most(speed) for speed in speeds.values()), default=0.0)
+            for name, speed in speeds.items():
+                for order, least in ((1, SLOW * most), (2, SLOW * most**2)):  # per s and, for sizes of about 1, per s^2
+                    own = replace(speed, order=order)
+                    if self._most(own) > least:
+                        found.append((name, rotary, order, own))
+        return found
+
+    def _most(self, quantity: Quantity) -> float:
+        values = quantity.of(self.rows)[0]
+        return float(np.max(values[np.isfinite(values)], initial=0.0))
+
+    def _peak(self, name: str, rotary: bool, order: int, quantity: Quantity, found: Extremes) -> Peak:
+        if self.motion.limit is not None and self._grows(quantity):
+            return Peak(name, rotary, order, Extreme(math.inf, self.motion.limit))
+        constant = found.greatest.value - found.least.value <= STILL * found.greatest.value
+        return Peak(name, rotary, order, found.greatest, constant)
+
+    def _grows(self, quantity: Quantity) -> bool:
+        """Return whether a speed grows without bound towards the limit at which the motion ends."""
+        f, _ = quantity.of(self.rows)
+        f = f[np.isfinite(f)]
+        return len(f) > 2 and bool(f[-1] > UNBOUNDED * f[-2] > 0.0)
+
+
+def _with_end(rows: RateRows, time: float, end: ComplexArray) -> RateRows:
+    """Return rows with a position at the end that has no derivatives."""
+    rates = rows.rates
+    z = np.concatenate([rates.nodes, np.full((*rates.nodes.shape[:2], 1), np.nan + 0j)], axis=2)
+    z[0, :, -1] = end
+    angles = np.concatenate([rates.angles, np.full((*rates.angles.shape[:2], 1), np.nan)], axis=2)
+    return RateRows(np.append(rows.time, time), MotionRates(rates.mechanism, rates.order, z, angles))

@@ -1,0 +1,128 @@
+"""Remarks on a valid model: parts of the file that have no effect, and what they were probably meant for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from gimcli.model.pairs import used_nodes
+from gimcli.model.schema import Load, Model
+from gimcli.model.source import Source, Where
+
+DYNAMIC = ("masses", "loads", "springs", "dampers", "friction")
+"""Sections that `gim forces`, `simulate` and `reduce` read."""
+
+
+class Remark(NamedTuple):
+    """A statement with its remedy, and the part of the file that it is about."""
+
+    where: Where
+    text: str
+
+
+@dataclass(frozen=True)
+class Written:
+    """A model as written, and the places of its keys."""
+
+    model: Model
+    source: Source
+
+    def place(self, where: Where) -> str:
+        """Return file and line of a part, or its path of keys if the model was not read from a file."""
+        if not self.source.by_line:
+            return f"{self.source.path}: {'.'.join(map(str, where))}" if where else str(self.source.path)
+        while where and where not in self.source.keys:
+            where = where[:-1]
+        line, _ = self.source.keys.get(where, (1, 1))
+        return f"{self.source.path}:{line}"
+
+    def member(self, name: str) -> Where:
+        """Return the path of a member's key."""
+        return ("ground",) if name == "ground" else ("links" if name in self.model.links else "elements", name)
+
+
+def remarks(model: Model) -> list[Remark]:
+    """Return the remarks on a model, in the order of its sections."""
+    return [*_unused_nodes(model), *_repeated_members(model), *_dynamics(model)]
+
+
+def missing_duration(model: Model) -> list[Remark]:
+    """Return a remark if the file gives no time for its motion."""
+    laws = [a.law for a in model.actuators.values() if a.law is not None]
+    if not laws or model.duration is not None or any(law.profile.table for law in laws):
+        return []
+    text = "no `duration` is given: velocities and accelerations are those of a motion of 1 s; add `duration:` [s]"
+    return [Remark(("actuators",), text)]
+
+
+def _unused_nodes(model: Model) -> Iterator[Remark]:
+    used = used_nodes(model)
+    for name in model.nodes:
+        if name not in used:
+            yield Remark(
+                ("nodes", name),
+                f"node {name} is used by no member, pair or actuator: remove it, or add it to a member",
+            )
+
+
+def _repeated_members(model: Model) -> Iterator[Remark]:
+    members = {name: set(part.nodes) for name, part in model.members.items()}
+    for k, (name, nodes) in enumerate(members.items()):
+        others = [n for m, (n, other) in enumerate(members.items()) if nodes < other or (nodes == other and m < k)]
+        if others:
+            where = ("links" if name in model.links else "elements", name)
+            yield Remark(where, f"{name} has no effect: {others[0]} joins its nodes already; remove it")
+
+
+# -- dynamics -----------------------------------------------------------------------------------
+
+
+def _dynamics(model: Model) -> Iterator[Remark]:
+    parts = any(getattr(model, section) for section in DYNAMIC)
+    if parts and model.units.length == "unit":
+        first = next(section for section in DYNAMIC if getattr(model, section))
+        yield Remark(
+            (first,),
+            f"`{first}` has no effect: the length has no physical unit; add `units: {{length: mm}}` or another",
+        )
+    if model.gravity is not None and not any(mass.mass for mass in model.masses.values()):
+        yield Remark(("gravity",), "`gravity` has no effect without masses: add `masses:`, or remove it")
+    if "mass" in model.units.given and not model.masses:
+        yield Remark(("units", "mass"), "`mass` has no effect without masses: add `masses:`, or remove it")
+    if not parts:
+        for name, actuator in model.actuators.items():
+            if actuator.free:
+                yield Remark(
+                    ("actuators", name, "free"),
+                    f"`free` of {name} has no effect without masses and forces: add `masses:`, or remove it",
+                )
+    yield from _masses(model)
+    for name, load in model.loads.items():
+        yield from _load(model, name, load)
+    yield from _dampers(model)
+    for name, damping in model.friction.items():
+        if damping == 0.0:
+            yield Remark(("friction", name), f"friction at {name} is 0 and has no effect: remove it")
+
+
+def _masses(model: Model) -> Iterator[Remark]:
+    for name, mass in model.masses.items():
+        if name in ("ground", model.ground.member):
+            yield Remark(("masses", name), f"the mass of {name} has no effect: the frame does not move; remove it")
+        elif not mass.mass and not mass.inertia:
+            yield Remark(("masses", name), f"the mass of {name} is 0 and has no effect: give a mass, or remove it")
+
+
+def _load(model: Model, name: str, load: Load) -> Iterator[Remark]:
+    where = ("loads", name)
+    if load.on in ("ground", model.ground.member):
+        yield Remark(where, f"load {name} has no effect: it acts on the frame; name a moving member")
+    elif not any([*(load.force or ()), *(load.follower or ()), load.torque or 0.0]):
+        yield Remark(where, f"load {name} is 0 and has no effect: give a force or a torque, or remove it")
+
+
+def _dampers(model: Model) -> Iterator[Remark]:
+    for name, damper in model.dampers.items():
+        if damper.damping == 0.0:
+            yield Remark(("dampers", name), f"damper {name} has the damping 0 and no effect: remove it")
