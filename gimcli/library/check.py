@@ -33,6 +33,7 @@ from gimcli.table import Table, per_second
 if TYPE_CHECKING:
     from gimcli.continuation.circuit import Circuit
     from gimcli.measures.motion_summary import MotionSummary, Output, Peak
+    from gimcli.output.animation import Animation
 
 TOLERANCE = 1e-10
 """Largest accepted error of a constraint, relative to the size."""
@@ -102,6 +103,14 @@ class CheckResult(Result):
     def table(self) -> Table:
         """Return one row for each value of the report: section, name, quantity, value, unit, at."""
         return check_table(self.mechanism, self.report())
+
+    def animation(self) -> Animation:
+        """Return the page: the report, and the motion along the laws if there is one."""
+        from gimcli.library.check_page import check_page
+
+        motion = self.summary.motion if self.summary else None
+        z = self.position.z if self.position is not None and not self.error else assembled(self.mechanism)
+        return check_page(self.mechanism, motion, z, self.sections(), self.warnings)
 
     # -- the parts ------------------------------------------------------------------------------
 

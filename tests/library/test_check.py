@@ -341,3 +341,19 @@ def test_all_bundled_models_are_described(name):
     assert full["mobility"] >= full["gruebler"]
     assert [one for one in full["warnings"] if "duration" not in one["text"]] == []
     assert all(section.rows for section in found.sections())
+
+
+@pytest.mark.parametrize("name", ["slider_crank", "undriven", "apart"])
+def test_the_page_has_the_report_and_the_motion(name, tmp_path):
+    model = MODELS / "slider_crank.yaml" if name == "slider_crank" else NO_MOTION[name][0]
+    found = gimcli.check(gimcli.load(model))
+    page = found.animation()
+    headings = [section.heading for section in page.report]
+    assert headings == [*(section.heading for section in found.sections()), *(["Warnings"] if found.warnings else [])]
+    rows = {"slider_crank": found.report()["rows"], "undriven": 1, "apart": 1}[name]
+    (clip,) = page.clips
+    assert len(clip.time) == rows
+    assert bool(clip.good.all()) == (name != "apart")
+    found.save(tmp_path / "check.html")
+    text = (tmp_path / "check.html").read_text(encoding="utf-8")
+    assert all(word in text for word in ("redundant constraints", found.type, "Warnings"))
