@@ -26,7 +26,7 @@ COMMANDS = {
     "sequence": (),
     "mobility": (),
 }
-"""Options of the commands that have --assembly; `tradeoff` measures times."""
+"""Options of the commands that have --assembly; `tradeoff` measures times, `check` prints places in the file."""
 
 
 def redrawn(name, k, folder):
@@ -104,7 +104,7 @@ def test_motions_of_coupled_groups_and_linear_inputs(name, k, tmp_path):
 
 
 def test_every_command_that_solves_has_the_option():
-    for command in (*COMMANDS, "tradeoff"):
+    for command in (*COMMANDS, "check", "tradeoff"):
         assert "--assembly K" in gim(command, "--help").text, command
 
 
