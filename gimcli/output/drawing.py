@@ -36,7 +36,8 @@ def motion_picture(
     """Return some poses, the first one strong and the others light, the traced curves, and curves of the measures."""
     scene = solved(mechanism, positions)
     traced = [np.asarray(curve, dtype=np.complex128) for curve in curves.values()]
-    shown = [scene.extent(), *traced] if scene else traced
+    light = light_poses(len(scene.poses), layout.ghosts) if scene else []
+    shown = [scene.extent([0, *light]), *traced] if scene else traced
     more = {name: _within(curve, shown) for name, curve in (measured or {}).items()}
     everything = [*shown, *more.values(), *(np.ravel(area) for area in areas)]
     picture = plot(mechanism, title, everything, layout)
@@ -44,7 +45,7 @@ def motion_picture(
         picture.area(style.SWEPT, *areas)
         picture.legend.append(("area swept", Pen(7.0, style.SWEPT.face)))
     if scene:
-        for pose in light_poses(len(scene.poses), layout.ghosts):
+        for pose in light:
             draw_ghost(picture, scene, pose, layout.members)
         draw_strong(picture, scene)
     _draw_curves(picture, dict(zip(curves, traced, strict=True)) | more)

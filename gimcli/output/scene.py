@@ -272,12 +272,13 @@ class Scene:
         """The centres of mass."""
         return tuple(CentreOfMass(self.on(i.member, i.centre)) for i in self.mechanism.dynamics.inertias if i.mass)
 
-    def extent(self) -> ComplexArray:
-        """Return points that a picture of all poses must contain."""
+    def extent(self, shown: Sequence[int] | None = None) -> ComplexArray:
+        """Return points that a picture of all poses, or of those with the numbers `shown`, must contain."""
+        poses = self.poses if shown is None else self.poses[list(shown)]
         anchors = [*self.tracers.values(), *(load.at for load in self.loads), *(c.at for c in self.centres)]
         ends = [end for slider in self.sliders for end in self.ends(slider, self.poses[0])]
-        places = [np.atleast_1d(self.place(anchor, self.poses)) for anchor in anchors]
-        return np.concatenate((self.poses[:, sorted(self.used)].ravel(), *places, np.array(ends, dtype=np.complex128)))
+        places = [np.atleast_1d(self.place(anchor, poses)) for anchor in anchors]
+        return np.concatenate((poses[:, sorted(self.used)].ravel(), *places, np.array(ends, dtype=np.complex128)))
 
     def ends(self, slider: Slider, z: ComplexArray) -> tuple[complex, complex]:
         """Return the ends of a block's travel on its guide, for positions of the nodes (nodes,)."""
