@@ -173,7 +173,11 @@ class _Ground:
         index = cell.real[inside].astype(int) * shape[1] + cell.imag[inside].astype(int)
         count = np.bincount(index, weight[inside], shape[0] * shape[1]).reshape(shape)
         self._sums = np.pad(count.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
-        texts = [(text.at, extent(text.text, text.size * frame.font)) for text in picture.texts]
+        sizes = [extent(text.text, text.size * frame.font) for text in picture.texts]
+        texts = [
+            (text.at + (0.5 * size[0] * self.pt if text.begins else 0.0), size)
+            for text, size in zip(picture.texts, sizes, strict=True)
+        ]
         boxes = [_boxes(np.array([at]), 0.5 * complex(*size) * self.pt)[0] for at, size in texts]
         self.taken = np.array(boxes).reshape(-1, 4)
 

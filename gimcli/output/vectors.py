@@ -10,6 +10,7 @@ import numpy as np
 
 from gimcli.mechanism import ComplexArray
 from gimcli.output import symbols
+from gimcli.output.labels import extent
 from gimcli.output.picture import Picture, Text
 from gimcli.output.style import FONT, Fill, Pen
 
@@ -72,15 +73,21 @@ class Field:
 
     def draw(self, picture: Picture) -> None:
         """Draw the arrows and the scale bars."""
-        pt = picture.frame.point
         for row, kind in enumerate(self.kinds):
             pen, head = PENS[row % len(PENS)], HEADS[row % len(HEADS)]
             for z, v in kind.vectors.values():
                 _arrow(picture, z, self.scale(kind) * v, pen, head, kind.greatest * NOTHING < abs(v))
             (start, end), value = self._bar(row, kind)
             _arrow(picture, start, end - start, pen, head, True)
-            text = f"{kind.name} {value:g} {kind.unit}"
-            picture.texts.append(Text(end + (6.0 + 0.28 * FONT * len(text)) * pt, text))
+            picture.texts.append(_beside(picture, end, f"{kind.name} {value:g} {kind.unit}"))
+
+
+def _beside(picture: Picture, end: complex, text: str) -> Text:
+    """Return the text behind the end of a scale bar, as small as the room requires."""
+    frame = picture.frame
+    at = end + 6.0 * frame.point
+    room = (frame.high.real - at.real) / frame.point / extent(text, FONT * frame.font)[0]
+    return Text(at, text, FONT * max(0.4, min(1.0, room)), begins=True)
 
 
 def _arrow(picture: Picture, start: complex, vector: complex, pen: Pen, head: Fill, visible: bool) -> None:
