@@ -45,6 +45,9 @@ STILL = 1e-9
 SLOW = 1e-6
 """Part of the greatest speed below which a speed is 0: a member that translates has rounding errors."""
 
+CLOSE = 1e-12
+"""Difference of times, 0..1, below which the positions are equal: a motion cannot be continued over shorter steps."""
+
 TURN = 2.0 * math.pi
 
 
@@ -177,10 +180,11 @@ class _Summarizer:
     # -- rows -----------------------------------------------------------------------------------
 
     def _solve(self, time: FloatArray) -> RateRows:
-        whole = np.unique(np.concatenate([[0.0], time]))
+        """Return rows at increasing times; times that are almost equal have the same position."""
+        apart = np.diff(time, prepend=0.0) > CLOSE
+        whole = np.append(0.0, time[apart])
         motion = next(stream(self.mechanism, 1, self.options, between=lambda _: whole))
-        z = motion.z[:, np.searchsorted(whole, time)]
-        return self._rows(time, z)
+        return self._rows(time, motion.z[:, np.cumsum(apart)])
 
     def _rows(self, time: FloatArray, z: ComplexArray) -> RateRows:
         return RateRows(time, rates_of_inputs(self.mechanism, z, law_rates(self.mechanism, time, 3), self.plan))
