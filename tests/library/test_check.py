@@ -58,7 +58,7 @@ def opposite(one, two, three):
 # -- closed forms -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("lengths", [(100.0, 40.0, 120.0, 80.0), (2.2, 1.0, 2.8, 2.8)])
+@pytest.mark.parametrize("lengths", [(100.0, 40.0, 120.0, 80.0), (55.0, 15.0, 45.0, 40.0)])
 def test_crank_rocker(lengths):
     """Swing and time ratio by the two triangles with crank and coupler in line; Norton, sections 3.4 and 4.10."""
     d, a, b, c = lengths
@@ -77,6 +77,12 @@ def test_crank_rocker(lengths):
     (angle,) = found["transmission"]
     extremes = [math.degrees(opposite(b, c, d + s * a)) for s in (1.0, -1.0)]
     assert angle["worst"] == pytest.approx(min(min(v, 180.0 - v) for v in extremes), rel=1e-12)
+
+
+def test_an_extreme_at_the_first_row_does_not_spoil_the_others():
+    """Hoeken's linkage 1 : 2.2 : 2.8 : 2.8 is symmetric about the line of its frame: speeds have extremes at 0."""
+    (rocker,) = report(MODELS / "hoeken.yaml")["outputs"]
+    assert rocker["range"] == pytest.approx(math.degrees(opposite(2.2, 2.8, 3.8) - opposite(2.2, 2.8, 1.8)), rel=1e-11)
 
 
 @pytest.mark.parametrize("sizes", [(1.0, 3.0, 0.5), (2.0, 5.0, 0.0), (1.5, 4.0, -1.2)])
