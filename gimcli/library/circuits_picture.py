@@ -11,7 +11,7 @@ from gimcli.branching.enumeration import Circuits
 from gimcli.branching.resampling import along
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
-from gimcli.output.curves import same_path
+from gimcli.output.curves import overlap, same_path
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
@@ -58,7 +58,9 @@ def circuits_picture(found: Circuits, labels: Sequence[str], title: str) -> Cont
     curves = {f"{name}, {_joined(labels, own)}": paths[own[0]] for own in groups}
     graph = _graph(found, lines, paths, labels)
     axis = "x" if all(np.ptp(p.imag) < 0.01 * np.ptp(p.real) for p in paths) else "y"
-    return with_panels(motion_picture(mechanism, poses, curves, title), {f"{name}.{axis}": graph(axis)})
+    together = list(curves.values())
+    nested = any(overlap(a, b, _near(together)) for k, b in enumerate(together) for a in together[:k])
+    return with_panels(motion_picture(mechanism, poses, curves, title, nested=nested), {f"{name}.{axis}": graph(axis)})
 
 
 def _point(mechanism: Mechanism, nodes: Sequence[ComplexArray]) -> tuple[str, list[ComplexArray], list[list[int]]]:
@@ -82,9 +84,7 @@ def _point(mechanism: Mechanism, nodes: Sequence[ComplexArray]) -> tuple[str, li
 
 def _alike(paths: Sequence[ComplexArray]) -> list[list[int]]:
     """Return the numbers of the paths, those that are the same together."""
-    everything = np.concatenate(paths)
-    near = ALIKE * max(float(np.ptp(everything.real)), float(np.ptp(everything.imag)))
-    groups: list[list[int]] = []
+    near, groups = _near(paths), list[list[int]]()
     if near == 0.0:
         return [list(range(len(paths)))]
     for k, path in enumerate(paths):
@@ -94,6 +94,12 @@ def _alike(paths: Sequence[ComplexArray]) -> list[list[int]]:
         else:
             own.append(k)
     return groups
+
+
+def _near(paths: Sequence[ComplexArray]) -> float:
+    """Return the distance at which paths are not distinguished."""
+    everything = np.concatenate(paths)
+    return ALIKE * max(float(np.ptp(everything.real)), float(np.ptp(everything.imag)))
 
 
 def _free(mechanism: Mechanism, paths: Sequence[ComplexArray]) -> bool:

@@ -15,6 +15,9 @@ MOST_PIECES = 12
 MOST_LAPS = 6
 """Largest number of laps that are recognised. Only one is drawn: dashes drawn twice would look like a full line."""
 
+TOGETHER = 0.1
+"""Curves overlap if a larger part of one is on the other."""
+
 TESTED = 60
 """Approximate number of points of a piece that are compared with other pieces."""
 
@@ -79,6 +82,12 @@ def _covers(path: ComplexArray, piece: ComplexArray, near: float) -> bool:
 def same_path(one: ComplexArray, other: ComplexArray, near: float) -> bool:
     """Return whether two curves are at most `near` apart everywhere."""
     return _covers(one, other, near) and _covers(other, one, near)
+
+
+def overlap(path: ComplexArray, other: ComplexArray, near: float) -> bool:
+    """Return whether two curves are less than `near` apart over a part of the second one."""
+    points = other[:: max(1, len(other) // TESTED)]
+    return bool(np.mean(_distances(points, path[:: max(1, len(path) // 400)]) < near) > TOGETHER)
 
 
 def _distances(points: ComplexArray, path: ComplexArray) -> NDArray[np.float64]:

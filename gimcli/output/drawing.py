@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,6 +24,9 @@ MOST_NAMES = 40
 MOST_KEYS = 18
 """Largest number of curves in the legend."""
 
+NARROW, WIDE = 1.2, 4.2
+"""Widths of the last and of the first of curves that overlap [pt]."""
+
 REACH = 0.4
 """A measure's curve is shown up to this distance, in sizes of the drawing, beyond it: centrodes extend to infinity."""
 
@@ -30,10 +34,13 @@ REACH = 0.4
 @composition
 def motion_picture(
     mechanism: Mechanism, positions: ComplexArray, curves: Mapping[str, ComplexArray], title: str,
-    measured: Mapping[str, ComplexArray] | None = None, areas: Sequence[ComplexArray] = (), *,
+    measured: Mapping[str, ComplexArray] | None = None, areas: Sequence[ComplexArray] = (), *, nested: bool = False,
     layout: PictureLayout = LAYOUT,
 ) -> Picture:  # fmt: skip
-    """Return some poses, the first one strong and the others light, the traced curves, and curves of the measures."""
+    """Return some poses, the first one strong and the others light, the traced curves, and curves of the measures.
+
+    `nested` draws the first curves wider, so that those that are drawn over them leave them visible.
+    """
     scene = solved(mechanism, positions)
     traced = [np.asarray(curve, dtype=np.complex128) for curve in curves.values()]
     light = light_poses(len(scene.poses), layout.ghosts) if scene else []
@@ -48,7 +55,7 @@ def motion_picture(
         for pose in light:
             draw_ghost(picture, scene, pose, layout.members)
         draw_strong(picture, scene)
-    _draw_curves(picture, dict(zip(curves, traced, strict=True)) | more)
+    _draw_curves(picture, dict(zip(curves, traced, strict=True)) | more, nested)
     if scene:
         _write_names(picture, scene, sorted(scene.used), {})
     return picture
@@ -131,9 +138,11 @@ def length_labels(mechanism: Mechanism) -> tuple[str, str]:
     return labelled("x", mechanism.length_unit), labelled("y", mechanism.length_unit)
 
 
-def _draw_curves(picture: Picture, curves: Mapping[str, ComplexArray]) -> None:
+def _draw_curves(picture: Picture, curves: Mapping[str, ComplexArray], nested: bool) -> None:
     for index, (name, curve) in enumerate(curves.items()):
-        pen = curve_pen(index)
+        pen, above = curve_pen(index), (len(curves) - 1 - index) / max(1, len(curves) - 1)
+        if nested:
+            pen = replace(pen, width=NARROW + above * (WIDE - NARROW))
         runs = drawn_runs(curve, picture.frame.point)
         picture.stroke(pen, *(run for run in runs if len(run) > 1))
         picture.mark(Mark("o", 2.0, pen.color, pen.color), *(run[0] for run in runs if len(run) == 1))

@@ -9,6 +9,8 @@ from strut import STRUT
 
 import gimcli
 from gimcli.library.circuits_picture import _alike
+from gimcli.output.curves import overlap
+from gimcli.output.drawing import motion_picture
 from gimcli.output.force_symbols import CENTRE_RADIUS, COIL, LANE, LONGEST
 from gimcli.output.picture import Gallery, Sheet
 from gimcli.output.style import CENTRE, GHOST, LOAD, PALETTE, SPRING, curve_pen, group_colour, tint
@@ -98,6 +100,19 @@ def test_the_same_path_in_other_points_or_the_other_direction_is_found():
     arc = np.exp(1j * np.linspace(0.0, 3.0, 200))
     assert _alike([turn, later, turn[::-1], arc, 1.1 * turn]) == [[0, 1, 2], [3], [4]]
     assert _alike([np.full(5, 2 + 1j)] * 3) == [[0, 1, 2]]
+
+
+def test_paths_that_overlap_are_drawn_the_first_one_widest():
+    arc, more = (np.exp(1j * np.linspace(low, high, 200)) for low, high in ((0.0, 2.0), (1.5, 3.0)))
+    assert overlap(arc, more, 1e-3)
+    assert overlap(more, arc, 1e-3)
+    assert not overlap(arc, 1.01 * more, 1e-3)
+    assert not overlap(arc, np.linspace(0.0, 3.0, 200) + 0j, 1e-3)
+    mechanism = gimcli.load(DOUBLE_CRANK)
+    curves = {"one": arc, "two": more, "three": more}
+    z = mechanism.to_file(mechanism.drawn)
+    pens = [key for _, key in motion_picture(mechanism, z, curves, "", nested=True).legend]
+    assert all(np.diff([pen.width for pen in pens]) < -1.0)
 
 
 def test_a_simulation_draws_the_mechanism_above_its_graphs():
