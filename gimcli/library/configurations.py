@@ -87,6 +87,11 @@ class ConfigurationsResult(Result):
         return ("ok",) * self.count
 
     @property
+    def signs(self) -> tuple[str, ...]:
+        """The signs (configurations,), such as "+-": the sides of the dyads, "(2)" the number of a group's solution."""
+        return self.found.signs
+
+    @property
     def inputs(self) -> dict[str, float]:
         """The inputs in the file's units."""
         return in_file_units(self.mechanism, self.found.inputs)
@@ -124,7 +129,7 @@ class ConfigurationsResult(Result):
             "configurations": [
                 {
                     "residual": float(found.residual[k]), "nodes": of(mechanism.nodes, k),
-                    "points": of(points, k), "assembly": found.signs[k], "radius": float(found.radius[k]),
+                    "points": of(points, k), "assembly": self.signs[k], "radius": float(found.radius[k]),
                     "drawn": k == self.drawn,
                 }
                 for k in range(len(found))
@@ -191,8 +196,8 @@ class ConfigurationsResult(Result):
     def names(self) -> list[str]:
         """Return number and signs of each configuration, for pictures."""
         return [
-            f"{k + 1}{f': {signs}' if signs else ''}{' (initial)' if k == self.drawn else ''}"
-            for k, signs in enumerate(self.found.signs)
+            f"{k + 1}{f': {signs}' if signs not in ('', f'({k + 1})') else ''}{' (initial)' if k == self.drawn else ''}"
+            for k, signs in enumerate(self.signs)
         ]
 
 
