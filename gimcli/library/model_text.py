@@ -29,8 +29,8 @@ from gimcli.structure.residual import pose
 SAME = 1e-12
 """Largest change of a dimension, relative to the size (directions: in rad)."""
 
-KEPT = 1e-13
-"""Change of a coordinate, relative to the size, up to which its text is kept."""
+KEPT = 2.0
+"""Change of a coordinate, in units of its last digit, up to which its text is kept."""
 
 SAME_INPUT = 1e-9
 """Relative change of a law that counts as rounding."""
@@ -103,15 +103,14 @@ def _carried(mechanism: Mechanism, member: int, local: complex, z: ComplexArray)
 
 def _written(mechanism: Mechanism, source: Source, wanted: Mapping[Where, complex], digits: int) -> dict[Where, str]:
     """Return the numbers that change, as texts, by their paths of keys."""
-    size = mechanism.size * mechanism.scale
-    places = digits - 1 - math.floor(math.log10(size))
+    places = digits - 1 - math.floor(math.log10(mechanism.size * mechanism.scale))
     changes: dict[Where, str] = {}
     for where, at in wanted.items():
         own = source.data
         for key in where:
             own = own[key]
         for part, (value, old) in enumerate(zip((at.real, at.imag), own, strict=True)):
-            if abs(value - old) > KEPT * size + np.spacing(abs(value)):
+            if abs(value - old) > KEPT * 10.0**-places + np.spacing(abs(value)):
                 changes[*where, part] = repr(round(value, places) + 0.0).removesuffix(".0")
     return changes
 

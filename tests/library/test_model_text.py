@@ -87,15 +87,16 @@ def test_only_coordinates_that_change_are_written(tmp_path):
 
 def test_a_solved_drawing_stays_as_it_is(tmp_path):
     """A second pass changes nothing, also with Windows line ends and a byte order mark."""
+    text = FOUR_BAR + "points: {P: {on: rod, at: [2.1, 3.3]}, Q: {on: arm, at: [3, 1]}}\n"
     path, new, again = (
-        written(tmp_path, "\ufeff" + FOUR_BAR.replace("\n", "\r\n")),
+        written(tmp_path, "\ufeff" + text.replace("\n", "\r\n")),
         tmp_path / "1.yaml",
         tmp_path / "2.yaml",
     )
     gim("solve", path, "-o", new)
     gim("solve", new, "-o", again)
     assert new.read_bytes().startswith(b"\xef\xbb\xbfnodes")
-    assert new.read_bytes().count(b"\r\n") == 4
+    assert new.read_bytes().count(b"\r\n") == 5
     assert again.read_bytes() == new.read_bytes()
 
 
