@@ -59,7 +59,8 @@ def command(
         _serve(model, assembly, port, settings, browser)
     except KeyboardInterrupt:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        typer.echo()
+        if sys.stdout.isatty():
+            typer.echo()  # the terminal shows ^C
 
 
 def _serve(model: Path, assembly: str, port: int | None, settings: dict[str, object], browser: bool) -> None:

@@ -18,6 +18,7 @@ from gimcli.motion.follow import BranchFollower, FollowedPath
 from gimcli.motion.legs import Leg, dense, straight
 from gimcli.motion.start import follower_of
 from gimcli.positions.dispatch import choose, plan_work
+from gimcli.positions.inputs import scales
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import holds
@@ -30,6 +31,9 @@ ROWS = 400
 
 LEAST, FEWEST = 8, 2
 """Least number of rows of a step that begins a new leg, and of one that continues a leg."""
+
+CLOSE = 1e-9
+"""Greatest change of the inputs, in rad or sizes, in one step without rows in between."""
 
 STRAIGHT, BEHIND = 1e-12, 1e-9
 """Inputs are behind a known limit if they are this close to the line to it, and this much farther (relative)."""
@@ -73,7 +77,7 @@ class InputDrag:
 
         Raises UsageError if they change by more than FARTHEST turns.
         """
-        if self._known(inputs):
+        if self._known(inputs) or self._beside(inputs):
             return self.last
         leg, follower = self._continued(inputs) or self._begun(inputs)
         place, goal = follower.log[-1].time, np.array([leg.goal])
@@ -87,6 +91,18 @@ class InputDrag:
         else:
             self.last = self._at_limit(follower, path, leg)
         return self.last
+
+    def _beside(self, inputs: FloatArray) -> bool:
+        """Assemble at inputs (actuators,) that are too close to those of the base for a motion; return the success."""
+        if np.max(np.abs(inputs - self.base.inputs) / scales(self.mechanism)) > CLOSE:
+            return False
+        found = self.assembler.assemble(inputs, self.base.z)
+        z = found.row.x + 1j * found.row.y
+        if not found.regular or not self._holds(z, inputs):
+            return False
+        self.base = self.last = DraggedPosition(Status.OK, inputs, z)
+        self._row, self._signs, self._course = found.row, found.signs, None
+        return True
 
     def _begun(self, inputs: FloatArray) -> tuple[Leg, BranchFollower]:
         """Return the leg from the base to inputs (actuators,), and its follower."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,11 +11,11 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.library.inputs import in_file_units, inputs_of
 from gimcli.library.rounding import at_inputs
-from gimcli.library.trace import MotionTraceResult
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.dragging import DraggedPosition, InputDrag
 from gimcli.status import Status
 from gimcli.view.live_model import LiveContent, LiveModel
+from gimcli.view.sliders import sliders, starts
 
 PAGES = 8
 """Number of pages that have a position of their own; the one that was used least recently is forgotten."""
@@ -34,6 +34,15 @@ class HandMotion:
     def __init__(self, model: LiveModel) -> None:
         self.model = model
         self._drags: OrderedDict[tuple[str, int], InputDrag] = OrderedDict()
+        self._sliders: dict[str, Any] = {"motion": 0, "inputs": []}
+
+    def inputs(self) -> dict[str, Any]:
+        """Return the number of the motion, and its sliders."""
+        shown = self.model.shown
+        with self.model.solving:
+            if shown.result is not None and shown.motion != self._sliders["motion"]:
+                self._sliders = {"motion": shown.motion, "inputs": sliders(shown.result)}
+            return self._sliders
 
     def solve(self, request: Any) -> dict[str, Any]:
         """Return the position that a request asks for.
@@ -64,15 +73,6 @@ class HandMotion:
         while len(self._drags) > PAGES:
             self._drags.popitem(last=False)
         return self._drags[key]
-
-
-def starts(result: MotionTraceResult, time: float) -> Iterator[tuple[FloatArray, ComplexArray]]:
-    """Yield inputs and positions of the solved rows of a motion, the nearest in time [s] first."""
-    for motion in result.motions:
-        good = np.flatnonzero(motion.good)
-        far = np.abs(motion.time[good] * result.mechanism.duration - time)
-        for k in good[np.argsort(far, kind="stable")].tolist():
-            yield motion.inputs[:, k], motion.z[:, k]
 
 
 def answer(mechanism: Mechanism, wanted: FloatArray, found: DraggedPosition) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 (() => {
   const section = document.getElementById("live");
   const name = Array.from(crypto.getRandomValues(new Uint32Array(2)), String).join("-");  // of this page, for /solve
+  let columns = {clip: null};  // the inputs of the present clip by name, one value for each row
   let server = "";  // the run of the server
   let motion = 0;  // number of the motion that is shown
   let loading = 0;  // number of the motion that has been asked for
@@ -11,7 +12,6 @@
   let byHand = false;  // whether a position set by hand is shown, not a row of the motion
   let wanted = null;  // the inputs to solve next
   let asking = false;  // whether a request is on its way
-  let own = false;  // whether this script itself changes the row
 
   // -- events of the server --------------------------------------------------------------
 
@@ -41,34 +41,35 @@
   async function load(number) {
     if (loading === number) return;
     loading = number;
-    let answer;
     try {
-      answer = await (await fetch("data")).json();
+      const answer = await (await fetch("data")).json();
+      if (answer.motion === motion || answer.data === null) return;
+      const before = byHand ? inputs() : null;
+      leave();
+      motion = loading = answer.motion;
+      gim.show(answer.data);
+      const found = await (await fetch("inputs")).json();
+      if (found.motion === motion) build(found.inputs, before);
     } catch {
       loading = 0;  // the connection is lost: the next event loads the data again
-      return;
-    }
-    if (answer.motion === motion || answer.data === null) return;
-    const before = byHand ? inputs() : null;
-    leave();
-    motion = loading = answer.motion;
-    gim.show(answer.data);
-    build(answer.inputs);
-    if (before && rows.every((row) => row.name in before)) {
-      set(before);
-      ask();
     }
   }
 
   // -- sliders ---------------------------------------------------------------------------
 
-  function build(found) {
+  // Make the sliders; `before` are the values that were set by hand in the motion before.
+  function build(found, before) {
     const focus = document.activeElement && document.activeElement.id;
     rows = found.map(makeRow);
+    columns = {clip: null};
     section.replaceChildren(...rows.map((row) => row.element), reason, backButton);
     section.hidden = !rows.length;
     follow();
     if (focus && section.querySelector(`#${CSS.escape(focus)}`)) document.getElementById(focus).focus();
+    if (before && rows.every((row) => row.name in before)) {
+      set(before);
+      ask();
+    }
   }
 
   function makeRow(input, number) {
@@ -141,9 +142,7 @@
     if (!byHand) {
       start = timeOfRow();
       byHand = true;
-      own = true;
       gim.set({playing: false});
-      own = false;
       backButton.disabled = false;
     }
     if (!asking) send();
@@ -207,7 +206,6 @@
   }
 
   // Show the inputs of the present row.
-  let columns = {clip: null};
   function follow() {
     if (!gim.data) return;
     const now = clip();
@@ -223,7 +221,6 @@
     }
   }
 
-  gim.addEventListener("row", () => { if (!own) { if (byHand) leave(); else follow(); } });
-  gim.addEventListener("clip", () => { if (byHand) leave(); else follow(); });
+  for (const kind of ["row", "clip"]) gim.addEventListener(kind, () => { if (byHand) leave(); else follow(); });
   listen();
 })();

@@ -1,7 +1,7 @@
 """The server of the live view: the page, its data, changes of the file as they occur, positions at inputs.
 
-It listens on this machine only and answers four requests: GET / (the page), GET /data (the motion and its sliders),
-GET /events (server-sent events: number of the motion, errors) and POST /solve (see `HandMotion`).
+It listens on this machine only and answers five requests: GET / (the page), GET /data (the motion), GET /inputs (its
+sliders), GET /events (server-sent events: number of the motion, errors) and POST /solve (see `HandMotion`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ from gimcli.output.page.document import page
 from gimcli.view.hand import HandMotion, Outdated
 from gimcli.view.live_model import LiveModel
 from gimcli.view.refusals import HEADERS, POLICY, Refused, body_length, refuse_strangers
-from gimcli.view.sliders import sliders
 
 ADDRESS = "127.0.0.1"
 USUAL_PORT = 8642
@@ -129,10 +128,13 @@ class ViewRequest(BaseHTTPRequestHandler):
         self.send(self.server.page, "text/html; charset=utf-8", policy=self.server.policy)
 
     def send_data(self) -> None:
-        """Send the motion, its number, and its sliders."""
+        """Send the motion and its number."""
         shown = self.server.model.shown
-        found = [] if shown.result is None else sliders(shown.result)
-        self.send(f'{{"motion": {shown.motion}, "inputs": {json.dumps(found)}, "data": {shown.data}}}'.encode(), JSON)
+        self.send(f'{{"motion": {shown.motion}, "data": {shown.data}}}'.encode(), JSON)
+
+    def send_inputs(self) -> None:
+        """Send the sliders, and the number of their motion."""
+        self.send(json_text(self.server.hand.inputs()).encode(), JSON)
 
     def send_events(self) -> None:
         """Send an event now and after each change, until the page or the server ends."""
@@ -178,6 +180,7 @@ class ViewRequest(BaseHTTPRequestHandler):
 ROUTES: dict[str, dict[str, Callable[[ViewRequest], None]]] = {
     "/": {"GET": ViewRequest.send_page},
     "/data": {"GET": ViewRequest.send_data},
+    "/inputs": {"GET": ViewRequest.send_inputs},
     "/events": {"GET": ViewRequest.send_events},
     "/solve": {"POST": ViewRequest.send_position},
 }

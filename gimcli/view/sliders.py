@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from gimcli.library.trace import MotionTraceResult
-from gimcli.mechanism import SPAN, Mechanism
+from gimcli.mechanism import SPAN, ComplexArray, FloatArray, Mechanism
+from gimcli.motion.dragging import InputDrag
 from gimcli.positions.inputs import law_inputs, law_times
+from gimcli.status import Status
 
 SMALLEST = 0.01
 """Part of a turn, or of twice the size, below which the range of a law is replaced by a whole one."""
@@ -21,18 +24,19 @@ PARTS = 600
 def sliders(result: MotionTraceResult) -> list[dict[str, Any]]:
     """Return name, unit, least, greatest and first value and step of each input, in the file's units.
 
-    The range is that of the law; where the motion of one input meets a limit, it is the range on its circuit.
+    The range is that of the law; where the motion of one input meets a limit, or the law does not move it, it is the
+    range between its limits.
     """
-    mechanism = result.mechanism
-    on_circuit = _on_circuit(result) if len(mechanism.actuators) == 1 else {}
-    found = []
+    mechanism, found = result.mechanism, []
     for k, actuator in enumerate(mechanism.actuators):
-        low, high = on_circuit.get(actuator.name) or law_range(mechanism, k)
-        step = step_of(high - low)
+        ends, moves = law_range(mechanism, k)
+        if len(mechanism.actuators) == 1 and not (moves and result.complete):
+            ends = between_limits(result, *ends)
+        low, high = mechanism.value_to_file(k, np.array(ends)).tolist()
         unit = mechanism.unit_of(actuator)
         found.append(
             {
-                "name": actuator.name, "unit": "" if unit == "unit" else unit, "step": step,
+                "name": actuator.name, "unit": "" if unit == "unit" else unit, "step": step_of(high - low),
                 "low": _rounded(low), "high": _rounded(high),
                 "value": _rounded(float(mechanism.value_to_file(k, result.motions[0].inputs[k, :1])[0])),
             }
@@ -40,18 +44,32 @@ def sliders(result: MotionTraceResult) -> list[dict[str, Any]]:
     return found
 
 
-def law_range(mechanism: Mechanism, k: int) -> tuple[float, float]:
-    """Return the least and greatest value of the law of an input, or a wide range where the law hardly moves it."""
-    actuator = mechanism.actuators[k]
-    whole = 2.0 * math.pi if actuator.rotary else 2.0 * mechanism.size
+def law_range(mechanism: Mechanism, k: int) -> tuple[tuple[float, float], bool]:
+    """Return the least and greatest value of the law of an input; a wide range, and False, if it hardly moves it."""
     values = law_inputs(mechanism)(law_times(mechanism))[k]
-    low, high = float(values.min()), float(values.max())
-    if high - low < SMALLEST * whole:
-        low, high = low - 0.5 * whole, high + 0.5 * whole
-        if actuator.kind == SPAN:
-            low = max(low, SMALLEST * whole)
-    ends = mechanism.value_to_file(k, np.array([low, high]))
-    return float(ends[0]), float(ends[1])
+    low, high, whole = float(values.min()), float(values.max()), _whole(mechanism, k)
+    if high - low >= SMALLEST * whole:
+        return (low, high), True
+    return (_possible(mechanism, k, low - 0.5 * whole), high + 0.5 * whole), False
+
+
+def between_limits(result: MotionTraceResult, low: float, high: float) -> tuple[float, float]:
+    """Return the range of a single input between the limits of its motion; `low` and `high` where there is none."""
+    whole, ends = _whole(result.mechanism, 0), [low, high]
+    for k, beyond in enumerate((_possible(result.mechanism, 0, low - whole), high + whole)):
+        found = InputDrag(result.mechanism, starts(result)).to(np.array([beyond]))
+        if found.status is Status.LIMIT:
+            ends[k] = float(found.inputs[0])
+    return ends[0], ends[1]
+
+
+def starts(result: MotionTraceResult, time: float = 0.0) -> Iterator[tuple[FloatArray, ComplexArray]]:
+    """Yield inputs and positions of the solved rows of a motion, the nearest in time [s] first."""
+    for motion in result.motions:
+        good = np.flatnonzero(motion.good)
+        far = np.abs(motion.time[good] * result.mechanism.duration - time)
+        for k in good[np.argsort(far, kind="stable")].tolist():
+            yield motion.inputs[:, k], motion.z[:, k]
 
 
 def step_of(span: float) -> float:
@@ -66,8 +84,11 @@ def _rounded(value: float) -> float:
     return float(f"{value:.12g}")
 
 
-def _on_circuit(result: MotionTraceResult) -> dict[str, tuple[float, float]]:
-    """Return the range of the input on the circuit of a motion that meets a limit; empty if it is not known."""
-    spans = [event["interval"] for event in result.events if event["kind"] == "limit"]
-    known = spans[0].items() if spans else ()
-    return {name: (low, high) for name, (low, high) in known if math.isfinite(high - low) and high > low}
+def _whole(mechanism: Mechanism, k: int) -> float:
+    """Return a turn, or twice the size."""
+    return 2.0 * math.pi if mechanism.actuators[k].rotary else 2.0 * mechanism.size
+
+
+def _possible(mechanism: Mechanism, k: int, value: float) -> float:
+    """Return a value, or the least possible one: distances are above 0."""
+    return max(value, SMALLEST * mechanism.size) if mechanism.actuators[k].kind == SPAN else value

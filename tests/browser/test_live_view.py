@@ -78,11 +78,15 @@ def test_a_slider_moves_the_mechanism_to_the_positions_of_solve(browser, norton)
         page.follows(gimcli.solve(mechanism, motor=-100).xy, "B")
         page.script("gim.set({row: 9})")
         page.follows(gimcli.solve(mechanism, motor=90).xy, "B")
-        assert page.read() == 90.0
+        page.until("document.querySelector('#live input').value === '90'")
         page.drag(91)
         page.follows(gimcli.solve(mechanism, motor=91).xy, "B")
         page.script("[...document.querySelectorAll('#live button')].pop().click()")
         page.follows(gimcli.solve(mechanism, motor=90).xy, "B")
+        page.drag(93)
+        page.follows(gimcli.solve(mechanism, motor=93).xy, "B")
+        page.script("gim.set({row: 9})")  # the row that it was before
+        page.until("document.querySelector('#live input').value === '90'")
         assert {url.split("/")[2] for url in page.requests()} == {f"127.0.0.1:{client.port}"}
         assert page.faults() == []
 

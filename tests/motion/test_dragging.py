@@ -44,7 +44,7 @@ def node(mechanism: Mechanism, z: np.ndarray, name: str) -> complex:
 def test_a_crank_is_dragged_through_turns_in_small_and_large_steps(tmp_path, side):
     mechanism = four_bar(tmp_path, *NORTON, angle=1.0, side=side)
     drag, exact = dragged(mechanism), coupler_end(NORTON, side)
-    angles = [*np.linspace(1.0, 1.0 + 2.0 * math.pi, 24), 0.2, 12.0, -9.0, -9.0, 3.3]
+    angles = [*np.linspace(1.0, 1.0 + 2.0 * math.pi, 24), 0.2, 12.0, -9.0, -9.0, 3.3, 3.3 + 1e-14, 3.4]
     for angle in angles:
         found = drag.to(np.array([angle]))
         assert found.status is Status.OK
@@ -82,6 +82,17 @@ def test_it_passes_change_points_straight_and_may_stop_in_them():
         a, b = (node(mechanism, found.z, name) for name in ("A", "B"))
         assert abs((a - o2) - (b - o4)) < 1e-10
         assert cmath.phase((a - o2) / cmath.rect(1.0, math.radians(degrees))) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_step_may_be_as_small_as_a_rounding_error():
+    """The first input of this law has more digits than the value that a page sends."""
+    mechanism = load(MODELS / "gim_fig13a.yaml")
+    motion = trace(mechanism, 12)
+    drag = InputDrag(mechanism, [(motion.inputs[:, 0], motion.z[:, 0])])
+    for change in (1e-12, 1e-10, 1e-8, 1e-6):
+        found = drag.to(motion.inputs[:, 0] + change)
+        assert found.status is Status.OK
+        assert np.max(np.abs(found.z - motion.z[:, 0])) < 1e-12 + 10.0 * change
 
 
 def test_several_inputs_are_dragged_one_at_a_time():

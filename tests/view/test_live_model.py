@@ -107,7 +107,7 @@ def test_tables_are_followed_too(path):
         next(events)
         (path.parent / "law.csv").write_text("0,90\n1,100\n")
         assert next(events)["motion"] == 2
-        assert client.ask("GET", "/data").json["inputs"][0]["high"] == pytest.approx(100.0)
+        assert client.ask("GET", "/inputs").json["inputs"][0]["high"] == pytest.approx(100.0)
         (path.parent / "law.csv").unlink()
         assert "law.csv" in next(events)["errors"][0]
         (path.parent / "law.csv").write_text("0,90\n1,110\n")
@@ -120,7 +120,7 @@ def test_a_table_that_is_missing_at_the_start_is_found_later(path):
         event = next(events)
         assert event["motion"] == 0
         assert re.search(r"m\.yaml:4:\d+: .*law\.csv", event["errors"][0])
-        assert client.ask("GET", "/data").json == {"motion": 0, "inputs": [], "data": None}
+        assert client.ask("GET", "/data").json == {"motion": 0, "data": None}
         (path.parent / "law.csv").write_text("0,90\n1,110\n")
         assert next(events) == {"motion": 1, "errors": []}
 

@@ -40,7 +40,7 @@ def test_it_listens_on_this_machine_only(crank):
     assert crank.server.socket.getsockname()[0] == "127.0.0.1"
 
 
-@pytest.mark.parametrize("path", ["/", "/data", "/events", "/solve"])
+@pytest.mark.parametrize("path", ["/", "/data", "/inputs", "/events", "/solve"])
 @pytest.mark.parametrize(
     "headers",
     [
@@ -152,13 +152,13 @@ def test_positions_are_those_of_solve_over_a_turn(crank):
 
 
 def test_the_data_name_inputs_with_their_ranges(crank):
-    (slider,) = crank.ask("GET", "/data").json["inputs"]
+    (slider,) = crank.ask("GET", "/inputs").json["inputs"]
     assert slider == {"name": "motor", "unit": "deg", "low": 0.0, "high": 360.0, "step": 0.5, "value": 0.0}
 
 
 def test_each_page_has_its_own_position_and_begins_in_the_motion():
     with running(MODELS / "five_bar.yaml") as client:
-        names = [i["name"] for i in client.ask("GET", "/data").json["inputs"]]
+        names = [i["name"] for i in client.ask("GET", "/inputs").json["inputs"]]
         first = client.solve("a", **{names[0]: 20.0})
         assert client.solve("b", **{names[1]: 130.0})["inputs"][names[0]] != 20.0
         assert client.solve("a")["nodes"] == first["nodes"]
@@ -176,13 +176,25 @@ def test_an_input_beyond_its_limit_is_answered_with_the_limit(tmp_path):
     (tmp_path / "rocker.yaml").write_text(text)
     low, high = (np.degrees(np.arccos((32.0 - reach**2) / 32.0)) for reach in (0.5, 3.5))
     with running(tmp_path / "rocker.yaml") as client:
-        (slider,) = client.ask("GET", "/data").json["inputs"]
+        (slider,) = client.ask("GET", "/inputs").json["inputs"]
         assert [slider["low"], slider["high"]] == pytest.approx([low, high])
         found = client.solve(m=90.0)
         assert found["status"] == "unreachable"
         assert found["inputs"]["m"] == pytest.approx(high)
         assert found["reason"] == "m = 90 deg cannot be reached without disassembly; the limit is at m = 51.889 deg"
         assert client.solve(m=50.0)["status"] == "ok"
+
+
+def test_a_slider_of_an_input_without_a_law_ends_at_the_limits(tmp_path):
+    """The same triple rocker; its input rests."""
+    text = "nodes: {A: [0,0], B: [4,0.5], C: [5.2,2.4], D: [4,0]}\nground: [A,D]\n"
+    text += "links: {a: {nodes: [A,B], length: 4}, b: {nodes: [B,C], length: 1.5}, c: {nodes: [D,C], length: 2}}\n"
+    text += "actuators: {m: {type: rotary, pivot: A, arm: B, law: {from: 20, to: 20}}}\n"
+    (tmp_path / "rocker.yaml").write_text(text)
+    with running(tmp_path / "rocker.yaml") as client:
+        (slider,) = client.ask("GET", "/inputs").json["inputs"]
+        ends = [np.degrees(np.arccos((32.0 - reach**2) / 32.0)) for reach in (0.5, 3.5)]
+        assert [slider["low"], slider["high"]] == pytest.approx(ends)
 
 
 def test_the_data_are_one_json_object_with_the_motion(crank):

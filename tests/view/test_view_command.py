@@ -38,7 +38,8 @@ def viewing(*words, cwd):
 def ends(process, number):
     """Send a signal; return the exit status and what standard error has."""
     process.send_signal(number)
-    _, error = process.communicate(timeout=10)
+    more, error = process.communicate(timeout=10)
+    assert more == ""
     return process.returncode, error
 
 

@@ -207,8 +207,9 @@ class App {
     fillReadout(this);
     fillReason(this);
     fillValues(this);
-    if (this.notified !== this.row) this.notify("row");
-    this.notified = this.row;
+    const shown = this.posed ? null : this.row;
+    if (shown !== null && this.notified !== shown) this.notify("row");
+    this.notified = shown;
   }
 
   notify(kind) {
