@@ -15,7 +15,8 @@ from gimcli.dynamics.simulation import Settings, simulate
 from gimcli.dynamics.simulation_table import reactions
 from gimcli.kernels.jit import compiled
 from gimcli.output import write
-from gimcli.output.history import Panel, history_sheet
+from gimcli.output.graph import Axis, Curve, Graph
+from gimcli.output.history import history_sheet
 
 MODEL = Path(__file__).parents[1] / "models" / "watt_durango.yaml"
 PERIOD = 3.59374750406788
@@ -44,15 +45,17 @@ def main(folder: Path | None = None) -> None:
     if folder is None:
         return
     kinetic, potential = found.energy[:2]
-    panels = [
-        Panel("crank [deg]", [("", times, np.degrees(found.inputs[0, 0]))]),
-        Panel("speed of the crank [rad/s]", [("", times, found.inputs[1, 0])]),
-        Panel(
-            "energy [J]", [("kinetic", times, kinetic), ("potential", times, potential), ("total", times, found.total)]
+    over = Axis("time", "s")
+    graphs = [
+        Graph(over, Axis("crank", "deg"), [Curve("crank", times, np.degrees(found.inputs[0, 0]))]),
+        Graph(over, Axis("speed", "rad/s"), [Curve("crank", times, found.inputs[1, 0])]),
+        Graph(
+            over, Axis("energy", "J"),
+            [Curve(n, times, e) for n, e in (("kinetic", kinetic), ("potential", potential), ("total", found.total))],
         ),
-        Panel("pin force [N]", [(node, times, amounts[node]) for node in PEAKS]),
-    ]
-    sheet = history_sheet(panels, "time [s]", "Watt's six-bar swings under its own weight")
+        Graph(over, Axis("pin force", "N"), [Curve(node, times, amounts[node]) for node in PEAKS]),
+    ]  # fmt: skip
+    sheet = history_sheet(graphs, "Watt's six-bar swings under its own weight")
     write(sheet, folder / "watt_swing.png")
 
 

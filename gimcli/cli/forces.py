@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from gimcli.cli.arguments import MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Steps, Tolerance
+from gimcli.cli.measures import PlotsOnly, refuse_unseen
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 if TYPE_CHECKING:
@@ -18,7 +19,10 @@ HELP = (
     " power of all forces. The model needs `masses`, `loads`, `springs`, `dampers` or `friction`. Writes"
     " MODEL.forces.csv and .png."
 )
-EXAMPLES = ("gim forces models/watt_1.yaml --steps 360 -o results/",)
+EXAMPLES = (
+    "gim forces models/watt_1.yaml --steps 360 -o results/",
+    'gim forces models/watt_1.yaml -o pins.png --plot "reactions,hodograph:A"',
+)
 SHOWN = 30
 
 
@@ -29,6 +33,7 @@ def command(
     assembly: Assembly = "",
     tolerance: Tolerance = 1e-10,
     jit: JitOption = Jit.AUTO,
+    plot: PlotsOnly = NONE,
     out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
@@ -41,9 +46,10 @@ def command(
     from gimcli.library.forces import ForcesAlong, ForcesResult
 
     outputs = Outputs(ForcesResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
+    refuse_unseen(plot, outputs.draws)
     mechanism = outputs.loaded(assembly, tolerance=tolerance)
     note_point_masses(mechanism)
-    found = outputs.stream(ForcesAlong(mechanism, steps, tolerance, jit.value, note, progress_bar))
+    found = outputs.stream(ForcesAlong(mechanism, steps, tolerance, jit.value, plot, note, progress_bar))
     outputs.finish(found, _print)
 
 

@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gimcli.cli.arguments import OUTPUT
+from gimcli.errors import UsageError
+
 if TYPE_CHECKING:
     from gimcli.mechanism import Mechanism
 
@@ -21,13 +24,20 @@ MeasureOption = Annotated[
         help="Add a measure; repeatable; `-m help` lists them.",
     ),
 ]  # fmt: skip
+PLOT_HELP = "Graphs, such as P.vx,|P.v|,omega; gim manual graphs."
 PlotOption = Annotated[
-    list[str],
-    typer.Option(
-        "--plot", metavar="QUANTITY,...", rich_help_panel=QUANTITIES,
-        help="Graphs: velocity acceleration jerk omega alpha, measures.",
-    ),
-]  # fmt: skip
+    list[str], typer.Option("--plot", metavar="GRAPH,...", rich_help_panel=QUANTITIES, help=PLOT_HELP)
+]
+PlotsOnly = Annotated[list[str], typer.Option("--plot", metavar="GRAPH,...", rich_help_panel=OUTPUT, help=PLOT_HELP)]
+"""For commands whose picture has only the graphs that are named."""
+
+
+def refuse_unseen(plot: list[str], draws: bool) -> None:
+    """Raise UsageError for graphs if no picture is written."""
+    if plot and not draws:
+        raise UsageError(
+            "--plot adds graphs to the picture, but no picture is written: use -o FILE.png, or remove --no-png"
+        )
 
 
 def print_measures() -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gimcli.cli.arguments import INPUTS, MODEL, NONE, OUTPUT, Assembly, Jit, JitOption, Json, ModelPath, Out, Png
+from gimcli.cli.measures import PlotsOnly, refuse_unseen
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.dynamics.integrators import INTEGRATORS
 
@@ -71,6 +72,7 @@ def command(
     reactions: Annotated[
         bool, typer.Option("--reactions", help="Add the reactions in all pairs.", rich_help_panel=OUTPUT)
     ] = False,
+    plot: PlotsOnly = NONE,
     out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
@@ -85,12 +87,13 @@ def command(
     from gimcli.output import refuse_repeated
 
     outputs = Outputs(SimulateResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
+    refuse_unseen(plot, outputs.draws)
     mechanism = outputs.loaded(assembly)
     refuse_repeated(column_names(mechanism))
     note_point_masses(mechanism)
     found = simulate(
         mechanism, time, dt=dt, integrator=method or integrator, rtol=rtol, step=step, standstills=until,
-        reactions=reactions, jit=jit.value, notify=note, progress=progress_bar,
+        reactions=reactions, plot=plot, jit=jit.value, notify=note, progress=progress_bar,
     )  # fmt: skip
     outputs.write(found)
     outputs.finish(found, _print)

@@ -25,9 +25,16 @@ from gimcli.cli.arguments import (
     StrategyOption,
     Tolerance,
 )
-from gimcli.cli.measures import QUANTITIES, MeasureOption, PlotOption, print_measures, print_points, print_ranges
+from gimcli.cli.measures import (
+    QUANTITIES,
+    MeasureOption,
+    PlotOption,
+    print_measures,
+    print_points,
+    print_ranges,
+    refuse_unseen,
+)
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
-from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -109,13 +116,10 @@ def command(
     from gimcli.library.trace import MotionTraceResult, traced
 
     outputs = Outputs(MotionTraceResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
-    if plot and not outputs.draws:
-        raise UsageError(
-            "--plot adds graphs to the picture, but no picture is written: use -o FILE.png, or remove --no-png"
-        )
+    refuse_unseen(plot, outputs.draws)
     mechanism = outputs.loaded(assembly, tolerance=tolerance)
     begun = traced(
-        mechanism, steps, derivatives=derivatives, measure=measure, plot=",".join(plot), at_limit=at_limit.value,
+        mechanism, steps, derivatives=derivatives, measure=measure, plot=plot, at_limit=at_limit.value,
         circuit=circuit, branch=branch, all_branches=all_branches, method=method.value, strategy=strategy.value,
         tolerance=tolerance, jit=jit.value, sequence=sequence, notify=note, progress=progress_bar,
     )  # fmt: skip

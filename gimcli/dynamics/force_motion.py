@@ -8,9 +8,9 @@ from gimcli.dynamics.force_table import Peaks, determined_rows, open_reactions
 from gimcli.dynamics.forces import Forces, inverse_dynamics
 from gimcli.dynamics.kinematic_history import Courses, Turns
 from gimcli.dynamics.statics import Statics, statics
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import IntArray, Mechanism
 from gimcli.motion.motion import Motion
-from gimcli.motion.summary import DRAWN, Summary
+from gimcli.motion.summary import Summary
 from gimcli.positions.dispatch import choose, plain
 from gimcli.progress import Notify
 
@@ -29,26 +29,13 @@ class ForceMotion:
         self.summary, self.peaks = Summary(rows), Peaks(mechanism)
         self.determined = 0  # rows with determined forces
         self.open: list[str] = []  # names of reactions that are indeterminate because of redundant constraints
-        self._every = -(-rows // DRAWN)
-        self._kept: list[tuple[FloatArray, FloatArray, FloatArray, ComplexArray]] = []
+        self.rows: IntArray = np.zeros(0, dtype=np.int64)  # of the last piece, that are drawn
 
     def take(self, piece: Motion) -> Forces:
         """Return the forces of the next piece."""
         forces = inverse_dynamics(self.statics, self.courses(piece), self.run, self.turns)
-        keep = (self.summary.seen + np.arange(len(piece.time))) % self._every == 0
-        keep[-1] = True
-        efforts = np.array([forces.effort(k) for k in range(len(self.statics.efforts))])
-        drawn = forces.bounded[keep]  # unbounded values are not plotted
-        shaking = np.where(drawn, forces.shaking_force[keep], complex(np.nan, np.nan))
-        self._kept.append((piece.time[keep], piece.inputs[:, keep], np.where(drawn, efforts[:, keep], np.nan), shaking))
-        self.summary.add(piece)
+        self.rows = self.summary.add(piece)
         self.peaks.add(piece, forces)
         self.determined += int(determined_rows(piece, forces).sum())
         self.open = self.open or open_reactions(forces)
         return forces
-
-    @property
-    def kept(self) -> tuple[FloatArray, FloatArray, FloatArray, ComplexArray]:
-        """Time 0..1 (rows,), inputs and efforts (actuators, rows) and shaking force (rows,) of the rows for plots."""
-        time, inputs, efforts, shaking = (np.concatenate(part, axis=-1) for part in zip(*self._kept, strict=True))
-        return time, inputs, efforts, shaking

@@ -79,3 +79,16 @@ def reactions(found: Simulation) -> Forces:
     from gimcli.dynamics.statics import statics
 
     return inverse_dynamics(statics(found.mechanism), found.course())
+
+
+def reaction_names(mechanism: Mechanism) -> list[str]:
+    """Return the names of the columns of reactions; no simulation is needed for them."""
+    from gimcli.dynamics.force_table import reaction_columns
+    from gimcli.dynamics.forces import inverse_dynamics
+    from gimcli.dynamics.kinematic_history import Course
+    from gimcli.dynamics.statics import statics
+
+    nodes = np.zeros((3, len(mechanism.nodes), 1), dtype=complex)
+    nodes[0, :, 0] = mechanism.drawn
+    at_rest = Course(np.zeros(1), mechanism.drawn_inputs[:, None], nodes)
+    return [column.name for column in reaction_columns(inverse_dynamics(statics(mechanism), at_rest))]

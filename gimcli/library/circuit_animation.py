@@ -82,7 +82,7 @@ def circuit_trace_animation(
     """
     mechanism, clips = motions[0].mechanism, []
     for motion, circuit, own in zip(motions, circuits, extras, strict=True):
-        table = motion_table(motion, more=measured(mechanism, own, motion))
+        table = motion_table(motion, own.names, more=measured(mechanism, own, motion), members=own.members)
         places = [
             SingularPlace(one["way"], one["kind"], event_text(mechanism, one["kind"], one["at"]))
             for one in circuit["events"]

@@ -27,6 +27,7 @@ from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
+    from gimcli.output.graph import Graph
     from gimcli.output.picture import Content
 
 DENSE = 720
@@ -73,13 +74,19 @@ class CircuitTrace:
     @cached_property
     def _tables(self) -> list[Table]:
         each = zip(self.motions, self.extras, strict=True)
-        tables = [motion_table(motion, more=extras.columns(motion, self.angles)) for motion, extras in each]
+        tables = [self._table(motion, extras) for motion, extras in each]
         if not self.every:
             return tables
         return [
             Table((*t.columns, Column("branch", np.full(len(t), n))))
             for t, n in zip(tables, self.numbers, strict=True)
         ]  # fmt: skip
+
+    def _table(self, motion: Motion, extras: Extras) -> Table:
+        more = extras.columns(motion, self.angles)
+        table = motion_table(motion, extras.names, more=more, angles=self.angles, members=extras.members)
+        extras.keep(table, np.arange(len(motion.time)))
+        return table
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -160,19 +167,32 @@ class CircuitTraceResult(TraceResult):
         from gimcli.output.drawing import motion_picture
         from gimcli.output.panels import with_panels
 
-        mechanism, several = self.mechanism, len(self.motions) > 1
+        mechanism, outlines = self.mechanism, list[ComplexArray]()
         paths: dict[str, ComplexArray] = {}
         more: dict[str, ComplexArray] = {}
-        outlines: list[ComplexArray] = []
-        panels: dict[str, Table] = {}
         for number, motion, extras in zip(self.found.numbers, self.motions, self.found.extras, strict=True):
-            tail = f", branch {number}" if several else ""
+            tail = self._tail(number)
             paths |= {name + tail: curve for name, curve in traced_paths(motion).items()}
             more |= {name + tail: curve for name, curve in extras.curves(motion).items()}
             outlines += extras.outlines(motion)
-            panels |= {name + tail: table for name, table in extras.panels(motion).items()}
         poses, title = self.poses(self.motions[0]), f"{mechanism.name}: circuit"
-        return with_panels(motion_picture(mechanism, poses, paths, title, more, outlines), panels)
+        return with_panels(motion_picture(mechanism, poses, paths, title, more, outlines), self.graphs())
+
+    def graphs(self) -> list[Graph]:
+        """Return the graphs of `plot` as data, those of each circuit in turn."""
+        from gimcli.output.graph import named
+
+        found: list[Graph] = []
+        each = zip(self.found.numbers, self.motions, self.found.extras, strict=True)
+        for k, (number, motion, extras) in enumerate(each):
+            if extras.plans:
+                events = self.circuits[k]["events"]
+                marks = [(e["kind"], {"part of the length": e["way"], **e["at"]}) for e in events]
+                found += [named(graph, self._tail(number)) for graph in extras.graphs(motion, marks)]
+        return found
+
+    def _tail(self, number: int) -> str:
+        return f", branch {number}" if len(self.motions) > 1 else ""
 
     def animation(self) -> Animation:
         """Return the circuits with their events and columns."""

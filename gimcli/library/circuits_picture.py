@@ -40,6 +40,7 @@ def circuits_picture(found: Circuits, labels: Sequence[str], title: str) -> Cont
     """
     from gimcli.output.drawing import motion_picture
     from gimcli.output.gallery import gallery_picture
+    from gimcli.output.graph import graph_of
     from gimcli.output.panels import with_panels
 
     curve, mechanism = found.curve, found.curve.mechanism
@@ -60,7 +61,8 @@ def circuits_picture(found: Circuits, labels: Sequence[str], title: str) -> Cont
     axis = "x" if all(np.ptp(p.imag) < 0.01 * np.ptp(p.real) for p in paths) else "y"
     together = list(curves.values())
     nested = any(overlap(a, b, _near(together)) for k, b in enumerate(together) for a in together[:k])
-    return with_panels(motion_picture(mechanism, poses, curves, title, nested=nested), {f"{name}.{axis}": graph(axis)})
+    drawing = motion_picture(mechanism, poses, curves, title, nested=nested)
+    return with_panels(drawing, [graph_of(f"{name}.{axis}", graph(axis))])
 
 
 def _point(mechanism: Mechanism, nodes: Sequence[ComplexArray]) -> tuple[str, list[ComplexArray], list[list[int]]]:

@@ -2,52 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from gimcli.errors import UsageError
-from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.mechanism import ComplexArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.rates.member_angles import Angles
-from gimcli.rates.motion_table import motion_table
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
+    from gimcli.library.plots import KeptColumns, Plan
     from gimcli.measures.record import Record
+    from gimcli.output.graph import Graph
 
 
 class Extras:
-    """The measures and graphs of one trace."""
+    """The measures and graphs of one trace, and the columns that they need."""
 
     def __init__(
         self, mechanism: Mechanism, measures: Sequence[str], plot: str | Sequence[str], derivatives: int
     ) -> None:
         self.mechanism, self.specs, self.order = mechanism, list(measures), derivatives
-        words = plot.replace(",", " ").split() if isinstance(plot, str) else plot
-        self.plots = list(dict.fromkeys(words))
+        self.points: list[str] = []  # that are not traced
+        self.members: list[int] = []  # whose directions are needed
+        self.plans: list[Plan] = []
         self.record: Record | None = None
-        if self.plots:
-            from gimcli.measures.graphs import ORDERS
-
-            self.order = max(derivatives, *(ORDERS.get(word, 0) for word in self.plots))
-        for word in self.plots:
-            self._include(word)
+        self._kept: KeptColumns | None = None
+        texts = [plot] if isinstance(plot, str) else list(plot)
+        if any(text.strip() for text in texts):
+            self._plan(texts)
         if self.specs:
             from gimcli.measures.record import Record
 
             self.record = Record(mechanism, self.specs)
 
-    def _include(self, word: str) -> None:
-        """Add the measure that a graph needs, unless it is there; raise UsageError for an unknown quantity."""
-        from gimcli.measures import KINDS
-        from gimcli.measures.graphs import ORDERS
-        from gimcli.measures.naming import guess
+    def _plan(self, texts: Sequence[str]) -> None:
+        """Read the graphs, and add what they need; raise UsageError for an unknown quantity."""
+        from gimcli.library.plots import KeptColumns, only_angle
+        from gimcli.library.trace_plots import TraceVocabulary
 
-        if word in ORDERS or any(word in (spec, spec.partition(":")[0]) for spec in self.specs):
-            return
-        if word.partition(":")[0] not in KINDS:
-            raise UsageError(f"plot: no quantity '{word}'; {guess(word, [*ORDERS, *KINDS])}")
-        self.specs.append(word)
+        vocabulary = TraceVocabulary(self.mechanism, tuple(self.specs))
+        for plan in (p for text in texts for p in vocabulary.plans(text, only_angle(self.mechanism))):
+            if plan not in self.plans:
+                self.plans.append(plan)
+        for need in (vocabulary.needs[name] for plan in self.plans for name in plan.columns):
+            self.order = max(self.order, need.order)
+            if need.point and need.point not in (*self.mechanism.traced, *self.points):
+                self.points.append(need.point)
+            if need.member and need.member not in self.members:
+                self.members.append(need.member)
+            if need.spec and need.spec not in self.specs:
+                self.specs.append(need.spec)
+        self._kept = KeptColumns(self.plans)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the points that have columns."""
+        return (*self.mechanism.traced, *self.points)
 
     def head(self, row: Motion) -> list[Column]:
         """Return the measures' columns for the head of a table, with the rows of `row`."""
@@ -57,6 +68,28 @@ class Extras:
         """Return the measures' columns of the next piece of the motion; `angles` counts full turns."""
         return self.record.columns(piece, angles) if self.record is not None else []
 
+    def check(self, head: Table) -> None:
+        """Raise UsageError if a graph cannot be drawn, such as one with abscissae of different units."""
+        from gimcli.library.plots import drawn
+
+        for plan in self.plans:
+            drawn(plan, {column.name: column for column in head.columns}, Column("", head.columns[0].values))
+
+    def keep(self, table: Table, rows: IntArray) -> None:
+        """Keep rows of the next table for the graphs."""
+        if self._kept is not None:
+            self._kept.add(table, rows)
+
+    def graphs(self, motion: Motion, events: Sequence[tuple[str, Mapping[str, float]]]) -> list[Graph]:
+        """Return the graphs; `motion` has the rows that are kept."""
+        if self._kept is None:
+            return []
+        from gimcli.library.plots import drawn
+        from gimcli.measures.graphs import abscissa
+
+        columns, across = self._kept.columns, abscissa(motion)
+        return [drawn(plan, columns, across, events) for plan in self.plans]
+
     def curves(self, motion: Motion) -> dict[str, ComplexArray]:
         """Return the curves that the measures add to the drawing."""
         return self.record.curves(motion) if self.record is not None else {}
@@ -64,26 +97,6 @@ class Extras:
     def outlines(self, motion: Motion) -> list[ComplexArray]:
         """Return the areas that the measures add to the drawing."""
         return self.record.outlines(motion) if self.record is not None else []
-
-    def panels(self, motion: Motion) -> dict[str, Table]:
-        """Return the graphs by name, as tables whose first column is the abscissa."""
-        from gimcli.measures.graphs import ORDERS, abscissa, measured, quantity
-        from gimcli.measures.record import Record
-
-        if not self.plots:
-            return {}
-        record = Record(self.mechanism, self.specs)  # measured again: the motion has only the rows of the picture
-        more, heads = record.columns(motion), record.heads
-        specs = [measure.spec for measure in record.measures for _ in measure.heads]
-        table, across, panels = motion_table(motion, order=self.order), abscissa(motion), {}
-        for word in self.plots:
-            if word in ORDERS:
-                panels[word] = Table((across, *quantity(self.mechanism, table, word)))
-                continue
-            own = [k for k, spec in enumerate(specs) if word in (spec, spec.partition(":")[0])]
-            for name, group in measured([heads[k] for k in own], [more[k] for k in own]).items():
-                panels[f"{name}, {word}" if name in panels else name] = Table((across, *group))
-        return panels
 
     def report(self, motion: Motion) -> dict[str, Any]:
         """Return the results of the measures for the whole motion, for --json."""

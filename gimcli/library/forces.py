@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimcli.dynamics.force_motion import ForceMotion
 from gimcli.dynamics.force_table import force_table
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.physical import require_action
+from gimcli.library.force_plots import force_vocabulary, usual_graphs, varying
 from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
+from gimcli.library.plots import KeptColumns, Plan, drawn, only_angle
 from gimcli.library.result import RowsResult, joined
-from gimcli.measures.graphs import input_or_time
+from gimcli.measures.graphs import input_or_time, motion_events
 from gimcli.mechanism import Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.positions.options import Options
@@ -25,12 +28,17 @@ from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
+    from gimcli.output.graph import Graph
     from gimcli.output.picture import Content
+
+
+FORCES = ("N", "N m", "W")
+"""Units of columns that are not bounded near singular positions."""
 
 
 def forces(
     mechanism: Mechanism, steps: int = 360, *, tolerance: float = 1e-10, jit: str = "auto",
-    notify: Notify | None = None, progress: Phases = no_phases,
+    plot: str | Sequence[str] = (), notify: Notify | None = None, progress: Phases = no_phases,
 ) -> ForcesResult:  # fmt: skip
     """Find driving efforts, reactions and shaking force along the actuators' laws (inverse dynamics).
 
@@ -39,6 +47,8 @@ def forces(
         steps: number of steps, 1 to 10 000 000; the result has steps + 1 rows.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
+        plot: the graphs of the picture, a text or a list, such as "effort,|A.f|,reactions" (see `gim manual graphs`);
+            by default the efforts and the hodograph of the shaking force.
         notify: function of a text; called with notices, such as the start of a compilation.
         progress: function of the name of a phase; returns a function of (rows done, all rows), for a progress bar.
 
@@ -51,7 +61,7 @@ def forces(
         ModelError: no masses, loads, springs, dampers or friction are defined.
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
     """
-    found = ForcesAlong(mechanism, steps, tolerance, jit, notify, progress)
+    found = ForcesAlong(mechanism, steps, tolerance, jit, plot, notify, progress)
     return found.result(joined(found.tables()))
 
 
@@ -59,8 +69,8 @@ class ForcesAlong:
     """The forces of a motion that is being solved in pieces: first the tables of the pieces, then the result."""
 
     def __init__(
-        self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, notify: Notify | None,
-        progress: Phases,
+        self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, plot: str | Sequence[str],
+        notify: Notify | None, progress: Phases,
     ) -> None:  # fmt: skip
         refuse_count("steps", steps, 1, MOST_STEPS)
         chosen = Options.checked("auto", "spectral", tolerance, jit)
@@ -73,22 +83,41 @@ class ForcesAlong:
         first = self._first
         require_consistent(mechanism, first.start, first.inputs[:, 0], first.first_status, tolerance)
         self.found = ForceMotion(mechanism, steps + 1, jit, notify)
+        texts = [plot] if isinstance(plot, str) else list(plot)
+        self.plans = self._planned(texts) if any(text.strip() for text in texts) else []
+        self.kept = KeptColumns(self.plans or usual_graphs(mechanism))
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the columns."""
+        return self._head.names
+
+    @cached_property
+    def _head(self) -> Table:
         start = self._first.rows(np.arange(1))
-        return force_table(start, motion_forces(start)).names
+        return force_table(start, motion_forces(start))
+
+    def _planned(self, texts: Sequence[str]) -> list[Plan]:
+        """Return the graphs of texts; raise UsageError for an unknown column."""
+        vocabulary = force_vocabulary(self.names)
+        plans = [plan for text in texts for plan in vocabulary.plans(text, only_angle(self.found.statics.mechanism))]
+        columns = {column.name: column for column in self._head.columns}
+        for plan in plans:
+            drawn(plan, columns, Column("", self._head.columns[0].values))
+        return plans
 
     def tables(self) -> Iterator[Table]:
         """Yield the table of each piece of the motion."""
         for piece in chain((self._first,), self._pieces):
             first = self.found.summary.seen
-            yield force_table(piece, self.found.take(piece), first)
+            forces = self.found.take(piece)
+            table = force_table(piece, forces, first)
+            yield table
+            self.kept.add(_bounded(table, forces.bounded), self.found.rows)
 
     def result(self, table: Table | None) -> ForcesResult:
         """Return the result, after all tables were read; `table` is None if they were written to a file."""
-        return ForcesResult(self.found, self.steps, table)
+        return ForcesResult(self, table)
 
 
 class ForcesResult(RowsResult):
@@ -96,9 +125,9 @@ class ForcesResult(RowsResult):
 
     KIND = "forces"
 
-    def __init__(self, found: ForceMotion, steps: int, table: Table | None) -> None:
-        self.mechanism, self.found, self.steps = found.statics.mechanism, found, steps
-        self._table = table
+    def __init__(self, along: ForcesAlong, table: Table | None) -> None:
+        self.mechanism, self.found, self.steps = along.found.statics.mechanism, along.found, along.steps
+        self._table, self._plans, self._kept = table, along.plans, along.kept
 
     @property
     def complete(self) -> bool:
@@ -127,18 +156,33 @@ class ForcesResult(RowsResult):
         }  # fmt: skip
 
     def picture(self) -> Content | None:
-        """Return graphs of the efforts over the input, and of the shaking force; None if no forces are determined."""
-        from gimcli.output.forces import forces_sheet
+        """Return the graphs, by default of the efforts and of the shaking force; None if no forces are determined."""
+        from gimcli.output.history import history_sheet
 
-        found = self.found
-        if not found.determined:
+        if not self.found.determined:
             return None
-        mechanism = found.statics.mechanism
-        time, inputs, efforts, shaking = found.kept
-        over = input_or_time(mechanism, time, inputs)
-        panels: dict[str, list[Column]] = {}
-        for k, actuator in enumerate(mechanism.actuators):
-            name, unit = ("driving torque", "N m") if actuator.rotary else ("driving force", "N")
-            panels.setdefault(name, [over]).append(Column(actuator.name, efforts[k], unit))
-        tables = {name: Table(tuple(columns)) for name, columns in panels.items()}
-        return forces_sheet(tables, shaking, f"{mechanism.name}: forces")
+        plans, constant = self._shown()
+        title = "; ".join([f"{self.mechanism.name}: forces", *constant])
+        return history_sheet(self._drawn(plans), title)
+
+    def graphs(self) -> list[Graph]:
+        """Return the graphs of the picture as data."""
+        return self._drawn(self._shown()[0])
+
+    def _shown(self) -> tuple[list[Plan], list[str]]:
+        """Return the graphs, and the constant quantities that have none."""
+        return (self._plans, []) if self._plans else varying(usual_graphs(self.mechanism), self._kept.columns)
+
+    def _drawn(self, plans: Sequence[Plan]) -> list[Graph]:
+        motion, columns = self.found.summary.motion, self._kept.columns
+        over, marks = input_or_time(self.mechanism, motion.time, motion.inputs), motion_events(motion)
+        return [drawn(plan, columns, over, marks) for plan in plans]
+
+
+def _bounded(table: Table, bounded: NDArray[np.bool_]) -> Table:
+    """Return a table without the forces of rows near singular positions, where they are not bounded."""
+    return Table(tuple(c if c.unit not in FORCES else _only(c, bounded) for c in table.columns))
+
+
+def _only(column: Column, rows: NDArray[np.bool_]) -> Column:
+    return Column(column.name, np.where(rows, column.values, np.nan), column.unit)

@@ -105,7 +105,8 @@ class ReduceResult(RowsResult):
 
     def picture(self) -> Content | None:
         """Return graphs of the reduced quantities over the input; None if fewer than two rows are solved."""
-        from gimcli.output.history import Panel, history_sheet
+        from gimcli.output.graph import Axis, Curve, Graph
+        from gimcli.output.history import history_sheet
 
         found, table, actuator = self.found, self.table(), self.mechanism.actuators[self.found.actuator]
         if found.solved < 2:
@@ -113,6 +114,7 @@ class ReduceResult(RowsResult):
         q = table.floats("q")
         units = {column.name: column.unit for column in table.columns}
         labels = {"J": "reduced inertia J", "dJ_dq": "dJ/dq", "tau": "reduced torque tau", "V": "potential energy V"}
-        panels = [Panel(f"{label} [{units[n]}]", [("", q, table.floats(n))]) for n, label in labels.items()]
+        over = Axis(actuator.name, units["q"])
+        graphs = [Graph(over, Axis(w, units[n]), [Curve(w, q, table.floats(n))]) for n, w in labels.items()]
         title = f"{found.mechanism.name}: reduced to {actuator.name}"
-        return history_sheet(panels, f"{actuator.name} [{units['q']}]", title)
+        return history_sheet(graphs, title)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -11,12 +12,14 @@ from gimcli.dynamics.force_table import open_reactions
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.integrators import INTEGRATORS
 from gimcli.dynamics.simulation import simulate as simulate_times
-from gimcli.dynamics.simulation_table import ENERGIES, event_report, simulation_table
+from gimcli.dynamics.simulation_table import ENERGIES, column_names, event_report, reaction_names, simulation_table
 from gimcli.dynamics.simulation_table import reactions as find_reactions
 from gimcli.dynamics.simulation_types import Settings, Simulation
 from gimcli.errors import UsageError
+from gimcli.library.force_plots import force_vocabulary
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count
 from gimcli.library.places import angles, pairs, places
+from gimcli.library.plots import Plan, drawn, only_angle
 from gimcli.library.result import ByName, RowsResult
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.positions.dispatch import choose
@@ -24,9 +27,11 @@ from gimcli.positions.options import JIT
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.rates.member_angles import counted
 from gimcli.structure.drive_check import explained
+from gimcli.table import per_second
 
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
+    from gimcli.output.graph import Graph
     from gimcli.output.picture import Content
 
 ROWS = 200
@@ -41,8 +46,9 @@ A_SECOND = 1500
 
 def simulate(
     mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, integrator: str = "dop853",
-    rtol: float = 1e-9, step: float = 1e-3, standstills: int = 0, reactions: bool = False, jit: str = "auto",
-    notify: Notify | None = None, progress: Phases = no_phases, method: str = "",
+    rtol: float = 1e-9, step: float = 1e-3, standstills: int = 0, reactions: bool = False,
+    plot: str | Sequence[str] = (), jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases,
+    method: str = "",
 ) -> SimulateResult:  # fmt: skip
     """Simulate the motion of the free inputs (`free: true` in the model) under the forces that act (forward dynamics).
 
@@ -56,6 +62,8 @@ def simulate(
         step: time step of "rk4" [s].
         standstills: end at the standstill with this number of a free input; 0: do not end at standstills.
         reactions: add the reactions in all pairs to the columns.
+        plot: the graphs of the picture, a text or a list, such as "P.y,energy" (see `gim manual graphs`); by default
+            inputs, speeds and energies. A graph of reactions adds their columns.
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
         notify: function of a text; called with notices, such as the start of a compilation.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
@@ -79,17 +87,26 @@ def simulate(
     refuse_choice("integrator", integrator, INTEGRATORS)
     refuse_choice("jit", jit, JIT)
     refuse_count("standstills", standstills, 0, MOST_STEPS)
+    texts = [plot] if isinstance(plot, str) else list(plot)
+    plans = _planned(mechanism, texts) if any(text.strip() for text in texts) else []
     run = choose(jit, time * A_SECOND * WORK, notify, ("move",))
     settings = Settings(integrator, max(rtol, LEAST), step, standstills)
     with explained(mechanism):
         found = simulate_times(mechanism, times, settings, run, progress("simulating"))
     if standstills and found.status.word == "ok":
         times = times[: len(found.time)]
-    forces = None
-    if reactions and len(found.time):
+    forces, names = None, simulation_table(found, times).names
+    if len(found.time) and (reactions or any(plan.columns - set(names) for plan in plans)):
         progress("reactions")
         forces = find_reactions(found)
-    return SimulateResult(found, times, forces)
+    return SimulateResult(found, times, forces, plans)
+
+
+def _planned(mechanism: Mechanism, texts: Sequence[str]) -> list[Plan]:
+    """Return the graphs of texts; raise UsageError for an unknown column."""
+    names = [*column_names(mechanism), *reaction_names(mechanism)]
+    vocabulary = force_vocabulary(names)
+    return [plan for text in texts for plan in vocabulary.plans(text, only_angle(mechanism))]
 
 
 class SimulateResult(RowsResult):
@@ -97,8 +114,9 @@ class SimulateResult(RowsResult):
 
     KIND = "simulation"
 
-    def __init__(self, found: Simulation, times: FloatArray, forces: Forces | None) -> None:
+    def __init__(self, found: Simulation, times: FloatArray, forces: Forces | None, plans: Sequence[Plan] = ()) -> None:
         self.mechanism, self.found, self.times, self.forces = found.mechanism, found, times, forces
+        self._plans = plans
         self._table = simulation_table(found, times, forces)
 
     @property
@@ -160,29 +178,39 @@ class SimulateResult(RowsResult):
         }  # fmt: skip
 
     def picture(self) -> Content | None:
-        """Return the mechanism above graphs of inputs, speeds and energies; None if there is nothing to draw."""
+        """Return the mechanism above graphs, by default of inputs, speeds and energies; None if there is nothing to draw."""
         from gimcli.library.simulation_picture import with_mechanism
-        from gimcli.output.history import Panel, history_sheet
+        from gimcli.output.history import history_sheet
 
-        found, mechanism, panels = self.found, self.mechanism, list[Panel]()
-        if len(found.time) < 2:
+        if len(self.found.time) < 2:
             return None
-        for drive, unit in ((True, mechanism.angle_unit), (False, mechanism.length_unit)):
-            own = [k for k, a in enumerate(mechanism.actuators) if a.rotary is drive]
-            for order, what in enumerate((f"[{unit}]", f"[{unit}/s]")):
-                curves = [
-                    (mechanism.actuators[k].name, found.time, mechanism.value_to_file(k, found.inputs[order, k]))
-                    for k in own
-                ]
-                name = mechanism.actuators[own[0]].name if len(own) == 1 else "inputs"
-                marks = [
-                    _mark(mechanism, event, k, order) for k in own for event in found.events if event.time <= found.end
-                ]
-                if own:
-                    panels.append(Panel(f"{'speed of ' * order}{name} {what}", curves, marks))
-        energies = [(n, found.time, e) for n, e in zip(ENERGIES, found.energy, strict=True) if e.any()]
-        panels.append(Panel("energy [J]", [*energies, ("total", found.time, found.total)]))
-        return with_mechanism(found, history_sheet(panels, "time [s]", f"{mechanism.name}: simulation"))
+        return with_mechanism(self.found, history_sheet(self.graphs(), f"{self.mechanism.name}: simulation"))
+
+    def graphs(self) -> list[Graph]:
+        """Return the graphs of the picture as data."""
+        if not self._plans:
+            return self._usual_graphs()
+        columns = {column.name: column for column in self.table().columns}
+        events = [(e["kind"], {"time": e["time"], **e["at"]}) for e in self.events if e["time"] <= self.found.end]
+        return [drawn(plan, columns, columns["time"], events) for plan in self._plans]
+
+    def _usual_graphs(self) -> list[Graph]:
+        """Return graphs of inputs, speeds and energies over the time, with the events."""
+        from gimcli.output.graph import Axis, Curve, Graph
+
+        found, mechanism, graphs = self.found, self.mechanism, list[Graph]()
+        over = Axis("time", "s")
+        for rotary, unit in ((True, mechanism.angle_unit), (False, mechanism.length_unit)):
+            own = [k for k, a in enumerate(mechanism.actuators) if a.rotary is rotary]
+            names = [mechanism.actuators[k].name for k in own]
+            for order, title in enumerate((names[0] if len(own) == 1 else "inputs", "speed") if own else ()):
+                values = [mechanism.value_to_file(k, found.inputs[order, k]) for k in own]
+                curves = [Curve(name, found.time, y) for name, y in zip(names, values, strict=True)]
+                axis = Axis(title, per_second(unit) if order else unit)
+                graphs.append(Graph(over, axis, curves, events=_marks(found, own, order)))
+        energies = [Curve(n, found.time, e) for n, e in zip(ENERGIES, found.energy, strict=True) if e.any()]
+        graphs.append(Graph(over, Axis("energy", "J"), [*energies, Curve("total", found.time, found.total)]))
+        return graphs
 
     def animation(self) -> Animation | None:
         """Return the motion with its events and columns; None if it has no row."""
@@ -203,9 +231,15 @@ def _times(time: float, dt: float | None) -> FloatArray:
     return np.asarray(np.arange(count + 1) * every, dtype=np.float64)
 
 
-def _mark(mechanism: Mechanism, event: Any, k: int, order: int) -> complex:
-    values = event.inputs if order == 0 else event.speeds
-    return complex(event.time, float(mechanism.value_to_file(k, values[k : k + 1])[0]))
+def _marks(found: Simulation, own: Sequence[int], order: int) -> dict[str, list[complex]]:
+    """Return the places of the events on the curves of some inputs, by kind."""
+    marks: dict[str, list[complex]] = {}
+    for event in (event for event in found.events if event.time <= found.end):
+        for k in own:
+            value = (event.speeds if order else event.inputs)[k : k + 1]
+            place = complex(event.time, float(found.mechanism.value_to_file(k, value)[0]))
+            marks.setdefault(event.kind, []).append(place)
+    return marks
 
 
 def _reached(found: Simulation) -> dict[str, list[list[float]]]:

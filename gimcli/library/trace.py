@@ -29,6 +29,7 @@ from gimcli.table import Table
 if TYPE_CHECKING:
     from gimcli.library.circuit_trace import CircuitTrace
     from gimcli.output.animation import Animation
+    from gimcli.output.graph import Graph
     from gimcli.output.picture import Content
     from gimcli.rates.derivatives import TracedRates
 
@@ -49,8 +50,9 @@ def trace(
         derivatives: 1 adds velocities to the columns, 2 also accelerations, 3 also jerks, with respect to the real time
             (the `duration` of the model, or 1 s).
         measure: one text or a list, such as "transmission" or ["centre:rod/rocker", "curvature:P"]; adds columns.
-        plot: graphs below the drawing in `picture()` and in saved pictures: "velocity", "acceleration", "jerk" (of the
-            traced points), "omega", "alpha" (of the members), or a measure; also adds the columns of these quantities.
+        plot: graphs below the drawing in `picture()` and in saved pictures, a text or a list: columns such as
+            "P.vx,rocker.angle", "velocity", "omega", measures, "hodograph:P" (see `gim manual graphs`); also adds the
+            columns that they need.
         at_limit: what happens where the law exceeds a limit of the input. "stop": the rows after it have no position.
             "skip": rows have no position while the law is out of reach, and are then solved again on the same arc.
             "reverse": the input turns back.
@@ -151,6 +153,7 @@ class MotionTrace:
         self.summary, self.ranges = Summary(steps + 1), PointRanges(mechanism)
         self.kept: list[Motion] | None = [] if keep else None
         self._notify = notify
+        extras.check(self._head) if extras.plans else None
 
     @cached_property
     def _rates(self) -> TracedRates | None:
@@ -158,24 +161,29 @@ class MotionTrace:
             return None
         from gimcli.rates.derivatives import TracedRates
 
-        traced, order = self.mechanism.traced, self.extras.order
-        return TracedRates(self.mechanism, traced, order, self.steps + 1, self.options.jit, self._notify)
+        names, order = self.extras.names, self.extras.order
+        return TracedRates(self.mechanism, names, order, self.steps + 1, self.options.jit, self._notify)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the columns."""
-        row = self._first.rows(np.arange(1))
-        return motion_table(row, rates=self._rates, more=self.extras.head(row)).names
+        return self._head.names
+
+    @cached_property
+    def _head(self) -> Table:
+        row, own = self._first.rows(np.arange(1)), self.extras
+        return motion_table(row, own.names, rates=self._rates, more=own.head(row), members=own.members)
 
     def tables(self) -> Iterator[Table]:
         """Yield the table of each piece of the motion."""
         angles = self.counted()
         for piece in chain((self._first,), self._pieces):
-            more = self.extras.columns(piece, angles)
-            table = motion_table(piece, first=self.summary.seen, rates=self._rates, more=more, angles=angles)
+            own, first = self.extras, self.summary.seen
+            more = own.columns(piece, angles)
+            table = motion_table(piece, own.names, first, 0, self._rates, more, angles, own.members)
             self.ranges.add(table)
             yield table
-            self.summary.add(piece)
+            own.keep(table, self.summary.add(piece))
             if self.kept is not None:
                 self.kept.append(piece)
 
@@ -274,10 +282,17 @@ class MotionTraceResult(TraceResult):
         curves, outlines = extras.curves(motion), extras.outlines(motion)
         poses, paths = self.poses(motion), traced_paths(motion)
         picture = motion_picture(mechanism, poses, paths, mechanism.name, curves, outlines)
-        return with_panels(picture, extras.panels(motion))
+        return with_panels(picture, self.graphs())
+
+    def graphs(self) -> list[Graph]:
+        """Return the graphs of `plot` as data."""
+        from gimcli.measures.graphs import motion_events
+
+        motion = self.summary.motion
+        return self.found.extras.graphs(motion, motion_events(motion))
 
     def animation(self) -> Animation | None:
         """Return the motion with its events, velocities and columns; None if no row is solved."""
         from gimcli.library.trace_animation import law_animation
 
-        return law_animation(self.motion, self.found.extras, self.found.steps)
+        return law_animation(self.motion, self.found.extras, self.found.steps, self.found.counted())

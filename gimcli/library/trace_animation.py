@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gimcli.library.extras import Extras
 from gimcli.library.rounding import at_inputs
-from gimcli.measures.graphs import MEMBER_QUANTITIES, POINT_QUANTITIES, abscissa
+from gimcli.measures.graphs import abscissa
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.output.animation import Animation, Clip, Graph, Moment, shown_rows
 from gimcli.positions.inputs import law_inputs
+from gimcli.rates.member_angles import Angles, in_rows
 from gimcli.rates.motion_table import motion_table
 from gimcli.status import Status
 from gimcli.table import Column, Table
+
+if TYPE_CHECKING:
+    from gimcli.library.plots import Plan
 
 SAME = 1e-6
 """Largest distance, relative to the size, of the first and the last position of a closed motion."""
@@ -26,10 +31,10 @@ MOST_CURVES = 8
 """Largest number of curves in a graph that is shown first."""
 
 
-def law_animation(motion: Motion, extras: Extras, steps: int) -> Animation | None:
+def law_animation(motion: Motion, extras: Extras, steps: int, angles: Angles) -> Animation | None:
     """Return the animation of a motion along the laws in `steps` steps; None if no row is solved.
 
-    `motion` has all rows, or evenly spread ones of a long motion.
+    `motion` has all rows, or evenly spread ones of a long motion; `angles` counts full turns.
     """
     mechanism = motion.mechanism
     if not motion.solved:
@@ -38,7 +43,8 @@ def law_animation(motion: Motion, extras: Extras, steps: int) -> Animation | Non
     rows = shown_rows(motion.good, [np.interp(time, motion.time, np.arange(len(motion.time))) for time, *_ in events])
     without = REVERSED if motion.turned_back or motion.parameter is not None else ""
     order = 0 if without else max(2, extras.order)
-    table = motion_table(motion, order=order, more=measured(mechanism, extras, motion))
+    more = measured(mechanism, extras, motion, angles)
+    table = motion_table(motion, extras.names, order=order, more=more, angles=angles, members=extras.members)
     table = _with_steps(table, motion, steps)
     across = abscissa(motion)
     shown = motion.rows(rows)
@@ -54,23 +60,19 @@ def law_animation(motion: Motion, extras: Extras, steps: int) -> Animation | Non
 
 def first_graphs(table: Table, extras: Extras | None, over: str) -> tuple[Graph, ...]:
     """Return the graphs that are shown first: those that were requested, else the coordinates of the first point."""
-    found = [_requested(table, word, extras) for word in extras.plots] if extras is not None else []
-    found = [names for names in found if names]
+    requested = [] if extras is None else [_requested(plan) for plan in extras.plans]
+    found = [(names, at or over) for names, at in requested if names and {*names, at or over} <= set(table.names)]
     if not found:
         points = [name for name in table.names if name.endswith((".x", ".y"))][:2]
-        found = [tuple(points)] if points else []
-    return tuple(Graph(names, over) for names in found)
+        found = [(tuple(points), over)] if points else []
+    return tuple(Graph(names, at) for names, at in found)
 
 
-def _requested(table: Table, word: str, extras: Extras) -> tuple[str, ...]:
-    """Return the columns of a quantity of --plot."""
-    if word in POINT_QUANTITIES:
-        letter = POINT_QUANTITIES[word][0]
-        return tuple(name for name in table.names if name.endswith((f".{letter}x", f".{letter}y")))[:MOST_CURVES]
-    if word in MEMBER_QUANTITIES:
-        return tuple(name for name in table.names if name.endswith(f".{word}"))[:MOST_CURVES]
-    own = [name for name in table.names if name == word or name.partition(":")[0] == word]
-    return tuple(own[:MOST_CURVES])
+def _requested(plan: Plan) -> tuple[tuple[str, ...], str]:
+    """Return the columns of a graph of --plot, and its abscissa ("": the usual one)."""
+    names = dict.fromkeys(name for curve in plan.curves for name in curve.y.columns)
+    over = plan.curves[0].x if plan.curves else None
+    return tuple(names)[:MOST_CURVES], over.columns[0] if over is not None else ""
 
 
 def law_rates(motion: Motion) -> ComplexArray | None:
@@ -121,11 +123,11 @@ def thinning(shown: int, rows: int) -> tuple[str, ...]:
     return (f"{shown} of {rows} rows are shown; a table has all.",) if shown < rows else ()
 
 
-def measured(mechanism: Mechanism, extras: Extras, motion: Motion) -> Sequence[Column]:
+def measured(mechanism: Mechanism, extras: Extras, motion: Motion, angles: Angles = in_rows) -> Sequence[Column]:
     """Return the columns of the measures for the rows of a motion."""
     from gimcli.measures.record import Record
 
-    return Record(mechanism, extras.specs).columns(motion) if extras.specs else ()
+    return Record(mechanism, extras.specs).columns(motion, angles) if extras.specs else ()
 
 
 def _with_steps(table: Table, motion: Motion, steps: int) -> Table:

@@ -1,23 +1,21 @@
-"""Graphs of quantities over a motion: their curves and their abscissa."""
+"""Quantities of a motion for graphs: their columns, the default abscissa, and the events on it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from gimcli.measures.measure import Head
-from gimcli.mechanism import FRAME, FloatArray, Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion
-from gimcli.table import Column, Table
+from gimcli.positions.inputs import law_inputs
+from gimcli.table import Column
 
 POINT_QUANTITIES = {"velocity": ("v", 1), "acceleration": ("a", 2), "jerk": ("j", 3)}
-"""Magnitudes of the traced points' derivatives: letter of their columns, and order."""
+"""Magnitudes of the points' derivatives: letter of their columns, and order."""
 
-MEMBER_QUANTITIES = {"omega": 1, "alpha": 2}
-"""Angular velocity and acceleration of the members, and order."""
-
-ORDERS = {name: order for name, (_, order) in POINT_QUANTITIES.items()} | MEMBER_QUANTITIES
+MEMBER_QUANTITIES = {"angle": 0, "omega": 1, "alpha": 2}
+"""Direction, angular velocity and acceleration of the members, and order."""
 
 
 def abscissa(motion: Motion) -> Column:
@@ -38,28 +36,15 @@ def input_or_time(mechanism: Mechanism, time: FloatArray, inputs: FloatArray) ->
     return Column("time", time * mechanism.duration, "s")
 
 
-def quantity(mechanism: Mechanism, table: Table, name: str) -> list[Column]:
-    """Return the curves of a quantity: of all traced points, or of all moving members."""
-    columns = {column.name: column for column in table.columns}
-    if name in MEMBER_QUANTITIES:
-        found = [(m.name, columns[f"{m.name}.{name}"]) for m in mechanism.members[FRAME + 1 :]]
-        return [Column(label, column.values, column.unit) for label, column in found]
-    letter, _ = POINT_QUANTITIES[name]
-    curves = []
-    for point in mechanism.traced:
-        x, y = columns[f"{point}.{letter}x"], columns[f"{point}.{letter}y"]
-        curves.append(Column(point, np.hypot(x.values, y.values), x.unit))
-    return curves
-
-
-def measured(heads: Sequence[Head], columns: Sequence[Column]) -> dict[str, list[Column]]:
-    """Return the curves of each graph, from columns of measures; curves with the same graph and unit are together."""
-    groups: dict[tuple[str, str], list[Column]] = {}
-    for head, column in zip(heads, columns, strict=True):
-        if head.graph:
-            short = Column(head.name.partition(":")[2], column.values, column.unit)
-            groups.setdefault((head.graph, head.unit), []).append(short)
-    return {
-        graph if graph not in [g for g, u in groups if u != unit] else f"{graph}, {unit or '-'}": group
-        for (graph, unit), group in groups.items()
-    }
+def motion_events(motion: Motion) -> list[tuple[str, Mapping[str, float]]]:
+    """Return limits and change points of a motion along its laws, with the time and the inputs there."""
+    mechanism = motion.mechanism
+    stops = [*motion.turned_back, *motion.touched]
+    if motion.limit is not None and not motion.turned_back:
+        stops.append((motion.limit, tuple(law_inputs(mechanism)(np.array([motion.limit]))[:, 0].tolist())))
+    meetings = [(time, at) for time, (_, at) in zip(motion.bridged, motion.meetings, strict=False)]
+    events: Sequence[tuple[str, float, FloatArray]] = [
+        *(("limit", time, np.array(at)) for time, at in stops),
+        *(("change point", time, np.asarray(at)) for time, at in meetings),
+    ]
+    return [(word, {"time": time * mechanism.duration, **mechanism.inputs_to_file(at)}) for word, time, at in events]

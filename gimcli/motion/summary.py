@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from gimcli.mechanism import IntArray
 from gimcli.motion.motion import Motion
 
 DRAWN = 4096
@@ -24,8 +25,8 @@ class Summary:
         self._pieces: list[Motion] = []
         self._bad = False
 
-    def add(self, piece: Motion) -> None:
-        """Add the next piece."""
+    def add(self, piece: Motion) -> IntArray:
+        """Add the next piece; return which of its rows are kept."""
         keep = (self.seen + np.arange(len(piece.time))) % self._every == 0
         keep[-1] = True
         bad, good = np.flatnonzero(~piece.good), np.flatnonzero(piece.good)
@@ -37,6 +38,7 @@ class Summary:
         self.solved += len(good)
         self.seen += len(piece.time)
         self._pieces.append(piece if keep.all() else piece.rows(np.flatnonzero(keep)))
+        return np.flatnonzero(keep)
 
     @property
     def motion(self) -> Motion:

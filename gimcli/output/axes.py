@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from typing import Any
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from gimcli.mechanism import ComplexArray
 from gimcli.output.picture import Picture, Text
 from gimcli.output.style import FONT, LETTER, Mark, Pen
+from gimcli.output.ticks import power_of_ten, set_ticks
 
 HALO = 2.0
 """Width of the light edge around letters [pt]."""
@@ -26,6 +28,8 @@ def set_up(axes: Any, picture: Picture) -> None:
         return
     axes.set_xlabel(picture.labels[0], parse_math=False)
     axes.set_ylabel(picture.labels[1], parse_math=False)
+    set_ticks(axes, picture)
+    _write_above(axes, picture)
     if picture.logarithmic:
         axes.set_yticks(*_decades(low.imag, high.imag))
     if picture.logarithmic_x:
@@ -33,11 +37,27 @@ def set_up(axes: Any, picture: Picture) -> None:
         axes.set_xticks(_between(low.real, high.real), minor=True)
 
 
+def _write_above(axes: Any, picture: Picture) -> None:
+    """Write words above the axes, without overlap."""
+    frame, taken = picture.frame, -math.inf
+    for place, word in sorted(picture.above):
+        middle = frame.width * (place - frame.low.real) / (frame.high.real - frame.low.real)
+        half = 0.5 * LETTER * FONT * frame.font * len(word)
+        if middle - half < taken:
+            continue
+        taken = middle + half
+        side = "left" if middle < half else "right" if middle > frame.width - half else "center"
+        axes.annotate(
+            word, (place, 1.0), (0.0, 2.0), ("data", "axes fraction"), "offset points", ha=side, va="bottom",
+            fontsize=FONT * frame.font, parse_math=False,
+        )  # fmt: skip
+
+
 def _decades(low: float, high: float) -> tuple[NDArray[np.float64], list[str]]:
     """Return ticks at powers of ten, and their labels."""
     decades = np.arange(np.ceil(low), np.floor(high) + 1)
     ticks = decades[:: max(1, len(decades) // 8)]
-    return ticks, [_power(int(tick)) for tick in ticks]
+    return ticks, [power_of_ten(int(tick)) for tick in ticks]
 
 
 def _between(low: float, high: float) -> NDArray[np.float64]:
@@ -45,10 +65,6 @@ def _between(low: float, high: float) -> NDArray[np.float64]:
     decades = np.arange(np.floor(low), np.ceil(high))
     ticks = np.add.outer(decades, np.log10(np.arange(2.0, 10.0))).ravel()
     return np.asarray(ticks[(ticks > low) & (ticks < high)])
-
-
-def _power(exponent: int) -> str:
-    return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 def fill(axes: Any, picture: Picture) -> None:

@@ -1,16 +1,18 @@
-"""Graphs below a drawing: one quantity each, over the input or the time."""
+"""Pictures of graphs: curves over a common abscissa, hodographs and polar diagrams."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.output.picture import Frame, Picture, Sheet
-from gimcli.output.style import SOFT, Mark, Pen, curve_pen
-from gimcli.table import Column, Table, labelled
+from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, Graph
+from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Sheet, composition
+from gimcli.output.polar import polar_picture
+from gimcli.output.style import CUT, DOT, SOFT, VERTICAL, Mark, Pen, curve_pen, event_mark
+from gimcli.output.value_window import value_window
+from gimcli.table import labelled
 
 HEIGHT, LEAST_WIDTH = 1.55, 4.4
 """Size of a panel's axes [in]."""
@@ -18,51 +20,126 @@ HEIGHT, LEAST_WIDTH = 1.55, 4.4
 MOST_CURVES = 12
 """Largest number of curves in a panel."""
 
-REST, PEAK, BEYOND = 0.1, 12.0, 2.0
-"""A spread is the range of the values without the part REST at either end. If the full range is more than PEAK spreads,
-the window ends BEYOND spreads from that range."""
-
 ZERO = Pen(0.6, SOFT, layer=1)
 
 
-def with_panels(picture: Picture, panels: Mapping[str, Table]) -> Picture | Sheet:
-    """Return a picture with a panel below it for each table; the first column of a table is the abscissa."""
+def with_panels(picture: Picture, graphs: Sequence[Graph]) -> Picture | Sheet:
+    """Return a picture with graphs below it."""
     width = max(picture.frame.width, LEAST_WIDTH)
-    below = [panel(name, table, width) for name, table in panels.items()]
-    return Sheet("", (picture, *below)) if below else picture
+    return Sheet("", (picture, *(panel(graph, width) for graph in graphs))) if graphs else picture
 
 
-def panel(name: str, table: Table, width: float, peaks: bool = False) -> Picture:
-    """Return a graph of a table's columns over its first column; `peaks` shows all values, also short peaks."""
-    across, curves = table.columns[0], table.columns[1 : 1 + MOST_CURVES]
-    x = np.asarray(across.values, dtype=np.float64)
-    low, high = _window([np.asarray(c.values, dtype=np.float64) for c in curves], peaks)
-    left, right = _limits(x)
-    frame = Frame(complex(left, low), complex(right, high), width, HEIGHT)
-    unit = curves[0].unit if curves else ""
-    picture = Picture("", frame, (labelled(across.name, across.unit), labelled(name, unit)))
+def panel(graph: Graph, width: float) -> Picture:
+    """Return the picture of a graph; `width` is that of the axes [in]."""
+    if graph.form == POLAR:
+        return polar_picture(graph)
+    if graph.form == EQUAL:
+        return _equal_axes(graph)
+    low, high = _with_margin(*_values(graph))
+    left, right = _abscissa_limits(graph)
+    picture = Picture("", Frame(complex(left, low), complex(right, high), width, HEIGHT), _labels(graph))
     if low < 0.0 < high:
         picture.stroke(ZERO, [complex(left, 0.0), complex(right, 0.0)])
-    for index, column in enumerate(curves):
-        _draw(picture, index, x, column)
-    if len(table.columns) - 1 > MOST_CURVES:
-        picture.legend.append((f"and {len(table.columns) - 1 - MOST_CURVES} more", Pen(0.0)))
+    for place, word in graph.verticals:
+        if left <= place <= right:
+            picture.stroke(VERTICAL, [complex(place, low), complex(place, high)])
+            picture.above.append((place, word))
+    _draw_curves(picture, graph)
     return picture
 
 
-def _draw(picture: Picture, index: int, x: FloatArray, column: Column) -> None:
-    pen, span = curve_pen(index), picture.frame.high.imag - picture.frame.low.imag
-    z = x.astype(np.complex128)
-    z.imag = column.values
-    runs = list(_runs(z, span))
-    picture.stroke(pen, *(run for run in runs if len(run) > 1))
-    picture.mark(Mark("o", 2.0, pen.color, pen.color), *(complex(run[0]) for run in runs if len(run) == 1))
-    if column.name:
-        picture.legend.append((column.name, pen))
+@composition
+def _equal_axes(graph: Graph, *, layout: PictureLayout = LAYOUT) -> Picture:
+    """Return a graph whose axes have one scale; the first row is marked."""
+    shown = _shown(graph)
+    left, right = value_window(np.asarray(c.x, dtype=np.float64) for c in shown)
+    low, high = value_window(np.asarray(c.y, dtype=np.float64) for c in shown)
+    corners = [complex(left, low), complex(right, high), *([0.0j] if graph.origin else [])]
+    picture = Picture("", Frame.around(np.array(corners), layout), _labels(graph))
+    low, high = picture.frame.low.imag, picture.frame.high.imag
+    left, right = picture.frame.low.real, picture.frame.high.real
+    if low < 0.0 < high:
+        picture.stroke(ZERO, [complex(left, 0.0), complex(right, 0.0)])
+    if left < 0.0 < right:
+        picture.stroke(ZERO, [complex(0.0, low), complex(0.0, high)])
+    starts = [z[np.isfinite(z)][:1] for z in (_places(c.x, c.y) for c in shown)]
+    _draw_curves(picture, graph)
+    picture.mark(DOT, *(complex(z[0]) for z in starts if len(z)))
+    picture.legend.append(("start", DOT))
+    return picture
 
 
-def _runs(z: ComplexArray, span: float) -> Iterable[ComplexArray]:
+def _shown(graph: Graph) -> Sequence[Curve]:
+    return graph.curves[:MOST_CURVES]
+
+
+def _values(graph: Graph) -> tuple[float, float]:
+    """Return the range of the values that are shown."""
+    curves, places = _shown(graph), [place for place, _ in graph.verticals]
+    beside = [np.array([_nearest(curve.x, place) for place in places]) for curve in curves if len(curve.x)]
+    return value_window([np.asarray(c.y, dtype=np.float64) for c in curves if len(c.x)], beside)
+
+
+def _nearest(x: FloatArray, place: float) -> int:
+    return int(np.argmin(np.where(np.isfinite(x), np.abs(x - place), np.inf)))
+
+
+def _labels(graph: Graph) -> tuple[str, str]:
+    """Return the labels of the axes; the name of a single curve is on the axis."""
+    up, curves = graph.up, graph.curves
+    alone = curves[0].name if len(curves) == 1 else ""
+    name = f"{up.name} of {alone}" if alone and alone != up.name else up.name
+    return _label(graph.across), labelled(name, up.unit)
+
+
+def _label(axis: Axis) -> str:
+    return labelled(axis.name, axis.unit)
+
+
+def _draw_curves(picture: Picture, graph: Graph) -> None:
+    """Draw the curves of a graph, its events, and the legend."""
+    frame = picture.frame
+    for index, curve in enumerate(_shown(graph)):
+        pen = curve_pen(index)
+        z = _places(curve.x, curve.y)
+        runs = list(runs_of(z, frame))
+        picture.stroke(pen, *(run for run in runs if len(run) > 1))
+        picture.mark(Mark("o", 2.0, pen.color, pen.color), *(complex(run[0]) for run in runs if len(run) == 1))
+        if len(graph.curves) > 1:
+            picture.legend.append((curve.name, pen))
+        _mark_cut(picture, curve.name, z, graph.up.unit)
+    if len(graph.curves) > MOST_CURVES:
+        picture.legend.append((f"and {len(graph.curves) - MOST_CURVES} more: name the columns", Pen(0.0)))
+    for index, (kind, places) in enumerate(graph.events.items()):
+        if len(places):
+            picture.mark(event_mark(index), *places)
+            picture.legend.append((kind, event_mark(index)))
+
+
+def _mark_cut(picture: Picture, name: str, z: ComplexArray, unit: str) -> None:
+    """State in the legend the greatest magnitude of a curve that leaves the axes, and mark where it does."""
+    low, high = picture.frame.low.imag, picture.frame.high.imag
+    with np.errstate(invalid="ignore"):
+        beyond = np.isfinite(z.real) & ~np.isnan(z.imag) & ((z.imag < low) | (z.imag > high))
+    if not beyond.any():
+        return
+    first = np.flatnonzero(beyond & ~np.append(False, beyond[:-1]))
+    edge = 0.02 * (high - low)
+    picture.mark(CUT, *(complex(z[k].real, high - edge if z[k].imag > high else low + edge) for k in first))
+    most = z.imag[beyond][np.argmax(np.abs(z.imag[beyond]))]
+    picture.legend.append((f"beyond the axis: {name} {most:.3g} {unit}".rstrip(), CUT))
+
+
+def _places(x: FloatArray, y: FloatArray) -> ComplexArray:
+    z = np.asarray(x, dtype=np.complex128)
+    z = z.copy()
+    z.imag = y
+    return z
+
+
+def runs_of(z: ComplexArray, frame: Frame) -> Iterable[ComplexArray]:
     """Yield the pieces of a curve between its gaps, and between jumps from one infinite value to the other."""
+    span = frame.high.imag - frame.low.imag
     gap = ~np.isfinite(z)
     with np.errstate(all="ignore"):
         jump = (np.abs(np.diff(z.imag)) > span) & (z.imag[1:] * z.imag[:-1] < 0.0)
@@ -70,24 +147,22 @@ def _runs(z: ComplexArray, span: float) -> Iterable[ComplexArray]:
     return (run for run in np.split(z, cuts) if len(run) and np.all(np.isfinite(run)))
 
 
-def _window(columns: list[FloatArray], peaks: bool = False) -> tuple[float, float]:
-    """Return limits that show the columns; peaks of only a few values are cut, except with `peaks`."""
-    y = np.concatenate([*columns, np.zeros(0)])
-    y = y[np.isfinite(y)]
-    if not len(y):
-        return 0.0, 1.0
-    low, high = float(y.min()), float(y.max())
-    inner = np.quantile(y, [REST, 1.0 - REST])
-    spread = float(inner[1] - inner[0])
-    if not peaks and 0.0 < PEAK * spread < high - low:
-        low, high = max(low, float(inner[0]) - BEYOND * spread), min(high, float(inner[1]) + BEYOND * spread)
+def _with_margin(low: float, high: float) -> tuple[float, float]:
     margin = 0.06 * (high - low)
     if margin <= 1e-9 * max(abs(low), abs(high)):  # constant up to rounding errors
         margin = 0.1 * max(abs(low), abs(high)) or 1.0
     return low - margin, high + margin
 
 
-def _limits(x: NDArray[np.float64]) -> tuple[float, float]:
-    finite = x[np.isfinite(x)]
-    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
+def _abscissa_limits(graph: Graph) -> tuple[float, float]:
+    """Return the range of the abscissa over which there are values, up to the limits beside it."""
+    every = [np.asarray(curve.x, dtype=np.float64) for curve in graph.curves]
+    known = [x[np.isfinite(x) & np.isfinite(c.y)] for x, c in zip(every, graph.curves, strict=True)]
+    x = np.concatenate([*known, np.zeros(0)])
+    if not len(x):
+        x = np.concatenate([*(x[np.isfinite(x)] for x in every), np.zeros(0)])
+    low, high = (float(x.min()), float(x.max())) if len(x) else (0.0, 1.0)
+    near = max((float(np.nanmax(np.abs(np.diff(x)), initial=0.0)) for x in every if len(x) > 1), default=0.0)
+    beside = [place for place, _ in graph.verticals if low - near <= place <= high + near]
+    low, high = min([low, *beside]), max([high, *beside])
     return (low, high) if high > low else (low - 0.5, low + 0.5)

@@ -104,6 +104,7 @@ class Picture:
     marks: dict[Mark, list[complex]] = field(default_factory=dict)
     texts: list[Text] = field(default_factory=list)
     legend: list[tuple[str, Key]] = field(default_factory=list)
+    above: list[tuple[float, str]] = field(default_factory=list)  # words above the axes, at their abscissae
     again: Callable[[PictureLayout], Picture] | None = field(default=None, repr=False, compare=False)
     """Compose the picture in another layout; None for graphs, whose frame may have any size."""
 

@@ -96,11 +96,17 @@ DOT = Mark(size=3.2, face=INK, width=0.5)
 CROSS = Mark("x", 5.0, width=1.0)
 TRACER = Mark("D", 4.6, face=INK, width=0.5, layer=9)
 
-PALETTE = ("#a50f15", "#20508c", "#20713a", "#6a3d9a")
+VERTICAL = Pen(0.9, INK, (4.0, 2.5), layer=2)
+CUT = Mark("^", 3.6, face=INK, width=0.5, layer=9)
+_EVENTS = (Mark("o", 4.0, width=0.9), Mark("s", 4.0, face=INK, width=0.5), Mark("D", 4.0, width=0.9), CROSS)
+
+PALETTE = ("#a50f15", "#3577bd", "#0b4f2c", "#d9822b", "#54278f", "#2f9c95")
+"""Colours of curves; neighbours have different lightness, for prints in grey."""
+
 _DASHES: tuple[tuple[float, ...], ...] = (
-    (), (5.0, 2.0), (1.2, 1.5), (7.0, 1.8, 1.2, 1.8), (10.0, 2.5), (3.0, 1.2, 1.2, 1.2, 1.2, 1.2),
+    (), (5.0, 2.0), (1.2, 1.5), (7.0, 1.8, 1.2, 1.8), (12.0, 3.0), (3.0, 1.2, 1.2, 1.2, 1.2, 1.2),
 )  # fmt: skip
-_WEIGHTS = (1.5, 0.8, 2.4)
+_WEIGHTS = (1.4, 2.6, 0.8)
 
 
 TINT = 0.16
@@ -120,5 +126,11 @@ def group_colour(number: int) -> str:
 
 def curve_pen(index: int) -> Pen:
     """Return the pen of the index-th curve; colour, dash and width change together."""
-    weight = _WEIGHTS[index // len(_DASHES) % len(_WEIGHTS)]
-    return Pen(weight, PALETTE[index % len(PALETTE)], _DASHES[index % len(_DASHES)], layer=7)
+    around, number = divmod(index, len(_DASHES))
+    colour = PALETTE[(number + 3 * around) % len(PALETTE)]
+    return Pen(_WEIGHTS[around % len(_WEIGHTS)], colour, _DASHES[number], layer=7)
+
+
+def event_mark(index: int) -> Mark:
+    """Return the mark of the index-th kind of event."""
+    return _EVENTS[index % len(_EVENTS)]

@@ -75,7 +75,7 @@ def in_rows(motion: Motion, member: int) -> FloatArray:
 
 
 class LawAngles:
-    """Directions of members along the laws; turns are counted from piece to piece."""
+    """Directions of members along the laws, of pieces in order or of a whole motion; some of its rows are enough."""
 
     def __init__(self, mechanism: Mechanism, steps: int, again: Again) -> None:
         self.mechanism, self.steps, self._again = mechanism, steps, again
@@ -107,15 +107,23 @@ class LawAngles:
             self._last |= self._ends
         self._piece, self._dense, self._ends = motion, None, {}
         self._done += 1
-        ends = motion if self._before is None else Motion.joined([self._before, motion])
+        if _is_whole(motion):
+            self._dense = self._solved(_between(motion.time, _parts(self.mechanism, motion.inputs)), motion)
+        else:
+            self._continue(motion if self._before is None else Motion.joined([self._before, motion]))
+
+    def _continue(self, ends: Motion) -> None:
+        """Solve the rows between those of the next piece, if they are needed; `ends` has the row before, too."""
         if self._denser is not None or np.any(_parts(self.mechanism, ends.inputs) > 1):
             if self._denser is None:
                 self._denser = self._again(between=lambda times: _between(times, self._law_parts(times)))
                 for _ in range(self._done - 1):
                     next(self._denser)
             self._dense = next(self._denser)
-        if len(motion.time) == self.steps + 1:
-            self._denser = None  # the only piece: a result keeps no generator
+
+    def _solved(self, times: FloatArray, motion: Motion) -> Motion:
+        """Return a whole motion at times that include its own."""
+        return motion if len(times) == len(motion.time) else next(self._again(between=lambda _: times))
 
     def _law_parts(self, times: FloatArray) -> IntArray:
         return _parts(self.mechanism, law_inputs(self.mechanism)(times))
@@ -123,7 +131,7 @@ class LawAngles:
     def _count(self, motion: Motion, member: int, own: FloatArray) -> FloatArray:
         """Return directions (rows,) with full turns counted, continued from the last piece; `own` has no turns."""
         dense = motion if self._dense is None else self._dense
-        if len(motion.time) == self.steps + 1:
+        if _is_whole(motion):
             dense = self._dense = self._refined(dense, member)
         angle, rows = direction(self.mechanism, member, dense.z), np.searchsorted(dense.time, motion.time)
         angle[rows] = np.where(np.isfinite(own), own, angle[rows])
@@ -137,7 +145,11 @@ class LawAngles:
             times = _between(dense.time, np.where(wide, 4, 1))
             if not wide.any() or len(times) > DENSEST + self.steps:
                 return dense
-            dense = next(self._again(between=lambda _, times=times: times))  # type: ignore[misc]
+            dense = self._solved(times, dense)
+
+
+def _is_whole(motion: Motion) -> bool:
+    return bool(motion.time[0] == 0.0 and motion.time[-1] == 1.0)
 
 
 def _wide(mechanism: Mechanism, angle: FloatArray) -> NDArray[np.bool_]:

@@ -20,6 +20,7 @@ from gimcli.measures.graphs import abscissa
 from gimcli.motion.solve import solve
 from gimcli.output.curves import drawn_runs
 from gimcli.output.drawing import position_picture
+from gimcli.output.graph import graph_of
 from gimcli.output.panels import panel
 from gimcli.output.vectors import PENS, Arrows, Field
 from gimcli.positions.options import Options
@@ -103,7 +104,7 @@ def test_wrong_measures_and_graphs_are_refused_before_the_computation(tmp_path):
         (("--plot", "velocty"), "did you mean 'velocity'?"),
         (("--plot", "velocity", "--no-png"), "--no-png"),
         (("-m", "centre:crank/rod"), "no member 'rod'"),
-        (("-m", "speed"), "known: centre, curvature, transmission, advantage, area"),
+        (("-m", "speed"), "known: centre, curvature, transmission, advantage, area, angle"),
     ):
         assert part in refused("trace", FOUR_BAR, *arguments, "-o", tmp_path)
     assert not list(tmp_path.iterdir())
@@ -138,7 +139,7 @@ def test_rows_that_are_not_solved_leave_the_measures_empty(tmp_path):
 def test_a_panel_names_quantity_and_units():
     x = np.linspace(0.0, 360.0, 50)
     table = Table((Column("motor", x, "deg"), Column("P", np.sin(x), "mm/s"), Column("Q", np.cos(x), "mm/s")))
-    found = panel("velocity", table, 5.0)
+    found = panel(graph_of("velocity", table), 5.0)
     assert found.labels == ("motor [deg]", "velocity [mm/s]")
     assert [name for name, _ in found.legend] == ["P", "Q"]
     dashes = [key.dash for _, key in found.legend]
@@ -150,18 +151,18 @@ def test_a_panel_names_quantity_and_units():
 def test_a_panel_shows_most_values_of_a_curve_with_a_pole():
     """1/x: the window shows most of the values, and the curve is cut where it jumps between the infinities."""
     x = np.linspace(-1.0, 1.0, 400)
-    found = panel("advantage", Table((Column("t", x), Column("c", 1.0 / x))), 5.0)
+    found = panel(graph_of("advantage", Table((Column("t", x), Column("c", 1.0 / x)))), 5.0)
     assert 2.0 < found.frame.high.imag < 100.0
     (runs,) = [paths for pen, paths in found.strokes.items() if pen.width > 1.0]
     assert len(runs) == 2
-    constant = panel("omega", Table((Column("t", x), Column("c", 0.0 * x + 360.0 + 1e-13 * x))), 5.0)
+    constant = panel(graph_of("omega", Table((Column("t", x), Column("c", 0.0 * x + 360.0 + 1e-13 * x)))), 5.0)
     assert constant.frame.high.imag - constant.frame.low.imag > 10.0
 
 
 def test_a_panel_accepts_empty_and_infinite_values():
     x = np.linspace(0.0, 1.0, 5)
     for values in (np.full(5, np.nan), np.full(5, np.inf), np.array([np.nan, 1.0, np.inf, 2.0, np.nan])):
-        found = panel("q", Table((Column("t", x), Column("c", values))), 5.0)
+        found = panel(graph_of("q", Table((Column("t", x), Column("c", values)))), 5.0)
         assert np.isfinite([found.frame.low.imag, found.frame.high.imag]).all()
         assert found.frame.high.imag > found.frame.low.imag
 
@@ -333,16 +334,15 @@ def test_nothing_of_a_stacked_picture_is_clipped_or_overlaps():
     x = Column("motor", run.value["motor"], "deg")
     curves = [Column(f"point number {k}", 9.7e5 * np.sin(k + 0.1 * x.values), "mm/s^3") for k in range(9)]
     small = [Column("c", -1e-7 * np.cos(x.values), "1/mm")]
-    sheet = with_panels(
-        picture, {"jerk": Table((x, *curves)), "curvature": Table((x, *small)), "alpha": Table((x, *curves[:1]))}
-    )
+    tables = {"jerk": (x, *curves), "curvature": (x, *small), "alpha": (x, *curves[:2])}
+    sheet = with_panels(picture, [graph_of(name, Table(columns)) for name, columns in tables.items()])
     canvas = canvas_of(FigureCanvasAgg, sheet)
     canvas.draw()
     figure = canvas.figure
     whole, renderer = figure.bbox, canvas.get_renderer()
     boxes = [axes.get_tightbbox(renderer) for axes in figure.axes]
     legends = [legend.get_window_extent(renderer) for legend in figure.legends]
-    assert len(boxes) == len(legends) == 4
+    assert (len(boxes), len(legends)) == (4, 3), "no legend under a single curve"
     for box in boxes + legends + [text.get_window_extent(renderer) for text in figure.texts]:
         assert whole.x0 <= box.x0
         assert box.x1 <= whole.x1

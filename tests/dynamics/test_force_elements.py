@@ -11,12 +11,14 @@ from bundled import MODELS, written
 from heavy_models import moved, on, total_on_frame, weighted
 from typer.testing import CliRunner
 
+import gimcli
 from gimcli.cli import app
 from gimcli.dynamics.force_motion import ForceMotion
 from gimcli.dynamics.force_table import reaction_columns
 from gimcli.dynamics.forces import motion_forces
 from gimcli.motion.motion import stream, trace
-from gimcli.output.forces import forces_sheet
+from gimcli.output.graph import graph_of
+from gimcli.output.panels import panel
 from gimcli.structure.steps import NONE
 from gimcli.table import Column, Table
 
@@ -351,8 +353,6 @@ def test_pieces_give_the_same_results_as_the_whole_motion():
         peak = pieces.peaks.greatest[name]
         assert (peak[0], peak[1], peak[2]) == (pytest.approx(value, rel=1e-9), unit, pytest.approx(at))
     assert pieces.peaks.power == pytest.approx(whole.peaks.power)
-    for one, two in zip(whole.kept, pieces.kept, strict=True):
-        assert two == pytest.approx(one, rel=1e-9, abs=1e-9)
 
 
 def test_the_command_writes_columns_picture_and_report(tmp_path, monkeypatch):
@@ -440,8 +440,7 @@ def test_the_axis_of_the_picture_includes_the_greatest_effort():
     over = np.linspace(0.0, 1.0, 1001)
     effort = np.where(np.abs(over - 0.5) < 0.01, 900.0, np.sin(6.0 * over))
     table = Table((Column("time", over, "s"), Column("motor", effort, "N m")))
-    sheet = forces_sheet({"driving torque": table}, np.exp(6j * over), "forces")
-    frame = sheet.pictures[0].frame
+    frame = panel(graph_of("driving torque", table), 5.0).frame
     assert frame.low.imag < -1.0
     assert frame.high.imag > 900.0
 
@@ -526,7 +525,8 @@ def test_unbounded_forces_are_left_out_of_peaks_and_plots(tmp_path):
     assert not steep[flat > 0.2].any()
     assert found.peaks.left_out == np.count_nonzero(steep) > 0
     assert found.peaks.greatest["O"][0] == pytest.approx(np.max(pull[~steep]))
-    assert np.array_equal(np.isnan(found.kept[2][0]), steep)
+    (graph,) = gimcli.forces(mechanism, 100, plot="|O|").graphs()
+    assert np.array_equal(np.isnan(graph.curves[0].y), steep)
 
 
 @pytest.mark.filterwarnings("error")

@@ -1,0 +1,87 @@
+"""The columns of dynamics that --plot may name, and words for groups of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from gimcli.library.plots import Group, Plan, PlannedCurve, Quantity, Vocabulary
+from gimcli.mechanism import Mechanism
+from gimcli.output.graph import EQUAL, ORDINARY
+from gimcli.table import Column
+
+TEXTS = ("status",)
+"""Columns without numbers."""
+
+SHAKING = "shaking"
+
+CONSTANT = 1e-9
+"""Range of a constant quantity, relative to its largest value."""
+
+
+def force_vocabulary(names: Iterable[str]) -> Vocabulary:
+    """Return the words for columns of forces, powers and energies."""
+    columns = [name for name in names if name not in TEXTS]
+    return Vocabulary(columns, {word: group for word, group in _words(columns).items() if group.quantities})
+
+
+def _words(columns: Sequence[str]) -> dict[str, Group]:
+    pins = [name[:-3] for name in columns if name.endswith(".fx") and name != f"{SHAKING}.fx"]
+    pairs = [name for name in columns if name.endswith(".normal")]
+    reactions = [
+        *(Quantity(pin, (f"{pin}.fx", f"{pin}.fy"), True) for pin in pins),
+        *(Quantity(name[: -len(".normal")], (name,), True) for name in pairs),
+    ]
+    return {
+        "effort": _ending(columns, "effort"),
+        "reactions": Group("reaction", tuple(reactions)),
+        "power": _beginning(columns, "power"),
+        "energy": _beginning(columns, "energy"),
+        "speed": _ending(columns, "speed"),
+        "acceleration": _ending(columns, "acceleration"),
+    }
+
+
+def _ending(columns: Sequence[str], word: str) -> Group:
+    own = [name for name in columns if name.endswith(f".{word}")]
+    return Group(word, tuple(Quantity(name[: -len(word) - 1], (name,)) for name in own))
+
+
+def _beginning(columns: Sequence[str], word: str) -> Group:
+    own = [name for name in columns if name.startswith(f"{word}.")]
+    return Group(word, tuple(Quantity(name[len(word) + 1 :], (name,)) for name in own))
+
+
+def usual_graphs(mechanism: Mechanism) -> list[Plan]:
+    """Return the graphs without --plot: driving efforts over the input, and the hodograph of the shaking force."""
+    plans = []
+    for rotary, title in ((True, "driving torque"), (False, "driving force")):
+        own = [a.name for a in mechanism.actuators if a.rotary is rotary]
+        curves = tuple(PlannedCurve(Quantity(name, (f"{name}.effort",))) for name in own)
+        plans += [Plan(ORDINARY, title, curves)] if own else []
+    x, y = (Quantity(f"{SHAKING} force {axis}", (f"{SHAKING}.f{axis}",)) for axis in "xy")
+    return [*plans, Plan(EQUAL, "", (PlannedCurve(y, x),))]
+
+
+def varying(plans: Sequence[Plan], columns: Mapping[str, Column]) -> tuple[list[Plan], list[str]]:
+    """Return the graphs that show more than a constant, and the values of the constant ones as texts."""
+    kept, texts = [], []
+    for plan in plans:
+        names = [name for c in plan.curves for q in (c.x, c.y) if q is not None for name in q.columns]
+        if all(_is_constant(columns[name]) for name in names):
+            texts += [_value(columns[name]) for name in names]
+        else:
+            kept.append(plan)
+    return (kept, texts) if kept else (list(plans[:1]), [])
+
+
+def _is_constant(column: Column) -> bool:
+    values = column.values[np.isfinite(column.values)]
+    return len(values) == 0 or float(np.ptp(values)) <= CONSTANT * float(np.max(np.abs(values)))
+
+
+def _value(column: Column) -> str:
+    """Return a constant column as text."""
+    values = column.values[np.isfinite(column.values)]
+    return f"{column.name} = {values[0]:.4g} {column.unit}" if len(values) else f"no {column.name}"

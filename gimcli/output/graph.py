@@ -1,0 +1,55 @@
+"""Graphs as data: curves of columns, their axes, and marks of events."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from gimcli.mechanism import FloatArray
+from gimcli.table import Table
+
+ORDINARY, EQUAL, POLAR = "ordinary", "equal", "polar"
+"""Forms of a graph: two axes; both axes with one scale, as for a path or a hodograph; radius over an angle."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Name and unit of an axis; no unit: its curves have different ones."""
+
+    name: str
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Values over values; NaN leaves a gap."""
+
+    name: str
+    x: FloatArray  # (rows,)
+    y: FloatArray  # (rows,)
+
+
+@dataclass(frozen=True)
+class Graph:
+    """Curves in the units of their axes. In a polar graph x is the angle [rad] and y the radius."""
+
+    across: Axis
+    up: Axis
+    curves: Sequence[Curve]
+    form: str = ORDINARY
+    verticals: Sequence[tuple[float, str]] = ()  # abscissa of an event and its word, such as "limit"
+    events: Mapping[str, Sequence[complex]] = field(default_factory=dict)  # points on the curves by kind of event
+    origin: bool = False  # the origin is shown
+
+
+def named(graph: Graph, tail: str) -> Graph:
+    """Return a graph with a text after the name of its vertical axis."""
+    return replace(graph, up=replace(graph.up, name=graph.up.name + tail))
+
+
+def graph_of(name: str, table: Table) -> Graph:
+    """Return the graph of a table's columns over its first column."""
+    across, *columns = table.columns
+    unit = columns[0].unit if columns else ""
+    curves = [Curve(c.name, across.values, c.values) for c in columns]
+    return Graph(Axis(across.name, across.unit), Axis(name, unit), curves)
