@@ -11,6 +11,7 @@ from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, Graph
 from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Sheet, composition
 from gimcli.output.polar import polar_picture
 from gimcli.output.style import CUT, DOT, SOFT, VERTICAL, Mark, Pen, curve_pen, event_mark
+from gimcli.output.ticks import short
 from gimcli.output.value_window import value_window
 from gimcli.table import labelled
 
@@ -127,7 +128,7 @@ def _mark_cut(picture: Picture, name: str, z: ComplexArray, unit: str) -> None:
     edge = 0.02 * (high - low)
     picture.mark(CUT, *(complex(z[k].real, high - edge if z[k].imag > high else low + edge) for k in first))
     most = z.imag[beyond][np.argmax(np.abs(z.imag[beyond]))]
-    picture.legend.append((f"beyond the axis: {name} {most:.3g} {unit}".rstrip(), CUT))
+    picture.legend.append((f"beyond the axis: {name} {short(most)} {unit}".rstrip(), CUT))
 
 
 def _places(x: FloatArray, y: FloatArray) -> ComplexArray:

@@ -10,7 +10,7 @@ from gimcli.mechanism import ComplexArray
 from gimcli.output.graph import Graph
 from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Text, composition
 from gimcli.output.style import CUT, SOFT, Pen, curve_pen
-from gimcli.output.ticks import fitted, tick_texts
+from gimcli.output.ticks import fitted, short, tick_texts
 from gimcli.output.value_window import value_window
 from gimcli.table import labelled
 
@@ -50,7 +50,7 @@ def polar_picture(graph: Graph, *, layout: PictureLayout = LAYOUT) -> Picture:
             picture.legend.append((curve.name, curve_pen(index)))
         if len(beyond):
             most = float(np.max(radius[beyond]))
-            picture.legend.append((f"beyond the circle: {curve.name} {most:.3g} {graph.up.unit}".rstrip(), CUT))
+            picture.legend.append((f"beyond the circle: {curve.name} {short(most)} {graph.up.unit}".rstrip(), CUT))
     if len(graph.curves) > MOST_CURVES:
         picture.legend.append((f"and {len(graph.curves) - MOST_CURVES} more: name the columns", Pen(0.0)))
     return picture

@@ -93,6 +93,11 @@ def power_of_ten(exponent: int) -> str:
     return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
+def short(value: float) -> str:
+    """Return a number with three digits."""
+    return re.sub(r"e\+?(-?)0*", r"e\1", f"{value:.3g}")
+
+
 def _parted(label: str) -> tuple[str, str]:
     """Return the name and the unit of a label."""
     name, bracket, unit = label.rpartition(" [")

@@ -14,7 +14,7 @@ from gimcli.output.graph import POLAR, Axis, Curve, Graph, graph_of
 from gimcli.output.panels import panel
 from gimcli.output.picture import Frame, Picture, Sheet
 from gimcli.output.style import CUT, VERTICAL, curve_pen
-from gimcli.output.ticks import fitted, tick_texts
+from gimcli.output.ticks import fitted, short, tick_texts
 from gimcli.output.value_window import value_window
 from gimcli.table import Column, Table
 
@@ -49,6 +49,10 @@ def graph(y, unit="", name="q", over=None):
 )  # fmt: skip
 def test_an_axis_has_a_unit_that_fits(label, largest, fitting, factor):
     assert fitted(label, largest) == (fitting, pytest.approx(factor))
+
+
+def test_short_numbers_have_three_digits():
+    assert [short(v) for v in (181234.0, -2.5e-7, 12.0, 0.0)] == ["1.81e5", "-2.5e-7", "12", "0"]
 
 
 def test_numbers_at_ticks_have_the_digits_that_their_steps_need():
@@ -97,7 +101,7 @@ def test_a_spike_at_a_limit_does_not_determine_the_axis():
     assert (low, high) == (pytest.approx(1.0, rel=0.2), pytest.approx(31.6 * 1.4, rel=0.1)), "s > 0.1, and a margin"
     picture = panel(graph(y), 5.0)
     assert picture.frame.high.imag < 60.0
-    assert [name for name, key in picture.legend if key == CUT] == [f"beyond the axis: a {np.nanmax(y):.3g}"]
+    assert [name for name, key in picture.legend if key == CUT] == [f"beyond the axis: a {short(np.nanmax(y))}"]
 
 
 def test_a_peak_of_several_rows_determines_the_axis():
