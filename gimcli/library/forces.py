@@ -163,17 +163,17 @@ class ForcesResult(RowsResult):
             return None
         plans, constant = self._shown()
         title = "; ".join([f"{self.mechanism.name}: forces", *constant])
-        return history_sheet(self._drawn(plans), title)
+        return history_sheet(self._graphs(plans), title)
 
     def graphs(self) -> list[Graph]:
         """Return the graphs of the picture as data."""
-        return self._drawn(self._shown()[0])
+        return self._graphs(self._shown()[0])
 
     def _shown(self) -> tuple[list[Plan], list[str]]:
         """Return the graphs, and the constant quantities that have none."""
         return (self._plans, []) if self._plans else varying(usual_graphs(self.mechanism), self._kept.columns)
 
-    def _drawn(self, plans: Sequence[Plan]) -> list[Graph]:
+    def _graphs(self, plans: Sequence[Plan]) -> list[Graph]:
         motion, columns = self.found.summary.motion, self._kept.columns
         over, marks = input_or_time(self.mechanism, motion.time, motion.inputs), motion_events(motion)
         return [drawn(plan, columns, over, marks) for plan in plans]

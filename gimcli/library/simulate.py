@@ -178,7 +178,7 @@ class SimulateResult(RowsResult):
         }  # fmt: skip
 
     def picture(self) -> Content | None:
-        """Return the mechanism above graphs, by default of inputs, speeds and energies; None if there is nothing to draw."""
+        """Return the mechanism above graphs, by default of inputs, speeds and energies; None without rows."""
         from gimcli.library.simulation_picture import with_mechanism
         from gimcli.output.history import history_sheet
 

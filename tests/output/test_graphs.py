@@ -238,7 +238,7 @@ def test_a_constant_shaking_force_is_a_text():
 
 def test_events_of_a_simulation_are_in_the_legend(tmp_path):
     s = gimcli.simulate(gimcli.load(MODELS / "watt_durango.yaml"), 2.0)
-    angle, speed, energy = s.picture().pictures
+    _, angle, speed, energy = s.picture().pictures
     for picture in (angle, speed):
         assert [name for name, _ in picture.legend] == ["standstill"]
     assert [name for name, _ in energy.legend] == ["kinetic", "potential", "total"]
