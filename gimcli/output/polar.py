@@ -24,6 +24,9 @@ MOST_CIRCLES = 5
 RAYS = 30
 """Angle between the rays [deg]."""
 
+SMALL = 0.9
+"""Radius [in] below which only the axes and the outer circle have numbers."""
+
 MOST_CURVES = 12
 
 
@@ -60,12 +63,15 @@ def _draw_grid(picture: Picture, circle: ComplexArray, step: float, rim: float, 
     radii = step * np.arange(1.0, round(rim / step) + 1.0)
     picture.stroke(GRID, *(radius * circle for radius in radii[:-1]))
     picture.stroke(RIM, rim * circle)
+    small = rim < SMALL * 72.0 * picture.frame.point * picture.frame.font
     for degrees in range(0, 360, RAYS):
         ray = complex(np.exp(1j * math.radians(degrees)))
         picture.stroke(GRID, [0.0j, rim * ray])
-        picture.texts.append(Text(1.07 * rim * ray, f"{degrees}°"))
+        if not small or degrees % 90 == 0:
+            picture.texts.append(Text(1.07 * rim * ray, f"{degrees}°"))
     middle = complex(np.exp(1j * math.radians(0.5 * RAYS)))
-    for radius, text in zip(radii, tick_texts(radii * factor), strict=True):
+    texts = tick_texts(radii * factor)
+    for radius, text in list(zip(radii, texts, strict=True))[-1 if small else 0 :]:
         picture.texts.append(Text((radius - 0.04 * rim) * middle, text))
 
 

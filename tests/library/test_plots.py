@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import yaml
 from bundled import MODELS
 from in_process import gim, refused
 
@@ -267,3 +268,19 @@ def test_graphs_need_a_picture(tmp_path):
         assert "no picture is written" in refused(command, model, "--plot", "time", "-o", tmp_path / "a.csv")
     gim("forces", MODELS / "watt_1.yaml", "-n", 12, "--plot", "A.fy/A.fx", "--plot", "|B|", "-o", tmp_path / "f.svg")
     assert "A.fy" in (tmp_path / "f.svg").read_text()
+
+
+def test_the_page_shows_the_columns_of_the_graphs():
+    """Also their angles with full turns, although the page has no rows between them (here 270 deg apart)."""
+    data = yaml.safe_load(FOUR_BAR.read_text())
+    data["actuators"]["motor"]["law"] = {"from": 0, "to": 1080}
+    t = gimcli.trace(gimcli.load(data), 4, plot="crank.angle,P.y/P.x,A.vx+A.vy,angle:coupler/crank")
+    page = t.animation()
+    assert [(g.columns, g.over) for g in page.graphs] == [
+        (("crank.angle",), "motor"), (("P.y",), "P.x"), (("A.vx", "A.vy"), "motor"),
+        (("angle:coupler/crank",), "motor"),
+    ]  # fmt: skip
+    rows = page.clips[0].table
+    for name in ("crank.angle", "angle:coupler/crank"):
+        np.testing.assert_allclose(rows[name][[0, -1]], t[name][[0, -1]])
+    assert rows["crank.angle"][-1] == pytest.approx(1080.0)
