@@ -15,7 +15,7 @@ from gimcli.dynamics.simulation import Settings, simulate
 from gimcli.dynamics.simulation_table import reactions
 from gimcli.kernels.jit import compiled
 from gimcli.output import write
-from gimcli.output.graph import Axis, Curve, Graph
+from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.output.history import history_sheet
 
 MODEL = Path(__file__).parents[1] / "models" / "watt_durango.yaml"
@@ -47,13 +47,13 @@ def main(folder: Path | None = None) -> None:
     kinetic, potential = found.energy[:2]
     over = Axis("time", "s")
     graphs = [
-        Graph(over, Axis("crank", "deg"), [Curve("crank", times, np.degrees(found.inputs[0, 0]))]),
-        Graph(over, Axis("speed", "rad/s"), [Curve("crank", times, found.inputs[1, 0])]),
-        Graph(
+        CurveGraph(over, Axis("crank", "deg"), [Curve("crank", times, np.degrees(found.inputs[0, 0]))]),
+        CurveGraph(over, Axis("speed", "rad/s"), [Curve("crank", times, found.inputs[1, 0])]),
+        CurveGraph(
             over, Axis("energy", "J"),
             [Curve(n, times, e) for n, e in (("kinetic", kinetic), ("potential", potential), ("total", found.total))],
         ),
-        Graph(over, Axis("pin force", "N"), [Curve(node, times, amounts[node]) for node in PEAKS]),
+        CurveGraph(over, Axis("pin force", "N"), [Curve(node, times, amounts[node]) for node in PEAKS]),
     ]  # fmt: skip
     sheet = history_sheet(graphs, "Watt's six-bar swings under its own weight")
     write(sheet, folder / "watt_swing.png")

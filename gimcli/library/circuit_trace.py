@@ -27,7 +27,7 @@ from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
-    from gimcli.output.graph import Graph
+    from gimcli.output.graph import CurveGraph
     from gimcli.output.picture import Content
 
 DENSE = 720
@@ -178,11 +178,11 @@ class CircuitTraceResult(TraceResult):
         poses, title = self.poses(self.motions[0]), f"{mechanism.name}: circuit"
         return with_panels(motion_picture(mechanism, poses, paths, title, more, outlines), self.graphs())
 
-    def graphs(self) -> list[Graph]:
+    def graphs(self) -> list[CurveGraph]:
         """Return the graphs of `plot` as data, those of each circuit in turn."""
         from gimcli.output.graph import named
 
-        found: list[Graph] = []
+        found: list[CurveGraph] = []
         each = zip(self.found.numbers, self.motions, self.found.extras, strict=True)
         for k, (number, motion, extras) in enumerate(each):
             if extras.plans:

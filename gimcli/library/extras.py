@@ -11,9 +11,9 @@ from gimcli.rates.member_angles import Angles
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
-    from gimcli.library.plots import KeptColumns, Plan
+    from gimcli.library.plots import KeptColumns, PlannedGraph
     from gimcli.measures.record import Record
-    from gimcli.output.graph import Graph
+    from gimcli.output.graph import CurveGraph
 
 
 class Extras:
@@ -25,7 +25,7 @@ class Extras:
         self.mechanism, self.specs, self.order = mechanism, list(measures), derivatives
         self.points: list[str] = []  # that are not traced
         self.members: list[int] = []  # whose directions are needed
-        self.plans: list[Plan] = []
+        self.plans: list[PlannedGraph] = []
         self.record: Record | None = None
         self._kept: KeptColumns | None = None
         texts = [plot] if isinstance(plot, str) else list(plot)
@@ -80,7 +80,7 @@ class Extras:
         if self._kept is not None:
             self._kept.add(table, rows)
 
-    def graphs(self, motion: Motion, events: Sequence[tuple[str, Mapping[str, float]]]) -> list[Graph]:
+    def graphs(self, motion: Motion, events: Sequence[tuple[str, Mapping[str, float]]]) -> list[CurveGraph]:
         """Return the graphs; `motion` has the rows that are kept."""
         if self._kept is None:
             return []

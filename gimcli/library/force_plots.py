@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from gimcli.library.plots import Group, Plan, PlannedCurve, Quantity, Vocabulary
+from gimcli.library.plots import Group, PlannedCurve, PlannedGraph, Quantity, Vocabulary
 from gimcli.mechanism import Mechanism
 from gimcli.output.graph import EQUAL, ORDINARY
 from gimcli.table import Column
@@ -53,18 +53,18 @@ def _beginning(columns: Sequence[str], word: str) -> Group:
     return Group(word, tuple(Quantity(name[len(word) + 1 :], (name,)) for name in own))
 
 
-def usual_graphs(mechanism: Mechanism) -> list[Plan]:
+def usual_graphs(mechanism: Mechanism) -> list[PlannedGraph]:
     """Return the graphs without --plot: driving efforts over the input, and the hodograph of the shaking force."""
     plans = []
     for rotary, title in ((True, "driving torque"), (False, "driving force")):
         own = [a.name for a in mechanism.actuators if a.rotary is rotary]
         curves = tuple(PlannedCurve(Quantity(name, (f"{name}.effort",))) for name in own)
-        plans += [Plan(ORDINARY, title, curves)] if own else []
+        plans += [PlannedGraph(ORDINARY, title, curves)] if own else []
     x, y = (Quantity(f"{SHAKING} force {axis}", (f"{SHAKING}.f{axis}",)) for axis in "xy")
-    return [*plans, Plan(EQUAL, "", (PlannedCurve(y, x),))]
+    return [*plans, PlannedGraph(EQUAL, "", (PlannedCurve(y, x),))]
 
 
-def varying(plans: Sequence[Plan], columns: Mapping[str, Column]) -> tuple[list[Plan], list[str]]:
+def varying(plans: Sequence[PlannedGraph], columns: Mapping[str, Column]) -> tuple[list[PlannedGraph], list[str]]:
     """Return the graphs that show more than a constant, and the values of the constant ones as texts."""
     kept, texts = [], []
     for plan in plans:

@@ -16,7 +16,7 @@ from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.physical import require_action
 from gimcli.library.force_plots import force_vocabulary, usual_graphs, varying
 from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
-from gimcli.library.plots import KeptColumns, Plan, drawn, only_angle
+from gimcli.library.plots import KeptColumns, PlannedGraph, drawn, only_angle
 from gimcli.library.result import RowsResult, joined
 from gimcli.measures.graphs import input_or_time, motion_events
 from gimcli.mechanism import Mechanism
@@ -28,7 +28,7 @@ from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
-    from gimcli.output.graph import Graph
+    from gimcli.output.graph import CurveGraph
     from gimcli.output.picture import Content
 
 
@@ -97,7 +97,7 @@ class ForcesAlong:
         start = self._first.rows(np.arange(1))
         return force_table(start, motion_forces(start))
 
-    def _planned(self, texts: Sequence[str]) -> list[Plan]:
+    def _planned(self, texts: Sequence[str]) -> list[PlannedGraph]:
         """Return the graphs of texts; raise UsageError for an unknown column."""
         vocabulary = force_vocabulary(self.names)
         plans = [plan for text in texts for plan in vocabulary.plans(text, only_angle(self.found.statics.mechanism))]
@@ -165,15 +165,15 @@ class ForcesResult(RowsResult):
         title = "; ".join([f"{self.mechanism.name}: forces", *constant])
         return history_sheet(self._graphs(plans), title)
 
-    def graphs(self) -> list[Graph]:
+    def graphs(self) -> list[CurveGraph]:
         """Return the graphs of the picture as data."""
         return self._graphs(self._shown()[0])
 
-    def _shown(self) -> tuple[list[Plan], list[str]]:
+    def _shown(self) -> tuple[list[PlannedGraph], list[str]]:
         """Return the graphs, and the constant quantities that have none."""
         return (self._plans, []) if self._plans else varying(usual_graphs(self.mechanism), self._kept.columns)
 
-    def _graphs(self, plans: Sequence[Plan]) -> list[Graph]:
+    def _graphs(self, plans: Sequence[PlannedGraph]) -> list[CurveGraph]:
         motion, columns = self.found.summary.motion, self._kept.columns
         over, marks = input_or_time(self.mechanism, motion.time, motion.inputs), motion_events(motion)
         return [drawn(plan, columns, over, marks) for plan in plans]

@@ -60,10 +60,10 @@ class Names(Protocol):
 
 def graphs_of(text: str, names: Names) -> list[GraphText]:
     """Return the graphs of a text; raise UsageError where it is not of the form above."""
-    return _Reader(text, names).graphs()
+    return _PlotReader(text, names).graphs()
 
 
-class _Reader:
+class _PlotReader:
     """Reads the text from left to right."""
 
     def __init__(self, text: str, names: Names) -> None:

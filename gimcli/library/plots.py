@@ -13,7 +13,7 @@ from gimcli.library.plot_text import HODOGRAPH, CurveText, GraphText, Operand, g
 from gimcli.library.plot_text import POLAR as POLAR_WORD
 from gimcli.measures.naming import guess
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
-from gimcli.output.graph import EQUAL, ORDINARY, POLAR, Axis, Curve, Graph
+from gimcli.output.graph import EQUAL, ORDINARY, POLAR, Axis, Curve, CurveGraph
 from gimcli.table import Column, Table
 
 LONGEST = 40
@@ -60,7 +60,7 @@ class PlannedCurve:
 
 
 @dataclass(frozen=True)
-class Plan:
+class PlannedGraph:
     """A graph before its columns are computed."""
 
     form: str
@@ -107,22 +107,24 @@ class Vocabulary:
                 return f"{name}{tail}x", f"{name}{tail}y"
         return None
 
-    def plans(self, text: str, angle: str = "") -> list[Plan]:
+    def plans(self, text: str, angle: str = "") -> list[PlannedGraph]:
         """Return the graphs of a text; `angle` is the default angle of polar diagrams."""
         return [plan for one in graphs_of(text, self) for plan in self._plans(one, angle)]
 
-    def _plans(self, graph: GraphText, angle: str) -> list[Plan]:
+    def _plans(self, graph: GraphText, angle: str) -> list[PlannedGraph]:
         if graph.form == HODOGRAPH:
-            return [Plan(EQUAL, "", tuple(map(self._hodograph, graph.curves)))]
+            return [PlannedGraph(EQUAL, "", tuple(map(self._hodograph, graph.curves)))]
         if graph.form == POLAR_WORD:
             return [self._polar(graph, angle)]
         if len(graph.curves) == 1 and not graph.curves[0].y.magnitude and graph.curves[0].y.name not in self.columns:
             over = self._abscissa(graph.curves[0])
             groups = self.groups(graph.curves[0].y.name)
             if groups:
-                return [Plan(ORDINARY, g.title, tuple(PlannedCurve(q, over) for q in g.quantities)) for g in groups]
+                return [
+                    PlannedGraph(ORDINARY, g.title, tuple(PlannedCurve(q, over) for q in g.quantities)) for g in groups
+                ]
         curves = tuple(PlannedCurve(q, self._abscissa(c)) for c in graph.curves for q in self._quantities(c.y))
-        return [Plan(EQUAL if all(map(_is_path, curves)) else ORDINARY, "", curves)]
+        return [PlannedGraph(EQUAL if all(map(_is_path, curves)) else ORDINARY, "", curves)]
 
     def _abscissa(self, curve: CurveText) -> Quantity | None:
         if curve.x is None:
@@ -156,7 +158,7 @@ class Vocabulary:
         x, y = (Quantity(column, (column,)) for column in columns)
         return PlannedCurve(y, x)
 
-    def _polar(self, graph: GraphText, angle: str) -> Plan:
+    def _polar(self, graph: GraphText, angle: str) -> PlannedGraph:
         curves = []
         for one in graph.curves:
             over = self._abscissa(one) or (Quantity(angle, (angle,)) if angle else None)
@@ -166,7 +168,7 @@ class Vocabulary:
             alone = name in self.columns or self.components(name) is not None
             for q in self._quantities(Operand(name, True) if alone else one.y):
                 curves.append(PlannedCurve(Quantity(q.label if alone else f"|{q.label}|", q.columns, True), over))
-        return Plan(POLAR, "", tuple(curves))
+        return PlannedGraph(POLAR, "", tuple(curves))
 
 
 def _is_path(curve: PlannedCurve) -> bool:
@@ -185,9 +187,9 @@ def only_angle(mechanism: Mechanism) -> str:
 
 
 def drawn(
-    plan: Plan, columns: Mapping[str, Column], abscissa: Column,
+    plan: PlannedGraph, columns: Mapping[str, Column], abscissa: Column,
     events: Sequence[tuple[str, Mapping[str, float]]] = (),
-) -> Graph:  # fmt: skip
+) -> CurveGraph:  # fmt: skip
     """Return the graph of a plan, from columns that have the rows of the default abscissa.
 
     `events` are words, such as "limit", with the values there of columns that may be an abscissa.
@@ -210,7 +212,7 @@ def drawn(
         curves = [Curve(f"{c.name} [{u}]" if u else c.name, c.x, c.y) for c, u in zip(curves, units, strict=True)]
     if plan.form == POLAR:
         curves = [Curve(c.name, _radians(over), c.y) for c, over in zip(curves, overs, strict=True)]
-    return Graph(
+    return CurveGraph(
         Axis(_joined(names), across.unit), Axis(plan.title or _title(plan), unit), curves, plan.form,
         [(at[names[0]], word) for word, at in events if len(names) == 1 and names[0] in at],
         origin=plan.form == EQUAL and not all(name.endswith(".x") for name in names),
@@ -223,14 +225,14 @@ def _without_zeros(curves: list[Curve], units: list[str], overs: list[Column]) -
     return [[every[k] for k in kept] for every in (curves, units, overs)]
 
 
-def _label(plan: Plan, curve: PlannedCurve) -> str:
+def _label(plan: PlannedGraph, curve: PlannedCurve) -> str:
     """Return the name of a curve in the legend."""
     if plan.form == EQUAL and curve.x is not None and len(plan.curves) > 1:
         return curve.y.label[:-1].rstrip(".")  # the vector
     return curve.y.label
 
 
-def _title(plan: Plan) -> str:
+def _title(plan: PlannedGraph) -> str:
     """Return the name of the vertical axis: the names of the curves, or what they have in common."""
     names = list(dict.fromkeys(curve.y.label for curve in plan.curves))
     joined = ", ".join(names)
@@ -260,7 +262,7 @@ def _radians(column: Column) -> FloatArray:
 class KeptColumns:
     """The columns of some plans, with the rows that are drawn, from a table in pieces."""
 
-    def __init__(self, plans: Sequence[Plan]) -> None:
+    def __init__(self, plans: Sequence[PlannedGraph]) -> None:
         self._names = {name for plan in plans for name in plan.columns}
         self._parts: list[list[Column]] = []
 

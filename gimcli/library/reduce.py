@@ -105,7 +105,7 @@ class ReduceResult(RowsResult):
 
     def picture(self) -> Content | None:
         """Return graphs of the reduced quantities over the input; None if fewer than two rows are solved."""
-        from gimcli.output.graph import Axis, Curve, Graph
+        from gimcli.output.graph import Axis, Curve, CurveGraph
         from gimcli.output.history import history_sheet
 
         found, table, actuator = self.found, self.table(), self.mechanism.actuators[self.found.actuator]
@@ -115,6 +115,6 @@ class ReduceResult(RowsResult):
         units = {column.name: column.unit for column in table.columns}
         labels = {"J": "reduced inertia J", "dJ_dq": "dJ/dq", "tau": "reduced torque tau", "V": "potential energy V"}
         over = Axis(actuator.name, units["q"])
-        graphs = [Graph(over, Axis(w, units[n]), [Curve(w, q, table.floats(n))]) for n, w in labels.items()]
+        graphs = [CurveGraph(over, Axis(w, units[n]), [Curve(w, q, table.floats(n))]) for n, w in labels.items()]
         title = f"{found.mechanism.name}: reduced to {actuator.name}"
         return history_sheet(graphs, title)

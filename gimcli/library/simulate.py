@@ -19,7 +19,7 @@ from gimcli.errors import UsageError
 from gimcli.library.force_plots import force_vocabulary
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count
 from gimcli.library.places import angles, pairs, places
-from gimcli.library.plots import Plan, drawn, only_angle
+from gimcli.library.plots import PlannedGraph, drawn, only_angle
 from gimcli.library.result import ByName, RowsResult
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.positions.dispatch import choose
@@ -31,7 +31,7 @@ from gimcli.table import per_second
 
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
-    from gimcli.output.graph import Graph
+    from gimcli.output.graph import CurveGraph
     from gimcli.output.picture import Content
 
 ROWS = 200
@@ -102,7 +102,7 @@ def simulate(
     return SimulateResult(found, times, forces, plans)
 
 
-def _planned(mechanism: Mechanism, texts: Sequence[str]) -> list[Plan]:
+def _planned(mechanism: Mechanism, texts: Sequence[str]) -> list[PlannedGraph]:
     """Return the graphs of texts; raise UsageError for an unknown column."""
     names = [*column_names(mechanism), *reaction_names(mechanism)]
     vocabulary = force_vocabulary(names)
@@ -114,7 +114,9 @@ class SimulateResult(RowsResult):
 
     KIND = "simulation"
 
-    def __init__(self, found: Simulation, times: FloatArray, forces: Forces | None, plans: Sequence[Plan] = ()) -> None:
+    def __init__(
+        self, found: Simulation, times: FloatArray, forces: Forces | None, plans: Sequence[PlannedGraph] = ()
+    ) -> None:
         self.mechanism, self.found, self.times, self.forces = found.mechanism, found, times, forces
         self._plans = plans
         self._table = simulation_table(found, times, forces)
@@ -186,7 +188,7 @@ class SimulateResult(RowsResult):
             return None
         return with_mechanism(self.found, history_sheet(self.graphs(), f"{self.mechanism.name}: simulation"))
 
-    def graphs(self) -> list[Graph]:
+    def graphs(self) -> list[CurveGraph]:
         """Return the graphs of the picture as data."""
         if not self._plans:
             return self._usual_graphs()
@@ -194,11 +196,11 @@ class SimulateResult(RowsResult):
         events = [(e["kind"], {"time": e["time"], **e["at"]}) for e in self.events if e["time"] <= self.found.end]
         return [drawn(plan, columns, columns["time"], events) for plan in self._plans]
 
-    def _usual_graphs(self) -> list[Graph]:
+    def _usual_graphs(self) -> list[CurveGraph]:
         """Return graphs of inputs, speeds and energies over the time, with the events."""
-        from gimcli.output.graph import Axis, Curve, Graph
+        from gimcli.output.graph import Axis, Curve, CurveGraph
 
-        found, mechanism, graphs = self.found, self.mechanism, list[Graph]()
+        found, mechanism, graphs = self.found, self.mechanism, list[CurveGraph]()
         over = Axis("time", "s")
         for rotary, unit in ((True, mechanism.angle_unit), (False, mechanism.length_unit)):
             own = [k for k, a in enumerate(mechanism.actuators) if a.rotary is rotary]
@@ -207,9 +209,9 @@ class SimulateResult(RowsResult):
                 values = [mechanism.value_to_file(k, found.inputs[order, k]) for k in own]
                 curves = [Curve(name, found.time, y) for name, y in zip(names, values, strict=True)]
                 axis = Axis(title, per_second(unit) if order else unit)
-                graphs.append(Graph(over, axis, curves, events=_marks(found, own, order)))
+                graphs.append(CurveGraph(over, axis, curves, events=_marks(found, own, order)))
         energies = [Curve(n, found.time, e) for n, e in zip(ENERGIES, found.energy, strict=True) if e.any()]
-        graphs.append(Graph(over, Axis("energy", "J"), [*energies, Curve("total", found.time, found.total)]))
+        graphs.append(CurveGraph(over, Axis("energy", "J"), [*energies, Curve("total", found.time, found.total)]))
         return graphs
 
     def animation(self) -> Animation | None:

@@ -29,7 +29,7 @@ from gimcli.table import Table
 if TYPE_CHECKING:
     from gimcli.library.circuit_trace import CircuitTrace
     from gimcli.output.animation import Animation
-    from gimcli.output.graph import Graph
+    from gimcli.output.graph import CurveGraph
     from gimcli.output.picture import Content
     from gimcli.rates.derivatives import TracedRates
 
@@ -284,7 +284,7 @@ class MotionTraceResult(TraceResult):
         picture = motion_picture(mechanism, poses, paths, mechanism.name, curves, outlines)
         return with_panels(picture, self.graphs())
 
-    def graphs(self) -> list[Graph]:
+    def graphs(self) -> list[CurveGraph]:
         """Return the graphs of `plot` as data."""
         from gimcli.measures.graphs import motion_events
 

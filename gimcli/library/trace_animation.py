@@ -20,7 +20,7 @@ from gimcli.status import Status
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
-    from gimcli.library.plots import Plan
+    from gimcli.library.plots import PlannedGraph
 
 SAME = 1e-6
 """Largest distance, relative to the size, of the first and the last position of a closed motion."""
@@ -68,7 +68,7 @@ def first_graphs(table: Table, extras: Extras | None, over: str) -> tuple[Graph,
     return tuple(Graph(names, at) for names, at in found)
 
 
-def _requested(plan: Plan) -> tuple[tuple[str, ...], str]:
+def _requested(plan: PlannedGraph) -> tuple[tuple[str, ...], str]:
     """Return the columns of a graph of --plot, and its abscissa ("": the usual one)."""
     names = dict.fromkeys(name for curve in plan.curves for name in curve.y.columns)
     over = plan.curves[0].x if plan.curves else None

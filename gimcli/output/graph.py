@@ -30,7 +30,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Graph:
+class CurveGraph:
     """Curves in the units of their axes. In a polar graph x is the angle [rad] and y the radius."""
 
     across: Axis
@@ -42,14 +42,14 @@ class Graph:
     origin: bool = False  # the origin is shown
 
 
-def named(graph: Graph, tail: str) -> Graph:
+def named(graph: CurveGraph, tail: str) -> CurveGraph:
     """Return a graph with a text after the name of its vertical axis."""
     return replace(graph, up=replace(graph.up, name=graph.up.name + tail))
 
 
-def graph_of(name: str, table: Table) -> Graph:
+def graph_of(name: str, table: Table) -> CurveGraph:
     """Return the graph of a table's columns over its first column."""
     across, *columns = table.columns
     unit = columns[0].unit if columns else ""
     curves = [Curve(c.name, across.values, c.values) for c in columns]
-    return Graph(Axis(across.name, across.unit), Axis(name, unit), curves)
+    return CurveGraph(Axis(across.name, across.unit), Axis(name, unit), curves)

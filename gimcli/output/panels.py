@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, Graph
+from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, CurveGraph
 from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Sheet, composition
 from gimcli.output.polar import polar_picture
 from gimcli.output.style import CUT, DOT, SOFT, VERTICAL, Mark, Pen, curve_pen, event_mark
@@ -24,13 +24,13 @@ MOST_CURVES = 12
 ZERO = Pen(0.6, SOFT, layer=1)
 
 
-def with_panels(picture: Picture, graphs: Sequence[Graph]) -> Picture | Sheet:
+def with_panels(picture: Picture, graphs: Sequence[CurveGraph]) -> Picture | Sheet:
     """Return a picture with graphs below it."""
     width = max(picture.frame.width, LEAST_WIDTH)
     return Sheet("", (picture, *(panel(graph, width) for graph in graphs))) if graphs else picture
 
 
-def panel(graph: Graph, width: float) -> Picture:
+def panel(graph: CurveGraph, width: float) -> Picture:
     """Return the picture of a graph; `width` is that of the axes [in]."""
     if graph.form == POLAR:
         return polar_picture(graph)
@@ -50,7 +50,7 @@ def panel(graph: Graph, width: float) -> Picture:
 
 
 @composition
-def _equal_axes(graph: Graph, *, layout: PictureLayout = LAYOUT) -> Picture:
+def _equal_axes(graph: CurveGraph, *, layout: PictureLayout = LAYOUT) -> Picture:
     """Return a graph whose axes have one scale; the first row is marked."""
     shown = _shown(graph)
     left, right = value_window(np.asarray(c.x, dtype=np.float64) for c in shown)
@@ -70,11 +70,11 @@ def _equal_axes(graph: Graph, *, layout: PictureLayout = LAYOUT) -> Picture:
     return picture
 
 
-def _shown(graph: Graph) -> Sequence[Curve]:
+def _shown(graph: CurveGraph) -> Sequence[Curve]:
     return graph.curves[:MOST_CURVES]
 
 
-def _values(graph: Graph) -> tuple[float, float]:
+def _values(graph: CurveGraph) -> tuple[float, float]:
     """Return the range of the values that are shown."""
     curves, places = _shown(graph), [place for place, _ in graph.verticals]
     beside = [np.array([_nearest(curve.x, place) for place in places]) for curve in curves if len(curve.x)]
@@ -85,7 +85,7 @@ def _nearest(x: FloatArray, place: float) -> int:
     return int(np.argmin(np.where(np.isfinite(x), np.abs(x - place), np.inf)))
 
 
-def _labels(graph: Graph) -> tuple[str, str]:
+def _labels(graph: CurveGraph) -> tuple[str, str]:
     """Return the labels of the axes; the name of a single curve is on the axis."""
     up, curves = graph.up, graph.curves
     alone = curves[0].name if len(curves) == 1 else ""
@@ -97,7 +97,7 @@ def _label(axis: Axis) -> str:
     return labelled(axis.name, axis.unit)
 
 
-def _draw_curves(picture: Picture, graph: Graph) -> None:
+def _draw_curves(picture: Picture, graph: CurveGraph) -> None:
     """Draw the curves of a graph, its events, and the legend."""
     frame = picture.frame
     for index, curve in enumerate(_shown(graph)):
@@ -155,7 +155,7 @@ def _with_margin(low: float, high: float) -> tuple[float, float]:
     return low - margin, high + margin
 
 
-def _abscissa_limits(graph: Graph) -> tuple[float, float]:
+def _abscissa_limits(graph: CurveGraph) -> tuple[float, float]:
     """Return the range of the abscissa over which there are values, up to the limits beside it."""
     every = [np.asarray(curve.x, dtype=np.float64) for curve in graph.curves]
     known = [x[np.isfinite(x) & np.isfinite(c.y)] for x, c in zip(every, graph.curves, strict=True)]

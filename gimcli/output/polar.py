@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from gimcli.mechanism import ComplexArray
-from gimcli.output.graph import Graph
+from gimcli.output.graph import CurveGraph
 from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Text, composition
 from gimcli.output.style import CUT, SOFT, Pen, curve_pen
 from gimcli.output.ticks import fitted, short, tick_texts
@@ -31,7 +31,7 @@ MOST_CURVES = 12
 
 
 @composition
-def polar_picture(graph: Graph, *, layout: PictureLayout = LAYOUT) -> Picture:
+def polar_picture(graph: CurveGraph, *, layout: PictureLayout = LAYOUT) -> Picture:
     """Return the polar diagram of a graph, with circles at round radii and a ray every 30 degrees."""
     curves = graph.curves[:MOST_CURVES]
     _, greatest = value_window(np.abs(curve.y) for curve in curves)

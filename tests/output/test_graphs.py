@@ -10,7 +10,7 @@ from in_process import gim
 import gimcli
 from gimcli.library.force_plots import usual_graphs
 from gimcli.output.figure import canvas_of
-from gimcli.output.graph import POLAR, Axis, Curve, Graph, graph_of
+from gimcli.output.graph import POLAR, Axis, Curve, CurveGraph, graph_of
 from gimcli.output.panels import panel
 from gimcli.output.picture import Frame, Picture, Sheet
 from gimcli.output.style import CUT, VERTICAL, curve_pen
@@ -154,7 +154,7 @@ def test_the_axis_ends_at_the_limit_of_a_law_and_marks_it():
 
 
 def test_the_words_above_an_axis_stay_inside_and_apart():
-    one = Graph(Axis("q"), Axis("y"), [Curve("a", np.arange(9.0), np.arange(9.0))],
+    one = CurveGraph(Axis("q"), Axis("y"), [Curve("a", np.arange(9.0), np.arange(9.0))],
                 verticals=[(0.0, "change point"), (0.1, "change point"), (8.0, "limit")])  # fmt: skip
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -192,7 +192,7 @@ def test_ten_lines_are_distinguished_in_grey():
 
 def test_many_curves_are_counted_and_can_be_named():
     x = np.arange(5.0)
-    many = Graph(Axis("q"), Axis("y"), [Curve(f"c{k}", x, k * x) for k in range(20)])
+    many = CurveGraph(Axis("q"), Axis("y"), [Curve(f"c{k}", x, k * x) for k in range(20)])
     assert panel(many, 5.0).legend[-1][0] == "and 8 more: name the columns"
 
 
@@ -207,7 +207,7 @@ def test_a_single_curve_has_its_name_on_the_axis_and_no_legend():
 
 def test_a_polar_diagram_has_the_magnitude_as_radius():
     angle = np.linspace(0.0, 2.0 * np.pi, 73)
-    one = Graph(Axis("crank"), Axis("|a|", "N"), [Curve("|a|", angle, -3.0 * np.ones(73))], POLAR)
+    one = CurveGraph(Axis("crank"), Axis("|a|", "N"), [Curve("|a|", angle, -3.0 * np.ones(73))], POLAR)
     picture = panel(one, 5.0)
     (curve,) = picture.strokes[curve_pen(0)]
     np.testing.assert_allclose(curve, 3.0 * np.exp(1j * angle))
