@@ -141,3 +141,33 @@ def test_two_fingers_enlarge(opened):
         """
     )
     assert abs(opened.screen("O4") - opened.screen("O2")) == pytest.approx(2.0 * distance, rel=1e-6)
+
+
+def test_nothing_is_drawn_between_rows_that_do_not_follow_each_other(browser, crank, tmp_path):
+    """Curves are lines from row to row, but not over a row without a position, nor to the start of another branch."""
+    found = gimcli.trace(crank, 12)
+    motion, coupler = found.animation(), found.xy["P"] @ [1, 1j]
+    clip = motion.clips[0]
+    places, status = clip.positions.copy(), list(clip.status)
+    places[3], status[3] = np.nan, "unreachable"
+    broken = replace(clip, positions=places, status=tuple(status), breaks=(8,))
+    path = tmp_path / "broken.html"
+    path.write_text(page(replace(motion, clips=(broken,))), encoding="utf-8")
+    opened = OpenPage(browser, path)
+    opened.set(row=12, toggles={"names": False, "curves": False})
+    left, top, _, _ = opened.place("#drawing")
+    corner, scale = opened.screen("O2") - complex(left, top), (opened.screen("O4") - opened.screen("O2")).real / 100.0
+    without = opened.pixels()
+    opened.set(toggles={"curves": True})
+    changed = np.any(opened.pixels() != without, axis=2)
+    def drawn(first, second):
+        """Whether something of the curve is at the middle of two rows."""
+        at = corner + scale * np.conj((coupler[first] + coupler[second]) / 2)
+        x, y = int(at.real), int(at.imag)
+        return bool(changed[y - 4 : y + 5, x - 4 : x + 5].any())
+
+    assert not drawn(7, 8)
+    assert not drawn(2, 4)
+    assert not drawn(2, 3)
+    assert drawn(5, 6)
+    assert drawn(8, 9)
