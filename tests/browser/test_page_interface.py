@@ -160,6 +160,7 @@ def test_nothing_is_drawn_between_rows_that_do_not_follow_each_other(browser, cr
     without = opened.pixels()
     opened.set(toggles={"curves": True})
     changed = np.any(opened.pixels() != without, axis=2)
+
     def drawn(first, second):
         """Whether something of the curve is at the middle of two rows."""
         at = corner + scale * np.conj((coupler[first] + coupler[second]) / 2)

@@ -163,6 +163,8 @@ def test_singular_positions_have_a_row(name):
             near = np.max(np.abs(clip.positions - z), axis=1)
             rows = [round(moment.row) for moment in clip.events if moment.kind == event["kind"]]
             assert min(near[row] for row in rows) < 1e-7 * found.mechanism.scale
+        steps = np.max(np.abs(np.diff(clip.positions, axis=0)), axis=1)
+        assert np.max(steps) < 3.0 * np.median(steps)  # each row is between its neighbours
 
 
 def test_simulated_rows_and_standstills():
