@@ -21,6 +21,9 @@ from gimcli.table import Column, Table, labelled, per_second
 DIGITS = 6
 """Significant digits of the columns."""
 
+BEYOND = 1.1
+"""Size of the square, relative to the drawing, in which nodes are shown that only define a guide."""
+
 ZERO = 1e-12
 """Part of a column's largest value below which a value is zero."""
 
@@ -30,6 +33,9 @@ def page_data(animation: Animation) -> dict[str, Any]:
     mechanism, scene = animation.mechanism, animation.scene
     left, right, bottom, top = window(scene)
     origin = complex((left + right) / 2, (bottom + top) / 2)
+    drawn = scene_data(scene, origin)
+    far = 0.5 * BEYOND * max(right - left, top - bottom)
+    drawn["crosses"] = [node for node in drawn["crosses"] if _apart(scene.poses[0][node] - origin) <= far]
     length = "" if mechanism.length_unit == "unit" else mechanism.length_unit
     return {
         "title": animation.title,
@@ -37,7 +43,7 @@ def page_data(animation: Animation) -> dict[str, Any]:
         "rateUnits": [per_second(mechanism.length_unit, order) for order in (1, 2)],
         "origin": [origin.real, origin.imag],
         "box": [left - origin.real, right - origin.real, bottom - origin.imag, top - origin.imag],
-        "scene": scene_data(scene, origin),
+        "scene": drawn,
         "ground": _floats(_interleaved(scene.poses[:1] - origin)),
         "inputs": [a.name for a in mechanism.actuators],
         "curves": curve_anchors(scene, origin, mechanism.traced),
@@ -49,6 +55,11 @@ def page_data(animation: Animation) -> dict[str, Any]:
         "report": [_section(section) for section in animation.report],
         "autoplay": True,
     }  # fmt: skip
+
+
+def _apart(z: complex) -> float:
+    """Return the larger of the distances along x and y."""
+    return max(abs(z.real), abs(z.imag))
 
 
 def _clip(clip: Clip, origin: complex) -> dict[str, Any]:

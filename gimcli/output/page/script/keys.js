@@ -5,7 +5,7 @@ const KEYS = [
   ["Left, Right", "one row back or forward; with Shift ten rows", null],
   ["Home, End", "first or last row", null],
   ["Page Up, Page Down", "previous or next motion of the list", null],
-  ["Up, Down", "faster or slower", null],
+  ["., ,", "faster or slower", null],
   ["E", "next event", app => app.nextEvent()],
   ["I", "name, coordinates and lengths of the next node or member; with Shift of the previous one", null],
   ["N", "names", app => app.toggle("names")],
@@ -27,8 +27,8 @@ const MOVES = {
   End: app => app.go(app.clip.rows - 1),
   PageUp: app => app.choose(app.clips.indexOf(app.clip) - 1),
   PageDown: app => app.choose(app.clips.indexOf(app.clip) + 1),
-  ArrowUp: app => app.changeSpeed(1),
-  ArrowDown: app => app.changeSpeed(-1),
+  ".": app => app.changeSpeed(1),
+  ",": app => app.changeSpeed(-1),
   "+": app => app.zoom(1.25),
   "=": app => app.zoom(1.25),
   "-": app => app.zoom(0.8),
@@ -48,6 +48,7 @@ function listenToKeys(app) {
     const own = event.target instanceof Element && event.target.closest("select, input, textarea, button, summary, a");
     if (own && takes(own, event.key)) return;
     const move = MOVES[event.key];
+    if (event.key.startsWith("Page") && app.clips.length < 2) return; // these keys scroll the page
     const action = move ? () => move(app, event.shiftKey) : (KEYS.find(one => one[2] && (one[3] ? one[3].includes(event.key) : one[0].toLowerCase() === event.key.toLowerCase())) || [])[2];
     if (!action) return;
     event.preventDefault();
