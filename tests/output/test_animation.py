@@ -149,7 +149,7 @@ def test_circuits_without_time_have_no_velocities():
     assert {event.kind for event in motion.clips[0].events} == {"limit"}
 
 
-@pytest.mark.parametrize("name", ["chebyshev", "parallelogram", "whitworth"])
+@pytest.mark.parametrize("name", ["chebyshev", "parallelogram"])
 def test_singular_positions_have_a_row(name):
     """The row of each event has the positions that the command lists."""
     found = gimcli.singularities(model(name))
@@ -168,7 +168,7 @@ def test_singular_positions_have_a_row(name):
 
 
 def test_simulated_rows_and_standstills():
-    found = gimcli.simulate(model("watt_durango"), 2.0, dt=0.01)
+    found = gimcli.simulate(model("watt_durango"), 2.0, dt=0.01, rtol=1e-6)
     clip = found.animation().clips[0]
     assert clip.forward
     assert np.allclose(clip.positions[:, 3], found.xy["B"] @ [1, 1j])
@@ -239,20 +239,12 @@ def test_size_of_the_ten_bar(tmp_path):
     assert path.stat().st_size <= 500_000
 
 
-def test_a_page_needs_no_matplotlib(tmp_path):
-    code = (
-        "import sys, gimcli; gimcli.trace(gimcli.load(sys.argv[1]), 8).save(sys.argv[2]);"
-        "sys.exit(bool({'matplotlib', 'numba', 'typer'} & set(sys.modules)))"
-    )
-    command = [sys.executable, "-c", code, str(MODELS / "crank_rocker.yaml"), str(tmp_path / "a.html")]
-    assert subprocess.run(command, check=False, timeout=60).returncode == 0
-
-
-def test_a_picture_needs_no_page():
+def test_a_page_needs_no_matplotlib_and_a_table_no_page(tmp_path):
     """What is not asked for is not imported."""
     code = (
         "import sys, gimcli; found = gimcli.trace(gimcli.load(sys.argv[1]), 8); found.table(); found.report();"
-        "sys.exit(any('animation' in name or 'output.page' in name for name in sys.modules))"
+        "early = [name for name in sys.modules if 'animation' in name or 'output.page' in name];"
+        "found.save(sys.argv[2]); sys.exit(bool(early or {'matplotlib', 'numba', 'typer'} & set(sys.modules)))"
     )
-    command = [sys.executable, "-c", code, str(MODELS / "crank_rocker.yaml")]
+    command = [sys.executable, "-c", code, str(MODELS / "crank_rocker.yaml"), str(tmp_path / "a.html")]
     assert subprocess.run(command, check=False, timeout=60).returncode == 0
