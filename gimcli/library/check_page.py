@@ -13,6 +13,7 @@ from gimcli.library.trace_animation import law_animation
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.output.animation import Animation, Clip, Section
+from gimcli.rates.member_angles import in_rows
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ def check_page(
     """Return a page with the motion if there is one, else with a position z (nodes,), and the report."""
     shown = None
     if motion is not None:
-        shown = law_animation(motion, Extras(mechanism, [], "", 0), len(motion.time) - 1)
+        shown = law_animation(motion, Extras(mechanism, [], "", 0), len(motion.time) - 1, in_rows)
     if shown is None:
         shown = Animation(mechanism.name, mechanism, (_position(mechanism, z),))
     return replace(shown, report=(*map(_section, sections), *_warnings(warnings)))

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from gimcli.library.plots import Group, PlannedCurve, PlannedGraph, Quantity, Vocabulary
+from gimcli.library.plots import Group, PlannedCurve, PlannedGraph, PlottedQuantity, Vocabulary
 from gimcli.mechanism import Mechanism
 from gimcli.output.graph import EQUAL, ORDINARY
 from gimcli.table import Column
@@ -30,8 +30,8 @@ def _words(columns: Sequence[str]) -> dict[str, Group]:
     pins = [name[:-3] for name in columns if name.endswith(".fx") and name != f"{SHAKING}.fx"]
     pairs = [name for name in columns if name.endswith(".normal")]
     reactions = [
-        *(Quantity(pin, (f"{pin}.fx", f"{pin}.fy"), True) for pin in pins),
-        *(Quantity(name[: -len(".normal")], (name,), True) for name in pairs),
+        *(PlottedQuantity(pin, (f"{pin}.fx", f"{pin}.fy"), True) for pin in pins),
+        *(PlottedQuantity(name[: -len(".normal")], (name,), True) for name in pairs),
     ]
     return {
         "effort": _ending(columns, "effort"),
@@ -45,12 +45,12 @@ def _words(columns: Sequence[str]) -> dict[str, Group]:
 
 def _ending(columns: Sequence[str], word: str) -> Group:
     own = [name for name in columns if name.endswith(f".{word}")]
-    return Group(word, tuple(Quantity(name[: -len(word) - 1], (name,)) for name in own))
+    return Group(word, tuple(PlottedQuantity(name[: -len(word) - 1], (name,)) for name in own))
 
 
 def _beginning(columns: Sequence[str], word: str) -> Group:
     own = [name for name in columns if name.startswith(f"{word}.")]
-    return Group(word, tuple(Quantity(name[len(word) + 1 :], (name,)) for name in own))
+    return Group(word, tuple(PlottedQuantity(name[len(word) + 1 :], (name,)) for name in own))
 
 
 def usual_graphs(mechanism: Mechanism) -> list[PlannedGraph]:
@@ -58,9 +58,9 @@ def usual_graphs(mechanism: Mechanism) -> list[PlannedGraph]:
     plans = []
     for rotary, title in ((True, "driving torque"), (False, "driving force")):
         own = [a.name for a in mechanism.actuators if a.rotary is rotary]
-        curves = tuple(PlannedCurve(Quantity(name, (f"{name}.effort",))) for name in own)
+        curves = tuple(PlannedCurve(PlottedQuantity(name, (f"{name}.effort",))) for name in own)
         plans += [PlannedGraph(ORDINARY, title, curves)] if own else []
-    x, y = (Quantity(f"{SHAKING} force {axis}", (f"{SHAKING}.f{axis}",)) for axis in "xy")
+    x, y = (PlottedQuantity(f"{SHAKING} force {axis}", (f"{SHAKING}.f{axis}",)) for axis in "xy")
     return [*plans, PlannedGraph(EQUAL, "", (PlannedCurve(y, x),))]
 
 

@@ -24,7 +24,7 @@ LISTED = 12
 
 
 @dataclass(frozen=True)
-class Quantity:
+class PlottedQuantity:
     """A column, its magnitude, or the magnitude of a vector with two columns."""
 
     label: str
@@ -48,15 +48,15 @@ class Group:
     """Quantities with a common name, such as the angular velocities of all members."""
 
     title: str
-    quantities: Sequence[Quantity]
+    quantities: Sequence[PlottedQuantity]
 
 
 @dataclass(frozen=True)
 class PlannedCurve:
     """A quantity over another one, or over the default abscissa."""
 
-    y: Quantity
-    x: Quantity | None = None
+    y: PlottedQuantity
+    x: PlottedQuantity | None = None
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class Vocabulary:
         curves = tuple(PlannedCurve(q, self._abscissa(c)) for c in graph.curves for q in self._quantities(c.y))
         return [PlannedGraph(EQUAL if all(map(_is_path, curves)) else ORDINARY, "", curves)]
 
-    def _abscissa(self, curve: CurveText) -> Quantity | None:
+    def _abscissa(self, curve: CurveText) -> PlottedQuantity | None:
         if curve.x is None:
             return None
         found = self._quantities(curve.x)
@@ -134,18 +134,18 @@ class Vocabulary:
             raise UsageError(f"plot: '{curve.x.name}' has several columns; name one as the abscissa")
         return found[0]
 
-    def _quantities(self, operand: Operand) -> list[Quantity]:
+    def _quantities(self, operand: Operand) -> list[PlottedQuantity]:
         """Return the quantities of a name: a column, the components of a vector, or the members of a group."""
         name, columns = operand.name, self.components(operand.name)
         if operand.magnitude:
             pair = (name,) if name in self.columns else columns
             if pair is None:
                 raise UsageError(f"plot: '|{name}|': '{name}' is neither a column nor a vector (columns x and y)")
-            return [Quantity(f"|{name}|", pair, True)]
+            return [PlottedQuantity(f"|{name}|", pair, True)]
         if name in self.columns:
-            return [Quantity(name, (name,))]
+            return [PlottedQuantity(name, (name,))]
         if columns is not None:
-            return [Quantity(column, (column,)) for column in columns]
+            return [PlottedQuantity(column, (column,)) for column in columns]
         return [q for group in self.groups(name) for q in group.quantities]
 
     def _hodograph(self, curve: CurveText) -> PlannedCurve:
@@ -155,19 +155,21 @@ class Vocabulary:
             raise UsageError(
                 f"plot 'hodograph:{curve.y.name}': expected a point, or a vector with the columns x and y, such as P.v"
             )
-        x, y = (Quantity(column, (column,)) for column in columns)
+        x, y = (PlottedQuantity(column, (column,)) for column in columns)
         return PlannedCurve(y, x)
 
     def _polar(self, graph: GraphText, angle: str) -> PlannedGraph:
         curves = []
         for one in graph.curves:
-            over = self._abscissa(one) or (Quantity(angle, (angle,)) if angle else None)
+            over = self._abscissa(one) or (PlottedQuantity(angle, (angle,)) if angle else None)
             if over is None:
                 raise UsageError("plot: a polar diagram needs an angle: write polar:COLUMN/ANGLE")
             name = one.y.name
             alone = name in self.columns or self.components(name) is not None
             for q in self._quantities(Operand(name, True) if alone else one.y):
-                curves.append(PlannedCurve(Quantity(q.label if alone else f"|{q.label}|", q.columns, True), over))
+                curves.append(
+                    PlannedCurve(PlottedQuantity(q.label if alone else f"|{q.label}|", q.columns, True), over)
+                )
         return PlannedGraph(POLAR, "", tuple(curves))
 
 

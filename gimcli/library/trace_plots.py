@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from gimcli.errors import UsageError
-from gimcli.library.plots import Group, Quantity, Vocabulary
+from gimcli.library.plots import Group, PlottedQuantity, Vocabulary
 from gimcli.measures import KINDS, measures_of
 from gimcli.measures.graphs import MEMBER_QUANTITIES, POINT_QUANTITIES
 from gimcli.measures.measure import Measure
@@ -96,19 +96,19 @@ def _words(mechanism: Mechanism) -> dict[str, Group]:
     titles = {word: f"{word} |{letter}|" for word, (letter, _) in POINT_QUANTITIES.items()}
     points = {w: Group(t, tuple(_magnitude(name, w) for name in mechanism.traced)) for w, t in titles.items()}
     members = [m.name for m in mechanism.members[FRAME + 1 :]]
-    turning = {w: Group(w, tuple(Quantity(n, (f"{n}.{w}",)) for n in members)) for w in MEMBER_QUANTITIES}
+    turning = {w: Group(w, tuple(PlottedQuantity(n, (f"{n}.{w}",)) for n in members)) for w in MEMBER_QUANTITIES}
     return points | turning
 
 
-def _magnitude(point: str, word: str) -> Quantity:
+def _magnitude(point: str, word: str) -> PlottedQuantity:
     letter, _ = POINT_QUANTITIES[word]
-    return Quantity(point, (f"{point}.{letter}x", f"{point}.{letter}y"), True)
+    return PlottedQuantity(point, (f"{point}.{letter}x", f"{point}.{letter}y"), True)
 
 
 def _of_measures(measures: Sequence[Measure]) -> list[Group]:
     """Return the graphs of measures; columns with the same graph and unit are together."""
-    groups: dict[tuple[str, str], list[Quantity]] = {}
+    groups: dict[tuple[str, str], list[PlottedQuantity]] = {}
     for head in (head for measure in measures for head in measure.heads if head.graph):
         short = head.name.partition(":")[2]
-        groups.setdefault((head.graph, head.unit), []).append(Quantity(short, (head.name,)))
+        groups.setdefault((head.graph, head.unit), []).append(PlottedQuantity(short, (head.name,)))
     return [Group(title, tuple(quantities)) for (title, _), quantities in groups.items()]
