@@ -104,7 +104,7 @@ def test_motions_of_coupled_groups_and_linear_inputs(name, k, tmp_path):
 
 
 def test_every_command_that_solves_has_the_option():
-    for command in (*COMMANDS, "check", "tradeoff"):
+    for command in (*COMMANDS, "check", "tradeoff", "view"):
         assert "--assembly K" in gim(command, "--help").text, command
 
 
