@@ -31,7 +31,7 @@ MOST_CURVES = 8
 """Largest number of curves in a graph that is shown first."""
 
 
-def law_animation(motion: Motion, extras: Extras, steps: int, angles: Angles) -> Animation | None:
+def law_animation(motion: Motion, extras: Extras, steps: int, angles: Angles = in_rows) -> Animation | None:
     """Return the animation of a motion along the laws in `steps` steps; None if no row is solved.
 
     `motion` has all rows, or evenly spread ones of a long motion; `angles` counts full turns.
