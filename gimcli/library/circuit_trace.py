@@ -102,7 +102,7 @@ class CircuitTrace:
         found = []
         for motion, table in zip(self.motions, self._tables, strict=True):
             ranges = PointRanges(self.mechanism)
-            ranges.add(table)
+            ranges.add(table, motion.good)
             found.append(ranges.report(motion))
         return found
 

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
@@ -32,18 +33,20 @@ class PointRanges:
         self.first, self.last = np.full(shape, math.nan), np.full(shape, math.nan)
         self.rows = self.solved = 0
 
-    def add(self, table: Table) -> None:
-        """Add the next rows of a motion."""
+    def add(self, table: Table, good: NDArray[np.bool_]) -> None:
+        """Add the next rows of a motion, of which those in `good` (rows,) are solved."""
+        solved = int(np.count_nonzero(good))
+        least, greatest = (np.min, np.max) if solved == len(good) else (np.fmin.reduce, np.fmax.reduce)  # NaN: skipped
         for number, name in enumerate(self.mechanism.traced):
             for axis, letter in enumerate("xy"):
                 values = table[f"{name}.{letter}"]
-                self.least[number, axis] = np.fmin.reduce(values, initial=self.least[number, axis])
-                self.greatest[number, axis] = np.fmax.reduce(values, initial=self.greatest[number, axis])
+                self.least[number, axis] = least(values, initial=self.least[number, axis])
+                self.greatest[number, axis] = greatest(values, initial=self.greatest[number, axis])
                 if not self.rows:
                     self.first[number, axis] = values[0]
                 self.last[number, axis] = values[-1]
         self.rows += len(table)
-        self.solved += int(np.count_nonzero(table["status"] == "ok"))
+        self.solved += solved
 
     def report(self, motion: Motion) -> dict[str, dict[str, Any]]:
         """Return ranges and kind of curve by the names of the points; `motion` has enough rows to count turns."""

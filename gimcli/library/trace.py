@@ -181,7 +181,7 @@ class MotionTrace:
             own, first = self.extras, self.summary.seen
             more = own.columns(piece, angles)
             table = motion_table(piece, own.names, first, 0, self._rates, more, angles, own.members)
-            self.ranges.add(table)
+            self.ranges.add(table, piece.good)
             yield table
             own.keep(table, self.summary.add(piece))
             if self.kept is not None:

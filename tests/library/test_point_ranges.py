@@ -73,7 +73,8 @@ def test_ranges_are_those_of_the_columns_in_any_pieces():
         assert [one["x"], one["y"]] == [[xy[:, k].min(), xy[:, k].max()] for k in (0, 1)]
     table, ranges = found.table(), PointRanges(m)
     for rows in (slice(0, 1), slice(1, 40), slice(40, 101)):
-        ranges.add(Table(tuple(Column(c.name, c.values[rows], c.unit) for c in table.columns)))
+        piece = Table(tuple(Column(c.name, c.values[rows], c.unit) for c in table.columns))
+        ranges.add(piece, piece["status"] == "ok")
     assert ranges.report(found.motion) == found.points
 
 
