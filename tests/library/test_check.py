@@ -37,7 +37,7 @@ def four_bar(d, a, b, c, law=None, duration=2.0, **more):
 
 def slider(a, b, e, duration=2.0):
     """Return a slider-crank whose slider's pin is at the height e."""
-    motor = {"type": "rotary", "pivot": "O", "arm": "A", "law": {"from": 0, "to": 360}}
+    motor = {"type": "rotary", "pivot": "O", "arm": "A", "law": {"from": -0.37, "to": 359.63}}
     return {
         "units": {"length": "mm"}, "duration": duration,
         "nodes": {"O": [0, 0], "A": [a, 0], "B": [a + math.sqrt(b**2 - e**2), e], "P": [0, e], "Q": [9, e]},
@@ -62,7 +62,7 @@ def opposite(one, two, three):
 def test_crank_rocker(lengths):
     """Swing and time ratio by the two triangles with crank and coupler in line; Norton, sections 3.4 and 4.10."""
     d, a, b, c = lengths
-    found = report(four_bar(d, a, b, c))
+    found = report(four_bar(d, a, b, c, {"from": 40.37, "to": 400.37}))  # all extremes are between rows
     (rocker,) = found["outputs"]
     far, near = (opposite(d, c, b + s * a) for s in (1.0, -1.0))
     assert rocker["range"] == pytest.approx(math.degrees(far - near), rel=1e-12)
@@ -134,8 +134,11 @@ def gimcli_data(name, **more):
 
 def test_published_quick_returns():
     """Closed forms named in the sources of these models: crank-shaper (swing 60, ratio 2), Whitworth (3, ratio 2)."""
-    (arm,) = [o for o in report(MODELS / "crank_shaper.yaml")["outputs"] if o["kind"] == "link"]
-    assert (arm["range"], arm["time_ratio"]) == pytest.approx((60.0, 2.0), rel=1e-9)
+    motor = gimcli_data("crank_shaper")["actuators"]["motor"] | {"law": {"from": 60.37, "to": 420.37}}
+    shaper = report(gimcli_data("crank_shaper", actuators={"motor": motor}))
+    outputs = {o["name"]: o for o in shaper["outputs"]}
+    assert (outputs["arm"]["range"], outputs["arm"]["time_ratio"]) == pytest.approx((60.0, 2.0), rel=1e-9)
+    assert outputs["slot"]["range"] == pytest.approx(2.0, rel=1e-12)  # along the arm: frame + crank to frame - crank
     outputs = {o["name"]: o for o in report(MODELS / "whitworth.yaml")["outputs"]}
     assert (outputs["ram"]["range"], outputs["ram"]["time_ratio"]) == pytest.approx((3.0, 2.0), rel=1e-9)
     assert outputs["arm"]["full_turn"]

@@ -57,6 +57,8 @@ def test_rows_that_are_not_solved_leave_a_curve_open():
     assert not found.complete
     assert {one["curve"] for one in found.points.values()} == {"open"}
     assert all(np.isfinite(one["x"] + one["y"]).all() for one in found.points.values())
+    law = {"profile": {"polynomial": [60, 400, -400]}}  # to 160 degrees, beyond the limit, and back
+    assert set(curves(model("chebyshev", law=law), at_limit="skip").values()) == {"open"}
 
 
 def test_a_curve_through_both_limits_is_closed():

@@ -1,0 +1,36 @@
+"""Derivatives of the quantities whose extremes are searched: equal to differences of their values."""
+
+from __future__ import annotations
+
+import numpy as np
+from bundled import MODELS
+
+import gimcli
+from gimcli.measures.extremes import RateRows
+from gimcli.measures.motion_quantities import AngularSpeed, Flatness, Speed, Travel, rotation
+from gimcli.measures.transmission import dyad_joints
+from gimcli.model.source import read_source
+from gimcli.motion.motion import trace
+from gimcli.rates.derivatives import rates
+
+STEPS = 20_000
+
+
+def test_derivatives_are_differences():
+    """A block on an arm whose line misses the pivot by 0.3, with a rod to a slider on the frame."""
+    data = read_source(MODELS / "whitworth.yaml").data
+    slot = next(name for name, pair in data["prismatic"].items() if pair["guide"][0] != "G")
+    data["prismatic"][slot]["offset"] = 0.3
+    m = gimcli.load({**data, "duration": 0.7})
+    motion = trace(m, STEPS)
+    rows = RateRows(motion.time, rates(m, motion.time, motion.z, 3))
+    quantities = [Speed("R"), Speed("E", 2), AngularSpeed(2), AngularSpeed(3, 2), rotation(rows, 2)]
+    quantities += [*map(Travel, m.slides), *map(Flatness, dyad_joints(m))]
+    assert len(quantities) >= 8
+    step = m.duration / STEPS
+    for quantity in quantities:
+        f, df = quantity.of(rows)
+        difference = (f[2:] - f[:-2]) / (2.0 * step)
+        smooth = np.abs(np.diff(np.sign(df)))[1:] + np.abs(np.diff(np.sign(df)))[:-1] == 0.0  # no kink of a magnitude
+        error = np.abs(difference - df[1:-1])[smooth]
+        assert error.max() < 1e-5 * np.abs(df).max(), quantity
