@@ -112,6 +112,13 @@ class CheckResult(Result):
         z = self.position.z if self.position is not None and not self.error else assembled(self.mechanism)
         return check_page(self.mechanism, motion, z, self.sections(), self.warnings)
 
+    def __repr__(self) -> str:
+        texts = [self.headline()]
+        for section in self.sections():
+            texts += ["", section.heading, *section.lines()]
+        warned = (": ".join(filter(None, ("warning", one["where"], one["text"]))) for one in self.warnings)
+        return "\n".join([*texts, *warned])
+
     # -- the parts ------------------------------------------------------------------------------
 
     def _position(self) -> Position | None:

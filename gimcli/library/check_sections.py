@@ -27,6 +27,12 @@ class CheckSection:
     rows: Rows
     left_out: int = 0
 
+    def lines(self) -> list[str]:
+        """Return head and rows in aligned columns."""
+        table = [*([self.head] if any(self.head) else []), *self.rows]
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+        return ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in table]
+
 
 def check_sections(mechanism: Mechanism, report: dict[str, Any]) -> list[CheckSection]:
     """Return the sections that are not empty, in the order in which they are read."""

@@ -26,6 +26,8 @@ class ExtremesConstants:
     exact: float = 1e-13  # change of the time, 0..1, below which the time of an extreme is exact
     close: float = 1e-12  # change of the value, relative to the quantity's range, below which a value is exact
     zero: float = 1e-11  # derivative, relative to the greatest one, below which it is 0
+    most: int = 24  # most brackets of the greatest, and of the least, value
+    same: float = 1e-6  # bounds, relative to the range, that are equal if they differ by less
     constant: float = 1e-10  # range, relative to the greatest value, below which a quantity is constant
 
 
@@ -135,14 +137,27 @@ def extremes(rows: RateRows, quantities: Sequence[Quantity], solve: Solve, perio
 
 
 def _promising(rows: RateRows, f: FloatArray, own: list[Bracket], least: bool) -> list[Bracket]:
-    """Return the brackets that may contain the greatest or the least value: a slope limits what lies between rows."""
-    kept = []
+    """Return the brackets that may contain the greatest or the least value: a slope limits what lies between rows.
+
+    In motions that repeat, only the first ones of many are kept.
+    """
+    kept: list[tuple[float, Bracket]] = []
     for bracket in own if least else [b for b in own if b.sense > 0.0]:
         k, m = np.searchsorted(rows.time, bracket.ends)
         rise = (bracket.ends[1] - bracket.ends[0]) * rows.mechanism.duration * max(map(abs, bracket.slopes))
-        if max(bracket.sense * f[[k, m]]) + rise >= np.nanmax(bracket.sense * f):
-            kept.append(bracket)
-    return kept
+        most = float(np.nanmax(bracket.sense * f))
+        highest = max(bracket.sense * f[[k, m]]) + rise
+        if highest >= most:
+            kept.append((highest, bracket))
+    near = SEARCH.same * _span(f)
+    return [
+        bracket
+        for sense in (1.0, -1.0)
+        for _, bracket in sorted(
+            (one for one in kept if one[1].sense == sense),
+            key=lambda one: (-round(one[0] / near) if near else 0, one[1].ends[0]),
+        )[: SEARCH.most]
+    ]
 
 
 def _span(f: FloatArray) -> float:

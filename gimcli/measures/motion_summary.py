@@ -27,8 +27,8 @@ from gimcli.structure.plan import make_plan
 from gimcli.structure.sliding_pairs import sliding_pairs
 from gimcli.structure.steps import NONE
 
-STEPS, MOST_STEPS = 360, 7200
-"""Least number of steps of the motion, and per turn of an input; greatest number of steps."""
+STEPS, MOST_STEPS, FEWEST = 360, 7200, 36
+"""Steps of the motion, and of each turn of an input; their number above which turns have fewer steps; the fewest."""
 
 TOWARDS = 12
 """RateRows that approach a limit, each at half the distance of the row before."""
@@ -137,11 +137,12 @@ def _end(motion: Motion, limits: Sequence[Limit]) -> ComplexArray | None:
 
 
 def _steps(mechanism: Mechanism) -> int:
-    """Return a number of steps such that each input turns by about one degree in each."""
+    """Return a number of steps such that each input turns by about one degree in each, or ten in very long motions."""
     times = np.linspace(0.0, 1.0, STEPS + 1)
     moved = np.abs(np.diff(law_inputs(mechanism)(times), axis=1)).sum(axis=1)
     turns = max((m / TURN for m, a in zip(moved, mechanism.actuators, strict=True) if a.rotary), default=0.0)
-    return min(MOST_STEPS, STEPS * max(1, math.ceil(turns - STILL)))
+    whole = max(1, math.ceil(turns - STILL))
+    return max(min(MOST_STEPS, STEPS * whole), FEWEST * whole)
 
 
 class _Summarizer:

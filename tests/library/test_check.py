@@ -329,6 +329,12 @@ def test_distances_from_the_drawing_are_those_of_the_file():
 # -- forms of the report -----------------------------------------------------------------------------------
 
 
+def test_print_shows_the_report():
+    text = repr(gimcli.check(gimcli.load(MODELS / "crank_rocker.yaml")))
+    for part in ("four-bar linkage: crank-rocker; 1 warning", "swing 73.7818 deg", "time ratio", "warning: "):
+        assert part in text
+
+
 def test_table_and_json_have_the_same_numbers(tmp_path):
     done = gim("check", MODELS / "slider_crank.yaml", "-o", tmp_path / "c.csv", "-o", tmp_path / "c.json", "--json")
     saved = json.loads((tmp_path / "c.json").read_text())
