@@ -19,7 +19,7 @@ VOID = Fill(PAPER, "none", 0.0, layer=0)
 PENS = {
     "outer": Pen(1.9, INK, layer=7),
     "hole": Pen(1.9, "#a50f15", (5.0, 1.6), layer=7),
-    "inner": Pen(0.7, "#7d97b8", (1.4, 2.0), layer=6),
+    "inner": Pen(0.9, "#4a6fa5", (1.4, 1.8), layer=6),
 }
 OTHERS = Pen(1.1, "#20508c", (4.0, 2.0), layer=7)
 """Paths of other configurations."""

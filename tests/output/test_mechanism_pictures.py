@@ -51,6 +51,11 @@ def test_each_link_has_the_number_of_its_group(jansen):
     assert boxes == [group_colour(k) for k in (1, 2, 3, 4)]
 
 
+def test_neighbouring_groups_differ_in_grey():
+    grey = [np.dot([int(c[k : k + 2], 16) for k in (1, 3, 5)], [0.299, 0.587, 0.114]) for c in PALETTE]
+    assert min(abs(np.diff(grey))) > 12.0
+
+
 @pytest.mark.parametrize("name", ["jansen", "double_butterfly", "ten_bar"])
 def test_every_move_has_its_number_on_the_mechanism_and_in_the_table(name):
     found = gimcli.sequence(load(name))
