@@ -105,7 +105,9 @@ class _Texts:
         if drawing is None:
             return []
         away, part = length(self.own, drawing["distance"]), number(100.0 * drawing["relative"], 100.0)
-        text = f"at most {away}{self.unit} ({part} % of the size) from the assembled position, at {drawing['node']}"
+        text = (
+            f"nodes move at most {away}{self.unit} ({part} % of the size) to the assembled position: {drawing['node']}"
+        )
         return [("initial coordinates", "an assembled position" if away == "0" else text)]
 
     def inputs(self) -> Rows:

@@ -12,7 +12,7 @@ from gimcli.output.symbols import arrow
 COIL, TURNS = 4.5, 8
 """Half width [pt] and number of turns of a spring."""
 
-LANE = 11.0
+LANE = 15.0
 """Distance of elements that are side by side [pt]."""
 
 STEM = 0.2

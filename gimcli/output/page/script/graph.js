@@ -36,7 +36,7 @@ class Graph {
   // The list of columns and the abscissa; made only when it is opened.
   fillChooser() {
     while (this.chooser.children.length > 1) this.chooser.lastChild.remove();
-    const over = this.chooser.appendChild(create("label", "", "Over "));
+    const over = this.chooser.appendChild(create("label", "", "x axis "));
     const select = over.appendChild(document.createElement("select"));
     for (const column of this.app.clip.columns) select.appendChild(new Option(labelled(column.name, column.unit), column.name));
     select.value = this.over;

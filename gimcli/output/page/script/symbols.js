@@ -1,6 +1,6 @@
 // The symbols of textbook drawings, with the sizes of output/symbols.py and output/force_symbols.py.
 
-const BLOCK_LENGTH = 20, BLOCK_HEIGHT = 12, OVERHANG = 12, LANE = 11;
+const BLOCK_LENGTH = 20, BLOCK_HEIGHT = 12, OVERHANG = 12, LANE = 15;
 
 // A ground line with slanting strokes on the side `away`.
 function hatch(c, first, second, away) {
