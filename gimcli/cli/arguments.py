@@ -58,12 +58,23 @@ At = Annotated[
         "--at", metavar="ACTUATOR=VALUE", help="Input value in the file's unit; repeatable.", rich_help_panel=INPUTS
     ),
 ]
+
+
+def _given(context: typer.Context, assembly: str) -> str:
+    """Refuse an empty text, such as that of a shell variable that is not set."""
+    source = context.get_parameter_source("assembly")
+    if source is not None and source.name == "COMMANDLINE" and not assembly.strip():
+        raise UsageError("--assembly: expected the number or the signs of a configuration, got ''")
+    return assembly
+
+
 Assembly = Annotated[
     str,
     typer.Option(
-        "--assembly", metavar="K", help="Configuration: number or signs of `gim solve --all`.", rich_help_panel=INPUTS
+        "--assembly", metavar="K", help="Configuration: number or signs of `gim solve --all`.", rich_help_panel=INPUTS,
+        callback=_given,
     ),
-]
+]  # fmt: skip
 Json = Annotated[bool, typer.Option("--json", help="Print the report as one JSON object.", rich_help_panel=OUTPUT)]
 Out = Annotated[
     list[str],

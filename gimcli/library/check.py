@@ -38,6 +38,9 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-10
 """Largest accepted error of a constraint, relative to the size."""
 
+OTHER_INPUTS = "an assembled position at other inputs than those of the law"
+"""The note on the position of a page, where the start of the law cannot be assembled."""
+
 QUANTITIES = {
     (False, 1): "speed", (False, 2): "acceleration", (True, 1): "angular speed", (True, 2): "angular acceleration",
 }  # fmt: skip
@@ -110,7 +113,8 @@ class CheckResult(Result):
 
         motion = self.summary.motion if self.summary else None
         z = self.position.z if self.position is not None and not self.error else assembled(self.mechanism)
-        return check_page(self.mechanism, motion, z, self.sections(), self.warnings)
+        note = OTHER_INPUTS if self.error and z is not None else ""
+        return check_page(self.mechanism, motion, z, self.sections(), self.warnings, note)
 
     def __repr__(self) -> str:
         texts = [self.headline()]

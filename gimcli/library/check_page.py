@@ -22,23 +22,24 @@ if TYPE_CHECKING:
 
 def check_page(
     mechanism: Mechanism, motion: Motion | None, z: ComplexArray | None, sections: Sequence[CheckSection],
-    warnings: Sequence[dict[str, Any]],
+    warnings: Sequence[dict[str, Any]], note: str = "",
 ) -> Animation:  # fmt: skip
-    """Return a page with the motion if there is one, else with a position z (nodes,), and the report."""
+    """Return a page with the report and the motion, or else with a position z (nodes,) and a note on it."""
     shown = None
     if motion is not None:
         shown = law_animation(motion, Extras(mechanism, [], "", 0), len(motion.time) - 1, in_rows)
     if shown is None:
-        shown = Animation(mechanism.name, mechanism, (_position(mechanism, z),))
+        shown = Animation(mechanism.name, mechanism, (_position(mechanism, z, note),))
     return replace(shown, report=(*map(_section, sections), *_warnings(warnings)))
 
 
-def _position(mechanism: Mechanism, z: ComplexArray | None) -> Clip:
+def _position(mechanism: Mechanism, z: ComplexArray | None, note: str) -> Clip:
     """Return a clip of one row; without a position it is empty, and the page shows the initial coordinates."""
     status = "not-assembled" if z is None else "ok"
     place = np.full(len(mechanism.nodes), complex(np.nan, np.nan)) if z is None else mechanism.to_file(z)
     table = Table((Column("time", np.zeros(1), "s"), Column("status", np.array([status]))))
-    return Clip("initial configuration", place[None, :], np.zeros(1), (status,), table)
+    name = note or "initial configuration"
+    return Clip(name, place[None, :], np.zeros(1), (status,), table, note=note)
 
 
 def _section(own: CheckSection) -> Section:

@@ -70,6 +70,8 @@ class _PlotReader:
         self.text, self.names, self.at = text, names, 0
 
     def graphs(self) -> list[GraphText]:
+        if not self.text.strip(" \t\n,"):
+            raise UsageError(f"plot: expected a column or a quantity, got '{self.text}'")
         found = []
         while self._skip(" \t\n,"):
             found.append(self._graph())

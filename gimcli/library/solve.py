@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 
 STARTS = ("drawn", "random")
 
+EXACT = 1e-9
+"""Largest length error of a position, relative to the size, that is written into a model file."""
+
 
 def solve(
     mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, method: str = "auto",
@@ -201,6 +204,11 @@ class SolveResult(Result):
     def _model(self) -> ModelText:
         from gimcli.library.model_text import model_text
 
+        if self.residual > EXACT:
+            raise UsageError(
+                f"the position has a length error of {self.residual:.1e} of the size; a model file with solved"
+                f" coordinates needs {EXACT:.0e} or less: use a smaller --tolerance"
+            )
         return model_text(self.mechanism, self.position.z)
 
     def picture(self) -> Content | None:

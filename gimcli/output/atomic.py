@@ -57,6 +57,7 @@ def _refuse_read(read: Iterable[Path], path: Path) -> None:
 @contextmanager
 def _written(path: Path, mode: str) -> Iterator[IO[str] | IO[bytes]]:
     """Write to a temporary file beside `path` and rename it; after an error it is removed and `path` is unchanged."""
+    path = path.resolve() if path.is_symlink() else path  # the target of a link is written, the link stays
     part = _beside(path)
     try:
         _make_room(path)

@@ -18,6 +18,10 @@ HALO = 2.0
 """Width of the light edge around letters [pt]."""
 
 
+MOST_LINES = 4
+"""Largest number of lines of a title; a longer one is cut."""
+
+
 def set_up(axes: Any, picture: Picture) -> None:
     """Set limits, labels and ticks of the axes."""
     low, high = picture.frame.low, picture.frame.high
@@ -114,7 +118,8 @@ def _write_text(axes: Any, text: Text, font: float) -> None:
 
 def title_lines(title: str, width: float, font: float = 1.0) -> list[str]:
     """Return the lines of a title that fit into a width [in]; `font` is the size of texts, relative to the usual."""
-    return textwrap.wrap(title, max(8, int(width / (LETTER * (FONT + 2) * font))))
+    letters = max(8, int(width / (LETTER * (FONT + 2) * font)))
+    return textwrap.wrap(title, letters, max_lines=MOST_LINES, placeholder=" …")
 
 
 def write_title(figure: Any, lines: list[str], x: float, y: float) -> None:

@@ -34,6 +34,7 @@
 
   // Show the errors of the file, and that of the last request.
   function report(text) {
+    document.body.classList.toggle("stale", errors.length > 0);
     const lines = text ? [...errors, text] : errors;
     gim.message(lines.length ? lines.join("\n") : null, "error");
   }

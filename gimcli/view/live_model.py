@@ -133,6 +133,8 @@ class LiveModel:
         self._seen = before = stamps(self._seen)
         begun = time.perf_counter()
         with self.solving:
+            if self.path.exists() and not self.path.is_file():
+                raise ModelError([f"{self.path}: is not a regular file; save the model file under this name"])
             mechanism = load(self.path)
             self._seen = {**stamps(mechanism.files), **{f: before[f] for f in mechanism.files if f in before}}
             if self.assembly:

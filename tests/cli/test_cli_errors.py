@@ -15,7 +15,7 @@ import time
 import pytest
 import yaml
 from bundled import MODELS
-from in_process import ANALYSES
+from in_process import ANALYSES, refused
 
 from gimcli.cli import main
 from gimcli.model.source import read_source
@@ -730,3 +730,17 @@ def test_rows_that_are_not_solved_have_empty_cells(arguments, gim):
     assert rows
     for row in rows:
         assert {name for name, cell in row.items() if cell} <= GIVEN
+
+
+def test_an_empty_assembly_or_graph_is_refused(tmp_path):
+    model = MODELS / "crank_rocker.yaml"
+    assert "--assembly: expected the number or the signs" in refused("solve", model, "--assembly", "")
+    assert "plot: expected a column" in refused("trace", model, "--plot", ",", "-o", tmp_path / "m.png")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_coarse_position_is_not_written_into_a_model_file(tmp_path):
+    coarse = ["--method=gim", "--tolerance=1e-2", "--at=motor=70"]
+    text = refused("solve", MODELS / "stephenson_3.yaml", *coarse, "-o", tmp_path / "new.yaml")
+    assert "use a smaller --tolerance" in text
+    assert not list(tmp_path.iterdir())

@@ -17,6 +17,7 @@ from gimcli import output
 from gimcli.errors import OutputError, UsageError
 from gimcli.mechanism import ANGLE, HEIGHT, SPAN, Input, Mechanism, Member, PairRow, Point
 from gimcli.output import CsvStream, write_csv, written_bytes, written_text
+from gimcli.output.axes import title_lines
 from gimcli.output.curves import drawn_runs, thinned
 from gimcli.output.drawing import (
     MOST_KEYS,
@@ -442,6 +443,21 @@ def test_a_history_without_numbers_is_drawn(tmp_path, errors):
     fit = (math.nan, math.nan)
     output.write(history_picture(np.array(errors), fit, "history", math.nan, 0), tmp_path / "h.png")
     assert size_of(tmp_path / "h.png") > (100, 100)
+
+
+def test_the_target_of_a_link_is_written_and_the_link_stays(tmp_path):
+    (tmp_path / "there").mkdir()
+    link = tmp_path / "link.csv"
+    link.symlink_to(tmp_path / "there" / "table.csv")
+    write_csv(Table((Column("x", np.array([1.5])),)), link)
+    assert link.is_symlink()
+    assert (tmp_path / "there" / "table.csv").read_text() == "x\n1.5\n"
+
+
+def test_a_very_long_title_is_cut():
+    lines = title_lines("word " * 2000, 6.0)
+    assert len(lines) == 4
+    assert lines[-1].endswith(" …")
 
 
 # ---------------------------------------------------------------- curves and hulls
