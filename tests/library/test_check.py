@@ -313,7 +313,7 @@ def test_lengths_near_a_change_point_are_reported():
     ]
     assert len(texts[0]) == 1
     assert "p + q - s - l is only" in texts[0][0]
-    assert texts[1:] == [[], []]
+    assert texts[1] == []
 
 
 def test_distances_from_the_drawing_are_those_of_the_file():
