@@ -204,12 +204,13 @@ class SolveResult(Result):
     def _model(self) -> ModelText:
         from gimcli.library.model_text import model_text
 
+        text = model_text(self.mechanism, self.position.z)
         if self.residual > EXACT:
             raise UsageError(
                 f"the position has a length error of {self.residual:.1e} of the size; a model file with solved"
                 f" coordinates needs {EXACT:.0e} or less: use a smaller --tolerance"
             )
-        return model_text(self.mechanism, self.position.z)
+        return text
 
     def picture(self) -> Content | None:
         """Return the drawing of the position, or the graph of the errors; None if there is nothing to draw."""

@@ -108,7 +108,7 @@ def history_picture(
     with np.errstate(divide="ignore", invalid="ignore"):
         curve = sweeps + 1j * np.log10(np.asarray(errors, dtype=np.float64))
     curve = curve[np.isfinite(curve)]
-    picture = Picture(title, _window(curve), ("sweep", "error"), logarithmic=True)
+    picture = Picture(title, _window(curve), ("sweep", "relative error"), logarithmic=True)
     picture.mark(style.DOT, *curve.tolist())
     picture.legend.append(("error", style.DOT))
     c1, c2 = fit if fit is not None else (float("nan"), float("nan"))
