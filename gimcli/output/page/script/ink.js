@@ -105,3 +105,32 @@ function arrow(c, path, width = 1.1, colour = theme.ink, size = 6, dash = [], fa
   line(c, [...path.slice(0, -1), plus(tip, along, -0.6 * size * camera.pt)], width, colour, dash);
   arrowHead(c, tip, along, size, colour, face);
 }
+
+// Many straight arrows [start, tip, size of the head or 0], drawn with two paths: that is faster than one by one.
+function arrows(c, vectors, width, colour, dash, face) {
+  const heads = [];
+  c.beginPath();
+  for (const [start, tip, size] of vectors) {
+    const along = unit(start, tip), end = plus(tip, along, -0.6 * size * camera.pt);
+    c.moveTo(...start);
+    c.lineTo(...end);
+    if (size) heads.push([tip, along, size]);
+  }
+  c.lineWidth = width * camera.pt;
+  c.strokeStyle = colour;
+  c.setLineDash(dash);
+  c.stroke();
+  c.beginPath();
+  for (const [tip, along, size] of heads) {
+    const back = plus(tip, along, -size * camera.pt), aside = left(along), half = 0.32 * size * camera.pt;
+    c.moveTo(...tip);
+    c.lineTo(...plus(back, aside, half));
+    c.lineTo(...plus(back, aside, -half));
+    c.closePath();
+  }
+  c.fillStyle = face;
+  c.fill();
+  c.lineWidth = (face === colour ? 0.3 : 0.9) * camera.pt;
+  c.setLineDash([]);
+  c.stroke();
+}

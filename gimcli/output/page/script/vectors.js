@@ -31,14 +31,15 @@ function drawVectors(c, scene, clip, row, order, pose, place) {
   if (!(long > 0)) return;
   const scale = (LONGEST * Math.min(camera.width, camera.height)) / long;
   const colour = order ? theme.second : theme.first, dash = order ? [5, 3] : [], face = order ? theme.paper : colour;
+  const vectors = [];
   for (const anchor of clip.moving) {
     const [vx, vy] = anchorRate(scene, clip.xy, clip.rates[order], start, anchor);
     const length = scale * Math.hypot(vx, vy), at = pose.place(anchor);
     if (!(length > 1)) continue;
     const tip = [at[0] + scale * vx, at[1] - scale * vy];
-    if (length < 8) line(c, [at, tip], 1.4, colour);
-    else arrow(c, [at, tip], 1.4, colour, Math.min(7, length / camera.pt / 1.5), dash, face);
+    vectors.push([at, tip, length < 8 ? 0 : Math.min(7, length / camera.pt / 1.5)]);
   }
+  arrows(c, vectors, 1.4, colour, dash, face);
   const value = roundBelow(long), y = camera.height - 14 - 20 * place;
   arrow(c, [[14, y], [14 + scale * value, y]], 1.4, colour, 6, dash, face);
   text(c, `${KINDS[order]} ${shown(value)} ${raised(clip.rateUnits[order])}`, 22 + scale * value, y);
