@@ -41,5 +41,5 @@ def with_picture_options(command: Callable[..., None]) -> Callable[..., None]:
 
     own = inspect.signature(command, eval_str=True)
     kept = [p.replace(kind=p.KEYWORD_ONLY) for p in own.parameters.values() if p.name != "drawing"]
-    extended.__signature__ = own.replace(parameters=[*kept, *OPTIONS])  # type: ignore[attr-defined]
+    extended.__signature__ = own.replace(parameters=[*kept, *OPTIONS])  # type: ignore[attr-defined]  # read by typer
     return extended

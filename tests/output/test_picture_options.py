@@ -29,7 +29,10 @@ def motion():
 @pytest.fixture(scope="module")
 def results(motion):
     """One result for each kind of picture."""
-    load = lambda name: gimcli.load(MODELS / f"{name}.yaml")  # noqa: E731
+
+    def load(name):
+        return gimcli.load(MODELS / f"{name}.yaml")
+
     return [
         motion, gimcli.trace(load("jansen"), 12), gimcli.solve(load("crank_rocker"), velocities=True),
         gimcli.configurations(load("crank_rocker")), gimcli.groups(load("jansen")), gimcli.sequence(load("jansen")),

@@ -89,6 +89,21 @@ def test_a_file_may_disappear_and_return(path):
         assert next(events) == {"motion": 2, "errors": []}
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes")
+def test_a_pipe_in_place_of_the_file_is_reported(path):
+    pipe = path.parent / "pipe"
+    os.mkfifo(pipe)
+    with running(path) as client, client.events() as events:
+        next(events)
+        os.replace(pipe, path)
+        assert "is not a regular file" in next(events)["errors"][0]
+        path.unlink()
+        path.write_text(LONGER)
+        while (event := next(events))["errors"]:  # while there is no file
+            assert event["motion"] == 1
+        assert event == {"motion": 2, "errors": []}
+
+
 def test_a_file_that_is_being_written_is_no_error(path):
     with running(path) as client, client.events() as events:
         next(events)
