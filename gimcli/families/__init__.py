@@ -1,0 +1,1 @@
+"""Families of designs: many mechanisms of one structure that differ in dimensions."""

@@ -1,0 +1,1 @@
+"""Fitting of dimensions to targets and goals."""
