@@ -1,4 +1,6 @@
-"""Compilation of kernels, with the kernels that they call. Only this module and `machine_code` import numba.
+"""Compilation of kernels, with the kernels that they call.
+
+Only this module, `linking` and `machine_code` import numba.
 
 A kernel is a plain module-level function with the decorator `@kernel`; for small jobs it runs interpreted.
 `compiled(kernel)` returns the compiled form of the same source. Machine code is cached in a folder whose name is a hash
@@ -20,9 +22,9 @@ from gimcli.kernels.machine_code import SUFFIX, MachineCode
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-COMPILER: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "nogil": True}
+COMPILER: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "nogil": True, "no_cfunc_wrapper": True}
 """Kernels allocate no memory, so they need no reference counts (`_nrt`), which would take longer than the arithmetic.
-They do not use the interpreter, so that several threads can run them in parallel (`nogil`)."""
+They do not use the interpreter, so that several threads can run them in parallel (`nogil`). No C code calls them."""
 
 _KERNELS: set[Callable[..., Any]] = set()
 _STAGES: set[Callable[..., Any]] = set()
@@ -61,19 +63,23 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
 def _compiled(function: Callable[..., Any], inner: bool) -> Callable[..., Any]:
     import numba
 
+    from gimcli.kernels.linking import part
+
     function = _SCALAR_FORMS.get(function, function)
     names = dict(function.__globals__)
     for name in function.__code__.co_names:
         callee = names.get(name)
         if callee is not None and callee in _KERNELS:
             built_in = _SCALAR_FORMS.get(callee)  # `range` itself: a call that returns it is not vectorised
-            names[name] = built_in if isinstance(built_in, type) else _compiled(callee, inner=callee not in _STAGES)
+            names[name] = built_in if isinstance(built_in, type) else _compiled(callee, inner=True)
     clone = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
     clone.__module__ = function.__module__
     clone.__qualname__ = function.__qualname__
-    jit: Callable[..., Any] = numba.njit(forceinline=inner, **COMPILER)(clone)
+    if inner:
+        return part(clone, function not in _STAGES, COMPILER)
+    jit: Callable[..., Any] = numba.njit(**COMPILER)(clone)
     folder = cache_folder()
-    if folder is not None and not inner:
+    if folder is not None:
         jit._cache = MachineCode(clone, folder)  # type: ignore[attr-defined]  # replaces numba's own cache
     return jit
 
