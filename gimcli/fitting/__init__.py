@@ -1,1 +1,1 @@
-"""Fitting of dimensions to targets and goals."""
+"""Fitting: dimensions for which a point, a member or an output passes given targets."""

@@ -1,0 +1,178 @@
+"""Levenberg-Marquardt of many designs at once, with bounds and with an unknown input of each target.
+
+Each target depends on its own input only, so the inputs are eliminated from the normal equations (Schur complement).
+Dimensions at a bound towards which the error decreases are held there. A step that puts the targets out of order, or
+that cannot be assembled, is rejected like one that increases the error.
+Sources: Marquardt, J. SIAM 11 (1963) 431, for the scaling of the damping; Kanzow, Yamashita & Fukushima, J. Comput.
+Appl. Math. 172 (2004) 375, for projected steps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.fitting.quantity import FittedQuantity
+from gimcli.fitting.targets import FREE, GIVEN, Targets
+from gimcli.mechanism import FloatArray
+
+
+@dataclass(frozen=True)
+class MarquardtConstants:
+    """Constants of the damping."""
+
+    first: float = 1e-2  # damping of the first step, relative to the diagonal of the normal matrix
+    less: float = 0.2  # factor after an accepted step
+    more: float = 3.0  # factor after a rejected step
+    least: float = 1e-14
+    most: float = 1e12
+    floor: float = 1e-12  # least diagonal element, relative to the greatest
+    longest: float = 0.5  # longest step of an input [rad, or length in the normal frame]
+
+
+CONSTANTS = MarquardtConstants()
+
+
+@dataclass(frozen=True, eq=False)
+class FitProblem:
+    """A quantity, its targets, and the bounds of the dimensions."""
+
+    quantity: FittedQuantity
+    targets: Targets
+    lower: FloatArray  # (dimensions,)
+    upper: FloatArray  # (dimensions,)
+    periodic: NDArray[np.bool_]  # (dimensions,) directions, which may pass their bounds: these are a full turn apart
+    whole: bool = True  # only designs that move through the whole range of the input
+
+    @property
+    def least(self) -> FloatArray:
+        """The least values (dimensions,) during the fit."""
+        return np.where(self.periodic, -np.inf, self.lower)
+
+    @property
+    def most(self) -> FloatArray:
+        """The greatest values (dimensions,) during the fit."""
+        return np.where(self.periodic, np.inf, self.upper)
+
+    def within(self, designs: FloatArray) -> FloatArray:
+        """Return designs (designs, dimensions) with the full turns removed that directions have made."""
+        turn = np.where(self.periodic, self.upper - self.lower, 1.0)
+        return np.where(self.periodic, self.lower + (designs - self.lower) % turn, designs)
+
+    def inputs(self, designs: FloatArray, own: FloatArray) -> FloatArray:
+        """Return the input (designs, targets) of each target; `own` (designs, unknown inputs) are added to given ones.
+
+        The unknown inputs are those of the targets (timing "free"), one shift of all (timing "step"), or none.
+        """
+        given = np.broadcast_to(self.targets.inputs, (len(designs), len(self.targets.values)))
+        return own if self.targets.timing == FREE else given if self.targets.timing == GIVEN else given + own
+
+    def errors(self, designs: FloatArray, inputs: FloatArray) -> FloatArray:
+        """Return the sum of squares (designs,), without its constant; infinity where a position is missing."""
+        found = self.targets.residuals(self.quantity.values(designs, inputs))
+        with np.errstate(all="ignore"):
+            error = np.einsum("nmc,nmc->n", found, found)
+        return np.where(np.isfinite(error), error, np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """Designs that are being fitted."""
+
+    designs: FloatArray  # (designs, dimensions) file's units
+    own: FloatArray  # (designs, unknown inputs): one of each target, one shift, or none
+    sense: FloatArray  # (designs,) +1 or -1: whether the inputs of the targets increase or decrease; 0: any order
+    error: FloatArray  # (designs,) sum of squares
+    damping: FloatArray  # (designs,)
+
+    def __len__(self) -> int:
+        return len(self.designs)
+
+    def __getitem__(self, chosen: NDArray[np.int64] | NDArray[np.bool_] | slice) -> Trials:
+        return Trials(*(part[chosen] for part in vars(self).values()))
+
+    def best(self, count: int) -> Trials:
+        """Return the trials with the least errors, sorted."""
+        return self[np.argsort(self.error, kind="stable")[:count]]
+
+
+def joined(parts: list[Trials]) -> Trials:
+    """Return the trials of several lists as one."""
+    return Trials(*(np.concatenate(column) for column in zip(*(vars(part).values() for part in parts), strict=True)))
+
+
+def trials(problem: FitProblem, designs: FloatArray, own: FloatArray, sense: FloatArray) -> Trials:
+    """Return trials with their errors; those that cannot be assembled are left out."""
+    error = problem.errors(designs, problem.inputs(designs, own))
+    return Trials(designs, own, sense, error, np.full(len(designs), CONSTANTS.first))[np.isfinite(error)]
+
+
+def refined(problem: FitProblem, start: Trials, iterations: int) -> Trials:
+    """Improve all trials by a number of steps."""
+    at = start
+    with np.errstate(all="ignore"):
+        for _ in range(iterations if len(start) else 0):
+            at = _accepted(problem, at, *_step(problem, at))
+    return at
+
+
+def _accepted(problem: FitProblem, at: Trials, designs: FloatArray, own: FloatArray) -> Trials:
+    """Return the trials after their steps, where these decrease the error, with the next damping."""
+    inputs = problem.inputs(designs, own)
+    error = problem.errors(designs, inputs)
+    if problem.targets.timing == FREE:
+        error = np.where((at.sense == 0.0) | problem.targets.ordered(inputs, at.sense), error, np.inf)
+    good = error < at.error
+    damping = np.clip(at.damping * np.where(good, CONSTANTS.less, CONSTANTS.more), CONSTANTS.least, CONSTANTS.most)
+    return replace(
+        at, designs=np.where(good[:, None], designs, at.designs), own=np.where(good[:, None], own, at.own),
+        error=np.where(good, error, at.error), damping=damping,
+    )  # fmt: skip
+
+
+def _step(problem: FitProblem, at: Trials) -> tuple[FloatArray, FloatArray]:
+    """Return the designs and the unknown inputs after one step."""
+    targets, place, lower, upper = problem.targets, at.designs, problem.least, problem.most
+    rates = problem.quantity.rates(at.designs, problem.inputs(at.designs, at.own))
+    residual, by_input = targets.residuals(rates.values), rates.by_input * targets.weights
+    jacobian = rates.by_dimension * targets.weights[:, None]
+    if targets.timing not in (FREE, GIVEN):  # the shift is one more dimension, without bounds
+        jacobian = np.concatenate((jacobian, by_input[..., None]), axis=-1)
+        place = np.concatenate((place, at.own), axis=1)
+        lower, upper = np.append(lower, -np.inf), np.append(upper, np.inf)
+    gradient = np.einsum("nmci,nmc->ni", jacobian, residual)
+    held = ((place <= lower) & (gradient > 0.0)) | ((place >= upper) & (gradient < 0.0))
+    flat = jacobian.reshape(len(at), -1, place.shape[1])
+    matrix = flat.transpose(0, 2, 1) @ flat
+    diagonal = np.einsum("nii->ni", matrix)
+    added = at.damping[:, None] * (diagonal + CONSTANTS.floor * diagonal.max(axis=1, keepdims=True))
+    if targets.timing != FREE:
+        moved = np.clip(place + _solved(matrix, added, -gradient, held), lower, upper)
+        return moved[:, : at.designs.shape[1]], moved[:, at.designs.shape[1] :]
+    own = np.einsum("nmc,nmc->nm", by_input, by_input) * (1.0 + at.damping[:, None]) + np.finfo(float).tiny
+    mixed = np.einsum("nmci,nmc->nmi", jacobian, by_input)
+    slope = np.einsum("nmc,nmc->nm", by_input, residual)
+    reduced = matrix - mixed.transpose(0, 2, 1) @ (mixed / own[..., None])
+    right = np.einsum("nmi,nm->ni", mixed, slope / own) - gradient
+    moved = np.clip(place + _solved(reduced, added, right, held), lower, upper)
+    change = (-slope - np.einsum("nmi,ni->nm", mixed, moved - place)) / own
+    inputs = at.own + np.clip(change, -CONSTANTS.longest, CONSTANTS.longest)
+    return moved, inputs if targets.range.turning else np.clip(inputs, targets.range.low, targets.range.high)
+
+
+def _solved(matrix: FloatArray, added: FloatArray, right: FloatArray, held: NDArray[np.bool_]) -> FloatArray:
+    """Return the solutions of normal equations with damping `added`; held unknowns do not change."""
+    diagonal = np.arange(matrix.shape[1])
+    free = np.logical_not(held)
+    matrix = matrix * np.einsum("ni,nj->nij", free, free)
+    matrix[:, diagonal, diagonal] += added + held
+    good = np.asarray(np.isfinite(matrix).all(axis=(1, 2)) & (matrix[:, diagonal, diagonal] > 0.0).all(axis=1))
+    matrix[~good] = np.eye(matrix.shape[1])
+    try:
+        found = np.linalg.solve(matrix, (right * free)[..., None])[..., 0]
+    except np.linalg.LinAlgError:  # singular to rounding: a little more damping
+        matrix[:, diagonal, diagonal] *= 1.0 + 1e-9
+        found = np.linalg.solve(matrix, (right * free)[..., None])[..., 0]
+    return np.where(good[:, None] & np.isfinite(found), found, 0.0)

@@ -1,0 +1,94 @@
+"""Global search: many starts, of which the better ones are refined further, stage by stage."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.fitting.least_squares import FitProblem, Trials, joined, refined
+from gimcli.fitting.starts import linear_dimensions, moves, random_designs, starts
+from gimcli.mechanism import FloatArray
+
+
+@dataclass(frozen=True)
+class FitSearchConstants:
+    """Constants of the search."""
+
+    batch: int = 1000  # random designs in one call
+    batches: int = 4  # in one round: these are refined together
+    stages: tuple[tuple[int, float], ...] = ((15, 0.4), (25, 0.4), (60, 0.4), (150, 1.0))  # steps, share that remains
+    least: int = 20  # trials that remain after each stage, at least
+    kept: int = 200  # best trials of all rounds that are kept
+    polished: int = 40  # best trials that are refined at the end
+    polishing: int = 500  # steps of that; minima in long flat valleys need them
+    inputs: int = 12  # rows with which linear dimensions are recognised
+    zero: float = 1e-26  # an error below this, relative to the square of the targets' extent, is zero
+    alike: float = 1e-4  # relative difference of the errors of one minimum
+
+
+CONSTANTS = FitSearchConstants()
+
+
+@dataclass(frozen=True, eq=False)
+class SearchResult:
+    """The best trials of a search, sorted by their errors."""
+
+    trials: Trials
+    drawn: int  # random designs so far
+    started: int  # of these, designs that can be assembled and were refined
+
+    def same(self, error: float, zero: float) -> NDArray[np.bool_]:
+        """Return which trials have an error; errors below `zero` are equal."""
+        return np.asarray(np.abs(self.trials.error - error) <= zero + CONSTANTS.alike * error)
+
+
+def zero_error(problem: FitProblem) -> float:
+    """Return the error below which a fit is exact to rounding."""
+    spread = (problem.targets.values - problem.targets.values.mean(axis=0)) * problem.targets.weights
+    return CONSTANTS.zero * float(np.sum(spread**2))
+
+
+def search(problem: FitProblem, nominal: FloatArray, count: int, seed: int) -> Iterator[SearchResult]:
+    """Yield the result after each round of random designs, until there are `count`; the last one is polished.
+
+    The same seed gives the same result. `nominal` is a design that can be assembled.
+    """
+    generator = np.random.default_rng(seed)
+    limits = problem.targets.range
+    linear = linear_dimensions(problem.quantity, nominal, problem.lower, problem.upper, limits.grid(CONSTANTS.inputs))
+    best, drawn, started = None, 0, 0
+    while drawn < count:
+        begun, more = _begun(problem, linear, generator, count - drawn)
+        drawn, started = drawn + more, started + len(begun)
+        found = _in_stages(problem, begun)
+        found = found[moves(problem, found.designs)] if problem.whole else found
+        best = (found if best is None else joined([best, found])).best(CONSTANTS.kept)
+        if drawn >= count:
+            polished = refined(problem, best[: CONSTANTS.polished], CONSTANTS.polishing)
+            polished = polished[moves(problem, polished.designs)] if problem.whole else polished
+            best = joined([polished, best[CONSTANTS.polished :]]).best(CONSTANTS.kept)
+        best = replace(best, designs=problem.within(best.designs))
+        yield SearchResult(best, drawn, started)
+
+
+def _begun(
+    problem: FitProblem, linear: NDArray[np.int64], generator: np.random.Generator, most: int
+) -> tuple[Trials, int]:
+    """Return the starts of a round, and the number of random designs of which they remain."""
+    parts, drawn = [], 0
+    while drawn < min(CONSTANTS.batches * CONSTANTS.batch, most):
+        count = min(CONSTANTS.batch, most - drawn)
+        designs = random_designs(problem.lower, problem.upper, count, generator)
+        parts.append(starts(problem, designs, linear, generator))
+        drawn += count
+    return joined(parts), drawn
+
+
+def _in_stages(problem: FitProblem, at: Trials) -> Trials:
+    """Refine all trials a little, and the better ones further."""
+    for steps, share in CONSTANTS.stages:
+        at = refined(problem, at, steps).best(max(CONSTANTS.least, int(share * len(at))))
+    return at
