@@ -10,6 +10,7 @@ drive it: springs and dampers act on what gauges measure. Both are objects of th
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +18,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
     from gimcli.dynamic_data import AppliedLoad, DampingForce, Friction, Inertia, Release, SpringForce
@@ -195,7 +198,7 @@ class Mechanism:
     gauges: tuple[Input, ...] = field(default=(), repr=False)  # quantities that springs and dampers measure
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)  # its source files, never overwritten
     path: Path | None = field(default=None, repr=False, compare=False)  # of the model file, the first of `files`
-    written: Any = field(default=None, repr=False, compare=False)  # as written: gimcli.model.remarks.Written
+    written: Any = field(default=None, repr=False, compare=False)  # as written: gimcli.model.written.Written
 
     def __repr__(self) -> str:
         counts = (
@@ -225,6 +228,28 @@ class Mechanism:
     def start_inputs(self) -> FloatArray:
         """The inputs (actuators,) at time 0 of the laws."""
         return np.array([float(a.law(np.zeros(1))[0]) for a in self.actuators])
+
+    def with_(self, changes: Mapping[str, float | str]) -> Mechanism:
+        """Return the mechanism with other dimensions, for example `m.with_({"crank.length": 42, "a": "2*b"})`.
+
+        The same as an edit of these numbers in the model file, which is not changed: the initial configuration is that
+        of the file with these numbers. Calls can be chained.
+
+        Args:
+            changes: numbers (file's units), or formulas as text, by the names of dimensions: parameters,
+                `crank.length`, `B.x`, `motor.to` and the like.
+
+        Returns:
+            The mechanism.
+
+        Raises:
+            UsageError: an unknown name, or a value that is not a number.
+            ModelError: the model does not allow these values.
+        """
+        if self.written is None:
+            raise UsageError("the mechanism was not read from a model, so that its dimensions have no names")
+        changed: Mechanism = self.written.changed(self, changes)
+        return changed
 
     def to_file(self, z: ComplexArray) -> ComplexArray:
         """Convert positions from the normal frame to the file's coordinates and length unit."""

@@ -12,16 +12,19 @@ from typing import Any
 from pydantic_core import ValidationError
 
 from gimcli.model import wording
+from gimcli.model.arithmetic import evaluated, texts_in
 from gimcli.model.check_dynamics import check_dynamics
 from gimcli.model.check_inputs import check_inputs
+from gimcli.model.check_parameters import check_parameters
 from gimcli.model.check_places import check_drawn, check_place
+from gimcli.model.nearest import near
 from gimcli.model.pairs import PAIRS, used_nodes
 from gimcli.model.references import CLOSEST, References
-from gimcli.model.schema import Element, Link, Model, long_form
+from gimcli.model.schema import NO_FORMULAS, Element, Link, Model, long_form
 from gimcli.model.source import Source, Where
 
 SECTIONS = ("nodes", "links", "elements", *PAIRS, "actuators", "points", "masses", "loads",
-            "springs", "dampers", "friction")  # fmt: skip
+            "springs", "dampers", "friction", "parameters", "tolerances")  # fmt: skip
 CONSTRAINTS = ("links", "elements", *PAIRS, "actuators")
 FORMULA = ("=", "+", "-", "@")
 """First characters of a spreadsheet formula; names are used in the headers of CSV files."""
@@ -45,21 +48,34 @@ def checked(source: Source) -> Model:
 def _typed(source: Source) -> tuple[Model | None, set[Where]]:
     """Return the model without its invalid parts, and the paths of these parts; None if the rest is no model."""
     data = long_form(source.data)
+    model, faults = _validated(data)
+    if model is not None:
+        return model, set()
+    formulas, refused = NO_FORMULAS, dict[Where, str]()
+    if texts := [*texts_in(faults)]:
+        data, formulas, refused = evaluated(data, texts)
+        model, faults = _validated(data)
+    doubtful = set[Where]()
+    if model is None:
+        unknown = [tuple(f["loc"]) for f in faults if f["type"] == "extra_forbidden"]
+        intended = {path for path in map(wording.intended, unknown) if path is not None}
+        data, doubtful = _without(data, faults)
+        doubtful |= intended
+        for fault in faults:
+            if fault["type"] != "missing" or fault["loc"] not in intended:
+                wording.record(source, fault, refused)
+        model, _ = _validated(data)
+    if model is not None:
+        model.formulas = formulas
+    return model, doubtful
+
+
+def _validated(data: dict[str, Any]) -> tuple[Model | None, list[dict[str, Any]]]:
+    """Return the model of plain data, or None and the validation errors."""
     try:
-        return Model.model_validate(data), set()
+        return Model.model_validate(data), []
     except ValidationError as error:
-        faults: list[dict[str, Any]] = [dict(e) for e in error.errors(include_url=False)]
-    unknown = [tuple(f["loc"]) for f in faults if f["type"] == "extra_forbidden"]
-    intended = {path for path in map(wording.intended, unknown) if path is not None}
-    data, doubtful = _without(data, faults)
-    doubtful |= intended
-    for fault in faults:
-        if fault["type"] != "missing" or fault["loc"] not in intended:
-            wording.record(source, fault)
-    try:
-        return Model.model_validate(data), doubtful
-    except ValidationError:
-        return None, doubtful
+        return None, [dict(e) for e in error.errors(include_url=False)]
 
 
 def _without(data: dict[str, Any], faults: list[dict[str, Any]]) -> tuple[dict[str, Any], set[Where]]:
@@ -105,6 +121,7 @@ def check(refs: References) -> None:
     check_inputs(refs)
     _check_points(refs)
     check_dynamics(refs)
+    check_parameters(refs)
 
 
 def _check_signs(refs: References) -> None:
@@ -166,7 +183,7 @@ def _check_shape(refs: References, where: Where, nodes: list[str], shape: dict[s
             refs.fault((*where, "shape"), f"the shape of '{where[1]}' has no node {node}; add its coordinates")
     for node in shape:
         if node not in nodes:
-            hint = wording.near(node, nodes) or "; remove it or add it to `nodes`"
+            hint = near(node, nodes) or "; remove it or add it to `nodes`"
             refs.fault((*where, "shape", node), f"'{node}' is not a node of '{where[1]}'{hint}", key=True)
     for a, b in refs.coincident({n: shape[n] for n in nodes if n in shape}):
         refs.fault((*where, "shape"), f"nodes {a} and {b} of '{where[1]}' coincide in its shape; move one")
@@ -183,7 +200,7 @@ def _check_points(refs: References) -> None:
     doubted = {where[-1] for where in refs.doubtful if where[0] in ("nodes", "points")}
     for k, name in enumerate(model.trace):
         if name not in known and not {name, "points"} & doubted:
-            refs.fault(("trace", k), f"'{name}' is neither a point nor a node{wording.near(name, known)}")
+            refs.fault(("trace", k), f"'{name}' is neither a point nor a node{near(name, known)}")
         elif name in model.nodes and refs.sure and name not in used:
             refs.fault(("trace", k), f"node '{name}' belongs to no member; add it to one, or remove it from `trace`")
     for name in (n for n, count in Counter(model.trace).items() if count > 1):

@@ -6,12 +6,12 @@ from collections.abc import Iterable
 
 from gimcli.model.check_inputs import check_nodes, check_reach
 from gimcli.model.check_places import check_place
+from gimcli.model.nearest import near
 from gimcli.model.pairs import used_nodes
 from gimcli.model.references import References
 from gimcli.model.schema import Actuator, Damper, Effort, Gauge, Load, Spring
 from gimcli.model.source import Where
 from gimcli.model.tables import read_table
-from gimcli.model.wording import near
 
 
 def check_dynamics(refs: References) -> None:

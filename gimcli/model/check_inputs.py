@@ -10,11 +10,11 @@ import numpy as np
 
 from gimcli.mechanism import MOST_TURNS
 from gimcli.model.laws import PolynomialLaw
+from gimcli.model.nearest import near
 from gimcli.model.references import References
 from gimcli.model.schema import LONGEST, PROFILES, SHORTEST, Actuator, Law, Profile
 from gimcli.model.source import Where
 from gimcli.model.tables import read_table
-from gimcli.model.wording import near
 
 KEYS = ("pivot", "arm", "reference", "nodes", "node", "guide")
 

@@ -23,6 +23,8 @@ FILE = {
     "springs": "Springs between two nodes, along a guide or about a pivot, by name",
     "dampers": "Viscous dampers between two nodes, along a guide or about a pivot, by name",
     "friction": "Viscous friction of pairs, by node [N m s/rad] or sliding pair [N s/m]",
+    "parameters": "Numbers by name, for formulas such as 2*a + 3 in place of any number",
+    "tolerances": "Tolerances (plus and minus, file's units) by dimension, such as crank, B.x, or a parameter",
 }
 GAUGE = {
     "pivot": "Vertex of the measured angle",

@@ -13,7 +13,11 @@ from gimcli.model.schema import PROFILES, Model
 
 
 class Generator(GenerateJsonSchema):
-    """Schema generator: names may be numbers, and the docstring of a part is its description."""
+    """Schema generator: names may be numbers, numbers formulas, and the docstring of a part is its description."""
+
+    def float_schema(self, schema: Any) -> dict[str, Any]:
+        """Return the schema of a number or a formula."""
+        return {**super().float_schema(schema), "type": ["number", "string"]}
 
     def function_before_schema(self, schema: Any) -> dict[str, Any]:
         """Return the schema of a name."""
@@ -44,6 +48,6 @@ def json_schema() -> dict[str, Any]:
     parts["Law"]["properties"]["profile"] = profile
     for key in ("polynomial", "table"):
         parts["Law"]["properties"][key] = parts["Profile"]["properties"][key]
-    parts["Actuator"]["properties"]["effort"] = {"anyOf": [{"type": "number"}, {"$ref": "#/$defs/Effort"}]}
+    parts["Actuator"]["properties"]["effort"] = {"anyOf": [{"type": ["number", "string"]}, {"$ref": "#/$defs/Effort"}]}
     describe(schema)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "gim model file"}

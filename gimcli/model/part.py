@@ -5,7 +5,8 @@ Pydantic's own BaseModel is not used: its import takes longer than the solution 
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from collections.abc import Callable
+from typing import Any, ClassVar, Self
 
 from pydantic_core import SchemaValidator, core_schema
 
@@ -42,6 +43,16 @@ class Part:
     def model_validate(cls, data: dict[str, Any]) -> Any:
         """Return the part for a dict of plain data; raise pydantic_core.ValidationError that lists all errors."""
         return cls.validator.validate_python(data)
+
+    def with_value(self, key: str, change: Callable[[Any], Any]) -> Self:
+        """Return a copy with another value of a key, without validation; `change` returns it from the old one."""
+        name = key if key in self.fields else f"{key}_"
+        copy: Any = object.__new__(type(self))
+        copy.__dict__ = {**self.__dict__, name: change(self.__dict__[name])}
+        copy.__pydantic_fields_set__ = self.given | {name}
+        copy.__pydantic_extra__ = copy.__pydantic_private__ = None
+        own: Self = copy
+        return own
 
     @property
     def given(self) -> set[str]:

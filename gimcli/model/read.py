@@ -16,8 +16,8 @@ from gimcli.mechanism import Mechanism
 from gimcli.model.check import checked
 from gimcli.model.compile import compile_model
 from gimcli.model.files import files_read
-from gimcli.model.remarks import Written
 from gimcli.model.source import DEEPEST, Source, read_source, read_yaml
+from gimcli.model.written import Written
 
 NAME = "mechanism"
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from gimcli.model.pairs import used_nodes
 from gimcli.model.schema import Load, Model
-from gimcli.model.source import Source, Where
+from gimcli.model.source import Where
 
 DYNAMIC = ("masses", "loads", "springs", "dampers", "friction")
 """Sections that `gim forces`, `simulate` and `reduce` read."""
@@ -19,27 +18,6 @@ class Remark(NamedTuple):
 
     where: Where
     text: str
-
-
-@dataclass(frozen=True)
-class Written:
-    """A model as written, and the places of its keys."""
-
-    model: Model
-    source: Source
-
-    def place(self, where: Where) -> str:
-        """Return file and line of a part, or its path of keys if the model was not read from a file."""
-        if not self.source.by_line:
-            return f"{self.source.path}: {'.'.join(map(str, where))}" if where else str(self.source.path)
-        while where and where not in self.source.keys:
-            where = where[:-1]
-        line, _ = self.source.keys.get(where, (1, 1))
-        return f"{self.source.path}:{line}"
-
-    def member(self, name: str) -> Where:
-        """Return the path of a member's key."""
-        return ("ground",) if name == "ground" else ("links" if name in self.model.links else "elements", name)
 
 
 def remarks(model: Model) -> list[Remark]:

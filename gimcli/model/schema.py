@@ -5,12 +5,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 from pydantic_core import core_schema
 
 from gimcli.model.part import Part
+
+if TYPE_CHECKING:
+    from gimcli.model.formula import Formula
 
 SHORTEST, LONGEST = 1e-12, 1e12
 """Least and greatest duration of a motion [s]; powers of other durations would underflow or overflow."""
@@ -18,6 +22,7 @@ LARGEST = 1e30
 """Greatest mass, force and the like; products of greater values would overflow."""
 MOST_COEFFICIENTS = 100
 """Most coefficients of a polynomial: its roots take long to compute, and high powers of the time hardly differ."""
+NO_FORMULAS: Mapping[tuple[str | int, ...], Formula] = MappingProxyType({})
 PROFILES = ("uniform", "cubic", "quintic", "cycloidal", "harmonic")
 
 
@@ -259,8 +264,12 @@ class Model(Part):
     springs: dict[str, Spring] = _section(Spring.schema)
     dampers: dict[str, Damper] = _section(Damper.schema)
     friction: dict[str, float] = _section(POSITIVE)
+    parameters: dict[str, float] = _section(NUMBER)
+    tolerances: dict[str, float] = _section(LENGTH)
 
     _elements_first = False
+    formulas = NO_FORMULAS
+    """The formulas by the paths of their numbers; those of parameters first, in the order of their evaluation."""
 
     def written_in(self, keys: Iterable[str]) -> None:
         """Store the order of the sections `links` and `elements` in the file; `members` keeps it."""
@@ -291,7 +300,7 @@ def long_form(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def _long_actuator(actuator: Any) -> Any:
-    if isinstance(actuator, dict) and isinstance(actuator.get("effort"), int | float):
+    if isinstance(actuator, dict) and isinstance(actuator.get("effort"), int | float | str):
         actuator = {**actuator, "effort": {"constant": actuator["effort"]}}
     if not isinstance(actuator, dict) or not isinstance(actuator.get("law"), dict):
         return actuator

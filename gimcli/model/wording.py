@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from gimcli.model.nearest import near, nearest
 from gimcli.model.schema import Model
 from gimcli.model.source import Source, Where
 
-MOST_WORDS = 5_000
-"""Most names that are searched for a similar one: the search is slow."""
+NONE: Mapping[Where, str] = {}
 SYNONYMS = {
     "joints": "nodes", "joint": "nodes", "pivots": "nodes", "pins": "nodes", "vertices": "nodes",
     "coordinates": "nodes", "positions": "nodes",
@@ -28,21 +27,6 @@ SYNONYMS = {
 """Keys of other programs and of everyday use, and the key of the model file for each."""
 
 
-def nearest(word: str, words: Collection[str]) -> str | None:
-    """Return the most similar of some words; None if none is similar."""
-    if len(words) > MOST_WORDS:
-        return None
-    folded = [w for w in words if w.lower() == word.lower()]
-    best = folded or difflib.get_close_matches(word, list(words), 1, 0.6)
-    return best[0] if best else None
-
-
-def near(word: str, words: Collection[str]) -> str:
-    """Return '; did you mean X?' if one of some words is similar, else ''."""
-    best = nearest(word, words)
-    return f"; did you mean '{best}'?" if best else ""
-
-
 def intended(where: Where) -> Where | None:
     """Return the path of the key that was probably meant by an unknown key; None if there is no guess."""
     known = known_keys(where[:-1])
@@ -51,8 +35,11 @@ def intended(where: Where) -> Where | None:
     return (*where[:-1], best) if best else None
 
 
-def record(source: Source, error: dict[str, Any]) -> None:
-    """Record one validation error of pydantic as an error of the file."""
+def record(source: Source, error: dict[str, Any], refused: Mapping[Where, str] = NONE) -> None:
+    """Record one validation error of pydantic as an error of the file.
+
+    `refused` has the reasons why texts in place of numbers have no value; those without a reason are not recorded.
+    """
     where: Where = tuple(error["loc"])
     kind, got, limits = str(error["type"]), error.get("input"), error.get("ctx", {})
     if kind == "extra_forbidden":
@@ -61,10 +48,15 @@ def record(source: Source, error: dict[str, Any]) -> None:
         source.fault(written(source, where), f"unknown key '{where[-1]}'; {hint}", key=True)
     elif kind == "missing":
         source.fault(written(source, where[:-1]), f"'{where[-1]}' is missing; {_missing(where)}")
-    else:
+    elif refused.get(where, kind):
         name = ".".join(str(part) for part in where) or "the file"
-        text = _TEXTS.get(kind, _other)(where, got, limits)
-        source.fault(written(source, where), f"{name}: {text}")
+        reason = f"; {refused[where]}" if where in refused else ""
+        source.fault(written(source, where), f"{name}: {expected(where, kind, got, limits)}{reason}")
+
+
+def expected(where: Where, kind: str, got: Any, limits: dict[str, Any]) -> str:
+    """Return what was expected at a path and what was found, for a kind of error of pydantic."""
+    return _TEXTS.get(kind, _other)(where, got, limits)
 
 
 def written(source: Source, where: Where) -> Where:
@@ -85,14 +77,23 @@ def shown(got: Any) -> str:
 
 def known_keys(where: Sequence[Any]) -> list[str]:
     """Return the keys that the mapping at a path may have."""
+    schema = value_schema(where)
+    return [field["validation_alias"] for field in schema["cls"].fields.values()] if schema["type"] == "model" else []
+
+
+def value_schema(where: Sequence[Any]) -> Any:
+    """Return the schema of the value at a path, or of the part around it that the format knows."""
     schema = Model.schema
     for part in where:
         if schema["type"] == "model":
-            field = schema["schema"]["fields"].get(part)
+            fields = schema["schema"]["fields"]
+            field = fields.get(part) or fields.get(f"{part}_")
             schema = _bare(field["schema"]) if field else schema
         elif schema["type"] == "dict":
             schema = _bare(schema["values_schema"])
-    return [field["validation_alias"] for field in schema["cls"].fields.values()] if schema["type"] == "model" else []
+        elif schema["type"] == "list":
+            schema = _bare(schema["items_schema"])
+    return schema
 
 
 def _bare(schema: Any) -> Any:
@@ -112,11 +113,7 @@ def _missing(where: Where) -> str:
 
 
 def _number(where: Where, got: Any, limits: dict[str, Any]) -> str:
-    cure = ""
-    if isinstance(got, str) and got[:1].isdigit():
-        arithmetic = any(sign in got for sign in "/*()^")
-        cure = "; write the result of the arithmetic" if arithmetic else "; set units once, under `units:`"
-    return f"expected a number, got {shown(got)}{cure}"
+    return f"expected a number, got {shown(got)}"
 
 
 def _bound(where: Where, got: Any, limits: dict[str, Any]) -> str:

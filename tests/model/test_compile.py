@@ -304,7 +304,7 @@ WRONG = {
     "negative length": lambda data: data["links"]["crank"].update(length=-1),
     "three nodes in a link": lambda data: data["links"].update(crank=["A", "B", "C"]),
     "unknown profile": lambda data: data["actuators"]["motor"]["law"].update(profile="cubik"),
-    "text as a coordinate": lambda data: data["nodes"].update(A=[0, "x"]),
+    "truth value as a coordinate": lambda data: data["nodes"].update(A=[0, True]),
 }
 
 

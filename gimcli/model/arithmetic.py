@@ -1,0 +1,119 @@
+"""Evaluation of the formulas of a model file: text in place of a number, which may name the file's parameters."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from graphlib import CycleError, TopologicalSorter
+from typing import Any, NamedTuple
+
+from gimcli.model.formula import Formula, FormulaError, parsed
+from gimcli.model.source import Where
+
+MOST_PARAMETERS = 1000
+PARAMETERS = "parameters"
+
+_UNIT = re.compile(r"[-+]?[\d.]+\s*([^\W\d]+)$")
+_NUMBER = re.compile(r"[-+]?[\d.]+([eE][-+]?\d+)?$")
+
+
+class Evaluated(NamedTuple):
+    """Plain data with numbers in place of formulas, and the formulas by path; `refused` are texts without a value."""
+
+    data: dict[str, Any]
+    formulas: dict[Where, Formula]
+    refused: dict[Where, str]  # the reason; empty if a parameter in the formula is refused itself
+
+
+def evaluated(data: dict[str, Any], texts: Iterable[Where]) -> Evaluated:
+    """Evaluate the texts at some paths of the data, which is not changed."""
+    data, names = _unshared(data), _names(data)
+    result = Evaluated(data, {}, {})
+    for where in texts:
+        try:
+            result.formulas[where] = _formula(_part(data, where), names)
+        except FormulaError as error:
+            result.refused[where] = str(error)
+    values = {name: float(v) for name, v in names.items() if type(v) in (int, float) and math.isfinite(v)}
+    for where in _ordered(result):
+        formula = result.formulas[where]
+        if not formula.names <= set(values):
+            result.refused[where] = ""  # the fault of a parameter, which is recorded there
+            continue
+        try:
+            value = formula.number(values)
+        except FormulaError as error:
+            result.refused[where] = str(error)
+            continue
+        _part(data, where[:-1])[where[-1]] = value
+        if where[0] == PARAMETERS:
+            values[str(where[1])] = value
+    return result._replace(formulas={w: result.formulas[w] for w in _ordered(result) if w not in result.refused})
+
+
+def in_order(formulas: Mapping[Where, Formula]) -> tuple[Where, ...]:
+    """Return the paths of formulas in an order in which they can be evaluated; raise FormulaError for a cycle."""
+    own = {str(where[1]): formula for where, formula in formulas.items() if where[0] == PARAMETERS}
+    graph = {name: sorted(formula.names & own.keys()) for name, formula in own.items()}
+    try:
+        order = tuple(TopologicalSorter(graph).static_order())
+    except CycleError as error:
+        raise DependenceError(error.args[1]) from None
+    return (*((PARAMETERS, name) for name in order), *(where for where in formulas if where[0] != PARAMETERS))
+
+
+class DependenceError(FormulaError):
+    """Parameters that depend on each other: each on the one before it, and the first on the last, which is the same."""
+
+    def __init__(self, names: list[str]) -> None:
+        super().__init__(f"{names[0]} depends on itself: {' -> '.join(names[::-1])}")
+        self.names = names[1:]
+
+
+def _ordered(result: Evaluated) -> tuple[Where, ...]:
+    """Return the paths of formulas in the order of evaluation; refuse those of cycles."""
+    while True:
+        left = {where: formula for where, formula in result.formulas.items() if where not in result.refused}
+        try:
+            return in_order(left)
+        except DependenceError as cycle:
+            result.refused.update({(PARAMETERS, name): "" for name in cycle.names})
+            result.refused[PARAMETERS, cycle.names[-1]] = str(cycle)
+
+
+def _names(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the parameters of the data."""
+    own = data.get(PARAMETERS)
+    return own if isinstance(own, dict) else {}
+
+
+def _formula(text: str, names: Mapping[str, Any]) -> Formula:
+    unit = _UNIT.match(text.strip())
+    if unit is not None and unit[1] not in names:
+        raise FormulaError("set units once, under `units:`")
+    if _NUMBER.match(text.strip()):
+        raise FormulaError("write it without quotes")
+    if len(names) > MOST_PARAMETERS:
+        raise FormulaError(f"{len(names)} parameters are too many for formulas; at most {MOST_PARAMETERS} are read")
+    return parsed(text, names)
+
+
+def _unshared(data: Any) -> Any:
+    """Return a copy of plain data in which no list or dict is in two places."""
+    if isinstance(data, dict):
+        return {key: _unshared(part) for key, part in data.items()}
+    return [_unshared(part) for part in data] if isinstance(data, list) else data
+
+
+def _part(data: Any, where: Where) -> Any:
+    for key in where:
+        data = data[key]
+    return data
+
+
+def texts_in(faults: Iterable[Mapping[str, Any]]) -> Iterator[Where]:
+    """Yield the paths of texts in place of numbers, from validation errors."""
+    for fault in faults:
+        if fault["type"] == "float_type" and isinstance(fault["input"], str):
+            yield tuple(fault["loc"])

@@ -1,0 +1,67 @@
+"""Other numbers in a model: the same as an edit of its file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from gimcli.model.arithmetic import PARAMETERS, in_order
+from gimcli.model.dimensions import dimensions_of, found
+from gimcli.model.formula import Formula
+from gimcli.model.part import Part
+from gimcli.model.schema import Law, Model
+from gimcli.model.source import Where
+
+Evaluate = Callable[[Where, Formula, Mapping[str, Any]], Any]
+
+
+def substituted(model: Model, changes: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]]) -> Model:
+    """Return a model with other dimensions, without any check.
+
+    Args:
+        model: the model.
+        changes: values by the names of dimensions: numbers, or any objects with Python's operators.
+        functions: the functions of formulas for these objects, by name.
+
+    Returns:
+        A copy; formulas of changed parameters are evaluated again.
+    """
+    named = dimensions_of(model)
+    wanted = {found(named, name).where: value for name, value in changes.items()}
+    return with_numbers(model, wanted, lambda _, formula, values: formula.value(values, functions))[0]
+
+
+def with_numbers(model: Model, wanted: Mapping[Where, Any], evaluate: Evaluate) -> tuple[Model, dict[Where, Any]]:
+    """Return a model with other numbers or formulas at some paths, and all numbers that were replaced."""
+    formulas = {where: formula for where, formula in model.formulas.items() if where not in wanted}
+    new = {where: value for where, value in wanted.items() if isinstance(value, Formula)}
+    if new:
+        merged = {**formulas, **new}
+        formulas = {where: merged[where] for where in in_order(merged)}
+    numbers = {where: value for where, value in wanted.items() if where not in new}
+    values: dict[str, Any] = {**model.parameters, **{str(w[1]): v for w, v in numbers.items() if w[0] == PARAMETERS}}
+    changed = {str(where[1]) for where in wanted if where[0] == PARAMETERS}
+    for where, formula in formulas.items():
+        if where in new or not changed.isdisjoint(formula.names):
+            numbers[where] = evaluate(where, formula, values)
+            if where[0] == PARAMETERS:
+                values[str(where[1])] = numbers[where]
+                changed.add(str(where[1]))
+    for where, value in numbers.items():
+        model = _with(model, where, value)
+    model.formulas = formulas
+    return model, numbers
+
+
+def _with(part: Any, where: Where, value: Any) -> Any:
+    """Return a copy of a part with another value at a path; everything beside the path is shared."""
+    if not where:
+        return value
+    key, rest = where[0], where[1:]
+    if part is None:
+        part = Law()  # of an actuator: the only mapping that may be absent
+    if isinstance(part, Part):
+        return part.with_value(str(key), lambda old: _with(old, rest, value))
+    copy = part.copy()
+    copy[key] = _with(copy[key], rest, value)
+    return copy
