@@ -4,6 +4,7 @@ import copy
 
 import numpy as np
 import yaml
+
 from gimcli import load, trace
 from gimcli.families.sensitivity import PlanNumbers
 from gimcli.positions.program import plan_program
