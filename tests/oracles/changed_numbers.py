@@ -46,7 +46,7 @@ def changed(model, path, change):
 
 
 def tangents(model, paths, step=STEP):
-    """Return the numbers of a model and their derivatives by some dimensions, each with a leading axis of one design."""
+    """Return the numbers of a model and their derivatives by some dimensions, each with an axis of one design."""
     nominal = load(model)
     sides = [[numbers(load(changed(model, path, h)), nominal) for h in (step, -step)] for path in paths]
     slopes = [[(a - b) / (2 * step) for a, b in zip(*both, strict=True)] for both in sides]
