@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
+from gimcli.recording import nominal, scalar
 
 if TYPE_CHECKING:
     from gimcli.dynamic_data import AppliedLoad, DampingForce, Friction, Inertia, Release, SpringForce
@@ -72,7 +73,7 @@ class Member:
 
     def local(self, node: int) -> complex:
         """Return the coordinates of a node in the member's own frame."""
-        return complex(self.shape[self.nodes.index(node)])
+        return scalar(self.shape[self.nodes.index(node)])  # type: ignore[no-any-return]
 
     @cached_property
     def ends(self) -> tuple[int, int, complex]:
@@ -217,7 +218,7 @@ class Mechanism:
     def shortest(self) -> float:
         """The shortest distance between a member's first node and its others: relative errors refer to it."""
         spans = [abs(z - m.shape[0]) for m in self.members[1:] for z in m.shape[1:]]
-        return float(min(spans, default=self.size))
+        return float(nominal(min(spans, default=self.size)))
 
     @property
     def drawn_inputs(self) -> FloatArray:

@@ -10,12 +10,15 @@ from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.pairs import PAIRS, used_nodes
 
 
-def compile_model(model: schema.Model, folder: Path = Path()) -> Mechanism:
-    """Return the mechanism of a validated model; the paths of tables start at `folder`."""
-    own = GeometryCompiler(model, folder, used_nodes(model))
+def compile_model(model: schema.Model, folder: Path = Path(), frame: tuple[complex, float] | None = None) -> Mechanism:
+    """Return the mechanism of a validated model; the paths of tables start at `folder`.
+
+    frame: origin and scale of the normal frame, by default chosen from the model.
+    """
+    own = GeometryCompiler(model, folder, used_nodes(model), frame)
     points = [own.point(name, point) for name, point in model.points.items()]
-    frame = set(own.members[FRAME].nodes)
-    moving = [n for k, n in enumerate(own.names) if k not in frame]
+    held = set(own.members[FRAME].nodes)
+    moving = [n for k, n in enumerate(own.names) if k not in held]
     traced = model.trace or list(model.points) or moving
     pairs = tuple(
         row

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Set
 from pathlib import Path
@@ -14,22 +13,25 @@ from gimcli.model import schema
 from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, Scaled, TableLaw
 from gimcli.model.references import CLOSEST
 from gimcli.model.tables import read_table
+from gimcli.recording import array, nominal, phase, places, scalar
 
 
 class GeometryCompiler:
     """Compiles the geometry of a validated model, part by part; nodes that no part uses are left out."""
 
-    def __init__(self, model: schema.Model, folder: Path, used: Set[str]) -> None:
+    def __init__(
+        self, model: schema.Model, folder: Path, used: Set[str], frame: tuple[complex, float] | None = None
+    ) -> None:
+        """Compile the members; `frame` gives origin and scale of the normal frame, by default those of the model."""
         self.model, self.folder = model, folder
         self.names = [name for name in model.nodes if name in used]
         self.index = {name: k for k, name in enumerate(self.names)}
-        raw = np.array([complex(*model.nodes[n]) for n in self.names])
+        raw = places([model.nodes[n] for n in self.names])
         held = model.ground.member
         parts = model.members
         first = parts[held].nodes[0] if held is not None else model.ground.nodes[0]
-        self.origin = complex(raw[self.index[first]])
         self.size = self._extent(raw)
-        self.scale = 2.0 ** round(math.log2(self.size))
+        self.origin, self.scale = frame or (complex(raw[self.index[first]]), 2.0 ** round(math.log2(self.size)))
         self.drawn: ComplexArray = (raw - self.origin) / self.scale
         self.turn = math.pi / 180.0 if model.units.angle == "deg" else 1.0
         moving = [self._member(name, part) for name, part in parts.items() if name != held]
@@ -38,12 +40,11 @@ class GeometryCompiler:
 
     def _extent(self, raw: ComplexArray) -> float:
         """Return the largest dimension, from the initial coordinates or given."""
-        spans = [abs(complex(np.ptp(raw.real), np.ptp(raw.imag)))]
-        spans += [link.length for link in self.model.links.values() if link.length is not None]
+        spans = [_diagonal(raw)]
+        spans += [nominal(link.length) for link in self.model.links.values() if link.length is not None]
         for element in self.model.elements.values():
             if element.shape is not None:
-                z: ComplexArray = np.array([complex(*place) for place in element.shape.values()])
-                spans.append(abs(complex(np.ptp(z.real), np.ptp(z.imag))))
+                spans.append(_diagonal(places(list(element.shape.values()))))
         return max(spans)
 
     # -- members ------------------------------------------------------------------------------
@@ -53,10 +54,10 @@ class GeometryCompiler:
         drawn: ComplexArray = self.drawn[list(nodes)]
         if isinstance(part, schema.Link):
             length = part.length / self.scale if part.length is not None else abs(drawn[1] - drawn[0])
-            return Member(name, nodes, np.array([0.0, length], dtype=complex))
+            return Member(name, nodes, array([0.0, length]))
         z: ComplexArray = drawn
         if part.shape is not None:
-            z = np.array([complex(*part.shape[n]) / self.scale for n in part.nodes])
+            z = places([part.shape[n] for n in part.nodes]) / self.scale
         return Member(name, nodes, to_own_frame(z))
 
     def _frame(self, held: str | None) -> Member:
@@ -94,15 +95,15 @@ class GeometryCompiler:
             return self._rotary(name, actuator)
         if actuator.nodes is not None:
             a, b = (self.index[n] for n in actuator.nodes)
-            drawn = abs(complex(self.drawn[b] - self.drawn[a]))
+            drawn = abs(scalar(self.drawn[b] - self.drawn[a]))
             law = self._law(actuator.law, drawn, 1.0 / self.scale, 0.0)
             return Input(name, SPAN, (a, b), law=law, drawn=drawn)
         guide = list(actuator.guide or [])
         member, point, direction = self.line(guide)
         a = self.index[str(actuator.node)]
-        u, v = (complex(self.drawn[self.index[n]]) for n in guide)
+        u, v = (scalar(self.drawn[self.index[n]]) for n in guide)
         along = (v - u) / abs(v - u)
-        drawn = ((complex(self.drawn[a]) - u) * along.conjugate()).real
+        drawn = ((scalar(self.drawn[a]) - u) * along.conjugate()).real
         law = self._law(actuator.law, drawn, 1.0 / self.scale, 0.0)
         return Input(name, HEIGHT, (a,), (member,), point, direction, law=law, drawn=drawn)
 
@@ -111,13 +112,13 @@ class GeometryCompiler:
         arm_member = self._common(pivot, arm, moving=True)
         arm_direction = _unit(self._local(arm_member, arm) - self._local(arm_member, pivot))
         reference_member, reference_direction = FRAME, 1.0 + 0.0j
-        ray = complex(self.drawn[self.index[arm]] - self.drawn[self.index[pivot]])
+        ray = scalar(self.drawn[self.index[arm]] - self.drawn[self.index[pivot]])
         if reference is not None:
             reference_member = self._common(pivot, reference, but=arm_member)
             away = self._local(reference_member, reference) - self._local(reference_member, pivot)
             reference_direction = _unit(away)
-            ray /= complex(self.drawn[self.index[reference]] - self.drawn[self.index[pivot]])
-        drawn = cmath.phase(complex(ray.real, ray.imag + 0.0))  # -0.0 would turn pi into -pi
+            ray /= scalar(self.drawn[self.index[reference]] - self.drawn[self.index[pivot]])
+        drawn = phase(ray + 0.0j)  # -0.0 would turn pi into -pi
         law = self._law(actuator.law, drawn, self.turn, 2.0 * math.pi)
         return Input(
             name, ANGLE, (self.index[pivot],), (arm_member, reference_member), arm=arm_direction,
@@ -158,20 +159,26 @@ class GeometryCompiler:
         k = 0 if point.on == "ground" else self.number[point.on]
         member = self.members[k]
         if point.local is not None:
-            local = complex(*point.local) / self.scale
-            first = complex(member.shape[0])
+            local = scalar(places([point.local])[0]) / self.scale
+            first = scalar(member.shape[0])
             apart = [z - first for z in member.shape.tolist() if abs(z - first) > CLOSEST * self.size / self.scale]
             along = _unit(apart[0]) if apart else 1.0 + 0.0j  # nodes of the ground may coincide
             return Point(name, k, first + local * along)
-        drawn = (complex(*(point.at or [0.0, 0.0])) - self.origin) / self.scale
+        drawn = (scalar(places([point.at or [0.0, 0.0]])[0]) - self.origin) / self.scale
         if k == FRAME:
             return Point(name, k, drawn)
-        first, second = (complex(self.drawn[n]) for n in member.nodes[:2])
-        return Point(name, k, complex(member.shape[0]) + (drawn - first) / _unit(second - first))
+        first, second = (scalar(self.drawn[n]) for n in member.nodes[:2])
+        return Point(name, k, scalar(member.shape[0]) + (drawn - first) / _unit(second - first))
 
 
 def _unit(z: complex) -> complex:
     return z / abs(z)
+
+
+def _diagonal(z: ComplexArray) -> float:
+    """Return the diagonal of the box around some positions, at the nominal design."""
+    z = np.array([nominal(one) for one in z.tolist()])
+    return abs(complex(np.ptp(z.real), np.ptp(z.imag)))
 
 
 def to_own_frame(z: ComplexArray) -> ComplexArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from numbers import Real
@@ -24,6 +24,7 @@ from gimcli.model.schema import Model
 from gimcli.model.source import Fault, Source, Where
 from gimcli.model.substitution import substituted, with_numbers
 from gimcli.model.wording import expected, value_schema
+from gimcli.recording import FUNCTIONS, Recording
 
 SHOWN = 4
 """Number of changed dimensions that a message lists."""
@@ -71,6 +72,16 @@ class Written:
         compiled = compile_model(model, self.source.folder)
         written = Written(model, self.source, changes)
         return replace(compiled, files=mechanism.files, path=mechanism.path, written=written)
+
+    def recorded(self, mechanism: Mechanism, names: Sequence[str]) -> tuple[Mechanism, Recording]:
+        """Return the mechanism with recorded numbers as dimensions, in its normal frame, and the recording.
+
+        The variables of the recording are the dimensions, in the file's units.
+        """
+        recording = Recording()
+        changes = {name: recording.variable(self.dimension(name).value) for name in names}
+        model = self.substituted(changes, FUNCTIONS)
+        return compile_model(model, self.source.folder, (mechanism.origin, mechanism.scale)), recording
 
     def place(self, where: Where) -> str:
         """Return file and line of a part, or its path of keys if the model was not read from a file."""

@@ -67,6 +67,22 @@ class Packed:
     @cached_property
     def arrays(self) -> kernels.GroupArrays:
         """The arrays for the kernel."""
+        places, equations, heads, factors, values = self.tables
+        return kernels.GroupArrays(
+            len(self.group.base),
+            sum(e.rows for e in self.group.equations),
+            any(p.vector.actuator != NONE for p in self.group.places),
+            np.array(self.nodes, dtype=np.int64),
+            np.array(heads, dtype=np.int64).reshape(-1, 5),
+            np.array(factors, dtype=float).reshape(-1, 2),
+            np.array(places, dtype=np.int64).reshape(-1, 3),
+            np.array(equations, dtype=np.int64).reshape(-1, 5),
+            np.array(values, dtype=float).reshape(-1, 2),
+        )
+
+    @cached_property
+    def tables(self) -> tuple[list[Any], ...]:
+        """Places, equations, vectors, factors of the vectors and values of the equations, as lists of rows."""
         local = {n: k for k, n in enumerate(self.nodes)}
         vectors: list[Vector] = []
 
@@ -81,14 +97,4 @@ class Packed:
         values = [(e.value.constant, e.value.gain) for e in self.group.equations]
         heads = [(local.get(v.u, NONE), local.get(v.v, NONE), v.register, v.actuator, v.turn) for v in vectors]
         factors = [(v.z.real, v.z.imag) for v in vectors]
-        return kernels.GroupArrays(
-            len(self.group.base),
-            sum(e.rows for e in self.group.equations),
-            any(p.vector.actuator != NONE for p in self.group.places),
-            np.array(self.nodes, dtype=np.int64),
-            np.array(heads, dtype=np.int64).reshape(-1, 5),
-            np.array(factors, dtype=float).reshape(-1, 2),
-            np.array(places, dtype=np.int64).reshape(-1, 3),
-            np.array(equations, dtype=np.int64).reshape(-1, 5),
-            np.array(values, dtype=float).reshape(-1, 2),
-        )
+        return places, equations, heads, factors, values

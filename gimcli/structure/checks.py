@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, Mechanism, Member, PairRow
+from gimcli.recording import scalar
 from gimcli.structure.derived import derived
 from gimcli.structure.rotation import ties
 from gimcli.structure.steps import NONE, Value, Vector
@@ -58,11 +59,11 @@ def _of_member(mechanism: Mechanism, member: Member) -> Iterator[Check]:
     shape = member.shape - member.shape[0]
     for k, node in enumerate(nodes[1:], start=1):
         label = member.name if len(nodes) == 2 else f"{member.name} {names[nodes[0]]}-{names[node]}"
-        yield Check(label, SPAN, node, nodes[0], value=Value(float(np.abs(shape[k]))))
+        yield Check(label, SPAN, node, nodes[0], value=Value(abs(shape[k])))
         if k > 1:
             label = f"{member.name} {names[nodes[1]]}-{names[nodes[0]]}-{names[node]}"
-            arm = Vector(complex(1.0 / shape[k]), nodes[0], node)
-            yield Check(label, ANGLE, first=arm, second=Vector(complex(1.0 / shape[1]), nodes[0], nodes[1]))
+            arm = Vector(scalar(1.0 / shape[k]), nodes[0], node)
+            yield Check(label, ANGLE, first=arm, second=Vector(scalar(1.0 / shape[1]), nodes[0], nodes[1]))
 
 
 def _of_row(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:
@@ -81,7 +82,7 @@ def _height(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:
     """Return the constraint on the height of a node over the line of a guide."""
     guide = mechanism.members[row.guide]
     origin = NONE if row.guide == FRAME else guide.nodes[0]
-    offset = row.point if row.guide == FRAME else row.point - complex(guide.shape[0])
+    offset = row.point if row.guide == FRAME else row.point - scalar(guide.shape[0])
     height = (offset * row.normal.conjugate()).real
     vector = direction(mechanism, row.guide).times(row.normal)
     return Check(row.name, HEIGHT, row.node, origin, vector, value=Value(height, actuator))
@@ -93,7 +94,7 @@ def direction(mechanism: Mechanism, index: int) -> Vector:
         return Vector(1.0 + 0.0j)
     member = mechanism.members[index]
     far = farthest(member)
-    return Vector(complex(1.0 / (member.shape[far] - member.shape[0])), member.nodes[0], member.nodes[far])
+    return Vector(scalar(1.0 / (member.shape[far] - member.shape[0])), member.nodes[0], member.nodes[far])
 
 
 def farthest(member: Member) -> int:

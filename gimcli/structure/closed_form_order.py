@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from heapq import heapify, heappop, heappush
 
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Mechanism, PairRow
+from gimcli.recording import nominal, scalar
 from gimcli.structure.kinematic_nodes import kinematic_nodes, loose_nodes
 from gimcli.structure.pair_rows import ImposedRow, pair_rows
 from gimcli.structure.rotation import members_of, rotation_classes
@@ -220,7 +221,7 @@ class Layout:
             a, b, e = found
             register = self.register()
             guide = self.mechanism.members[slide.guide]
-            along = Vector(slide.along / complex(guide.shape[1] - guide.shape[0]), *guide.nodes[:2])
+            along = Vector(slide.along / scalar(guide.shape[1] - guide.shape[0]), *guide.nodes[:2])
             self.steps.append(Tilt(register, a, b, e, along, self.branch(), slide.name))
             self.orient(slide.guide, Vector(1.0 / slide.along, register=register))
             return True
@@ -323,17 +324,17 @@ class Layout:
         drawn = self.mechanism.drawn
         if isinstance(locus, Line):
             return self.drawn_vector(locus.normal)
-        radius = complex(drawn[node] - drawn[locus.centre])
+        radius = complex(nominal(drawn[node] - drawn[locus.centre]))
         return radius - self.drawn_vector(locus.offset) if locus.offset else radius
 
     def drawn_vector(self, vector: Vector) -> complex:
         """Return a vector at the drawn position; a register counts as direction 1."""
         drawn = self.mechanism.drawn
-        base = complex(drawn[vector.v] - drawn[vector.u]) if vector.u != NONE else 1.0 + 0.0j
+        base = complex(nominal(drawn[vector.v] - drawn[vector.u])) if vector.u != NONE else 1.0 + 0.0j
         if vector.actuator != NONE:
-            angle = self.mechanism.actuators[vector.actuator].drawn
+            angle = nominal(self.mechanism.actuators[vector.actuator].drawn)
             base *= _unit(angle) if vector.turn > 0 else _unit(angle).conjugate()
-        return vector.z * base
+        return complex(nominal(vector.z)) * base
 
 
 def _unit(angle: float) -> complex:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.mechanism import ANGLE, Mechanism, Member, PairRow
+from gimcli.recording import nominal
 from gimcli.structure.derived import derived
 
 PARALLEL = 1e-9
@@ -105,14 +106,14 @@ def _tied_body(mechanism: Mechanism, a: PairRow, b: PairRow) -> int | None:
 def drawn_turn(mechanism: Mechanism, member: Member) -> complex:
     """Return e^(i phi) of a member at the drawn position, times an area; all nodes are used, as some may coincide."""
     shape, drawn = member.shape - member.shape.mean(), mechanism.drawn[list(member.nodes)]
-    return complex(np.vdot(shape, drawn - drawn.mean()))
+    return complex(nominal(np.vdot(shape, drawn - drawn.mean())))
 
 
 def _turn(mechanism: Mechanism, body: Member, a: PairRow, b: PairRow) -> complex:
     """Return e^(i (phi_body - phi_guide)); the sense along the guide is that of the drawn position."""
     along = body.reach(a.node, b.node)
     direction = a.along * drawn_turn(mechanism, mechanism.members[a.guide])
-    run = complex(mechanism.drawn[b.node] - mechanism.drawn[a.node])
-    sense = 1.0 if (run.conjugate() * direction).real >= 0.0 else -1.0
+    run = complex(nominal(mechanism.drawn[b.node] - mechanism.drawn[a.node]))
+    sense = 1.0 if (run.conjugate() * nominal(direction)).real >= 0.0 else -1.0
     turn = sense * a.along / along
     return turn / abs(turn)

@@ -1,0 +1,292 @@
+"""A family of designs: one mechanism, some of whose dimensions vary; planned once and solved in compiled code."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from gimcli.errors import UsageError
+from gimcli.families.designs import Designs
+from gimcli.families.float_tables import FloatTables, TableMaker, listed
+from gimcli.kernels import family as kernels
+from gimcli.kernels import march as marching
+from gimcli.kernels import plan_steps
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.motion.motion import trace
+from gimcli.motion.start import start_position
+from gimcli.positions.block import NEW, RowBlock
+from gimcli.positions.dispatch import choose, plain
+from gimcli.positions.inputs import law_inputs, scales
+from gimcli.positions.newton import Accuracy, NewtonConstants
+from gimcli.positions.options import Options
+from gimcli.positions.program import plan_program
+from gimcli.status import Status
+from gimcli.structure.plan import make_plan
+from gimcli.structure.residual import allowed
+
+SHARE = 256
+"""Greatest number of designs that one thread solves in one call."""
+
+ONE = 5e-3
+"""Seconds that one design takes if it is solved by itself."""
+
+
+class Family:
+    """The designs of a mechanism that differ in the named dimensions.
+
+    What the dimensions decide about the structure (the order of solution, the loci of each step) is that of the
+    nominal design; every solved row is checked against all constraints of its own design.
+    """
+
+    def __init__(self, mechanism: Mechanism, names: Sequence[str], tolerance: float = 1e-10) -> None:
+        """Plan a family.
+
+        Args:
+            mechanism: the nominal design, from `load` or `loads`.
+            names: the dimensions that vary.
+            tolerance: largest accepted error of a constraint, relative to the mechanism's size.
+
+        Raises:
+            UsageError: an unknown name.
+            StructureError: the mechanism is not fully driven.
+        """
+        self.mechanism, self.names, self.tolerance = mechanism, tuple(names), tolerance
+        recorded, recording = mechanism.written.recorded(mechanism, self.names)
+        self.nominal: FloatArray = np.array([variable.value for variable in recording.variables])
+        self.plan = make_plan(mechanism)
+        self.program = plan_program(mechanism, self.plan)
+        own = plan_program(recorded, make_plan(recorded))
+        self.maker = TableMaker(recording, listed(recorded, own))
+        self.drawn_laws = bool(self.maker.slots[-1][1])
+
+    # -- numbers ------------------------------------------------------------------------------
+
+    def tables(self, designs: FloatArray) -> FloatTables:
+        """Return the numbers of the plan for designs (designs, dimensions) in the file's units."""
+        return self.maker.values(np.asarray(designs, dtype=float))
+
+    def tangents(self, designs: FloatArray) -> FloatTables:
+        """Return the derivatives of the plan's numbers by the dimensions (file's units), leading axes of `designs`.
+
+        designs: (dimensions,), result with leading axis dimensions; or (designs, dimensions), with designs, dimensions.
+        """
+        many = np.atleast_2d(np.asarray(designs, dtype=float))
+        found = self.maker.tangents(many)
+        return found if np.ndim(designs) == 2 else FloatTables(*(table[0] for table in found))
+
+    def law_inputs(self, time: FloatArray, tables: FloatTables) -> FloatArray:
+        """Return the inputs (designs or 1, actuators, rows) at times (rows,)."""
+        shared = law_inputs(self.mechanism)(time)[None]
+        if not self.drawn_laws:
+            return shared
+        inputs = np.repeat(shared, len(tables.laws), axis=0)
+        for k, actuator in enumerate(self.mechanism.actuators):
+            law: Any = actuator.law
+            if not math.isnan(tables.laws[0, k, 0]):
+                first, last = tables.laws[:, k, :1], tables.laws[:, k, 1:]
+                inputs[:, k] = first + (last - first) * law.profile(time)
+                inputs[:, k, time == 1.0] = last
+        return inputs
+
+    # -- positions ----------------------------------------------------------------------------
+
+    def solve(
+        self, designs: FloatArray, steps: int = 72, *, inputs: FloatArray | None = None, reachable: bool = False,
+        threads: int | None = None, notify: Callable[[str], None] | None = None,
+    ) -> Designs:  # fmt: skip
+        """Follow the motions of designs.
+
+        Args:
+            designs: (designs, dimensions) in the file's units.
+            steps: number of steps of the laws; the result has steps + 1 rows.
+            inputs: rows of inputs instead of the laws, (actuators, rows) or (designs, actuators, rows) in rad or
+                lengths of the normal frame.
+            reachable: a design without a position at the first row starts at the first row that has one.
+            threads: number of threads, by default one for each core.
+            notify: called with a text before a compilation.
+
+        Returns:
+            Designs, with a status for each row.
+        """
+        designs = np.atleast_2d(np.asarray(designs, dtype=float))
+        if designs.shape[1] != len(self.names):
+            raise UsageError(f"designs: expected {len(self.names)} columns ({', '.join(self.names)})")
+        tables = self.tables(designs)
+        if inputs is None:
+            time = np.arange(steps + 1) / steps
+            values = self.law_inputs(time, tables)
+        else:
+            values = np.ascontiguousarray(inputs if np.ndim(inputs) == 3 else np.asarray(inputs)[None], dtype=float)
+            time = np.linspace(0.0, 1.0, values.shape[2]) if values.shape[2] > 1 else np.zeros(1)
+        count, rows = len(designs), len(time)
+        run = choose("auto" if inputs is None else "on", count * ONE, notify, ("family",))
+        outcome = np.full(count, kernels.CAREFUL)
+        z = np.full((count, len(self.mechanism.nodes), rows), complex(math.nan, math.nan))
+        residual = np.full((count, rows), math.nan)
+        first, end = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
+        finite = np.all([np.isfinite(t).reshape(count, -1).all(axis=1) for t in tables[:-1]], axis=0)
+        if run is not plain and self.start is not None:
+            found = kernels.Found(z.view(float).reshape(*z.shape, 2), residual, outcome, first, end)
+            self._compiled(run, tables, time, values, found, reachable, threads)
+            outcome[~finite] = kernels.CAREFUL
+        careful = np.flatnonzero(outcome == kernels.CAREFUL)
+        codes = self._codes(outcome, first, end, rows)
+        for d in careful.tolist():
+            z[d], residual[d], codes[d] = self._by_itself(designs[d], rows, inputs is None)
+        bad = codes != Status.OK
+        z.transpose(0, 2, 1)[bad] = complex(math.nan, math.nan)
+        residual[bad] = math.nan
+        return Designs(designs, time, values, z, codes, residual, len(careful))
+
+    def _codes(self, outcome: IntArray, first: IntArray, end: IntArray, rows: int) -> IntArray:
+        """Return the status of every row (designs, rows)."""
+        row = np.arange(rows)
+        codes = np.where(row < end[:, None], int(Status.OK), int(Status.LIMIT))
+        codes = np.where(row < first[:, None], int(Status.NOT_ASSEMBLED), codes)
+        codes[outcome == kernels.NO_START] = int(Status.NOT_ASSEMBLED)
+        codes[outcome == kernels.CONTRADICTS] = int(Status.CONTRADICTORY)
+        return codes
+
+    def _by_itself(self, design: FloatArray, rows: int, law: bool) -> tuple[ComplexArray, FloatArray, IntArray]:
+        """Solve one design as a single motion; return z (nodes, rows), residual (rows,) and codes (rows,)."""
+        from gimcli.errors import GimError
+
+        nominal = self.mechanism
+        empty = np.full((len(nominal.nodes), rows), complex(math.nan, math.nan))
+        failed = np.full(rows, int(Status.NOT_CONVERGED))
+        if not law:
+            return empty, np.full(rows, math.nan), failed
+        try:
+            own = nominal.with_(dict(zip(self.names, design.tolist(), strict=True)))
+            motion = trace(own, rows - 1, Options(tolerance=self.tolerance))
+        except GimError:
+            return empty, np.full(rows, math.nan), np.full(rows, int(Status.NOT_ASSEMBLED))
+        return (own.to_file(motion.z) - nominal.origin) / nominal.scale, motion.residual, motion.codes
+
+    # -- the nominal design -------------------------------------------------------------------
+
+    @cached_property
+    def start(self) -> tuple[FloatArray, FloatArray] | None:
+        """The lanes of the nominal start position (lanes,), and the branch signs; None if it is not regular."""
+        mechanism = self.mechanism
+        found = start_position(mechanism, self.plan, mechanism.start_inputs, plain, self.tolerance)
+        if not found.regular:
+            return None
+        z = (found.row.x + 1j * found.row.y)[:, None]
+        return self._lanes(np.zeros(1), mechanism.start_inputs[:, None], z, found.signs)[0], found.signs
+
+    def _lanes(self, time: FloatArray, inputs: FloatArray, z: ComplexArray, sign: FloatArray) -> FloatArray:
+        """Return the lanes (rows, lanes) of solved rows z (nodes, rows) of the nominal design."""
+        program, rows = self.program, len(time)
+        block = RowBlock(program, time, inputs)
+        block.x[:, NEW:], block.y[:, NEW:] = z.real, z.imag
+        with np.errstate(all="ignore"):
+            for k in range(len(self.plan.steps)):
+                if k not in program.packed:
+                    plan_steps.place(block.lanes, program.tables, program.at, k, sign, block.end)
+        table = np.zeros((rows, program.count))
+        at = program.at
+        for first, part in (
+            (at.x, block.x), (at.y, block.y), (at.rx, block.rx), (at.ry, block.ry), (at.values, block.inputs),
+            (at.cos, block.cos), (at.sin, block.sin), (at.g, block.g),
+        ):  # fmt: skip
+            table[:, first : first + len(part)] = part[:, NEW : NEW + rows].T
+        return table
+
+    def _nominal_rows(self, time: FloatArray, inputs: FloatArray, reachable: bool) -> FloatArray:
+        """Return the lanes (rows, lanes) of the nominal rows; only the first one unless `reachable`."""
+        assert self.start is not None
+        lanes, sign = self.start
+        if not reachable or len(time) == 1:
+            return lanes[None]
+        motion = trace(self.mechanism, len(time) - 1, Options(tolerance=self.tolerance))
+        rows = self._lanes(time, inputs, motion.z, sign)
+        rows[0] = lanes
+        rows[~motion.good] = math.nan
+        return rows
+
+    # -- compiled -----------------------------------------------------------------------------
+
+    @cached_property
+    def _nominal_tables(self) -> kernels.Tables:
+        return kernels.Tables(*self.tables(self.nominal[None])[:7])
+
+    @cached_property
+    def _solver(self) -> kernels.Solver:
+        mechanism, constants = self.mechanism, NewtonConstants()
+        accuracy = Accuracy(self.tolerance, mechanism.size, mechanism.shortest)
+        limits = constants.limits(accuracy, constants.iterations, near=True)
+        enough = allowed(mechanism, self.tolerance)
+        return kernels.Solver(self.program.room(), limits, self.tolerance * mechanism.size, enough)
+
+    def _compiled(
+        self, run: Callable[..., Any], tables: FloatTables, time: FloatArray, inputs: FloatArray,
+        found: kernels.Found, reachable: bool, threads: int | None,
+    ) -> None:  # fmt: skip
+        """Solve all designs in compiled code, in several threads."""
+        solve = run(kernels.family)
+        _, sign = self.start or (np.empty(0), np.empty(0))
+        groups = self.program.group_arrays
+        nominal = kernels.Nominal(
+            self.program.arrays, groups, self._nominal_tables,
+            np.array(self.mechanism.members[FRAME].nodes, dtype=np.int64),
+            self._nominal_rows(time, inputs[0], reachable), sign, np.zeros(len(groups.gi)), scales(self.mechanism),
+            self.plan.surplus > 0,
+        )  # fmt: skip
+        own = kernels.Tables(*tables[:7])
+        self._find_determinants(solve, nominal)
+        count = len(found.outcome)
+        starts = range(0, count, SHARE)
+        workers = min(threads or os.cpu_count() or 1, len(starts))
+        todo = iter(starts)
+
+        def work(_: int) -> None:
+            room, solver, one = self._scratch()
+            for begin in todo:
+                with np.errstate(all="ignore"):
+                    solve(
+                        nominal, self.program.at, own, time, inputs, room, solver, one, found, begin,
+                        min(begin + SHARE, count), reachable,
+                    )  # fmt: skip
+
+        if workers == 1:
+            work(0)
+            return
+        with ThreadPoolExecutor(workers) as pool:
+            list(pool.map(work, range(workers)))
+
+    def _find_determinants(self, solve: Callable[..., Any], nominal: kernels.Nominal) -> None:
+        """Fill the signs of the determinants of the coupled groups at the nominal start position."""
+        if not len(nominal.determinant):
+            return
+        room, solver, one = self._scratch()
+        nodes = len(self.mechanism.nodes)
+        found = kernels.Found(
+            np.empty((1, nodes, 1, 2)), np.empty((1, 1)), np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64),
+            np.zeros(1, dtype=np.int64),
+        )  # fmt: skip
+        inputs = np.ascontiguousarray(self.mechanism.start_inputs[None, :, None])
+        solve(
+            nominal, self.program.at, self._nominal_tables, np.zeros(1), inputs, room, solver, one, found, 0, 1, False
+        )
+        nominal.determinant[:] = room.determinant
+
+    def _scratch(self) -> tuple[kernels.Room, kernels.Solver, marching.Rows]:
+        """Return the scratch arrays of one thread."""
+        lanes = self.program.lanes(plan_steps.WIDTH)
+        room = kernels.Room(
+            lanes.reshape(-1), lanes, kernels.Tables(*(table.copy() for table in self._nominal_tables)),
+            np.zeros(len(self.program.groups)), np.zeros(2, dtype=np.int64),
+        )  # fmt: skip
+        actuators = len(self.mechanism.actuators)
+        one = marching.Rows(
+            np.zeros(1), np.zeros((actuators, 1)), np.zeros((1, 1, 2)), np.zeros(1), np.zeros(1), np.zeros((1, 1)),
+            np.zeros(2, dtype=np.int64),
+        )  # fmt: skip
+        return room, self._solver._replace(room=self.program.room()), one

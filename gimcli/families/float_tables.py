@@ -1,0 +1,89 @@
+"""The numbers of a plan that depend on the dimensions, for many designs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gimcli.mechanism import FRAME, FloatArray, IntArray, Mechanism
+from gimcli.positions.program import PlanProgram
+from gimcli.recording import Recorded, Recording
+
+
+class FloatTables(NamedTuple):
+    """The numbers of a plan, leading axis designs (or dimensions, for derivatives)."""
+
+    vz: FloatArray  # (·, vectors, 2) of `Program`
+    lv: FloatArray  # (·, loci, 2)
+    cv: FloatArray  # (·, checks, 2)
+    reach: FloatArray  # (·, steps)
+    gvz: FloatArray  # (·, vectors of all groups, 2)
+    gev: FloatArray  # (·, equations of all groups, 2)
+    frame: FloatArray  # (·, nodes, 2) coordinates of the nodes of the frame, 0 for others
+    points: FloatArray  # (·, points, 2) coordinates of `Mechanism.points` in the frames of their members
+    shapes: FloatArray  # (·, nodes of all members, 2) coordinates in the members' own frames, one after another
+    laws: FloatArray  # (·, actuators, 2) first and last value of laws of that kind, NaN for others
+
+
+def listed(mechanism: Mechanism, program: PlanProgram) -> list[list[Any]]:
+    """Return the entries of each table as a flat list of numbers, plain or recorded."""
+    q, groups = program.tables, [packed.tables for packed in program.groups]
+    frame: list[Any] = [0.0] * (2 * len(mechanism.nodes))
+    for node, z in zip(mechanism.members[FRAME].nodes, mechanism.members[FRAME].shape, strict=True):
+        frame[2 * node : 2 * node + 2] = [z.real, z.imag]
+    return [
+        _flat(q.vz), _flat(q.lv), _flat(q.cv), list(q.reach),
+        [x for group in groups for x in _flat(group[3])], [x for group in groups for x in _flat(group[4])], frame,
+        _parts(point.local for point in mechanism.points), _parts(z for m in mechanism.members for z in m.shape),
+        [getattr(a.law, name, np.nan) for a in mechanism.actuators for name in ("start", "end")],
+    ]  # fmt: skip
+
+
+def _flat(rows: Sequence[Sequence[Any]]) -> list[Any]:
+    return [x for row in rows for x in row]
+
+
+def _parts(numbers: Any) -> list[Any]:
+    return [part for z in numbers for part in (z.real, z.imag)]
+
+
+class TableMaker:
+    """Makes the tables of designs from a recording."""
+
+    def __init__(self, recording: Recording, lists: Sequence[Sequence[Any]]) -> None:
+        self.recording, self.slots = recording, []
+        self.nominal: list[FloatArray] = []
+        for table in lists:
+            varied = [k for k, x in enumerate(table) if isinstance(x, Recorded)]
+            self.slots.append((np.array(varied, dtype=np.int64), [table[k].place for k in varied]))
+            self.nominal.append(np.array([x.value if isinstance(x, Recorded) else x for x in table], dtype=float))
+        self.wanted = sorted({place for _, own in self.slots for place in own})
+
+    def values(self, designs: FloatArray) -> FloatTables:
+        """Return the tables of designs (designs, dimensions)."""
+        found = self.recording.evaluate(designs.T, self.wanted)
+        return self._filled(found, len(designs), self.nominal)
+
+    def tangents(self, designs: FloatArray) -> FloatTables:
+        """Return the derivatives of the tables of designs (designs, dimensions), leading axes designs, dimensions."""
+        _, slopes = self.recording.tangents(designs.T, self.wanted)
+        count, n = designs.shape
+        flat = {place: np.reshape(np.swapaxes(slope, 0, 1), (count * n,)) for place, slope in slopes.items()}
+        tables = self._filled(flat, count * n, [np.zeros_like(x) for x in self.nominal])
+        return FloatTables(*(x.reshape(count, n, *x.shape[1:]) for x in tables))
+
+    def _filled(self, found: dict[int, Any], count: int, base: Sequence[FloatArray]) -> FloatTables:
+        tables = []
+        for number, (x, (columns, places)) in enumerate(zip(base, self.slots, strict=True)):
+            table = np.repeat(x[None], count, axis=0)
+            for column, place in zip(columns.tolist(), places, strict=True):
+                table[:, column] = found[place]
+            tables.append(table if number == FloatTables._fields.index("reach") else table.reshape(count, -1, 2))
+        return FloatTables(*tables)
+
+
+def spans(mechanism: Mechanism) -> IntArray:
+    """Return the first row of each member in `FloatTables.shapes`, and their number."""
+    return np.cumsum([0, *(len(member.nodes) for member in mechanism.members)])
