@@ -120,6 +120,19 @@ def keep(lanes: FloatArray, rows: Rows, solved: int, force: bool) -> None:
 
 
 @kernel
+def close(
+    w: FloatArray, lanes: FloatArray, q: Program, at: Lanes, rows: Rows, done: int, count: int, high: int,
+    iterates: bool,
+) -> int:  # fmt: skip
+    """Check, copy and save the rows of a block that were solved; return their number."""
+    check(w, q, at, high)
+    solved = high - HISTORY
+    finish(lanes, at, rows, done, solved, iterates)
+    keep(lanes, rows, solved, solved < count or done + solved == rows.time.shape[0])
+    return solved
+
+
+@kernel
 def march(
     w: FloatArray, lanes: FloatArray, q: Program, groups: Groups, at: Lanes, rows: Rows, first: int,
     sign: FloatArray, determinant: FloatArray, room: RowPosition, limits: StopLimits, tolerance: float,
@@ -143,11 +156,30 @@ def march(
                 high = guard(w, q, at, k, tolerance, True, high)
             if high == HISTORY:
                 break
-        check(w, q, at, high)
-        solved = high - HISTORY
-        finish(lanes, at, rows, done, solved, groups.gi.shape[0] > 0)
+        solved = close(w, lanes, q, at, rows, done, count, high, True)
         done += solved
-        keep(lanes, rows, solved, solved < count or done == total)
+        if solved < count:
+            break
+    return done - first
+
+
+@kernel
+def march_dyads(
+    w: FloatArray, lanes: FloatArray, q: Program, at: Lanes, rows: Rows, first: int, sign: FloatArray, tolerance: float
+) -> int:
+    """Solve rows like `march`, for a plan without coupled groups; this compiles in half the time."""
+    total, done = rows.time.shape[0], first
+    while done < total:
+        count = min(ROWS, total - done)
+        high = HISTORY + count
+        begin(w, lanes, at, rows, done, count)
+        for k in range(q.steps.shape[0]):
+            if place(w, q, at, k, sign, high):
+                high = guard(w, q, at, k, tolerance, True, high)
+            if high == HISTORY:
+                break
+        solved = close(w, lanes, q, at, rows, done, count, high, False)
+        done += solved
         if solved < count:
             break
     return done - first
