@@ -29,11 +29,13 @@ class MachineCode:
         self.cache_path = folder
 
     def load_overload(self, signature: Any, target: Any) -> Any:
-        """Return the compile result for a signature; None if it is missing or damaged."""
+        """Return the compile result for a signature; None if it is missing or damaged.
+
+        numba's own cache first loads all that its compiler needs; machine code runs without.
+        """
         from numba.core import compiler
 
         result: Any = compiler.CompileResult
-        target.refresh()
         path = self._path(signature, target.codegen())
         try:
             return result._rebuild(target, *pickle.loads(_opened(path.read_bytes())))

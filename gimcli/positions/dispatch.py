@@ -9,10 +9,10 @@ from gimcli.kernels import jit
 from gimcli.positions.newton import Run
 from gimcli.structure.steps import Plan
 
-WORTH = 1.5
+WORTH = 0.5
 """Seconds of interpreted work above which loading compiled kernels saves time."""
 
-COMPILING = 20.0
+COMPILING = 8.0
 """Seconds of interpreted work above which compiling kernels saves time."""
 
 COMPILES = "compiling the solver for this machine, once ..."

@@ -4,6 +4,7 @@ import csv
 import sys
 
 import chains
+import compile_time
 import first_call
 import machine
 import numpy as np
@@ -75,6 +76,14 @@ def test_exponent_of_a_power_law():
 def test_first_call(tmp_path):
     first_call.main(["--runs", "1", "--steps", "0", "--out", str(tmp_path)])
     assert len(rows_of("first_call", tmp_path)) == 2
+
+
+@pytest.mark.soak
+def test_compile_time(tmp_path):
+    compile_time.main(["--repeats", "1", "--out", str(tmp_path)])
+    rows = rows_of("compile_time", tmp_path)
+    assert len(rows) == len(compile_time.COMMANDS)
+    assert all(float(row["second s"]) < float(row["first s"]) for row in rows)
 
 
 def test_random_starts(tmp_path):
