@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gimcli.errors import UsageError
+
+if TYPE_CHECKING:
+    from gimcli.mechanism import Mechanism
 
 
 class Method(StrEnum):
@@ -58,6 +61,15 @@ At = Annotated[
         "--at", metavar="ACTUATOR=VALUE", help="Input value in the file's unit; repeatable.", rich_help_panel=INPUTS
     ),
 ]
+
+
+Set = Annotated[
+    list[str],
+    typer.Option(
+        "--set", metavar="NAME=VALUE", help="Another value of a parameter or dimension; repeatable.",
+        rich_help_panel=INPUTS,
+    ),
+]  # fmt: skip
 
 
 def _given(context: typer.Context, assembly: str) -> str:
@@ -124,14 +136,24 @@ SequenceText = Annotated[
 ]  # fmt: skip
 
 
-def pairs(given: list[str]) -> dict[str, str]:
-    """Return the values of --at by the names of the actuators."""
+def pairs(given: list[str], option: str = "--at", form: str = "ACTUATOR=VALUE") -> dict[str, str]:
+    """Return the values of --at by the names of the actuators, or those of another option of this kind."""
     values: dict[str, str] = {}
     for text in given:
         name, equals, number = text.partition("=")
         if not equals:
-            raise UsageError(f"--at {text}: expected ACTUATOR=VALUE")
+            raise UsageError(f"{option} {text}: expected {form}")
         if name in values:
-            raise UsageError(f"--at {text}: '{name}' already has a value; give it once")
+            raise UsageError(f"{option} {text}: '{name}' already has a value; give it once")
         values[name] = number
     return values
+
+
+def assignments(given: list[str]) -> dict[str, str]:
+    """Return the values of --set by the names of the dimensions."""
+    return {name.strip(): value for name, value in pairs(given, "--set", "NAME=VALUE").items()}
+
+
+def changed(mechanism: Mechanism, given: list[str]) -> Mechanism:
+    """Return a mechanism with the values of --set."""
+    return mechanism.with_(assignments(given)) if given else mechanism

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out
+from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out, Set
 
 if TYPE_CHECKING:
     from gimcli.library.check import CheckResult
@@ -20,6 +20,7 @@ EXAMPLES = ("gim check models/crank_rocker.yaml", "gim check models/whitworth.ya
 
 def command(
     model: ModelPath = MODEL,
+    changes: Set = NONE,
     assembly: Assembly = "",
     out: Out = NONE,
     as_json: Json = False,
@@ -30,7 +31,7 @@ def command(
     from gimcli.library.check import CheckResult, check
 
     outputs = Outputs(CheckResult, model, out, as_json=as_json)
-    found = check(outputs.loaded(assembly), progress=progress_bar)
+    found = check(outputs.loaded(assembly, changes=changes), progress=progress_bar)
     outputs.write(found)
     outputs.finish(found, _print)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import METHOD, MODEL, NONE, Assembly, Json, ModelPath, Out, PngFile
+from gimcli.cli.arguments import METHOD, MODEL, NONE, Assembly, Json, ModelPath, Out, PngFile, Set
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ EXAMPLES = ("gim circuits models/stephenson_2.yaml -o circuits.png",)
 @with_picture_options
 def command(
     model: ModelPath = MODEL,
+    changes: Set = NONE,
     assembly: Assembly = "",
     samples: Annotated[
         int,
@@ -41,7 +42,7 @@ def command(
     from gimcli.library.circuits import CircuitsResult, circuits
 
     outputs = Outputs(CircuitsResult, model, out, png=png, as_json=as_json, drawing=drawing)
-    found = circuits(outputs.loaded(assembly), samples=samples, progress=progress_bar)
+    found = circuits(outputs.loaded(assembly, changes=changes), samples=samples, progress=progress_bar)
     outputs.write(found)
     outputs.finish(found, _print)
 

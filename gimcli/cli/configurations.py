@@ -22,12 +22,12 @@ ROWS = 60
 """Rows of the table; --json and -o write all configurations."""
 
 
-def solve_all(outputs: Outputs, at: dict[str, str], tolerance: float) -> None:
+def solve_all(outputs: Outputs, at: dict[str, str], tolerance: float, changes: list[str]) -> None:
     """Find every configuration, print and write it; exit with 5 if there is none."""
     from gimcli.cli.progress import progress_bar
     from gimcli.library.configurations import configurations
 
-    found = configurations(outputs.loaded(), at, tolerance=tolerance, progress=progress_bar)
+    found = configurations(outputs.loaded(changes=changes), at, tolerance=tolerance, progress=progress_bar)
     outputs.write(found)
     pictures = outputs.files.of("picture")
     outputs.finish(found, partial(_print, pictures[0] if pictures else None))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from gimcli.cli.arguments import MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Steps, Tolerance
+from gimcli.cli.arguments import MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Set, Steps, Tolerance
 from gimcli.cli.measures import PlotsOnly, refuse_unseen
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
@@ -29,6 +29,7 @@ SHOWN = 30
 @with_picture_options
 def command(
     model: ModelPath = MODEL,
+    changes: Set = NONE,
     steps: Steps = 360,
     assembly: Assembly = "",
     tolerance: Tolerance = 1e-10,
@@ -47,7 +48,7 @@ def command(
 
     outputs = Outputs(ForcesResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
     refuse_unseen(plot, outputs.draws)
-    mechanism = outputs.loaded(assembly, tolerance=tolerance)
+    mechanism = outputs.loaded(assembly, tolerance=tolerance, changes=changes)
     note_point_masses(mechanism)
     found = outputs.stream(ForcesAlong(mechanism, steps, tolerance, jit.value, plot, note, progress_bar))
     outputs.finish(found, _print)

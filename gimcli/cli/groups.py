@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gimcli.cli.arguments import MODEL, NONE, Json, ModelPath, Out, PngFile
+from gimcli.cli.arguments import MODEL, NONE, Json, ModelPath, Out, PngFile, Set
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 HELP = (
@@ -16,6 +16,7 @@ HEAD = ("", "", "class", "order", "links", "joined to", "driven by")
 @with_picture_options
 def command(
     model: ModelPath = MODEL,
+    changes: Set = NONE,
     out: Out = NONE,
     png: PngFile = None,
     as_json: Json = False,
@@ -27,6 +28,6 @@ def command(
     from gimcli.library.groups import GroupsResult, groups
 
     outputs = Outputs(GroupsResult, model, out, png=png, as_json=as_json, drawing=drawing)
-    found = groups(outputs.loaded())
+    found = groups(outputs.loaded(changes=changes))
     outputs.write(found)
     outputs.finish(found, lambda f: print_table(f.headline(), HEAD, f.rows(), (3,)))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out
+from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out, Set
 
 if TYPE_CHECKING:
     from gimcli.library.mobility import MobilityResult
@@ -20,6 +20,7 @@ EXAMPLES = ("gim mobility models/parallelogram_third_crank.yaml",)
 
 def command(
     model: ModelPath = MODEL,
+    changes: Set = NONE,
     assembly: Assembly = "",
     out: Out = NONE,
     as_json: Json = False,
@@ -29,7 +30,7 @@ def command(
     from gimcli.library.mobility import MobilityResult, mobility
 
     outputs = Outputs(MobilityResult, model, out, as_json=as_json)
-    found = mobility(outputs.loaded(assembly))
+    found = mobility(outputs.loaded(assembly, changes=changes))
     outputs.write(found)
     outputs.finish(found, _print)
 

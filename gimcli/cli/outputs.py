@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import typer
 
+from gimcli.cli.arguments import NONE, changed
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing
 from gimcli.cli.progress import DRAWING, end_bars, progress_bar
 from gimcli.errors import UsageError
@@ -82,15 +83,20 @@ class Outputs:
         """Return whether a picture or a page is written."""
         return bool(self.files.of("picture", "animation"))
 
-    def loaded(self, assembly: str = "", at: Mapping[str, str] | None = None, tolerance: float = 1e-10) -> Mechanism:
+    def loaded(
+        self, assembly: str = "", at: Mapping[str, str] | None = None, tolerance: float = 1e-10, *,
+        changes: list[str] = NONE,
+    ) -> Mechanism:  # fmt: skip
         """Return the mechanism of the model file; refuse files that cannot be written, before the computation.
 
-        With --assembly it is assembled in that configuration at the start of the laws, or at the inputs of --at.
+        `changes` are the values of --set. With --assembly the mechanism is assembled in that configuration at the start
+        of the laws, or at the inputs of --at.
         """
         from gimcli.library.load import load
 
         mechanism = load(self.model)
         self.files.refuse(mechanism.files)
+        mechanism = changed(mechanism, changes)
         if not assembly:
             return mechanism
         from gimcli.library.assembled import assembled

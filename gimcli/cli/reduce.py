@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import INPUTS, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Steps
+from gimcli.cli.arguments import INPUTS, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Set, Steps
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ FLYWHEEL = "Flywheel"
 @with_picture_options
 def command(
     model: ModelPath = MODEL,
+    changes: Set = NONE,
     steps: Steps = 360,
     assembly: Assembly = "",
     name: Annotated[
@@ -56,7 +57,7 @@ def command(
     from gimcli.library.reduce import ReduceResult, reduce
 
     outputs = Outputs(ReduceResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
-    mechanism = outputs.loaded(assembly)
+    mechanism = outputs.loaded(assembly, changes=changes)
     note_point_masses(mechanism)
     found = reduce(
         mechanism, name, steps, fluctuation=fluctuation, rpm=rpm, jit=jit.value, notify=note, progress=progress_bar

@@ -17,6 +17,7 @@ from gimcli.cli.arguments import (
     ModelPath,
     Out,
     PngFile,
+    Set,
     Strategy,
     StrategyOption,
     Tolerance,
@@ -38,6 +39,7 @@ EXAMPLES = ("gim sequence models/double_butterfly.yaml --explain",)
 @with_picture_options
 def command(
     model: ModelPath = MODEL,
+    changes: Set = NONE,
     at: At = NONE,
     assembly: Assembly = "",
     strategy: StrategyOption = Strategy.SPECTRAL,
@@ -56,7 +58,8 @@ def command(
 
     inputs = pairs(at)
     outputs = Outputs(SequenceResult, model, out, png=png, as_json=as_json, drawing=drawing)
-    found = sequence(outputs.loaded(assembly, inputs, tolerance), inputs, strategy=strategy.value, tolerance=tolerance)
+    mechanism = outputs.loaded(assembly, inputs, tolerance, changes=changes)
+    found = sequence(mechanism, inputs, strategy=strategy.value, tolerance=tolerance)
     outputs.write(found)
     outputs.finish(found, partial(_print, explain))
 

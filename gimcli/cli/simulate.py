@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import INPUTS, MODEL, NONE, OUTPUT, Assembly, Jit, JitOption, Json, ModelPath, Out, Png
+from gimcli.cli.arguments import INPUTS, MODEL, NONE, OUTPUT, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Set
 from gimcli.cli.measures import PlotsOnly, refuse_unseen
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.dynamics.integrators import INTEGRATORS
@@ -37,6 +37,7 @@ def _registered(name: str) -> str:
 @with_picture_options
 def command(
     model: ModelPath = MODEL,
+    changes: Set = NONE,
     assembly: Assembly = "",
     time: Annotated[
         float, typer.Option("--time", "-t", metavar="S", help="Seconds of motion.", rich_help_panel=INPUTS)
@@ -88,7 +89,7 @@ def command(
 
     outputs = Outputs(SimulateResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
     refuse_unseen(plot, outputs.draws)
-    mechanism = outputs.loaded(assembly)
+    mechanism = outputs.loaded(assembly, changes=changes)
     refuse_repeated(column_names(mechanism))
     note_point_masses(mechanism)
     found = simulate(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out, PngFile
+from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out, PngFile, Set
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ ALIKE = 1e-6
 @with_picture_options
 def command(
     model: ModelPath = MODEL,
+    changes: Set = NONE,
     assembly: Assembly = "",
     out: Out = NONE,
     png: PngFile = None,
@@ -39,7 +40,7 @@ def command(
     from gimcli.library.singularities import SingularitiesResult, singularities
 
     outputs = Outputs(SingularitiesResult, model, out, png=png, as_json=as_json, drawing=drawing)
-    found = singularities(outputs.loaded(assembly), progress=progress_bar)
+    found = singularities(outputs.loaded(assembly, changes=changes), progress=progress_bar)
     outputs.write(found)
     outputs.finish(found, _print)
 

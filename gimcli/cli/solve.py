@@ -22,6 +22,7 @@ from gimcli.cli.arguments import (
     Out,
     PngFile,
     SequenceText,
+    Set,
     Strategy,
     StrategyOption,
     Tolerance,
@@ -52,6 +53,7 @@ RESULTS, START = "Results", "Start"
 @with_picture_options
 def command(
     model: ModelPath = MODEL,
+    changes: Set = NONE,
     at: At = NONE,
     assembly: Assembly = "",
     every: Annotated[
@@ -102,15 +104,15 @@ def command(
         from gimcli.library.configurations import ConfigurationsResult
 
         every_one = Outputs(ConfigurationsResult, model, out, csv=csv, png=png, as_json=as_json, drawing=drawing)
-        solve_all(every_one, inputs, tolerance)
+        solve_all(every_one, inputs, tolerance, changes)
         return
     if assembly and start != "drawn":
         raise UsageError("--assembly gives the initial coordinates: remove --start")
     outputs = Outputs(SolveResult, model, out, csv=csv, png=png, as_json=as_json, drawing=drawing)
     found = solve(
-        outputs.loaded(assembly, inputs, tolerance), inputs, method=method.value, strategy=strategy.value,
-        tolerance=tolerance, start=start, seed=seed, history=history, velocities=velocities, jit=jit.value,
-        sequence=sequence,
+        outputs.loaded(assembly, inputs, tolerance, changes=changes), inputs, method=method.value,
+        strategy=strategy.value, tolerance=tolerance, start=start, seed=seed, history=history,
+        velocities=velocities, jit=jit.value, sequence=sequence,
     )  # fmt: skip
     outputs.write(found)
     text = found.model() if outputs.files.of("model") else None

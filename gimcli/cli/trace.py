@@ -20,6 +20,7 @@ from gimcli.cli.arguments import (
     Out,
     Png,
     SequenceText,
+    Set,
     Steps,
     Strategy,
     StrategyOption,
@@ -69,6 +70,7 @@ EVENTS = 6
 @with_picture_options
 def command(
     model: ModelPath = MODEL,
+    changes: Set = NONE,
     steps: Steps = 360,
     assembly: Assembly = "",
     derivatives: Annotated[
@@ -117,7 +119,7 @@ def command(
 
     outputs = Outputs(MotionTraceResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
     refuse_unseen(plot, outputs.draws)
-    mechanism = outputs.loaded(assembly, tolerance=tolerance)
+    mechanism = outputs.loaded(assembly, tolerance=tolerance, changes=changes)
     begun = traced(
         mechanism, steps, derivatives=derivatives, measure=measure, plot=plot, at_limit=at_limit.value,
         circuit=circuit, branch=branch, all_branches=all_branches, method=method.value, strategy=strategy.value,

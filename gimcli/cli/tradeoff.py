@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import METHOD, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Steps
+from gimcli.cli.arguments import METHOD, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Set, Steps
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.errors import UsageError
 
@@ -25,6 +25,7 @@ EXAMPLES = ("gim tradeoff models/platform_3rrr.yaml --tolerances 1e-3,1e-6,1e-9 
 @with_picture_options
 def command(
     model: ModelPath = MODEL,
+    changes: Set = NONE,
     assembly: Assembly = "",
     steps: Steps = 72,
     tolerances: Annotated[
@@ -55,7 +56,7 @@ def command(
     chosen = _tolerances(tolerances)
     outputs = Outputs(TradeoffResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
     found = tradeoff(
-        outputs.loaded(assembly),
+        outputs.loaded(assembly, changes=changes),
         steps,
         tolerances=chosen,
         seconds=seconds,

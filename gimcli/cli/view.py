@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, NONE, Assembly, ModelPath, Steps
+from gimcli.cli.arguments import MODEL, NONE, Assembly, ModelPath, Set, Steps, assignments
 from gimcli.cli.measures import QUANTITIES, MeasureOption, PlotOption, print_measures
 
 SERVER = "Server"
@@ -28,6 +28,7 @@ EXAMPLES = (
 
 def command(
     model: ModelPath = MODEL,
+    changes: Set = NONE,
     steps: Steps = 360,
     assembly: Assembly = "",
     derivatives: Annotated[
@@ -56,19 +57,22 @@ def command(
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have switched it off for a background job
     settings = {"steps": steps, "derivatives": derivatives, "measure": measure, "plot": ",".join(plot)}
     try:
-        _serve(model, assembly, port, settings, browser)
+        _serve(model, changes, assembly, port, settings, browser)
     except KeyboardInterrupt:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         if sys.stdout.isatty():
             typer.echo()  # the terminal shows ^C
 
 
-def _serve(model: Path, assembly: str, port: int | None, settings: dict[str, object], browser: bool) -> None:
+def _serve(
+    model: Path, changes: list[str], assembly: str, port: int | None, settings: dict[str, object], browser: bool
+) -> None:
     from gimcli.cli.console import note, printable
     from gimcli.cli.progress import end_bars, progress_bar
     from gimcli.view.view import served
 
-    with served(model, assembly, port, settings, lambda text: note(printable(text)), progress_bar) as server:
+    values = assignments(changes)
+    with served(model, values, assembly, port, settings, lambda text: note(printable(text)), progress_bar) as server:
         end_bars()
         typer.echo(f"{model.name}: {server.url} (Ctrl-C ends)")
         sys.stdout.flush()

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gimcli.cli.arguments import INPUTS, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png
+from gimcli.cli.arguments import INPUTS, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Set
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.errors import UsageError
 
@@ -29,6 +29,7 @@ GRID = "Grid"
 @with_picture_options
 def command(
     model: ModelPath = MODEL,
+    changes: Set = NONE,
     assembly: Assembly = "",
     point: Annotated[
         str,
@@ -74,7 +75,7 @@ def command(
     outputs = Outputs(
         WorkspaceResult, model, out, writes=True, picture=png, more=more, as_json=as_json, drawing=drawing
     )
-    mechanism = outputs.loaded(assembly)
+    mechanism = outputs.loaded(assembly, changes=changes)
     arrays = outputs.files.of("arrays")
     found = workspace(
         mechanism, point, orientation=_orientations(orientation), all=every, grid=grid, jit=jit.value,

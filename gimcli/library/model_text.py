@@ -17,12 +17,13 @@ from gimcli.errors import ModelError, UsageError
 from gimcli.library.assembled import measured
 from gimcli.library.rounding import input_value
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
-from gimcli.model.check import checked
-from gimcli.model.coordinates import replaced
+from gimcli.model.dimensions import dimensions
+from gimcli.model.edited_text import written_with
 from gimcli.model.files import tables_of
 from gimcli.model.read import read_text
 from gimcli.model.schema import Model
-from gimcli.model.source import Source, Where, read_source
+from gimcli.model.source import Where
+from gimcli.model.text_edits import replaced
 from gimcli.output.model import ModelText
 from gimcli.structure.residual import pose
 
@@ -50,13 +51,13 @@ def model_text(mechanism: Mechanism, z: ComplexArray) -> ModelText:
     path = mechanism.path
     if path is None:
         raise UsageError("the mechanism was not read from a model file, so that there is no text for its coordinates")
-    source = read_source(path)
-    model = checked(source)
+    own = written_with(mechanism)
+    model = mechanism.written.model
     wanted = _coordinates(mechanism, model, z)
     tables = tuple(zip(tables_of(model), mechanism.files[1:], strict=True))
     wrong: list[str] = []
     for digits in DIGITS:
-        text = replaced(_text(path), _written(mechanism, source, wanted, digits))
+        text = replaced(own, _written(mechanism, wanted, digits))
         found = _read(text, path, tables)
         wrong = list(_changed(mechanism, found, z))
         if not wrong:
@@ -78,11 +79,6 @@ def _read(text: str, path: Path, tables: tuple[tuple[str, Path], ...]) -> Mechan
         raise UsageError(f"{path.name}: a model file does not allow these coordinates: {error}") from None
 
 
-def _text(path: Path) -> str:
-    """Return the text of a model file, with its line ends."""
-    return path.read_bytes().decode("utf-8-sig")
-
-
 def _coordinates(mechanism: Mechanism, model: Model, z: ComplexArray) -> dict[Where, complex]:
     """Return the coordinates [file's unit] of nodes, points and loads by their paths of keys."""
     found: dict[Where, complex] = {("nodes", name): at for name, at in zip(mechanism.nodes, z.tolist(), strict=True)}
@@ -101,16 +97,14 @@ def _carried(mechanism: Mechanism, member: int, local: complex, z: ComplexArray)
     return complex(np.ravel(origin + unit * local)[0])
 
 
-def _written(mechanism: Mechanism, source: Source, wanted: Mapping[Where, complex], digits: int) -> dict[Where, str]:
+def _written(mechanism: Mechanism, wanted: Mapping[Where, complex], digits: int) -> dict[Where, str]:
     """Return the numbers that change, as texts, by their paths of keys."""
+    values = {dimension.where: dimension.value for dimension in dimensions(mechanism)}
     places = digits - 1 - math.floor(math.log10(mechanism.size * mechanism.scale))
     changes: dict[Where, str] = {}
     for where, at in wanted.items():
-        own = source.data
-        for key in where:
-            own = own[key]
-        for part, (value, old) in enumerate(zip((at.real, at.imag), own, strict=True)):
-            if abs(value - old) > KEPT * 10.0**-places + np.spacing(abs(value)):
+        for part, value in enumerate((at.real, at.imag)):
+            if abs(value - values[*where, part]) > KEPT * 10.0**-places + np.spacing(abs(value)):
                 changes[*where, part] = repr(round(value, places) + 0.0).removesuffix(".0")
     return changes
 

@@ -8,14 +8,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, NamedTuple
 
-from gimcli.model.formula import Formula, FormulaError, parsed
+from gimcli.model.formula import Formula, FormulaError, is_number, parsed
 from gimcli.model.source import Where
 
 MOST_PARAMETERS = 1000
 PARAMETERS = "parameters"
 
 _UNIT = re.compile(r"[-+]?[\d.]+\s*([^\W\d]+)$")
-_NUMBER = re.compile(r"[-+]?[\d.]+([eE][-+]?\d+)?$")
 
 
 class Evaluated(NamedTuple):
@@ -92,7 +91,7 @@ def _formula(text: str, names: Mapping[str, Any]) -> Formula:
     unit = _UNIT.match(text.strip())
     if unit is not None and unit[1] not in names:
         raise FormulaError("set units once, under `units:`")
-    if _NUMBER.match(text.strip()):
+    if is_number(text):
         raise FormulaError("write it without quotes")
     if len(names) > MOST_PARAMETERS:
         raise FormulaError(f"{len(names)} parameters are too many for formulas; at most {MOST_PARAMETERS} are read")

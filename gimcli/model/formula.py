@@ -42,7 +42,9 @@ REAL = {**FUNCTIONS, "**": _real_power}
 PAIRED, MANY = ("atan2", "hypot"), ("min", "max")
 """Functions of two arguments, and of two or more; the others have one."""
 
-_TOKEN = re.compile(r"\s*(?:((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)|([^\W\d]\w*)|(\*\*|\S))")
+_DIGITS = r"((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
+_TOKEN = re.compile(rf"\s*(?:{_DIGITS}|([^\W\d]\w*)|(\*\*|\S))")
+_NUMBER = re.compile(rf"\s*[-+]?{_DIGITS}\s*")
 _WORD = re.compile(r"[^\W\d]\w*$")
 
 
@@ -95,6 +97,11 @@ class Formula:
 def is_name(word: str) -> bool:
     """Return whether a word can be the name of a parameter."""
     return _WORD.match(word) is not None and word not in FUNCTIONS and word not in CONSTANTS
+
+
+def is_number(text: str) -> bool:
+    """Return whether a text is a number, not a formula."""
+    return _NUMBER.fullmatch(text) is not None
 
 
 def parsed(text: str, names: Mapping[str, Any]) -> Formula:

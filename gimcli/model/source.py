@@ -48,6 +48,7 @@ class Source:
     path: Path
     data: Any = None
     folder: Path = Path()  # paths of tables start here
+    text: str = field(default="", repr=False)
     by_line: bool = True  # errors name line and column, otherwise the path of keys
     keys: dict[Where, Spot] = field(default_factory=dict)
     values: dict[Where, Spot] = field(default_factory=dict)
@@ -91,7 +92,7 @@ def read_yaml(text: str, path: Path) -> Source:
     """
     _refuse_size(len(text.encode("utf-8", "surrogatepass")), path)
     _refuse_control(text, path)
-    source = Source(path, folder=path.parent)
+    source = Source(path, folder=path.parent, text=text)
     loader = LOADER(text)
     try:
         source.data = _DataBuilder(source, loader).document()

@@ -18,7 +18,7 @@ from gimcli.model.arithmetic import DependenceError
 from gimcli.model.check import check
 from gimcli.model.compile import compile_model
 from gimcli.model.dimensions import Dimension, dimensions_of, name_of
-from gimcli.model.formula import Formula, FormulaError, parsed
+from gimcli.model.formula import Formula, FormulaError, is_number, parsed
 from gimcli.model.references import References
 from gimcli.model.schema import Model
 from gimcli.model.source import Fault, Source, Where
@@ -54,11 +54,12 @@ class Written:
     def changed(self, mechanism: Mechanism, changes: Mapping[str, float | str]) -> Mechanism:
         """Return the mechanism of this model with other dimensions; see `Mechanism.with_`."""
         wanted = {self.dimension(name): value for name, value in changes.items()}
-        own = {dimension.name: value for dimension, value in wanted.items()}
         if len(wanted) < len(changes):
             raise UsageError(f"{_listed(changes)}: two values for one dimension; give one")
-        source = _ChangedSource(**{**vars(self.source), "faults": []}, changes=own)
         given = {dimension.where: _value(dimension, value, self.model) for dimension, value in wanted.items()}
+        values = zip(wanted, given.values(), strict=True)
+        own = {one.name: value.text if isinstance(value, Formula) else value for one, value in values}
+        source = _ChangedSource(**{**vars(self.source), "faults": []}, changes=own)
         try:
             model, numbers = with_numbers(self.model, given, source.number)
         except DependenceError as cycle:
@@ -143,10 +144,11 @@ def _value(dimension: Dimension, value: Any, model: Model) -> float | Formula:
     """Return a new value of a dimension as a number, or a formula."""
     if isinstance(value, str):
         try:
-            formula = parsed(value, model.parameters)
-            return formula.number({}) if not formula.names else formula
+            value = float(value) if is_number(value) else parsed(value, model.parameters)
         except FormulaError as error:
             raise UsageError(f"{dimension.name}: expected a number, got '{value}'; {error}") from None
+    if isinstance(value, Formula):
+        return value
     if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
         raise UsageError(f"{dimension.name}: expected a finite number, got {value!r}")
     return float(value)

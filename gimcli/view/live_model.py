@@ -49,12 +49,16 @@ class Superseded(Exception):  # noqa: N818  # an outcome, not an error
 class LiveModel:
     """The motion of a model file; `shown` is what the page shows. `solving` is held while the solver works."""
 
-    def __init__(self, path: Path, assembly: str, settings: Mapping[str, Any], note: Notify) -> None:
+    def __init__(
+        self, path: Path, changes: Mapping[str, str], assembly: str, settings: Mapping[str, Any], note: Notify
+    ) -> None:
         """Prepare to trace a file with settings (arguments of `trace`); `note` gets a line about every change.
 
+        changes: values of dimensions by name, as for `Mechanism.with_`.
         assembly: number or signs of the configuration from which the motion starts; "": the one that is drawn.
         """
         self.path, self.assembly, self.settings, self.note = path, assembly, dict(settings), note
+        self.changes = dict(changes)
         self.shown, self.solving, self.ended = LiveContent(), Lock(), False
         self._changed = Condition()
         self._seen = stamps([path.absolute()])
@@ -137,6 +141,7 @@ class LiveModel:
                 raise ModelError([f"{self.path}: is not a regular file; save the model file under this name"])
             mechanism = load(self.path)
             self._seen = {**stamps(mechanism.files), **{f: before[f] for f in mechanism.files if f in before}}
+            mechanism = mechanism.with_(self.changes) if self.changes else mechanism
             if self.assembly:
                 from gimcli.library.assembled import assembled  # imported late: few ask for it
 

@@ -17,14 +17,15 @@ from gimcli.view.server import USUAL_PORT, ViewServer
 
 @contextmanager
 def served(
-    path: Path, assembly: str, port: int | None, settings: Mapping[str, Any], note: Notify, progress: Phases = no_phases
-) -> Iterator[ViewServer]:
+    path: Path, changes: Mapping[str, str], assembly: str, port: int | None, settings: Mapping[str, Any], note: Notify,
+    progress: Phases = no_phases,
+) -> Iterator[ViewServer]:  # fmt: skip
     """Solve a model file, follow its changes and listen on a port (context manager); the caller runs the server.
 
-    Without a port it is the usual one, or a free one if that is in use. Raises UsageError if the given port is in use,
-    and the errors of `LiveModel.begin`.
+    `changes` are values of dimensions by name, as for `Mechanism.with_`. Without a port it is the usual one, or a free
+    one if that is in use. Raises UsageError if the given port is in use, and the errors of `LiveModel.begin`.
     """
-    model = LiveModel(path, assembly, settings, note)
+    model = LiveModel(path, changes, assembly, settings, note)
     with bound(model, port) as server:
         model.begin(progress)
         follower = Thread(target=model.follow, name="follow the file", daemon=True)

@@ -3,7 +3,7 @@
 import pytest
 import yaml
 
-from gimcli.model.coordinates import replaced
+from gimcli.model.text_edits import replaced
 
 A, B = ("nodes", "A"), ("nodes", "B")
 SPELLINGS = {

@@ -1,7 +1,7 @@
-"""The text of a model file with other coordinates; everything else stays as it is written.
+"""The text of a model file with other numbers; everything else stays as it is written.
 
-Values are replaced at their position in the text. An alias whose anchor or own value changes is written out, so that
-every other part keeps its value.
+Values are replaced at their position in the text; keys that are missing are added to their mapping. An alias whose
+anchor or own value changes is written out, so that every other part keeps its value.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import yaml
@@ -31,18 +31,23 @@ class _Piece:
     end: int
     text: str = ""  # as written; of a scalar or an alias
     parts: dict[Any, _Piece] | None = None  # of a list or a mapping
-    names: dict[Any, str] = field(default_factory=dict)  # the keys of a mapping as written; empty for a list
+    names: dict[Any, str] | None = None  # the keys of a mapping as written
+    flow: bool = False  # of a list or a mapping: in brackets
+    column: int = 0  # of the first key of a mapping, from 0
     target: _Piece | None = None  # of an alias
 
 
 def replaced(text: str, changes: Mapping[Where, str]) -> str:
-    """Return the text of a model file with other scalars, which `changes` gives by their paths of keys."""
+    """Return the text of a model file with other scalars, which `changes` gives by their paths of keys.
+
+    A key that is missing is added; a list of nodes becomes a mapping for it.
+    """
     root = _Reader(text).document()
     edits, changed = [], set[int]()
     for where, new in changes.items():
-        piece = _direct(root, where)
-        if piece is not None:
-            edits.append((piece.start, piece.end, new))
+        piece, rest = _deepest(root, where)
+        if piece.target is None:
+            edits.append(_added(text, piece, rest, new) if rest else (piece.start, piece.end, _spaced(piece, new)))
             changed.add(id(piece))
     for where, alias in _aliases(root, ()):
         if any(path[: len(where)] == where for path in changes) or _holds(alias, changed):
@@ -52,13 +57,41 @@ def replaced(text: str, changes: Mapping[Where, str]) -> str:
     return text
 
 
-def _direct(piece: _Piece, where: Where) -> _Piece | None:
-    """Return the scalar at a path of keys; None if the path leads through an alias."""
-    for key in where:
-        if piece.parts is None:
-            return None
+def _deepest(piece: _Piece, where: Where) -> tuple[_Piece, Where]:
+    """Return the last value on a path of keys that the text has, or the alias on the path, and the rest of the path."""
+    for k, key in enumerate(where):
+        if piece.parts is None or key not in piece.parts:
+            return piece, where[k:]
         piece = piece.parts[key]
-    return piece if piece.target is None else None
+    return piece, ()
+
+
+def _spaced(piece: _Piece, new: str) -> str:
+    """Return a new value; one in place of an empty value needs a space behind the colon."""
+    return new if piece.end > piece.start else f" {new}"
+
+
+def _added(text: str, piece: _Piece, rest: Where, new: str) -> tuple[int, int, str]:
+    """Return the edit that adds a key to a value: start, end and new text."""
+    item = f"{rest[0]}: {_nested(rest[1:], new)}"
+    if piece.parts is None:
+        return piece.start, piece.end, _spaced(piece, f"{{{item}}}")
+    if piece.names is None:
+        start = piece.start if piece.flow else len(text[: piece.start].rstrip())
+        return start, piece.end, " " * (not piece.flow) + f"{{nodes: {_flow(piece, (), {})}, {item}}}"
+    if piece.flow:
+        last = max((part.end for part in piece.parts.values()), default=piece.start + 1)
+        return last, last, f", {item}" if piece.parts else item
+    line = piece.end if text[piece.end - 1] == "\n" else text.find("\n", piece.end) + 1
+    end = "\r\n" if "\r\n" in text else "\n"
+    if not line:
+        return len(text), len(text), f"{end}{' ' * piece.column}{item}"
+    return line, line, f"{' ' * piece.column}{item}{end}"
+
+
+def _nested(rest: Where, new: str) -> str:
+    """Return a value inside mappings of one key each."""
+    return f"{{{rest[0]}: {_nested(rest[1:], new)}}}" if rest else new
 
 
 def _aliases(piece: _Piece, where: Where) -> Iterator[tuple[Where, _Piece]]:
@@ -83,9 +116,15 @@ def _flow(piece: _Piece, where: Where, changes: Mapping[Where, str]) -> str:
     if piece.parts is None:
         return changes.get(where) or _in_line(piece.text)
     inner = {key: _flow(part, (*where, key), changes) for key, part in piece.parts.items()}
-    if piece.names:
-        return "{" + ", ".join(f"{piece.names[key]}: {one}" for key, one in inner.items()) + "}"
-    return "[" + ", ".join(inner.values()) + "]"
+    depth = len(where)
+    more = {path[depth]: _nested(path[depth + 1 :], new) for path, new in changes.items()
+            if path[:depth] == where and path[depth] not in inner}  # fmt: skip
+    if piece.names is None and not more:
+        return "[" + ", ".join(inner.values()) + "]"
+    if piece.names is None:
+        inner = {"nodes": "[" + ", ".join(inner.values()) + "]"}
+    names = piece.names or {}
+    return "{" + ", ".join(f"{names.get(key, key)}: {one}" for key, one in {**inner, **more}.items()) + "}"
 
 
 def _in_line(text: str) -> str:
@@ -119,19 +158,21 @@ class _Reader:
         start = start if found is None else found.end()
         piece = _Piece(start, end, self.text[start:end])
         if not isinstance(event, yaml.ScalarEvent):
-            piece.parts = {}
-            self._fill(piece, isinstance(event, yaml.MappingStartEvent))
+            self._fill(piece, event)
         if event.anchor is not None:
             self.anchors[str(event.anchor)] = piece
         return piece
 
-    def _fill(self, piece: _Piece, mapping: bool) -> None:
-        parts = piece.parts = dict[Any, _Piece]()
+    def _fill(self, piece: _Piece, start: Any) -> None:
+        mapping, parts = isinstance(start, yaml.MappingStartEvent), dict[Any, _Piece]()
+        piece.parts, piece.flow, piece.names = parts, bool(start.flow_style), {} if mapping else None
         while not self.loader.check_event(yaml.SequenceEndEvent, yaml.MappingEndEvent):
             key: Any = len(parts)
-            if mapping:
+            if piece.names is not None:
                 event = self.loader.get_event()
                 key = str(event.value)
+                piece.column = event.start_mark.column if not parts else piece.column
                 piece.names[key] = self.text[event.start_mark.index : event.end_mark.index]
             parts[key] = self._piece()
-        self.loader.get_event()
+        end = self.loader.get_event().end_mark.index
+        piece.end = end if piece.flow else max((part.end for part in parts.values()), default=end)
