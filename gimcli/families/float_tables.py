@@ -80,7 +80,9 @@ class TableMaker:
             table = np.repeat(x[None], count, axis=0)
             for column, place in zip(columns.tolist(), places, strict=True):
                 table[:, column] = found[place]
-            tables.append(table if number == FloatTables._fields.index("reach") else table.reshape(count, -1, 2))
+            tables.append(
+                table if number == FloatTables._fields.index("reach") else table.reshape(count, len(x) // 2, 2)
+            )
         return FloatTables(*tables)
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.families.float_tables import FloatTables
 from gimcli.kernels import sensitivity as kernels
 from gimcli.kernels.lanes import WIDTH, aligned
 from gimcli.kernels.march import Groups
@@ -20,17 +20,6 @@ from gimcli.structure.plan import make_plan
 from gimcli.structure.steps import NONE
 
 BoolArray = NDArray[np.bool_]
-
-
-class PlanNumbers(NamedTuple):
-    """The numbers of a plan that dimensions determine, or their derivatives; any leading axes."""
-
-    vz: FloatArray  # (..., vectors, 2)
-    lv: FloatArray  # (..., loci, 2)
-    reach: FloatArray  # (..., steps)
-    gvz: FloatArray  # (..., vectors of groups, 2)
-    gev: FloatArray  # (..., equations of groups, 2)
-    frame: FloatArray  # (..., nodes, 2)
 
 
 @derived
@@ -99,15 +88,15 @@ def _renumbered(groups: Groups, head: IntArray, vectors: int) -> tuple[IntArray,
 
 
 def position_derivatives(
-    mechanism: Mechanism, numbers: PlanNumbers, tangents: PlanNumbers, z: ComplexArray, inputs: FloatArray, run: Run,
+    mechanism: Mechanism, numbers: FloatTables, tangents: FloatTables, z: ComplexArray, inputs: FloatArray, run: Run,
     nodes: Sequence[int] | None = None, by_inputs: bool = True,
 ) -> tuple[ComplexArray, BoolArray]:  # fmt: skip
     """Return the derivatives of nodes (designs, dimensions + actuators, nodes, rows), and where they are defined.
 
-    numbers: of each design, leading axis (designs,); tangents: their derivatives (designs, dimensions). z (designs,
-    nodes, rows), inputs (1 or designs, actuators, rows) in the normal frame. The derivatives by dimensions are at
-    constant inputs; after them come those by the inputs [rad or lengths of the normal frame], if `by_inputs`. The mask
-    (designs, rows) is false in rows without a position and at singular positions: the derivatives there are NaN.
+    numbers: of each design, axes (designs, ...); tangents: their derivatives, axes (designs, dimensions, ...). z
+    (designs, nodes, rows), inputs (1 or designs, actuators, rows) in the normal frame. The derivatives by dimensions
+    are at constant inputs; after them come those by the inputs [rad or lengths of the normal frame], if `by_inputs`.
+    The mask (designs, rows) is false in rows without a position and at singular positions: the derivatives are NaN.
     """
     plan, (designs, _, rows) = plan_structure(mechanism), z.shape
     actuators = plan.actuators if by_inputs else 0
@@ -128,7 +117,7 @@ def position_derivatives(
     return out, good
 
 
-def _kernel_tangents(tangents: PlanNumbers, inputs: int, by_inputs: int) -> kernels.Tangents:
+def _kernel_tangents(tangents: FloatTables, inputs: int, by_inputs: int) -> kernels.Tangents:
     """Return derivatives with those by the inputs appended to the axis of the dimensions; they change no number."""
     vz, lv, reach, gvz, gev, frame = (
         np.concatenate([table, np.zeros((len(table), by_inputs, *table.shape[2:]))], axis=1)

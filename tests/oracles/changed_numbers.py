@@ -1,16 +1,27 @@
 """Derivatives of positions and of the numbers of plans by differences: the dimension in the model file is changed."""
 
 import copy
+from typing import NamedTuple
 
 import numpy as np
 import yaml
 
 from gimcli import load, trace
-from gimcli.families.sensitivity import PlanNumbers
 from gimcli.positions.program import plan_program
 from gimcli.structure.plan import make_plan
 
 STEP = 1e-4
+
+
+class PlanNumbers(NamedTuple):
+    """The tables of `FloatTables` that positions depend on."""
+
+    vz: np.ndarray
+    lv: np.ndarray
+    reach: np.ndarray
+    gvz: np.ndarray
+    gev: np.ndarray
+    frame: np.ndarray
 
 
 def numbers(mechanism, nominal):

@@ -1,0 +1,76 @@
+"""Values and exact derivatives of quantities by dimensions and inputs, along the positions of one mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from gimcli.families.family import Family
+from gimcli.families.float_tables import FloatTables
+from gimcli.families.position_quantities import PositionQuantity, PositionSlopes, PositionState
+from gimcli.families.sensitivity import BoolArray, position_derivatives
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.positions.newton import Run
+
+BLOCK = 1 << 22
+"""Numbers of an array of derivatives that are computed in one call."""
+
+
+class QuantitySlopes(NamedTuple):
+    """Quantities in rows, in the file's units; NaN where they are not defined."""
+
+    values: FloatArray  # (quantities, rows)
+    slopes: FloatArray  # (quantities, dimensions, rows)
+    good: BoolArray  # (rows,) the derivatives exist
+
+
+class DesignSensitivity:
+    """Derivatives of quantities by dimensions and inputs of a mechanism, at its own dimensions."""
+
+    def __init__(
+        self, mechanism: Mechanism, dimensions: Sequence[str], quantities: Sequence[PositionQuantity], run: Run
+    ) -> None:  # fmt: skip
+        """Plan the derivatives; names of actuators among the dimensions stand for their inputs."""
+        self.mechanism, self.quantities, self.run = mechanism, tuple(quantities), run
+        actuators = [a.name for a in mechanism.actuators]
+        own = [name for name in dimensions if name not in actuators]
+        self.family = Family(mechanism, own)
+        nominal = self.family.nominal[None]
+        self.numbers, self.tangents = self.family.tables(nominal), self.family.tangents(nominal)
+        order = [*own, *actuators]
+        self._chosen = [order.index(name) for name in dimensions]
+        units = [mechanism.value_from_file(k, 1.0) - mechanism.value_from_file(k, 0.0) for k in range(len(actuators))]
+        self._units = np.array([*[1.0] * len(own), *units])
+        self._padded = FloatTables(*(_with_zeros(table, len(actuators)) for table in self.tangents))
+
+    def __call__(self, z: ComplexArray, inputs: FloatArray) -> QuantitySlopes:
+        """Return the quantities in solved rows z (nodes, rows) with inputs (actuators, rows)."""
+        width = max(1, BLOCK // max(1, len(self._units) * len(z)))
+        starts = range(0, z.shape[1], width)
+        parts = [self._block(z[:, k : k + width], inputs[:, k : k + width]) for k in starts]
+        values, slopes, good = (np.concatenate(some, axis=-1) for some in zip(*parts, strict=True))
+        return QuantitySlopes(values, slopes, good)
+
+    def _block(self, z: ComplexArray, inputs: FloatArray) -> QuantitySlopes:
+        found, good = position_derivatives(
+            self.mechanism, self.numbers, self.tangents, z[None], inputs[None], self.run
+        )  # fmt: skip
+        at, by = PositionState(z[None], self.numbers), PositionSlopes(found, self._padded)
+        with np.errstate(all="ignore"):
+            values = np.stack([one.values(at)[0] for one in self.quantities])
+            slopes = np.stack([(one.slopes(at, by)[0] * self._units[:, None])[self._chosen] for one in self.quantities])
+        solved = np.isfinite(z).all(axis=0)
+        values[:, ~solved], slopes[..., ~good[0]] = np.nan, np.nan
+        return QuantitySlopes(values, slopes, good[0] & np.isfinite(slopes).all(axis=(0, 1)))
+
+
+def moves_nodes(tangents: FloatTables) -> BoolArray:
+    """Return which dimensions (dimensions,) change a length, an angle or a place of the mechanism."""
+    tables = (table[0].reshape(table.shape[1], -1) for table in tangents[:-1])  # without the laws
+    return np.any([np.any(table != 0.0, axis=1) for table in tables], axis=0)
+
+
+def _with_zeros(table: FloatArray, inputs: int) -> FloatArray:
+    return np.concatenate([table, np.zeros((len(table), inputs, *table.shape[2:]))], axis=1)

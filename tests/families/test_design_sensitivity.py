@@ -1,0 +1,147 @@
+"""Derivatives of coordinates and angles by the dimensions of a file: closed forms, Euler's law, differences."""
+
+import numpy as np
+import pytest
+import yaml
+from bundled import FILES
+from four_bars import four_bar_text
+
+from gimcli import load, trace
+from gimcli.errors import GimError, UsageError
+from gimcli.families.design_sensitivity import DesignSensitivity, moves_nodes
+from gimcli.families.position_quantities import QuantityFinder
+from gimcli.model.dimensions import dimensions
+from gimcli.positions.dispatch import plain
+
+TABLE = {  # references/families.md, section 4: dt3, dt4 [rad per length or rad], P.x, P.y of a, b, c, d = 2, 7, 9, 6
+    "crank.length": (-0.01419934006980844, -0.1206967863242586, 0.9091909347409572, 0.5275284089020182),
+    "coupler.length": (-0.2636714500970821, -0.2332436083100963, 0.8015526134003837, 0.5111825942878822),
+    "follower.length": (0.2998846392558381, 0.2050777945199527, -0.9116395280021575, -0.5813894823479846),
+    "O4.x": (-0.1374771537472253, 0.004733113356602814, 0.4179260660506158, 0.2665283938854416),
+    "P.x": (0.0, 0.0, 0.02029257475004486, 0.9997940845044113),
+    "P.y": (0.0, 0.0, -0.9997940845044113, 0.02029257475004486),
+    "motor": (-0.5990965718586148, -0.3991734790213894, 0.8212340497072181, 2.893525588850298),
+}
+POINT = 2.0 * np.exp(1j * np.radians(30.0)) + (3.0 + 2.0j) * np.exp(1j * np.radians(88.8372413002617243))
+
+
+def four_bar(angle="deg"):
+    turn = 30.0 if angle == "deg" else float(np.radians(30.0))
+    text = four_bar_text(2.0, 7.0, 9.0, 6.0, np.radians(30.0), law=f", law: {{from: {turn!r}, to: {turn * 2!r}}}")
+    model = yaml.safe_load(text.replace("angle: deg", f"angle: {angle}"))
+    return load(model | {"points": {"P": {"on": "coupler", "local": [3, 2]}}})
+
+
+def start(mechanism, names, texts):
+    """Return the quantities and their derivatives (quantities, dimensions) at the start of the law."""
+    motion = trace(mechanism, 1, tolerance=1e-13).motion
+    finder = QuantityFinder(mechanism)
+    quantities = [quantity for text in texts for quantity in finder.find(text)]
+    found = DesignSensitivity(mechanism, names, quantities, plain)(motion.z, motion.inputs)
+    return found.values[:, 0], found.slopes[..., 0]
+
+
+def test_a_four_bar_has_the_derivatives_of_the_closed_form():
+    values, slopes = start(four_bar("rad"), list(TABLE), ["coupler", "follower.angle", "P"])
+    assert values[2:] == pytest.approx([POINT.real, POINT.imag], abs=1e-12)
+    assert pytest.approx(np.array(list(TABLE.values())), abs=1e-10) == slopes.T
+
+
+def test_derivatives_are_in_the_units_of_the_file():
+    _, slopes = start(four_bar("deg"), ["crank.length", "motor"], ["coupler.angle", "P.x"])
+    radian = 180.0 / np.pi
+    crank, motor = TABLE["crank.length"], TABLE["motor"]
+    wanted = [[crank[0] * radian, motor[0]], [crank[2], motor[2] / radian]]
+    assert slopes == pytest.approx(np.array(wanted), abs=1e-9)
+
+
+def test_scaling_all_lengths_scales_the_point_and_turns_no_member():
+    """Euler's law of homogeneous functions."""
+    names = [name for name in TABLE if name != "motor"]
+    mechanism = four_bar("rad")
+    sizes = [d.value for name in names for d in dimensions(mechanism) if d.name == name]
+    values, slopes = start(mechanism, names, ["P", "coupler", "follower", "transmission"])
+    assert slopes @ sizes == pytest.approx([*values[:2], 0.0, 0.0, 0.0], abs=1e-11)
+
+
+def test_transmission_angle_is_the_difference_of_two_directions():
+    values, slopes = start(four_bar("rad"), list(TABLE), ["transmission", "angle:follower/coupler"])
+    wanted = [row[1] - row[0] for row in TABLE.values()]
+    assert np.degrees(values) == pytest.approx([117.286067860350228 - 88.8372413002617243] * 2, abs=1e-9)
+    assert slopes[0] == pytest.approx(wanted, abs=1e-10)
+    assert slopes[1] == pytest.approx(wanted, abs=1e-10)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@pytest.mark.few("crank_rocker", "slider_crank", "platform_3rpr", "scotch_yoke")
+def test_models_have_the_derivatives_of_differences(path):
+    mechanism = load(path)
+    motion = traced(mechanism)
+    if motion is None:
+        pytest.skip("the model has no motion")
+    quantities = quantities_of(mechanism)
+    given = [d for d in dimensions(mechanism) if d.given and not d.formula]
+    found = DesignSensitivity(mechanism, [d.name for d in given], quantities, plain)
+    result = found(motion.z, motion.inputs)
+    compared = 0
+    for k in np.flatnonzero(moves_nodes(found.tangents)):
+        wanted = difference(mechanism, given[k], motion.inputs, quantities)
+        if wanted is not None:
+            away = np.abs(result.slopes[:, k] - wanted) / np.maximum(1.0, np.abs(wanted))
+            assert np.nanmax(away[:, regular(result)], initial=0.0) < 1e-4, given[k].name
+            compared += 1
+    assert compared
+
+
+def traced(mechanism):
+    try:
+        return trace(mechanism, 8, tolerance=1e-13).motion
+    except GimError:
+        return None
+
+
+def quantities_of(mechanism):
+    finder, found = QuantityFinder(mechanism), []
+    for text in (*mechanism.traced, *(m.name for m in mechanism.members[1:]), "transmission"):
+        try:
+            found += finder.find(text)
+        except UsageError:
+            assert text == "transmission"
+    return found
+
+
+def regular(result):
+    """Return the rows that are not near a dead point: differences of positions are not exact there."""
+    most = np.abs(result.slopes).max(axis=(0, 1))
+    with np.errstate(invalid="ignore"):
+        return result.good & (most < 20.0 * np.nanmedian(most))
+
+
+def difference(mechanism, one, inputs, quantities):
+    """Return the derivatives (quantities, rows) by differences of order 4; None if the laws or the circuit change."""
+    step = 1e-5 * max(1.0, abs(one.value))
+    found = []
+    for change in (step, -step, 2.0 * step, -2.0 * step):
+        motion = traced(mechanism.with_({one.name: one.value + change}))
+        if motion is None or not np.allclose(motion.inputs, inputs, rtol=0.0, atol=1e-12):
+            return None
+        own = quantities_of(motion.mechanism)
+        found.append(DesignSensitivity(motion.mechanism, [], own, plain)(motion.z, motion.inputs).values)
+    near, far = (
+        [q.difference(*pair) for q, *pair in zip(quantities, *two, strict=True)] for two in (found[:2], found[2:])
+    )
+    return (8.0 * np.array(near) - np.array(far)) / (12.0 * step)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("Q", "of 'Q': expected a node or point such as B"),
+        ("folower", "did you mean 'follower'"),
+        ("angle:crank/rod", "no member 'rod'"),
+        ("transmission:B/A", "transmission:B/A"),
+    ],
+)
+def test_unknown_quantities_are_refused_with_a_suggestion(text, message):
+    with pytest.raises(UsageError, match=message):
+        QuantityFinder(four_bar()).find(text)
