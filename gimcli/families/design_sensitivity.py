@@ -69,7 +69,7 @@ class DesignSensitivity:
 def moves_nodes(tangents: FloatTables) -> BoolArray:
     """Return which dimensions (dimensions,) change a length, an angle or a place of the mechanism."""
     tables = (table[0].reshape(table.shape[1], -1) for table in tangents[:-1])  # without the laws
-    return np.any([np.any(table != 0.0, axis=1) for table in tables], axis=0)
+    return np.asarray(np.any([np.any(table != 0.0, axis=1) for table in tables], axis=0))
 
 
 def _with_zeros(table: FloatArray, inputs: int) -> FloatArray:
