@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from gimcli.library.simulate import simulate
     from gimcli.library.singularities import singularities
     from gimcli.library.solve import solve
+    from gimcli.library.sweep import sweep
     from gimcli.library.trace import trace
     from gimcli.library.tradeoff import tradeoff
     from gimcli.library.workspace import workspace
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 __all__ = [
     "GimError", "Mechanism", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError",
     "assembled", "check", "circuits", "configurations", "forces", "groups", "load", "loads", "mobility", "reduce",
-    "sequence", "simulate", "singularities", "solve", "trace", "tradeoff", "workspace",
+    "sequence", "simulate", "singularities", "solve", "sweep", "trace", "tradeoff", "workspace",
 ]  # fmt: skip
 
 _ERRORS = ("GimError", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError")

@@ -26,6 +26,9 @@ GROUPS: dict[str, dict[str, str]] = {
         "workspace": "Find the region or the paths that a point can reach.",
         "view": "Show the motion in the browser while the file is edited.",
     },
+    "Families of designs": {
+        "sweep": "Vary dimensions: solve many designs, keep quantities of each.",
+    },
     "Structure": {
         "mobility": "Count freedoms; name redundant constraints, undriven nodes.",
         "groups": "Show the driving links and Assur groups.",

@@ -114,18 +114,19 @@ class Outputs:
         self._write(result, self.files.files)
 
     def stream(self, under_way: Stream[Found]) -> Found:
-        """Write the CSV rows of a result while it is computed; all files appear when the result is complete."""
+        """Write the rows of a result while it is computed; all files appear when the result is complete."""
         from gimcli.library.result import joined
-        from gimcli.output import CsvStream, write_csv
+        from gimcli.output import CsvStream
 
-        streamed = tuple(path for path in self.files.files if format_of(path).write is write_csv)
+        streamed = tuple(path for path in self.files.files if format_of(path).stream is not None)
         others = tuple(path for path in self.files.files if path not in streamed)
         kept: list[Table] | None = (
             [] if any(format_of(path).content in ("table", "arrays") for path in others) else None
         )
         with ExitStack() as stack:
-            targets: list[Any] = [*streamed, *([sys.stdout] if self.files.stdout else [])]
-            rows = [stack.enter_context(CsvStream(target, under_way.names)) for target in targets]
+            own = [(format_of(path).stream, path) for path in streamed]
+            targets: list[Any] = [*own, *([(CsvStream, sys.stdout)] if self.files.stdout else [])]
+            rows = [stack.enter_context(stream(target, under_way.names)) for stream, target in targets]
             for piece in under_way.tables():
                 for one in rows:
                     one.append(piece)

@@ -79,14 +79,25 @@ def solve_grid(
 
 def _header(job: Scatterer, mechanism: Mechanism, name: str) -> dict[str, Any]:
     """Return the run that the parts of a grid belong to: the model's content, the ranges of its laws, the options."""
-    model = hashlib.sha256()
-    for part in _contents(replace(mechanism, files=(), dynamics=Dynamics(), gauges=())):
-        model.update(part)
     return {
-        "version": __version__, "model": model.hexdigest(), "point": name,
+        "version": __version__, "model": model_hash(mechanism), "point": name,
         "grid": job.grid.count, "low": job.grid.low.tolist(), "high": job.grid.high.tolist(),
         "configurations": len(job.sides), "positions a part": job.part,
     }  # fmt: skip
+
+
+def model_hash(mechanism: Mechanism) -> str:
+    """Return a hash of all numbers and names on which positions depend."""
+    own = replace(mechanism, files=(), path=None, written=None, dynamics=Dynamics(), gauges=())
+    return contents_hash(own)
+
+
+def contents_hash(value: Any) -> str:
+    """Return a hash of all numbers and names of a model or a part of one."""
+    found = hashlib.sha256()
+    for part in _contents(value):
+        found.update(part)
+    return found.hexdigest()
 
 
 def _contents(value: Any) -> Iterator[bytes]:

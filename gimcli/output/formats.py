@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from gimcli.errors import UsageError
-from gimcli.output.csv import write_csv
+from gimcli.output.csv import CsvStream, write_csv
 from gimcli.output.gif import write_gif
 from gimcli.output.html import write_html
 from gimcli.output.json import write_json
 from gimcli.output.model import write_model
 from gimcli.output.mp4 import require_ffmpeg, write_mp4
-from gimcli.output.npz import write_npz
+from gimcli.output.npz import NpzStream, write_npz
+from gimcli.output.parquet import ParquetStream, require_pyarrow, write_parquet
 from gimcli.output.pdf import write_pdf
 from gimcli.output.png import write_png
 from gimcli.output.svg import write_svg
@@ -30,11 +31,13 @@ class Format:
     write: Callable[[Any, Path], None]
     printed: bool = False  # whether the size, resolution, title and style of pictures apply
     require: Callable[[Path], None] | None = None  # raises OutputError if a program that it needs is missing
+    stream: Callable[[Any, Sequence[str]], Any] | None = None  # to which tables are appended, such as CsvStream
 
 
 FORMATS: dict[str, Format] = {
-    ".csv": Format("table", write_csv),
-    ".npz": Format("arrays", write_npz),
+    ".csv": Format("table", write_csv, stream=CsvStream),
+    ".parquet": Format("table", write_parquet, require=require_pyarrow, stream=ParquetStream),
+    ".npz": Format("arrays", write_npz, stream=NpzStream),
     ".json": Format("report", write_json),
     ".png": Format("picture", write_png, printed=True),
     ".svg": Format("picture", write_svg, printed=True),

@@ -50,7 +50,7 @@ def _four_bar(mechanism: Mechanism, chain: KinematicChain, loop: LinkLoop, z: Co
     ends = (d, a), (a, b), (b, c), (c, d)
     frame, first, coupler, second = (_length(mechanism, link, *e, z) for link, e in zip(loop.links, ends, strict=True))
     lengths = frame, first, coupler, second
-    found = FourBar(lengths, crossed=_cross(*(complex(z[node]) for node in (d, a, b, c))))
+    found = FourBar(lengths, crossed=cross(*(complex(z[node]) for node in (d, a, b, c))))
     names = _names(mechanism, chain, loop)
     return LoopType(loop, "four-bar linkage", found.kind, dict(zip(names, lengths, strict=True)), found)
 
@@ -62,7 +62,7 @@ def _length(mechanism: Mechanism, link: int, a: int, b: int, z: ComplexArray) ->
     return float(abs(z[b] - z[a]))
 
 
-def _cross(d: complex, a: complex, b: complex, c: complex) -> bool:
+def cross(d: complex, a: complex, b: complex, c: complex) -> bool:
     """Return whether the two links on the frame d-a cross: a-b and c-d have their ends on different sides."""
 
     def side(p: complex, q: complex, r: complex) -> float:

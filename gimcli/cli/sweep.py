@@ -1,0 +1,166 @@
+"""`gim sweep`: many designs of a mechanism."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gimcli.cli.arguments import (
+    INPUTS,
+    MODEL,
+    NONE,
+    Assembly,
+    Json,
+    ModelPath,
+    Out,
+    Png,
+    Tolerance,
+)
+from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.errors import UsageError
+
+if TYPE_CHECKING:
+    from gimcli.library.sweep import SweepResult
+
+HELP = (
+    "Solves all combinations of listed values, or a sample of distributions, and writes one row for each design with"
+    " what is kept of its motion and its status. Writes MODEL.sweep.csv and .png."
+)
+EXAMPLES = (
+    "gim sweep models/crank_rocker.yaml --vary crank.length=30:50:21",
+    'gim sweep models/crank_rocker.yaml --vary crank.length=30:50:21 --vary B.y=60,70 --keep "range(P.y)"',
+    'gim sweep models/crank_rocker.yaml --vary "crank.length=normal(40,0.05)" --samples 1000 --keep "max(P.y)"',
+    'gim sweep models/jansen.yaml --vary m=10:20:101 --goal "-range(foot.x)" --best 5 -o best.csv',
+)
+DESIGNS, KEPT, MACHINES = "Designs", "Kept quantities", "Computation"
+
+
+class Points(StrEnum):
+    """Kinds of samples."""
+
+    RANDOM = "random"
+    LATIN = "latin"
+    SOBOL = "sobol"
+
+
+@with_picture_options
+def command(
+    model: ModelPath = MODEL,
+    vary: Annotated[
+        list[str],
+        typer.Option(
+            "--vary", metavar="NAME=VALUES", rich_help_panel=DESIGNS,
+            help="FIRST:LAST:COUNT, a list, uniform(LOW,HIGH) or normal(MEAN,SD); repeatable.",
+        ),
+    ] = NONE,
+    samples: Annotated[
+        int | None, typer.Option("--samples", metavar="N", help="Designs drawn from distributions.",
+                                 rich_help_panel=DESIGNS, min=1, max=10_000_000)
+    ] = None,
+    points: Annotated[
+        Points, typer.Option("--points", metavar="KIND", help="random (default), latin or sobol.",
+                             rich_help_panel=DESIGNS, show_default=False)
+    ] = Points.RANDOM,
+    seed: Annotated[int, typer.Option("--seed", metavar="S", help="Seed of the sample.", min=0,
+                                      rich_help_panel=DESIGNS)] = 0,
+    steps: Annotated[
+        int, typer.Option("--steps", "-n", metavar="N", min=1, max=10_000_000, help="Steps of each motion.",
+                          rich_help_panel=INPUTS)
+    ] = 72,
+    assembly: Assembly = "",
+    keep: Annotated[
+        list[str],
+        typer.Option("--keep", metavar="QUANTITY", rich_help_panel=KEPT,
+                     help='Such as "range(P.y)", "min(transmission)", type; repeatable.'),
+    ] = NONE,
+    where: Annotated[str, typer.Option("--where", metavar="CONDITION", help='Such as "min(transmission) > 40".',
+                                       rich_help_panel=KEPT)] = "",
+    goal: Annotated[str, typer.Option("--goal", metavar="QUANTITY", help="Least in the best designs.",
+                                      rich_help_panel=KEPT)] = "",
+    best: Annotated[int, typer.Option("--best", metavar="N", help="Keep the N best designs by the goal; 0: all.",
+                                      rich_help_panel=KEPT, min=0, max=10_000_000)] = 0,
+    workers: Annotated[
+        int, typer.Option("--workers", metavar="N", min=1, max=1024, help="Processes on this machine.",
+                          rich_help_panel=MACHINES)
+    ] = 1,
+    scheduler: Annotated[
+        str, typer.Option("--scheduler", metavar="ADDRESS", help="Dask scheduler of a cluster.",
+                          rich_help_panel=MACHINES)
+    ] = "",
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Resume an interrupted sweep.", rich_help_panel=MACHINES)
+    ] = False,
+    tolerance: Tolerance = 1e-10,
+    out: Out = NONE,
+    png: Png = True,
+    as_json: Json = False,
+    drawing: Drawing = NO_OPTIONS,
+) -> None:  # fmt: skip
+    """Sweep dimensions."""
+    from gimcli.cli.outputs import Outputs
+    from gimcli.cli.progress import progress_bar
+    from gimcli.library.sweep import SweepResult, swept
+
+    outputs = Outputs(SweepResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
+    given = _variations(vary)
+    mechanism = outputs.loaded(assembly, tolerance=tolerance)
+    tables = outputs.files.of("table", "arrays")
+    folder = tables[0].with_suffix(".parts") if tables else None
+    begun = swept(
+        mechanism, given, steps=steps, samples=samples, points=points.value, seed=seed, keep=keep, where=where,
+        goal=goal, best=best, tolerance=tolerance, workers=workers, scheduler=scheduler, folder=folder, resume=resume,
+        progress=progress_bar,
+    )  # fmt: skip
+    try:
+        found: SweepResult = outputs.stream(begun)
+    except KeyboardInterrupt:
+        _print_interrupted(begun.run.done, begun.job.chunks, folder)
+        raise typer.Exit(130) from None
+    begun.clear()
+    outputs.finish(found, _print)
+
+
+def _variations(vary: list[str]) -> dict[str, str]:
+    """Return the values of --vary by the names of the dimensions."""
+    values: dict[str, str] = {}
+    for text in vary:
+        name, equals, given = text.partition("=")
+        if not equals:
+            raise UsageError(f"--vary {text}: expected NAME=VALUES, such as crank.length=30:50:21")
+        if name in values:
+            raise UsageError(f"--vary {text}: '{name}' already has values; give it once")
+        values[name] = given
+    return values
+
+
+def _print_interrupted(done: int, chunks: int, folder: Path | None) -> None:
+    from gimcli.cli.progress import end_bars
+
+    end_bars()
+    kept = f", kept in {folder}; --resume continues" if folder is not None else ""
+    typer.echo(f"gim: interrupted: {done} of {chunks} chunks are done{kept}", err=True)
+
+
+def _print(found: SweepResult) -> None:
+    from gimcli.cli.console import print_aligned, print_table
+    from gimcli.library.result import cells
+    from gimcli.library.rounding import number
+    from gimcli.status import Status
+    from gimcli.table import labelled
+
+    typer.echo(found.headline())
+    failed = {word: count for word, count in found.counts.items() if word != Status.OK.word}
+    texts = {status.word: status.plain_text for status in Status}
+    print_aligned([(f"{word}:", str(count), texts[word]) for word, count in failed.items()])
+    rows = []
+    for name, one in found.ranges.items():
+        size = max(abs(one["least"]), abs(one["greatest"]))
+        empty = str(one["empty"]) if one["empty"] else ""
+        rows.append((labelled(name, one["unit"]), number(one["least"], size), number(one["greatest"], size), empty))
+    print_table("", ("", "least", "greatest", "empty"), rows, (1, 2, 3))
+    if found.found.best is not None:
+        head, *best = cells(found.found.best)
+        print_table("best designs", head, best, range(len(head) - 1))

@@ -1,0 +1,293 @@
+"""Columns of many designs at once, from their positions: the same numbers as those of a trace of each design.
+
+Columns of coordinates, inputs, angles of members and transmission angles at pins are computed for all designs together.
+Columns that need velocities, and other measures, are computed design by design, which takes about a millisecond each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from gimcli.errors import ModelError
+from gimcli.families.column_names import SOLVED, TYPE, ColumnNames, ColumnNeed
+from gimcli.families.designs import Designs
+from gimcli.families.family import Family
+from gimcli.families.float_tables import FloatTables, spans
+from gimcli.families.four_bar_type import four_bar_types
+from gimcli.measures.angle import RelativeAngle
+from gimcli.measures.measure import Measure, angle_to_file
+from gimcli.measures.record import derivatives_of
+from gimcli.measures.transmission import Transmission
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray
+from gimcli.motion.motion import Motion
+from gimcli.positions.inputs import scales
+from gimcli.rates.member_angles import CLEAR, COUNTED, full_turn
+from gimcli.rates.motion_table import motion_table
+from gimcli.rates.path_derivatives import PathDerivatives
+from gimcli.structure.checks import farthest
+
+FINEST = 64
+"""Largest number of parts of a step in which an angle is followed to count its turns."""
+
+
+class DesignColumns:
+    """The columns of some designs along the laws."""
+
+    def __init__(self, family: Family, names: ColumnNames, solved: Designs, options: dict[str, Any]) -> None:
+        self.family, self.names, self.solved = family, names, solved
+        self.designs, self.mechanism = solved.designs, family.mechanism
+        self._options = options  # of Family.solve
+        self._found: dict[str, FloatArray] = {}
+
+    @cached_property
+    def tables(self) -> FloatTables:
+        """The numbers of the plan of each design."""
+        return self.family.tables(self.designs)
+
+    @cached_property
+    def time(self) -> FloatArray:
+        """The normalised time of the rows (designs or 1, rows)."""
+        return self.solved.time[None]
+
+    def rows(self, name: str) -> FloatArray:
+        """Return a column, or the columns of a measure (designs, rows, columns) in the file's units."""
+        if name not in self._found:
+            need = self.names.needs.get(name)
+            found = self._measured(name) if need is None else [self._column(name, need)]
+            self._found[name] = np.stack(found, axis=2)
+        return self._found[name]
+
+    def number(self, name: str) -> Any:
+        """Return a varied dimension, the number or share of solved rows, or the Grashof type (designs,)."""
+        if name in self.names.dimensions:
+            return self.designs[:, self.names.dimensions.index(name)]
+        if name == TYPE:
+            return four_bar_types(self.mechanism, self.tables, self.solved.z[:, :, 0])
+        return self.solved.solved.astype(float) if name == SOLVED else self.solved.reachable
+
+    def at(self, actuator: str, value: float) -> DesignColumns | ColumnsAtRow:
+        """Return the columns at the first position at which an input has a value [file's unit]."""
+        from gimcli.families.input_value import columns_at
+
+        k = [a.name for a in self.mechanism.actuators].index(actuator)
+        return columns_at(self, k, self.mechanism.value_from_file(k, value))
+
+    def with_inputs(self, inputs: FloatArray, time: FloatArray) -> DesignColumns:
+        """Return the columns at other inputs (designs, actuators, rows), at normalised times (designs, rows)."""
+        solved = self.family.solve(self.designs, inputs=inputs, **self._options)
+        found = DesignColumns(self.family, self.names, solved, self._options)
+        found.__dict__["time"] = time
+        return found
+
+    def _column(self, name: str, need: ColumnNeed) -> FloatArray:
+        if need.order:
+            return self._one_by_one(lambda motion, angles: self._rates(motion, need, angles)[name])
+        if need.point:
+            path = self.mechanism.to_file(self.path(need.point))
+            return np.asarray(path.real if need.part == "x" else path.imag)
+        if need.member != FRAME:
+            return self.angle(need.member)
+        return self._of_row(name, need)
+
+    def _of_row(self, name: str, need: ColumnNeed) -> FloatArray:
+        shape = self.solved.codes.shape
+        if need.actuator >= 0:
+            values = self.mechanism.value_to_file(need.actuator, self.solved.inputs[:, need.actuator])
+            return np.broadcast_to(values, shape)
+        if name == "residual":
+            return self.solved.residual
+        time = self.time * (self.mechanism.duration if name == "time" else shape[1] - 1)
+        return np.broadcast_to(time, shape)
+
+    def path(self, name: str) -> ComplexArray:
+        """Return the path of a node or point (designs, rows), normal frame of the nominal mechanism."""
+        mechanism, z = self.mechanism, self.solved.z
+        if name in mechanism.nodes:
+            return z[:, mechanism.nodes.index(name)]
+        number = next(k for k, p in enumerate(mechanism.points) if p.name == name)
+        point, local = mechanism.points[number], _complex(self.tables.points[:, number])
+        if point.member == FRAME:
+            return np.where(np.isfinite(z[:, 0]), local[:, None], np.nan)
+        member, first = mechanism.members[point.member], spans(mechanism)[point.member]
+        far = farthest(member)
+        start, end = (_complex(self.tables.shapes[:, first + k]) for k in (0, far))
+        factor = (local - start) / (end - start)
+        base = z[:, member.nodes[0]]
+        return np.asarray(base + (z[:, member.nodes[far]] - base) * factor[:, None])
+
+    # -- angles, full turns counted ---------------------------------------------------------------------
+
+    def angle(self, member: int) -> FloatArray:
+        """Return the direction of a member (designs, rows) in the file's angle unit, full turns counted."""
+        key = f"\0{member}"
+        if key not in self._found:
+            self._found[key] = self._turns(member)
+        return self._found[key]
+
+    def _turns(self, member: int) -> FloatArray:
+        if member == FRAME:
+            return np.where(np.isfinite(self.solved.z[:, 0]), 0.0, np.nan)
+        inputs = self.solved.inputs
+        change = np.abs(np.diff(inputs, axis=2)) / scales(self.mechanism)[:, None]
+        parts = int(np.ceil(np.max(change, initial=0.0) / COUNTED * (1.0 - 1e-12))) or 1
+        found, wide = self._counted(self, member, min(parts, FINEST))
+        while len(wide) and parts < FINEST:
+            parts = min(4 * parts, FINEST)
+            own = DesignColumns(self.family, self.names, _chosen(self.solved, wide), self._options)
+            finer, still = self._counted(own, member, parts)
+            found[wide], wide = finer, wide[still]
+        turn = full_turn(self.mechanism) / (2.0 * np.pi)
+        return found * turn
+
+    def _counted(self, own: DesignColumns, member: int, parts: int) -> tuple[FloatArray, IntArray]:
+        """Return angles [rad], and the designs in which the member turns far from one row to the next.
+
+        Each step is divided into `parts`, which are solved too if there are several.
+        """
+        z = own.solved.z
+        if parts > 1:
+            inputs = _divided(own.solved.inputs, parts)
+            z = own.family.solve(own.designs, inputs=inputs, **own._options).z
+        first, second = self.mechanism.members[member].nodes[:2]
+        angle = np.angle(z[:, second] - z[:, first])
+        exact = np.angle(own.solved.z[:, second] - own.solved.z[:, first])
+        angle[:, ::parts] = np.where(np.isfinite(exact), exact, angle[:, ::parts])
+        filled = _filled(angle)
+        change = np.diff(filled, axis=1)
+        change -= 2.0 * np.pi * np.round(change / (2.0 * np.pi))
+        wide = np.flatnonzero(np.any(np.abs(change) > CLEAR, axis=1))
+        total = filled[:, :1] + np.concatenate([np.zeros((len(z), 1)), np.cumsum(change, axis=1)], axis=1)
+        exact_turns = exact + 2.0 * np.pi * np.round((total[:, ::parts] - exact) / (2.0 * np.pi))
+        return exact_turns, wide
+
+    # -- measures ---------------------------------------------------------------------------------------
+
+    def _measured(self, name: str) -> list[FloatArray]:
+        """Return the columns of a measure, or the one with this name."""
+        spec, wanted = self.names.spec(name), [head.name for head in self.names.heads(name)]
+        found: list[FloatArray] = []
+        for measure in self.names.measures(spec):
+            heads = [head.name for head in measure.heads]
+            if not set(wanted) & set(heads):
+                continue
+            columns = self._together(measure)
+            if columns is None:
+                heads = [head for head in heads if head in wanted]
+                columns = [self._one_by_one(self._measure(spec, measure.spec, head)) for head in heads]
+            found += [values for head, values in zip(heads, columns, strict=True) if head in wanted]
+        return found
+
+    def _together(self, measure: Measure) -> list[FloatArray] | None:
+        """Return the columns of a measure for all designs together; None where that is not possible."""
+        if isinstance(measure, Transmission) and not measure.joint.slides:
+            z, joint = self.solved.z, measure.joint
+            with np.errstate(all="ignore"):
+                first, second = (z[:, line.node] - z[:, joint.node] for line in (joint.first, joint.second))
+                product = np.conj(first) * second
+                angle = np.where(product == 0.0, np.nan, np.arctan2(np.abs(product.imag), product.real))
+            return [angle_to_file(self.mechanism, angle)]
+        if isinstance(measure, RelativeAngle):
+            first, second = (self.angle(member) for member in measure.pair)
+            turn, filled = full_turn(self.mechanism), _filled(first - second)
+            return [first - second - turn * np.ceil(filled[:, :1] / turn - 0.5)]
+        return None
+
+    def _measure(self, spec: str, own: str, head: str) -> Callable[[Motion, Any], FloatArray]:
+        """Return the function that computes one column of a measure for one design."""
+        from gimcli.measures import measures_of
+
+        def of(motion: Motion, angles: Any) -> FloatArray:
+            measure = next(m for m in measures_of(motion.mechanism, spec) if m.spec == own)
+            number = [h.name for h in measure.heads].index(head)
+            return measure.values(_derivatives(motion, angles))[number]
+
+        return of
+
+    # -- design by design -------------------------------------------------------------------------------
+
+    def _rates(self, motion: Motion, need: ColumnNeed, angles: Any) -> dict[str, FloatArray]:
+        names = (need.point,) if need.point else ()
+        table = motion_table(motion, names or motion.mechanism.traced[:1], order=need.order, angles=angles)
+        return {column.name: column.values for column in table.columns}
+
+    def _one_by_one(self, of: Callable[[Motion, Any], FloatArray]) -> FloatArray:
+        """Return a column that is computed for one design after the other."""
+        found = np.full(self.solved.codes.shape, np.nan)
+        for k in np.flatnonzero(np.any(self.solved.good, axis=1)).tolist():
+            motion = self.motion(k)
+            if motion is not None:
+                with np.errstate(all="ignore"):
+                    found[k] = of(motion, lambda _, member, k=k: self.angle(member)[k])
+        return np.where(self.solved.good, found, np.nan)
+
+    def motion(self, k: int) -> Motion | None:
+        """Return the motion of a design as a mechanism of its own; None if its dimensions are not possible."""
+        try:
+            own = self.mechanism.with_(dict(zip(self.names.dimensions, self.designs[k].tolist(), strict=True)))
+        except ModelError:
+            return None
+        solved, nominal = self.solved, self.mechanism
+        z = (nominal.to_file(solved.z[k]) - own.origin) / own.scale
+        inputs = solved.inputs[k % len(solved.inputs)].copy()
+        for number, actuator in enumerate(own.actuators):
+            inputs[number] *= 1.0 if actuator.rotary else nominal.scale / own.scale
+        time = self.time[k % len(self.time)]
+        work = np.zeros(len(time))
+        return Motion(own, time, inputs, z, solved.codes[k], solved.residual[k], work, z[:, 0])
+
+
+class ColumnsAtRow:
+    """The columns at one row of each design; NaN for rows below 0."""
+
+    def __init__(self, columns: DesignColumns, row: IntArray) -> None:
+        self._columns, self._row = columns, row
+
+    def rows(self, name: str) -> FloatArray:
+        """Return a column (designs, 1, columns)."""
+        values = self._columns.rows(name)
+        found = values[np.arange(len(values)), np.maximum(self._row, 0)]
+        return np.where(self._row[:, None] >= 0, found, np.nan)[:, None]
+
+    def number(self, name: str) -> Any:
+        """Return a number of each design (designs,)."""
+        return self._columns.number(name)
+
+    def at(self, actuator: str, value: float) -> DesignColumns | ColumnsAtRow:
+        """Return the columns at another value."""
+        return self._columns.at(actuator, value)
+
+
+def _derivatives(motion: Motion, angles: Any) -> PathDerivatives:
+    return derivatives_of(motion, angles)
+
+
+def _complex(pairs: FloatArray) -> ComplexArray:
+    return np.asarray(pairs[..., 0] + 1j * pairs[..., 1])
+
+
+def _chosen(solved: Designs, chosen: IntArray) -> Designs:
+    """Return some of the solved designs."""
+    inputs = solved.inputs if len(solved.inputs) == 1 else solved.inputs[chosen]
+    return Designs(
+        solved.designs[chosen], solved.time, inputs, solved.z[chosen], solved.codes[chosen], solved.residual[chosen], 0
+    )
+
+
+def _divided(inputs: FloatArray, parts: int) -> FloatArray:
+    """Return inputs (·, actuators, rows) with each step divided into equal parts; the given rows are kept exactly."""
+    share = np.arange(parts) / parts
+    steps = inputs[:, :, :-1, None] + np.diff(inputs, axis=2)[..., None] * share
+    return np.concatenate([steps.reshape(*inputs.shape[:2], -1), inputs[:, :, -1:]], axis=2)
+
+
+def _filled(values: FloatArray) -> FloatArray:
+    """Return values (designs, rows) with the last known value in rows without one, at the start the first."""
+    known = np.isfinite(values)
+    rows = np.where(known, np.arange(values.shape[1]), -1)
+    last = np.maximum.accumulate(rows, axis=1)
+    last = np.where(last >= 0, last, np.argmax(known, axis=1)[:, None])
+    return np.take_along_axis(values, last, axis=1)

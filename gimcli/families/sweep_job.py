@@ -1,0 +1,156 @@
+"""A sweep in chunks of designs; what a chunk gives depends on its number alone, not on who computes it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.errors import UsageError
+from gimcli.families.column_names import REACHABLE, TYPE, ColumnNames
+from gimcli.families.design_columns import DesignColumns
+from gimcli.families.design_table import DesignTable
+from gimcli.families.family import Family
+from gimcli.families.four_bar_type import LETTERS
+from gimcli.families.quantity_text import Quantity, quantity
+from gimcli.mechanism import FRAME, IntArray, Mechanism
+from gimcli.status import Status
+
+Rows = NDArray[np.void]
+
+MOST_IN_CHUNK, PLACES = 4096, 2_000_000
+"""Largest number of designs of a chunk, and of positions of nodes, to limit memory."""
+
+DESIGN, STATUS, GOAL = "design", "status", "goal"
+"""Columns of a sweep: number of the design from 1, its status, the goal."""
+
+
+@dataclass(frozen=True)
+class SweepJob:
+    """What is computed of each design, and how."""
+
+    mechanism: Mechanism
+    table: DesignTable
+    steps: int = 72
+    keep: tuple[str, ...] = ()
+    where: str = ""
+    goal: str = ""
+    best: int = 0  # number of designs that are kept; 0: all
+    tolerance: float = 1e-10
+    threads: int | None = field(default=None, compare=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+
+    @cached_property
+    def family(self) -> Family:
+        """The family; it is made anew in each process."""
+        return Family(self.mechanism, self.table.names, self.tolerance)
+
+    @cached_property
+    def names(self) -> ColumnNames:
+        """The names of columns and dimensions."""
+        by_law = not any(a.name == n.partition(".")[0] for a in self.mechanism.actuators for n in self.table.names)
+        return ColumnNames(self.mechanism, self.table.names, by_law)
+
+    @cached_property
+    def kept(self) -> tuple[Quantity, ...]:
+        """The kept quantities."""
+        return tuple(quantity(text, self.names) for text in self.keep)
+
+    @cached_property
+    def filter(self) -> Quantity | None:
+        """The condition that kept designs satisfy."""
+        return quantity(self.where, self.names, ("yes",), "where") if self.where else None
+
+    @cached_property
+    def aim(self) -> Quantity | None:
+        """The quantity that is least in the best designs."""
+        return quantity(self.goal, self.names, ("number",), "goal") if self.goal else None
+
+    @cached_property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """All quantities that are computed."""
+        return tuple(q for q in (*self.kept, self.filter, self.aim) if q is not None)
+
+    @property
+    def size(self) -> int:
+        """Number of designs of a chunk."""
+        fit = PLACES // ((self.steps + 1) * max(len(self.mechanism.nodes), 1))
+        return max(1, min(MOST_IN_CHUNK, fit))
+
+    @property
+    def chunks(self) -> int:
+        """Number of chunks."""
+        return -(-self.table.count // self.size)
+
+    @cached_property
+    def row(self) -> np.dtype[np.void]:
+        """The columns of a design."""
+        own = [(q.text, LETTERS if q.kind == "text" else "f8") for q in self.kept]
+        goal = [(GOAL, "f8")] if self.aim is not None else []
+        fields = [(DESIGN, "i8"), *((name, "f8") for name in self.table.names), *own, *goal, (STATUS, "i1")]
+        names = [name for name, _ in fields]
+        for name in names:
+            if names.count(name) > 1:
+                raise UsageError(f"keep: two columns would be named '{name}'; remove one")
+        return np.dtype(fields)
+
+    def check(self) -> None:
+        """Raise UsageError where a quantity, filter or goal is not valid."""
+        used = frozenset[str]().union(*(q.names for q in self.quantities))
+        if TYPE in used:
+            self.names.check_type()
+        if self.best and self.aim is None:
+            raise UsageError("best: the best designs need a goal, such as goal='max(P.y)' (the least value is best)")
+        assert self.row.names
+
+    def run(self, number: int) -> Rows:
+        """Return one chunk: the designs by status, the number that was solved one by one, and the kept rows."""
+        first = number * self.size
+        designs = self.table.rows(first, min(first + self.size, self.table.count))
+        reachable = any(REACHABLE in q.names for q in self.quantities)
+        options = {"reachable": reachable, "threads": self.threads}
+        solved = self.family.solve(designs, self.steps, **options)
+        columns = DesignColumns(self.family, self.names, solved, options)
+        status = solved.status
+        rows = np.empty(len(designs), dtype=self.row)
+        rows[DESIGN], rows[STATUS] = np.arange(first + 1, first + 1 + len(designs)), status
+        for k, name in enumerate(self.table.names):
+            rows[name] = designs[:, k]
+        for own in self.kept:
+            rows[own.text] = own.values(columns)
+        if self.aim is not None:
+            rows[GOAL] = self.aim.values(columns)
+        if self.filter is not None:
+            rows = rows[np.broadcast_to(self.filter.values(columns), len(designs))]
+        return packed(np.bincount(status, minlength=len(Status)), solved.careful, self.chosen(rows))
+
+    def chosen(self, rows: Rows) -> Rows:
+        """Return the best rows by the goal, the best first; all rows if all are kept."""
+        if not self.best:
+            return rows
+        known = rows[np.isfinite(rows[GOAL])]
+        return known[np.lexsort((known[DESIGN], known[GOAL]))[: self.best]]
+
+
+def packed(counts: IntArray, careful: int, rows: Rows) -> Rows:
+    """Return a chunk as one record, which is saved as one array."""
+    kind = np.dtype([("counts", "i8", counts.shape), ("careful", "i8"), ("rows", rows.dtype, rows.shape)])
+    found = np.zeros((), dtype=kind)
+    found["counts"], found["careful"], found["rows"] = counts, careful, rows
+    return found
+
+
+def default_keep(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return what is kept by default: the ranges of the traced points, or of the nodes that are not on the frame."""
+    moving = [n for k, n in enumerate(mechanism.nodes) if k not in mechanism.members[FRAME].nodes]
+    points: Sequence[str] = mechanism.traced or moving
+    return (*(f"range({name}.{part})" for name in points for part in "xy"), "solved")

@@ -1,0 +1,166 @@
+"""What a varied dimension may be: listed values, or a distribution."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from gimcli.errors import UsageError
+from gimcli.mechanism import FloatArray
+
+MOST_VALUES = 10_000_000
+"""Largest number of values of one dimension, and of designs."""
+
+FORM = "expected values such as 10:20:21 (21 values from 10 to 20) or 3,4,5, or uniform(10,20) or normal(40,0.05)"
+
+CALL = re.compile(r"\s*(uniform|normal)\s*\(([^(),]*),([^(),]*)\)\s*")
+
+
+@dataclass(frozen=True, eq=False)
+class ListedValues:
+    """Values of a dimension [file's unit], all of which are combined with those of the other dimensions."""
+
+    name: str
+    values: FloatArray  # (values,)
+
+    @property
+    def text(self) -> str:
+        """The values in words, for reports."""
+        first, last = (f"{v:.6g}" for v in self.values[[0, -1]])
+        return f"{len(self.values)} values, {first} to {last}" if len(self.values) > 1 else first
+
+
+@dataclass(frozen=True)
+class UniformValues:
+    """A dimension that is distributed uniformly between two values [file's unit]."""
+
+    name: str
+    low: float
+    high: float
+
+    def at(self, share: FloatArray) -> FloatArray:
+        """Return the values below which a share of all values is (designs,)."""
+        return self.low + (self.high - self.low) * share
+
+    @property
+    def text(self) -> str:
+        """The distribution as it is written."""
+        return f"uniform({self.low:g},{self.high:g})"
+
+
+@dataclass(frozen=True)
+class NormalValues:
+    """A dimension that is distributed normally; `deviation` is the standard deviation [file's unit]."""
+
+    name: str
+    mean: float
+    deviation: float
+
+    def at(self, share: FloatArray) -> FloatArray:
+        """Return the values below which a share of all values is (designs,)."""
+        from scipy.special import ndtri
+
+        return np.asarray(self.mean + self.deviation * ndtri(share))
+
+    @property
+    def text(self) -> str:
+        """The distribution as it is written."""
+        return f"normal({self.mean:g},{self.deviation:g})"
+
+
+Distribution = UniformValues | NormalValues
+Variation = ListedValues | Distribution
+
+
+@dataclass(frozen=True)
+class Varied:
+    """The varied dimensions, all listed or all distributed."""
+
+    variations: tuple[Variation, ...]
+    names: tuple[str, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "names", tuple(v.name for v in self.variations))
+        if not self.variations:
+            raise UsageError("vary: name at least one dimension, such as crank.length=30:50:21")
+        kinds = {isinstance(v, ListedValues) for v in self.variations}
+        if len(kinds) > 1:
+            listed = next(v.name for v in self.variations if isinstance(v, ListedValues))
+            drawn = next(v for v in self.variations if not isinstance(v, ListedValues))
+            raise UsageError(
+                f"vary: '{listed}' has listed values and '{drawn.name}' a distribution, {drawn.text}: listed values are"
+                " combined, distributions are sampled; give all dimensions one or the other"
+            )
+
+    @property
+    def listed(self) -> bool:
+        """Whether all dimensions have listed values."""
+        return isinstance(self.variations[0], ListedValues)
+
+
+def varied(vary: Mapping[str, Any]) -> Varied:
+    """Return the variations of dimensions by name: texts such as "10:20:21", or arrays of values."""
+    return Varied(tuple(variation(name, given) for name, given in vary.items()))
+
+
+def variation(name: str, given: str | float | Sequence[float] | FloatArray) -> Variation:
+    """Return the variation of a dimension from its text or its values; raise UsageError if it is neither."""
+    where = f"vary {name}={given}" if isinstance(given, str) else f"vary {name}"
+    if not isinstance(given, str):
+        return ListedValues(name, _checked(where, _array(where, given)))
+    call = CALL.fullmatch(given)
+    if call is not None:
+        return _distribution(name, where, call)
+    if ":" in given:
+        return ListedValues(name, _checked(where, _spaced(where, given)))
+    return ListedValues(name, _checked(where, np.array([_number(where, word) for word in given.split(",")])))
+
+
+def _distribution(name: str, where: str, call: re.Match[str]) -> Distribution:
+    first, second = (_number(where, call[k]) for k in (2, 3))
+    if call[1] == "normal":
+        if second <= 0.0:
+            raise UsageError(f"{where}: expected a standard deviation above 0, got {second:g}")
+        return NormalValues(name, first, second)
+    if second <= first:
+        raise UsageError(f"{where}: expected the smaller value first: uniform(LOW,HIGH)")
+    return UniformValues(name, first, second)
+
+
+def _spaced(where: str, given: str) -> FloatArray:
+    """Return the values of FIRST:LAST:COUNT."""
+    words = given.split(":")
+    if len(words) != 3:
+        raise UsageError(f"{where}: {FORM}")
+    count = _number(where, words[2])
+    if count != int(count) or not 2 <= count <= MOST_VALUES:
+        raise UsageError(f"{where}: expected a number of values from 2 to {MOST_VALUES}, got {words[2]}")
+    return np.linspace(_number(where, words[0]), _number(where, words[1]), int(count))
+
+
+def _array(where: str, given: Any) -> FloatArray:
+    try:
+        return np.atleast_1d(np.asarray(given, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise UsageError(f"{where}: {FORM}, or an array of values") from None
+
+
+def _checked(where: str, values: FloatArray) -> FloatArray:
+    if values.ndim != 1 or not 1 <= len(values) <= MOST_VALUES or not np.isfinite(values).all():
+        raise UsageError(f"{where}: expected 1 to {MOST_VALUES} finite values in a row")
+    return values
+
+
+def _number(where: str, word: str) -> float:
+    try:
+        value = float(word)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise UsageError(f"{where}: {FORM}; '{word.strip()}' is not a finite number")
+    return value

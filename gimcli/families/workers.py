@@ -1,0 +1,121 @@
+"""Who computes the chunks of a sweep: this process, processes on this machine, or a Dask cluster.
+
+Every chunk is the same array whoever computes it. A chunk that is lost because a worker ended is computed again.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import islice
+from typing import Any
+
+from gimcli.errors import UsageError
+from gimcli.families.sweep_job import Rows, SweepJob
+from gimcli.version import __version__
+
+RESTARTS = 3
+"""Number of times that workers are started again without a finished chunk in between."""
+
+AHEAD = 3
+"""Chunks that are handed out for each worker, so that memory is limited."""
+
+
+def run_here(job: SweepJob, numbers: Sequence[int]) -> Iterator[tuple[int, Rows]]:
+    """Yield the number and the content of each chunk, computed in this process."""
+    for number in numbers:
+        yield number, job.run(number)
+
+
+def run_on_processes(job: SweepJob, numbers: Sequence[int], workers: int) -> Iterator[tuple[int, Rows]]:
+    """Yield chunks in the order in which local processes finish them."""
+    from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+    from concurrent.futures.process import BrokenProcessPool
+    from multiprocessing import get_context
+
+    threads = max(1, (os.cpu_count() or 1) // workers)
+    sent = pickle.dumps(replace(job, threads=threads))
+    left, restarts = list(numbers), 0
+    while left:
+        waiting = iter(list(left))
+        pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (sent,))
+        try:
+            running = {pool.submit(_run, k): k for k in islice(waiting, AHEAD * workers)}
+            while running:
+                for done in wait(running, return_when=FIRST_COMPLETED).done:
+                    number = running.pop(done)
+                    rows = done.result()
+                    left.remove(number)
+                    restarts = 0
+                    yield number, rows
+                    running |= {pool.submit(_run, k): k for k in islice(waiting, 1)}
+        except BrokenProcessPool:
+            restarts += 1
+            if restarts > RESTARTS:
+                raise UsageError(
+                    f"workers: the processes ended {restarts} times without a result; use fewer workers, or look for"
+                    " the cause in the messages above (memory?)"
+                ) from None
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def run_on_cluster(job: SweepJob, numbers: Sequence[int], scheduler: str) -> Iterator[tuple[int, Rows]]:
+    """Yield chunks in the order in which the workers of a Dask cluster finish them."""
+    try:
+        from distributed import Client, as_completed
+    except ImportError:
+        raise UsageError("scheduler: Dask is not installed; run: pip install 'gimcli[dask]'") from None
+    try:
+        client = Client(scheduler, timeout="10s")
+    except (OSError, ValueError, TimeoutError) as error:
+        raise UsageError(f"scheduler {scheduler}: no Dask scheduler answers there ({error})") from None
+    with client:
+        sent = client.scatter(pickle.dumps(job), broadcast=True)
+        waiting = iter(numbers)
+        count = AHEAD * max(1, len(client.scheduler_info()["workers"]))
+        owner: dict[Any, int] = {}
+
+        def submit(k: int) -> Any:
+            future = client.submit(_run_sent, sent, k, __version__, pure=False)
+            owner[future.key] = k
+            return future
+
+        running = as_completed([submit(k) for k in islice(waiting, count)])
+        for future in running:
+            yield owner.pop(future.key), future.result()
+            future.release()
+            for k in islice(waiting, 1):
+                running.add(submit(k))
+
+
+_job: SweepJob | None = None
+_sent: bytes = b""
+
+
+def _begin(sent: bytes) -> None:
+    """Begin a local process: an interrupt from the terminal ends the main process only, which ends the others."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _receive(sent)
+
+
+def _receive(sent: bytes) -> SweepJob:
+    global _job, _sent
+    if _job is None or sent != _sent:
+        _job, _sent = pickle.loads(sent), sent
+    return _job
+
+
+def _run(number: int) -> Rows:
+    assert _job is not None
+    return _job.run(number)
+
+
+def _run_sent(sent: bytes, number: int, version: str) -> Rows:
+    """Compute a chunk on a worker of a cluster."""
+    if version != __version__:
+        raise UsageError(f"scheduler: a worker has gimcli {__version__}, this is {version}; install one version")
+    return _receive(sent).run(number)

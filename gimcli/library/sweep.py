@@ -1,0 +1,253 @@
+"""Sweep dimensions: solve the motion of many designs and keep some quantities of each."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gimcli.errors import UsageError
+from gimcli.families.design_table import design_table
+from gimcli.families.sweep_job import DESIGN, GOAL, STATUS, Rows, SweepJob, default_keep
+from gimcli.families.sweep_run import SweepRun, best_of
+from gimcli.families.variation import MOST_VALUES, varied
+from gimcli.library.grid import contents_hash, model_hash
+from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
+from gimcli.library.result import RowsResult, joined
+from gimcli.mechanism import Mechanism
+from gimcli.output.parts import Parts
+from gimcli.progress import Phases, no_phases
+from gimcli.status import Status
+from gimcli.structure.drive_check import explained
+from gimcli.structure.plan import make_plan
+from gimcli.table import Column, Table
+from gimcli.version import __version__
+
+MOST_WORKERS = 1024
+
+
+def sweep(
+    mechanism: Mechanism, vary: Mapping[str, Any], *, steps: int = 72, samples: int | None = None,
+    points: str = "random", seed: int = 0, keep: str | Sequence[str] = (), where: str = "", goal: str = "",
+    best: int = 0, tolerance: float = 1e-10, workers: int = 1, scheduler: str = "", folder: Path | str | None = None,
+    resume: bool = False, progress: Phases = no_phases,
+) -> SweepResult:  # fmt: skip
+    """Solve the motion of many designs, and keep some quantities of each.
+
+    Args:
+        mechanism: from `load` or `loads`.
+        vary: values by the names of dimensions: a text such as "10:20:21" (21 values from 10 to 20) or "3,4,5", or an
+            array: all combinations are solved; or a distribution, "uniform(10,20)" or "normal(40,0.05)".
+        steps: number of steps of each motion, 1 to 10 000 000.
+        samples: number of designs that are drawn from the distributions.
+        points: how they are drawn: "random", "latin" (hypercube) or "sobol".
+        seed: of the sample; the same seed gives the same designs.
+        keep: one text or a list, such as "range(P.y)", "min(transmission)", "at(P.y, motor=30)", "type"; by default the
+            ranges of the traced points and the number of solved rows.
+        where: condition that kept designs satisfy, such as "min(transmission) > 40".
+        goal: quantity that is least in the best designs, such as "-range(P.y)".
+        best: number of best designs that are kept; 0: all designs.
+        tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
+        workers: number of processes; 1: this process, with threads. A script needs `if __name__ == "__main__":`.
+        scheduler: address of a Dask scheduler, whose workers compute the chunks.
+        folder: keeps the parts that are done, so that an interrupted sweep can be resumed.
+        resume: use the parts in `folder` of an interrupted sweep with the same model and options.
+        progress: function of the name of a phase; returns a function of (designs done, all), for a progress bar.
+
+    Returns:
+        A SweepResult: one row for each design with its number, its dimensions, what is kept, and its status.
+
+    Raises:
+        UsageError: an unknown name, an invalid argument, or arguments that exclude each other.
+        StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
+    """
+    found = swept(
+        mechanism, vary, steps=steps, samples=samples, points=points, seed=seed, keep=keep, where=where, goal=goal,
+        best=best, tolerance=tolerance, workers=workers, scheduler=scheduler, folder=folder, resume=resume,
+        progress=progress,
+    )  # fmt: skip
+    result = found.result(joined(found.tables()))
+    found.clear()
+    return result
+
+
+def swept(
+    mechanism: Mechanism, vary: Mapping[str, Any], *, steps: int, samples: int | None = None, points: str = "random",
+    seed: int = 0, keep: str | Sequence[str] = (), where: str = "", goal: str = "", best: int = 0,
+    tolerance: float = 1e-10, workers: int = 1, scheduler: str = "", folder: Path | str | None = None,
+    resume: bool = False, progress: Phases = no_phases,
+) -> SweepTables:  # fmt: skip
+    """Begin a sweep with the arguments of `sweep`; its tables can be written chunk by chunk."""
+    from gimcli.model.dimensions import dimension
+
+    refuse_count("steps", steps, 1, MOST_STEPS)
+    refuse_count("best", best, 0, MOST_VALUES)
+    refuse_count("workers", workers, 1, MOST_WORKERS)
+    if samples is not None:
+        refuse_count("samples", samples, 1, MOST_VALUES)
+    if scheduler and workers > 1:
+        raise UsageError("workers are processes on this machine, scheduler uses those of a cluster: remove one of them")
+    if resume and folder is None:
+        raise UsageError("resume continues a sweep from its folder: give the same folder, or the same output file")
+    if not 1e-14 <= tolerance < 1.0:
+        raise UsageError(f"tolerance: expected a number from 1e-14 to below 1, got {tolerance}")
+    full: dict[str, Any] = {}
+    for name, given in vary.items():
+        own = dimension(mechanism, name).name
+        if own in full:
+            raise UsageError(f"vary: '{own}' is given twice")
+        full[own] = given
+    table = design_table(varied(full), samples, points, seed)
+    texts = (keep,) if isinstance(keep, str) else tuple(keep)
+    with explained(mechanism):
+        make_plan(mechanism)
+        refuse_unmoved(mechanism, "add an actuator")
+    texts = tuple(dict.fromkeys(" ".join(text.split()) for text in texts)) or default_keep(mechanism)
+    job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance)
+    job.check()
+    units = {name: dimension(mechanism, name).unit for name in table.names}
+    store = None if folder is None else Parts(Path(folder), _header(job), resume)
+    return SweepTables(SweepRun(job, store, workers, scheduler, progress("designs")), units)
+
+
+def _header(job: SweepJob) -> dict[str, Any]:
+    """Return the sweep that parts belong to: the model's content, the designs, what is kept."""
+    designs = hashlib.sha256()
+    for one in job.table.varied.variations:
+        designs.update(f"{one!r}{getattr(one, 'values', np.empty(0)).tobytes()!r}".encode())
+    return {
+        "version": __version__, "model": model_hash(job.mechanism), "text": contents_hash(job.mechanism.written.model),
+        "vary": designs.hexdigest(),
+        "designs": job.table.count, "points": job.table.points, "seed": job.table.seed, "steps": job.steps,
+        "keep": job.keep, "where": job.where, "goal": job.goal, "best": job.best, "tolerance": job.tolerance,
+        "designs a chunk": job.size,
+    }  # fmt: skip
+
+
+class SweepTables:
+    """A sweep that is being computed: first the tables of its chunks, then the result."""
+
+    def __init__(self, run: SweepRun, units: Mapping[str, str]) -> None:
+        self.run, self.job, self.mechanism = run, run.job, run.job.mechanism
+        own = {"length": self.mechanism.length_unit, "angle": self.mechanism.angle_unit}
+        self.units = {name: own.get(unit, "") for name, unit in units.items()}
+        self.counts = np.zeros(len(Status), dtype=np.int64)
+        self.careful, self.rows = 0, 0
+        self.ranges: dict[str, tuple[float, float, int]] = {}
+        self.best: Table | None = None  # the best designs, if they are requested
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return self.job.row.names or ()
+
+    def tables(self) -> Iterator[Table]:
+        """Yield the table of each chunk, in the order of the designs; with `best` one table."""
+        for chunk in best_of(self.job, self.run.chunks()):
+            rows = chunk["rows"]
+            self.counts += chunk["counts"]
+            self.careful += int(chunk["careful"])
+            self.rows += len(rows)
+            self._add_ranges(rows)
+            table = self._table(rows)
+            self.best = table if self.job.best else None
+            yield table
+
+    def _table(self, rows: Rows) -> Table:
+        units = {q.text: q.unit for q in self.job.kept} | self.units
+        if self.job.aim is not None:
+            units[GOAL] = self.job.aim.unit
+        columns = [Column(name, np.ascontiguousarray(rows[name]), units.get(name, "")) for name in self.names]
+        words = np.array([status.word for status in Status])[rows[STATUS]]
+        return Table((*columns[:-1], Column(STATUS, words)))
+
+    def _add_ranges(self, rows: Rows) -> None:
+        """Add the least and the greatest value, and the number of designs without one."""
+        for name in self.job.row.names or ():
+            if name in (DESIGN, STATUS) or rows[name].dtype.kind != "f":
+                continue
+            values = rows[name][np.isfinite(rows[name])]
+            low, high, missing = self.ranges.get(name, (np.nan, np.nan, 0))
+            low = float(np.fmin(low, values.min(initial=np.inf))) if len(values) else low
+            high = float(np.fmax(high, values.max(initial=-np.inf))) if len(values) else high
+            self.ranges[name] = low, high, missing + len(rows) - len(values)
+
+    def result(self, table: Table | None) -> SweepResult:
+        """Return the result, after all tables were read; `table` is None if they were written to a file."""
+        return SweepResult(self, table)
+
+    def clear(self) -> None:
+        """Remove the folder of the parts, after everything was written."""
+        if self.run.store is not None:
+            self.run.store.clear()
+
+
+class SweepResult(RowsResult):
+    """One row for each design: its number, its dimensions, what is kept, and its status."""
+
+    KIND = "sweep"
+
+    def __init__(self, found: SweepTables, table: Table | None) -> None:
+        self.mechanism, self.found, self._table = found.mechanism, found, table
+
+    @property
+    def designs(self) -> int:
+        """The number of designs that were computed, also those that are not kept."""
+        return self.found.job.table.count
+
+    @cached_property
+    def counts(self) -> dict[str, int]:
+        """The number of designs by their status, also of those that are not kept."""
+        return {Status(k).word: int(n) for k, n in enumerate(self.found.counts) if n}
+
+    @property
+    def solved(self) -> int:
+        """The number of designs of which all rows are solved."""
+        return self.counts.get(Status.OK.word, 0)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all designs are solved."""
+        return self.solved == self.designs
+
+    @property
+    def answered(self) -> bool:
+        """Whether at least one design is solved."""
+        return self.solved > 0
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        job, kept = self.found.job, ""
+        if job.where or job.best:
+            kept = f", {self.found.rows} kept"
+        return f"{self.mechanism.name}: {self.solved} of {self.designs} designs solved{kept}"
+
+    @property
+    def ranges(self) -> dict[str, dict[str, Any]]:
+        """For each dimension and quantity: the least and greatest value of the kept designs, its unit."""
+        units = {q.text: q.unit for q in self.found.job.kept} | self.found.units
+        return {
+            name: {"least": low, "greatest": high, "empty": missing, "unit": units.get(name, "")}
+            for name, (low, high, missing) in self.found.ranges.items()
+        }
+
+    def report(self) -> dict[str, Any]:
+        """Return the report that --json prints."""
+        job = self.found.job
+        best = {} if self.found.best is None else {"best": _listed(self.found.best)}
+        return {
+            "designs": self.designs, "solved": self.solved, "status": self.counts, "kept": self.found.rows,
+            "solved_one_by_one": self.found.careful, "resumed_chunks": self.found.run.resumed,
+            "chunks": job.chunks, "vary": {v.name: v.text for v in job.table.varied.variations},
+            "ranges": self.ranges, **best,
+        }  # fmt: skip
+
+
+def _listed(table: Table) -> list[dict[str, Any]]:
+    """Return the rows of a table as dicts."""
+    columns = {column.name: column.values.tolist() for column in table.columns}
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]

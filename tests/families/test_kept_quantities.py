@@ -1,0 +1,108 @@
+"""Kept quantities of designs equal those of a trace of each design, computed from its columns by numpy."""
+
+import numpy as np
+import pytest
+from bundled import MODELS
+from gimcli.model.dimensions import dimensions
+
+import gimcli
+from gimcli.errors import UsageError
+
+STEPS = 24
+
+REDUCED = {
+    "min": np.min, "max": np.max, "range": np.ptp, "mean": np.mean, "rms": lambda x: np.sqrt(np.mean(x**2)),
+}  # fmt: skip
+
+CASES = {
+    "crank_rocker": {"crank.length": [35.0, 40.0, 70.0], "P.y": [40.0, -20.0]},
+    "slider_crank": {"rod.length": [2.5, 3.0, 3.5]},
+    "jansen": {"m.length": [14.0, 15.0, 30.0], "G.x": [-38.0, -37.0]},
+    "stephenson_3": {},
+    "platform_3rrr": {},
+}
+"""Models and values of dimensions; by default three values of the length of the first link."""
+
+
+def case(name):
+    m = gimcli.load(MODELS / f"{name}.yaml")
+    own = {d.name: d.value for d in dimensions(m)}
+    length = next(name for name in own if name.endswith(".length"))
+    return m, CASES[name] or {length: [0.97 * own[length], own[length], 1.03 * own[length]]}
+
+
+def traced(m, design, measure, derivatives=0):
+    """Return the columns of a trace of one design in its solved rows, and its status words."""
+    t = gimcli.trace(m.with_(design), STEPS, measure=measure, derivatives=derivatives, jit="off")
+    good = t.status == "ok"
+    return {c.name: np.asarray(c.values[good], dtype=float) for c in t.table().columns if c.values.dtype.kind != "U"}, t
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_positions_and_angles(name):
+    m, vary = case(name)
+    point = m.traced[0]
+    columns = [f"{point}.x", f"{point}.y", *(f"{member.name}.angle" for member in m.members[1:3])]
+    measures = [h.name for h in gimcli_heads(m)]
+    keep = [f"{word}({column})" for word in ("min", "max", "range", "mean", "rms") for column in columns]
+    keep += [f"min({name})" for name in measures]
+    got = gimcli.sweep(m, vary, steps=STEPS, keep=[*keep, "solved"])
+    table = got.table()
+    for k in range(got.designs):
+        design = {name: float(table[name][k]) for name in vary}
+        own, t = traced(m, design, measures, 1)
+        size = 1.0 + max(np.abs(own[columns[0]]).max(initial=0.0), 360.0)
+        assert table["solved"][k] == t.solved
+        bad = t.status[t.status != "ok"]
+        assert table["status"][k] == (bad[0] if len(bad) else "ok")
+        for text in keep:
+            word, column = text[:-1].split("(", 1)
+            values = own[column]
+            expected = REDUCED[word](values) if len(values) else np.nan
+            assert table[text][k] == pytest.approx(expected, abs=1e-9 * size, nan_ok=True), (text, design)
+
+
+def gimcli_heads(m):
+    """Return the columns of the transmission angles, if there are any."""
+    from gimcli.measures import measures_of
+
+    try:
+        return [head for measure in measures_of(m, "transmission") for head in measure.heads]
+    except UsageError:
+        return []
+
+
+def test_velocities_and_measures_that_need_them():
+    m, spec, ratio = gimcli.load(MODELS / "crank_rocker.yaml"), "centre:coupler/frame", "advantage:motor/rocker.ratio"
+    keep = ["max(P.vx)", "rms(rocker.omega)", f"min({spec}.y)", f"max({ratio})", "max(angle:rocker/crank)"]
+    got = gimcli.sweep(m, {"rocker.length": [75.0, 80.0]}, steps=STEPS, keep=keep).table()
+    for k, value in enumerate((75.0, 80.0)):
+        specs = [spec, "advantage:motor/rocker", "angle:rocker/crank"]
+        own, _ = traced(m, {"rocker.length": value}, specs, 1)
+        assert got[keep[0]][k] == pytest.approx(own["P.vx"].max())
+        assert got[keep[1]][k] == pytest.approx(np.sqrt(np.mean(own["rocker.omega"] ** 2)))
+        assert got[keep[2]][k] == pytest.approx(np.nanmin(own[f"{spec}.y"]))
+        assert got[keep[3]][k] == pytest.approx(own[ratio].max())
+        assert got[keep[4]][k] == pytest.approx(own["angle:rocker/crank"].max())
+
+
+@pytest.mark.parametrize("angle", [0, 30, 52.5, 359.9])
+def test_value_of_an_input(angle):
+    """The position where the input has a value is that of `solve` there, between the rows too."""
+    m = gimcli.load(MODELS / "crank_rocker.yaml")
+    keep = [f"at(P.y, motor={angle})", f"at(rocker.angle, motor={angle})", f"at(time, motor={angle})"]
+    got = gimcli.sweep(m, {"crank.length": [35.0, 40.0]}, steps=STEPS, keep=keep).table()
+    for k, value in enumerate((35.0, 40.0)):
+        p = gimcli.solve(m.with_({"crank.length": value}), motor=angle)
+        assert got[keep[0]][k] == pytest.approx(p.xy["P"][1], abs=1e-9)
+        assert got[keep[1]][k] == pytest.approx(p.angle["rocker"], abs=1e-9)
+        assert got[keep[2]][k] == pytest.approx(angle / 360.0, abs=1e-12)
+
+
+def test_worst_transmission_angle_of_all_joints():
+    m = gimcli.load(MODELS / "jansen.yaml")
+    names = [head.name for head in gimcli_heads(m)]
+    keep = ["min(90 - abs(transmission - 90))", *(f"min(90 - abs({name} - 90))" for name in names)]
+    table = gimcli.sweep(m, {"m.length": [14.0, 15.0]}, steps=STEPS, keep=keep).table()
+    assert len(names) > 1
+    assert np.array_equal(table[keep[0]], np.min([table[text] for text in keep[1:]], axis=0))
