@@ -10,6 +10,7 @@ import typer
 
 from gimcli.cli.arguments import (
     INPUTS,
+    METHOD,
     MODEL,
     NONE,
     Assembly,
@@ -26,16 +27,15 @@ if TYPE_CHECKING:
     from gimcli.library.sweep import SweepResult
 
 HELP = (
-    "Solves all combinations of listed values, or a sample of distributions, and writes one row for each design with"
-    " what is kept of its motion and its status. Writes MODEL.sweep.csv and .png."
+    "Solves all combinations of listed values, or a sample of distributions; writes one row for each design: its"
+    " dimensions, what is kept, its status. Writes MODEL.sweep.csv."
 )
 EXAMPLES = (
-    "gim sweep models/crank_rocker.yaml --vary crank.length=30:50:21",
-    'gim sweep models/crank_rocker.yaml --vary crank.length=30:50:21 --vary B.y=60,70 --keep "range(P.y)"',
-    'gim sweep models/crank_rocker.yaml --vary "crank.length=normal(40,0.05)" --samples 1000 --keep "max(P.y)"',
-    'gim sweep models/jansen.yaml --vary m=10:20:101 --goal "-range(foot.x)" --best 5 -o best.csv',
+    "gim sweep models/crank_rocker.yaml --vary crank.length=30:50:5 -o sweep.csv",
+    'gim sweep models/crank_rocker.yaml --vary crank.length=30,40 --keep "max(P.y)"',
+    'gim sweep models/jansen.yaml --vary m=14:16:5 --goal "-range(foot.x)" --best 3',
 )
-DESIGNS, KEPT, MACHINES = "Designs", "Kept quantities", "Computation"
+DESIGNS, KEPT = "Designs", "Kept quantities"
 
 
 class Points(StrEnum):
@@ -84,14 +84,14 @@ def command(
                                       rich_help_panel=KEPT, min=0, max=10_000_000)] = 0,
     workers: Annotated[
         int, typer.Option("--workers", metavar="N", min=1, max=1024, help="Processes on this machine.",
-                          rich_help_panel=MACHINES)
+                          rich_help_panel=METHOD)
     ] = 1,
     scheduler: Annotated[
         str, typer.Option("--scheduler", metavar="ADDRESS", help="Dask scheduler of a cluster.",
-                          rich_help_panel=MACHINES)
+                          rich_help_panel=METHOD)
     ] = "",
     resume: Annotated[
-        bool, typer.Option("--resume", help="Resume an interrupted sweep.", rich_help_panel=MACHINES)
+        bool, typer.Option("--resume", help="Resume an interrupted sweep.", rich_help_panel=METHOD)
     ] = False,
     tolerance: Tolerance = 1e-10,
     out: Out = NONE,
@@ -100,6 +100,7 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:  # fmt: skip
     """Sweep dimensions."""
+    from gimcli.cli.console import note
     from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
     from gimcli.library.sweep import SweepResult, swept
@@ -112,7 +113,7 @@ def command(
     begun = swept(
         mechanism, given, steps=steps, samples=samples, points=points.value, seed=seed, keep=keep, where=where,
         goal=goal, best=best, tolerance=tolerance, workers=workers, scheduler=scheduler, folder=folder, resume=resume,
-        progress=progress_bar,
+        notify=note, progress=progress_bar,
     )  # fmt: skip
     try:
         found: SweepResult = outputs.stream(begun)

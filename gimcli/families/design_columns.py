@@ -18,6 +18,7 @@ from gimcli.families.designs import Designs
 from gimcli.families.family import Family
 from gimcli.families.float_tables import FloatTables, spans
 from gimcli.families.four_bar_type import four_bar_types
+from gimcli.families.input_value import first_crossing, moved_rows
 from gimcli.measures.angle import RelativeAngle
 from gimcli.measures.measure import Measure, angle_to_file
 from gimcli.measures.record import derivatives_of
@@ -71,10 +72,16 @@ class DesignColumns:
 
     def at(self, actuator: str, value: float) -> DesignColumns | ColumnsAtRow:
         """Return the columns at the first position at which an input has a value [file's unit]."""
-        from gimcli.families.input_value import columns_at
-
-        k = [a.name for a in self.mechanism.actuators].index(actuator)
-        return columns_at(self, k, self.mechanism.value_from_file(k, value))
+        k, count = [a.name for a in self.mechanism.actuators].index(actuator), len(self.designs)
+        wanted = self.mechanism.value_from_file(k, value)
+        inputs = np.broadcast_to(self.solved.inputs, (count, *self.solved.inputs.shape[1:]))
+        found = first_crossing(inputs[:, k], wanted)
+        if not len(found.between):
+            return ColumnsAtRow(self, found.row)
+        moved = moved_rows(inputs, found)
+        moved[found.between, k, found.row[found.between]] = wanted
+        time = moved_rows(np.broadcast_to(self.time, (count, self.time.shape[1])), found)
+        return ColumnsAtRow(self.with_inputs(moved, time), found.row)
 
     def with_inputs(self, inputs: FloatArray, time: FloatArray) -> DesignColumns:
         """Return the columns at other inputs (designs, actuators, rows), at normalised times (designs, rows)."""
@@ -191,9 +198,9 @@ class DesignColumns:
                 angle = np.where(product == 0.0, np.nan, np.arctan2(np.abs(product.imag), product.real))
             return [angle_to_file(self.mechanism, angle)]
         if isinstance(measure, RelativeAngle):
-            first, second = (self.angle(member) for member in measure.pair)
-            turn, filled = full_turn(self.mechanism), _filled(first - second)
-            return [first - second - turn * np.ceil(filled[:, :1] / turn - 0.5)]
+            angle = self.angle(measure.pair[0]) - self.angle(measure.pair[1])
+            turn = full_turn(self.mechanism)
+            return [angle - turn * np.ceil(_filled(angle)[:, :1] / turn - 0.5)]
         return None
 
     def _measure(self, spec: str, own: str, head: str) -> Callable[[Motion, Any], FloatArray]:

@@ -33,7 +33,9 @@ class DesignTable:
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of values of each dimension; () for a sample."""
-        return () if self.points else tuple(len(v.values) for v in self.varied.variations if _is_listed(v))
+        return (
+            () if self.points else tuple(len(v.values) for v in self.varied.variations if isinstance(v, ListedValues))
+        )
 
     def rows(self, first: int, last: int) -> FloatArray:
         """Return the designs `first` to `last` - 1 (designs, dimensions) [file's units]."""
@@ -45,10 +47,6 @@ class DesignTable:
         share = np.clip(share, LEAST_SHARE, 1.0 - LEAST_SHARE)
         drawn = [v for v in self.varied.variations if not isinstance(v, ListedValues)]
         return np.stack([one.at(share[:, k]) for k, one in enumerate(drawn)], axis=1)
-
-
-def _is_listed(variation: object) -> bool:
-    return isinstance(variation, ListedValues)
 
 
 def design_table(varied: Varied, samples: int | None = None, points: str = "random", seed: int = 0) -> DesignTable:

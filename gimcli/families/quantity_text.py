@@ -89,7 +89,7 @@ class QuantityNames(Protocol):
 
 
 @dataclass(frozen=True)
-class Part:
+class QuantityPart:
     """A part of a quantity; `kind` is "rows", "number", "text" or "yes" (true or false)."""
 
     kind: str
@@ -100,11 +100,11 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class KeptQuantity:
     """One value of each design, as it is written."""
 
     text: str
-    part: Part
+    part: QuantityPart
 
     @property
     def names(self) -> frozenset[str]:
@@ -127,19 +127,21 @@ class Quantity:
             return self.part.find(values)
 
 
-def quantity(text: str, names: QuantityNames, kinds: tuple[str, ...] = ("number", "text"), where: str = "") -> Quantity:
+def quantity(
+    text: str, names: QuantityNames, kinds: tuple[str, ...] = ("number", "text"), where: str = ""
+) -> KeptQuantity:
     """Return the quantity of a text; raise UsageError where it is not of the form above."""
-    reader = _Reader(text, names, where or "keep")
+    reader = _QuantityReader(text, names, where)
     part = reader.whole()
     if part.kind == "rows":
         raise reader.error(f"the column has a value for every row; write for example min({text.strip()})")
     if part.kind not in kinds:
         expected = "a comparison, such as min(P.y) > 10" if "yes" in kinds else "a number"
         raise reader.error(f"expected {expected}")
-    return Quantity(" ".join(text.split()), part)
+    return KeptQuantity(" ".join(text.split()), part)
 
 
-class _Reader:
+class _QuantityReader:
     """Reads the text from left to right, one method for each level of precedence."""
 
     def __init__(self, text: str, names: QuantityNames, where: str) -> None:
@@ -148,7 +150,7 @@ class _Reader:
     def error(self, what: str) -> UsageError:
         return UsageError(f"{self.where} '{self.text}': {what}")
 
-    def whole(self) -> Part:
+    def whole(self) -> QuantityPart:
         if len(self.text) > MOST_LETTERS:
             raise UsageError(f"{self.where}: a text of {len(self.text)} letters; at most {MOST_LETTERS} are possible")
         found = self.either()
@@ -156,19 +158,19 @@ class _Reader:
             raise self.error(f"expected the end or an operator, got '{self._rest()}'")
         return found
 
-    def either(self) -> Part:
+    def either(self) -> QuantityPart:
         return self._chain(self.both, ("or",), "yes")
 
-    def both(self) -> Part:
+    def both(self) -> QuantityPart:
         return self._chain(self.negation, ("and",), "yes")
 
-    def negation(self) -> Part:
+    def negation(self) -> QuantityPart:
         if not self._takes("not"):
             return self.comparison()
         part = self._of_kind(self.negation(), "yes")
-        return Part("yes", lambda v: np.logical_not(part.find(v)), names=part.names)
+        return QuantityPart("yes", lambda v: np.logical_not(part.find(v)), names=part.names)
 
-    def comparison(self) -> Part:
+    def comparison(self) -> QuantityPart:
         first = self.sum()
         sign = next((s for s in ("<=", ">=", "==", "!=", "<", ">") if self._takes(s)), "")
         if not sign:
@@ -179,25 +181,25 @@ class _Reader:
                 raise self.error("a text can only be compared with a text, by == or !=")
         else:
             first, second = self._of_kind(first, "number"), self._of_kind(second, "number")
-        return Part("yes", _joint(sign, first, second), names=first.names | second.names)
+        return QuantityPart("yes", _joint(sign, first, second), names=first.names | second.names)
 
-    def sum(self) -> Part:
+    def sum(self) -> QuantityPart:
         return self._chain(self.product, ("+", "-"))
 
-    def product(self) -> Part:
+    def product(self) -> QuantityPart:
         return self._chain(self.signed, ("*", "/"))
 
-    def signed(self) -> Part:
+    def signed(self) -> QuantityPart:
         if self._takes("-"):
             part = self._numeric(self._deeper(self.signed))
-            return Part(part.kind, lambda v: np.negative(part.find(v)), part.unit, part.names, part.columns)
+            return QuantityPart(part.kind, lambda v: np.negative(part.find(v)), part.unit, part.names, part.columns)
         return self._deeper(self.signed) if self._takes("+") else self.power()
 
-    def power(self) -> Part:
+    def power(self) -> QuantityPart:
         base = self.atom()
         return self._pair("**", base, self._deeper(self.signed)) if self._takes("**") else base
 
-    def atom(self) -> Part:
+    def atom(self) -> QuantityPart:
         rest = self._rest()
         name = self._name()
         if name:
@@ -206,11 +208,11 @@ class _Reader:
         if number is not None:
             self.place += number.end()
             value = float(number[0])
-            return Part("number", lambda _: value)
+            return QuantityPart("number", lambda _: value)
         if rest[:1] in ("'", '"') and rest[0] in rest[1:]:
             text = rest[1 : rest.index(rest[0], 1)]
             self.place += len(text) + 2
-            return Part("text", lambda _: text)
+            return QuantityPart("text", lambda _: text)
         if self._takes("("):
             found = self._deeper(self.either)
             self._need(")")
@@ -220,13 +222,13 @@ class _Reader:
             return self._deeper(lambda: self._call(word[0]))
         if word is not None and word[0] == "pi":
             self.place += 2
-            return Part("number", lambda _: math.pi)
+            return QuantityPart("number", lambda _: math.pi)
         other = NAMED.match(rest)
         if other is not None:
             raise self.names.unknown(other[0])
         raise self.error(f"expected a name or number, got {_quoted(rest)}")
 
-    def _call(self, word: str) -> Part:
+    def _call(self, word: str) -> QuantityPart:
         if word not in (*REDUCTIONS, "at", *FUNCTIONS):
             known = ", ".join((*REDUCTIONS, "at", *FUNCTIONS))
             raise self.error(f"no function '{word}'; known: {known}")
@@ -242,19 +244,19 @@ class _Reader:
         else:
             unit = first.unit if word == "abs" else ""
             find = FUNCTIONS[word]
-            found = Part(first.kind, lambda v: find(first.find(v)), unit, first.names, first.columns)
+            found = QuantityPart(first.kind, lambda v: find(first.find(v)), unit, first.names, first.columns)
         self._need(")")
         return found
 
-    def _reduced(self, word: str, part: Part) -> Part:
+    def _reduced(self, word: str, part: QuantityPart) -> QuantityPart:
         if part.kind != "rows":
             raise self.error(f"{word}() takes a column, such as {word}(P.y)")
         if part.columns != 1 and word not in ("min", "max"):
             raise self.error(f"{word}() takes one column, but a measure here has {part.columns}; name one of them")
         reduction = _REDUCED[word]
-        return Part("number", lambda v: reduction(part.find(v)), part.unit, part.names)
+        return QuantityPart("number", lambda v: reduction(part.find(v)), part.unit, part.names)
 
-    def _at(self, part: Part) -> Part:
+    def _at(self, part: QuantityPart) -> QuantityPart:
         if part.kind != "rows":
             raise self.error("at() takes a column, such as at(P.y, motor=30)")
         if part.columns != 1:
@@ -272,30 +274,32 @@ class _Reader:
         self._need(")")
         name, value = actuator.strip(), sign * float(number[0])
         self.names.check_input(name, value)
-        return Part("number", lambda v: part.find(v.at(name, value))[:, 0, 0], part.unit, part.names)
+        return QuantityPart("number", lambda v: part.find(v.at(name, value))[:, 0, 0], part.unit, part.names)
 
-    def _named(self, name: str) -> Part:
+    def _named(self, name: str) -> QuantityPart:
         self.place += len(name)
         kind, unit = self.names.kind(name), self.names.unit(name)
         if kind == "rows":
-            return Part("rows", lambda v: v.rows(name), unit, frozenset({name}), self.names.columns(name))
-        return Part(kind, lambda v: v.number(name), unit, frozenset({name}))
+            return QuantityPart("rows", lambda v: v.rows(name), unit, frozenset({name}), self.names.columns(name))
+        return QuantityPart(kind, lambda v: v.number(name), unit, frozenset({name}))
 
-    def _chain(self, inner: Callable[[], Part], signs: tuple[str, ...], kind: str = "") -> Part:
+    def _chain(self, inner: Callable[[], QuantityPart], signs: tuple[str, ...], kind: str = "") -> QuantityPart:
         found = inner()
         while sign := next((s for s in signs if self._takes(s)), ""):
             second = inner()
             if kind:
                 first, second = self._of_kind(found, kind), self._of_kind(second, kind)
-                found = Part(kind, _joint(sign, first, second), names=first.names | second.names)
+                found = QuantityPart(kind, _joint(sign, first, second), names=first.names | second.names)
             else:
                 found = self._pair(sign, found, second)
         return found
 
-    def _pair(self, sign: str, first: Part, second: Part) -> Part:
+    def _pair(self, sign: str, first: QuantityPart, second: QuantityPart) -> QuantityPart:
         return self._joined(self._numeric(first), self._numeric(second), OPERATORS[sign], sign in ("+", "-"))
 
-    def _joined(self, first: Part, second: Part, find: Callable[..., Any], alike: bool = False) -> Part:
+    def _joined(
+        self, first: QuantityPart, second: QuantityPart, find: Callable[..., Any], alike: bool = False
+    ) -> QuantityPart:
         if 1 not in (first.columns, second.columns):
             raise self.error("two measures of several columns cannot be combined; name their columns")
         kind = "rows" if "rows" in (first.kind, second.kind) else "number"
@@ -308,21 +312,21 @@ class _Reader:
                 one, two = (_column(x) if p.kind == "number" else x for x, p in ((one, first), (two, second)))
             return find(one, two)
 
-        return Part(kind, found, unit, first.names | second.names, columns)
+        return QuantityPart(kind, found, unit, first.names | second.names, columns)
 
-    def _numeric(self, part: Part) -> Part:
+    def _numeric(self, part: QuantityPart) -> QuantityPart:
         if part.kind not in ("number", "rows"):
             raise self.error(f"expected a number, got {'a text' if part.kind == 'text' else 'a comparison'}")
         return part
 
-    def _of_kind(self, part: Part, kind: str) -> Part:
+    def _of_kind(self, part: QuantityPart, kind: str) -> QuantityPart:
         if part.kind == "rows":
             raise self.error("a column has a value for every row; write for example min(COLUMN)")
         if part.kind != kind:
             raise self.error("expected a comparison" if kind == "yes" else "expected a number")
         return part
 
-    def _deeper(self, read: Callable[[], Part]) -> Part:
+    def _deeper(self, read: Callable[[], QuantityPart]) -> QuantityPart:
         self.level += 1
         if self.level > MOST_LEVELS:
             raise self.error(f"more than {MOST_LEVELS} brackets or signs inside one another")
@@ -372,7 +376,7 @@ def _column(number: Any) -> Any:
     return number[:, None, None] if isinstance(number, np.ndarray) else number
 
 
-def _joint(sign: str, first: Part, second: Part) -> Callable[[Values], Any]:
+def _joint(sign: str, first: QuantityPart, second: QuantityPart) -> Callable[[Values], Any]:
     find = OPERATORS[sign]
     return lambda values: find(first.find(values), second.find(values))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -16,8 +16,9 @@ from gimcli.families.design_columns import DesignColumns
 from gimcli.families.design_table import DesignTable
 from gimcli.families.family import Family
 from gimcli.families.four_bar_type import LETTERS
-from gimcli.families.quantity_text import Quantity, quantity
+from gimcli.families.quantity_text import KeptQuantity, quantity
 from gimcli.mechanism import FRAME, IntArray, Mechanism
+from gimcli.progress import Notify
 from gimcli.status import Status
 
 Rows = NDArray[np.void]
@@ -41,10 +42,11 @@ class SweepJob:
     goal: str = ""
     best: int = 0  # number of designs that are kept; 0: all
     tolerance: float = 1e-10
-    threads: int | None = field(default=None, compare=False)
+    threads: int | None = None
+    notify: Notify | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return {name: getattr(self, name) for name in self.__dataclass_fields__} | {"notify": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -61,22 +63,22 @@ class SweepJob:
         return ColumnNames(self.mechanism, self.table.names, by_law)
 
     @cached_property
-    def kept(self) -> tuple[Quantity, ...]:
+    def kept(self) -> tuple[KeptQuantity, ...]:
         """The kept quantities."""
         return tuple(quantity(text, self.names) for text in self.keep)
 
     @cached_property
-    def filter(self) -> Quantity | None:
+    def filter(self) -> KeptQuantity | None:
         """The condition that kept designs satisfy."""
         return quantity(self.where, self.names, ("yes",), "where") if self.where else None
 
     @cached_property
-    def aim(self) -> Quantity | None:
+    def aim(self) -> KeptQuantity | None:
         """The quantity that is least in the best designs."""
         return quantity(self.goal, self.names, ("number",), "goal") if self.goal else None
 
     @cached_property
-    def quantities(self) -> tuple[Quantity, ...]:
+    def quantities(self) -> tuple[KeptQuantity, ...]:
         """All quantities that are computed."""
         return tuple(q for q in (*self.kept, self.filter, self.aim) if q is not None)
 
@@ -117,7 +119,7 @@ class SweepJob:
         first = number * self.size
         designs = self.table.rows(first, min(first + self.size, self.table.count))
         reachable = any(REACHABLE in q.names for q in self.quantities)
-        options = {"reachable": reachable, "threads": self.threads}
+        options: dict[str, Any] = {"reachable": reachable, "threads": self.threads, "notify": self.notify}
         solved = self.family.solve(designs, self.steps, **options)
         columns = DesignColumns(self.family, self.names, solved, options)
         status = solved.status
@@ -138,7 +140,8 @@ class SweepJob:
         if not self.best:
             return rows
         known = rows[np.isfinite(rows[GOAL])]
-        return known[np.lexsort((known[DESIGN], known[GOAL]))[: self.best]]
+        order = np.lexsort((known[DESIGN], known[GOAL]))
+        return np.asarray(known[order[: self.best]])
 
 
 def packed(counts: IntArray, careful: int, rows: Rows) -> Rows:

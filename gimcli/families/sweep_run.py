@@ -7,10 +7,11 @@ from contextlib import suppress
 
 import numpy as np
 
-from gimcli.families.sweep_job import Rows, SweepJob
+from gimcli.families.sweep_job import Rows, SweepJob, packed
 from gimcli.families.workers import run_here, run_on_cluster, run_on_processes
 from gimcli.output.parts import Parts
 from gimcli.progress import Progress, no_progress
+from gimcli.status import Status
 
 Run = Callable[[Sequence[int]], Iterator[tuple[int, Rows]]]
 
@@ -69,10 +70,9 @@ def best_of(job: SweepJob, chunks: Iterator[Rows]) -> Iterator[Rows]:
     if not job.best:
         yield from chunks
         return
-    best, counts, careful = np.empty(0, dtype=job.row), 0, 0
-    from gimcli.families.sweep_job import packed
-
+    best, counts, careful = np.empty(0, dtype=job.row), np.zeros(len(Status), dtype=np.int64), 0
     for chunk in chunks:
         best = job.chosen(np.concatenate([best, chunk["rows"]]))
-        counts, careful = counts + chunk["counts"], careful + int(chunk["careful"])
-    yield packed(np.asarray(counts), careful, best)
+        counts += chunk["counts"]
+        careful += int(chunk["careful"])
+    yield packed(counts, careful, best)

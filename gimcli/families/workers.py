@@ -10,6 +10,7 @@ import pickle
 import signal
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from importlib import import_module
 from itertools import islice
 from typing import Any
 
@@ -66,11 +67,11 @@ def run_on_processes(job: SweepJob, numbers: Sequence[int], workers: int) -> Ite
 def run_on_cluster(job: SweepJob, numbers: Sequence[int], scheduler: str) -> Iterator[tuple[int, Rows]]:
     """Yield chunks in the order in which the workers of a Dask cluster finish them."""
     try:
-        from distributed import Client, as_completed
+        distributed: Any = import_module("distributed")
     except ImportError:
         raise UsageError("scheduler: Dask is not installed; run: pip install 'gimcli[dask]'") from None
     try:
-        client = Client(scheduler, timeout="10s")
+        client = distributed.Client(scheduler, timeout="10s")
     except (OSError, ValueError, TimeoutError) as error:
         raise UsageError(f"scheduler {scheduler}: no Dask scheduler answers there ({error})") from None
     with client:
@@ -84,7 +85,7 @@ def run_on_cluster(job: SweepJob, numbers: Sequence[int], scheduler: str) -> Ite
             owner[future.key] = k
             return future
 
-        running = as_completed([submit(k) for k in islice(waiting, count)])
+        running = distributed.as_completed([submit(k) for k in islice(waiting, count)])
         for future in running:
             yield owner.pop(future.key), future.result()
             future.release()

@@ -20,7 +20,7 @@ from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
 from gimcli.library.result import RowsResult, joined
 from gimcli.mechanism import Mechanism
 from gimcli.output.parts import Parts
-from gimcli.progress import Phases, no_phases
+from gimcli.progress import Notify, Phases, no_phases
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
 from gimcli.structure.plan import make_plan
@@ -34,7 +34,7 @@ def sweep(
     mechanism: Mechanism, vary: Mapping[str, Any], *, steps: int = 72, samples: int | None = None,
     points: str = "random", seed: int = 0, keep: str | Sequence[str] = (), where: str = "", goal: str = "",
     best: int = 0, tolerance: float = 1e-10, workers: int = 1, scheduler: str = "", folder: Path | str | None = None,
-    resume: bool = False, progress: Phases = no_phases,
+    resume: bool = False, notify: Notify | None = None, progress: Phases = no_phases,
 ) -> SweepResult:  # fmt: skip
     """Solve the motion of many designs, and keep some quantities of each.
 
@@ -56,6 +56,7 @@ def sweep(
         scheduler: address of a Dask scheduler, whose workers compute the chunks.
         folder: keeps the parts that are done, so that an interrupted sweep can be resumed.
         resume: use the parts in `folder` of an interrupted sweep with the same model and options.
+        notify: function of a text; called with notices, such as the start of a compilation.
         progress: function of the name of a phase; returns a function of (designs done, all), for a progress bar.
 
     Returns:
@@ -68,7 +69,7 @@ def sweep(
     found = swept(
         mechanism, vary, steps=steps, samples=samples, points=points, seed=seed, keep=keep, where=where, goal=goal,
         best=best, tolerance=tolerance, workers=workers, scheduler=scheduler, folder=folder, resume=resume,
-        progress=progress,
+        notify=notify, progress=progress,
     )  # fmt: skip
     result = found.result(joined(found.tables()))
     found.clear()
@@ -79,7 +80,7 @@ def swept(
     mechanism: Mechanism, vary: Mapping[str, Any], *, steps: int, samples: int | None = None, points: str = "random",
     seed: int = 0, keep: str | Sequence[str] = (), where: str = "", goal: str = "", best: int = 0,
     tolerance: float = 1e-10, workers: int = 1, scheduler: str = "", folder: Path | str | None = None,
-    resume: bool = False, progress: Phases = no_phases,
+    resume: bool = False, notify: Notify | None = None, progress: Phases = no_phases,
 ) -> SweepTables:  # fmt: skip
     """Begin a sweep with the arguments of `sweep`; its tables can be written chunk by chunk."""
     from gimcli.model.dimensions import dimension
@@ -107,7 +108,7 @@ def swept(
         make_plan(mechanism)
         refuse_unmoved(mechanism, "add an actuator")
     texts = tuple(dict.fromkeys(" ".join(text.split()) for text in texts)) or default_keep(mechanism)
-    job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance)
+    job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, notify=notify)
     job.check()
     units = {name: dimension(mechanism, name).unit for name in table.names}
     store = None if folder is None else Parts(Path(folder), _header(job), resume)

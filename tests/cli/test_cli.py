@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 from importlib import import_module
@@ -64,7 +65,7 @@ def test_help_fits_a_terminal_and_begins_with_examples(command):
 @pytest.mark.parametrize("example", [e for name in ENDING for e in import_module(f"gimcli.cli.{name}").EXAMPLES])
 def test_the_examples_of_the_help_run(example, tmp_path):
     (tmp_path / "models").symlink_to(MODELS)
-    words = example.partition(" | ")[0].partition(" > ")[0].split()
+    words = shlex.split(example.partition(" | ")[0].partition(" > ")[0])
     assert gim(*words[1:], cwd=tmp_path)
 
 

@@ -614,7 +614,7 @@ def test_a_table_is_never_written_over_the_model(gim, tmp_path):
     for more in ((), ("--all",)):
         code, out, err = gim(text, "solve", "m.yaml", "--csv", "m.yaml", *more)
         assert (code, out) == (2, "")
-        assert "expected one of the formats .csv, got '.yaml'" in err
+        assert "expected one of the formats .csv, .parquet, got '.yaml'" in err
         assert (tmp_path / "m.yaml").read_text() == text
 
 

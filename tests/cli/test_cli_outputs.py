@@ -30,6 +30,7 @@ FEW = {
     "trace": ["--steps", "2"], "forces": ["--steps", "2"], "reduce": ["--steps", "2"],
     "tradeoff": ["--steps", "2", "--tolerances", "1e-3"], "simulate": ["--time", "0.02", "--dt", "0.01"],
     "workspace": ["--grid", "2"], "circuits": ["--samples", "4"],
+    "sweep": ["--steps", "2", "--vary", "crank.length=1,1.1"],
 }  # fmt: skip
 CASES = [(name, ()) for name in ANALYSES]
 CASES += [("trace", ("--circuit",)), ("trace", ("--at-limit", "skip")), ("solve", ("--all",))]
@@ -100,10 +101,10 @@ def test_the_files_of_a_model_are_known(folder):
 
 WRITERS = {
     "trace": "m", "forces": "m.forces", "simulate": "m.simulation", "reduce": "m.reduced", "workspace": "m.workspace",
-    "tradeoff": "m.tradeoff",
+    "tradeoff": "m.tradeoff", "sweep": "m.sweep",
 }  # fmt: skip
 """Commands that write files by default, and the stems of the files."""
-TEXTS = ("check", "mobility")
+TEXTS = ("check", "mobility", "sweep")
 """Commands without a picture."""
 DRAWN = {name: (".png", ".svg", ".pdf") for name in ANALYSES if name not in TEXTS}
 MOVING = {name: (".html",) for name in ("trace", "solve", "circuits", "singularities", "simulate", "check")}
@@ -117,7 +118,7 @@ def named(folder):
 @pytest.mark.parametrize("name", ANALYSES)
 def test_only_some_commands_write_files_by_default(name, folder, monkeypatch, capsys):
     assert run(monkeypatch, [name, "m.yaml", *FEW.get(name, [])]) == 0
-    kinds = [".csv", ".png", *([".npz"] if name == "workspace" else [])]
+    kinds = [".csv", *[".png"] * (name not in TEXTS), *([".npz"] if name == "workspace" else [])]
     assert named(folder) == ({WRITERS[name] + kind for kind in kinds} if name in WRITERS else set())
 
 

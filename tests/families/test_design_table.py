@@ -1,5 +1,7 @@
 """Tables of designs: values, combinations, samples; any part of a table equals that part of the whole."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.stats import kstest, norm, qmc
@@ -29,7 +31,7 @@ def test_parts_of_a_sample_equal_the_whole(points):
     one = table({"a": "uniform(-1,3)", "b": "normal(40,0.5)"}, samples=3000, points=points, seed=4)
     whole = one.rows(0, 3000)
     cuts = [0, 1, 1023, 1024, 1700, 3000]
-    parts = [one.rows(i, j) for i, j in zip(cuts, cuts[1:], strict=False)]
+    parts = [one.rows(i, j) for i, j in pairwise(cuts)]
     assert np.array_equal(np.concatenate(parts), whole)
     assert not np.array_equal(table({"a": "uniform(-1,3)", "b": "normal(40,0.5)"}, samples=3000, points=points,
                                     seed=5).rows(0, 3000), whole)  # fmt: skip

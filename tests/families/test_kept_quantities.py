@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from bundled import MODELS
-from gimcli.model.dimensions import dimensions
 
 import gimcli
 from gimcli.errors import UsageError
+from gimcli.model.dimensions import dimensions
 
 STEPS = 24
 

@@ -74,7 +74,8 @@ def test_conditions(text, expected):
         ("at(P.x, moto=30)", "did you mean 'motor'"), ("at(P.x, motor=400)", "the law of motor is 0 to 360"),
         ("type + 1", "got a text"), ("min(P.x) > 3", "expected a number"), ("type < 'a'", "by == or !="),
         ("(" * 60 + "1" + ")" * 60, "more than 50"), ("1+" * 1500 + "1", "at most 2000"),
-        ("mean(transmission:rod/rocker)", "no member, sliding pair or linear actuator 'rod'"), ("__import__", "no column"),
+        ("mean(transmission:rod/rocker)", "no member, sliding pair or linear actuator 'rod'"),
+        ("__import__", "no column"),
     ],
 )  # fmt: skip
 def test_invalid_texts_are_refused(text, message):

@@ -37,6 +37,9 @@ FREE = {
     "COLUMN": r"(?:centre|curvature|transmission|advantage|area):.*",
     "REACTION": r".+",
     "LENGTH": r"[^.]+",
+    "DIMENSION": r"[\w.]+",
+    "QUANTITY": r".+\(.+\)|type|solved",
+    "STATUS": r"[a-z-]+",
 }
 
 
@@ -96,6 +99,10 @@ CASES = {
         massive("five_bar", actuators=freed("five_bar", "motor_1")), ["simulate", "--time", "1", "--dt", "0.5"],
     ),
     "reduce": ("watt_1", ["reduce", "-n", "6", "--rpm", "60", "--fluctuation", "0.1"]),
+    "sweep": ("crank_rocker", ["sweep", "--vary", "crank.length=40,41", "--keep", "max(P.y)", "--keep", "type"]),
+    "sweep, best": (
+        "crank_rocker", ["sweep", "--vary", "crank.length=40,41", "--goal=max(P.y)", "--best=1", "--keep=solved"],
+    ),
     "tradeoff": ("crank_rocker", ["tradeoff", "-n", "4", "--tolerances", "1e-4", "--seconds", "1"]),
 }  # fmt: skip
 
