@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, NamedTuple
 
-from gimcli.model.formula import Formula, FormulaError, is_number, parsed
+from gimcli.model.formula import WORDS, Formula, FormulaError, UnknownNameError, is_number, parsed
+from gimcli.model.nearest import near
 from gimcli.model.source import Where
 
 MOST_PARAMETERS = 1000
+MOST_HINTS = 20
+"""Most unknown names for which a similar one is searched: the search is slow."""
 PARAMETERS = "parameters"
 
 _UNIT = re.compile(r"[-+]?[\d.]+\s*([^\W\d]+)$")
@@ -33,7 +36,7 @@ def evaluated(data: dict[str, Any], texts: Iterable[Where]) -> Evaluated:
         try:
             result.formulas[where] = _formula(_part(data, where), names)
         except FormulaError as error:
-            result.refused[where] = str(error)
+            result.refused[where] = reason(error, names if len(result.refused) < MOST_HINTS else ())
     values = {name: float(v) for name, v in names.items() if type(v) in (int, float) and math.isfinite(v)}
     for where in _ordered(result):
         formula = result.formulas[where]
@@ -68,6 +71,13 @@ class DependenceError(FormulaError):
     def __init__(self, names: list[str]) -> None:
         super().__init__(f"{names[0]} depends on itself: {' -> '.join(names[::-1])}")
         self.names = names[1:]
+
+
+def reason(error: FormulaError, names: Collection[str]) -> str:
+    """Return the text of an error, with the name among `names` that was probably meant."""
+    if isinstance(error, UnknownNameError):
+        return f"{error}{near(error.word, names) or near(error.word, WORDS)}"
+    return str(error)
 
 
 def _ordered(result: Evaluated) -> tuple[Where, ...]:
@@ -109,10 +119,3 @@ def _part(data: Any, where: Where) -> Any:
     for key in where:
         data = data[key]
     return data
-
-
-def texts_in(faults: Iterable[Mapping[str, Any]]) -> Iterator[Where]:
-    """Yield the paths of texts in place of numbers, from validation errors."""
-    for fault in faults:
-        if fault["type"] == "float_type" and isinstance(fault["input"], str):
-            yield tuple(fault["loc"])

@@ -12,10 +12,8 @@ from typing import Any
 from pydantic_core import ValidationError
 
 from gimcli.model import wording
-from gimcli.model.arithmetic import evaluated, texts_in
 from gimcli.model.check_dynamics import check_dynamics
 from gimcli.model.check_inputs import check_inputs
-from gimcli.model.check_parameters import check_parameters
 from gimcli.model.check_places import check_drawn, check_place
 from gimcli.model.nearest import near
 from gimcli.model.pairs import PAIRS, used_nodes
@@ -52,7 +50,9 @@ def _typed(source: Source) -> tuple[Model | None, set[Where]]:
     if model is not None:
         return model, set()
     formulas, refused = NO_FORMULAS, dict[Where, str]()
-    if texts := [*texts_in(faults)]:
+    if texts := [tuple(f["loc"]) for f in faults if f["type"] == "float_type" and isinstance(f["input"], str)]:
+        from gimcli.model.arithmetic import evaluated  # imported late: few models have formulas
+
         data, formulas, refused = evaluated(data, texts)
         model, faults = _validated(data)
     doubtful = set[Where]()
@@ -121,7 +121,10 @@ def check(refs: References) -> None:
     check_inputs(refs)
     _check_points(refs)
     check_dynamics(refs)
-    check_parameters(refs)
+    if refs.model.parameters or refs.model.tolerances:
+        from gimcli.model.check_parameters import check_parameters  # imported late: few models have them
+
+        check_parameters(refs)
 
 
 def _check_signs(refs: References) -> None:

@@ -13,8 +13,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from gimcli.model.nearest import near
-
 LONGEST, DEEPEST = 1000, 20
 """Most characters of a formula, and most levels of its parentheses, signs and powers."""
 FUNCTIONS: dict[str, Callable[..., float]] = {
@@ -24,7 +22,8 @@ FUNCTIONS: dict[str, Callable[..., float]] = {
 }  # fmt: skip
 """The functions of formulas; angles are in rad."""
 CONSTANTS = {"pi": math.pi, "deg": math.pi / 180.0}
-"""The constants of formulas; `deg` is one degree in rad."""
+WORDS = (*FUNCTIONS, *CONSTANTS)
+"""The constants of formulas (`deg` is one degree in rad), and all words that are not parameters."""
 OPERATORS: dict[str, Callable[..., Any]] = {
     "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv, "**": operator.pow,
     "negative": operator.neg,
@@ -50,6 +49,14 @@ _WORD = re.compile(r"[^\W\d]\w*$")
 
 class FormulaError(ValueError):
     """A text that is no formula, or a formula without a value."""
+
+
+class UnknownNameError(FormulaError):
+    """A word in a formula that is not a parameter."""
+
+    def __init__(self, word: str) -> None:
+        super().__init__(f"'{word}' is not a parameter")
+        self.word = word
 
 
 @dataclass(frozen=True)
@@ -217,5 +224,4 @@ class _Parser:
     def refuse_unknown(self, word: str) -> None:
         """Raise FormulaError for a word that is not a parameter."""
         if word not in self.names:
-            hint = near(word, self.names) or near(word, [*FUNCTIONS, *CONSTANTS])
-            raise FormulaError(f"'{word}' is not a parameter{hint}")
+            raise UnknownNameError(word)

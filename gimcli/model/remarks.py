@@ -22,7 +22,7 @@ class Remark(NamedTuple):
 
 def remarks(model: Model) -> list[Remark]:
     """Return the remarks on a model, in the order of its sections."""
-    return [*_unused_nodes(model), *_repeated_members(model), *_dynamics(model)]
+    return [*_unused_nodes(model), *_unused_parameters(model), *_repeated_members(model), *_dynamics(model)]
 
 
 def missing_duration(model: Model) -> list[Remark]:
@@ -42,6 +42,14 @@ def _unused_nodes(model: Model) -> Iterator[Remark]:
                 ("nodes", name),
                 f"node {name} is used by no member, pair or actuator: remove it, or add it to a member",
             )
+
+
+def _unused_parameters(model: Model) -> Iterator[Remark]:
+    used = {name for formula in model.formulas.values() for name in formula.names}
+    for name in model.parameters:
+        if name not in used:
+            text = f"parameter {name} is used by no formula: remove it, or write it in place of a number"
+            yield Remark(("parameters", name), text)
 
 
 def _repeated_members(model: Model) -> Iterator[Remark]:

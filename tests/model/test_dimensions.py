@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -221,3 +222,9 @@ def test_a_model_in_memory_has_dimensions():
     assert same(found.with_({"a": 40}), loads(TEXT).with_({"a": 40}))
     with pytest.raises(ModelError, match=r"<dict> with a = -6: rod\.length"):
         found.with_({"a": -6})
+
+
+def test_a_mechanism_from_another_process_has_dimensions():
+    mechanism = loads(TEXT).with_({"a": 40})
+    found = pickle.loads(pickle.dumps(mechanism))
+    assert same(found.with_({"b": 80}), mechanism.with_({"b": 80}))
