@@ -18,6 +18,7 @@ from gimcli.cli.arguments import (
     ModelPath,
     Out,
     Png,
+    Set,
     Tolerance,
 )
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
@@ -49,6 +50,7 @@ class Points(StrEnum):
 @with_picture_options
 def command(
     model: ModelPath = MODEL,
+    changes: Set = NONE,
     vary: Annotated[
         list[str],
         typer.Option(
@@ -107,7 +109,7 @@ def command(
 
     outputs = Outputs(SweepResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
     given = _variations(vary)
-    mechanism = outputs.loaded(assembly, tolerance=tolerance)
+    mechanism = outputs.loaded(assembly, tolerance=tolerance, changes=changes)
     tables = outputs.files.of("table", "arrays")
     folder = tables[0].with_suffix(".parts") if tables else None
     begun = swept(
