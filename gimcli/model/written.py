@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from gimcli.model.source import Source, Where
 
 if TYPE_CHECKING:
     from gimcli.model.dimensions import Dimension
+    from gimcli.recording import Recording
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,19 @@ class Written:
         from gimcli.model.changed_model import changed
 
         return changed(self, mechanism, changes)
+
+    def recorded(self, mechanism: Mechanism, names: Sequence[str]) -> tuple[Mechanism, Recording]:
+        """Return the mechanism with recorded numbers as dimensions, in its normal frame, and the recording.
+
+        The variables of the recording are the dimensions, in the file's units.
+        """
+        from gimcli.model.compile import compile_model
+        from gimcli.recording import FUNCTIONS, Recording
+
+        recording = Recording()
+        changes = {name: recording.variable(self.dimension(name).value) for name in names}
+        model = self.substituted(changes, FUNCTIONS)
+        return compile_model(model, self.source.folder, (mechanism.origin, mechanism.scale)), recording
 
     def place(self, where: Where) -> str:
         """Return file and line of a part, or its path of keys if the model was not read from a file."""
