@@ -42,6 +42,7 @@ class SweepJob:
     goal: str = ""
     best: int = 0  # number of designs that are kept; 0: all
     tolerance: float = 1e-10
+    size: int = MOST_IN_CHUNK  # number of designs of a chunk
     threads: int | None = None
     notify: Notify | None = None
 
@@ -81,12 +82,6 @@ class SweepJob:
     def quantities(self) -> tuple[KeptQuantity, ...]:
         """All quantities that are computed."""
         return tuple(q for q in (*self.kept, self.filter, self.aim) if q is not None)
-
-    @property
-    def size(self) -> int:
-        """Number of designs of a chunk."""
-        fit = PLACES // ((self.steps + 1) * max(len(self.mechanism.nodes), 1))
-        return max(1, min(MOST_IN_CHUNK, fit))
 
     @property
     def chunks(self) -> int:
@@ -142,6 +137,11 @@ class SweepJob:
         known = rows[np.isfinite(rows[GOAL])]
         order = np.lexsort((known[DESIGN], known[GOAL]))
         return np.asarray(known[order[: self.best]])
+
+
+def chunk_size(mechanism: Mechanism, steps: int) -> int:
+    """Return the number of designs of a chunk, which limits memory."""
+    return max(1, min(MOST_IN_CHUNK, PLACES // ((steps + 1) * max(len(mechanism.nodes), 1))))
 
 
 def packed(counts: IntArray, careful: int, rows: Rows) -> Rows:

@@ -21,6 +21,9 @@ from gimcli.version import __version__
 RESTARTS = 3
 """Number of times that workers are started again without a finished chunk in between."""
 
+ANSWER = "10s"
+"""Time in which a Dask scheduler must answer."""
+
 AHEAD = 3
 """Chunks that are handed out for each worker, so that memory is limited."""
 
@@ -71,7 +74,7 @@ def run_on_cluster(job: SweepJob, numbers: Sequence[int], scheduler: str) -> Ite
     except ImportError:
         raise UsageError("scheduler: Dask is not installed; run: pip install 'gimcli[dask]'") from None
     try:
-        client = distributed.Client(scheduler, timeout="10s")
+        client = distributed.Client(scheduler, timeout=ANSWER)
     except (OSError, ValueError, TimeoutError) as error:
         raise UsageError(f"scheduler {scheduler}: no Dask scheduler answers there ({error})") from None
     with client:

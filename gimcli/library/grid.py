@@ -107,6 +107,8 @@ def _contents(value: Any) -> Iterator[bytes]:
     elif isinstance(value, tuple | list):
         for part in value:
             yield from _contents(part)
+    elif isinstance(value, dict):
+        yield from _contents(tuple(value.items()))
     elif is_dataclass(value) or type(value).__module__.startswith("gimcli."):
         own = [field.name for field in fields(value)] if is_dataclass(value) else sorted(vars(value))
         yield type(value).__name__.encode()

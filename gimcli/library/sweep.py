@@ -12,7 +12,7 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.families.design_table import design_table
-from gimcli.families.sweep_job import DESIGN, GOAL, STATUS, Rows, SweepJob, default_keep
+from gimcli.families.sweep_job import DESIGN, GOAL, STATUS, Rows, SweepJob, chunk_size, default_keep
 from gimcli.families.sweep_run import SweepRun, best_of
 from gimcli.families.variation import MOST_VALUES, varied
 from gimcli.library.grid import contents_hash, model_hash
@@ -108,7 +108,8 @@ def swept(
         make_plan(mechanism)
         refuse_unmoved(mechanism, "add an actuator")
     texts = tuple(dict.fromkeys(" ".join(text.split()) for text in texts)) or default_keep(mechanism)
-    job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, notify=notify)
+    size = chunk_size(mechanism, steps)
+    job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, size, notify=notify)
     job.check()
     units = {name: dimension(mechanism, name).unit for name in table.names}
     store = None if folder is None else Parts(Path(folder), _header(job), resume)

@@ -106,3 +106,24 @@ def test_worst_transmission_angle_of_all_joints():
     table = gimcli.sweep(m, {"m.length": [14.0, 15.0]}, steps=STEPS, keep=keep).table()
     assert len(names) > 1
     assert np.array_equal(table[keep[0]], np.min([table[text] for text in keep[1:]], axis=0))
+
+
+@pytest.mark.parametrize("steps", [2, 5, 72])
+def test_full_turns_are_counted_with_few_rows(steps):
+    """Also of a linkage that is nearly a kite: its rocker turns by half a turn while the crank turns by 0.2 degrees."""
+    nodes = {"O": [0, 0], "G": [3, 0], "A": [0, 3], "B": [3, 2]}
+    links = {"crank": ["O", "A"], "coupler": ["A", "B"], "rocker": ["G", "B"]}
+    data = {
+        "nodes": nodes, "ground": ["O", "G"], "links": {k: {"nodes": v, "length": 5.0} for k, v in links.items()},
+        "actuators": {"m": {"type": "rotary", "pivot": "O", "arm": "A", "law": {"from": 87.4, "to": 1167.4}}},
+    }  # fmt: skip
+    vary = {"crank.length": [3.01, 3.3], "rocker.length": [5.001, 5.2]}
+    m = gimcli.load(data)
+    found = gimcli.sweep(m, vary, steps=steps, keep=["max(rocker.angle)", "range(coupler.angle)"]).table()
+    for k, status in enumerate(found["status"]):
+        t = gimcli.trace(m.with_({name: float(found[name][k]) for name in vary}), steps, jit="off")
+        assert (status == "ok") == t.complete
+        if t.complete:
+            assert found["max(rocker.angle)"][k] == pytest.approx(np.max(t.angle["rocker"]), abs=1e-6)
+            assert found["range(coupler.angle)"][k] == pytest.approx(np.ptp(t.angle["coupler"]), abs=1e-6)
+    assert (found["status"] == "ok").sum() > 1
