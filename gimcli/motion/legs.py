@@ -19,6 +19,7 @@ import numpy as np
 
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
 from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times, line_through, pace, scales
+from gimcli.structure.derived import derived
 
 DWELL = 8.0 * float(np.finfo(float).eps)
 """A change of a law below this, relative to its values, is 0."""
@@ -154,20 +155,21 @@ def dense(start: float, places: FloatArray, turn: float, least: int = 1) -> tupl
     return grid, own
 
 
-def legs(mechanism: Mechanism) -> list[Leg]:
+@derived
+def legs(mechanism: Mechanism) -> tuple[Leg, ...]:
     """Return the legs of the laws, in the order of time."""
     line = input_line(mechanism)
     if line is None:
         values = law_inputs(mechanism)(law_times(mechanism))
         still = len(values) > 0 and np.all(values == values[:, :1])
-        return [straight(mechanism, values[:, 0], values[:, 0]) if still else Leg(mechanism, None, 0.0, 1.0, 0.0, 1.0)]
+        return (straight(mechanism, values[:, 0], values[:, 0]) if still else Leg(mechanism, None, 0.0, 1.0, 0.0, 1.0),)
     law = mechanism.actuators[line.main].law
     stops = [a.law.stops() for a in mechanism.actuators]
     times = np.array(sorted({0.0, 1.0, *np.concatenate(stops).tolist()}))
     values = law(times)
     least = DWELL * float(np.max(np.abs(values), initial=0.0))
     ends = _turnings(values, least)
-    return [Leg(mechanism, line, *times[[i, j]].tolist(), *values[[i, j]].tolist()) for i, j in pairwise(ends)]
+    return tuple(Leg(mechanism, line, *times[[i, j]].tolist(), *values[[i, j]].tolist()) for i, j in pairwise(ends))
 
 
 def _turnings(values: FloatArray, least: float) -> Sequence[int]:

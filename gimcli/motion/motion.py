@@ -13,14 +13,17 @@ from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
+from gimcli.motion.branch_state import FollowingConstants
 from gimcli.motion.follow import FollowedPath, Meeting, Stop
 from gimcli.motion.law_follower import LawFollower
 from gimcli.motion.legs import STEPS_A_TURN
 from gimcli.motion.start import moved, start_position
 from gimcli.positions.dispatch import choose, gim_work, plain, plan_work
 from gimcli.positions.inputs import law_inputs
+from gimcli.positions.newton import Run
 from gimcli.positions.options import Options
 from gimcli.status import Status
+from gimcli.structure.derived import derived
 from gimcli.structure.drive_check import require_driven_if_doubtful
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed, holds, residual
@@ -139,9 +142,8 @@ def stream(
     options = options or Options()
     inputs = law_inputs(mechanism)
     plan = make_plan(mechanism, closed_forms=options.method != "newton")
-    kernels = ("march",) if plan.coupled else ("march_dyads",)
-    run = choose(options.jit, plan_work(plan, max(steps, STEPS_A_TURN)), notify, kernels)
-    start = start_position(mechanism, plan, inputs(np.zeros(1))[:, 0], run, options.tolerance)
+    run = choose(options.jit, plan_work(plan, max(steps, STEPS_A_TURN)), notify, _kernels(plan, steps + 1))
+    start = _start(mechanism, plan, run, options.tolerance)
     require_driven_if_doubtful(mechanism, plan, start.regular)
     follower = LawFollower(mechanism, plan, run, options.tolerance, at_limit, branch)
     swept = _Swept(mechanism, options, steps + 1, notify) if options.method == "gim" else None
@@ -166,6 +168,30 @@ def stream(
             follower.check_branch_taken()
         motion = _checked(mechanism, plan, path if swept is None else swept.path(path), options)
         yield motion if at_limit != "skip" or follower.on_line else _skipped(motion, options)
+
+
+def _start(mechanism: Mechanism, plan: Plan, run: Run, tolerance: float) -> Assembly:
+    """Return the start of the motion along the laws; a regular one is found once for a mechanism."""
+    known, key = _starts(mechanism), (plan, tolerance)
+    found = known.get(key)
+    if found is None:
+        found = start_position(mechanism, plan, mechanism.start_inputs, run, tolerance)
+        if found.regular:
+            known[key] = found
+    return replace(found, row=replace(found.row))  # the motion sets the time of its first row
+
+
+@derived
+def _starts(mechanism: Mechanism) -> dict[tuple[Plan, float], Assembly]:
+    """Return the regular starts found so far, by plan and tolerance."""
+    return {}
+
+
+def _kernels(plan: Plan, rows: int) -> tuple[str, ...]:
+    """Return the names of the compiled kernels that a motion uses."""
+    if not plan.coupled:
+        return ("march_dyads",)
+    return ("march", "solve_group") if rows >= FollowingConstants.many else ("solve_group",)
 
 
 def _with_offset(progress: Progress, done: int, total: int) -> Progress:
