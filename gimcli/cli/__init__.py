@@ -28,6 +28,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "Families of designs": {
         "sweep": "Vary dimensions: solve many designs, keep quantities of each.",
+        "fit": "Find dimensions for which the motion passes targets.",
     },
     "Structure": {
         "mobility": "Count freedoms; name redundant constraints, undriven nodes.",

@@ -10,11 +10,12 @@ Appl. Math. 172 (2004) 375, for projected steps.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.fitting.quantity import FittedQuantity
+from gimcli.fitting.quantity import FittedQuantity, QuantityRates
 from gimcli.fitting.targets import FREE, GIVEN, Targets
 from gimcli.mechanism import FloatArray
 
@@ -29,10 +30,15 @@ class MarquardtConstants:
     least: float = 1e-14
     most: float = 1e12
     floor: float = 1e-12  # least diagonal element, relative to the greatest
+    gain: float = 1e-11  # relative decrease of the error by a step with little damping, below which a fit has settled
+    stuck: float = 1e9  # damping from which on a fit does not change
     longest: float = 0.5  # longest step of an input [rad, or length in the normal frame]
 
 
 CONSTANTS = MarquardtConstants()
+
+EXACT = 1e-27
+"""An error below this, relative to the sum of squares of the targets about their mean, is zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,10 +77,20 @@ class FitProblem:
 
     def errors(self, designs: FloatArray, inputs: FloatArray) -> FloatArray:
         """Return the sum of squares (designs,), without its constant; infinity where a position is missing."""
-        found = self.targets.residuals(self.quantity.values(designs, inputs))
+        return self.squares(self.quantity.values(designs, inputs))
+
+    def squares(self, values: FloatArray) -> FloatArray:
+        """Return the sum of squares (designs,) of some values; infinity where a position is missing."""
+        found = self.targets.residuals(values)
         with np.errstate(all="ignore"):
             error = np.einsum("nmc,nmc->n", found, found)
         return np.where(np.isfinite(error), error, np.inf)
+
+    @cached_property
+    def zero(self) -> float:
+        """The error below which a fit is exact to rounding."""
+        spread = (self.targets.values - self.targets.values.mean(axis=0)) * self.targets.weights
+        return EXACT * float(np.sum(spread**2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,32 +126,42 @@ def trials(problem: FitProblem, designs: FloatArray, own: FloatArray, sense: Flo
 
 
 def refined(problem: FitProblem, start: Trials, iterations: int) -> Trials:
-    """Improve all trials by a number of steps."""
-    at = start
+    """Improve all trials by a number of steps; those that no longer change are left as they are."""
+    at, done = start, [start[:0]]
+    rates = problem.quantity.rates(at.designs, problem.inputs(at.designs, at.own))
     with np.errstate(all="ignore"):
-        for _ in range(iterations if len(start) else 0):
-            at = _accepted(problem, at, *_step(problem, at))
-    return at
+        for _ in range(iterations):
+            if not len(at):
+                break
+            at, rates, settled = _stepped(problem, at, rates)
+            if settled.any():
+                done.append(at[settled])
+                at, rates = at[~settled], QuantityRates(*(part[~settled] for part in rates))
+    return joined([*done, at])
 
 
-def _accepted(problem: FitProblem, at: Trials, designs: FloatArray, own: FloatArray) -> Trials:
-    """Return the trials after their steps, where these decrease the error, with the next damping."""
+def _stepped(problem: FitProblem, at: Trials, rates: QuantityRates) -> tuple[Trials, QuantityRates, NDArray[np.bool_]]:
+    """Return the trials after one step where this decreases the error, their rates, and which are settled."""
+    designs, own = _step(problem, at, rates)
     inputs = problem.inputs(designs, own)
-    error = problem.errors(designs, inputs)
+    new = problem.quantity.rates(designs, inputs)
+    error = problem.squares(new.values)
     if problem.targets.timing == FREE:
         error = np.where((at.sense == 0.0) | problem.targets.ordered(inputs, at.sense), error, np.inf)
     good = error < at.error
     damping = np.clip(at.damping * np.where(good, CONSTANTS.less, CONSTANTS.more), CONSTANTS.least, CONSTANTS.most)
-    return replace(
+    small = good & (at.error - error <= CONSTANTS.gain * at.error) & (damping < CONSTANTS.first)
+    after = replace(
         at, designs=np.where(good[:, None], designs, at.designs), own=np.where(good[:, None], own, at.own),
         error=np.where(good, error, at.error), damping=damping,
     )  # fmt: skip
+    kept = (np.where(good.reshape(-1, *[1] * (n.ndim - 1)), n, o) for n, o in zip(new, rates, strict=True))
+    return after, QuantityRates(*kept), small | (damping >= CONSTANTS.stuck) | (after.error <= problem.zero)
 
 
-def _step(problem: FitProblem, at: Trials) -> tuple[FloatArray, FloatArray]:
+def _step(problem: FitProblem, at: Trials, rates: QuantityRates) -> tuple[FloatArray, FloatArray]:
     """Return the designs and the unknown inputs after one step."""
     targets, place, lower, upper = problem.targets, at.designs, problem.least, problem.most
-    rates = problem.quantity.rates(at.designs, problem.inputs(at.designs, at.own))
     residual, by_input = targets.residuals(rates.values), rates.by_input * targets.weights
     jacobian = rates.by_dimension * targets.weights[:, None]
     if targets.timing not in (FREE, GIVEN):  # the shift is one more dimension, without bounds

@@ -18,14 +18,14 @@ class FitSearchConstants:
     """Constants of the search."""
 
     batch: int = 1000  # random designs in one call
-    batches: int = 4  # in one round: these are refined together
+    batches: int = 5  # in one round: these are refined together
     stages: tuple[tuple[int, float], ...] = ((15, 0.4), (25, 0.4), (60, 0.4), (150, 1.0))  # steps, share that remains
     least: int = 20  # trials that remain after each stage, at least
     kept: int = 200  # best trials of all rounds that are kept
     polished: int = 40  # best trials that are refined at the end
     polishing: int = 500  # steps of that; minima in long flat valleys need them
     inputs: int = 12  # rows with which linear dimensions are recognised
-    zero: float = 1e-26  # an error below this, relative to the square of the targets' extent, is zero
+    enough: int = 40  # starts that give the same error, if they are also half of the kept ones, end the search
     alike: float = 1e-4  # relative difference of the errors of one minimum
 
 
@@ -44,11 +44,13 @@ class SearchResult:
         """Return which trials have an error; errors below `zero` are equal."""
         return np.asarray(np.abs(self.trials.error - error) <= zero + CONSTANTS.alike * error)
 
-
-def zero_error(problem: FitProblem) -> float:
-    """Return the error below which a fit is exact to rounding."""
-    spread = (problem.targets.values - problem.targets.values.mean(axis=0)) * problem.targets.weights
-    return CONSTANTS.zero * float(np.sum(spread**2))
+    def settled(self, zero: float) -> bool:
+        """Return whether more starts are unlikely to improve: the fit is exact, or most starts give the same error."""
+        if not len(self.trials):
+            return False
+        best = float(self.trials.error[0])
+        same = int(self.same(best, zero).sum())
+        return best <= zero or same >= max(CONSTANTS.enough, 0.5 * len(self.trials))
 
 
 def search(problem: FitProblem, nominal: FloatArray, count: int, seed: int) -> Iterator[SearchResult]:

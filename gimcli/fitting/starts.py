@@ -159,11 +159,11 @@ def _linear_fits(
     """Return the designs (designs, choices, dimensions) with the best linear dimensions, and their errors."""
     every = np.arange(len(designs))[:, None, None]
     residual = problem.targets.residuals(values[every, places])
-    count, choices = residual.shape[:2]
-    flat = residual.reshape(count, choices, -1)
+    count, choices, rows = (*residual.shape[:2], residual.shape[2] * residual.shape[3])
+    flat = residual.reshape(count, choices, rows)
     fitted = np.repeat(designs[:, None], choices, axis=1)
     if len(linear):
-        matrix = (slopes * problem.targets.weights[:, None])[every, places].reshape(count, choices, -1, len(linear))
+        matrix = (slopes * problem.targets.weights[:, None])[every, places].reshape(count, choices, rows, len(linear))
         normal = np.einsum("nkri,nkrj->nkij", matrix, matrix)
         normal += CONSTANTS.ridge * np.trace(normal, axis1=2, axis2=3)[..., None, None] * np.eye(len(linear))
         right = -np.einsum("nkri,nkr->nki", matrix, flat)

@@ -70,6 +70,19 @@ def model_text(mechanism: Mechanism, z: ComplexArray) -> ModelText:
     )
 
 
+def changed_text(mechanism: Mechanism, changes: Mapping[str, float]) -> ModelText:
+    """Return the text of a mechanism's model file with other dimensions in place.
+
+    Raises UsageError if the mechanism was not read from a file, or if a number cannot be replaced in its text.
+    """
+    path = mechanism.path
+    if path is None:
+        raise UsageError("the mechanism was not read from a model file, so that there is no text for its dimensions")
+    mark = BOM.decode() if path.read_bytes().startswith(BOM) else ""
+    tables = tuple(zip(tables_of(mechanism.written.model), mechanism.files[1:], strict=True))
+    return ModelText(mark + written_with(mechanism, changes), tables)
+
+
 def _read(text: str, path: Path, tables: tuple[tuple[str, Path], ...]) -> Mechanism:
     """Return the mechanism of a text; raise UsageError if it is not a valid model."""
     folder = path.parent if not tables else tables[0][1].parents[len(Path(tables[0][0]).parts) - 1]

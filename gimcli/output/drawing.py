@@ -35,18 +35,19 @@ REACH = 0.4
 def motion_picture(
     mechanism: Mechanism, positions: ComplexArray, curves: Mapping[str, ComplexArray], title: str,
     measured: Mapping[str, ComplexArray] | None = None, areas: Sequence[ComplexArray] = (), *, nested: bool = False,
-    layout: PictureLayout = LAYOUT,
+    targets: Sequence[complex] = (), layout: PictureLayout = LAYOUT,
 ) -> Picture:  # fmt: skip
     """Return some poses, the first one strong and the others light, the traced curves, and curves of the measures.
 
-    `nested` draws the first curves wider, so that those that are drawn over them leave them visible.
+    `nested` draws the first curves wider, so that those that are drawn over them leave them visible. `targets` are
+    points that a fit has to pass.
     """
     scene = solved(mechanism, positions)
     traced = [np.asarray(curve, dtype=np.complex128) for curve in curves.values()]
     light = light_poses(len(scene.poses), layout.ghosts) if scene else []
     shown = [scene.extent([0, *light]), *traced] if scene else traced
     more = {name: _within(curve, shown) for name, curve in (measured or {}).items()}
-    everything = [*shown, *more.values(), *(np.ravel(area) for area in areas)]
+    everything = [*shown, *more.values(), *(np.ravel(area) for area in areas), np.array(targets, dtype=np.complex128)]
     picture = plot(mechanism, title, everything, layout)
     if areas:
         picture.area(style.SWEPT, *areas)
@@ -56,6 +57,9 @@ def motion_picture(
             draw_ghost(picture, scene, pose, layout.members)
         draw_strong(picture, scene)
     _draw_curves(picture, dict(zip(curves, traced, strict=True)) | more, nested)
+    if len(targets):
+        picture.mark(style.TARGET, *targets)
+        picture.legend.append(("targets", style.TARGET))
     if scene:
         _write_names(picture, scene, sorted(scene.used), {})
     return picture

@@ -6,7 +6,7 @@ from four_bar_positions import FourBarPoint
 from path_problems import NINE_POINT_LENGTHS, PROBLEMS, TURN
 
 from gimcli.fitting.least_squares import FitProblem, refined, trials
-from gimcli.fitting.search import search, zero_error
+from gimcli.fitting.search import search
 from gimcli.fitting.starts import linear_dimensions, moves, periodic_dimensions
 from gimcli.fitting.targets import FitRange, Targets
 
@@ -28,7 +28,7 @@ def least(name, count, seed=0):
     """Return the best trial of a search; one that is exact ends it."""
     fit = problem(name)
     for found in search(fit, NOMINAL, count, seed):
-        if found.trials.error[0] <= zero_error(fit):
+        if found.trials.error[0] <= fit.zero:
             break
     return fit, found.trials[:1]
 

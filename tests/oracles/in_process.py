@@ -21,8 +21,11 @@ from gimcli.model.source import read_source
 SERVERS = ("view",)
 """The commands that run until they are ended; tests/view has their tests."""
 
-ANALYSES = [name for name in COMMANDS if name not in ("schema", "manual", *SERVERS)]
-"""The commands that read a model and report in JSON."""
+FAMILIES = ("fit",)
+"""The commands that solve many designs; tests of their packages have their tests."""
+
+ANALYSES = [name for name in COMMANDS if name not in ("schema", "manual", *SERVERS, *FAMILIES)]
+"""The commands that read a model, need no other argument, and report in JSON."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,56 @@
+"""The picture of a fit: the mechanism at its targets, the curve and the targets, or the graph of a function."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gimcli.fitting.motion_quantity import ANGLE
+from gimcli.mechanism import FloatArray
+
+if TYPE_CHECKING:
+    from gimcli.library.fit_motion import FitMotion
+    from gimcli.library.fit_targets import FittedTask
+    from gimcli.output.graph import CurveGraph
+    from gimcli.output.picture import Content
+    from gimcli.table import Table
+
+
+def fit_picture(motion: FitMotion, task: FittedTask, table: Table) -> Content:
+    """Return the poses at the targets, the curve of the point and the targets; for a function also its graph.
+
+    `table` has one row for each target, with the columns of a FitResult.
+    """
+    from gimcli.output.drawing import motion_picture
+    from gimcli.output.panels import with_panels
+
+    mechanism, z = motion.trace.mechanism, motion.trace.motion.z
+    poses = mechanism.to_file(z[:, motion.places].T)
+    if task.kind == "function":
+        picture = motion_picture(mechanism, poses, {}, mechanism.name)
+        return with_panels(picture, [_graph(motion, task, table)])
+    path = motion.trace.xy[task.point]
+    targets = (task.points[..., 0] + 1j * task.points[..., 1]).ravel().tolist()
+    return motion_picture(mechanism, poses, {task.point: path[:, 0] + 1j * path[:, 1]}, mechanism.name, targets=targets)
+
+
+def _graph(motion: FitMotion, task: FittedTask, table: Table) -> CurveGraph:
+    """Return the output over the input, with the targets."""
+    from gimcli.output.graph import Axis, Curve, CurveGraph
+
+    (one,), (given, target, fitted) = task.components, table.columns[1:4]
+    trace = motion.trace
+    output = trace.angle[one.name] if one.kind == ANGLE else trace.xy[one.name][:, one.kind]
+    if one.kind == ANGLE:
+        output = output + _turns(output[motion.places] - target.values, target.unit)
+    inputs = trace.table().floats(given.name)
+    events = {"target": [complex(a, b) for a, b in zip(given.values, target.values, strict=True)]}
+    curve = Curve("fit", inputs, np.asarray(output))
+    return CurveGraph(Axis(given.name, given.unit), Axis(fitted.name, fitted.unit), [curve], events=events)
+
+
+def _turns(difference: FloatArray, unit: str) -> float:
+    """Return the full turns to add to an angle so that it is near its targets."""
+    turn = 360.0 if unit == "deg" else 2.0 * np.pi
+    return -turn * float(np.rint(np.median(difference) / turn))

@@ -1,0 +1,218 @@
+"""Targets of a fit: columns of a CSV file or of a dict, and what of the motion is compared with them."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from gimcli.errors import UsageError
+from gimcli.fitting.motion_quantity import ANGLE, Component, X, Y
+from gimcli.fitting.targets import FREE, GIVEN, STEP, TIMINGS, TURN, FitRange, Targets
+from gimcli.library.inputs import near, refuse_choice
+from gimcli.mechanism import FRAME, FloatArray, Mechanism
+
+MOST_BYTES = 4_000_000
+"""Largest file of targets."""
+
+COLUMNS = "x,y (a path), x,y,x2,y2 (pairs of points), x,y,angle (poses) or input,output (a function)"
+"""The columns that a file of targets can have."""
+
+
+@dataclass(frozen=True)
+class FittedTask:
+    """The targets of a fit and the components of the motion that are compared with them."""
+
+    targets: Targets
+    components: tuple[Component, ...]
+    kind: str  # "path", "poses" or "function"
+    points: FloatArray  # (targets, points, 2) the places of all points of each target; empty for a function
+
+    @property
+    def point(self) -> str:
+        """The name of the node or point; of a function the name of its output."""
+        return self.components[0].name
+
+
+def columns_of(
+    through: Path | str | Mapping[str, Sequence[float]] | Sequence[Sequence[float]],
+) -> dict[str, FloatArray]:
+    """Return the columns (targets,) of targets by name: of a file, of a dict, or of pairs of x and y."""
+    if isinstance(through, Path | str):
+        return _read(Path(through))
+    if not isinstance(through, Mapping):
+        pairs = np.asarray(through, dtype=float)
+        if pairs.ndim != 2 or pairs.shape[1] != 2:
+            raise UsageError("through: expected a file, a dict of columns, or rows of x and y")
+        through = {"x": pairs[:, 0].tolist(), "y": pairs[:, 1].tolist()}
+    found = {str(name): np.asarray(values, dtype=float) for name, values in through.items()}
+    if len({len(values) for values in found.values()}) > 1 or not all(np.isfinite(v).all() for v in found.values()):
+        raise UsageError("through: expected columns of finite numbers with the same number of rows")
+    return found
+
+
+def _read(path: Path) -> dict[str, FloatArray]:
+    """Return the columns of a CSV file with a header."""
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise UsageError(f"{path}: is too large for targets; at most {MOST_BYTES // 1_000_000} MB are read")
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read: {error.strerror}; name a CSV file of targets") from None
+    except UnicodeDecodeError:
+        raise UsageError(f"{path}: is not a text file; name a CSV file of targets") from None
+    rows = [(k, row) for k, row in enumerate(csv.reader(text.splitlines()), 1) if any(cell.strip() for cell in row)]
+    if len(rows) < 2:
+        raise UsageError(f"{path}: expected a row of names and rows of numbers; the columns can be {COLUMNS}")
+    names = [name.strip() for name in rows[0][1]]
+    if len(set(names)) < len(names):
+        raise UsageError(f"{path}: two columns have the same name; the columns can be {COLUMNS}")
+    values = [_numbers(path, line, row, len(names)) for line, row in rows[1:]]
+    return dict(zip(names, np.array(values).T, strict=True))
+
+
+def _numbers(path: Path, line: int, row: list[str], count: int) -> list[float]:
+    try:
+        values = [float(cell) for cell in row]
+    except ValueError:
+        values = []
+    if len(values) != count or not all(map(math.isfinite, values)):
+        raise UsageError(f"{path}: line {line}: expected {count} finite numbers, got '{','.join(row)[:40]}'")
+    return values
+
+
+def task_of(
+    mechanism: Mechanism, columns: Mapping[str, FloatArray], timing: str, point: str, output: str
+) -> FittedTask:
+    """Return the task that columns of targets describe; raise UsageError where they do not fit the mechanism."""
+    own = dict(columns)
+    actuator = _actuator(mechanism)
+    given = own.pop("input", own.pop(actuator, None))
+    timing = timing or (FREE if given is None else GIVEN)
+    refuse_choice("timing", timing, TIMINGS)
+    if (timing == FREE) != (given is None):
+        raise UsageError(
+            f"timing {timing}: the targets have "
+            + (
+                "a column of inputs; remove it, or use timing given or step"
+                if given is not None
+                else "no column `input`"
+            )
+        )
+    limits = input_range(mechanism)
+    count = len(next(iter(own.values()), ()))
+    inputs = np.zeros(count) if given is None else np.array([mechanism.value_from_file(0, float(u)) for u in given])
+    _refuse_beyond(mechanism, inputs, timing, limits)
+    values, weights, components, kind, points = _compared(mechanism, own, point, output)
+    if len(values) < 2:
+        raise UsageError(f"through: expected at least 2 targets, got {len(values)}")
+    circular = np.array([float(one.kind == ANGLE) for one in components])
+    share = max(1, points.shape[1])
+    constant = float(np.sum((points - points.mean(axis=1, keepdims=True)) ** 2)) if points.size else 0.0
+    scaled = weights * np.where(circular > 0.0, 1.0, math.sqrt(share))
+    targets = Targets(values, scaled, circular, inputs, timing, limits, constant)
+    return FittedTask(targets, components, kind, points)
+
+
+def input_range(mechanism: Mechanism) -> FitRange:
+    """Return the range of the law of the only actuator."""
+    law = mechanism.actuators[0].law
+    start, values = float(law(np.zeros(1))[0]), law(np.linspace(0.0, 1.0, 361))
+    low, high = float(values.min()), float(values.max())
+    if mechanism.actuators[0].rotary and high - low >= TURN * (1.0 - 1e-9):
+        return FitRange(start, start + TURN, True)
+    if not high > low:
+        raise UsageError(f"the law of {mechanism.actuators[0].name} does not move; give it `from` and `to`")
+    return FitRange(low, high, False)
+
+
+def _actuator(mechanism: Mechanism) -> str:
+    names = [a.name for a in mechanism.actuators]
+    if len(names) != 1:
+        raise UsageError(
+            f"a fit needs a mechanism with one actuator; {mechanism.name} has {len(names) or 'none'}"
+            f"{': ' if names else ''}{', '.join(names)}"
+        )
+    return names[0]
+
+
+def _refuse_beyond(mechanism: Mechanism, inputs: FloatArray, timing: str, limits: FitRange) -> None:
+    """Raise UsageError for given inputs that the law does not reach."""
+    room = 1e-9 * (limits.high - limits.low)
+    beyond = (inputs < limits.low - room) | (inputs > limits.high + room)
+    if limits.turning or timing == FREE:
+        return
+    if timing == STEP:
+        beyond = np.array([np.ptp(inputs) > limits.high - limits.low + room])
+    if beyond.any():
+        low, high = mechanism.value_to_file(0, np.array([limits.low, limits.high])).tolist()
+        name, unit = mechanism.actuators[0].name, mechanism.unit_of(mechanism.actuators[0])
+        raise UsageError(f"through: the inputs are beyond the law of {name}, {low:g} to {high:g} {unit}; change one")
+
+
+def _compared(
+    mechanism: Mechanism, own: dict[str, FloatArray], point: str, output: str
+) -> tuple[FloatArray, FloatArray, tuple[Component, ...], str, FloatArray]:
+    """Return values, weights, components, kind and places of targets."""
+    if "output" in own or output:
+        return _function(mechanism, own, output)
+    angle = own.pop("angle", None)
+    count = len(own) // 2
+    wanted = [f"{axis}{k or ''}" for k in (0, *range(2, count + 1)) for axis in "xy"]
+    if not count or sorted(own) != sorted(wanted):
+        known = ", ".join(own) or "none"
+        raise UsageError(f"through: expected the columns {COLUMNS}; got {known}")
+    points = np.stack([np.stack([own[f"{a}{k or ''}"] for a in "xy"], -1) for k in (0, *range(2, count + 1))], axis=1)
+    name = point or mechanism.traced[0]
+    places = tuple(Component(kind, _known_point(mechanism, name)) for kind in (X, Y))
+    values = points.mean(axis=1)
+    if angle is None:
+        return values, np.ones(2), places, "path", points
+    turned = np.radians(angle) if mechanism.angle_unit == "deg" else angle
+    member = Component(ANGLE, _member_of(mechanism, name))
+    length = mechanism.size * mechanism.scale  # an error of 1 rad counts as much as this length
+    return np.column_stack((values, turned)), np.array([1.0, 1.0, length]), (*places, member), "poses", points
+
+
+def _function(
+    mechanism: Mechanism, own: dict[str, FloatArray], output: str
+) -> tuple[FloatArray, FloatArray, tuple[Component, ...], str, FloatArray]:
+    if list(own) != ["output"] or not output:
+        cure = "name it with --output, such as --output rocker.angle" if not output else "expected input,output"
+        raise UsageError(f"through: the output of a function: {cure}")
+    name, _, last = output.rpartition(".")
+    nothing = np.empty((len(own["output"]), 0, 2))
+    if last in ("x", "y") and name:
+        component = Component(X if last == "x" else Y, _known_point(mechanism, name))
+        return own["output"][:, None], np.ones(1), (component,), "function", nothing
+    members = [m.name for m in mechanism.members[FRAME + 1 :]]
+    if last != "angle" or name not in members:
+        known = [*(f"{m}.angle" for m in members), *(f"{p}.{a}" for p in mechanism.traced for a in "xy")]
+        raise UsageError(f"output '{output}': expected an angle or a coordinate{near(output, known, 'such as')}")
+    values = np.radians(own["output"]) if mechanism.angle_unit == "deg" else own["output"]
+    return values[:, None], np.ones(1), (Component(ANGLE, name),), "function", nothing
+
+
+def _known_point(mechanism: Mechanism, name: str) -> str:
+    """Return the name of a node or of a point of a moving member; raise UsageError for others."""
+    frame = mechanism.members[FRAME]
+    moving = [n for k, n in enumerate(mechanism.nodes) if k not in frame.nodes]
+    moving += [p.name for p in mechanism.points if p.member != FRAME]
+    if name not in moving:
+        raise UsageError(f"point: '{name}' is no node or point that moves{near(name, moving, 'known')}")
+    return name
+
+
+def _member_of(mechanism: Mechanism, name: str) -> str:
+    """Return the member of a point, or the only moving member of a node."""
+    own = [p.member for p in mechanism.points if p.name == name]
+    if not own:
+        node = mechanism.nodes.index(name)
+        own = [k for k, member in enumerate(mechanism.members) if k != FRAME and node in member.nodes]
+    if len(own) != 1:
+        raise UsageError(f"poses: {name} belongs to several members; give a point of the member under `points`")
+    return mechanism.members[own[0]].name

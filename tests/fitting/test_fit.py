@@ -1,0 +1,184 @@
+"""`gimcli.fit` and `gim fit`: known least errors through the whole command; the written file passes the targets."""
+
+import csv
+import json
+import math
+
+import numpy as np
+import pytest
+from bundled import ROOT
+from four_bar_positions import NAMES, FourBarPoint
+from in_process import gim, refused
+from path_problems import NINE_POINT_LENGTHS, PROBLEMS
+
+from gimcli import UsageError, fit, load, trace
+from gimcli.families.family import Family
+from gimcli.fitting.motion_quantity import ANGLE, Component, MotionQuantity, X, Y
+
+FOUR_BAR = ROOT / "examples" / "four_bar.yaml"
+
+
+def vary(name):
+    """Return the bounds of a path problem by the names of the dimensions, angles in deg."""
+    lower, upper = PROBLEMS[name].bounds
+    turn = np.where(np.array(NAMES) == "theta0", 180.0 / math.pi, 1.0)
+    return {n: (low, high) for n, low, high in zip(NAMES, lower * turn, upper * turn, strict=True) if low < high}
+
+
+def columns(name):
+    one = PROBLEMS[name]
+    z = np.array(one.targets)
+    found = {"x": z.real, "y": z.imag}
+    if one.second:
+        found |= {"x2": np.array(one.second).real, "y2": np.array(one.second).imag}
+    return found | ({"input": np.array(one.inputs)} if one.inputs else {})
+
+
+def fitted(name, **options):
+    return fit(load(FOUR_BAR), vary(name), columns(name), timing=PROBLEMS[name].timing, **options)
+
+
+@pytest.fixture(scope="module")
+def family():
+    return Family(load(FOUR_BAR), NAMES)
+
+
+def test_derivatives_are_those_of_the_closed_form(family):
+    generator = np.random.default_rng(1)
+    lower, upper = [3, 1, 3, 2.5, -3, -3, 0, -3, -3], [4.5, 1.5, 4, 4, 3, 3, 360, 3, 3]
+    designs = generator.uniform(lower, upper, (40, 9))
+    inputs = np.tile(np.linspace(0.0, 6.0, 7), (40, 1))
+    found = MotionQuantity(family, (Component(X, "P"), Component(Y, "P"))).rates(designs, inputs)
+    turned = designs * np.where(np.arange(9) == 6, math.pi / 180.0, 1.0)
+    known = FourBarPoint().rates(turned, inputs)
+    good = np.isfinite(found.values).all(axis=(1, 2))
+    assert good.sum() > 30
+    assert found.values[good] == pytest.approx(known.values[good], abs=1e-9)
+    assert found.by_input[good] == pytest.approx(known.by_input[good], abs=1e-8)
+    slopes = known.by_dimension * np.where(np.arange(9) == 6, math.pi / 180.0, 1.0)
+    assert found.by_dimension[good] == pytest.approx(slopes[good], abs=1e-8)
+
+
+def test_derivatives_of_directions_are_differences(family):
+    quantity = MotionQuantity(family, (Component(ANGLE, "follower"), Component(X, "B")))
+    design, inputs, h = family.nominal[None], np.array([[0.3, 1.2, 2.0]]), 1e-6
+    rates = quantity.rates(design, inputs)
+    for k in range(4):
+        step = np.eye(9)[k] * h
+        change = (quantity.values(design + step, inputs) - quantity.values(design - step, inputs)) / (2 * h)
+        assert rates.by_dimension[..., k] == pytest.approx(change, abs=1e-7)
+    change = (quantity.values(design, inputs + h) - quantity.values(design, inputs - h)) / (2 * h)
+    assert rates.by_input == pytest.approx(change, abs=1e-7)
+
+
+@pytest.mark.parametrize("name", ["L5", "S6"])
+def test_given_inputs(name):
+    found = fitted(name, starts=5000)
+    assert found.error == pytest.approx(PROBLEMS[name].error, rel=2e-8)
+    assert found.hits > 10
+    assert found["distance"] @ found["distance"] == pytest.approx(found.error, rel=1e-9)
+
+
+def test_nine_points():
+    found = fitted("N9", starts=5000)
+    assert found.error < 1e-25
+    lengths = [found.dimensions[name] for name in NAMES[:4]]
+    assert np.abs(np.array(NINE_POINT_LENGTHS) - lengths).max(axis=1).min() < 1e-9
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_least_errors(name, seed):
+    known = {"V6": 1e-16, "L5": 7.49e-7, "C18": 9.12e-3, "E10": 4.06e-4, "S6": 2.607, "P10": 0.2749584, "N9": 1e-16}
+    assert fitted(name, seed=seed).error <= known[name]
+
+
+def test_written_model_passes_the_targets(tmp_path):
+    """The file has the fitted numbers in place; its own trace meets the targets of the table."""
+    targets, model = tmp_path / "v6.csv", tmp_path / "fitted.yaml"
+    with targets.open("w", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerows([["x", "y"], *([z.real, z.imag] for z in PROBLEMS["V6"].targets)])
+    bounds = [f"--vary={name}={low}:{high}" for name, (low, high) in vary("V6").items()]
+    done = gim("fit", FOUR_BAR, *bounds, "--through", targets, "--starts", 5000, "--json", "-o", model)
+    assert done.code == 0, done.error
+    old, new = FOUR_BAR.read_text().splitlines(), model.read_text().splitlines()
+    changed = [line.split(":")[0].strip() for line, other in zip(old, new, strict=True) if line != other]
+    assert set(changed) <= {"parameters", "A", "B"}
+    motion = trace(load(model), 3600)
+    path = motion.xy["P"] @ [1, 1j]
+    assert max(np.min(np.abs(path - z)) for z in PROBLEMS["V6"].targets) < 0.2
+    assert done.json["error"] < 1e-16
+    at = [round(u * 10) for u in done.json["inputs"]]
+    assert np.max(np.abs(path[at] - np.array(PROBLEMS["V6"].targets))) < 0.1
+
+
+def test_function():
+    """Three precision points of a function have one solution (Freudenstein): y = log10 x of the references."""
+    mechanism = load(FOUR_BAR).with_({"r1": 1, "r2": 0.6, "r3": 1.2, "r4": 0.6})
+    phi = [49.01923788646684, 75.0, 100.9807621135332]
+    psi = [8.418870160197133, 52.64662506490406, 85.57660058206368]
+    bounds = {"r2": (0.05, 20.0), "r3": (0.05, 20.0), "r4": (0.05, 20.0)}
+    law = mechanism.with_({"motor.from": 45, "motor.to": 105})
+    found = fit(law, bounds, {"input": phi, "output": psi}, output="follower.angle", starts=2000)
+    assert found.error < 1e-18
+    lengths = [found.dimensions[name] for name in bounds]
+    assert lengths == pytest.approx([0.6525857408811186, 1.170609285983374, 0.5281106634575285], abs=1e-9)
+
+
+def test_nothing_feasible(tmp_path):
+    """A coupler point that stays within 2 of a fixed place cannot reach targets that are 50 apart in order."""
+    targets = tmp_path / "far.csv"
+    targets.write_text("x,y\n100,0\n100,50\n")
+    done = gim(
+        "fit",
+        FOUR_BAR,
+        "--vary",
+        "r2=30:40",
+        "--through",
+        targets,
+        "--starts",
+        200,
+        "--json",
+        "-o",
+        tmp_path / "f.yaml",
+    )
+    assert done.code == 5
+    assert not done.json["feasible"]
+    assert not (tmp_path / "f.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "part"),
+    [
+        (["--vary", "r2=1:3"], "--through"),
+        (["--vary", "r2=1", "--through", "t.csv"], "NAME=LOW:HIGH"),
+        (["--vary", "r2=3:1", "--through", "t.csv"], "a greater"),
+        (["--vary", "r9=1:3", "--through", "t.csv"], "r9"),
+        (["--through", "t.csv"], "at least one dimension"),
+        (["--vary", "r2=1:3", "--through", "none.csv"], "none.csv"),
+        (["--vary", "r2=1:3", "--through", "t.csv", "--timing", "given"], "no column `input`"),
+        (["--vary", "r2=1:3", "--through", "t.csv", "--point", "Q"], "'Q'"),
+        (["--vary", "r2=1:3", "--through", "f.csv"], "--output"),
+        (["--vary", "r2=1:3", "--through", "f.csv", "--output", "follow.angle"], "follower.angle"),
+        (["--vary", "r2=1:3", "--through", "w.csv"], "line 3"),
+    ],
+)
+def test_refusals(options, part, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "t.csv").write_text("x,y\n2,3\n1,3\n")
+    (tmp_path / "f.csv").write_text("input,output\n20,30\n30,40\n")
+    (tmp_path / "w.csv").write_text("x,y\n2,3\n1,a\n")
+    assert part in refused("fit", FOUR_BAR, *options)
+
+
+def test_several_inputs_are_refused():
+    with pytest.raises(UsageError, match="one actuator"):
+        fit(load(ROOT / "models" / "five_bar.yaml"), {"B1.x": (-6, -5)}, [[0, 7], [1, 7]])
+
+
+def test_report_is_complete_json():
+    found = fitted("L5", starts=2000)
+    report = json.loads(json.dumps(found.report()))
+    assert {"error", "rms", "dimensions", "transmission", "starts", "feasible", "inputs"} <= set(report)
