@@ -135,6 +135,29 @@ def test_each_design_as_its_own_trace(name: str) -> None:
         assert np.nanmax(found.residual[d], initial=0.0) < 1e-9
 
 
+def test_a_gap_between_two_rows_is_not_passed() -> None:
+    """The last dyad of this leg (radii g, f) cannot be assembled between 179.49 and 179.86 deg of the crank."""
+    m = _model("jansen")
+    family = Family(m, [f"{name}.length" for name in "mjkcfg"])
+    design = np.array([[15.20373807, 51.32417517, 62.64036725, 38.58622951, 39.77050777, 38.23356659]])
+    for steps in (24, 72, 720):  # rows at both sides of the gap
+        assert family.solve(design, steps).solved[0] == math.floor(179.488 / 360 * steps) + 1
+
+
+@pytest.mark.soak
+def test_ten_thousand_jansen_designs_as_their_own_traces() -> None:
+    m = _model("jansen")
+    family = Family(m, [f"{name}.length" for name in "mjkcfg"])
+    designs = random_designs(family.nominal, 10000, 0.05)
+    found = family.solve(designs, 72)
+    assert found.careful <= 100
+    for d, design in enumerate(designs):
+        own = m.with_(dict(zip(family.names, design.tolist(), strict=True)))
+        motion = trace(own, 72, Options(jit="on"))
+        assert np.array_equal(motion.codes, found.codes[d]), design
+        assert np.nanmax(np.abs(motion.z - found.z[d]), initial=0.0) < 1e-10, design
+
+
 @pytest.mark.parametrize("name", sorted(path.stem for path in MODELS.glob("*.yaml")))
 def test_the_numbers_of_the_plan_are_those_of_the_changed_model(name: str) -> None:
     m = _model(name)
