@@ -21,6 +21,10 @@ def _larger(one: float, other: float) -> float:
     return one if one > other else other
 
 
+def _smaller(one: float, other: float) -> float:
+    return one if one < other else other
+
+
 def _unless(condition: bool) -> float:
     return 0.0 if condition else 1.0
 
@@ -33,6 +37,12 @@ def _mark(condition: bool, marks: float) -> float:
 def larger(one: Any, other: Any) -> Any:
     """Return the larger of two values; if one is NaN, the other."""
     return np.fmax(one, other)
+
+
+@scalar_form(_smaller)
+def smaller(one: Any, other: Any) -> Any:
+    """Return the smaller of two values; if one is NaN, the other."""
+    return np.fmin(one, other)
 
 
 @scalar_form(_unless)

@@ -16,21 +16,13 @@ from gimcli.kernels.jit import kernel, stage
 from gimcli.kernels.march import Groups, Rows, begin, group_at, solve_group_rows
 from gimcli.kernels.newton import LAST_SIGN, RowPosition, StopLimits, read_row, volume_at
 from gimcli.kernels.plan_steps import (
-    BX,
-    BY,
     COUPLED,
     HISTORY,
     NOISE,
     ROWS,
     SQUARE,
     TIME,
-    TWO_CIRCLES,
-    TWO_LINES,
     WORST,
-    A,
-    B,
-    C,
-    F,
     Lanes,
     Program,
     check,
@@ -53,9 +45,6 @@ ATTEMPTS = 400
 
 LONGEST = 2.0 * math.pi / 72.0 * (1.0 + 1e-9)
 """Greatest step of an input between two rows [rad, or sizes of the mechanism]."""
-
-MARGIN = 0.5
-"""Twice the greatest distance of a parabola from its chord, for a step of 1 and half a second derivative of 1."""
 
 SOLVED, NO_START, AT_LIMIT, CONTRADICTS, CAREFUL = range(5)
 """Outcome of a design: all rows, no start position, rows up to a limit, contradictory constraints, left to others."""
@@ -155,42 +144,6 @@ def mix_tables(to: Tables, one: Tables, other: Tables, d: int, s: float) -> None
     mix(to.frame[0], one.frame[0], other.frame[d], s)
 
 
-@kernel
-def bend(t: FloatArray, h: FloatArray, r: int) -> float:
-    """Return half the second derivative, without sign, of h at times t through rows r - 2, r - 1 and r."""
-    after, before = (h[r] - h[r - 1]) / (t[r] - t[r - 1]), (h[r - 1] - h[r - 2]) / (t[r - 1] - t[r - 2])
-    return abs((after - before) / (t[r] - t[r - 2]))
-
-
-@stage
-def stays_within(w: FloatArray, lanes: FloatArray, circles: bool, high: int) -> int:
-    """Return the first row before which the two loci of the last step may not have met.
-
-    They meet while the squared distance of the centres of two circles is between the squares of the difference and the
-    sum of their radii, or while the square of the half distance of the intersections of a circle and a line is
-    positive. These quantities are smooth: between two rows they differ from their chord by less than MARGIN times
-    their second derivative times the squared step.
-    """
-    t, h, b = lanes[TIME], lanes[BX], lanes[BY]
-    x, y, r1, r2 = lanes[A], lanes[B], lanes[C], lanes[F]
-    if circles:
-        for r in range(high):
-            h[r] = x[r] * x[r] + y[r] * y[r]
-    else:
-        copy(h[:high], lanes[SQUARE, :high])
-    for r in range(HISTORY, high):
-        b[r] = bend(t, h, r)
-    for r in range(HISTORY, high):
-        step = t[r] - t[r - 1]
-        dip = MARGIN * max(b[r], b[r + 1] if r + 1 < high else 0.0) * step * step
-        low, top = 0.0, math.inf
-        if circles:
-            low, top = (r1[r] - r2[r]) * (r1[r] - r2[r]), (r1[r] + r2[r]) * (r1[r] + r2[r])
-        if not (min(h[r - 1], h[r]) - dip > low and max(h[r - 1], h[r]) + dip < top):
-            return r
-    return high
-
-
 @stage
 def advance(
     room: Room, q: Program, groups: Groups, at: Lanes, sign: FloatArray, solver: Solver, count: int, followed: bool
@@ -208,8 +161,6 @@ def advance(
                 room.determinant[n] = solver.room.out[LAST_SIGN]
         elif place(w, q, at, k, sign, high):
             high = guard(w, q, at, k, solver.tolerance, followed, high)
-            if followed and high > HISTORY and q.steps[k, 0] != TWO_LINES:
-                high = stays_within(w, lanes, q.steps[k, 0] == TWO_CIRCLES, high)
         if high == HISTORY:
             room.note[0] = k
             return 0

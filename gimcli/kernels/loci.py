@@ -33,6 +33,9 @@ NEAR = 0.25
 """A row is doubtful if the two intersections are closer to each other than this fraction of their displacement in a
 step: the prediction does not distinguish them."""
 
+DIP = 0.5
+"""Twice the greatest distance of the parabola t (t - 1) from its chord between 0 and 1."""
+
 Meeting = tuple[Any, Any, Any, Any, Any]
 
 
@@ -111,3 +114,14 @@ def may_jump(now: Any, last: Any, before: Any, step: Any, gap: Any) -> Any:
     near = where(abs(predicted - now) <= JUMP * abs(predicted + now), False, True)  # true for a NaN
     near = where(abs(now) >= NEAR * abs(change), near, True)
     return where(step <= STRETCH * gap, near, True)
+
+
+@kernel
+def dip(now: Any, last: Any, before: Any, step: Any, gap: Any) -> Any:
+    """Return how far a smooth quantity may be from its chord between the last two of three values, with a margin.
+
+    Twice the greatest distance of a parabola through the values at steps `gap` and `step`.
+    """
+    ratio = step / where(gap == 0.0, 1.0, gap)
+    part = step / where(step + gap == 0.0, 1.0, step + gap)
+    return DIP * abs(part * (now - last - ratio * (last - before)))

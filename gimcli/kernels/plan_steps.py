@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gimcli.kernels.choice import larger, mark, unless, where
+from gimcli.kernels.choice import larger, mark, smaller, unless, where
 from gimcli.kernels.circular import cos_sin
 from gimcli.kernels.constraints import angle_error, height_error, span_error
 from gimcli.kernels.jit import kernel, scalar_form, stage
-from gimcli.kernels.loci import circle_circle, circle_line, intersection_error, line_line, may_jump, tilt
+from gimcli.kernels.loci import circle_circle, circle_line, dip, intersection_error, line_line, may_jump, tilt
 from gimcli.mechanism import ANGLE, SPAN, FloatArray
 
 HISTORY = 8
@@ -368,6 +368,47 @@ def place(w: Scratch, q: Program, at: Lanes, k: int, sign: FloatArray, high: int
     return True
 
 
+def _next(w: Scratch, lane: int, r: int, high: int) -> float:
+    return w[cell(lane, r + 1)] if r + 1 < high else 0.0
+
+
+@scalar_form(_next)
+def later(w: Scratch, lane: int, r: slice, high: int) -> Any:
+    """Return the value of a lane of new rows one row after row r, 0 after the last one."""
+    return np.append(w[lane * WIDTH][1:], 0.0)
+
+
+@stage
+def stay_within(w: Scratch, circles: bool, high: int) -> None:
+    """Mark rows before which the loci of the last step may not have met since the row before.
+
+    Two circles meet while the squared distance of their centres is between the squares of the difference and the sum
+    of their radii, a circle and a line while g2 is positive. These quantities are smooth: three rows show how far they
+    may be from the chord between two rows.
+    """
+    for r in rows(high):
+        if circles:
+            w[EX * WIDTH + r] = w[A * WIDTH + r] * w[A * WIDTH + r] + w[B * WIDTH + r] * w[B * WIDTH + r]
+        else:
+            w[EX * WIDTH + r] = w[SQUARE * WIDTH + r]
+    for r in new_rows(HISTORY, high):
+        time, last = earlier(w, TIME, r, 0), earlier(w, TIME, r, 1)
+        w[cell(EY, r)] = dip(
+            earlier(w, EX, r, 0), earlier(w, EX, r, 1), earlier(w, EX, r, 2),
+            time - last, last - earlier(w, TIME, r, 2),
+        )  # fmt: skip
+    for r in new_rows(HISTORY, high):
+        now, last = earlier(w, EX, r, 0), earlier(w, EX, r, 1)
+        far = larger(w[cell(EY, r)], later(w, EY, r, high))
+        if circles:
+            one, other = earlier(w, C, r, 0), earlier(w, F, r, 0)
+            least, most = (one - other) * (one - other), (one + other) * (one + other)
+            w[cell(DOUBT, r)] = mark(larger(now, last) + far >= most, w[cell(DOUBT, r)])
+            w[cell(DOUBT, r)] = mark(smaller(now, last) - far <= least, w[cell(DOUBT, r)])
+        else:
+            w[cell(DOUBT, r)] = mark(smaller(now, last) <= far, w[cell(DOUBT, r)])
+
+
 @stage
 def guard(w: Scratch, q: Program, at: Lanes, k: int, tolerance: float, followed: bool, high: int) -> int:
     """Return the first row in which step k has no solution, is singular, or may have jumped to another branch.
@@ -389,6 +430,8 @@ def guard(w: Scratch, q: Program, at: Lanes, k: int, tolerance: float, followed:
                 time - last, last - earlier(w, TIME, r, 2),
             )  # fmt: skip
             w[cell(DOUBT, r)] = mark(leap, w[cell(DOUBT, r)])
+        if tolerance < math.inf:
+            stay_within(w, q.steps[k][0] == TWO_CIRCLES, high)
     if q.steps[k][0] != TILT:
         for r in new_rows(HISTORY, high):
             along = earlier(w, A, r, 0) * earlier(w, A, r, 1) + earlier(w, B, r, 0) * earlier(w, B, r, 1)
