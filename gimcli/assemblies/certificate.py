@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.assemblies.loops import Family, factors, values_and_jacobian
+from gimcli.assemblies.loops import LoopFamily, factors, values_and_jacobian
 from gimcli.mechanism import ComplexArray, FloatArray
 
 EPS = float(np.finfo(float).eps)
@@ -61,7 +61,7 @@ class Proven:
         return Proven(*(np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(self)))
 
 
-def prove(family: Family, H: ComplexArray, w: ComplexArray) -> Proven:
+def prove(family: LoopFamily, H: ComplexArray, w: ComplexArray) -> Proven:
     """Return the proofs of candidates w (roots, n + q); H (2, L, 1 + n + q), or one for each candidate."""
     with np.errstate(all="ignore"):
         value, jacobian = values_and_jacobian(family, H, w)
@@ -78,14 +78,14 @@ def prove(family: Family, H: ComplexArray, w: ComplexArray) -> Proven:
     return Proven(w, small, np.where(usable, large, 0.0), mirror_distance(family, w), residual)
 
 
-def mirror_distance(family: Family, w: ComplexArray) -> FloatArray:
+def mirror_distance(family: LoopFamily, w: ComplexArray) -> FloatArray:
     """Return the distances (roots,) of points from their images under theta -> 1/conj(theta), s -> conj(s)."""
     n = family.angles
     parts = np.concatenate([np.abs(w[:, :n].real), np.abs(w[:, n:].imag)], axis=1)
     return np.asarray(2.0 * np.max(parts, axis=1, initial=0.0))
 
 
-def real_form(family: Family, H: ComplexArray, w: ComplexArray) -> ComplexArray:
+def real_form(family: LoopFamily, H: ComplexArray, w: ComplexArray) -> ComplexArray:
     """Return real roots with |theta| = 1 and real s, corrected with these conditions.
 
     w (roots, n + q); one H for all, or one for each root.
@@ -121,7 +121,7 @@ def each_of(solve: Callable[..., NDArray[Any]], like: NDArray[Any], *stacks: NDA
 
 
 def _bounds(
-    family: Family, H: ComplexArray, w: ComplexArray, value: ComplexArray, J: ComplexArray, Y: ComplexArray
+    family: LoopFamily, H: ComplexArray, w: ComplexArray, value: ComplexArray, J: ComplexArray, Y: ComplexArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return beta and the row sums of |I - Y J| as (roots, m, 2), and the terms that grow with the radius.
 
@@ -155,7 +155,7 @@ def _radii(fixed: FloatArray, growing: FloatArray, riding: FloatArray, s: FloatA
     return small, np.where(good.any(axis=1), LADDER[last], 0.0)
 
 
-def distances(family: Family, a: ComplexArray, b: ComplexArray) -> FloatArray:
+def distances(family: LoopFamily, a: ComplexArray, b: ComplexArray) -> FloatArray:
     """Return the distances (a, b) of points a (a, n + q) from b (b, n + q); angles are compared modulo a full turn."""
     n = family.angles
     gap = a[:, None, :] - b[None, :, :]
@@ -164,7 +164,7 @@ def distances(family: Family, a: ComplexArray, b: ComplexArray) -> FloatArray:
     return np.asarray(np.max(np.abs(gap), axis=2, initial=0.0))
 
 
-def distinct(family: Family, proven: Proven) -> Proven:
+def distinct(family: LoopFamily, proven: Proven) -> Proven:
     """Return the proved candidates without duplicates."""
     proven = proven.take(proven.sure)
     if len(proven.w) < 2:

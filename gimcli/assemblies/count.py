@@ -17,7 +17,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from gimcli.assemblies.constants import SEARCH
-from gimcli.assemblies.loops import Family
+from gimcli.assemblies.loops import LoopFamily
 from gimcli.mechanism import FloatArray
 
 PRIME = 2_147_483_647
@@ -28,7 +28,7 @@ CHUNK = 200_000
 """Pairs of cones that are intersected in one call."""
 
 
-def root_count(family: Family) -> int | None:
+def root_count(family: LoopFamily) -> int | None:
     """Return the number of complex roots of a generic member, None if the count takes too long."""
     if not family.square:
         return 0
@@ -40,7 +40,7 @@ def root_count(family: Family) -> int | None:
 class Matroid:
     """Ranks of the coordinates (1, angles, slides) on the kernel of the loops at random parameters."""
 
-    def __init__(self, family: Family) -> None:
+    def __init__(self, family: LoopFamily) -> None:
         generator = np.random.default_rng(SEED)
         p = [int(v) for v in np.asarray(generator.integers(1, PRIME, family.stacked.shape[1]))]
         rows = [[sum(int(t) * v for t, v in zip(row, p, strict=True) if t) % PRIME for row in loop] for loop in
@@ -112,7 +112,7 @@ def _recursion(matroid: Matroid) -> int:
     return of(matroid.everything, 0, 0)
 
 
-def _with_slides(family: Family) -> int:
+def _with_slides(family: LoopFamily) -> int:
     """Return the number of points in which the cones of the two fans intersect after a random shift."""
     matroid = Matroid(family)
     if any(matroid.rank(1 << k) == 0 for k in range(matroid.size)):

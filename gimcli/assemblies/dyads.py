@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.assemblies.certificate import Proven, prove
-from gimcli.assemblies.loops import GROUND, Family
+from gimcli.assemblies.loops import GROUND, LoopFamily
 from gimcli.assemblies.root_paths import corrected
 from gimcli.mechanism import ComplexArray, FloatArray
 
@@ -33,7 +33,7 @@ class DyadRoots:
     free: NDArray[np.bool_]  # (dyads,) whether it is folded and can rotate freely
 
 
-def dyad_roots(family: Family, H: ComplexArray) -> DyadRoots:
+def dyad_roots(family: LoopFamily, H: ComplexArray) -> DyadRoots:
     """Return the roots of dyads H (dyads, 2, 1, 1 + n + q)."""
     c = H[:, 0, 0]
     with np.errstate(all="ignore"):

@@ -15,7 +15,7 @@ import numpy as np
 
 from gimcli.assemblies.certificate import distinct, prove
 from gimcli.assemblies.constants import SEARCH
-from gimcli.assemblies.loops import Family, factors
+from gimcli.assemblies.loops import LoopFamily, factors
 from gimcli.assemblies.root_paths import corrected, track
 from gimcli.mechanism import ComplexArray
 from gimcli.progress import Progress, no_progress
@@ -29,7 +29,7 @@ class Generic:
     w: ComplexArray  # (roots, n + q)
 
 
-def generic_member(family: Family, generator: np.random.Generator) -> tuple[ComplexArray, ComplexArray]:
+def generic_member(family: LoopFamily, generator: np.random.Generator) -> tuple[ComplexArray, ComplexArray]:
     """Return coefficients of a random complex linkage and one root (1, n + q) of it."""
     n, q = family.angles, family.slides
     w = np.concatenate([_normal(generator, n).real * 0.5 + 1j * generator.uniform(-np.pi, np.pi, n),
@@ -45,7 +45,7 @@ def generic_member(family: Family, generator: np.random.Generator) -> tuple[Comp
     return family.member(halves[0], halves[1]), w[None, :]
 
 
-def random_member(family: Family, generator: np.random.Generator) -> ComplexArray:
+def random_member(family: LoopFamily, generator: np.random.Generator) -> ComplexArray:
     """Return coefficients of a random complex linkage."""
     count = family.stacked.shape[1]
     return family.member(_normal(generator, count), _normal(generator, count))
@@ -55,7 +55,7 @@ def _normal(generator: np.random.Generator, count: int) -> ComplexArray:
     return np.asarray((generator.standard_normal(count) + 1j * generator.standard_normal(count)) / np.sqrt(2.0))
 
 
-def generic_start(family: Family, seed: int, count: int | None, progress: Progress = no_progress) -> Generic:
+def generic_start(family: LoopFamily, seed: int, count: int | None, progress: Progress = no_progress) -> Generic:
     """Return a generic linkage with `count` roots, or with all roots that monodromy finds."""
     generator = np.random.default_rng([seed, 20041])
     H, w = generic_member(family, generator)
@@ -70,7 +70,7 @@ def generic_start(family: Family, seed: int, count: int | None, progress: Progre
     return Generic(H, w)
 
 
-def _round_trip(family: Family, H: ComplexArray, w: ComplexArray, generator: np.random.Generator) -> ComplexArray:
+def _round_trip(family: LoopFamily, H: ComplexArray, w: ComplexArray, generator: np.random.Generator) -> ComplexArray:
     """Follow the roots around a triangle of linkages; return all known roots with the new ones."""
     corners = [H, random_member(family, generator), random_member(family, generator), H]
     tracking = replace(SEARCH.tracking, correction=SEARCH.tracking.correction * SEARCH.tighter[0])

@@ -13,7 +13,7 @@ import numpy as np
 
 from gimcli.assemblies.assur_loops import GroupPart
 from gimcli.assemblies.link_joints import NONE, Linkage
-from gimcli.assemblies.loops import GROUND, Family
+from gimcli.assemblies.loops import GROUND, LoopFamily
 from gimcli.mechanism import ComplexArray, IntArray
 
 Term = tuple[str, int, int]
@@ -42,7 +42,7 @@ class LoopGroup:
 
     linkage: Linkage = field(repr=False)
     part: GroupPart
-    family: Family = field(repr=False)
+    family: LoopFamily = field(repr=False)
     parameters: tuple[tuple[str, int], ...]
     tree: tuple[tuple[int, bool], ...]  # joint, and whether it leads from the body to the node
 
@@ -164,7 +164,7 @@ def _spanning(writer: _LoopWriter) -> tuple[list[tuple[int, bool]], dict[int, Co
     return tree, place
 
 
-def _tensors(writer: _LoopWriter, loops: list[Counter[Term]]) -> tuple[Family, tuple[tuple[str, int], ...]]:
+def _tensors(writer: _LoopWriter, loops: list[Counter[Term]]) -> tuple[LoopFamily, tuple[tuple[str, int], ...]]:
     """Return the tensors of some loops and their parameters."""
     part, linkage = writer.part, writer.linkage
     terms = {(kind, which) for loop in loops for (kind, which, _), count in loop.items() if count}
@@ -178,5 +178,5 @@ def _tensors(writer: _LoopWriter, loops: list[Counter[Term]]) -> tuple[Family, t
                 table[k, column, number[(kind, which)]] += count
     rail = [writer.angle.get(linkage.classes[linkage.joints[s].body], 0) - 1 for s in part.slides]
     assert GROUND == -1
-    family = Family(table[:, 0], table[:, 1 : 1 + n], table[:, 1 + n :], np.array(rail, dtype=np.int64))
+    family = LoopFamily(table[:, 0], table[:, 1 : 1 + n], table[:, 1 + n :], np.array(rail, dtype=np.int64))
     return family, parameters

@@ -26,7 +26,7 @@ GROUND = -1
 
 
 @dataclass(frozen=True, eq=False)
-class Family:
+class LoopFamily:
     """The tensors of the coefficients: C0 = T0 p, C = TC p, U = TU p; families with equal tensors are equal."""
 
     T0: FloatArray = field(repr=False)  # (L, parameters) small integers
@@ -72,7 +72,7 @@ class Family:
         return hash(self.key)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Family) and self.key == other.key
+        return isinstance(other, LoopFamily) and self.key == other.key
 
     @cached_property
     def carried(self) -> FloatArray:
@@ -107,11 +107,11 @@ class Loops:
     C: ComplexArray  # (L, n)
     U: ComplexArray  # (L, q)
     rail: IntArray  # (q,) class of the rail, or GROUND
-    family: Family = field(repr=False)
+    family: LoopFamily = field(repr=False)
     p: ComplexArray = field(repr=False)  # (parameters,)
 
     @classmethod
-    def of(cls, family: Family, p: ComplexArray) -> Loops:
+    def of(cls, family: LoopFamily, p: ComplexArray) -> Loops:
         """Return the linkage of a family with parameters p."""
         half, n = family.member(p, p)[0], family.angles
         return cls(half[:, 0], half[:, 1 : 1 + n], half[:, 1 + n :], family.rail, family, p)
@@ -123,7 +123,7 @@ class Loops:
         return np.stack([half, half.conj()])
 
 
-def factors(family: Family, w: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+def factors(family: LoopFamily, w: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """Return the factors of the coefficients at w (..., n + q).
 
     These are (..., 2, 1 + n + q) of 1, theta, s theta_m and of 1, 1/theta, s/theta_m; then (..., 2, q) of
@@ -138,14 +138,14 @@ def factors(family: Family, w: ComplexArray) -> tuple[ComplexArray, ComplexArray
     return ab, ride
 
 
-def values(family: Family, H: ComplexArray, w: ComplexArray) -> ComplexArray:
+def values(family: LoopFamily, H: ComplexArray, w: ComplexArray) -> ComplexArray:
     """Return f and g (..., 2 L) at w (..., n + q)."""
     ab, _ = factors(family, w)
     value = (H @ ab[..., None])[..., 0]
     return value.reshape(*value.shape[:-2], 2 * family.loops)
 
 
-def values_and_jacobian(family: Family, H: ComplexArray, w: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+def values_and_jacobian(family: LoopFamily, H: ComplexArray, w: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """Return f and g (..., 2 L) and their derivatives by w (..., 2 L, n + q)."""
     n, (ab, ride) = family.angles, factors(family, w)
     term = H * ab[..., None, :]

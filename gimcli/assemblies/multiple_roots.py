@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gimcli.assemblies.certificate import Proven, distances, mirror_distance
 from gimcli.assemblies.constants import SEARCH
-from gimcli.assemblies.loops import Family, values_and_jacobian
+from gimcli.assemblies.loops import LoopFamily, values_and_jacobian
 from gimcli.mechanism import ComplexArray
 
 CUT = 1e-9
@@ -17,7 +17,7 @@ TIMES = 60
 """Number of corrections; each halves the error of a double root."""
 
 
-def doubtful_real(family: Family, H: ComplexArray, w: ComplexArray) -> list[ComplexArray]:
+def doubtful_real(family: LoopFamily, H: ComplexArray, w: ComplexArray) -> list[ComplexArray]:
     """Return the real points among candidates for multiple roots (candidates, n + q), without duplicates."""
     w = w[np.isfinite(w).all(axis=1)]
     w = w[mirror_distance(family, w) < SEARCH.real] if len(w) else w
@@ -32,7 +32,7 @@ def doubtful_real(family: Family, H: ComplexArray, w: ComplexArray) -> list[Comp
     return found
 
 
-def _settled(family: Family, H: ComplexArray, w: ComplexArray) -> ComplexArray:
+def _settled(family: LoopFamily, H: ComplexArray, w: ComplexArray) -> ComplexArray:
     """Return the real point near a candidate, from least-squares corrections."""
     n = family.angles
     w = np.concatenate([1j * w[:n].imag, w[n:].real.astype(complex)])
@@ -47,7 +47,7 @@ def _settled(family: Family, H: ComplexArray, w: ComplexArray) -> ComplexArray:
     return w
 
 
-def kept_apart(family: Family, proven: Proven, each: int) -> NDArray[np.bool_]:
+def kept_apart(family: LoopFamily, proven: Proven, each: int) -> NDArray[np.bool_]:
     """Return for every group of `each` consecutive roots whether they are proved to be different."""
     if each == 1:
         return np.ones(len(proven.w), dtype=bool)

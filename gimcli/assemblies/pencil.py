@@ -16,7 +16,7 @@ from itertools import combinations
 import numpy as np
 
 from gimcli.assemblies.constants import SEARCH
-from gimcli.assemblies.loops import GROUND, Family
+from gimcli.assemblies.loops import GROUND, LoopFamily
 from gimcli.mechanism import ComplexArray, IntArray
 
 NULL = 1e-10
@@ -43,7 +43,7 @@ class Pencil:
     """The hidden angle, the monomials (`basis`) and the rows (`jobs`)."""
 
     hidden: int  # number of the hidden angle
-    family: Family = field(repr=False)
+    family: LoopFamily = field(repr=False)
     basis: dict[Monomial, int] = field(repr=False)
     jobs: tuple[Job, ...] = field(repr=False)
 
@@ -119,7 +119,7 @@ def _recovered(pencil: Pencil, x: ComplexArray, v: ComplexArray) -> ComplexArray
     return w
 
 
-def _pencil(family: Family, hidden: int, low: int, high: int) -> Pencil | None:
+def _pencil(family: LoopFamily, hidden: int, low: int, high: int) -> Pencil | None:
     """Return the pencil of a hidden angle and a window of sizes; None if it has no rows."""
     others = [j for j in range(family.angles) if j != hidden]
     sets = [frozenset(s) for size in range(low, high + 1) for s in combinations(others, size)]
@@ -130,7 +130,7 @@ def _pencil(family: Family, hidden: int, low: int, high: int) -> Pencil | None:
 
 
 def _job(
-    family: Family, hidden: int, basis: dict[Monomial, int], s: frozenset[int], half: int, window: tuple[int, int]
+    family: LoopFamily, hidden: int, basis: dict[Monomial, int], s: frozenset[int], half: int, window: tuple[int, int]
 ) -> Job:
     n, edge = family.angles, len(s) == window[half]
     eliminated: list[int] = []
@@ -159,7 +159,7 @@ def _pair(lists: tuple[list[int], list[int]]) -> tuple[IntArray, IntArray]:
 
 
 @cache
-def pencil_of(family: Family) -> Pencil | None:
+def pencil_of(family: LoopFamily) -> Pencil | None:
     """Return a pencil that has full rank for a random member of the family, None if there is none."""
     from gimcli.assemblies.generic import random_member
 

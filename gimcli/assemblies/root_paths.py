@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gimcli.assemblies.certificate import each_of
 from gimcli.assemblies.constants import TrackingConstants
-from gimcli.assemblies.loops import Family, values, values_and_jacobian
+from gimcli.assemblies.loops import LoopFamily, values, values_and_jacobian
 from gimcli.mechanism import ComplexArray, FloatArray
 
 
@@ -33,7 +33,7 @@ def solve_each(J: ComplexArray, right: ComplexArray) -> ComplexArray:
     return each_of(np.linalg.solve, right[..., None], J, right[..., None])[..., 0]
 
 
-def corrected(family: Family, H: ComplexArray, w: ComplexArray, times: int) -> ComplexArray:
+def corrected(family: LoopFamily, H: ComplexArray, w: ComplexArray, times: int) -> ComplexArray:
     """Return points after some Newton-Raphson corrections; one H for all, or one for each point."""
     with np.errstate(all="ignore"):
         for _ in range(times):
@@ -43,7 +43,7 @@ def corrected(family: Family, H: ComplexArray, w: ComplexArray, times: int) -> C
 
 
 def track(
-    family: Family, start: ComplexArray, end: ComplexArray, w: ComplexArray, constants: TrackingConstants
+    family: LoopFamily, start: ComplexArray, end: ComplexArray, w: ComplexArray, constants: TrackingConstants
 ) -> Tracked:
     """Follow roots w (roots, n + q) of coefficients `start` to those of `end`."""
     count = len(w)
@@ -74,13 +74,15 @@ def _at(start: ComplexArray, change: ComplexArray, t: FloatArray) -> ComplexArra
     return np.asarray(start + t[:, None, None, None] * change)
 
 
-def _slope(family: Family, start: ComplexArray, change: ComplexArray, w: ComplexArray, t: FloatArray) -> ComplexArray:
+def _slope(
+    family: LoopFamily, start: ComplexArray, change: ComplexArray, w: ComplexArray, t: FloatArray
+) -> ComplexArray:
     _, J = values_and_jacobian(family, _at(start, change, t), w)
     return -solve_each(J, values(family, change, w))
 
 
 def _predicted(
-    family: Family, start: ComplexArray, change: ComplexArray, w: ComplexArray, t: FloatArray, h: FloatArray
+    family: LoopFamily, start: ComplexArray, change: ComplexArray, w: ComplexArray, t: FloatArray, h: FloatArray
 ) -> tuple[ComplexArray, ComplexArray]:
     """Return the predicted points of the paths, and dw/dt at the present points."""
     step = h[:, None]
@@ -92,7 +94,7 @@ def _predicted(
 
 
 def _corrected(
-    family: Family, start: ComplexArray, change: ComplexArray, w: ComplexArray, t: FloatArray,
+    family: LoopFamily, start: ComplexArray, change: ComplexArray, w: ComplexArray, t: FloatArray,
     constants: TrackingConstants,
 ) -> tuple[NDArray[np.bool_], FloatArray, ComplexArray]:  # fmt: skip
     """Return whether two corrections converge, the size of the first, and the points."""

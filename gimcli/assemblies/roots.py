@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gimcli.assemblies.certificate import Proven, distances, distinct, mirror_distance, prove
 from gimcli.assemblies.constants import SEARCH
-from gimcli.assemblies.loops import Family, Loops
+from gimcli.assemblies.loops import LoopFamily, Loops
 from gimcli.assemblies.pencil import candidates, pencil_of
 from gimcli.assemblies.root_paths import Tracked, corrected, track
 from gimcli.assemblies.start_cache import known_count, known_start
@@ -62,11 +62,11 @@ def all_roots(loops: Loops, progress: Progress = no_progress, near: Roots | None
     return found if found.level == REACHED else _by_intervals(loops, found)
 
 
-def _reached(family: Family, proven: Proven, count: int) -> Roots:
+def _reached(family: LoopFamily, proven: Proven, count: int) -> Roots:
     return Roots(proven, count, REACHED, _none(family))
 
 
-def _none(family: Family) -> ComplexArray:
+def _none(family: LoopFamily) -> ComplexArray:
     """Return an empty list of roots."""
     return np.zeros((0, family.angles + family.slides), dtype=complex)
 
@@ -76,7 +76,7 @@ def _whole(proven: Proven, count: int) -> bool:
     return len(proven.w) == count and bool((proven.real | proven.complex).all())
 
 
-def _by_pencil(family: Family, H: ComplexArray) -> Proven:
+def _by_pencil(family: LoopFamily, H: ComplexArray) -> Proven:
     pencil = pencil_of(family)
     w = np.zeros((0, family.angles + family.slides), dtype=complex)
     if pencil is not None:
@@ -86,14 +86,14 @@ def _by_pencil(family: Family, H: ComplexArray) -> Proven:
     return _sound(family, H, w)
 
 
-def _sound(family: Family, H: ComplexArray, w: ComplexArray) -> Proven:
+def _sound(family: LoopFamily, H: ComplexArray, w: ComplexArray) -> Proven:
     """Return the different proved roots among some points."""
     w = w[np.isfinite(w).all(axis=1) & (np.abs(w[:, : family.angles].real) < SEARCH.tracking.far).all(axis=1)]
     proven = prove(family, H, w)
     return distinct(family, proven.take(proven.residual < SEARCH.residual))
 
 
-def _by_paths(family: Family, H: ComplexArray, count: int | None, proven: Proven, progress: Progress) -> Roots:
+def _by_paths(family: LoopFamily, H: ComplexArray, count: int | None, proven: Proven, progress: Progress) -> Roots:
     """Return the union of the roots proved by paths from independent generic linkages."""
     ends: list[_Ends] = []
     for seed in range(SEARCH.starts):
@@ -147,7 +147,7 @@ def _same(a: _Ends, b: _Ends) -> bool:
     return len(a.proven.w) == len(b.proven.w) and a.infinite == b.infinite and a.lost == b.lost
 
 
-def _tracked(family: Family, start: ComplexArray, H: ComplexArray, w: ComplexArray) -> _Ends:
+def _tracked(family: LoopFamily, start: ComplexArray, H: ComplexArray, w: ComplexArray) -> _Ends:
     """Follow all roots of a start; repeat coinciding and lost paths with smaller steps."""
     tracking = SEARCH.tracking
     done = track(family, start, H, w, tracking)
@@ -169,7 +169,7 @@ def _replaced(done: Tracked, chosen: NDArray[np.bool_], new: Tracked) -> Tracked
     return Tracked(w, arrived, time, rate)
 
 
-def _alone(family: Family, H: ComplexArray, done: Tracked, point: ComplexArray) -> NDArray[np.bool_]:
+def _alone(family: LoopFamily, H: ComplexArray, done: Tracked, point: ComplexArray) -> NDArray[np.bool_]:
     """Return which paths arrived at a proved root at which no other path arrived."""
     safe = np.where(np.isfinite(point).all(axis=1, keepdims=True), point, 0.0)
     proven = prove(family, H, safe)
@@ -182,7 +182,7 @@ def _alone(family: Family, H: ComplexArray, done: Tracked, point: ComplexArray) 
     return np.asarray(good & ~close.any(axis=1))
 
 
-def _judged(family: Family, H: ComplexArray, done: Tracked, point: ComplexArray, alone: NDArray[np.bool_]) -> _Ends:
+def _judged(family: LoopFamily, H: ComplexArray, done: Tracked, point: ComplexArray, alone: NDArray[np.bool_]) -> _Ends:
     """Classify paths: roots at infinity, multiple roots, and lost paths."""
     proven = _sound(family, H, point[np.isfinite(point).all(axis=1) & (done.arrived | alone)])
     left = np.flatnonzero(~alone)
@@ -198,7 +198,7 @@ def _judged(family: Family, H: ComplexArray, done: Tracked, point: ComplexArray,
     return _Ends(proven, doubtful, int(infinite.sum()), len(rest) - len(near))
 
 
-def _diverging(family: Family, done: Tracked) -> NDArray[np.bool_]:
+def _diverging(family: LoopFamily, done: Tracked) -> NDArray[np.bool_]:
     """Return which paths go to infinity: with t = 1 - e^-tau log theta and log s become linear in tau."""
     n = family.angles
     with np.errstate(all="ignore"):
@@ -210,7 +210,7 @@ def _diverging(family: Family, done: Tracked) -> NDArray[np.bool_]:
     return np.asarray(~done.arrived & np.asarray(far | (straight & late)))
 
 
-def _clusters(family: Family, w: ComplexArray, near: float) -> ComplexArray:
+def _clusters(family: LoopFamily, w: ComplexArray, near: float) -> ComplexArray:
     """Return one point of each cluster."""
     kept: list[int] = []
     gap = distances(family, w, w) if len(w) else np.zeros((0, 0))

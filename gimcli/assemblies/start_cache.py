@@ -15,7 +15,7 @@ from gimcli.assemblies.certificate import distinct, prove
 from gimcli.assemblies.constants import SEARCH
 from gimcli.assemblies.count import root_count
 from gimcli.assemblies.generic import Generic, generic_start
-from gimcli.assemblies.loops import Family
+from gimcli.assemblies.loops import LoopFamily
 from gimcli.kernels.jit import user_folder
 from gimcli.progress import Progress, no_progress
 
@@ -29,7 +29,7 @@ KEPT = 64
 """Number of topologies kept in memory."""
 
 
-def known_count(family: Family) -> int | None:
+def known_count(family: LoopFamily) -> int | None:
     """Return the exact number of complex roots, from the cache if it is there; None if it is unknown.
 
     The count 0 also gives None: such a structure has no generic configuration, but special dimensions may allow some.
@@ -37,7 +37,7 @@ def known_count(family: Family) -> int | None:
     return _count(family) or None
 
 
-def known_start(family: Family, seed: int, progress: Progress = no_progress) -> Generic:
+def known_start(family: LoopFamily, seed: int, progress: Progress = no_progress) -> Generic:
     """Return a generic linkage with its roots, from the cache if it is there."""
     key = (family.key, seed)
     if key not in _STARTS:
@@ -48,7 +48,7 @@ def known_start(family: Family, seed: int, progress: Progress = no_progress) -> 
 
 
 @lru_cache(KEPT)
-def _count(family: Family) -> int | None:
+def _count(family: LoopFamily) -> int | None:
     cheap = not family.slides or family.loops < SEARCH.count_slides
     path = None if cheap else _path(f"{family.key}-count")
     stored = _read(path)
@@ -63,7 +63,7 @@ def _count(family: Family) -> int | None:
 _STARTS: dict[tuple[str, int], Generic] = {}
 
 
-def _start(family: Family, seed: int, progress: Progress) -> Generic:
+def _start(family: LoopFamily, seed: int, progress: Progress) -> Generic:
     path, count = _path(f"{family.key}-{seed}"), known_count(family)
     stored = _read(path)
     if stored is not None:
@@ -75,7 +75,7 @@ def _start(family: Family, seed: int, progress: Progress) -> Generic:
     return generic
 
 
-def _checked(family: Family, stored: dict[str, NDArray[Any]], count: int | None) -> Generic | None:
+def _checked(family: LoopFamily, stored: dict[str, NDArray[Any]], count: int | None) -> Generic | None:
     """Return a stored start, None if it is not valid."""
     shape = (2, family.loops, 1 + family.angles + family.slides)
     H, w = stored.get("H"), stored.get("w")

@@ -132,7 +132,7 @@ class Family:
         first, end = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
         finite = np.all([np.isfinite(t).reshape(count, -1).all(axis=1) for t in tables[:-1]], axis=0)
         if run is not plain and self.start is not None:
-            found = kernels.Found(z.view(float).reshape(*z.shape, 2), residual, outcome, first, end)
+            found = kernels.FamilyRows(z.view(float).reshape(*z.shape, 2), residual, outcome, first, end)
             self._compiled(run, tables, time, values, found, reachable, threads)
             outcome[~finite] = kernels.CAREFUL
         careful = np.flatnonzero(outcome == kernels.CAREFUL)
@@ -218,16 +218,16 @@ class Family:
         return kernels.Tables(*self.tables(self.nominal[None])[:7])
 
     @cached_property
-    def _solver(self) -> kernels.Solver:
+    def _solver(self) -> kernels.RowSolver:
         mechanism, constants = self.mechanism, NewtonConstants()
         accuracy = Accuracy(self.tolerance, mechanism.size, mechanism.shortest)
         limits = constants.limits(accuracy, constants.iterations, near=True)
         enough = allowed(mechanism, self.tolerance)
-        return kernels.Solver(self.program.room(), limits, self.tolerance * mechanism.size, enough)
+        return kernels.RowSolver(self.program.room(), limits, self.tolerance * mechanism.size, enough)
 
     def _compiled(
         self, run: Callable[..., Any], tables: FloatTables, time: FloatArray, inputs: FloatArray,
-        found: kernels.Found, reachable: bool, threads: int | None,
+        found: kernels.FamilyRows, reachable: bool, threads: int | None,
     ) -> None:  # fmt: skip
         """Solve all designs in compiled code, in several threads."""
         solve = run(kernels.family)
@@ -267,7 +267,7 @@ class Family:
             return
         room, solver, one = self._scratch()
         nodes = len(self.mechanism.nodes)
-        found = kernels.Found(
+        found = kernels.FamilyRows(
             np.empty((1, nodes, 1, 2)), np.empty((1, 1)), np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64),
             np.zeros(1, dtype=np.int64),
         )  # fmt: skip
@@ -277,7 +277,7 @@ class Family:
         )
         nominal.determinant[:] = room.determinant
 
-    def _scratch(self) -> tuple[kernels.Room, kernels.Solver, marching.Rows]:
+    def _scratch(self) -> tuple[kernels.Room, kernels.RowSolver, marching.Rows]:
         """Return the scratch arrays of one thread."""
         lanes = self.program.lanes(plan_steps.WIDTH)
         room = kernels.Room(

@@ -76,7 +76,7 @@ class Nominal(NamedTuple):
     surplus: bool
 
 
-class Solver(NamedTuple):
+class RowSolver(NamedTuple):
     """What the solution of rows needs beside program and lanes."""
 
     room: RowPosition
@@ -95,7 +95,7 @@ class Room(NamedTuple):
     note: IntArray  # (2,) the step that was doubtful, and the number of attempts
 
 
-class Found(NamedTuple):
+class FamilyRows(NamedTuple):
     """Results."""
 
     z: FloatArray  # (designs, nodes, rows, 2)
@@ -146,7 +146,7 @@ def mix_tables(to: Tables, one: Tables, other: Tables, d: int, s: float) -> None
 
 @stage
 def advance(
-    room: Room, q: Program, groups: Groups, at: Lanes, sign: FloatArray, solver: Solver, count: int, followed: bool
+    room: Room, q: Program, groups: Groups, at: Lanes, sign: FloatArray, solver: RowSolver, count: int, followed: bool
 ) -> int:
     """Solve `count` rows whose times and inputs are in the lanes; return how many are solved and not doubtful."""
     w, lanes = room.w, room.lanes
@@ -210,7 +210,7 @@ def accept(lanes: FloatArray, count: int) -> None:
 
 
 @stage
-def write(lanes: FloatArray, at: Lanes, found: Found, d: int, row: int, count: int) -> None:
+def write(lanes: FloatArray, at: Lanes, found: FamilyRows, d: int, row: int, count: int) -> None:
     """Copy `count` solved rows to the results of design d from `row` on."""
     for node in range(found.z.shape[1]):
         x, y, z = lanes[at.x + node], lanes[at.y + node], found.z[d, node]
@@ -224,7 +224,7 @@ def write(lanes: FloatArray, at: Lanes, found: Found, d: int, row: int, count: i
 
 @stage
 def try_row(
-    room: Room, q: Program, groups: Groups, at: Lanes, nominal: Nominal, frame: FloatArray, solver: Solver,
+    room: Room, q: Program, groups: Groups, at: Lanes, nominal: Nominal, frame: FloatArray, solver: RowSolver,
     rows: Rows, row: int, followed: bool,
 ) -> bool:  # fmt: skip
     """Solve one row; return whether it is solved and not doubtful."""
@@ -242,7 +242,7 @@ def place_all(room: Room, q: Program, at: Lanes, sign: FloatArray) -> None:
 
 @stage
 def start_dyads(
-    room: Room, at: Lanes, nominal: Nominal, tables: Tables, d: int, solver: Solver, rows: Rows, row: int
+    room: Room, at: Lanes, nominal: Nominal, tables: Tables, d: int, solver: RowSolver, rows: Rows, row: int
 ) -> int:
     """Solve row `row` of design d of a plan without coupled groups: the branch signs determine it."""
     q, groups = program_of(nominal.q, tables, d), groups_of(nominal.groups, tables, d)
@@ -257,7 +257,7 @@ def start_dyads(
 
 @stage
 def start_by_steps(
-    room: Room, at: Lanes, nominal: Nominal, tables: Tables, d: int, solver: Solver, rows: Rows, row: int, one: Rows
+    room: Room, at: Lanes, nominal: Nominal, tables: Tables, d: int, solver: RowSolver, rows: Rows, row: int, one: Rows
 ) -> int:
     """Solve row `row` of design d from the same row of the nominal design, along a path in the plan's numbers."""
     lanes, origin = room.lanes, nominal.rows[row]
@@ -285,7 +285,7 @@ def start_by_steps(
 
 @stage
 def start(
-    room: Room, at: Lanes, nominal: Nominal, tables: Tables, d: int, solver: Solver, rows: Rows, row: int, one: Rows
+    room: Room, at: Lanes, nominal: Nominal, tables: Tables, d: int, solver: RowSolver, rows: Rows, row: int, one: Rows
 ) -> int:
     """Solve row `row` of design d; return SOLVED, NO_START or CAREFUL; `one` is scratch for one row."""
     if nominal.groups.gi.shape[0] > 0:
@@ -302,7 +302,7 @@ def falls_to_zero(t: tuple[float, float, float], v: tuple[float, float, float]) 
 
 
 @stage
-def ends(room: Room, q: Program, groups: Groups, at: Lanes, solver: Solver) -> bool:
+def ends(room: Room, q: Program, groups: Groups, at: Lanes, solver: RowSolver) -> bool:
     """Return whether the motion has reached a limit between the last solved row and the one that was just tried."""
     lanes, k = room.lanes, room.note[0]
     time = lanes[TIME]
@@ -338,7 +338,7 @@ def set_row(one: Rows, rows: Rows, row: int, part: float) -> None:
 
 @stage
 def approach(
-    room: Room, q: Program, groups: Groups, at: Lanes, nominal: Nominal, frame: FloatArray, solver: Solver,
+    room: Room, q: Program, groups: Groups, at: Lanes, nominal: Nominal, frame: FloatArray, solver: RowSolver,
     rows: Rows, row: int, one: Rows, parts: float,
 ) -> int:  # fmt: skip
     """Solve one row in smaller steps from the row before it; return SOLVED, AT_LIMIT or CAREFUL."""
@@ -381,8 +381,8 @@ def parts_of(rows: Rows, row: int, scales: FloatArray) -> float:
 
 @stage
 def follow(
-    room: Room, q: Program, groups: Groups, at: Lanes, nominal: Nominal, frame: FloatArray, solver: Solver,
-    rows: Rows, first: int, one: Rows, found: Found, d: int,
+    room: Room, q: Program, groups: Groups, at: Lanes, nominal: Nominal, frame: FloatArray, solver: RowSolver,
+    rows: Rows, first: int, one: Rows, found: FamilyRows, d: int,
 ) -> int:  # fmt: skip
     """Solve the rows after the solved row `first`; set `found.end` and return the outcome."""
     lanes, total = room.lanes, rows.time.shape[0]
@@ -416,7 +416,7 @@ def follow(
 
 
 @stage
-def judged(found: Found, d: int, outcome: int, surplus: bool, enough: float) -> int:
+def judged(found: FamilyRows, d: int, outcome: int, surplus: bool, enough: float) -> int:
     """Return the outcome of a design after the check of all its rows."""
     for r in range(found.first[d], found.end[d]):
         if not found.residual[d, r] <= enough:
@@ -426,8 +426,8 @@ def judged(found: Found, d: int, outcome: int, surplus: bool, enough: float) -> 
 
 @kernel
 def family(
-    nominal: Nominal, at: Lanes, tables: Tables, time: FloatArray, inputs: FloatArray, room: Room, solver: Solver,
-    one: Rows, found: Found, first: int, end: int, reachable: bool,
+    nominal: Nominal, at: Lanes, tables: Tables, time: FloatArray, inputs: FloatArray, room: Room, solver: RowSolver,
+    one: Rows, found: FamilyRows, first: int, end: int, reachable: bool,
 ) -> None:  # fmt: skip
     """Follow the motions of designs first..end; inputs (designs or 1, actuators, rows) at times (rows,).
 

@@ -11,7 +11,7 @@ from gimcli.assemblies.assemblies import ConfigurationFinder
 from gimcli.assemblies.count import Matroid, rank_modulo, root_count
 from gimcli.assemblies.dyads import dyad_roots
 from gimcli.assemblies.generic import generic_member, generic_start, random_member
-from gimcli.assemblies.loops import Family, Loops, values, values_and_jacobian
+from gimcli.assemblies.loops import LoopFamily, Loops, values, values_and_jacobian
 from gimcli.assemblies.root_paths import corrected, track
 
 
@@ -26,7 +26,7 @@ def family_of(rows, rail=()):
     for number, place in enumerate(places):
         table[(*place, number)] = 1.0
     n = table.shape[1] - 1 - len(rail)
-    return Family(table[:, 0], table[:, 1 : 1 + n], table[:, 1 + n :], np.array(rail, dtype=np.int64))
+    return LoopFamily(table[:, 0], table[:, 1 : 1 + n], table[:, 1 + n :], np.array(rail, dtype=np.int64))
 
 
 RRR = family_of(["xxx"])

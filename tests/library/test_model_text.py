@@ -202,7 +202,7 @@ def test_mechanisms_without_a_file_have_no_text(tmp_path):
 
 @pytest.mark.parametrize("command", ["trace", "mobility"])
 def test_other_commands_do_not_write_models(command, tmp_path):
-    assert "expected one of the formats .csv, .npz, .json" in refused(
+    assert "expected one of the formats .csv, .parquet, .npz, .json" in refused(
         command, written(tmp_path), "-o", tmp_path / "n.yaml"
     )
     assert ".yaml," not in refused(command, tmp_path / "model.yaml", "-o", tmp_path / "n.txt")
