@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 HELP = (
     "Solves all combinations of listed values, or a sample of distributions; writes one row for each design: its"
-    " dimensions, what is kept, its status. Writes MODEL.sweep.csv."
+    " dimensions, what is kept, its status. Writes MODEL.sweep.csv and .png."
 )
 EXAMPLES = (
     "gim sweep models/crank_rocker.yaml --vary crank.length=30:50:5 -o sweep.csv",
@@ -117,6 +117,7 @@ def command(
         goal=goal, best=best, tolerance=tolerance, workers=workers, scheduler=scheduler, folder=folder, resume=resume,
         notify=note, progress=progress_bar,
     )  # fmt: skip
+    begun.draws = outputs.draws
     try:
         found: SweepResult = outputs.stream(begun)
     except KeyboardInterrupt:
@@ -148,16 +149,16 @@ def _print_interrupted(done: int, chunks: int, folder: Path | None) -> None:
 
 
 def _print(found: SweepResult) -> None:
-    from gimcli.cli.console import print_aligned, print_table
+    from gimcli.cli.console import print_table
     from gimcli.library.result import cells
     from gimcli.library.rounding import number
     from gimcli.status import Status
     from gimcli.table import labelled
 
     typer.echo(found.headline())
-    failed = {word: count for word, count in found.counts.items() if word != Status.OK.word}
-    texts = {status.word: status.plain_text for status in Status}
-    print_aligned([(f"{word}:", str(count), texts[word]) for word, count in failed.items()])
+    for word, count in found.counts.items():
+        if word != Status.OK.word:
+            typer.echo(f"{word}: {count}")
     rows = []
     for name, one in found.ranges.items():
         size = max(abs(one["least"]), abs(one["greatest"]))

@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from gimcli.families.variation import MOST_VALUES, varied
 from gimcli.library.grid import contents_hash, model_hash
 from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
 from gimcli.library.result import RowsResult, joined
+from gimcli.library.sweep_picture import DRAWN, sweep_picture
 from gimcli.mechanism import Mechanism
 from gimcli.output.parts import Parts
 from gimcli.progress import Notify, Phases, no_phases
@@ -26,6 +27,9 @@ from gimcli.structure.drive_check import explained
 from gimcli.structure.plan import make_plan
 from gimcli.table import Column, Table
 from gimcli.version import __version__
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Content
 
 MOST_WORKERS = 1024
 
@@ -140,6 +144,8 @@ class SweepTables:
         self.counts = np.zeros(len(Status), dtype=np.int64)
         self.careful, self.rows = 0, 0
         self.ranges: dict[str, tuple[float, float, int]] = {}
+        self.draws = True
+        self.drawn: list[Rows] = []  # rows for the picture, if it is drawn
         self.best: Table | None = None  # the best designs, if they are requested
 
     @property
@@ -155,15 +161,19 @@ class SweepTables:
             self.careful += int(chunk["careful"])
             self.rows += len(rows)
             self._add_ranges(rows)
+            if self.draws and sum(map(len, self.drawn)) < DRAWN:
+                self.drawn.append(rows)
             table = self._table(rows)
             self.best = table if self.job.best else None
             yield table
 
+    def unit(self, name: str) -> str:
+        """Return the unit of a column."""
+        own = {q.text: q.unit for q in self.job.kept} | self.units
+        return self.job.aim.unit if name == GOAL and self.job.aim is not None else own.get(name, "")
+
     def _table(self, rows: Rows) -> Table:
-        units = {q.text: q.unit for q in self.job.kept} | self.units
-        if self.job.aim is not None:
-            units[GOAL] = self.job.aim.unit
-        columns = [Column(name, np.ascontiguousarray(rows[name]), units.get(name, "")) for name in self.names]
+        columns = [Column(name, np.ascontiguousarray(rows[name]), self.unit(name)) for name in self.names]
         words = np.array([status.word for status in Status])[rows[STATUS]]
         return Table((*columns[:-1], Column(STATUS, words)))
 
@@ -231,9 +241,8 @@ class SweepResult(RowsResult):
     @property
     def ranges(self) -> dict[str, dict[str, Any]]:
         """For each dimension and quantity: the least and greatest value of the kept designs, its unit."""
-        units = {q.text: q.unit for q in self.found.job.kept} | self.found.units
         return {
-            name: {"least": low, "greatest": high, "empty": missing, "unit": units.get(name, "")}
+            name: {"least": low, "greatest": high, "empty": missing, "unit": self.found.unit(name)}
             for name, (low, high, missing) in self.found.ranges.items()
         }
 
@@ -247,6 +256,11 @@ class SweepResult(RowsResult):
             "chunks": job.chunks, "vary": {v.name: v.text for v in job.table.varied.variations},
             "ranges": self.ranges, **best,
         }  # fmt: skip
+
+    def picture(self) -> Content | None:
+        """Return curves over one dimension, contours over two, otherwise distributions; None if there is nothing."""
+        rows = np.concatenate(self.found.drawn) if self.found.drawn else np.empty(0, self.found.job.row)
+        return sweep_picture(self.found, rows)
 
 
 def _listed(table: Table) -> list[dict[str, Any]]:

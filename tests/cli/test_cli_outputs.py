@@ -104,7 +104,7 @@ WRITERS = {
     "tradeoff": "m.tradeoff", "sweep": "m.sweep",
 }  # fmt: skip
 """Commands that write files by default, and the stems of the files."""
-TEXTS = ("check", "mobility", "sweep")
+TEXTS = ("check", "mobility")
 """Commands without a picture."""
 DRAWN = {name: (".png", ".svg", ".pdf") for name in ANALYSES if name not in TEXTS}
 MOVING = {name: (".html",) for name in ("trace", "solve", "circuits", "singularities", "simulate", "check")}
