@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gimcli.families.design_columns import DesignColumns
-from gimcli.families.sweep_job import DESIGN, GOAL, Rows
+from gimcli.families.sweep_job import DESIGN, GOAL, STATUS, Rows
 from gimcli.library.rounding import number
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.output.contours import contour_picture
@@ -16,6 +16,7 @@ from gimcli.output.drawing import motion_picture
 from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.output.panels import panel
 from gimcli.output.picture import WIDEST, Picture, Sheet
+from gimcli.status import Status
 
 if TYPE_CHECKING:
     from gimcli.library.sweep import SweepTables
@@ -84,9 +85,11 @@ def _over_two(found: SweepTables, rows: Rows, first: int, second: int) -> list[P
 
 
 def _whole(found: SweepTables, rows: Rows, name: str) -> FloatArray:
-    """Return the values of all designs, NaN for those that are not kept."""
+    """Return the values of all designs; NaN for those that are not kept, or solved in part where others are whole."""
     values = np.full(found.job.table.count, math.nan)
-    values[rows[DESIGN] - 1] = rows[name]
+    whole = rows[rows[STATUS] == Status.OK]
+    chosen = whole if len(whole) else rows
+    values[chosen[DESIGN] - 1] = chosen[name]
     return values
 
 
