@@ -10,6 +10,7 @@ chapters 4 and 8; Allgower & Georg 2003, section 8.3.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -18,6 +19,8 @@ import numpy as np
 
 from gimcli.continuation.arclength import Implicit
 from gimcli.mechanism import FloatArray
+
+EPS = float(np.finfo(float).eps)
 
 
 class SecondOrder(Implicit, Protocol):
@@ -96,7 +99,7 @@ class Crossing:
         if self.lost == 1:
             found = max(self.tangents, key=lambda t: abs(float(t @ v)), default=None)
         else:
-            settled = _settled(self.forms, a / np.linalg.norm(a))
+            settled = next(_settled(self.forms, a[None] / np.linalg.norm(a)), None)
             found = self.right @ settled if settled is not None and _single(self.forms, settled) else None
         return found if found is None or found @ v >= 0.0 else -found
 
@@ -219,10 +222,8 @@ def _of_many(forms: FloatArray) -> tuple[list[FloatArray], bool]:
     rng = np.random.default_rng(0)
     found: list[FloatArray] = []
     loose = False
-    for start in rng.normal(size=(BRANCHING.starts * 2 ** (size - 2), size)):
-        v = _settled(forms, start / np.linalg.norm(start))
-        if v is None:
-            continue
+    starts = rng.normal(size=(BRANCHING.starts * 2 ** (size - 2), size))
+    for v in _settled(forms, starts / np.linalg.norm(starts, axis=1, keepdims=True)):
         if not _single(forms, v):
             loose = True
         elif all(np.arccos(min(1.0, abs(float(v @ other)))) > BRANCHING.apart for other in found):
@@ -236,17 +237,23 @@ def _single(forms: FloatArray, v: FloatArray) -> bool:
     return bool(np.linalg.svd(forms @ v, compute_uv=False)[size - 2 : size - 1].sum() > BRANCHING.single)
 
 
-def _settled(forms: FloatArray, v: FloatArray) -> FloatArray | None:
-    """Return the common zero direction to which Newton's method converges from v; None if it does not."""
+def _settled(forms: FloatArray, v: FloatArray) -> Iterator[FloatArray]:
+    """Yield the common zero directions to which Newton's method converges from starts v (starts, variables)."""
+    v, going = v.copy(), np.arange(len(v))
     for _ in range(BRANCHING.corrections):
-        value = np.append(_at(forms, v), v @ v - 1.0)
-        step = np.linalg.lstsq(np.vstack([2.0 * forms @ v, 2.0 * v]), -value, rcond=None)[0]
-        v = v + step
-        if np.linalg.norm(step) <= BRANCHING.closeness:
+        at = v[going]
+        slope = 2.0 * np.einsum("rij,sj->sri", forms, at)
+        value = np.concatenate([np.einsum("sri,si->sr", slope, at) / 2.0, (at * at).sum(axis=1)[:, None] - 1.0], axis=1)
+        slope = np.concatenate([slope, 2.0 * at[:, None]], axis=1)
+        step = -(np.linalg.pinv(slope, rcond=EPS * max(slope.shape[1:])) @ value[:, :, None])[:, :, 0]
+        v[going] += step
+        going = going[np.linalg.norm(step, axis=1) > BRANCHING.closeness]
+        if not len(going):
             break
-    norm = float(np.linalg.norm(v))
-    good = norm > 0.0 and np.linalg.norm(_at(forms, v)) <= BRANCHING.rounding * norm**2
-    return v / norm if good else None
+    for one in v:
+        norm = float(np.linalg.norm(one))
+        if norm > 0.0 and np.linalg.norm(_at(forms, one)) <= BRANCHING.rounding * norm**2:
+            yield one / norm
 
 
 def _at(forms: FloatArray, v: FloatArray) -> FloatArray:
