@@ -15,9 +15,9 @@ from gimcli.cli.measures import QUANTITIES, MeasureOption, PlotOption, print_mea
 SERVER = "Server"
 
 HELP = (
-    "Serves one page on this machine (127.0.0.1) with the motion, its graphs and a slider for each input. The motion"
-    " is solved again whenever the file or one of its tables is saved; errors appear on the page, beside the last"
-    " motion. Ctrl-C ends it."
+    "Serves one page on this machine (127.0.0.1) with the motion, its graphs and a slider for each input and parameter."
+    " The motion is solved again whenever the file or one of its tables is saved; errors appear on the page, beside the"
+    " last motion. Ctrl-C ends it."
 )
 EXAMPLES = (
     "gim view models/crank_rocker.yaml",

@@ -1,4 +1,4 @@
-"""Requests of the page for positions at inputs that are set by hand."""
+"""Requests of the page for positions at inputs, and for motions with parameters, that are set by hand."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.dragging import DraggedPosition, InputDrag
 from gimcli.status import Status
 from gimcli.view.live_model import LiveContent, LiveModel
-from gimcli.view.sliders import sliders, starts
+from gimcli.view.sliders import parameter_sliders, sliders, starts
 
 PAGES = 8
 """Number of pages that have a position of their own; the one that was used least recently is forgotten."""
@@ -34,14 +34,15 @@ class HandMotion:
     def __init__(self, model: LiveModel) -> None:
         self.model = model
         self._drags: OrderedDict[tuple[str, int], InputDrag] = OrderedDict()
-        self._sliders: dict[str, Any] = {"motion": 0, "inputs": []}
+        self._sliders: dict[str, Any] = {"motion": 0, "inputs": [], "parameters": []}
 
     def inputs(self) -> dict[str, Any]:
         """Return the number of the motion, and its sliders."""
         shown = self.model.shown
         with self.model.solving:
             if shown.result is not None and shown.motion != self._sliders["motion"]:
-                self._sliders = {"motion": shown.motion, "inputs": sliders(shown.result)}
+                own = parameter_sliders(shown.parameters, shown.result.mechanism)
+                self._sliders = {"motion": shown.motion, "inputs": sliders(shown.result), "parameters": own}
             return self._sliders
 
     def solve(self, request: Any) -> dict[str, Any]:
@@ -62,6 +63,17 @@ class HandMotion:
             mechanism = shown.result.mechanism
             wanted = inputs_of(mechanism, {**in_file_units(mechanism, drag.last.inputs), **inputs}, {})
             return {"motion": number, **answer(mechanism, wanted, drag.to(wanted))}
+
+    def set_parameters(self, request: Any) -> dict[str, Any]:
+        """Set the parameters that a request names, and solve again; raise UsageError for an invalid request.
+
+        The request has the key `parameters`: values by name, in the file's units.
+        """
+        values = request.get("parameters") if isinstance(request, Mapping) and len(request) == 1 else None
+        if not isinstance(values, Mapping) or not all(_is_number(v) and np.isfinite(v) for v in values.values()):
+            raise UsageError("expected an object with the key parameters: an object of finite numbers")
+        self.model.set_parameters(values)
+        return {"motion": self.model.shown.motion}
 
     def _drag(self, shown: LiveContent, page: str, time: float | None) -> InputDrag:
         """Return the drag of a page; it begins at a time of the motion, or continues."""

@@ -1,5 +1,5 @@
 "use strict";
-// The live view: sliders for the inputs, and the motion and the errors of the file as they change.
+// The live view: sliders for inputs and parameters, and the motion and the errors of the file as they change.
 (() => {
   const section = document.getElementById("live");
   const name = Array.from(crypto.getRandomValues(new Uint32Array(2)), String).join("-");  // of this page, for /solve
@@ -8,10 +8,13 @@
   let motion = 0;  // number of the motion that is shown
   let loading = 0;  // number of the motion that has been asked for
   let rows = [];  // one for each input: name, value, slider, number field
+  let parameters = [];  // the same for each parameter, and its value in the file
   let errors = [];  // of the file
   let byHand = false;  // whether a position set by hand is shown, not a row of the motion
   let wanted = null;  // the inputs to solve next
   let asking = false;  // whether a request is on its way
+  let changes = null;  // the parameters to set next
+  let setting = false;  // whether they are on their way
 
   // -- events of the server --------------------------------------------------------------
 
@@ -50,7 +53,7 @@
       motion = loading = answer.motion;
       gim.show(answer.data);
       const found = await (await fetch("inputs")).json();
-      if (found.motion === motion) build(found.inputs, before);
+      if (found.motion === motion) build(found, before);
     } catch {
       loading = 0;  // the connection is lost: the next event loads the data again
     }
@@ -58,13 +61,22 @@
 
   // -- sliders ---------------------------------------------------------------------------
 
-  // Make the sliders; `before` are the values that were set by hand in the motion before.
+  // Make the sliders; `before` are the inputs that were set by hand in the motion before.
   function build(found, before) {
     const focus = document.activeElement && document.activeElement.id;
-    rows = found.map(makeRow);
     columns = {clip: null};
-    section.replaceChildren(...rows.map((row) => row.element), reason, backButton);
-    section.hidden = !rows.length;
+    if (same(rows, found.inputs) && same(parameters, found.parameters)) {  // one of them may be dragged just now
+      [...rows, ...parameters].forEach((row, k) => fit(row, [...found.inputs, ...found.parameters][k]));
+    } else {
+      rows = found.inputs.map((input, number) => makeRow(input, `input-${number}`, ask, settle));
+      parameters = found.parameters.map((one, number) => makeRow(one, `parameter-${number}`, change));
+      const own = parameters.length ? [...parameters.map((row) => row.element), resetButton] : [];
+      section.replaceChildren(...rows.map((row) => row.element), reason, backButton, ...own);
+    }
+    section.hidden = !(rows.length || parameters.length);
+    const held = section.querySelector("input:active, input[type=number]:focus");  // keeps what the user does
+    if (!setting) found.parameters.forEach((one, k) => write(parameters[k], one.value, held));
+    resetButton.disabled = parameters.every((row) => row.value === row.given);
     follow();
     if (focus && section.querySelector(`#${CSS.escape(focus)}`)) document.getElementById(focus).focus();
     if (before && rows.every((row) => row.name in before)) {
@@ -73,29 +85,41 @@
     }
   }
 
-  function makeRow(input, number) {
+  const same = (some, found) => some.length === found.length && some.every((row, k) => row.name === found[k].name);
+
+  // Give a slider its range.
+  function fit(row, input) {
+    const low = input.step * Math.floor(input.low / input.step + 1e-9);
+    row.step = input.step;
+    row.given = input.given;
+    Object.assign(row.slider, {min: low, max: Math.max(input.high, low), step: input.step});
+    write(row, row.value, row.slider);
+  }
+
+  // Make a row; `moved` is called with it for every value, `done` at the end of a drag.
+  function makeRow(input, id, moved, done) {
     const element = document.createElement("div"), label = document.createElement("label");
     const slider = document.createElement("input"), field = document.createElement("input");
     const value = document.createElement("span");
     element.className = "live-row";
     label.textContent = input.name;
-    label.htmlFor = slider.id = `input-${number}`;
-    field.id = `value-${number}`;
+    label.htmlFor = slider.id = id;
+    field.id = `${id}-value`;
     slider.type = "range";
     field.type = "number";
     field.setAttribute("aria-label", `${input.name}, value`);
     value.className = "value";
-    const low = input.step * Math.floor(input.low / input.step + 1e-9);
-    Object.assign(slider, {min: low, max: input.high, step: input.step, value: input.value});
-    Object.assign(field, {step: "any", value: input.value});
-    const row = {name: input.name, element, slider, field, value: input.value, step: input.step};
-    slider.addEventListener("input", () => { write(row, Number(slider.value), slider); ask(); });
+    field.step = "any";
+    const row = {name: input.name, element, slider, field, value: input.value};
+    fit(row, input);
+    write(row, input.value);
+    slider.addEventListener("input", () => { write(row, Number(slider.value), slider); moved(row); });
     field.addEventListener("change", () => {
       if (field.value === "" || !field.validity.valid) { write(row, row.value); return; }
       write(row, Number(field.value), field);
-      ask();
+      moved(row);
     });
-    slider.addEventListener("change", settle);
+    if (done) slider.addEventListener("change", done);
     value.append(field, input.unit);
     element.append(label, slider, value);
     return row;
@@ -105,6 +129,13 @@
   backButton.type = "button";
   backButton.textContent = "Back to the motion";
   backButton.addEventListener("click", leave);
+
+  const resetButton = document.createElement("button");
+  resetButton.type = "button";
+  resetButton.textContent = "Parameters of the file";
+  resetButton.addEventListener("click", () => {
+    for (const row of parameters) { write(row, row.given); change(row); }
+  });
 
   const reason = document.createElement("p");  // why the inputs were not reached
   reason.className = "reason";
@@ -182,6 +213,32 @@
   // Where the inputs could not be reached, show those of the position.
   function settle() {
     if (byHand && settled && !asking) set(settled);
+  }
+
+  // -- parameters ------------------------------------------------------------------------
+
+  function change(row) {
+    changes = {...changes, [row.name]: row.value};
+    resetButton.disabled = parameters.every((one) => one.value === one.given);
+    if (!setting) sendChanges();
+  }
+
+  // At most one request is on its way; the new motion is an event, as for a saved file.
+  async function sendChanges() {
+    setting = true;
+    while (changes) {
+      const sent = {parameters: changes};
+      changes = null;
+      try {
+        const answer = await fetch("set", {
+          method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify(sent),
+        });
+        if (!answer.ok) report(await answer.text());
+      } catch {
+        changes = null;  // the connection is lost: the stream of events reports it
+      }
+    }
+    setting = false;
   }
 
   // -- rows of the motion ----------------------------------------------------------------

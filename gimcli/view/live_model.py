@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 import traceback
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from threading import Condition, Lock
 from typing import Any
@@ -17,6 +17,7 @@ from typing import Any
 from gimcli.errors import GimError, ModelError, StructureError, UsageError
 from gimcli.library.load import load
 from gimcli.library.trace import MotionTraceResult, trace
+from gimcli.mechanism import Mechanism
 from gimcli.output.page.document import page_json
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.view.stamps import stamps
@@ -39,6 +40,7 @@ class LiveContent:
     motion: int = 0  # number of the motion; 0: no motion has been solved yet
     result: MotionTraceResult | None = None
     data: str = "null"  # the motion as JSON, for the page
+    parameters: Mapping[str, float] = field(default_factory=dict)  # given by numbers, not by hand
     errors: tuple[str, ...] = ()
 
 
@@ -60,6 +62,8 @@ class LiveModel:
         self.path, self.assembly, self.settings, self.note = path, assembly, dict(settings), note
         self.changes = dict(changes)
         self.shown, self.solving, self.ended = LiveContent(), Lock(), False
+        self._by_hand: dict[str, float] = {}  # parameters
+        self._updating = Lock()  # held from reading the file to showing its motion
         self._changed = Condition()
         self._seen = stamps([path.absolute()])
         self._unread, self._looked = False, 0.0
@@ -82,13 +86,29 @@ class LiveModel:
     def follow(self) -> None:
         """Solve again whenever a file changes, until `end` is called."""
         while self._wait_for_save():
+            with self._updating:
+                try:
+                    self._show_motion(self._solved(lambda phase: self._stop_if_saved))
+                except Superseded:
+                    continue
+                except Exception as error:
+                    if not self._is_saved_within(SETTLED):
+                        self._show_error(error)
+
+    def set_parameters(self, values: Mapping[str, float]) -> None:
+        """Set parameters by hand and solve again; they keep their values until the file gives others.
+
+        Raises UsageError for an unknown name. Other errors are shown beside the last motion.
+        """
+        for name in values:
+            if name not in self.shown.parameters:
+                raise UsageError(f"'{name}' is not a parameter with a number")
+        with self._updating:
+            self._by_hand |= values
             try:
-                self._show_motion(self._solved(lambda phase: self._stop_if_saved))
-            except Superseded:
-                continue
+                self._show_motion(self._solved(no_phases, quiet=True))
             except Exception as error:
-                if not self._is_saved_within(SETTLED):
-                    self._show_error(error)
+                self._show_error(error)
 
     def end(self) -> None:
         """End `follow` and all waiting."""
@@ -129,8 +149,8 @@ class LiveModel:
             if self.ended or stamps(self._seen) != self._seen:
                 raise Superseded
 
-    def _solved(self, progress: Phases) -> LiveContent:
-        """Read and solve the file; return what the page shows then.
+    def _solved(self, progress: Phases, quiet: bool = False) -> LiveContent:
+        """Read and solve the file; return what the page shows then. The line about it is left out if `quiet`.
 
         Raises GimError if it cannot be read or solved.
         """
@@ -142,6 +162,8 @@ class LiveModel:
             mechanism = load(self.path)
             self._seen = {**stamps(mechanism.files), **{f: before[f] for f in mechanism.files if f in before}}
             mechanism = mechanism.with_(self.changes) if self.changes else mechanism
+            parameters = numbers_of(mechanism)
+            mechanism = mechanism.with_(self._kept(parameters))
             if self.assembly:
                 from gimcli.library.assembled import assembled  # imported late: few ask for it
 
@@ -151,8 +173,16 @@ class LiveModel:
                 raise StructureError(unsolved(result))
             animation = result.animation()
             data = "null" if animation is None else page_json(animation)
-        self.note(f"{result.headline()} ({time.perf_counter() - begun:.2f} s)")
-        return LiveContent(result=result, data=data)
+        if not quiet:
+            self.note(f"{result.headline()} ({time.perf_counter() - begun:.2f} s)")
+        return LiveContent(result=result, data=data, parameters=parameters)
+
+    def _kept(self, parameters: Mapping[str, float]) -> dict[str, float]:
+        """Return the parameters set by hand; those of which the file has another value than before are forgotten."""
+        before = self.shown.parameters
+        same = {name for name in self._by_hand if parameters.get(name) == before.get(name)}
+        self._by_hand = {name: value for name, value in self._by_hand.items() if name in same}
+        return self._by_hand
 
     # -- results -------------------------------------------------------------------------
 
@@ -175,6 +205,12 @@ class LiveModel:
         with self._changed:
             self.shown = replace(new, version=self.shown.version + 1)
             self._changed.notify_all()
+
+
+def numbers_of(mechanism: Mechanism) -> dict[str, float]:
+    """Return the values of the parameters that are numbers, not formulas."""
+    dimensions = mechanism.written.dimensions.values()
+    return {one.name: one.value for one in dimensions if one.where[0] == "parameters" and not one.formula}
 
 
 def unsolved(result: Any) -> str:

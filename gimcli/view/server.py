@@ -1,7 +1,7 @@
 """The server of the live view: the page, its data, changes of the file as they occur, positions at inputs.
 
-It listens on this machine only and answers five requests: GET / (the page), GET /data (the motion), GET /inputs (its
-sliders), GET /events (server-sent events: number of the motion, errors) and POST /solve (see `HandMotion`).
+It listens on this machine only and answers six requests: GET / (the page), GET /data (the motion), GET /inputs (its
+sliders), GET /events (server-sent events: number of the motion, errors), POST /solve and POST /set (see `HandMotion`).
 """
 
 from __future__ import annotations
@@ -156,9 +156,17 @@ class ViewRequest(BaseHTTPRequestHandler):
 
     def send_position(self) -> None:
         """Send the position at the inputs that the body of the request names."""
+        self._send_found(self.server.hand.solve)
+
+    def set_parameters(self) -> None:
+        """Solve the motion with the parameters that the body of the request names; events report it to all pages."""
+        self._send_found(self.server.hand.set_parameters)
+
+    def _send_found(self, find: Callable[[Any], Any]) -> None:
+        """Send what is found for the body of the request."""
         body = self.rfile.read(body_length(self.headers))
         try:
-            found = self.server.hand.solve(json.loads(body))
+            found = find(json.loads(body))
         except Outdated:
             raise Refused(HTTPStatus.CONFLICT, "this motion has been replaced") from None
         except UsageError as error:
@@ -183,5 +191,6 @@ ROUTES: dict[str, dict[str, Callable[[ViewRequest], None]]] = {
     "/inputs": {"GET": ViewRequest.send_inputs},
     "/events": {"GET": ViewRequest.send_events},
     "/solve": {"POST": ViewRequest.send_position},
+    "/set": {"POST": ViewRequest.set_parameters},
 }
 """What is answered, by path and method."""

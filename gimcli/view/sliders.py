@@ -1,9 +1,9 @@
-"""The sliders of the page: one for each input, with its range."""
+"""The sliders of the page: one for each input and one for each parameter, with its range."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -39,6 +39,24 @@ def sliders(result: MotionTraceResult) -> list[dict[str, Any]]:
                 "name": actuator.name, "unit": "" if unit == "unit" else unit, "step": step_of(high - low),
                 "low": _rounded(low), "high": _rounded(high),
                 "value": _rounded(float(mechanism.value_to_file(k, result.motions[0].inputs[k, :1])[0])),
+            }
+        )  # fmt: skip
+    return found
+
+
+def parameter_sliders(given: Mapping[str, float], mechanism: Mechanism) -> list[dict[str, Any]]:
+    """Return name, least, greatest, present and given value and step of each parameter that is given by a number.
+
+    The range is half to double the given value; for 0 it is the size of the mechanism in both directions.
+    """
+    size, found = mechanism.size * mechanism.scale, []
+    for name, value in given.items():
+        low, high = sorted((0.5 * value, 2.0 * value)) if value else (-size, size)
+        now = mechanism.written.dimension(name).value
+        found.append(
+            {
+                "name": name, "unit": "", "step": step_of(high - low), "low": _rounded(low), "high": _rounded(high),
+                "value": _rounded(now), "given": _rounded(value),
             }
         )  # fmt: skip
     return found

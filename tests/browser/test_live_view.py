@@ -162,3 +162,33 @@ def test_the_end_of_the_server_is_reported_and_a_new_one_is_shown(browser, norto
     with running(norton, port=port, steps=24):
         page.until("window.gim && gim.state().rows === 25")
         assert page.hidden("#message")
+
+
+def test_a_parameter_has_a_slider(browser, norton):
+    norton.write_text(norton.read_text().replace("length: 40}", "length: r}") + "parameters: {r: 40, x: 1}\n")
+    mechanism = gimcli.load(norton)
+    with running(norton, steps=36) as client:
+        page = LivePage(browser, client)
+        page.drag(90.0)
+        page.follows(gimcli.solve(mechanism, motor=90).xy, "B")
+        page.script("window.first = document.getElementById('parameter-0')")
+        for value in (35.0, 30.0):
+            page.script(
+                "first.value = arguments[0]; first.dispatchEvent(new Event('input'))", value
+            )  # the input stays at 90 deg as it was set by hand
+            page.follows(gimcli.solve(mechanism.with_({"r": value}), motor=90).xy, "B")
+        assert page.script("return first.isConnected && [first.min, first.max].join()") == "20,80"
+        assert page.script("return document.getElementById('parameter-0-value').value") == "30"
+        page.script("first.value = 80; first.dispatchEvent(new Event('input'))")  # longer than a crank can be
+        page.until("document.getElementById('message').textContent")
+        page.script("[...document.querySelectorAll('#live button')].pop().click()")
+        page.until("!document.getElementById('message').textContent")
+        page.until("first.value === '40'")
+        page.follows(gimcli.solve(mechanism, motor=90).xy, "B")
+        page.script("const e = document.getElementById('parameter-0-value'); e.value = 45;"
+                    "e.dispatchEvent(new Event('change'))")  # fmt: skip
+        page.follows(gimcli.solve(mechanism.with_({"r": 45}), motor=90).xy, "B")
+        norton.write_text(norton.read_text().replace("x: 1}", "y: 1, x: 1}"))
+        page.until("document.querySelectorAll('#live input[type=range]').length === 4")
+        page.until("document.getElementById('parameter-0').value === '45'")
+        assert [fault for fault in page.faults() if "409" not in fault] == []  # 409: of the motion before

@@ -81,10 +81,10 @@ def _events(answer: HTTPResponse):
 
 
 @contextmanager
-def running(path, port=0, assembly="", **settings):
+def running(path, port=0, assembly="", changes=None, **settings):
     """Serve a model file from a thread (context manager); returns a client."""
     notes = []
-    with served(path, {}, assembly, port, {"steps": 24, **settings}, notes.append) as server:
+    with served(path, changes or {}, assembly, port, {"steps": 24, **settings}, notes.append) as server:
         thread = Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         try:

@@ -40,7 +40,7 @@ def test_it_listens_on_this_machine_only(crank):
     assert crank.server.socket.getsockname()[0] == "127.0.0.1"
 
 
-@pytest.mark.parametrize("path", ["/", "/data", "/inputs", "/events", "/solve"])
+@pytest.mark.parametrize("path", ["/", "/data", "/inputs", "/events", "/solve", "/set"])
 @pytest.mark.parametrize(
     "headers",
     [
@@ -60,7 +60,7 @@ def test_requests_of_other_pages_are_refused(crank, path, headers):
     sent = {
         name: [here(v) for v in value] if isinstance(value, list) else here(value) for name, value in headers.items()
     }
-    found = crank.ask(*(("POST", path, REQUEST) if path == "/solve" else ("GET", path)), **sent)
+    found = crank.ask(*(("POST", path, REQUEST) if path in ("/solve", "/set") else ("GET", path)), **sent)
     assert found.status == 403
     assert "nodes" not in found.text
     assert "DOCTYPE" not in found.text
@@ -81,6 +81,7 @@ def test_its_own_page_is_answered(crank, host):
         ("GET", "/models", 404), ("GET", "/../pyproject.toml", 404), ("GET", "/%2e%2e/pyproject.toml", 404),
         ("GET", "/data/", 404), ("GET", "/crank_rocker.yaml", 404), ("GET", "/live.js", 404),
         ("GET", "http://example.org/", 404), ("POST", "/", 405), ("POST", "/data", 405), ("GET", "/solve", 405),
+        ("GET", "/set", 405),
         ("PUT", "/solve", 501), ("DELETE", "/", 501), ("HEAD", "/", 501), ("OPTIONS", "/solve", 501),
     ],
 )  # fmt: skip
