@@ -179,14 +179,15 @@ def test_a_parameter_has_a_slider(browser, norton):
             page.follows(gimcli.solve(mechanism.with_({"r": value}), motor=90).xy, "B")
         assert page.script("return first.isConnected && [first.min, first.max].join()") == "20,80"
         assert page.script("return document.getElementById('parameter-0-value').value") == "30"
-        page.script("first.value = 80; first.dispatchEvent(new Event('input'))")  # longer than a crank can be
-        page.until("document.getElementById('message').textContent")
+        write = "const e = document.getElementById('parameter-0-value'); e.value = arguments[0];"
+        write += "e.dispatchEvent(new Event('change'))"
+        page.script(write, -1)
+        page.until("document.getElementById('message').textContent.includes('crank.length: expected a number above')")
         page.script("[...document.querySelectorAll('#live button')].pop().click()")
         page.until("!document.getElementById('message').textContent")
         page.until("first.value === '40'")
         page.follows(gimcli.solve(mechanism, motor=90).xy, "B")
-        page.script("const e = document.getElementById('parameter-0-value'); e.value = 45;"
-                    "e.dispatchEvent(new Event('change'))")  # fmt: skip
+        page.script(write, 45)
         page.follows(gimcli.solve(mechanism.with_({"r": 45}), motor=90).xy, "B")
         norton.write_text(norton.read_text().replace("x: 1}", "y: 1, x: 1}"))
         page.until("document.querySelectorAll('#live input[type=range]').length === 4")
