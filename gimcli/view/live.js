@@ -11,6 +11,7 @@
   let parameters = [];  // the same for each parameter, and its value in the file
   let errors = [];  // of the file
   let byHand = false;  // whether a position set by hand is shown, not a row of the motion
+  let kept = null;  // the inputs set by hand, while the next motion is loaded
   let wanted = null;  // the inputs to solve next
   let asking = false;  // whether a request is on its way
   let changes = null;  // the parameters to set next
@@ -48,12 +49,13 @@
     try {
       const answer = await (await fetch("data")).json();
       if (answer.motion === motion || answer.data === null) return;
-      const before = byHand ? inputs() : null;
+      if (byHand) kept = inputs();
       leave();
       motion = loading = answer.motion;
       gim.show(answer.data);
+      gim.draw();  // now: the event of the row must not come after the inputs are set by hand again
       const found = await (await fetch("inputs")).json();
-      if (found.motion === motion) build(found, before);
+      if (found.motion === motion) build(found);
     } catch {
       loading = 0;  // the connection is lost: the next event loads the data again
     }
@@ -61,8 +63,8 @@
 
   // -- sliders ---------------------------------------------------------------------------
 
-  // Make the sliders; `before` are the inputs that were set by hand in the motion before.
-  function build(found, before) {
+  // Make the sliders, and set the inputs that were set by hand in the motion before.
+  function build(found) {
     const focus = document.activeElement && document.activeElement.id;
     columns = {clip: null};
     if (same(rows, found.inputs) && same(parameters, found.parameters)) {  // one of them may be dragged just now
@@ -77,12 +79,13 @@
     const held = section.querySelector("input:active, input[type=number]:focus");  // keeps what the user does
     if (!setting) found.parameters.forEach((one, k) => write(parameters[k], one.value, held));
     resetButton.disabled = parameters.every((row) => row.value === row.given);
-    follow();
+    if (!byHand) follow();
     if (focus && section.querySelector(`#${CSS.escape(focus)}`)) document.getElementById(focus).focus();
-    if (before && rows.every((row) => row.name in before)) {
-      set(before);
+    if (kept && rows.every((row) => row.name in kept)) {
+      set(kept);
       ask();
     }
+    kept = null;
   }
 
   const same = (some, found) => some.length === found.length && some.every((row, k) => row.name === found[k].name);
@@ -134,7 +137,8 @@
   resetButton.type = "button";
   resetButton.textContent = "Parameters of the file";
   resetButton.addEventListener("click", () => {
-    for (const row of parameters) { write(row, row.given); change(row); }
+    for (const row of parameters) write(row, row.given);
+    change(...parameters);
   });
 
   const reason = document.createElement("p");  // why the inputs were not reached
@@ -217,8 +221,8 @@
 
   // -- parameters ------------------------------------------------------------------------
 
-  function change(row) {
-    changes = {...changes, [row.name]: row.value};
+  function change(...some) {
+    changes = {...changes, ...Object.fromEntries(some.map((row) => [row.name, row.value]))};
     resetButton.disabled = parameters.every((one) => one.value === one.given);
     if (!setting) sendChanges();
   }
