@@ -73,7 +73,7 @@ def test_a_slider_moves_the_mechanism_to_the_positions_of_solve(browser, norton)
             page.drag(angle)
             page.follows(gimcli.solve(mechanism, motor=angle).xy, "B")
             assert page.read() == angle
-        assert f"motor = {angle:g} deg" in page.text("#readout")
+        page.until(f"document.getElementById('readout').textContent.includes('motor = {angle:g} deg')")
         page.drag(-100, kind="number", event="change")
         page.follows(gimcli.solve(mechanism, motor=-100).xy, "B")
         page.script("gim.set({row: 9})")
