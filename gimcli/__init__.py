@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from gimcli.library.load import load, loads
     from gimcli.library.mobility import mobility
     from gimcli.library.reduce import reduce
+    from gimcli.library.sensitivity import sensitivity
     from gimcli.library.sequence import sequence
     from gimcli.library.simulate import simulate
     from gimcli.library.singularities import singularities
@@ -44,7 +45,8 @@ if TYPE_CHECKING:
 __all__ = [
     "GimError", "Mechanism", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError",
     "assembled", "check", "circuits", "configurations", "fit", "forces", "groups", "load", "loads", "mobility",
-    "reduce", "sequence", "simulate", "singularities", "solve", "sweep", "trace", "tradeoff", "workspace",
+    "reduce", "sensitivity", "sequence", "simulate", "singularities", "solve", "sweep", "trace", "tradeoff",
+    "workspace",
 ]  # fmt: skip
 
 _ERRORS = ("GimError", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError")

@@ -28,6 +28,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "Families of designs": {
         "sweep": "Vary dimensions: solve many designs, keep quantities of each.",
+        "sensitivity": "Find how positions depend on dimensions; spread of tolerances.",
         "fit": "Find dimensions for which the motion passes targets.",
     },
     "Structure": {

@@ -217,18 +217,19 @@ class PositionAngle(PositionQuantity):
         return self.mechanism.angle_unit
 
     @property
-    def _turn(self) -> float:
+    def turn(self) -> float:
+        """A full turn."""
         return 360.0 if self.unit == "deg" else 2.0 * np.pi
 
     def values(self, at: PositionState) -> FloatArray:
         """Return the values (designs, rows)."""
         first, second = (1.0 + 0.0j if one is None else one.value(at) for one in (self.arrow, self.other))
-        found = np.angle(first * np.conj(second)) * (self._turn / (2.0 * np.pi))
+        found = np.angle(first * np.conj(second)) * (self.turn / (2.0 * np.pi))
         return np.asarray(np.broadcast_to(found, (len(at.z), at.z.shape[2])))
 
     def slopes(self, at: PositionState, by: PositionSlopes) -> FloatArray:
         """Return the derivatives (designs, dimensions + inputs, rows)."""
-        return self.turning(at, by) * (self._turn / (2.0 * np.pi))
+        return self.turning(at, by) * (self.turn / (2.0 * np.pi))
 
     def turning(self, at: PositionState, by: PositionSlopes) -> FloatArray:
         """Return the derivatives [rad]."""
@@ -239,7 +240,7 @@ class PositionAngle(PositionQuantity):
     def difference(self, values: FloatArray, nominal: FloatArray) -> FloatArray:
         """Return values minus nominal ones, at most half a turn."""
         change = values - nominal
-        return np.asarray(change - self._turn * np.round(change / self._turn))
+        return np.asarray(change - self.turn * np.round(change / self.turn))
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from gimcli.model.dimensions import Dimension
     from gimcli.recording import Recording
 
+DYNAMIC = ("masses", "loads", "springs", "dampers", "friction")
+"""Sections on which positions do not depend."""
+
 
 @dataclass(frozen=True)
 class Written:
@@ -60,6 +63,8 @@ class Written:
         recording = Recording()
         changes = {name: recording.variable(self.dimension(name).value) for name in names}
         model = self.substituted(changes, FUNCTIONS)
+        for section in DYNAMIC:
+            model = model.with_value(section, lambda _: {})
         return compile_model(model, self.source.folder, (mechanism.origin, mechanism.scale)), recording
 
     def place(self, where: Where) -> str:

@@ -30,6 +30,7 @@ FEW = {
     "trace": ["--steps", "2"], "forces": ["--steps", "2"], "reduce": ["--steps", "2"],
     "tradeoff": ["--steps", "2", "--tolerances", "1e-3"], "simulate": ["--time", "0.02", "--dt", "0.01"],
     "workspace": ["--grid", "2"], "circuits": ["--samples", "4"],
+    "sensitivity": ["--steps", "2"],
     "sweep": ["--steps", "2", "--vary", "crank.length=1,1.1"],
 }  # fmt: skip
 CASES = [(name, ()) for name in ANALYSES]
@@ -102,6 +103,7 @@ def test_the_files_of_a_model_are_known(folder):
 WRITERS = {
     "trace": "m", "forces": "m.forces", "simulate": "m.simulation", "reduce": "m.reduced", "workspace": "m.workspace",
     "tradeoff": "m.tradeoff", "sweep": "m.sweep",
+    "sensitivity": "m.sensitivity",
 }  # fmt: skip
 """Commands that write files by default, and the stems of the files."""
 TEXTS = ("check", "mobility")

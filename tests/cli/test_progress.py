@@ -31,6 +31,7 @@ PHASES = {
     "simulate": (["--time", "0.02", "--dt", "0.01", "--reactions"], ["simulating", "reactions", "drawing"]),
     "workspace": (["--point", "B"], ["circuit", "drawing"]),
     "workspace --all": (["--point", "B"], ["configurations and their circuits", "drawing"]),
+    "sensitivity": (["--steps", "2"], ["drawing"]),
     "sweep": (["--steps", "2", "--vary", "crank.length=1,1.1"], ["designs", "drawing"]),
     "circuits": (["--samples", "4", "--png", "c.png"], ["configurations and their circuits", "drawing"]),
     "singularities": (["--png", "s.png"], ["following branches", "drawing"]),

@@ -40,6 +40,8 @@ FREE = {
     "DIMENSION": r"[\w.]+",
     "QUANTITY": r".+\(.+\)|type|solved",
     "STATUS": r"[a-z-]+",
+    "VALUE": r"\w+\.(?:x|y|angle)",
+    "SPREAD": r"worst|rss|sd|mean_shift|mean_shift_error|sampled_sd|sampled_sd_error|least|greatest",
 }
 
 
@@ -65,6 +67,7 @@ def freed(name, actuator):
     return {k: {**a, "free": k == actuator} for k, a in moved(name, by=0).items()}
 
 
+TOLERANCES = {"crank": 0.05, "P.x": 0.02}
 MEASURES = ["-m", "transmission", "-m", "centre:coupler/rocker", "-m", "centre:frame/coupler", "-m", "curvature:P",
             "-m", "advantage:motor/rocker", "-m", "area:coupler"]  # fmt: skip
 CASES = {
@@ -99,6 +102,14 @@ CASES = {
         massive("five_bar", actuators=freed("five_bar", "motor_1")), ["simulate", "--time", "1", "--dt", "0.5"],
     ),
     "reduce": ("watt_1", ["reduce", "-n", "6", "--rpm", "60", "--fluctuation", "0.1"]),
+    "sensitivity": (
+        changed("crank_rocker", tolerances=TOLERANCES),
+        ["sensitivity", "-n", "4", "--of", "P.x", "--of", "rocker", "--samples", "100"],
+    ),
+    "sensitivity, position": (
+        changed("crank_rocker", tolerances=TOLERANCES),
+        ["sensitivity", "--at", "motor=30", "--of", "P", "--samples", "100"],
+    ),
     "sweep": ("crank_rocker", ["sweep", "--vary", "crank.length=40,41", "--keep", "max(P.y)", "--keep", "type"]),
     "sweep, best": (
         "crank_rocker", ["sweep", "--vary", "crank.length=40,41", "--goal=max(P.y)", "--best=1", "--keep=solved"],

@@ -1,0 +1,212 @@
+"""`gim sensitivity`: how positions depend on the dimensions, and their spread within tolerances."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gimcli.cli.arguments import (
+    INPUTS,
+    MODEL,
+    NONE,
+    Assembly,
+    At,
+    Jit,
+    JitOption,
+    Json,
+    ModelPath,
+    Out,
+    Png,
+    Set,
+    Steps,
+    pairs,
+)
+from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+
+if TYPE_CHECKING:
+    from gimcli.library.sensitivity_result import SensitivityResult
+
+HELP = (
+    "Exact derivatives of points, angles and transmission angles by the numbers of the model file, at one position"
+    " (--at) or along the motion. If the model has `tolerances`, also the worst case, the root of the sum of squares"
+    " (RSS) and random designs. Writes MODEL.sensitivity.csv and .png."
+)
+EXAMPLES = (
+    "gim sensitivity models/crank_rocker.yaml --of P --at motor=30",
+    'gim sensitivity models/crank_rocker.yaml --of "range(rocker)" --of "max(P.y)"',
+    "gim sensitivity models/jansen.yaml --of foot.y --by m,j -o foot.png",
+)
+TOLERANCES = "Tolerances"
+DIMENSIONS = 12
+"""Largest number of dimensions of a quantity that are printed."""
+
+
+class Distribution(StrEnum):
+    """Distributions of a dimension within its tolerance."""
+
+    NORMAL = "normal"
+    UNIFORM = "uniform"
+
+
+@with_picture_options
+def command(
+    model: ModelPath = MODEL,
+    changes: Set = NONE,
+    of: Annotated[
+        list[str],
+        typer.Option(
+            "--of", metavar="QUANTITY", rich_help_panel=INPUTS,
+            help='P, P.x, member, transmission, angle:A/B; of a motion also "max(P.y)", min, range, mean, rms;'
+            " repeatable. Default: the traced points.",
+        ),
+    ] = NONE,
+    by: Annotated[
+        list[str],
+        typer.Option(
+            "--by", metavar="NAME,NAME", rich_help_panel=INPUTS,
+            help="Dimensions or actuators; repeatable. Default: all numbers of the file that move a node.",
+        ),
+    ] = NONE,
+    at: At = NONE,
+    assembly: Assembly = "",
+    steps: Steps = 72,
+    samples: Annotated[
+        int | None,
+        typer.Option(
+            "--samples", metavar="N", min=0, max=10_000_000, rich_help_panel=TOLERANCES,
+            help="Random designs within the tolerances (default 10000; 0: none).",
+        ),
+    ] = None,
+    seed: Annotated[
+        int, typer.Option("--seed", metavar="N", min=0, help="Seed of the random designs.", rich_help_panel=TOLERANCES)
+    ] = 0,
+    distribution: Annotated[
+        Distribution,
+        typer.Option(
+            "--distribution", metavar="NAME", rich_help_panel=TOLERANCES, show_default=False,
+            help="normal (default; the tolerance is 3 standard deviations) or uniform.",
+        ),
+    ] = Distribution.NORMAL,
+    jit: JitOption = Jit.AUTO,
+    out: Out = NONE,
+    png: Png = True,
+    as_json: Json = False,
+    drawing: Drawing = NO_OPTIONS,
+) -> None:  # fmt: skip
+    """Find sensitivities."""
+    from gimcli.cli.console import note
+    from gimcli.cli.outputs import Outputs
+    from gimcli.cli.progress import progress_bar
+    from gimcli.library.sensitivity import sensitivity
+    from gimcli.library.sensitivity_result import SensitivityResult
+
+    inputs = pairs(at)
+    outputs = Outputs(SensitivityResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
+    found = sensitivity(
+        outputs.loaded(assembly, inputs, changes=changes), of, by=_names(by), at=inputs, steps=steps, samples=samples,
+        seed=seed, distribution=distribution.value, jit=jit.value, notify=note, progress=progress_bar,
+    )  # fmt: skip
+    outputs.write(found)
+    outputs.finish(found, _print)
+
+
+def _names(given: list[str]) -> list[str]:
+    return [name.strip() for text in given for name in text.split(",") if name.strip()]
+
+
+def _print(found: SensitivityResult) -> None:
+    from gimcli.cli.console import print_table
+
+    typer.echo(found.headline())
+    if found.reason:
+        typer.echo(found.reason)
+    if not found.good.any():
+        return
+    report = found.report()["quantities"]
+    for k, name in enumerate(found.names):
+        rows = _rows(found, k, report[name]["derivatives"])
+        print_table(_title(found, k), _head(found), rows[:DIMENSIONS], right=(1, 2, 3) if found.spread else (1,))
+        if len(rows) > DIMENSIONS:
+            typer.echo(f"... and {len(rows) - DIMENSIONS} smaller ones (the table and --json list all)")
+    if found.spread is not None:
+        _print_spread(found, report)
+    for most in found.most.values():
+        typer.echo(most.text)
+
+
+def _title(found: SensitivityResult, k: int) -> str:
+    import numpy as np
+
+    from gimcli.library.rounding import number
+
+    unit = "" if found.units[k] == "unit" else f" {found.units[k]}"
+    value = found.value[found.names[k]]
+    if not found.by_rows:
+        return f"{found.names[k]} = {number(value)}{unit}"
+    return f"{found.names[k]}: {number(float(np.nanmin(value)))} to {number(float(np.nanmax(value)))}{unit}"
+
+
+def _head(found: SensitivityResult) -> tuple[str, ...]:
+    derivative = "largest derivative" if found.by_rows else "derivative"
+    effect = "effect (rms)" if found.by_rows else "effect"
+    return (
+        "dimension", derivative, *(("tolerance", effect) if found.spread else ()), "unit",
+        *(("at",) if found.by_rows else ()),
+    )  # fmt: skip
+
+
+def _rows(found: SensitivityResult, k: int, derivatives: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Return the dimensions of a quantity, the one with the largest effect first."""
+    import numpy as np
+
+    rows = []
+    for n in np.argsort(-found.effects[k], kind="stable").tolist():
+        one, own = found.dimensions[n], derivatives[found.dimensions[n].name]
+        allowed = found.tolerances[n]
+        tolerance = (f"{allowed:.4g}", f"{found.effects[k, n]:.4g}") if allowed else ("", "")
+        where = (_where(found, own),) if found.by_rows else ()
+        rows.append((one.name, _short(own["value"]), *(tolerance if found.spread else ()), own["unit"], *where))
+    return rows
+
+
+def _where(found: SensitivityResult, own: dict[str, Any]) -> str:
+    from gimcli.library.rounding import at_inputs
+
+    return at_inputs(found.mechanism, own.get("at", {}))
+
+
+def _short(value: float | None) -> str:
+    return "-" if value is None else f"{value:.6g}" if abs(value) > 1e-12 else "0"
+
+
+def _print_spread(found: SensitivityResult, report: dict[str, Any]) -> None:
+    """Print the spread of each quantity; of a motion where the first-order standard deviation is largest."""
+    import numpy as np
+
+    from gimcli.cli.console import print_table
+    from gimcli.table import labelled
+
+    head = ["quantity", "worst case", "RSS", "sd, first order", "at"]
+    sampled, spread = found.sampled, found.spread
+    if spread is None:
+        return
+    if sampled is not None:
+        head[4:4] = ["sd, random designs", "mean shift"]
+    rows = []
+    for k, name in enumerate(found.names):
+        row = int(np.nanargmax(np.where(np.isfinite(spread.deviation[k]), spread.deviation[k], -1.0)))
+        cells = [f"±{spread.worst[k, row]:.4g}", f"±{spread.rss[k, row]:.4g}", f"{spread.deviation[k, row]:.4g}"]
+        if sampled is not None:
+            for value, error in ((sampled.deviation, sampled.deviation_error), (sampled.mean, sampled.mean_error)):
+                cells.append(f"{value[k, row]:.4g} ± {error[k, row]:.2g}")
+        where = _where(found, report[name]["sd"]) if found.by_rows else ""
+        rows.append((labelled(name, found.units[k]), *cells, where))
+    title = "Spread within the tolerances" + (", where it is largest" if found.by_rows else "")
+    print_table(title, head, rows, right=range(1, len(head) - 1))
+    if sampled is not None:
+        typer.echo(
+            f"{sampled.samples} random designs, {found.distribution} distribution, seed {found.seed};"
+            f" {int(sampled.samples - sampled.solved.min())} without a position; ±: standard error"
+        )

@@ -1,0 +1,202 @@
+"""Find how positions depend on the dimensions, and their spread within tolerances."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from gimcli.errors import UsageError
+from gimcli.families.design_sensitivity import DesignSensitivity, QuantitySlopes, moves_nodes
+from gimcli.families.family import Family
+from gimcli.families.motion_reductions import MotionReduction, reductions
+from gimcli.families.position_quantities import PositionQuantity, PositionState, QuantityFinder
+from gimcli.families.tolerances import DEVIATIONS, SampledSpread, drawn, sampled_spread
+from gimcli.library.inputs import MOST_STEPS, inputs_of, refuse_choice, refuse_count, refuse_unmoved
+from gimcli.library.sensitivity_result import SensitivityResult
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.model.dimensions import Dimension, dimension, dimensions, tolerances
+from gimcli.motion.motion import Motion, trace
+from gimcli.motion.solve import solve
+from gimcli.positions.dispatch import choose
+from gimcli.positions.options import JIT, Options
+from gimcli.progress import Notify, Phases, no_phases
+from gimcli.structure.drive_check import explained, require_consistent
+from gimcli.structure.plan import make_plan
+
+SAMPLES = 10_000
+"""Random designs, if the model has tolerances."""
+
+BLOCK_SECONDS = 3e-4
+"""Approximate time of one step of a plan, one dimension and 256 rows without compilation [s]."""
+
+
+def sensitivity(
+    mechanism: Mechanism, of: str | Sequence[str] = (), *, by: str | Sequence[str] = (),
+    at: Mapping[str, float | str] | None = None, steps: int = 72, samples: int | None = None, seed: int = 0,
+    distribution: str = "normal", jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases,
+    **inputs: float,
+) -> SensitivityResult:  # fmt: skip
+    """Find the derivatives of positions by the dimensions, for example `sensitivity(m, "P", motor=30)`.
+
+    The derivatives are exact (implicit function theorem) and at constant inputs: a dimension that also changes the
+    start of a law does not move the input. Without inputs they are found along the motion of the laws. If the model
+    has `tolerances`, the spread of each quantity is found too: worst case and root of the sum of squares (RSS) to first
+    order, mean and standard deviation of random designs.
+
+    Args:
+        mechanism: from `load` or `loads`.
+        of: quantities, a text or a list: nodes or points ("P", "P.x"), members (their direction), "transmission",
+            "transmission:B", "angle:A/B"; of a motion also "min(P.y)", "max", "range", "mean" or "rms". By default
+            the traced points.
+        by: dimensions, such as "crank" or "B.x", or actuators for their inputs. By default all numbers of the file that
+            move a node and are not given by a formula, and all inputs.
+        at: dict of inputs by name, for names that are not Python names or are names of arguments.
+        steps: number of steps of the motion, if no input is given.
+        samples: number of random designs for the tolerances; by default 10 000. 0: none.
+        seed: seed of the random designs.
+        distribution: of each dimension within its tolerance, independent of the others: "normal" (the tolerance is
+            three standard deviations) or "uniform" (the tolerance is half the width).
+        jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
+        notify: function of a text; called with notices, such as the start of a compilation.
+        progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+        inputs: inputs by name, in the file's units. Inputs that are not given have the value at the start of their law.
+
+    Returns:
+        A SensitivityResult; derivatives are NaN in rows without a position and at dead points, which have a status.
+
+    Raises:
+        UsageError: an unknown name or an invalid argument.
+        StructureError: the mechanism is not fully driven, over-driven or contradictory.
+    """
+    refuse_choice("jit", jit, JIT)
+    refuse_choice("distribution", distribution, DEVIATIONS)
+    refuse_count("steps", steps, 1, MOST_STEPS)
+    refuse_count("seed", seed, 0, 2**63)
+    refuse_count("samples", SAMPLES if samples is None else samples, 0, MOST_STEPS)
+    whole = not at and not inputs
+    with explained(mechanism):
+        make_plan(mechanism)
+        if whole:
+            refuse_unmoved(mechanism, "add an actuator")
+        motion = (
+            _motion(mechanism, steps, jit, notify) if whole else _position(mechanism, inputs_of(mechanism, at, inputs))
+        )
+    reduced, quantities = _quantities(mechanism, [of] if isinstance(of, str) else list(of), whole)
+    chosen = _dimensions(mechanism, [by] if isinstance(by, str) else list(by))
+    work = BLOCK_SECONDS * (1 + len(chosen)) * len(make_plan(mechanism).steps) * (1 + len(motion.time) // 256)
+    run = choose(jit, work, notify, ("differentiate_all",))
+    found = DesignSensitivity(mechanism, [one.name for one in chosen], quantities, run)
+    if not by:
+        chosen = _moving(mechanism, found, chosen)
+        found = DesignSensitivity(mechanism, [one.name for one in chosen], quantities, run)
+    rows = found(motion.z, motion.inputs)
+    allowed = _tolerances(mechanism, chosen)
+    given = np.flatnonzero(allowed > 0.0)
+    count = (SAMPLES if len(given) else 0) if samples is None else samples
+    if count and not len(given):
+        raise UsageError(
+            "samples: no dimension has a tolerance; add `tolerances: {NAME: VALUE}` to the model, or remove samples"
+        )
+    result = SensitivityResult(mechanism, motion, whole, quantities, reduced, chosen, rows, allowed, distribution)
+    if count and result.good.any():
+        changes = drawn(seed, count, allowed[given], distribution)
+        names = [chosen[k].name for k in given]
+        result.sampled = _sampled(motion, names, quantities, reduced, rows, changes, notify, progress)
+        result.seed = seed
+    return result
+
+
+def _motion(mechanism: Mechanism, steps: int, jit: str, notify: Notify | None) -> Motion:
+    motion = trace(mechanism, steps, Options(jit=jit), notify=notify)
+    require_consistent(mechanism, motion.z[:, 0], motion.inputs[:, 0], motion.first_status, 1e-10)
+    return motion
+
+
+def _position(mechanism: Mechanism, values: FloatArray) -> Motion:
+    """Return one position as a motion of one row."""
+    position = solve(mechanism, values, Options())
+    require_consistent(mechanism, position.z, position.inputs, position.status, 1e-10)
+    z = position.z if not position.status.value else np.full(len(position.z), complex(math.nan, math.nan))
+    return Motion(
+        mechanism, np.zeros(1), position.inputs[:, None], z[:, None], np.array([int(position.status)]),
+        position.residual.total, np.array([position.sweeps], dtype=float), position.z,
+    )  # fmt: skip
+
+
+def _quantities(
+    mechanism: Mechanism, texts: Sequence[str], whole: bool
+) -> tuple[list[MotionReduction], list[PositionQuantity]]:
+    """Return the numbers of the motion, if such were requested, and the quantities of the positions."""
+    finder = QuantityFinder(mechanism)
+    wanted = list(texts) or list(mechanism.traced)
+    reduced = {text: reductions(finder, text) for text in wanted}
+    if not any(reduced.values()):
+        return [], [one for text in wanted for one in finder.find(text)]
+    mixed = [text for text, found in reduced.items() if not found]
+    if mixed:
+        raise UsageError(f"of '{mixed[0]}': the others are numbers of the whole motion: ask for them in a second call")
+    if not whole:
+        raise UsageError(f"of '{wanted[0]}': a number of the whole motion; remove the input value (--at)")
+    every = [one for found in reduced.values() for one in found]
+    return every, [one.quantity for one in every]
+
+
+def _dimensions(mechanism: Mechanism, names: Sequence[str]) -> list[Dimension]:
+    """Return the named dimensions and inputs; by default those that the file gives as numbers, and all inputs."""
+    inputs = {a.name: _input(mechanism, k) for k, a in enumerate(mechanism.actuators)}
+    if names:
+        found = [inputs[name] if name in inputs else dimension(mechanism, name) for name in names]
+    else:
+        tolerated = tolerances(mechanism)
+        own = [d for d in dimensions(mechanism) if (d.given and not d.formula) or d.name in tolerated]
+        found = [*own, *inputs.values()]
+    return list({one.name: one for one in found}.values())
+
+
+def _input(mechanism: Mechanism, k: int) -> Dimension:
+    actuator = mechanism.actuators[k]
+    return Dimension(actuator.name, math.nan, "angle" if actuator.rotary else "length", (), True, "")
+
+
+def _moving(mechanism: Mechanism, found: DesignSensitivity, chosen: Sequence[Dimension]) -> list[Dimension]:
+    """Return the dimensions that move a node, and all inputs."""
+    own = found.family.names
+    moves = dict(zip(own, moves_nodes(found.tangents).tolist(), strict=True))
+    return [one for one in chosen if moves.get(one.name, True)]
+
+
+def _tolerances(mechanism: Mechanism, chosen: Sequence[Dimension]) -> FloatArray:
+    """Return the tolerances of dimensions (dimensions,) in the file's units; 0 for those that have none."""
+    known = tolerances(mechanism)
+    return np.array([known.get(one.name, 0.0) for one in chosen])
+
+
+def _sampled(
+    motion: Motion, names: Sequence[str], quantities: Sequence[PositionQuantity], reduced: Sequence[MotionReduction],
+    nominal: QuantitySlopes, changes: FloatArray, notify: Notify | None, progress: Phases,
+) -> SampledSpread:  # fmt: skip
+    """Return the spread of random designs at the solved rows of a motion."""
+    good = motion.good
+
+    def measure(at: PositionState) -> FloatArray:
+        values = [one.values(at) for one in quantities]
+        if reduced:
+            numbers = zip(reduced, values, nominal.values[:, good], strict=True)
+            return np.stack([(one.values(rows) - one.values(own))[:, None] for one, rows, own in numbers])
+        pairs = zip(quantities, values, nominal.values[:, good], strict=True)
+        return np.stack([one.difference(rows, own) for one, rows, own in pairs])
+
+    family = Family(motion.mechanism, names)
+    found = sampled_spread(family, motion.inputs[:, good], changes, measure, notify, progress("random designs"))
+    if reduced or good.all():
+        return found
+    place = np.flatnonzero(good)
+    wide: list[Any] = []
+    for value in found[1:]:
+        full = np.full((*np.shape(value)[:-1], len(good)), 0.0 if value is found.solved else np.nan)
+        full[..., place] = value
+        wide.append(full)
+    return SampledSpread(found.samples, *wide)

@@ -1,0 +1,350 @@
+"""Derivatives of positions by dimensions, the spread within tolerances, and the dimensions with the largest effect."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gimcli.families.design_sensitivity import QuantitySlopes
+from gimcli.families.motion_reductions import MotionReduction
+from gimcli.families.position_quantities import PositionQuantity
+from gimcli.families.tolerances import FirstOrderSpread, SampledSpread, first_order_spread
+from gimcli.library.result import Result
+from gimcli.library.rounding import titled
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.model.dimensions import Dimension
+from gimcli.motion.motion import Motion
+from gimcli.rates.motion_table import first_columns, status_column
+from gimcli.status import Status
+from gimcli.table import Column, Table, labelled
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Content
+    from gimcli.output.sensitivity import BarLine
+
+DEAD_POINT = (
+    "the position is a dead point, or nearly one: the equations do not determine how it depends on the dimensions;"
+    " choose another input value"
+)
+
+FIRST_ORDER = ("worst", "rss", "sd")
+SAMPLED = ("mean_shift", "mean_shift_error", "sampled_sd", "sampled_sd_error", "least", "greatest")
+"""Labels of the spreads, in the order of `FirstOrderSpread` and `SampledSpread`."""
+
+
+class LargestEffect(NamedTuple):
+    """The dimension with the largest effect on a quantity."""
+
+    dimension: str
+    text: str
+    share: float  # of the variance; NaN without tolerances
+
+
+class SensitivityResult(Result):
+    """Derivatives of quantities by dimensions: `derivatives["P.x"]["crank.length"]`, `value["P.x"]`, `status`.
+
+    Of a motion they are arrays (rows,), of a position or a number of the whole motion they are numbers. Units are those
+    of the file. `most` names the dimension with the largest effect on each quantity.
+    """
+
+    KIND = "sensitivity"
+
+    def __init__(
+        self, mechanism: Mechanism, motion: Motion, whole: bool, quantities: Sequence[PositionQuantity],
+        reduced: Sequence[MotionReduction], dimensions: Sequence[Dimension], rows: QuantitySlopes,
+        tolerances: FloatArray, distribution: str,
+    ) -> None:  # fmt: skip
+        self.mechanism, self.motion, self.whole = mechanism, motion, whole
+        self.quantities, self.reduced, self.dimensions = tuple(quantities), tuple(reduced), tuple(dimensions)
+        self.tolerances, self.distribution = tolerances, distribution
+        self.sampled: SampledSpread | None = None
+        self.seed = 0
+        self._values, self._slopes, self.good = rows.values, rows.slopes, rows.good
+        if reduced:
+            self._reduce(rows)
+
+    def _reduce(self, rows: QuantitySlopes) -> None:
+        """Replace the rows by numbers of the whole motion, of its solved rows."""
+        solved = self.motion.good
+        if solved.any():
+            parts = list(zip(self.reduced, rows.values[:, solved], rows.slopes[..., solved], strict=True))
+            self._values = np.array([[one.values(values)] for one, values, _ in parts])
+            self._slopes = np.stack([one.slopes(values, slopes) for one, values, slopes in parts])[..., None]
+        else:
+            self._values, self._slopes = self._values[:, :1], self._slopes[..., :1]
+        self.good = np.asarray(np.isfinite(self._slopes).all(axis=(0, 1)))
+
+    # -- names and units --------------------------------------------------------------------------
+
+    @property
+    def by_rows(self) -> bool:
+        """Whether there is one value for each row of a motion."""
+        return self.whole and not self.reduced
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the quantities."""
+        return [one.name for one in (self.reduced or self.quantities)]
+
+    @property
+    def units(self) -> list[str]:
+        """Units of the quantities."""
+        return [one.unit for one in self.quantities]
+
+    def unit_of(self, dimension: Dimension) -> str:
+        """Return the unit of a dimension; "" if it has none."""
+        known = {"length": self.mechanism.length_unit, "angle": self.mechanism.angle_unit}
+        return known.get(dimension.unit, "")
+
+    def slope_unit(self, quantity: int, dimension: Dimension) -> str:
+        """Return the unit of a derivative, such as deg/mm."""
+        own, by = (unit if unit != "unit" else "" for unit in (self.units[quantity], self.unit_of(dimension)))
+        return f"{own or '1'}/{by}" if by else own
+
+    # -- results ----------------------------------------------------------------------------------
+
+    @cached_property
+    def value(self) -> dict[str, Any]:
+        """The quantities by name."""
+        return {name: self._shaped(row) for name, row in zip(self.names, self._values, strict=True)}
+
+    @cached_property
+    def derivatives(self) -> dict[str, dict[str, Any]]:
+        """The derivatives by quantity and dimension."""
+        names = [one.name for one in self.dimensions]
+        return {
+            name: {by: self._shaped(row) for by, row in zip(names, rows, strict=True)}
+            for name, rows in zip(self.names, self._slopes, strict=True)
+        }
+
+    def _shaped(self, row: FloatArray) -> Any:
+        return row if self.by_rows else float(row[0])
+
+    @cached_property
+    def spread(self) -> FirstOrderSpread | None:
+        """The spread to first order (quantities, columns); None without tolerances."""
+        if not np.any(self.tolerances > 0.0):
+            return None
+        return first_order_spread(self._slopes, self.tolerances, self.distribution)
+
+    @property
+    def codes(self) -> Any:
+        """The status of each row: singular where there is a position but no derivative."""
+        bad = self.motion.good & ~self.good if not self.reduced else np.zeros_like(self.motion.good)
+        return np.where(bad, int(Status.SINGULAR), self.motion.codes)
+
+    @property
+    def status(self) -> Any:
+        """The status word; of a motion those of the rows (rows,)."""
+        words = status_column(self.codes).values
+        return words if self.by_rows else str(next((w for w in words if w != Status.OK.word), Status.OK.word))
+
+    @property
+    def reason(self) -> str:
+        """Why derivatives are missing; "" if none are."""
+        codes = self.codes[self.codes != Status.OK]
+        if self.reduced and not len(codes) and not self.good.all():
+            return DEAD_POINT
+        if not len(codes):
+            return ""
+        first = Status(int(codes[0]))
+        text = DEAD_POINT if first is Status.SINGULAR else first.plain_text
+        return f"{len(codes)} of {len(self.codes)} rows: {text}" if self.whole else text
+
+    @property
+    def complete(self) -> bool:
+        """Whether all derivatives were found."""
+        return not self.reason
+
+    @cached_property
+    def effects(self) -> FloatArray:
+        """Root-mean-square effect (quantities, dimensions): of the tolerances if there are any, else the derivative."""
+        weight = self.tolerances if self.spread is not None else np.ones(len(self.dimensions))
+        slopes = self._slopes[..., self.good]
+        if not slopes.shape[2]:
+            return np.full(slopes.shape[:2], np.nan)
+        return np.asarray(np.sqrt(np.mean(slopes**2, axis=2)) * weight)
+
+    @cached_property
+    def most(self) -> dict[str, LargestEffect]:
+        """The dimension with the largest effect on each quantity; without tolerances, of those of one unit."""
+        if not self.good.any() or not self.dimensions:
+            return {}
+        return {name: self._largest(k) for k, name in enumerate(self.names)}
+
+    def _largest(self, k: int) -> LargestEffect:
+        effects, name = self.effects[k], self.names[k]
+        if self.spread is None:
+            lengths = np.array([one.unit == "length" and one.name not in self._inputs for one in self.dimensions])
+            effects = np.where(lengths, effects, -1.0) if lengths.any() else effects
+        first = int(np.argmax(effects))
+        one, average = self.dimensions[first], " (root mean square over the motion)" if self.by_rows else ""
+        if effects[first] <= 0.0:
+            return LargestEffect(one.name, f"{name}: no dimension has an effect", float("nan"))
+        unit = self.slope_unit(k, one)
+        if self.spread is None:
+            text = f"{name}: {one.name} has the largest effect, {_with_unit(effects[first], unit)}{average}"
+            return LargestEffect(one.name, text, float("nan"))
+        share = float(effects[first] ** 2 / np.sum(effects**2))
+        own = self.units[k]
+        allowed = _with_unit(self.tolerances[first], self.unit_of(one))
+        text = (
+            f"{name}: {one.name} has the largest effect, {100.0 * share:.0f} % of the variance: its tolerance"
+            f" ±{allowed} gives ±{_with_unit(effects[first], own)}{average}"
+        )
+        return LargestEffect(one.name, text, share)
+
+    @property
+    def _inputs(self) -> set[str]:
+        return {a.name for a in self.mechanism.actuators}
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        inputs = {} if self.whole else self.mechanism.inputs_to_file(self.motion.inputs[:, 0])
+        where = f"{self.mechanism.name}, motion in {len(self.motion.time) - 1} steps" if self.whole else ""
+        word = f": {self.status}" if not self.by_rows else ""
+        return f"{where or titled(self.mechanism, inputs)}: derivatives of {', '.join(self.names)}{word}"
+
+    # -- report -----------------------------------------------------------------------------------
+
+    def report(self) -> dict[str, Any]:
+        """Return the report that --json prints."""
+        given = {
+            one.name: {"value": one.value, "unit": self.unit_of(one), "tolerance": float(allowed) or None}
+            for one, allowed in zip(self.dimensions, self.tolerances, strict=True)
+        }
+        found: dict[str, Any] = {"status": self._words(), "dimensions": given}
+        if self.whole:
+            found["steps"] = len(self.motion.time) - 1
+        else:
+            found["inputs"] = self.mechanism.inputs_to_file(self.motion.inputs[:, 0])
+        if self.reason:
+            found["reason"] = self.reason
+        found["quantities"] = {name: self._quantity_report(k, name) for k, name in enumerate(self.names)}
+        if self.sampled is not None:
+            found["monte_carlo"] = {
+                "samples": self.sampled.samples, "solved": int(self.sampled.solved.min()), "seed": self.seed,
+                "distribution": self.distribution,
+            }  # fmt: skip
+        return found
+
+    def _words(self) -> str:
+        words = self.status if self.by_rows else [self.status]
+        return str(next((word for word in words if word != Status.OK.word), Status.OK.word))
+
+    def _quantity_report(self, k: int, name: str) -> dict[str, Any]:
+        """Return value, derivatives and spread of a quantity; of a motion those with the largest magnitude."""
+        found: dict[str, Any] = {"unit": self.units[k], **self._extreme("value", self._values[k])}
+        found["derivatives"] = {
+            one.name: {"unit": self.slope_unit(k, one), **self._extreme("value", self._slopes[k, n])}
+            for n, one in enumerate(self.dimensions)
+        }
+        if name in self.most:
+            most = self.most[name]
+            found["largest_effect"] = {"dimension": most.dimension, "share": most.share, "text": most.text}
+        for label, rows in self._spreads(k):
+            found[label] = self._extreme("value", rows)
+        return found
+
+    def _extreme(self, label: str, rows: FloatArray) -> dict[str, Any]:
+        """Return a number; of a motion the one with the largest magnitude, and the inputs there."""
+        if not np.isfinite(rows).any():
+            return {label: None}
+        row = int(np.nanargmax(np.abs(rows)))
+        where = {"at": self.mechanism.inputs_to_file(self.motion.inputs[:, row])} if self.by_rows else {}
+        return {label: float(rows[row]), **where}
+
+    def _spreads(self, k: int) -> list[tuple[str, FloatArray]]:
+        """Return the spreads of a quantity by their labels."""
+        found: list[tuple[str, FloatArray]] = []
+        if self.spread is not None:
+            found += list(zip(FIRST_ORDER, (table[k] for table in self.spread), strict=True))
+        if self.sampled is not None:
+            found += list(zip(SAMPLED, (table[k] for table in self.sampled[2:]), strict=True))
+        return found
+
+    # -- table and picture ------------------------------------------------------------------------
+
+    def table(self) -> Table:
+        """Return one row for each row of the motion, otherwise one for each quantity and dimension.
+
+        Of a motion the column `P.x/crank.length` is the derivative of P.x by crank.length; P.x.worst, P.x.rss and
+        P.x.sd are its spread to first order, the following ones that of random designs.
+        """
+        return self._rows_table() if self.by_rows else self._list_table()
+
+    def _rows_table(self) -> Table:
+        columns = first_columns(self.motion, 0)
+        for k, (name, unit) in enumerate(zip(self.names, self.units, strict=True)):
+            columns.append(Column(name, self._values[k], unit))
+            for n, one in enumerate(self.dimensions):
+                columns.append(Column(f"{name}/{one.name}", self._slopes[k, n], self.slope_unit(k, one)))
+            columns += [Column(f"{name}.{label}", rows, unit) for label, rows in self._spreads(k)]
+        return Table((*columns, status_column(self.codes)))
+
+    def _list_table(self) -> Table:
+        pairs = [(k, n) for k in range(len(self.names)) for n in range(len(self.dimensions))]
+        slopes = np.array([self._slopes[k, n, 0] for k, n in pairs])
+        columns = [
+            Column("quantity", np.array([self.names[k] for k, _ in pairs], dtype=str)),
+            Column("dimension", np.array([self.dimensions[n].name for _, n in pairs], dtype=str)),
+            Column("derivative", slopes),
+            Column("unit", np.array([self.slope_unit(k, self.dimensions[n]) for k, n in pairs], dtype=str)),
+        ]
+        if self.spread is not None:
+            allowed = np.array([self.tolerances[n] for _, n in pairs])
+            share = np.array([self.effects[k, n] ** 2 / np.sum(self.effects[k] ** 2) for k, n in pairs])
+            columns += [
+                Column("tolerance", allowed), Column("effect", np.abs(slopes) * allowed), Column("share", share),
+            ]  # fmt: skip
+        status = np.array([self._words()] * len(pairs), dtype=str)
+        return Table((*columns, Column("status", status)))
+
+    def picture(self) -> Content | None:
+        """Return bars at a position, or graphs over the motion; None if there is nothing to draw."""
+        from gimcli.output.sensitivity import Band, bar_chart, sensitivity_graphs
+
+        if not self.good.any() or not self.dimensions:
+            return None
+        title = f"{self.mechanism.name}: effect of the dimensions"
+        if not self.by_rows:
+            return bar_chart(title, self._bars())
+        across = first_columns(self.motion, 0)[1:]
+        moving = [column for column in across[1:] if np.ptp(column.values) > 0.0]
+        abscissa = moving[0] if len(moving) == 1 else across[0]
+        bands = []
+        for k, name in enumerate(self.names):
+            units = [self.slope_unit(k, one) for one in self.dimensions]
+            order = np.argsort(-self.effects[k], kind="stable")
+            slopes = {self.dimensions[n].name: (units[n], self._slopes[k, n]) for n in order.tolist()}
+            spreads = {label: rows for label, rows in self._spreads(k) if label in ("worst", "rss", "sampled_sd")}
+            bands.append(Band(name, self.units[k], self._values[k], slopes, spreads))
+        return sensitivity_graphs(title, abscissa, bands)
+
+    def _bars(self) -> dict[str, list[BarLine]]:
+        """Return the bars of each quantity: effects of tolerances, else derivatives."""
+        from gimcli.output.sensitivity import BarLine
+
+        found = {}
+        for k, name in enumerate(self.names):
+            tolerated = self.spread is not None
+            values = self._slopes[k, :, 0] * (self.tolerances if tolerated else 1.0)
+            bars = []
+            for n in np.argsort(-np.abs(values), kind="stable").tolist():
+                if values[n] == 0.0:
+                    continue
+                unit = self.units[k] if tolerated else self.slope_unit(k, self.dimensions[n])
+                bars.append(BarLine(self.dimensions[n].name, float(values[n]), _with_unit(values[n], unit), unit))
+            what = "effect of the tolerances" if tolerated else "derivative"
+            if bars:
+                found[labelled(f"{name}, {what}", self.units[k] if tolerated else "")] = bars
+        return found
+
+
+def _with_unit(value: float, unit: str) -> str:
+    """Return a number with its unit in four digits."""
+    text = f"{float(value):.4g}"
+    return f"{text} {unit}" if unit not in ("", "unit") else text
