@@ -233,8 +233,8 @@ class Mechanism:
     def with_(self, changes: Mapping[str, float | str]) -> Mechanism:
         """Return the mechanism with other dimensions, for example `m.with_({"crank.length": 42, "a": "2*b"})`.
 
-        The same as an edit of these numbers in the model file, which is not changed: the initial configuration is that
-        of the file with these numbers. Calls can be chained.
+        The same as an edit of these numbers in the model file, which is not changed. An assembly chosen with
+        `assembled` is kept. Calls can be chained.
 
         Args:
             changes: numbers (file's units), or formulas as text, by the names of dimensions: parameters,

@@ -18,6 +18,7 @@ from gimcli.model.check import check
 from gimcli.model.compile import compile_model
 from gimcli.model.dimensions import Dimension, name_of
 from gimcli.model.formula import Formula, FormulaError, is_number, parsed
+from gimcli.model.kept_assembly import in_assembly_of
 from gimcli.model.references import References
 from gimcli.model.schema import Model
 from gimcli.model.source import Fault, Source, Where
@@ -45,7 +46,7 @@ def changed(own: Any, mechanism: Mechanism, changes: Mapping[str, float | str]) 
     check(References(source, model, ()))
     if source.faults:
         raise source.error()
-    compiled = compile_model(model, own.source.folder)
+    compiled = in_assembly_of(compile_model(model, own.source.folder), mechanism, own.model)
     written = replace(own, model=model, changes={**own.changes, **new})
     return replace(compiled, files=mechanism.files, path=mechanism.path, written=written)
 
