@@ -13,6 +13,7 @@ import positions
 import pytest
 import random_starts
 import rates
+import sensitivity
 import view
 
 
@@ -40,6 +41,14 @@ def test_rates(tmp_path, monkeypatch):
     rows = rows_of("rates", tmp_path)
     assert {r["mechanism"] for r in rows} == set(rates.NAMES)
     assert all(float(r["difference"]) <= 1e-6 for r in rows if r["program"] == "2 derivatives")
+
+
+@pytest.mark.soak
+def test_sensitivity(tmp_path):
+    sensitivity.main(["--steps", "200", "--repeats", "1", "--out", str(tmp_path)])
+    rows = rows_of("sensitivity", tmp_path)
+    assert {r["mechanism"] for r in rows} == set(sensitivity.DIMENSIONS)
+    assert all(float(r["difference"]) <= 1e-6 for r in rows)
 
 
 def test_loops_by_hand_satisfy_the_lengths():

@@ -236,6 +236,8 @@ def solved_in(name, report):
     """Return the number of positions that a report states as solved."""
     if name in ("trace", "forces", "simulate", "reduce"):
         return report["solved"]
+    if name == "sensitivity":
+        return int(report["status"] == "ok")
     if name == "solve":
         return int(report.get("status") == "ok") + len(report.get("configurations", []))
     if name == "singularities":
@@ -259,6 +261,7 @@ COMMANDS = (
     pytest.param(("five_bar", "workspace"), marks=pytest.mark.soak, id="five_bar workspace"),
     ("five_bar", "workspace", "--grid", "10"), ("watt_1", "tradeoff", "--steps", "4", "--tolerances", "1e-3"),
     ("watt_1", "forces"), ("watt_durango", "simulate", "--time", "0.1"), ("watt_1", "reduce", "--steps", "4"),
+    ("watt_1", "sensitivity", "--steps", "4"), ("watt_1", "sensitivity", "--at", "motor=130"),
 )  # fmt: skip
 
 

@@ -215,6 +215,11 @@ CASES = {
         "watt_durango", ["--steps", 12, "--fluctuation", 0.1, "--rpm", 60, "--no-png"],
         lambda m: gimcli.reduce(m, steps=12, fluctuation=0.1, rpm=60),
     ),
+    "sensitivity": ("crank_rocker", ["--steps", 4, "--no-png"], lambda m: gimcli.sensitivity(m, steps=4)),
+    "sensitivity --at": (
+        "crank_rocker", ["--at", "motor=30", "--of", "P", "--by", "crank,motor", "--no-png"],
+        lambda m: gimcli.sensitivity(m, "P", by=["crank", "motor"], motor=30),
+    ),
     "tradeoff": (
         "crank_rocker", ["--steps", 4, "--tolerances", "1e-4", "--no-png"],
         lambda m: gimcli.tradeoff(m, 4, tolerances=[1e-4]),
