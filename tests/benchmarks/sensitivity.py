@@ -3,9 +3,9 @@
 Run: python tests/benchmarks/sensitivity.py [--steps 100000] [--repeats 7]
 
 All run alternately in one process on one thread, compiled; the best CPU time of the repeats counts. "positions" are
-those of `gim trace` without writing. Derivatives are those of all nodes, or of the traced points only, in blocks of rows as in
-`gim sensitivity`. Target: at most 2.5 times the time of the positions. The run stops if a derivative differs from the
-difference of the positions of changed mechanisms by more than 1e-6 of the largest one.
+those of `gim trace` without writing. Derivatives are those of all nodes, or of two nodes that carry a traced point, in
+blocks of rows as in `gim sensitivity`. Target: at most 2.5 times the time of the positions. The run stops if a
+derivative differs from the difference of the positions of changed mechanisms by more than 1e-6 of the largest one.
 """
 
 from __future__ import annotations
