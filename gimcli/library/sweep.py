@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,26 +12,30 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.families.design_table import design_table
-from gimcli.families.sweep_job import DESIGN, GOAL, STATUS, Rows, SweepJob, chunk_size, default_keep
-from gimcli.families.sweep_run import SweepRun, best_of
+from gimcli.families.sweep_job import SweepJob, chunk_size, default_keep
+from gimcli.families.sweep_run import SweepRun
 from gimcli.families.variation import MOST_VALUES, varied
 from gimcli.library.grid import contents_hash, model_hash
 from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
 from gimcli.library.result import RowsResult, joined
-from gimcli.library.sweep_picture import DRAWN, sweep_picture
+from gimcli.library.sweep_tables import SweepTables
 from gimcli.mechanism import Mechanism
 from gimcli.output.parts import Parts
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
 from gimcli.structure.plan import make_plan
-from gimcli.table import Column, Table
+from gimcli.table import Table
 from gimcli.version import __version__
 
 if TYPE_CHECKING:
+    from gimcli.output.animation import Animation
+    from gimcli.output.destinations import Destinations
     from gimcli.output.picture import Content
 
 MOST_WORKERS = 1024
+
+FILMS = (".gif", ".mp4")
 
 
 def sweep(
@@ -85,7 +89,7 @@ def swept(
     seed: int = 0, keep: str | Sequence[str] = (), where: str = "", goal: str = "", best: int = 0,
     tolerance: float = 1e-10, workers: int = 1, scheduler: str = "", folder: Path | str | None = None,
     resume: bool = False, notify: Notify | None = None, progress: Phases = no_phases,
-) -> SweepTables:  # fmt: skip
+) -> SweepUnderWay:  # fmt: skip
     """Begin a sweep with the arguments of `sweep`; its tables can be written chunk by chunk."""
     from gimcli.model.dimensions import dimension
 
@@ -117,7 +121,7 @@ def swept(
     job.check()
     units = {name: dimension(mechanism, name).unit for name in table.names}
     store = None if folder is None else Parts(Path(folder), _header(job), resume)
-    return SweepTables(SweepRun(job, store, workers, scheduler, progress("designs")), units)
+    return SweepUnderWay(SweepRun(job, store, workers, scheduler, progress("designs")), units)
 
 
 def _header(job: SweepJob) -> dict[str, Any]:
@@ -134,68 +138,12 @@ def _header(job: SweepJob) -> dict[str, Any]:
     }  # fmt: skip
 
 
-class SweepTables:
+class SweepUnderWay(SweepTables):
     """A sweep that is being computed: first the tables of its chunks, then the result."""
-
-    def __init__(self, run: SweepRun, units: Mapping[str, str]) -> None:
-        self.run, self.job, self.mechanism = run, run.job, run.job.mechanism
-        own = {"length": self.mechanism.length_unit, "angle": self.mechanism.angle_unit}
-        self.units = {name: own.get(unit, "") for name, unit in units.items()}
-        self.counts = np.zeros(len(Status), dtype=np.int64)
-        self.careful, self.rows = 0, 0
-        self.ranges: dict[str, tuple[float, float, int]] = {}
-        self.draws = True
-        self.drawn: list[Rows] = []  # rows for the picture, if it is drawn
-        self.best: Table | None = None  # the best designs, if they are requested
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the columns."""
-        return self.job.row.names or ()
-
-    def tables(self) -> Iterator[Table]:
-        """Yield the table of each chunk, in the order of the designs; with `best` one table."""
-        for chunk in best_of(self.job, self.run.chunks()):
-            rows = chunk["rows"]
-            self.counts += chunk["counts"]
-            self.careful += int(chunk["careful"])
-            self.rows += len(rows)
-            self._add_ranges(rows)
-            if self.draws and sum(map(len, self.drawn)) < DRAWN:
-                self.drawn.append(rows)
-            table = self._table(rows)
-            self.best = table if self.job.best else None
-            yield table
-
-    def unit(self, name: str) -> str:
-        """Return the unit of a column."""
-        own = {q.text: q.unit for q in self.job.kept} | self.units
-        return self.job.aim.unit if name == GOAL and self.job.aim is not None else own.get(name, "")
-
-    def _table(self, rows: Rows) -> Table:
-        columns = [Column(name, np.ascontiguousarray(rows[name]), self.unit(name)) for name in self.names]
-        words = np.array([status.word for status in Status])[rows[STATUS]]
-        return Table((*columns[:-1], Column(STATUS, words)))
-
-    def _add_ranges(self, rows: Rows) -> None:
-        """Add the least and the greatest value, and the number of designs without one."""
-        for name in self.job.row.names or ():
-            if name in (DESIGN, STATUS) or rows[name].dtype.kind != "f":
-                continue
-            values = rows[name][np.isfinite(rows[name])]
-            low, high, missing = self.ranges.get(name, (np.nan, np.nan, 0))
-            low = float(np.fmin(low, values.min(initial=np.inf))) if len(values) else low
-            high = float(np.fmax(high, values.max(initial=-np.inf))) if len(values) else high
-            self.ranges[name] = low, high, missing + len(rows) - len(values)
 
     def result(self, table: Table | None) -> SweepResult:
         """Return the result, after all tables were read; `table` is None if they were written to a file."""
         return SweepResult(self, table)
-
-    def clear(self) -> None:
-        """Remove the folder of the parts, after everything was written."""
-        if self.run.store is not None:
-            self.run.store.clear()
 
 
 class SweepResult(RowsResult):
@@ -259,8 +207,26 @@ class SweepResult(RowsResult):
 
     def picture(self) -> Content | None:
         """Return curves over one dimension, contours over two, otherwise distributions; None if there is nothing."""
+        from gimcli.library.sweep_picture import sweep_picture
+
         rows = np.concatenate(self.found.drawn) if self.found.drawn else np.empty(0, self.found.job.row)
         return sweep_picture(self.found, rows)
+
+    def animation(self) -> Animation | None:
+        """Return the motions of the designs, one slider for each dimension; None if no design is solved."""
+        from gimcli.library.sweep_animation import sweep_animation
+
+        return sweep_animation(self.found)
+
+    @classmethod
+    def destinations(
+        cls, out: Sequence[Path | str], stem: str, picture: bool = True, more: Sequence[str] = ()
+    ) -> Destinations:
+        """Return the output files; a film of many designs is refused."""
+        for given in out:
+            if Path(given).suffix.lower() in FILMS:
+                raise UsageError(f"{given}: a sweep has no film; write a page (.html), or trace one design")
+        return super().destinations(out, stem, picture, more)
 
 
 def _listed(table: Table) -> list[dict[str, Any]]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gimcli.families.design_columns import DesignColumns
 from gimcli.families.sweep_job import DESIGN, GOAL, STATUS, Rows
 from gimcli.library.rounding import number
+from gimcli.library.sweep_tables import SweepTables
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.output.contours import contour_picture
 from gimcli.output.drawing import motion_picture
@@ -18,25 +18,19 @@ from gimcli.output.panels import panel
 from gimcli.output.picture import WIDEST, Picture, Sheet
 from gimcli.status import Status
 
-if TYPE_CHECKING:
-    from gimcli.library.sweep import SweepTables
-
 MOST_CURVES, MOST_GRAPHS = 6, 6
 """Largest numbers of coupler curves, and of graphs."""
-
-DRAWN = 1_000_000
-"""Largest number of designs that a picture shows."""
 
 BELOW, POINTS = "share of designs below", 2001
 """Name of the axis, and largest number of points, of the curve of a distribution."""
 
 
 def sweep_picture(found: SweepTables, rows: Rows) -> Sheet | None:
-    """Return the picture of designs, None if there is nothing to draw."""
+    """Return the picture of designs, None if there is nothing to draw, or too much for one picture."""
     table, title = found.job.table, found.mechanism.name
     long = [k for k, count in enumerate(table.shape) if count > 1]
     first: list[Picture] = []
-    if len(rows) and len(long) in (1, 2) and table.count > DRAWN:
+    if len(rows) and len(long) in (1, 2) and found.rows > sum(map(len, found.drawn)):
         return None
     if len(rows) and len(long) == 2:
         graphs = _over_two(found, rows, *long)

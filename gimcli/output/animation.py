@@ -47,11 +47,20 @@ class Clip:
     rates: ComplexArray | None = field(default=None, repr=False)  # (2, rows, nodes) velocity, acceleration
     without: str = ""  # why there are no rates
     note: str = ""  # one line about the clip
+    mechanism: Mechanism | None = field(default=None, repr=False)  # of a design; None: that of the animation
 
     @cached_property
     def good(self) -> NDArray[np.bool_]:
         """(rows,) whether the rows are solved."""
         return np.array([word == "ok" for word in self.status], dtype=bool)
+
+    @cached_property
+    def scene(self) -> Scene | None:
+        """What is drawn of a design of its own; None if that is the same in all clips."""
+        if self.mechanism is None:
+            return None
+        poses = self.positions[self.good]
+        return Scene(self.mechanism, poses if len(poses) else self.mechanism.to_file(self.mechanism.drawn)[None])
 
 
 @dataclass(frozen=True)
@@ -73,8 +82,17 @@ class Section:
 
 
 @dataclass(frozen=True)
+class DimensionSlider:
+    """A dimension of a family of designs, and its values in increasing order [file's unit]."""
+
+    name: str
+    unit: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class Animation:
-    """A scene and its clips. The clips share the mechanism, the names of their columns may differ."""
+    """A scene and its clips. The clips share the mechanism, or are its designs; their columns may differ."""
 
     title: str
     mechanism: Mechanism = field(repr=False)
@@ -83,6 +101,7 @@ class Animation:
     notes: tuple[str, ...] = ()
     choice: str = "Motion"  # the name of the list of clips
     report: tuple[Section, ...] = ()
+    sliders: tuple[DimensionSlider, ...] = ()  # they choose a clip; clips are all combinations, the last slider first
     options: PictureOptions | None = None  # size, resolution, title and look of films
 
     @cached_property

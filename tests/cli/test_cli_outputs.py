@@ -109,7 +109,7 @@ WRITERS = {
 TEXTS = ("check", "mobility")
 """Commands without a picture."""
 DRAWN = {name: (".png", ".svg", ".pdf") for name in ANALYSES if name not in TEXTS}
-MOVING = {name: (".html",) for name in ("trace", "solve", "circuits", "singularities", "simulate", "check")}
+MOVING = {name: (".html",) for name in ("trace", "solve", "circuits", "singularities", "simulate", "check", "sweep")}
 KINDS = {name: (".csv", ".npz", ".json", *DRAWN.get(name, ()), *MOVING.get(name, ())) for name in ANALYSES}
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from gimcli.output.animation import Animation, Clip, Section
 from gimcli.output.page.scene_data import curve_anchors, scene_data, window
+from gimcli.output.scene import Scene
 from gimcli.status import Status
 from gimcli.table import Column, Table, labelled, per_second
 
@@ -33,9 +34,7 @@ def page_data(animation: Animation) -> dict[str, Any]:
     mechanism, scene = animation.mechanism, animation.scene
     left, right, bottom, top = window(scene)
     origin = complex((left + right) / 2, (bottom + top) / 2)
-    drawn = scene_data(scene, origin)
     far = 0.5 * BEYOND * max(right - left, top - bottom)
-    drawn["crosses"] = [node for node in drawn["crosses"] if _apart(scene.poses[0][node] - origin) <= far]
     length = "" if mechanism.length_unit == "unit" else mechanism.length_unit
     return {
         "title": animation.title,
@@ -43,12 +42,11 @@ def page_data(animation: Animation) -> dict[str, Any]:
         "rateUnits": [per_second(mechanism.length_unit, order) for order in (1, 2)],
         "origin": [origin.real, origin.imag],
         "box": [left - origin.real, right - origin.real, bottom - origin.imag, top - origin.imag],
-        "scene": drawn,
-        "ground": _floats(_interleaved(scene.poses[:1] - origin)),
+        **_drawn(scene, origin, far),
         "inputs": [a.name for a in mechanism.actuators],
-        "curves": curve_anchors(scene, origin, mechanism.traced),
-        "clips": [_clip(clip, origin) for clip in animation.clips],
+        "clips": [_clip(clip, origin, far) for clip in animation.clips],
         "choice": animation.choice,
+        "sliders": [{"name": s.name, "unit": s.unit, "values": list(s.values)} for s in animation.sliders],
         "graphs": [{"columns": list(graph.columns), "over": graph.over} for graph in animation.graphs],
         "reasons": {word: _reason(word) for clip in animation.clips for word in set(clip.status) if word != "ok"},
         "notes": list(animation.notes),
@@ -62,7 +60,17 @@ def _apart(z: complex) -> float:
     return max(abs(z.real), abs(z.imag))
 
 
-def _clip(clip: Clip, origin: complex) -> dict[str, Any]:
+def _drawn(scene: Scene, origin: complex, far: float) -> dict[str, Any]:
+    """Return what is drawn of a mechanism; nodes that only define a guide, if they are not far."""
+    drawn = scene_data(scene, origin)
+    drawn["crosses"] = [node for node in drawn["crosses"] if _apart(scene.poses[0][node] - origin) <= far]
+    return {
+        "scene": drawn, "ground": _floats(_interleaved(scene.poses[:1] - origin)),
+        "curves": curve_anchors(scene, origin, scene.mechanism.traced),
+    }  # fmt: skip
+
+
+def _clip(clip: Clip, origin: complex, far: float) -> dict[str, Any]:
     rates = [] if clip.rates is None else [_floats(_interleaved(one)) for one in clip.rates]
     return {
         "name": clip.name, "note": clip.note, "rows": len(clip.time), "closed": clip.closed, "forward": clip.forward,
@@ -72,6 +80,7 @@ def _clip(clip: Clip, origin: complex) -> dict[str, Any]:
         "breaks": list(clip.breaks),
         "columns": [_column(c) for c in clip.table.columns if c.values.dtype.kind in "fiu"],
         "rates": rates, "without": clip.without,
+        **({} if clip.scene is None else {"design": _drawn(clip.scene, origin, far)}),
     }  # fmt: skip
 
 

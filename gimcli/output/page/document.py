@@ -22,7 +22,7 @@ FOLDER = Path(__file__).parent
 
 SCRIPTS = (
     "theme", "decode", "camera", "pose", "ink", "symbols", "mechanism", "curves", "vectors", "names", "hover", "stage",
-    "graph", "timebar", "player", "panel", "keys", "pointer", "main",
+    "graph", "timebar", "player", "panel", "designs", "keys", "pointer", "main",
 )  # fmt: skip
 """The scripts in their order; together they are one function."""
 

@@ -39,14 +39,15 @@ class App {
   }
 
   prepared(raw) {
-    const { scene, curves } = this.data, clip = decodeClip(raw);
+    const { scene, curves } = { ...this.data, ...raw.design }, clip = decodeClip(raw);
+    clip.scene = scene;
     clip.curves = curves.map(curve => ({ name: curve.name, path: pathOf(scene, clip, curve.at) }));
     clip.solved = [...Array(clip.rows).keys()].filter(clip.good);
     clip.moving = movingAnchors(scene);
     clip.usual = clip.rates.map((_, order) => usual(scene, clip, order));
     clip.rateUnits = this.data.rateUnits;
     clip.box = this.data.box;
-    clip.ground = floats(this.data.ground);
+    clip.ground = floats(raw.design ? raw.design.ground : this.data.ground);
     return clip;
   }
 
@@ -61,6 +62,7 @@ class App {
     slider.value = String(this.row);
     fillToggles(this);
     fillChoice(this);
+    fillDesigns(this);
     fillMarks(this);
     fillEvents(this);
     this.fillSpeeds();
@@ -70,6 +72,11 @@ class App {
     this.stage.show(keepView);
     for (const graph of this.graphs) graph.measure();
     this.redraw();
+  }
+
+  // What is drawn: the scene of a design, or the one of all clips.
+  get scene() {
+    return this.clip ? this.clip.scene : this.data.scene;
   }
 
   choose(index) {
@@ -291,8 +298,8 @@ function publish(app) {
       if (playing !== undefined) app.player.set(playing);
     },
     screen: name => {
-      const found = app.clip && namedAnchors(app.data.scene).find(([own]) => own === name);
-      const node = app.data ? app.data.scene.nodes.indexOf(name) : -1;
+      const found = app.clip && namedAnchors(app.scene).find(([own]) => own === name);
+      const node = app.data ? app.scene.nodes.indexOf(name) : -1;
       if (!found && node < 0) return null;
       const box = document.getElementById("drawing").getBoundingClientRect();
       const [x, y] = app.stage.pose.set(...app.stage.positions()).place(found ? found[1] : node);

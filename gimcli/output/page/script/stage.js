@@ -16,7 +16,7 @@ class Stage {
 
   // Take a new scene and clip; `keep` keeps the window.
   show(keep) {
-    const { scene } = this.app.data;
+    const { scene } = this.app;
     this.pose = new Pose(scene);
     scene.named = namedAnchors(scene);
     this.targets = targets(scene);
@@ -31,9 +31,9 @@ class Stage {
     this.fresh = false;
     const clip = this.app.clip;
     if (!clip) return;
-    const each = 2 * this.app.data.scene.nodes.length, good = clip.solved;
+    const each = 2 * this.app.scene.nodes.length, good = clip.solved;
     const starts = Array.from({ length: Math.min(SAMPLES, good.length) }, (_, k) => each * good[Math.floor((k * good.length) / SAMPLES)]);
-    this.sides = starts.length ? nameSides(this.app.data.scene, this.pose, starts, clip.xy) : null;
+    this.sides = starts.length ? nameSides(this.app.scene, this.pose, starts, clip.xy) : null;
     this.canvas.classList.toggle("near", !camera.fitted);
   }
 
@@ -60,7 +60,7 @@ class Stage {
     c.clearRect(0, 0, this.canvas.width, this.canvas.height);
     c.drawImage(this.layer, 0, 0);
     c.restore();
-    const scene = app.data.scene, good = !app.posed && clip.good(row);
+    const scene = app.scene, good = !app.posed && clip.good(row);
     const trails = () => {
       if (!toggles.curves) return;
       c.drawImage(this.paths, 0, 0, camera.width, camera.height);
@@ -90,7 +90,7 @@ class Stage {
   // The present positions, and where they begin.
   positions() {
     const { app } = this;
-    return app.posed && app.posed.xy ? [app.posed.xy, 0] : [app.clip.xy, 2 * app.data.scene.nodes.length * app.row];
+    return app.posed && app.posed.xy ? [app.posed.xy, 0] : [app.clip.xy, 2 * app.scene.nodes.length * app.row];
   }
 
   drawTarget(c, pose) {
@@ -112,13 +112,13 @@ class Stage {
 
   // Ghost poses, and the whole paths of all points with their names.
   drawLayer() {
-    const { clip, clips, toggles, data } = this.app, c = this.layer.getContext("2d"), over = this.paths.getContext("2d");
+    const { clip, toggles, scene } = this.app, others = clipsBeside(this.app), c = this.layer.getContext("2d"), over = this.paths.getContext("2d");
     this.fresh = true;
     for (const one of [c, over]) one.clearRect(0, 0, camera.width, camera.height);
-    if (toggles.ghosts) for (const [xy, start] of this.ghosts()) drawGhost(c, data.scene, this.pose.set(xy, start));
+    if (toggles.ghosts) for (const [xy, start] of this.ghosts()) drawGhost(c, scene, this.pose.set(xy, start));
     clip.curves.forEach((curve, k) => {
       const pen = curvePen(k);
-      for (const other of clips) if (other !== clip) drawPath(over, other, other.curves[k].path, 0, other.rows - 1, pen, 0.13);
+      for (const other of others) drawPath(over, other, other.curves[k].path, 0, other.rows - 1, pen, 0.13);
       drawPath(over, clip, curve.path, 0, clip.rows - 1, pen, 0.4);
       if (clip.rows > 1 && k < KEYED) drawKey(over, curve.name, pen, k);
     });
@@ -126,7 +126,7 @@ class Stage {
 
   // Poses at equal distances over the solved rows; of single positions those of the other clips.
   ghosts() {
-    const { clip, clips, data } = this.app, each = 2 * data.scene.nodes.length;
+    const { clip, clips, scene } = this.app, each = 2 * scene.nodes.length;
     if (clip.rows === 1) return clips.filter(other => other !== clip && other.rows === 1 && other.good(0)).map(other => [other.xy, 0]);
     const good = clip.solved;
     return Array.from({ length: Math.min(GHOSTS, good.length) }, (_, k) => [clip.xy, each * good[Math.floor((k * good.length) / GHOSTS)]]);
