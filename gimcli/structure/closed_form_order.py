@@ -99,10 +99,14 @@ class Layout:
         if node in self.missing:
             self.near.add(node)
             for member in self.members[node]:
-                if self.source(member) is not None:
+                if self.is_turned(member):
                     self.near.update(n for n in self.kinematic[member] if n in self.missing)
 
     # -- members -------------------------------------------------------------------
+
+    def is_turned(self, member: int) -> bool:
+        """Return whether the direction of a member is known."""
+        return self.rotation.of[member] in self.direction
 
     def source(self, member: int) -> Vector | None:
         """Return e^(i phi) of a member as a vector; None while its direction is unknown."""
@@ -162,7 +166,7 @@ class Layout:
         changed = False
         members, self.turnable = sorted(self.turnable), set()
         for index in members:
-            if index != FRAME and self.source(index) is None:
+            if index != FRAME and not self.is_turned(index):
                 pair = [n for n in self.mechanism.members[index].nodes if n in self.placed][:2]
                 if len(pair) == 2:
                     u, v = pair
@@ -181,7 +185,7 @@ class Layout:
         if known is None:
             return False
         self.drives.remove(row)
-        if self.source(free) is not None:
+        if self.is_turned(free):
             return False
         vector = known.driven(factor, number, turn)
         if vector is None:  # a vector has one actuator only: store the direction in a register
@@ -228,7 +232,7 @@ class Layout:
         return False
 
     def _tiltable(self, slide: PairRow) -> tuple[int, int, float] | None:
-        if self.source(slide.guide) is not None:
+        if self.is_turned(slide.guide):
             return None
         a = self.anchor(slide.guide)
         if a is None:
@@ -286,7 +290,7 @@ class Layout:
         mechanism = self.mechanism
         for body in self.members[node]:
             centre = self.anchor(body)
-            if centre is not None and self.source(body) is None:
+            if centre is not None and not self.is_turned(body):
                 radius = abs(self.reach(body, centre, node))
                 yield Circle(mechanism.members[body].name, centre, Value(radius), offset)
         for row in self.rows_at.get(node, []):

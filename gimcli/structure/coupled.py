@@ -198,6 +198,10 @@ class Builder:
     def _nodes(self, body: int) -> tuple[int, ...]:
         return self.layout.kinematic[body]
 
+    def _is_turned(self, body: int) -> bool:
+        """Return whether the direction of a member is known."""
+        return self.layout.rotation.of[body] in self.direction
+
     def _source(self, body: int) -> Vector | None:
         rotation = self.layout.rotation
         known = self.direction.get(rotation.of[body])
@@ -215,8 +219,10 @@ class Builder:
                 changed |= self._finish(body)
 
     def _turn(self, body: int) -> bool:
+        if self._is_turned(body):
+            return False
         pair = [n for n in self._nodes(body) if n in self.placed][:2]
-        if self._source(body) is not None or len(pair) < 2:
+        if len(pair) < 2:
             return False
         u, v = pair
         reach = self.layout.reach(body, u, v)
@@ -228,9 +234,11 @@ class Builder:
 
     def _finish(self, body: int) -> bool:
         """Carry the nodes of a member of known direction; each node that is already placed closes a loop."""
+        if body in self.done:
+            return False
         source = self._source(body)
         anchor = next((n for n in self._nodes(body) if n in self.placed), None)
-        if source is None or anchor is None or body in self.done:
+        if source is None or anchor is None:
             return False
         self.done.add(body)
         name = self.mechanism.members[body].name
@@ -251,8 +259,8 @@ class Builder:
             (arm, reference), number = row.members, row.value.actuator
             ratio = row.reference / row.arm
             for known, free, factor, turn in ((reference, arm, ratio, 1), (arm, reference, 1 / ratio, -1)):
-                source = self._source(known)
-                if source is None or self._source(free) is not None or free not in self.bodies:
+                source = None if self._is_turned(free) or free not in self.bodies else self._source(known)
+                if source is None:
                     continue
                 vector = source.driven(factor, number, turn) or self._by_nodes(known, factor, number, turn)
                 if vector is not None:
