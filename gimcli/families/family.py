@@ -15,8 +15,8 @@ from gimcli.errors import UsageError
 from gimcli.families.designs import Designs
 from gimcli.families.float_tables import FloatTables, TableMaker, listed
 from gimcli.kernels import family as kernels
+from gimcli.kernels import jit, plan_steps
 from gimcli.kernels import march as marching
-from gimcli.kernels import plan_steps
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import trace
 from gimcli.motion.start import start_position
@@ -125,7 +125,8 @@ class Family:
             values = np.ascontiguousarray(inputs if np.ndim(inputs) == 3 else np.asarray(inputs)[None], dtype=float)
             time = np.linspace(0.0, 1.0, values.shape[2]) if values.shape[2] > 1 else np.zeros(1)
         count, rows = len(designs), len(time)
-        run = choose("auto" if inputs is None else "on", count * ONE, notify, ("family",))
+        name = "family" if self.plan.coupled else "family_dyads"
+        run = choose("auto" if inputs is None else "on", count * ONE, notify, (name,))
         outcome = np.full(count, kernels.CAREFUL)
         z = np.full((count, len(self.mechanism.nodes), rows), complex(math.nan, math.nan))
         residual = np.full((count, rows), math.nan)
@@ -133,7 +134,7 @@ class Family:
         finite = np.all([np.isfinite(t).reshape(count, -1).all(axis=1) for t in tables[:-1]], axis=0)
         if run is not plain and self.start is not None:
             found = kernels.FamilyRows(z.view(float).reshape(*z.shape, 2), residual, outcome, first, end)
-            self._compiled(run, tables, time, values, found, reachable, threads)
+            self._compiled(tables, time, values, found, reachable, threads)
             outcome[~finite] = kernels.CAREFUL
         careful = np.flatnonzero(outcome == kernels.CAREFUL)
         codes = self._codes(outcome, first, end, rows)
@@ -226,11 +227,11 @@ class Family:
         return kernels.RowSolver(self.program.room(), limits, self.tolerance * mechanism.size, enough)
 
     def _compiled(
-        self, run: Callable[..., Any], tables: FloatTables, time: FloatArray, inputs: FloatArray,
+        self, tables: FloatTables, time: FloatArray, inputs: FloatArray,
         found: kernels.FamilyRows, reachable: bool, threads: int | None,
     ) -> None:  # fmt: skip
         """Solve all designs in compiled code, in several threads."""
-        solve = run(kernels.family)
+        solve = jit.compiled(kernels.family, self.program.variant)
         _, sign = self.start or (np.empty(0), np.empty(0))
         groups = self.program.group_arrays
         nominal = kernels.Nominal(

@@ -29,6 +29,7 @@ They do not use the interpreter, so that several threads can run them in paralle
 _KERNELS: set[Callable[..., Any]] = set()
 _STAGES: set[Callable[..., Any]] = set()
 _SCALAR_FORMS: dict[Callable[..., Any], Callable[..., Any]] = {}
+_STUBS: dict[tuple[Callable[..., Any], str], Callable[..., Any]] = {}
 
 
 def kernel(function: F) -> F:
@@ -54,27 +55,41 @@ def scalar_form(scalar: Callable[..., Any]) -> Callable[[F], F]:
     return mark
 
 
-def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the compiled form of a kernel, including the kernels that it calls."""
-    return _compiled(function, inner=False)
+def stub(function: Callable[..., Any], variant: str) -> Callable[[F], F]:
+    """Register a kernel that replaces `function` in a variant of its callers that never calls it (decorator)."""
+
+    def mark(stand_in: F) -> F:
+        _STUBS[function, variant] = stand_in
+        return kernel(stand_in)
+
+    return mark
+
+
+def compiled(function: Callable[..., Any], variant: str = "") -> Callable[..., Any]:
+    """Return the compiled form of a kernel, including the kernels that it calls.
+
+    A variant contains stubs of the kernels that it never calls, and compiles faster. On disk its name is that of the
+    kernel, `_`, and its own.
+    """
+    return _compiled(function, inner=False, variant=variant)
 
 
 @cache
-def _compiled(function: Callable[..., Any], inner: bool) -> Callable[..., Any]:
+def _compiled(function: Callable[..., Any], inner: bool, variant: str = "") -> Callable[..., Any]:
     import numba
 
     from gimcli.kernels.linking import part
 
-    function = _SCALAR_FORMS.get(function, function)
+    function = _STUBS.get((function, variant), _SCALAR_FORMS.get(function, function))
     names = dict(function.__globals__)
     for name in function.__code__.co_names:
         callee = names.get(name)
         if callee is not None and callee in _KERNELS:
             built_in = _SCALAR_FORMS.get(callee)  # `range` itself: a call that returns it is not vectorised
-            names[name] = built_in if isinstance(built_in, type) else _compiled(callee, inner=True)
+            names[name] = built_in if isinstance(built_in, type) else _compiled(callee, True, variant)
     clone = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
     clone.__module__ = function.__module__
-    clone.__qualname__ = function.__qualname__
+    clone.__qualname__ = f"{function.__qualname__}_{variant}" if variant else function.__qualname__
     if inner:
         return part(clone, function not in _STAGES, COMPILER)
     jit: Callable[..., Any] = numba.njit(**COMPILER)(clone)

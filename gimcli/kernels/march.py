@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from gimcli.kernels.jit import kernel, stage
+from gimcli.kernels.jit import kernel, stage, stub
 from gimcli.kernels.newton import LAST_SIGN, GroupArrays, RowPosition, StopLimits, solve_group
 from gimcli.kernels.plan_steps import (
     COUPLED,
@@ -75,6 +75,14 @@ def solve_group_rows(
     )  # fmt: skip
 
 
+@stub(solve_group_rows, "dyads")
+def no_group_rows(
+    lanes: FloatArray, group: GroupArrays, at: Lanes, sign: float, room: RowPosition, limits: StopLimits, high: int
+) -> int:
+    """Replace `solve_group_rows` where there is no coupled group."""
+    return high
+
+
 @stage
 def begin(w: FloatArray, lanes: FloatArray, at: Lanes, rows: Rows, done: int, count: int) -> None:
     """Copy the times and inputs of the next rows into their lanes, and clear errors and iterations."""
@@ -120,19 +128,6 @@ def keep(lanes: FloatArray, rows: Rows, solved: int, force: bool) -> None:
 
 
 @kernel
-def close(
-    w: FloatArray, lanes: FloatArray, q: Program, at: Lanes, rows: Rows, done: int, count: int, high: int,
-    iterates: bool,
-) -> int:  # fmt: skip
-    """Check, copy and save the rows of a block that were solved; return their number."""
-    check(w, q, at, high)
-    solved = high - HISTORY
-    finish(lanes, at, rows, done, solved, iterates)
-    keep(lanes, rows, solved, solved < count or done + solved == rows.time.shape[0])
-    return solved
-
-
-@kernel
 def march(
     w: FloatArray, lanes: FloatArray, q: Program, groups: Groups, at: Lanes, rows: Rows, first: int,
     sign: FloatArray, determinant: FloatArray, room: RowPosition, limits: StopLimits, tolerance: float,
@@ -156,30 +151,11 @@ def march(
                 high = guard(w, q, at, k, tolerance, True, high)
             if high == HISTORY:
                 break
-        solved = close(w, lanes, q, at, rows, done, count, high, True)
+        check(w, q, at, high)
+        solved = high - HISTORY
+        finish(lanes, at, rows, done, solved, groups.gi.shape[0] > 0)
         done += solved
-        if solved < count:
-            break
-    return done - first
-
-
-@kernel
-def march_dyads(
-    w: FloatArray, lanes: FloatArray, q: Program, at: Lanes, rows: Rows, first: int, sign: FloatArray, tolerance: float
-) -> int:
-    """Solve rows like `march`, for a plan without coupled groups; this compiles in half the time."""
-    total, done = rows.time.shape[0], first
-    while done < total:
-        count = min(ROWS, total - done)
-        high = HISTORY + count
-        begin(w, lanes, at, rows, done, count)
-        for k in range(q.steps.shape[0]):
-            if place(w, q, at, k, sign, high):
-                high = guard(w, q, at, k, tolerance, True, high)
-            if high == HISTORY:
-                break
-        solved = close(w, lanes, q, at, rows, done, count, high, False)
-        done += solved
+        keep(lanes, rows, solved, solved < count or done == total)
         if solved < count:
             break
     return done - first

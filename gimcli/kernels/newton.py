@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gimcli.kernels.jit import kernel, stage
+from gimcli.kernels.jit import kernel, stage, stub
 from gimcli.kernels.linear import lu_factor, lu_solve, qr_factor, qr_solve
 from gimcli.kernels.vector import turned
 from gimcli.mechanism import CLOSURE, HEIGHT, SPAN, FloatArray, IntArray
@@ -335,6 +335,12 @@ def volume_at(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPositi
     carry(g, p)
     factor(g, p)
     return p.out[VOLUME]
+
+
+@stub(volume_at, "dyads")
+def no_volume(x: FloatArray, y: FloatArray, r: int, g: GroupArrays, p: RowPosition) -> float:
+    """Replace `volume_at` where there is no coupled group."""
+    return 0.0
 
 
 @kernel

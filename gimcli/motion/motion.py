@@ -142,7 +142,7 @@ def stream(
     options = options or Options()
     inputs = law_inputs(mechanism)
     plan = make_plan(mechanism, closed_forms=options.method != "newton")
-    run = choose(options.jit, plan_work(plan, max(steps, STEPS_A_TURN)), notify, _kernels(plan, steps + 1))
+    run = choose(options.jit, plan_work(plan, max(steps, STEPS_A_TURN)), notify, kernel_names(plan, steps + 1))
     start = _start(mechanism, plan, run, options.tolerance)
     require_driven_if_doubtful(mechanism, plan, start.regular)
     follower = LawFollower(mechanism, plan, run, options.tolerance, at_limit, branch)
@@ -187,7 +187,7 @@ def _starts(mechanism: Mechanism) -> dict[tuple[Plan, float], Assembly]:
     return {}
 
 
-def _kernels(plan: Plan, rows: int) -> tuple[str, ...]:
+def kernel_names(plan: Plan, rows: int) -> tuple[str, ...]:
     """Return the names of the compiled kernels that a motion uses."""
     if not plan.coupled:
         return ("march_dyads",)

@@ -119,6 +119,11 @@ class PlanProgram:
         self.registers, self.actuators = plan.registers, len(mechanism.actuators)
         self.frame = mechanism.members[FRAME]
 
+    @property
+    def variant(self) -> str:
+        """The variant of compiled kernels for this plan."""
+        return "" if self.groups else "dyads"
+
     @cached_property
     def packed(self) -> dict[int, Packed]:
         """{number of step: coupled group}."""
@@ -216,15 +221,11 @@ class Marcher:
         kept, mark = np.zeros((RESTART_ROWS, len(self.lanes))), np.zeros(2, dtype=np.int64)
         pairs = z.view(float).reshape(*z.shape, 2)
         rows = marching.Rows(time, inputs, pairs, residual, work, kept, mark)
-        w, q, at = self.lanes.reshape(-1), self.program.arrays, self.program.at
         with np.errstate(all="ignore"):
-            if self.program.groups:
-                done = jit.compiled(marching.march)(
-                    w, self.lanes, q, self.program.group_arrays, at, rows, first, sign, determinant, self.room,
-                    self.limits, self.tolerance,
-                )  # fmt: skip
-            else:
-                done = jit.compiled(marching.march_dyads)(w, self.lanes, q, at, rows, first, sign, self.tolerance)
+            done = jit.compiled(marching.march, self.program.variant)(
+                self.lanes.reshape(-1), self.lanes, self.program.arrays, self.program.group_arrays, self.program.at,
+                rows, first, sign, determinant, self.room, self.limits, self.tolerance,
+            )  # fmt: skip
         written = int(mark[0])
         return int(done), self._rows(kept[np.arange(max(0, written - RESTART_ROWS), written) % RESTART_ROWS])
 

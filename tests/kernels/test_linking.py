@@ -2,10 +2,15 @@
 
 import numpy as np
 import pytest
+from bundled import MODELS
 from numba.core import event
 
-from gimcli.kernels import jit
-from gimcli.kernels.jit import kernel, stage
+from gimcli import load
+from gimcli.kernels import jit, march
+from gimcli.kernels.jit import kernel, stage, stub
+from gimcli.motion.motion import kernel_names
+from gimcli.positions.program import plan_program
+from gimcli.structure.plan import make_plan
 
 
 @kernel
@@ -19,6 +24,11 @@ def raised(value, power):
 @stage
 def add_power(to, value, power):
     to[0] += raised(value, power)
+
+
+@stub(add_power, "short")
+def add_nothing(to, value, power):
+    pass
 
 
 @kernel
@@ -67,3 +77,26 @@ def test_a_called_kernel_has_no_code_of_its_own(compiled):
     called = function.py_func.__globals__["add_power"]
     (result,) = called.overloads.values()
     assert result.library.get_pointer_to_function(result.fndesc.llvm_func_name) == 0
+
+
+def test_a_variant_contains_stubs_and_has_a_file_of_its_own(compiled):
+    _, _, folder = compiled
+    assert jit.is_cached("polynomial")
+    assert not jit.is_cached("polynomial_short")
+    seen, short = Compilations(), jit._compiled.__wrapped__(polynomial, inner=False, variant="short")
+    to = np.zeros(1)
+    with event.install_listener("numba:compile", seen):
+        assert short(to, 3.0) == 243.0
+    assert to[0] == 0.0
+    assert sorted(seen.names) == ["add_nothing", "polynomial", "raised"]
+    assert jit.is_cached("polynomial", "polynomial_short")
+    assert len(list(folder.iterdir())) == 2
+
+
+@pytest.mark.parametrize("name", ["jansen", "stephenson_3_far"])
+def test_the_kernel_of_a_motion_has_the_name_by_which_its_cache_is_found(name, tmp_path, monkeypatch):
+    monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
+    program = plan_program(mechanism := load(MODELS / f"{name}.yaml"), make_plan(mechanism))
+    names = kernel_names(make_plan(mechanism), 1000)
+    own = jit._compiled.__wrapped__(march.march, False, program.variant)
+    assert own._cache._stem.split("-")[0].split(".")[1] in names
