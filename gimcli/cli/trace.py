@@ -60,6 +60,7 @@ HELP = (
 EXAMPLES = (
     "gim trace models/crank_rocker.yaml --steps 360 -o results/",
     "gim trace models/crank_rocker.yaml -o - | head",
+    "gim trace models/crank_rocker.yaml --set crank=35 --set P.x=80",
     "gim trace models/crank_rocker.yaml -m transmission --plot transmission",
     "gim trace models/chebyshev.yaml --circuit -o circuit.csv -o circuit.svg",
 )

@@ -23,6 +23,7 @@ SYNONYMS = {
     "forces": "loads", "force": "loads", "torques": "loads", "moments": "loads",
     "mass": "masses", "inertias": "masses", "tracers": "points", "markers": "points", "output": "trace",
     "outputs": "trace", "title": "name", "time": "duration", "member": "on",
+    "variables": "parameters", "params": "parameters", "constants": "parameters",
 }  # fmt: skip
 """Keys of other programs and of everyday use, and the key of the model file for each."""
 
