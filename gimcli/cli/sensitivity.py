@@ -122,6 +122,9 @@ def _print(found: SensitivityResult) -> None:
     typer.echo(found.headline())
     if found.reason:
         typer.echo(found.reason)
+    if found.fixed:
+        more = f" and {len(found.fixed) - DIMENSIONS} more" if len(found.fixed) > DIMENSIONS else ""
+        typer.echo(f"left out, as redundant constraints fix them: {', '.join(found.fixed[:DIMENSIONS])}{more}")
     if not found.good.any():
         return
     report = found.report()["quantities"]

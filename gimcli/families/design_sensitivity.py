@@ -10,12 +10,16 @@ import numpy as np
 from gimcli.families.family import Family
 from gimcli.families.float_tables import FloatTables
 from gimcli.families.position_quantities import PositionQuantity, PositionSlopes, PositionState
+from gimcli.families.redundant_dimensions import contradicting
 from gimcli.families.sensitivity import BoolArray, position_derivatives
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.newton import Run
 
 BLOCK = 1 << 22
 """Numbers of an array of derivatives that are computed in one call."""
+
+ROWS = 12
+"""Rows in which constraints are compared with derivatives, if there are redundant constraints."""
 
 
 class QuantitySlopes(NamedTuple):
@@ -53,17 +57,33 @@ class DesignSensitivity:
         values, slopes, good = (np.concatenate(some, axis=-1) for some in zip(*parts, strict=True))
         return QuantitySlopes(values, slopes, good)
 
-    def _block(self, z: ComplexArray, inputs: FloatArray) -> QuantitySlopes:
+    def fixed(self, z: ComplexArray, inputs: FloatArray) -> tuple[str, ...]:
+        """Return the dimensions that redundant constraints fix, from some rows: one of them alone cannot change."""
+        if not self.family.plan.surplus:
+            return ()
+        some = slice(None, None, max(1, z.shape[1] // ROWS))
+        at, by, good = self._differentiated(z[:, some], inputs[:, some])
+        if not good.any():
+            return ()
+        own = slice(len(self.family.names))
+        regular = PositionSlopes(by.z[:, own][..., good], FloatTables(*(table[:, own] for table in by.tables)))
+        found = contradicting(self.mechanism, PositionState(at.z[..., good], at.tables), regular)
+        return tuple(name for name, fixed in zip(self.family.names, found.tolist(), strict=True) if fixed)
+
+    def _differentiated(self, z: ComplexArray, inputs: FloatArray) -> tuple[PositionState, PositionSlopes, BoolArray]:
         found, good = position_derivatives(
             self.mechanism, self.numbers, self.tangents, z[None], inputs[None], self.run
         )  # fmt: skip
-        at, by = PositionState(z[None], self.numbers), PositionSlopes(found, self._padded)
+        return PositionState(z[None], self.numbers), PositionSlopes(found, self._padded), good[0]
+
+    def _block(self, z: ComplexArray, inputs: FloatArray) -> QuantitySlopes:
+        at, by, good = self._differentiated(z, inputs)
         with np.errstate(all="ignore"):
             values = np.stack([one.values(at)[0] for one in self.quantities])
             slopes = np.stack([(one.slopes(at, by)[0] * self._units[:, None])[self._chosen] for one in self.quantities])
         solved = np.isfinite(z).all(axis=0)
-        values[:, ~solved], slopes[..., ~good[0]] = np.nan, np.nan
-        return QuantitySlopes(values, slopes, good[0] & np.isfinite(slopes).all(axis=(0, 1)))
+        values[:, ~solved], slopes[..., ~good] = np.nan, np.nan
+        return QuantitySlopes(values, slopes, good & np.isfinite(slopes).all(axis=(0, 1)))
 
 
 def moves_nodes(tangents: FloatTables) -> BoolArray:

@@ -89,8 +89,14 @@ def sensitivity(
     work = BLOCK_SECONDS * (1 + len(chosen)) * len(make_plan(mechanism).steps) * (1 + len(motion.time) // 256)
     run = choose(jit, work, notify, ("differentiate_all",))
     found = DesignSensitivity(mechanism, [one.name for one in chosen], quantities, run)
+    fixed = found.fixed(motion.z, motion.inputs)
+    if by and fixed:
+        raise UsageError(
+            f"by '{fixed[0]}': redundant constraints fix this dimension: a change of it alone contradicts the others"
+            " (`gim mobility` names them)"
+        )
     if not by:
-        chosen = _moving(mechanism, found, chosen)
+        chosen = [one for one in _moving(mechanism, found, chosen) if one.name not in fixed]
         found = DesignSensitivity(mechanism, [one.name for one in chosen], quantities, run)
     rows = found(motion.z, motion.inputs)
     allowed = _tolerances(mechanism, chosen)
@@ -101,6 +107,7 @@ def sensitivity(
             "samples: no dimension has a tolerance; add `tolerances: {NAME: VALUE}` to the model, or remove samples"
         )
     result = SensitivityResult(mechanism, motion, whole, quantities, reduced, chosen, rows, allowed, distribution)
+    result.fixed = fixed
     if count and result.good.any():
         changes = drawn(seed, count, allowed[given], distribution)
         names = [chosen[k].name for k in given]

@@ -62,6 +62,7 @@ class SensitivityResult(Result):
         self.tolerances, self.distribution = tolerances, distribution
         self.sampled: SampledSpread | None = None
         self.seed = 0
+        self.fixed: tuple[str, ...] = ()  # dimensions that redundant constraints fix; they are left out
         self._values, self._slopes, self.good = rows.values, rows.slopes, rows.good
         if reduced:
             self._reduce(rows)
@@ -223,6 +224,8 @@ class SensitivityResult(Result):
             found["inputs"] = self.mechanism.inputs_to_file(self.motion.inputs[:, 0])
         if self.reason:
             found["reason"] = self.reason
+        if self.fixed:
+            found["fixed"] = list(self.fixed)
         found["quantities"] = {name: self._quantity_report(k, name) for k, name in enumerate(self.names)}
         if self.sampled is not None:
             found["monte_carlo"] = {

@@ -184,6 +184,15 @@ def test_masses_do_not_disturb():
     assert math.radians(found["crank.length"]) == pytest.approx(-0.1206967863242586, abs=1e-10)
 
 
+def test_dimensions_that_redundant_constraints_fix_are_left_out():
+    mechanism = gimcli.load(MODELS / "parallelogram_third_crank.yaml")
+    found = gimcli.sensitivity(mechanism, "B", steps=4)
+    assert {"left.length", "middle.length", "A.x"} <= set(found.fixed)
+    assert [one.name for one in found.dimensions] == ["motor"]
+    with pytest.raises(UsageError, match="by 'left.length': redundant constraints fix this dimension"):
+        gimcli.sensitivity(mechanism, "B", by="left", steps=4)
+
+
 @pytest.mark.parametrize(("arguments", "message"), [
     ({"of": "max(B.y)", "motor": 30}, "a number of the whole motion; remove the input value"),
     ({"of": ["max(B.y)", "B.x"]}, "ask for them in a second call"),
