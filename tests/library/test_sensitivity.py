@@ -189,7 +189,7 @@ def test_dimensions_that_redundant_constraints_fix_are_left_out():
     found = gimcli.sensitivity(mechanism, "B", steps=4)
     assert {"left.length", "middle.length", "A.x"} <= set(found.fixed)
     assert [one.name for one in found.dimensions] == ["motor"]
-    with pytest.raises(UsageError, match="by 'left.length': redundant constraints fix this dimension"):
+    with pytest.raises(UsageError, match=r"by 'left\.length': redundant constraints fix this dimension"):
         gimcli.sensitivity(mechanism, "B", by="left", steps=4)
 
 
