@@ -10,10 +10,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
 from gimcli.families.designs import Designs
-from gimcli.families.float_tables import FloatTables, TableMaker, listed
+from gimcli.families.float_tables import FloatTables, TableMaker, listed, spans
 from gimcli.kernels import family as kernels
 from gimcli.kernels import jit, plan_steps
 from gimcli.kernels import march as marching
@@ -29,6 +30,7 @@ from gimcli.positions.program import plan_program
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed
+from gimcli.structure.steps import Plan
 
 SHARE = 256
 """Greatest number of designs that one thread solves in one call."""
@@ -98,7 +100,7 @@ class Family:
 
     def solve(
         self, designs: FloatArray, steps: int = 72, *, inputs: FloatArray | None = None, reachable: bool = False,
-        threads: int | None = None, notify: Callable[[str], None] | None = None,
+        threads: int | None = None, jit: str = "auto", notify: Callable[[str], None] | None = None,
     ) -> Designs:  # fmt: skip
         """Follow the motions of designs.
 
@@ -109,6 +111,8 @@ class Family:
                 lengths of the normal frame.
             reachable: a design without a position at the first row starts at the first row that has one.
             threads: number of threads, by default one for each core.
+            jit: "auto" compiles the kernels where this saves time; "on"; "off": the designs are solved one by one.
+                The last digits may differ. Rows of `inputs` are always compiled.
             notify: called with a text before a compilation.
 
         Returns:
@@ -125,8 +129,7 @@ class Family:
             values = np.ascontiguousarray(inputs if np.ndim(inputs) == 3 else np.asarray(inputs)[None], dtype=float)
             time = np.linspace(0.0, 1.0, values.shape[2]) if values.shape[2] > 1 else np.zeros(1)
         count, rows = len(designs), len(time)
-        name = "family" if self.plan.coupled else "family_dyads"
-        run = choose("auto" if inputs is None else "on", count * ONE, notify, (name,))
+        run = choose(jit if inputs is None else "on", count * ONE, notify, (kernel_name(self.plan),))
         outcome = np.full(count, kernels.CAREFUL)
         z = np.full((count, len(self.mechanism.nodes), rows), complex(math.nan, math.nan))
         residual = np.full((count, rows), math.nan)
@@ -135,7 +138,7 @@ class Family:
         if run is not plain and self.start is not None:
             found = kernels.FamilyRows(z.view(float).reshape(*z.shape, 2), residual, outcome, first, end)
             self._compiled(tables, time, values, found, reachable, threads)
-            outcome[~finite] = kernels.CAREFUL
+            outcome[~finite | self._reversed(tables)] = kernels.CAREFUL
         careful = np.flatnonzero(outcome == kernels.CAREFUL)
         codes = self._codes(outcome, first, end, rows)
         for d in careful.tolist():
@@ -144,6 +147,18 @@ class Family:
         z.transpose(0, 2, 1)[bad] = complex(math.nan, math.nan)
         residual[bad] = math.nan
         return Designs(designs, time, values, z, codes, residual, len(careful))
+
+    def _reversed(self, tables: FloatTables) -> NDArray[np.bool_]:
+        """Return the designs (designs,) with a link whose length has not the sign of the nominal one.
+
+        The equations of positions have the square of a length; a model file with such a length is refused.
+        """
+        found, first = np.zeros(len(tables.shapes), dtype=bool), spans(self.mechanism)
+        for k, member in enumerate(self.mechanism.members):
+            if k != FRAME and len(member.nodes) == 2:
+                side, nominal = tables.shapes[:, first[k] + 1] - tables.shapes[:, first[k]], np.diff(member.shape)[0]
+                found |= side[:, 0] * nominal.real + side[:, 1] * nominal.imag <= 0.0
+        return found
 
     def _codes(self, outcome: IntArray, first: IntArray, end: IntArray, rows: int) -> IntArray:
         """Return the status of every row (designs, rows)."""
@@ -291,3 +306,8 @@ class Family:
             np.zeros(2, dtype=np.int64),
         )  # fmt: skip
         return room, self._solver._replace(room=self.program.room()), one
+
+
+def kernel_name(plan: Plan) -> str:
+    """Return the name of the kernel that solves the designs of a plan."""
+    return "family" if plan.coupled else "family_dyads"

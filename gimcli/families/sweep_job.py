@@ -43,6 +43,7 @@ class SweepJob:
     best: int = 0  # number of designs that are kept; 0: all
     tolerance: float = 1e-10
     size: int = MOST_IN_CHUNK  # number of designs of a chunk
+    jit: str = "auto"  # "on" or "off" in all processes, so that all compute the same numbers
     threads: int | None = None
     notify: Notify | None = None
 
@@ -114,7 +115,9 @@ class SweepJob:
         first = number * self.size
         designs = self.table.rows(first, min(first + self.size, self.table.count))
         reachable = any(REACHABLE in q.names for q in self.quantities)
-        options: dict[str, Any] = {"reachable": reachable, "threads": self.threads, "notify": self.notify}
+        options: dict[str, Any] = {"reachable": reachable, "threads": self.threads, "jit": self.jit}
+        if self.notify is not None:
+            options["notify"] = self.notify
         solved = self.family.solve(designs, self.steps, **options)
         columns = DesignColumns(self.family, self.names, solved, options)
         status = solved.status

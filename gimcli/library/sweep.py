@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.families.design_table import design_table
+from gimcli.families.design_table import DesignTable, design_table
+from gimcli.families.family import ONE, kernel_name
 from gimcli.families.sweep_job import SweepJob, chunk_size, default_keep
 from gimcli.families.sweep_run import SweepRun
 from gimcli.families.variation import MOST_VALUES, varied
@@ -20,7 +21,8 @@ from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
 from gimcli.library.result import RowsResult, joined
 from gimcli.library.sweep_tables import SweepTables
 from gimcli.mechanism import Mechanism
-from gimcli.output.parts import Parts
+from gimcli.output.parts import Parts, header_of
+from gimcli.positions.dispatch import choose, plain
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
@@ -117,11 +119,21 @@ def swept(
         refuse_unmoved(mechanism, "add an actuator")
     texts = tuple(dict.fromkeys(" ".join(text.split()) for text in texts)) or default_keep(mechanism)
     size = chunk_size(mechanism, steps)
-    job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, size, notify=notify)
+    jit = _jit(mechanism, table, folder if resume else None, notify)
+    job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, size, jit, notify=notify)
     job.check()
     units = {name: dimension(mechanism, name).unit for name in table.names}
     store = None if folder is None else Parts(Path(folder), _header(job), resume)
     return SweepUnderWay(SweepRun(job, store, workers, scheduler, progress("designs")), units)
+
+
+def _jit(mechanism: Mechanism, table: DesignTable, resumed: Path | str | None, notify: Notify | None) -> str:
+    """Return whether the designs are solved compiled, "on" or "off": once for all chunks, as in a resumed sweep."""
+    before = None if resumed is None else header_of(Path(resumed))
+    if before is not None and before.get("jit") in ("on", "off"):
+        return str(before["jit"])
+    kernels = (kernel_name(make_plan(mechanism)),)
+    return "off" if choose("auto", ONE * table.count, notify, kernels) is plain else "on"
 
 
 def _header(job: SweepJob) -> dict[str, Any]:
@@ -134,7 +146,7 @@ def _header(job: SweepJob) -> dict[str, Any]:
         "vary": designs.hexdigest(),
         "designs": job.table.count, "points": job.table.points, "seed": job.table.seed, "steps": job.steps,
         "keep": job.keep, "where": job.where, "goal": job.goal, "best": job.best, "tolerance": job.tolerance,
-        "designs a chunk": job.size,
+        "jit": job.jit, "designs a chunk": job.size,
     }  # fmt: skip
 
 

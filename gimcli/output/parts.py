@@ -27,7 +27,7 @@ class Parts:
         Raises UsageError if they have another header, OutputError if the folder has other files or cannot be written.
         """
         self.folder, self.header = folder, json.loads(json.dumps(header))
-        kept = self._kept()
+        kept = header_of(folder)
         if resume and kept is not None and kept != self.header:
             raise UsageError(
                 f"resume: {folder} belongs to another run ({_difference(kept, self.header)}); remove resume to start"
@@ -68,11 +68,13 @@ class Parts:
     def _path(self, number: int) -> Path:
         return self.folder / f"part-{number:06d}.npy"
 
-    def _kept(self) -> Any:
-        try:
-            return json.loads((self.folder / HEADER).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return None
+
+def header_of(folder: Path) -> Any:
+    """Return the header of the parts in a folder; None if there is none."""
+    try:
+        return json.loads((folder / HEADER).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
 
 
 def _difference(kept: Any, requested: Mapping[str, Any]) -> str:

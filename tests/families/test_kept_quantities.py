@@ -6,7 +6,9 @@ from bundled import MODELS
 
 import gimcli
 from gimcli.errors import UsageError
+from gimcli.families.family import Family
 from gimcli.model.dimensions import dimensions
+from gimcli.status import Status
 
 STEPS = 24
 
@@ -127,3 +129,11 @@ def test_full_turns_are_counted_with_few_rows(steps):
             assert found["max(rocker.angle)"][k] == pytest.approx(np.max(t.angle["rocker"]), abs=1e-6)
             assert found["range(coupler.angle)"][k] == pytest.approx(np.ptp(t.angle["coupler"]), abs=1e-6)
     assert (found["status"] == "ok").sum() > 1
+
+
+@pytest.mark.parametrize("jit", ["on", "off"])
+def test_a_negative_length_is_refused_in_any_number_of_designs(jit):
+    """The squares of lengths in the equations do not show it."""
+    m = gimcli.load(MODELS / "crank_rocker.yaml")
+    found = Family(m, ["crank.length", "coupler.length"]).solve(np.array([[40.0, 120.0], [-40.0, 120.0]]), 12, jit=jit)
+    assert [Status(k).word for k in found.status] == ["ok", "not-assembled"]
