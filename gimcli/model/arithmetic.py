@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping
@@ -30,7 +31,7 @@ class Evaluated(NamedTuple):
 
 def evaluated(data: dict[str, Any], texts: Iterable[Where]) -> Evaluated:
     """Evaluate the texts at some paths of the data, which is not changed."""
-    data, names = _unshared(data), _names(data)
+    data, names = copy.deepcopy(data), _names(data)
     result = Evaluated(data, {}, {})
     for where in texts:
         try:
@@ -106,13 +107,6 @@ def _formula(text: str, names: Mapping[str, Any]) -> Formula:
     if len(names) > MOST_PARAMETERS:
         raise FormulaError(f"{len(names)} parameters are too many for formulas; at most {MOST_PARAMETERS} are read")
     return parsed(text, names)
-
-
-def _unshared(data: Any) -> Any:
-    """Return a copy of plain data in which no list or dict is in two places."""
-    if isinstance(data, dict):
-        return {key: _unshared(part) for key, part in data.items()}
-    return [_unshared(part) for part in data] if isinstance(data, list) else data
 
 
 def _part(data: Any, where: Where) -> Any:

@@ -65,6 +65,7 @@ def plain(part: Any) -> Any:
 def test_formulas_mean_the_numbers_that_they_give():
     one, other = loads(FORMULAS).written.model, loads(NUMBERS).written.model
     assert plain(one) == plain(other)
+    assert loads(FORMULAS).written.source.data["links"]["rod"]["length"] == "sqrt(b*b)"  # still as in the file
     assert one.parameters == {"a": 38.0, "b": 79.0, "turn": 90.0, "half": 1.5707963267948966}
 
 
