@@ -25,7 +25,6 @@ class FitSearchConstants:
     polished: int = 40  # best trials that are refined at the end
     polishing: int = 500  # steps of that; minima in long flat valleys need them
     inputs: int = 12  # rows with which linear dimensions are recognised
-    enough: int = 40  # starts that give the same error, if they are also half of the kept ones, end the search
     alike: float = 1e-4  # relative difference of the errors of one minimum
 
 
@@ -44,13 +43,9 @@ class SearchResult:
         """Return which trials have an error; errors below `zero` are equal."""
         return np.asarray(np.abs(self.trials.error - error) <= zero + CONSTANTS.alike * error)
 
-    def settled(self, zero: float) -> bool:
-        """Return whether more starts are unlikely to improve: the fit is exact, or most starts give the same error."""
-        if not len(self.trials):
-            return False
-        best = float(self.trials.error[0])
-        same = int(self.same(best, zero).sum())
-        return best <= zero or same >= max(CONSTANTS.enough, 0.5 * len(self.trials))
+    def exact(self, zero: float) -> bool:
+        """Return whether there is an exact fit: more starts cannot improve it."""
+        return len(self.trials) > 0 and float(self.trials.error[0]) <= zero
 
 
 def search(problem: FitProblem, nominal: FloatArray, count: int, seed: int) -> Iterator[SearchResult]:

@@ -75,7 +75,7 @@ def fit(
     found = last = None
     count = 0
     for last in _rounds(problem, family, starts, seed, progress("fitting")):
-        if last.settled(problem.zero) or last.drawn >= starts:
+        if last.exact(problem.zero) or last.drawn >= starts:
             found, count = _first_feasible(DesignChecker(family, problem, task), last.trials)
             if found is not None:
                 break

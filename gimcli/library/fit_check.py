@@ -41,7 +41,7 @@ class DesignChecker:
         inputs = self.problem.inputs(trial.designs, trial.own)
         if trial.sense[0] and not self.task.targets.ordered(inputs, trial.sense).all():
             return None
-        own = dict(zip(self.family.names, trial.designs[0].tolist(), strict=True))
+        own = dict(zip(self.family.names, (trial.designs[0] + 0.0).tolist(), strict=True))  # no -0.0
         expected = self.problem.quantity.values(trial.designs, inputs)[0]
         for changes in (own, own | self._coordinates(trial.designs)):
             try:

@@ -29,14 +29,14 @@ def fit_picture(motion: FitMotion, task: FittedTask, table: Table) -> Content:
     poses = mechanism.to_file(z[:, motion.places].T)
     if task.kind == "function":
         picture = motion_picture(mechanism, poses, {}, mechanism.name)
-        return with_panels(picture, [_graph(motion, task, table)])
+        return with_panels(picture, _graphs(motion, task, table))
     path = motion.trace.xy[task.point]
     targets = (task.points[..., 0] + 1j * task.points[..., 1]).ravel().tolist()
     return motion_picture(mechanism, poses, {task.point: path[:, 0] + 1j * path[:, 1]}, mechanism.name, targets=targets)
 
 
-def _graph(motion: FitMotion, task: FittedTask, table: Table) -> CurveGraph:
-    """Return the output over the input, with the targets."""
+def _graphs(motion: FitMotion, task: FittedTask, table: Table) -> list[CurveGraph]:
+    """Return the output over the input, with the targets, and its difference from the targets."""
     from gimcli.output.graph import Axis, Curve, CurveGraph
 
     (one,), (given, target, fitted) = task.components, table.columns[1:4]
@@ -44,10 +44,15 @@ def _graph(motion: FitMotion, task: FittedTask, table: Table) -> CurveGraph:
     output = trace.angle[one.name] if one.kind == ANGLE else trace.xy[one.name][:, one.kind]
     if one.kind == ANGLE:
         output = output + _turns(output[motion.places] - target.values, target.unit)
-    inputs = trace.table().floats(given.name)
+    across, inputs = Axis(given.name, given.unit), trace.table().floats(given.name)
     events = {"target": [complex(a, b) for a, b in zip(given.values, target.values, strict=True)]}
-    curve = Curve("fit", inputs, np.asarray(output))
-    return CurveGraph(Axis(given.name, given.unit), Axis(fitted.name, fitted.unit), [curve], events=events)
+    curve = Curve(fitted.name, inputs, np.asarray(output))
+    order = np.argsort(given.values)
+    difference = Curve("difference", given.values[order], (np.asarray(output)[motion.places] - target.values)[order])
+    return [
+        CurveGraph(across, Axis(fitted.name, fitted.unit), [curve], events=events),
+        CurveGraph(across, Axis("difference", fitted.unit), [difference]),
+    ]
 
 
 def _turns(difference: FloatArray, unit: str) -> float:

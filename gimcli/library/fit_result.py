@@ -48,7 +48,7 @@ class FitResult(Result):
     @property
     def dimensions(self) -> dict[str, float]:
         """The fitted dimensions by name, in the file's units; empty if no design is feasible."""
-        return {} if self.found is None else dict(zip(self.names, self.found.design.tolist(), strict=True))
+        return {} if self.found is None else {name: self.found.changes[name] for name in self.names}
 
     @property
     def error(self) -> float:

@@ -11,7 +11,7 @@ from four_bar_positions import NAMES, FourBarPoint
 from in_process import gim, refused
 from path_problems import NINE_POINT_LENGTHS, PROBLEMS
 
-from gimcli import UsageError, fit, load, trace
+from gimcli import UsageError, fit, load, loads, trace
 from gimcli.families.family import Family
 from gimcli.fitting.motion_quantity import ANGLE, Component, MotionQuantity, X, Y
 
@@ -125,6 +125,63 @@ def test_function():
     assert found.error < 1e-18
     lengths = [found.dimensions[name] for name in bounds]
     assert lengths == pytest.approx([0.6525857408811186, 1.170609285983374, 0.5281106634575285], abs=1e-9)
+
+
+FUNCTION = """
+units: {length: unit, angle: deg}
+parameters: {a: 2, b: 2.2, c: 2, phi0: 60, psi0: 90}
+nodes: {O: [0, 0], O4: [cos(phi0*deg), -sin(phi0*deg)], A: [a, 0], B: [0.3, -2], Q: [1.5, -0.8]}
+ground: [O, O4]
+links: {crank: {nodes: [O, A], length: a}, coupler: {nodes: [A, B], length: b}}
+elements:
+  rocker: {nodes: [O4, Q, B], shape: {O4: [0, 0], Q: [1, 0], B: [c*cos(psi0*deg), c*sin(psi0*deg)]}}
+actuators: {motor: {type: rotary, pivot: O, arm: A, law: {from: 0, to: 90}}}
+"""
+"""A four-bar with frame 1, whose input and output are measured from directions phi0 and psi0."""
+
+
+def test_function_with_least_squares():
+    """y = x^1.5 from 1 to 4, both turned by 90 deg: the least error of the references (61 equidistant points)."""
+    s = np.linspace(0.0, 1.0, 61)
+    y = ((1.0 + 3.0 * s) ** 1.5 - 1.0) / 7.0
+    bounds = dict.fromkeys("abc", (0.05, 20.0)) | dict.fromkeys(("phi0", "psi0"), (0.0, 360.0))
+    targets = {"input": 90.0 * s, "output": 90.0 * y}
+    found = fit(loads(FUNCTION), bounds, targets, output="rocker.angle", starts=3000)
+    assert found.rms == pytest.approx(0.0028867119541, rel=1e-9)
+    assert found.report()["largest"] == pytest.approx(0.0103679669, rel=2e-6)
+    assert [found.dimensions[n] for n in "abc"] == pytest.approx([10.998865957, 7.152306449, 3.786525231], rel=1e-6)
+    assert found.dimensions["phi0"] == pytest.approx(302.206320808, abs=1e-5)
+
+
+POSES = """
+units: {length: unit, angle: deg}
+parameters: {ox: 0, oy: 0, qx: 4, qy: 0, r2: 1.5, r4: 3, bx: 3.5, by: 0, px: 1, py: 1}
+nodes: {O: [ox, oy], O4: [qx, qy], A: [0.75, 1.3], B: [3.8, 2.99], Q: [1.6, 1.8]}
+ground: [O, O4]
+links: {crank: {nodes: [O, A], length: r2}, follower: {nodes: [O4, B], length: r4}}
+elements: {coupler: {nodes: [A, Q, B], shape: {A: [0, 0], Q: [1, 0], B: [bx, by]}}}
+actuators: {motor: {type: rotary, pivot: O, arm: A, law: {from: 0, to: 360}}}
+points: {P: {on: coupler, local: [px, py]}}
+"""
+
+
+def test_five_poses():
+    """Only two four-bars take the five poses in order on one branch; their dyads are known (Burmester)."""
+    poses = np.array([
+        (2.143882187, 3.595497372, 41.462636109), (-0.673257429, 3.070514712, 26.017335392),
+        (-0.809155527, 0.617482031, 55.998730772), (0.873924703, 1.233125295, 70.933499297),
+        (1.64194314, 2.301004135, 61.18827789),
+    ])  # fmt: skip
+    bounds = {n: (-15.0, 15.0) for n in ("ox", "oy", "qx", "qy", "bx", "by", "px", "py")}
+    bounds |= {"r2": (0.1, 15.0), "r4": (0.1, 15.0)}
+    found = fit(loads(POSES), bounds, dict(zip(("x", "y", "angle"), poses.T, strict=True)), starts=5000)
+    assert found.error < 1e-24
+    assert found["motor"] == pytest.approx([35.0, 155.0, 250.0, 325.0, 355.0], abs=1e-6)
+    own = [found.dimensions[n] for n in ("ox", "oy", "r2")]
+    assert own == pytest.approx([0.0, 0.0, 1.99999999993107], abs=2e-8)
+    followers = [(6.0, 0.0, 4.49999998596008), (9.12005763796576, -4.83070224072545, 13.3072016524808)]
+    second = [found.dimensions[n] for n in ("qx", "qy", "r4")]
+    assert min(np.max(np.abs(np.array(second) - known)) for known in followers) < 2e-8
 
 
 def test_nothing_feasible(tmp_path):
