@@ -73,6 +73,16 @@ def command(
         typer.Option("--output", metavar="NAME", help="Output of a function: rocker.angle, P.x.",
                      rich_help_panel=TARGETS),
     ] = "",
+    goal: Annotated[
+        str,
+        typer.Option("--goal", metavar="TEXT", help="Quantity that is least, instead of targets: -range(P.y).",
+                     rich_help_panel=TARGETS),
+    ] = "",
+    where: Annotated[
+        list[str],
+        typer.Option("--where", metavar="TEXT", help="Condition: min(transmission) > 40; repeatable.",
+                     rich_help_panel=TARGETS),
+    ] = NONE,
     starts: Annotated[
         int, typer.Option("--starts", metavar="N", min=1, help="Number of random designs.", rich_help_panel=METHOD)
     ] = 20_000,
@@ -93,11 +103,9 @@ def command(
 
     outputs = Outputs(FitResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
     bounds = _bounds(vary)
-    if through is None:
-        raise UsageError("name a CSV file of targets: --through targets.csv")
     found = fit(
         outputs.loaded(assembly, changes=set_), bounds, through, timing=timing.value if timing else "", point=point,
-        output=output, starts=starts, seed=seed, notify=note, progress=progress_bar,
+        output=output, goal=goal, where=where, starts=starts, seed=seed, notify=note, progress=progress_bar,
     )  # fmt: skip
     outputs.write(found)
     outputs.finish(found, _print)
@@ -125,19 +133,20 @@ def _print(result: FitResult) -> None:
     from gimcli.library.rounding import number
     from gimcli.table import labelled
 
-    starts = result.search
     typer.echo(result.headline())
     if result.found is None:
         return
     rows = [(name, f"{value:.12g}") for name, value in result.dimensions.items()]
     print_table("", ("dimension", "value"), rows, right=(1,))
-    table = result.table()
-    heads = [labelled(column.name, column.unit) for column in table.columns]
-    cells = [[number(float(v)) for v in column.values] for column in table.columns]
-    print_table("", heads, zip(*cells, strict=True), right=range(len(heads)))
+    if result.kind != "goal":
+        table = result.table()
+        heads = [labelled(column.name, column.unit) for column in table.columns]
+        cells = [[number(float(v)) for v in column.values] for column in table.columns]
+        print_table("", heads, zip(*cells, strict=True), right=range(len(heads)))
     for line in result.checks():
         typer.echo(line)
+    counts, what = result.counts, "goal" if result.kind == "goal" else "error"
     typer.echo(
-        f"{result.hits} of {starts.started} starts ended at this error ({starts.drawn} random designs, seed"
-        f" {result.seed})"
+        f"{counts.hits} fits have this {what}; {counts.started} of {counts.drawn} random designs were refined (seed"
+        f" {counts.seed})"
     )

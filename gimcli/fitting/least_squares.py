@@ -9,6 +9,7 @@ Appl. Math. 172 (2004) 375, for projected steps.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -51,6 +52,7 @@ class FitProblem:
     upper: FloatArray  # (dimensions,)
     periodic: NDArray[np.bool_]  # (dimensions,) directions, which may pass their bounds: these are a full turn apart
     whole: bool = True  # only designs that move through the whole range of the input
+    admits: Callable[[FloatArray], NDArray[np.bool_]] | None = None  # which designs may be starts; None: all
 
     @property
     def least(self) -> FloatArray:

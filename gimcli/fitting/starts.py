@@ -86,6 +86,8 @@ def starts(
     """Return the best of several choices of inputs for each design; designs that cannot be assembled are left out."""
     if problem.whole:
         designs = designs[moves(problem, designs)]
+    if problem.admits is not None:
+        designs = designs[problem.admits(designs)]
     targets = problem.targets
     grid = targets.inputs if targets.timing == GIVEN else targets.range.grid(CONSTANTS.rows)
     rates = problem.quantity.rates(designs, np.tile(grid, (len(designs), 1)))

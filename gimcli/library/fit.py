@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.families.family import Family
+from gimcli.fitting.conditions import DesignQuantities
+from gimcli.fitting.constrained import under_conditions
+from gimcli.fitting.goal_search import goal_search
 from gimcli.fitting.least_squares import FitProblem, Trials
 from gimcli.fitting.motion_quantity import MotionQuantity
-from gimcli.fitting.search import CONSTANTS, SearchResult, search
+from gimcli.fitting.search import CONSTANTS, search
 from gimcli.fitting.starts import periodic_dimensions
-from gimcli.library.fit_check import DesignChecker, FittedDesign
-from gimcli.library.fit_result import FitResult
+from gimcli.library.fit_check import FittedDesign, GoalChecker, TargetChecker
+from gimcli.library.fit_result import FitCounts, FitResult, GoalResult
 from gimcli.library.fit_targets import FittedTask, columns_of, task_of
 from gimcli.library.inputs import refuse_count, refuse_unmoved
 from gimcli.mechanism import FloatArray, Mechanism
@@ -25,6 +30,9 @@ from gimcli.structure.drive_check import explained
 STARTS = 20_000
 """Number of random designs of a search."""
 
+START_STEPS = 72
+"""Steps of the motions of random designs for which conditions are computed."""
+
 MOST_STARTS = 10_000_000
 
 MOST_CHECKED = 60
@@ -33,15 +41,15 @@ MOST_CHECKED = 60
 
 def fit(
     mechanism: Mechanism, vary: Mapping[str, tuple[float, float]],
-    through: Path | str | Mapping[str, Sequence[float]] | Sequence[Sequence[float]], *, timing: str = "",
-    point: str = "", output: str = "", starts: int = STARTS, seed: int = 0, notify: Notify | None = None,
-    progress: Phases = no_phases,
+    through: Path | str | Mapping[str, Sequence[float]] | Sequence[Sequence[float]] | None = None, *,
+    timing: str = "", point: str = "", output: str = "", goal: str = "", where: str | Sequence[str] = (),
+    starts: int = STARTS, seed: int = 0, notify: Notify | None = None, progress: Phases = no_phases,
 ) -> FitResult:  # fmt: skip
-    """Find dimensions for which a point, a member or an output passes targets.
+    """Find dimensions for which a point, a member or an output passes targets, or for which a goal is least.
 
     Args:
-        mechanism: from `load` or `loads`; it has one actuator. Its dimensions are where the search begins, and its
-            configuration is the one that is fitted.
+        mechanism: from `load` or `loads`. For targets it has one actuator. Its dimensions are where the search begins,
+            and its configuration is the one that is fitted.
         vary: least and greatest value of each dimension that varies, by name, in the file's units.
         through: targets: a CSV file with a header, or a dict of columns. `x,y`: places of a point; `x,y,x2,y2`: pairs
             of places, both as near as possible; `x,y,angle`: poses of a member; `input,output`: a function. Places and
@@ -51,14 +59,18 @@ def fit(
             `input`, otherwise "free".
         point: the node or point for places and poses; by default the first of `trace`.
         output: the angle or coordinate for a function, such as "rocker.angle" or "P.x".
+        goal: instead of targets: a quantity that is least, in the form of `sweep`, such as "-range(P.y)".
+        where: conditions on the fitted design, in the form of `sweep`, such as "min(transmission) > 40" or
+            "type == 'crank-rocker'"; one text or a list. Inequalities can be active.
         starts: number of random designs.
         seed: seed of the random designs; the same seed gives the same result.
         notify: function of a text; called with notices, such as the start of a compilation.
         progress: function of the name of a phase; returns a function of (designs done, all designs).
 
     Returns:
-        A FitResult. `.mechanism` is the fitted mechanism, `.error` the sum of squares; `.feasible` is False if no
-        design was found whose real motion passes the targets in order on one branch.
+        A FitResult. `.mechanism` is the fitted mechanism, `.error` the sum of squares (or the goal); `.feasible` is
+        False if no design was found whose real motion passes the targets in order on one branch, over the whole law,
+        and satisfies the conditions.
 
     Raises:
         UsageError: an unknown name or an invalid argument.
@@ -68,19 +80,50 @@ def fit(
     refuse_count("starts", starts, 1, MOST_STARTS)
     refuse_unmoved(mechanism, "add an actuator")
     lower, upper = _bounds(vary)
-    task = task_of(mechanism, columns_of(through), timing, point, output)
+    task = None if goal else task_of(mechanism, columns_of(through), timing, point, output)
+    if goal and (through is not None or timing or point or output):
+        raise UsageError("goal: a goal takes the place of targets: remove through, timing, point and output")
     with explained(mechanism):
         family = Family(mechanism, tuple(vary))
-    problem = _problem(family, task, lower, upper, notify)
-    found = last = None
-    count = 0
-    for last in _rounds(problem, family, starts, seed, progress("fitting")):
-        if last.exact(problem.zero) or last.drawn >= starts:
-            found, count = _first_feasible(DesignChecker(family, problem, task), last.trials)
-            if found is not None:
-                break
-    assert last is not None
-    return FitResult(mechanism, task, tuple(vary), found, last, count, problem.zero, seed)
+    quantities = DesignQuantities(family, [where] if isinstance(where, str) and where else tuple(where), goal)
+    report = progress("fitting")
+    if task is None:
+        return _least_goal(quantities, lower, upper, starts, seed, report)
+    problem = _problem(quantities, task, lower, upper, notify)
+    return _least_error(quantities, problem, task, starts, seed, report)
+
+
+def _least_goal(
+    quantities: DesignQuantities, lower: FloatArray, upper: FloatArray, starts: int, seed: int, progress: Progress
+) -> FitResult:
+    """Return the feasible design with the least goal."""
+    assert quantities.goal is not None
+    search = goal_search(quantities, lower, upper, starts, seed, progress)
+    checker, nominal = GoalChecker(quantities), quantities.family.mechanism
+    tried = zip(search.designs[:MOST_CHECKED], search.goals.tolist(), strict=False)
+    found = next((one for design, goal in tried if (one := checker.checked(design, goal)) is not None), None)
+    hits = 0 if found is None else search.same(found.error)
+    counts = FitCounts(search.drawn, search.started, hits, seed)
+    return GoalResult(nominal, quantities.family.names, found, counts, quantities.goal.text)
+
+
+def _least_error(
+    quantities: DesignQuantities, problem: FitProblem, task: FittedTask, starts: int, seed: int, progress: Progress
+) -> FitResult:
+    """Return the feasible design with the least error; an exact one ends the search."""
+    family, found, counts = quantities.family, None, FitCounts(0, 0, 0, seed)
+    for last in search(problem, family.nominal, starts, seed):
+        progress(last.drawn, starts)
+        counts = FitCounts(last.drawn, last.started, 0, seed)
+        if not last.exact(problem.zero) and last.drawn < starts:
+            continue
+        best = under_conditions(problem, quantities, last.trials) if quantities.texts else last.trials
+        found = _first_feasible(TargetChecker(problem, task, quantities), best)
+        if found is not None:
+            hits = int(replace(last, trials=best).same(found.error - task.targets.constant, problem.zero).sum())
+            counts = replace(counts, hits=hits)
+            break
+    return FitResult(family.mechanism, family.names, found, counts, task)
 
 
 def _bounds(vary: Mapping[str, tuple[float, float]]) -> tuple[FloatArray, FloatArray]:
@@ -95,27 +138,17 @@ def _bounds(vary: Mapping[str, tuple[float, float]]) -> tuple[FloatArray, FloatA
 
 
 def _problem(
-    family: Family, task: FittedTask, lower: FloatArray, upper: FloatArray, notify: Notify | None
+    quantities: DesignQuantities, task: FittedTask, lower: FloatArray, upper: FloatArray, notify: Notify | None
 ) -> FitProblem:
+    family = quantities.family
     quantity = MotionQuantity(family, task.components, notify)
     rows = task.targets.range.grid(CONSTANTS.inputs)
     periodic = periodic_dimensions(quantity, family.nominal, lower, upper, rows)
-    return FitProblem(quantity, task.targets, lower, upper, periodic)
+    admits = partial(quantities.hold, steps=START_STEPS) if quantities.texts else None
+    return FitProblem(quantity, task.targets, lower, upper, periodic, admits=admits)
 
 
-def _rounds(problem: FitProblem, family: Family, starts: int, seed: int, progress: Progress) -> Iterator[SearchResult]:
-    """Yield the result of each round of a search; report its progress."""
-    progress(0, starts)
-    for found in search(problem, family.nominal, starts, seed):
-        progress(found.drawn, starts)
-        yield found
-
-
-def _first_feasible(checker: DesignChecker, at: Trials) -> tuple[FittedDesign | None, int]:
-    """Return the feasible design with the least error, and the number of designs that were traced."""
-    count = min(len(at), MOST_CHECKED)
-    for k in range(count):
-        found = checker.checked(at[k : k + 1])
-        if found is not None:
-            return found, k + 1
-    return None, count
+def _first_feasible(checker: TargetChecker, at: Trials) -> FittedDesign | None:
+    """Return the feasible design with the least error."""
+    tried = (checker.checked(at[k : k + 1]) for k in range(min(len(at), MOST_CHECKED)))
+    return next((found for found in tried if found is not None), None)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from gimcli.errors import GimError
 from gimcli.families.family import Family
+from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.least_squares import FitProblem, Trials
-from gimcli.library.fit_motion import FitMotion, fit_motion
+from gimcli.library.fit_motion import FitMotion, fit_motion, law_motion
 from gimcli.library.fit_targets import FittedTask
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
 
@@ -31,41 +34,30 @@ class FittedDesign:
 
 
 class DesignChecker:
-    """Checks designs on their real motion, with other dimensions in the model."""
+    """Makes models of designs, and checks their conditions on these models."""
 
-    def __init__(self, family: Family, problem: FitProblem, task: FittedTask) -> None:
-        self.family, self.problem, self.task = family, problem, task
+    def __init__(self, quantities: DesignQuantities) -> None:
+        self.quantities, self.family = quantities, quantities.family
 
-    def checked(self, trial: Trials) -> FittedDesign | None:
-        """Return a fitted design; None if its motion does not pass the targets in order on one branch."""
-        inputs = self.problem.inputs(trial.designs, trial.own)
-        if trial.sense[0] and not self.task.targets.ordered(inputs, trial.sense).all():
-            return None
-        own = dict(zip(self.family.names, (trial.designs[0] + 0.0).tolist(), strict=True))  # no -0.0
-        expected = self.problem.quantity.values(trial.designs, inputs)[0]
-        for changes in (own, own | self._coordinates(trial.designs)):
-            try:
-                mechanism = self.family.mechanism.with_(changes)
-                motion = fit_motion(mechanism, self.task, inputs[0])
-            except GimError:
-                continue
-            if motion.trace.complete and self._agree(motion.values, expected):
-                residual = self.task.targets.residuals(motion.values)
-                error = float(np.sum(residual**2)) + self.task.targets.constant
-                return FittedDesign(mechanism, changes, trial.designs[0], inputs[0], motion, error)
-        return None
+    def models(self, design: FloatArray) -> Iterator[tuple[dict[str, float], Mechanism]]:
+        """Yield the changes of a design (dimensions,) and its mechanism, then those with other initial coordinates."""
+        own = dict(zip(self.family.names, (design + 0.0).tolist(), strict=True))  # no -0.0
+        for changes in (own, own | self._coordinates(design)):
+            with suppress(GimError):
+                yield changes, self.family.mechanism.with_(changes)
 
-    def _agree(self, values: FloatArray, expected: FloatArray) -> bool:
-        """Return whether the real motion is on the branch of the fit."""
-        targets, size = self.task.targets, self.family.mechanism.size * self.family.mechanism.scale
-        turns = np.rint((values - expected) / (2.0 * math.pi)) * 2.0 * math.pi
-        distance = np.abs(values - expected - np.where(targets.circular > 0.0, turns, 0.0))
-        return bool(np.all(distance <= AGREEMENT * np.where(targets.circular > 0.0, 1.0, size)))
+    def quantities_of(self, mechanism: Mechanism) -> tuple[bool, float]:
+        """Return whether a mechanism satisfies all conditions, and its goal, if there is one."""
+        given = self.quantities
+        family = Family(mechanism, self.family.names)
+        own = DesignQuantities(family, given.texts, given.goal.text if given.goal else "")
+        held = bool(own.hold(family.nominal[None])[0])
+        return held, float(own.goals(family.nominal[None])[0]) if given.goal else math.nan
 
     def _coordinates(self, design: FloatArray) -> dict[str, float]:
         """Return the coordinates, at the start of the law, of moving nodes whose coordinates are plain numbers."""
         mechanism = self.family.mechanism
-        start = self.family.solve(design, inputs=mechanism.start_inputs[None, :, None]).z[0, :, 0]
+        start = self.family.solve(design[None], inputs=mechanism.start_inputs[None, :, None]).z[0, :, 0]
         file = mechanism.to_file(start)
         own: dict[str, float] = {}
         for k, node in enumerate(mechanism.nodes):
@@ -76,3 +68,48 @@ class DesignChecker:
                 if name not in self.family.names and not mechanism.written.dimension(name).formula:
                     own[name] = float(value)
         return own
+
+
+class GoalChecker(DesignChecker):
+    """Checks designs on their real motion over the law, and their goals."""
+
+    def checked(self, design: FloatArray, goal: float) -> FittedDesign | None:
+        """Return a fitted design; None if it does not move over the whole law with this goal under the conditions."""
+        for changes, mechanism in self.models(design):
+            with suppress(GimError):
+                motion = law_motion(mechanism)
+                held, found = self.quantities_of(mechanism)
+                if motion.trace.complete and held and abs(found - goal) <= AGREEMENT * (1.0 + abs(goal)):
+                    return FittedDesign(mechanism, changes, design, np.empty(0), motion, found)
+        return None
+
+
+class TargetChecker(DesignChecker):
+    """Checks designs on their real motion through the targets."""
+
+    def __init__(self, problem: FitProblem, task: FittedTask, quantities: DesignQuantities) -> None:
+        super().__init__(quantities)
+        self.problem, self.task = problem, task
+
+    def checked(self, trial: Trials) -> FittedDesign | None:
+        """Return a fitted design; None if its motion does not pass the targets in order on one branch."""
+        inputs = self.problem.inputs(trial.designs, trial.own)
+        if trial.sense[0] and not self.task.targets.ordered(inputs, trial.sense).all():
+            return None
+        expected = self.problem.quantity.values(trial.designs, inputs)[0]
+        for changes, mechanism in self.models(trial.designs[0]):
+            with suppress(GimError):
+                motion = fit_motion(mechanism, self.task, inputs[0])
+                good = motion.trace.complete and self._agree(motion.values, expected)
+                if good and (not self.quantities.texts or self.quantities_of(mechanism)[0]):
+                    residual = self.task.targets.residuals(motion.values)
+                    error = float(np.sum(residual**2)) + self.task.targets.constant
+                    return FittedDesign(mechanism, changes, trial.designs[0], inputs[0], motion, error)
+        return None
+
+    def _agree(self, values: FloatArray, expected: FloatArray) -> bool:
+        """Return whether the real motion is on the branch of the fit."""
+        targets, size = self.task.targets, self.family.mechanism.size * self.family.mechanism.scale
+        turns = np.rint((values - expected) / (2.0 * math.pi)) * 2.0 * math.pi
+        distance = np.abs(values - expected - np.where(targets.circular > 0.0, turns, 0.0))
+        return bool(np.all(distance <= AGREEMENT * np.where(targets.circular > 0.0, 1.0, size)))

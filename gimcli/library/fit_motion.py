@@ -70,6 +70,12 @@ def fit_motion(mechanism: Mechanism, task: FittedTask, inputs: FloatArray) -> Fi
     return FitMotion(found, places, np.stack(values, axis=-1))
 
 
+def law_motion(mechanism: Mechanism) -> FitMotion:
+    """Trace a mechanism over its law."""
+    found = cast(MotionTraceResult, trace(mechanism, ROWS, measure=_measured(mechanism)))
+    return FitMotion(found, np.empty(0, dtype=np.int64), np.empty((0, 0)))
+
+
 def _rows(mechanism: Mechanism, limits: FitRange, inputs: FloatArray) -> tuple[FloatArray, IntArray]:
     """Return the inputs of the rows, which include those of the targets, and the rows of the targets."""
     first, last = (float(v) for v in mechanism.actuators[0].law(np.array([0.0, 1.0])))

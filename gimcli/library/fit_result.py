@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gimcli.fitting.motion_quantity import ANGLE
-from gimcli.fitting.search import SearchResult
 from gimcli.library.fit_targets import FittedTask
 from gimcli.library.result import Result
 from gimcli.library.rounding import number
@@ -22,17 +22,26 @@ if TYPE_CHECKING:
     from gimcli.output.picture import Content
 
 
+@dataclass(frozen=True)
+class FitCounts:
+    """What a search has tried."""
+
+    drawn: int  # random designs
+    started: int  # those that were refined
+    hits: int  # fits with the error of the result
+    seed: int
+
+
 class FitResult(Result):
     """A fitted mechanism: `mechanism`, `dimensions`, `error` (sum of squares), and one row for each target."""
 
     KIND = "fit"
 
     def __init__(
-        self, nominal: Mechanism, task: FittedTask, names: tuple[str, ...], found: FittedDesign | None,
-        search: SearchResult, checked: int, zero: float, seed: int,
+        self, nominal: Mechanism, names: tuple[str, ...], found: FittedDesign | None, counts: FitCounts,
+        task: FittedTask | None = None,
     ) -> None:  # fmt: skip
-        self.nominal, self.task, self.names, self.found = nominal, task, names, found
-        self.search, self.checked, self._zero, self.seed = search, checked, zero, seed
+        self.nominal, self.names, self.found, self.counts, self._task = nominal, names, found, counts, task
         self.mechanism = nominal if found is None else found.mechanism
 
     @property
@@ -61,39 +70,47 @@ class FitResult(Result):
         return math.sqrt(self.error / (len(self.task.targets.values) * max(1, self.task.points.shape[1])))
 
     @property
-    def hits(self) -> int:
-        """The number of starts that ended at this error."""
-        if self.found is None:
-            return 0
-        return int(self.search.same(self.found.error - self.task.targets.constant, self._zero).sum())
+    def task(self) -> FittedTask:
+        """The targets."""
+        assert self._task is not None
+        return self._task
 
     @property
     def _unit(self) -> float:
         """The file's unit of angle per rad, if the output of a function is an angle; otherwise 1."""
         angle = self.task.kind == "function" and self.task.components[0].kind == ANGLE
-        return math.degrees(1.0) if angle and self.nominal.angle_unit == "deg" else 1.0
+        return math.degrees(1.0) if angle and self._degrees else 1.0
 
     def headline(self) -> str:
         """Return the result in one line."""
-        name = self.nominal.name
         if self.found is None:
             return (
-                f"{name}: no feasible design was found from {self.search.drawn} random designs ({self.checked} fitted"
-                " designs were traced): widen the bounds, use more starts, or relax the conditions"
+                f"{self.nominal.name}: no feasible design was found from {self.counts.drawn} random designs, of which"
+                f" {self.counts.started} were refined: widen the bounds, use more starts, or relax the conditions"
             )
-        return f"{name}: sum of squares {self.error:.9g}, root mean square {number(self.rms)}"
+        return f"{self.nominal.name}: {self._outcome()}"
+
+    def _outcome(self) -> str:
+        return f"sum of squares {self.error:.9g}, root mean square {number(self.rms)}"
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        counts = {"drawn": self.search.drawn, "started": self.search.started, "hits": self.hits}
-        report: dict[str, Any] = {"feasible": self.feasible, "kind": self.task.kind, "starts": counts}
+        counts = {"drawn": self.counts.drawn, "started": self.counts.started, "hits": self.counts.hits}
+        report: dict[str, Any] = {"feasible": self.feasible, "kind": self.kind, "starts": counts}
         if self.found is None:
             return report | {"reason": self.headline()}
-        motion = self.found.motion
-        return report | {
+        own = {"dimensions": self.dimensions, "changes": self.found.changes}
+        return report | own | self._values() | {"transmission": self.found.motion.worst_transmission}
+
+    @property
+    def kind(self) -> str:
+        """What is fitted: "path", "poses", "function" or "goal"."""
+        return self.task.kind
+
+    def _values(self) -> dict[str, Any]:
+        return {
             "error": self.error, "rms": self.rms, "largest": float(np.max(self._distances)),
-            "dimensions": self.dimensions, "changes": self.found.changes,
-            "inputs": self._inputs.tolist(), "sense": self.sense, "transmission": motion.worst_transmission,
+            "inputs": self._inputs.tolist(), "sense": self.sense,
         }  # fmt: skip
 
     @property
@@ -139,11 +156,14 @@ class FitResult(Result):
         """Return what was checked on the real motion, as sentences."""
         assert self.found is not None
         worst, unit = self.found.motion.worst_transmission, self.nominal.angle_unit
-        order = f"in order, with the input {self.sense}, " if self.sense else ""
-        lines = [f"the traced motion passes all targets {order}on one branch, over the whole law of the input"]
+        lines = [self._confirmed()]
         if worst is not None:
             lines.append(f"worst transmission angle {number(worst)} {unit} (from 0 and from a straight angle)")
         return lines
+
+    def _confirmed(self) -> str:
+        order = f"in order, with the input {self.sense}, " if self.sense else ""
+        return f"the traced motion passes all targets {order}on one branch, over the whole law of the input"
 
     def labelled(self, k: int) -> tuple[str, str, float]:
         """Return the name of a component, its unit, and the factor to that unit."""
@@ -176,3 +196,37 @@ class FitResult(Result):
         from gimcli.library.model_text import changed_text
 
         return changed_text(self.nominal, self.found.changes)
+
+
+class GoalResult(FitResult):
+    """A mechanism with the least goal: `mechanism`, `dimensions`, `error` (the goal); one row for each dimension."""
+
+    def __init__(
+        self, nominal: Mechanism, names: tuple[str, ...], found: FittedDesign | None, counts: FitCounts, goal: str
+    ) -> None:
+        super().__init__(nominal, names, found, counts)
+        self.goal = goal
+
+    kind = "goal"
+
+    @property
+    def _unit(self) -> float:
+        return 1.0
+
+    def _outcome(self) -> str:
+        return f"{self.goal} is {self.error:.9g}"
+
+    def _values(self) -> dict[str, Any]:
+        return {"goal": self.error}
+
+    def _confirmed(self) -> str:
+        return "the traced motion passes over the whole law of the input"
+
+    def table(self) -> Table:
+        """Return one row for each dimension: its name and value."""
+        names, values = list(self.dimensions), list(self.dimensions.values())
+        return Table((Column("dimension", np.array(names)), Column("value", np.array(values, dtype=float))))
+
+    def picture(self) -> Content | None:
+        """Return the motion of the fitted mechanism; None if no design is feasible."""
+        return None if self.found is None else self.found.motion.trace.picture()

@@ -39,9 +39,11 @@ class FittedTask:
 
 
 def columns_of(
-    through: Path | str | Mapping[str, Sequence[float]] | Sequence[Sequence[float]],
+    through: Path | str | Mapping[str, Sequence[float]] | Sequence[Sequence[float]] | None,
 ) -> dict[str, FloatArray]:
     """Return the columns (targets,) of targets by name: of a file, of a dict, or of pairs of x and y."""
+    if through is None:
+        raise UsageError("name a CSV file of targets (--through targets.csv), or a goal (--goal)")
     if isinstance(through, Path | str):
         return _read(Path(through))
     if not isinstance(through, Mapping):

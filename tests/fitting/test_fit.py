@@ -75,7 +75,7 @@ def test_derivatives_of_directions_are_differences(family):
 def test_given_inputs(name):
     found = fitted(name, starts=5000)
     assert found.error == pytest.approx(PROBLEMS[name].error, rel=2e-8)
-    assert found.hits > 10
+    assert found.counts.hits > 10
     assert found["distance"] @ found["distance"] == pytest.approx(found.error, rel=1e-9)
 
 
@@ -182,6 +182,98 @@ def test_five_poses():
     followers = [(6.0, 0.0, 4.49999998596008), (9.12005763796576, -4.83070224072545, 13.3072016524808)]
     second = [found.dimensions[n] for n in ("qx", "qy", "r4")]
     assert min(np.max(np.abs(np.array(second) - known)) for known in followers) < 2e-8
+
+
+def test_active_condition():
+    """Of two lengths the fit with a condition is not worse than the best of a fine grid, and it is on the condition."""
+    mechanism, bounds = load(FOUR_BAR), {"r3": (3.0, 4.5), "r4": (2.5, 4.0)}
+    targets = {"input": np.array([10.0, 80.0, 200.0]), "x": np.array([1.9, 0.8, -0.4]), "y": np.array([2.8, 3.2, 1.6])}
+    free = fit(mechanism, bounds, targets, starts=500)
+    held = fit(mechanism, bounds, targets, where="min(transmission) > 50", starts=500)
+    least = [
+        trace(m.mechanism, 360, measure="transmission")["transmission:coupler/follower"].min() for m in (free, held)
+    ]
+    assert least[0] < 49.0
+    assert least[1] == pytest.approx(50.0, abs=1e-3)
+    r3, r4 = (a.ravel() for a in np.meshgrid(np.linspace(3.0, 4.5, 121), np.linspace(2.5, 4.0, 121)))
+    designs = np.column_stack([np.full_like(r3, v) for v in (4.0, 1.5)] + [r3, r4])
+    designs = np.column_stack((designs, np.tile([2.0, 1.0, 0.0, 0.0, 0.0], (len(r3), 1))))
+    found = FourBarPoint().values(designs, np.tile(np.radians(targets["input"]), (len(r3), 1)))
+    errors = np.sum((found - np.stack((targets["x"], targets["y"]), -1)) ** 2, axis=(1, 2))
+    diagonal = 4.0**2 + 1.5**2 - 2.0 * 4.0 * 1.5 * np.cos(np.linspace(0.0, math.pi, 181))[:, None]
+    angle = np.degrees(np.arccos(np.clip((r3**2 + r4**2 - diagonal) / (2.0 * r3 * r4), -1.0, 1.0)))
+    least = np.min(errors[angle.min(axis=0) > 50.0])
+    assert free.error < held.error <= least
+    assert held.error == pytest.approx(least, rel=0.02)
+
+
+def test_condition_without_margin():
+    """A condition that is no inequality selects among the fits."""
+    made = load(FOUR_BAR).with_({"r1": 1, "r2": 3})
+    known = trace(made, 6)
+    targets = {"input": known["motor"][:6], "x": known.xy["P"][:6, 0], "y": known.xy["P"][:6, 1]}
+    begin, bounds = made.with_({"r1": 1.1, "r2": 2.9}), {"r1": (0.5, 2.0), "r2": (2.0, 4.0)}
+    found = fit(begin, bounds, targets, where="type == 'double-crank'", starts=200)
+    assert [found.dimensions["r1"], found.dimensions["r2"]] == pytest.approx([1.0, 3.0], abs=1e-8)
+    assert not fit(begin, bounds, targets, where="type == 'crank-rocker'", starts=200).feasible
+
+
+SLIDER_CRANK = """
+units: {length: mm, angle: deg}
+nodes: {O: [0, 0], A: [20, 0], B: [120, 0], G: [200, 0]}
+ground: [O, G]
+links: {crank: {nodes: [O, A], length: 20}, rod: {nodes: [A, B], length: 100}}
+prismatic: {slide: {node: B, guide: [O, G]}}
+actuators: {motor: {type: rotary, pivot: O, arm: A}}
+"""
+
+
+def test_goal_under_a_condition():
+    """The longest stroke of a slider-crank whose rod turns at most 30 deg from the guide: crank = rod sin 30 deg."""
+    found = fit(
+        loads(SLIDER_CRANK), {"crank.length": (10, 90)}, goal="-range(B.x)", where="max(rod.angle) < 30", starts=300
+    )
+    assert found.dimensions["crank.length"] == pytest.approx(50.0, rel=1e-5)
+    assert found.error == pytest.approx(-100.0, rel=1e-5)
+    assert found.report()["kind"] == "goal"
+
+
+def test_goal_without_conditions():
+    """An eccentric slider-crank has a given stroke: sqrt((l + r)^2 - e^2) - sqrt((l - r)^2 - e^2) = 60."""
+    mechanism = loads(SLIDER_CRANK.replace("guide: [O, G]", "guide: [O, G], offset: 30"))
+    found = fit(mechanism, {"crank.length": (5, 60)}, goal="(range(B.x) - 60)**2", starts=100)
+    r = found.dimensions["crank.length"]
+    stroke = math.sqrt((100 + r) ** 2 - 900) - math.sqrt((100 - r) ** 2 - 900)
+    assert stroke == pytest.approx(60.0, abs=0.01)
+
+
+def test_a_linear_input():
+    """A slider that drives a four-bar: the fit of its crank is that of the dimension that made the targets."""
+    text = SLIDER_CRANK.replace(
+        "{type: rotary, pivot: O, arm: A}", "{type: linear, node: B, guide: [O, G], law: {from: 90, to: 115}}"
+    )
+    mechanism = loads(text)
+    known = trace(mechanism.with_({"crank.length": 22.5}), 5)
+    targets = {"input": known["motor"], "x": known.xy["A"][:, 0], "y": known.xy["A"][:, 1]}
+    found = fit(mechanism, {"crank.length": (21, 28)}, targets, point="A", starts=200)
+    assert found.dimensions["crank.length"] == pytest.approx(22.5, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("model", "point", "names"),
+    [("stephenson_3_far", "E", ["D.x", "CD.length"]), ("jansen", "foot", ["m.length", "c.length"])],
+)
+def test_dimensions_that_made_the_targets(model, point, names):
+    """Of a coupled and of a dyadic linkage, with unknown inputs."""
+    mechanism = load(ROOT / "models" / f"{model}.yaml")
+    values = [mechanism.written.dimension(name).value for name in names]
+    known = trace(mechanism, 12)
+    targets = known.xy[point][[1, 4, 6, 9, 11]]
+    bounds = {name: (0.9 * value, 1.1 * value) for name, value in zip(names, values, strict=True)}
+    begin = mechanism.with_({names[0]: 1.01 * values[0]})
+    found = fit(begin, bounds, targets, point=point, starts=100)
+    assert found.error < 1e-12 * np.sum((targets - targets.mean(axis=0)) ** 2)
+    assert [found.dimensions[name] for name in names] == pytest.approx(values, rel=1e-5)
 
 
 def test_nothing_feasible(tmp_path):
