@@ -11,7 +11,8 @@ from four_bars import four_bar_text
 
 import gimcli
 from gimcli.errors import UsageError
-from gimcli.families.tolerances import drawn
+from gimcli.families.family import Family
+from gimcli.families.tolerances import drawn, sampled_spread
 
 NAMES = ("crank.length", "coupler.length", "follower.length", "O4.x")
 
@@ -75,6 +76,24 @@ def test_the_uniform_spread_stays_within_the_corners():
     assert only(found, "greatest") < 1.59859917618
     assert only(found, "least") < -1.2
     assert only(found, "greatest") > 1.2
+
+
+def test_errors_of_a_skewed_sample():
+    """Standard errors of mean and standard deviation from the moments about the mean of a skewed sample."""
+    away = np.random.default_rng(5).gamma(1.5, 0.3, 4000) + 2.0
+    family = Family(four_bar(), ["crank.length"])
+    found = sampled_spread(
+        family, family.mechanism.start_inputs[:, None], np.zeros((4000, 1)), lambda at: away[None, :, None]
+    )
+    centre = away - away.mean()
+    fourth, variance = np.mean(centre**4), np.var(away, ddof=1)
+    assert found.mean[0, 0] == pytest.approx(away.mean(), rel=1e-12)
+    assert found.deviation[0, 0] == pytest.approx(math.sqrt(variance), rel=1e-9)
+    assert found.mean_error[0, 0] == pytest.approx(math.sqrt(variance / 4000), rel=1e-9)
+    assert found.deviation_error[0, 0] == pytest.approx(
+        math.sqrt((fourth - variance**2) / 4000) / (2 * math.sqrt(variance)), rel=1e-6
+    )
+    assert (found.least[0, 0], found.greatest[0, 0]) == (away.min(), away.max())
 
 
 def test_random_designs_depend_on_the_seed_only():
