@@ -17,7 +17,7 @@ from gimcli.fitting.constrained import under_conditions
 from gimcli.fitting.goal_search import goal_search
 from gimcli.fitting.least_squares import FitProblem, Trials
 from gimcli.fitting.motion_quantity import MotionQuantity
-from gimcli.fitting.search import CONSTANTS, search
+from gimcli.fitting.search import CONSTANTS, SearchResult, search
 from gimcli.fitting.starts import periodic_dimensions
 from gimcli.library.fit_check import FittedDesign, GoalChecker, TargetChecker
 from gimcli.library.fit_result import FitCounts, FitResult, GoalResult
@@ -76,6 +76,8 @@ def fit(
         UsageError: an unknown name or an invalid argument.
         StructureError: the mechanism is not fully driven.
     """
+    from gimcli.model.dimensions import dimension
+
     refuse_count("seed", seed, 0, 2**63)
     refuse_count("starts", starts, 1, MOST_STARTS)
     refuse_unmoved(mechanism, "add an actuator")
@@ -83,8 +85,11 @@ def fit(
     task = None if goal else task_of(mechanism, columns_of(through), timing, point, output)
     if goal and (through is not None or timing or point or output):
         raise UsageError("goal: a goal takes the place of targets: remove through, timing, point and output")
+    names = tuple(dimension(mechanism, name).name for name in vary)
+    if len(set(names)) < len(names):
+        raise UsageError(f"vary: {', '.join(names)}: a dimension is named twice; remove one")
     with explained(mechanism):
-        family = Family(mechanism, tuple(vary))
+        family = Family(mechanism, names)
     quantities = DesignQuantities(family, [where] if isinstance(where, str) and where else tuple(where), goal)
     report = progress("fitting")
     if task is None:
@@ -111,19 +116,20 @@ def _least_error(
     quantities: DesignQuantities, problem: FitProblem, task: FittedTask, starts: int, seed: int, progress: Progress
 ) -> FitResult:
     """Return the feasible design with the least error; an exact one ends the search."""
-    family, found, counts = quantities.family, None, FitCounts(0, 0, 0, seed)
+    family, found, counts, reason = quantities.family, None, FitCounts(0, 0, 0, seed), ""
     for last in search(problem, family.nominal, starts, seed):
         progress(last.drawn, starts)
         counts = FitCounts(last.drawn, last.started, 0, seed)
         if not last.exact(problem.zero) and last.drawn < starts:
             continue
         best = under_conditions(problem, quantities, last.trials) if quantities.texts else last.trials
-        found = _first_feasible(TargetChecker(problem, task, quantities), best)
+        checker = TargetChecker(problem, task, quantities)
+        found, reason = _first_feasible(checker, best), _reason(last, best, checker)
         if found is not None:
             hits = int(replace(last, trials=best).same(found.error - task.targets.constant, problem.zero).sum())
             counts = replace(counts, hits=hits)
             break
-    return FitResult(family.mechanism, family.names, found, counts, task)
+    return FitResult(family.mechanism, family.names, found, counts, task, reason)
 
 
 def _bounds(vary: Mapping[str, tuple[float, float]]) -> tuple[FloatArray, FloatArray]:
@@ -152,3 +158,13 @@ def _first_feasible(checker: TargetChecker, at: Trials) -> FittedDesign | None:
     """Return the feasible design with the least error."""
     tried = (checker.checked(at[k : k + 1]) for k in range(min(len(at), MOST_CHECKED)))
     return next((found for found in tried if found is not None), None)
+
+
+def _reason(last: SearchResult, best: Trials, checker: TargetChecker) -> str:
+    """Return why no design is feasible."""
+    if not last.started:
+        conditions = " and satisfies the conditions" if checker.quantities.texts else ""
+        return f"none of them moves over the whole law{conditions}"
+    if not len(best):
+        return "no fit satisfies the conditions" if checker.quantities.texts else "no fit moves over the whole law"
+    return "of the best fits " + ", ".join(f"{count} {reason}" for reason, count in checker.refused.most_common())

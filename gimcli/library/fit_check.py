@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from gimcli.errors import GimError
 from gimcli.families.family import Family
 from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.least_squares import FitProblem, Trials
+from gimcli.fitting.motion_quantity import Component, MotionQuantity, X, Y
 from gimcli.library.fit_motion import FitMotion, fit_motion, law_motion
 from gimcli.library.fit_targets import FittedTask
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
@@ -55,19 +57,21 @@ class DesignChecker:
         return held, float(own.goals(family.nominal[None])[0]) if given.goal else math.nan
 
     def _coordinates(self, design: FloatArray) -> dict[str, float]:
-        """Return the coordinates, at the start of the law, of moving nodes whose coordinates are plain numbers."""
-        mechanism = self.family.mechanism
-        start = self.family.solve(design[None], inputs=mechanism.start_inputs[None, :, None]).z[0, :, 0]
-        file = mechanism.to_file(start)
-        own: dict[str, float] = {}
-        for k, node in enumerate(mechanism.nodes):
-            if k in mechanism.members[FRAME].nodes or not np.isfinite(file[k]):
-                continue
-            for axis, value in (("x", file[k].real), ("y", file[k].imag)):
-                name = f"{node}.{axis}"
-                if name not in self.family.names and not mechanism.written.dimension(name).formula:
-                    own[name] = float(value)
-        return own
+        """Return the initial coordinates of moving nodes, and `at` of points, at the start of the law.
+
+        Only those that are plain numbers in the file and do not vary.
+        """
+        mechanism, written = self.family.mechanism, self.family.mechanism.written
+        moving = [n for k, n in enumerate(mechanism.nodes) if k not in mechanism.members[FRAME].nodes]
+        drawn = [p.name for p in mechanism.points if p.member != FRAME and written.model.points[p.name].at is not None]
+        parts = [Component(kind, name) for name in (*moving, *drawn) for kind in (X, Y)]
+        quantity = MotionQuantity(self.family, parts)
+        values = quantity.values(design[None], mechanism.start_inputs[None])[0, 0]
+        named = {f"{one.name}.{'xy'[one.kind]}": float(v) for one, v in zip(parts, values, strict=True)}
+        return {
+            name: value for name, value in named.items()
+            if math.isfinite(value) and name not in self.family.names and not written.dimension(name).formula
+        }  # fmt: skip
 
 
 class GoalChecker(DesignChecker):
@@ -91,21 +95,35 @@ class TargetChecker(DesignChecker):
         super().__init__(quantities)
         self.problem, self.task = problem, task
 
+        self.refused: Counter[str] = Counter()
+
     def checked(self, trial: Trials) -> FittedDesign | None:
         """Return a fitted design; None if its motion does not pass the targets in order on one branch."""
         inputs = self.problem.inputs(trial.designs, trial.own)
-        if trial.sense[0] and not self.task.targets.ordered(inputs, trial.sense).all():
-            return None
+        reason = "violate a limit of the model file"
         expected = self.problem.quantity.values(trial.designs, inputs)[0]
         for changes, mechanism in self.models(trial.designs[0]):
             with suppress(GimError):
                 motion = fit_motion(mechanism, self.task, inputs[0])
-                good = motion.trace.complete and self._agree(motion.values, expected)
-                if good and (not self.quantities.texts or self.quantities_of(mechanism)[0]):
+                reason = self._reason(trial, inputs, mechanism, motion, expected)
+                if not reason:
                     residual = self.task.targets.residuals(motion.values)
                     error = float(np.sum(residual**2)) + self.task.targets.constant
                     return FittedDesign(mechanism, changes, trial.designs[0], inputs[0], motion, error)
+        self.refused[reason] += 1
         return None
+
+    def _reason(
+        self, trial: Trials, inputs: FloatArray, mechanism: Mechanism, motion: FitMotion, expected: FloatArray
+    ) -> str:
+        """Return why a design is not feasible; "" if it is."""
+        if trial.sense[0] and not self.task.targets.ordered(inputs, trial.sense).all():
+            return "pass the targets in another order"
+        if not motion.trace.complete:
+            return "do not move over the whole law"
+        if not self._agree(motion.values, expected):
+            return "pass the targets on another branch than that of the model file"
+        return "violate a condition" if self.quantities.texts and not self.quantities_of(mechanism)[0] else ""
 
     def _agree(self, values: FloatArray, expected: FloatArray) -> bool:
         """Return whether the real motion is on the branch of the fit."""

@@ -39,8 +39,9 @@ class FitResult(Result):
 
     def __init__(
         self, nominal: Mechanism, names: tuple[str, ...], found: FittedDesign | None, counts: FitCounts,
-        task: FittedTask | None = None,
+        task: FittedTask | None = None, reason: str = "",
     ) -> None:  # fmt: skip
+        self.reason = reason  # why no design is feasible
         self.nominal, self.names, self.found, self.counts, self._task = nominal, names, found, counts, task
         self.mechanism = nominal if found is None else found.mechanism
 
@@ -85,8 +86,9 @@ class FitResult(Result):
         """Return the result in one line."""
         if self.found is None:
             return (
-                f"{self.nominal.name}: no feasible design was found from {self.counts.drawn} random designs, of which"
-                f" {self.counts.started} were refined: widen the bounds, use more starts, or relax the conditions"
+                f"{self.nominal.name}: no feasible design was found from {self.counts.drawn} random designs:"
+                f" {self.reason or 'none satisfies the conditions'}; widen the bounds, use more starts, or relax the"
+                " conditions"
             )
         return f"{self.nominal.name}: {self._outcome()}"
 
