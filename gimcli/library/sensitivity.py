@@ -21,6 +21,7 @@ from gimcli.model.dimensions import Dimension, dimension, dimensions, tolerances
 from gimcli.motion.motion import Motion, trace
 from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import choose
+from gimcli.positions.newton import Run
 from gimcli.positions.options import JIT, Options
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.structure.drive_check import explained, require_consistent
@@ -28,6 +29,9 @@ from gimcli.structure.plan import make_plan
 
 SAMPLES = 10_000
 """Random designs, if the model has tolerances."""
+
+MOST_NUMBERS = 200_000_000
+"""Derivatives in a result: 1.6 GB."""
 
 BLOCK_SECONDS = 3e-4
 """Approximate time of one step of a plan, one dimension and 256 rows without compilation [s]."""
@@ -81,24 +85,17 @@ def sensitivity(
         make_plan(mechanism)
         if whole:
             refuse_unmoved(mechanism, "add an actuator")
-        motion = (
-            _motion(mechanism, steps, jit, notify) if whole else _position(mechanism, inputs_of(mechanism, at, inputs))
-        )
     reduced, quantities = _quantities(mechanism, [of] if isinstance(of, str) else list(of), whole)
     chosen = _dimensions(mechanism, [by] if isinstance(by, str) else list(by))
+    with explained(mechanism):
+        if whole:
+            _refuse_much(len(quantities) * (len(chosen) + 1) * (steps + 1))
+            motion = _motion(mechanism, steps, jit, notify)
+        else:
+            motion = _position(mechanism, inputs_of(mechanism, at, inputs))
     work = BLOCK_SECONDS * (1 + len(chosen)) * len(make_plan(mechanism).steps) * (1 + len(motion.time) // 256)
     run = choose(jit, work, notify, ("differentiate_all",))
-    found = DesignSensitivity(mechanism, [one.name for one in chosen], quantities, run)
-    fixed = found.fixed(motion.z, motion.inputs)
-    if by and fixed:
-        raise UsageError(
-            f"by '{fixed[0]}': redundant constraints fix this dimension: a change of it alone contradicts the others"
-            " (`gim mobility` names them)"
-        )
-    if not by:
-        chosen = [one for one in _moving(mechanism, found, chosen) if one.name not in fixed]
-        found = DesignSensitivity(mechanism, [one.name for one in chosen], quantities, run)
-    rows = found(motion.z, motion.inputs)
+    chosen, fixed, rows = _derivatives(motion, quantities, chosen, bool(by), run)
     allowed = _tolerances(mechanism, chosen)
     given = np.flatnonzero(allowed > 0.0)
     count = (SAMPLES if len(given) else 0) if samples is None else samples
@@ -114,6 +111,36 @@ def sensitivity(
         result.sampled = _sampled(motion, names, quantities, reduced, rows, changes, notify, progress)
         result.seed = seed
     return result
+
+
+def _derivatives(
+    motion: Motion, quantities: Sequence[PositionQuantity], chosen: Sequence[Dimension], named: bool, run: Run
+) -> tuple[list[Dimension], tuple[str, ...], QuantitySlopes]:
+    """Return the dimensions, those that redundant constraints fix, and the derivatives by the others.
+
+    Unless the dimensions were `named`, those that move no node are left out too.
+    """
+    mechanism, free = motion.mechanism, list(chosen)
+    found = DesignSensitivity(mechanism, [one.name for one in free], quantities, run)
+    fixed = found.fixed(motion.z, motion.inputs)
+    if named and fixed:
+        raise UsageError(
+            f"by '{fixed[0]}': redundant constraints fix this dimension: a change of it alone contradicts the others"
+            " (`gim mobility` names them)"
+        )
+    if not named:
+        free = [one for one in _moving(found, chosen) if one.name not in fixed]
+        found = DesignSensitivity(mechanism, [one.name for one in free], quantities, run)
+    return free, fixed, found(motion.z, motion.inputs)
+
+
+def _refuse_much(numbers: int) -> None:
+    """Raise UsageError for a result that may not fit into memory."""
+    if numbers > MOST_NUMBERS:
+        raise UsageError(
+            f"steps: the result has {numbers:.2g} derivatives, at most {MOST_NUMBERS:.0e} are possible: use fewer"
+            " steps, or name quantities (of) and dimensions (by)"
+        )
 
 
 def _motion(mechanism: Mechanism, steps: int, jit: str, notify: Notify | None) -> Motion:
@@ -168,7 +195,7 @@ def _input(mechanism: Mechanism, k: int) -> Dimension:
     return Dimension(actuator.name, math.nan, "angle" if actuator.rotary else "length", (), True, "")
 
 
-def _moving(mechanism: Mechanism, found: DesignSensitivity, chosen: Sequence[Dimension]) -> list[Dimension]:
+def _moving(found: DesignSensitivity, chosen: Sequence[Dimension]) -> list[Dimension]:
     """Return the dimensions that move a node, and all inputs."""
     own = found.family.names
     moves = dict(zip(own, moves_nodes(found.tangents).tolist(), strict=True))

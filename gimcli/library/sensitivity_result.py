@@ -171,7 +171,7 @@ class SensitivityResult(Result):
 
     @cached_property
     def most(self) -> dict[str, LargestEffect]:
-        """The dimension with the largest effect on each quantity; without tolerances, of those of one unit."""
+        """The dimension with the largest effect on each quantity; without tolerances, of lengths and parameters."""
         if not self.good.any() or not self.dimensions:
             return {}
         return {name: self._largest(k) for k, name in enumerate(self.names)}
@@ -179,8 +179,8 @@ class SensitivityResult(Result):
     def _largest(self, k: int) -> LargestEffect:
         effects, name = self.effects[k], self.names[k]
         if self.spread is None:
-            lengths = np.array([one.unit == "length" and one.name not in self._inputs for one in self.dimensions])
-            effects = np.where(lengths, effects, -1.0) if lengths.any() else effects
+            sizes = np.array([one.unit != "angle" and one.name not in self._inputs for one in self.dimensions])
+            effects = np.where(sizes, effects, -1.0) if sizes.any() else effects
         first = int(np.argmax(effects))
         one, average = self.dimensions[first], " (root mean square over the motion)" if self.by_rows else ""
         if effects[first] <= 0.0:

@@ -218,6 +218,7 @@ def test_dimensions_that_redundant_constraints_fix_are_left_out():
     ({"of": "max(Q)"}, "of 'Q'"),
     ({"by": "rod"}, "'rod' is not a dimension"),
     ({"samples": 10}, "no dimension has a tolerance"),
+    ({"of": "B", "steps": 10_000_000, "jit": "on"}, "use fewer steps"),
     ({"distribution": "triangular"}, "distribution: expected one of normal, uniform"),
     ({"engine": 30}, "no actuator 'engine'"),
 ])  # fmt: skip
