@@ -1,7 +1,8 @@
 """Columns of many designs at once, from their positions: the same numbers as those of a trace of each design.
 
-Columns of coordinates, inputs, angles of members and transmission angles at pins are computed for all designs together.
-Columns that need velocities, and other measures, are computed design by design, which takes about a millisecond each.
+Columns of coordinates, inputs, angles and velocities of members, and transmission angles are computed for all designs
+together. Columns of accelerations, and other measures, are computed design by design, which takes about a millisecond
+each; so are velocities in small sweeps, which are not compiled.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 
 from gimcli.errors import ModelError
 from gimcli.families.column_names import SOLVED, TYPE, ColumnNames, ColumnNeed
+from gimcli.families.design_velocities import node_velocities
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
 from gimcli.families.float_tables import FloatTables, spans
@@ -22,8 +24,8 @@ from gimcli.families.input_value import first_crossing, moved_rows
 from gimcli.measures.angle import RelativeAngle
 from gimcli.measures.measure import Measure, angle_to_file
 from gimcli.measures.record import derivatives_of
-from gimcli.measures.transmission import Transmission
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray
+from gimcli.measures.transmission import ForceLine, Transmission
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.positions.inputs import scales
 from gimcli.rates.member_angles import CLEAR, COUNTED, full_turn
@@ -38,10 +40,13 @@ FINEST = 64
 class DesignColumns:
     """The columns of some designs along the laws."""
 
-    def __init__(self, family: Family, names: ColumnNames, solved: Designs, options: dict[str, Any]) -> None:
+    def __init__(
+        self, family: Family, names: ColumnNames, solved: Designs, options: dict[str, Any], together: bool = False
+    ) -> None:
         self.family, self.names, self.solved = family, names, solved
         self.designs, self.mechanism = solved.designs, family.mechanism
         self._options = options  # of Family.solve
+        self._together = together  # whether velocities are computed for all designs together
         self._found: dict[str, FloatArray] = {}
 
     @cached_property
@@ -86,11 +91,13 @@ class DesignColumns:
     def with_inputs(self, inputs: FloatArray, time: FloatArray) -> DesignColumns:
         """Return the columns at other inputs (designs, actuators, rows), at normalised times (designs, rows)."""
         solved = self.family.solve(self.designs, inputs=inputs, **self._options)
-        found = DesignColumns(self.family, self.names, solved, self._options)
+        found = DesignColumns(self.family, self.names, solved, self._options, self._together)
         found.__dict__["time"] = time
         return found
 
     def _column(self, name: str, need: ColumnNeed) -> FloatArray:
+        if need.order == 1 and self._velocities is not None:
+            return self._velocity(need, self._velocities)
         if need.order:
             return self._one_by_one(lambda motion, angles: self._rates(motion, need, angles)[name])
         if need.point:
@@ -107,18 +114,52 @@ class DesignColumns:
             return np.broadcast_to(values, shape)
         if name == "residual":
             return self.solved.residual
-        time = self.time * (self.mechanism.duration if name == "time" else shape[1] - 1)
-        return np.broadcast_to(time, shape)
+        if name == "step":
+            return np.broadcast_to(self.time * (shape[1] - 1), shape)
+        return np.broadcast_to(self.time * self._durations[:, None], shape)
 
-    def path(self, name: str) -> ComplexArray:
-        """Return the path of a node or point (designs, rows), normal frame of the nominal mechanism."""
-        mechanism, z = self.mechanism, self.solved.z
+    @cached_property
+    def _durations(self) -> FloatArray:
+        """The duration of the motion of each design (designs or 1,) [s]."""
+        nominal = np.array([self.mechanism.duration])
+        ends = [self._own(k) for k in (0, len(self.designs) - 1)]
+        if all(own is None or own.duration == nominal[0] for own in ends):
+            return nominal
+        return np.array(
+            [nominal[0] if own is None else own.duration for own in map(self._own, range(len(self.designs)))]
+        )
+
+    @cached_property
+    def _velocities(self) -> ComplexArray | None:
+        """Velocities of all nodes (designs, nodes, rows), normal frame; None if they are not computed together."""
+        if not self._together:
+            return None
+        found = node_velocities(self.family, self.solved, self.tables, self.time)
+        return None if found is None else found * (self.mechanism.duration / self._durations)[:, None, None]
+
+    def _velocity(self, need: ColumnNeed, nodes: ComplexArray) -> FloatArray:
+        """Return a velocity of a point or a member in the file's units."""
+        if need.point:
+            found = self.path(need.point, nodes, 0.0) * self.mechanism.scale
+            return np.asarray(found.real if need.part == "x" else found.imag)
+        first, second = self.mechanism.members[need.member].nodes[:2]
+        z = self.solved.z
+        with np.errstate(all="ignore"):
+            turning = ((nodes[:, second] - nodes[:, first]) / (z[:, second] - z[:, first])).imag
+        return angle_to_file(self.mechanism, turning)
+
+    def path(self, name: str, z: ComplexArray | None = None, fixed: float = 1.0) -> ComplexArray:
+        """Return the path of a node or point (designs, rows), normal frame of the nominal mechanism.
+
+        z (designs, nodes, rows) are the nodes, or their velocities; then points of the frame are multiplied by 0.
+        """
+        mechanism, z = self.mechanism, self.solved.z if z is None else z
         if name in mechanism.nodes:
             return z[:, mechanism.nodes.index(name)]
         number = next(k for k, p in enumerate(mechanism.points) if p.name == name)
         point, local = mechanism.points[number], _complex(self.tables.points[:, number])
         if point.member == FRAME:
-            return np.where(np.isfinite(z[:, 0]), local[:, None], np.nan)
+            return np.where(np.isfinite(z[:, 0]), fixed * local[:, None], np.nan)
         member, first = mechanism.members[point.member], spans(mechanism)[point.member]
         far = farthest(member)
         start, end = (_complex(self.tables.shapes[:, first + k]) for k in (0, far))
@@ -181,19 +222,19 @@ class DesignColumns:
             heads = [head.name for head in measure.heads]
             if not set(wanted) & set(heads):
                 continue
-            columns = self._together(measure)
+            columns = self._of_all(measure)
             if columns is None:
                 heads = [head for head in heads if head in wanted]
                 columns = [self._one_by_one(self._measure(spec, measure.spec, head)) for head in heads]
             found += [values for head, values in zip(heads, columns, strict=True) if head in wanted]
         return found
 
-    def _together(self, measure: Measure) -> list[FloatArray] | None:
+    def _of_all(self, measure: Measure) -> list[FloatArray] | None:
         """Return the columns of a measure for all designs together; None where that is not possible."""
-        if isinstance(measure, Transmission) and not measure.joint.slides:
-            z, joint = self.solved.z, measure.joint
+        if isinstance(measure, Transmission):
+            joint = measure.joint
             with np.errstate(all="ignore"):
-                first, second = (z[:, line.node] - z[:, joint.node] for line in (joint.first, joint.second))
+                first, second = (self._line(line, joint.node) for line in (joint.first, joint.second))
                 product = np.conj(first) * second
                 angle = np.where(product == 0.0, np.nan, np.arctan2(np.abs(product.imag), product.real))
             return [angle_to_file(self.mechanism, angle)]
@@ -202,6 +243,20 @@ class DesignColumns:
             turn = full_turn(self.mechanism)
             return [angle - turn * np.ceil(_filled(angle)[:, :1] / turn - 0.5)]
         return None
+
+    def _line(self, line: ForceLine, joint: int) -> ComplexArray:
+        """Return the direction of a line at a joint (designs, rows)."""
+        z, mechanism = self.solved.z, self.mechanism
+        if line.slide is None:
+            return np.asarray(z[:, line.node] - z[:, joint])
+        number = next(k for k, slide in enumerate(mechanism.slides) if slide is line.slide)
+        normal, guide = _complex(self.tables.normals[:, number])[:, None], mechanism.members[line.slide.guide]
+        if line.slide.guide == FRAME:
+            return np.where(np.isfinite(z[:, joint]), normal, np.nan)
+        first, far = spans(mechanism)[line.slide.guide], farthest(guide)
+        own = _complex(self.tables.shapes[:, first + far] - self.tables.shapes[:, first])[:, None]
+        unit = (z[:, guide.nodes[far]] - z[:, guide.nodes[0]]) / own
+        return np.asarray(normal * unit / np.abs(unit))
 
     def _measure(self, spec: str, own: str, head: str) -> Callable[[Motion, Any], FloatArray]:
         """Return the function that computes one column of a measure for one design."""
@@ -231,11 +286,17 @@ class DesignColumns:
                     found[k] = of(motion, lambda _, member, k=k: self.angle(member)[k])
         return np.where(self.solved.good, found, np.nan)
 
+    def _own(self, k: int) -> Mechanism | None:
+        """Return a design as a mechanism of its own; None if its dimensions are not possible."""
+        try:
+            return self.mechanism.with_(dict(zip(self.names.dimensions, self.designs[k].tolist(), strict=True)))
+        except ModelError:
+            return None
+
     def motion(self, k: int) -> Motion | None:
         """Return the motion of a design as a mechanism of its own; None if its dimensions are not possible."""
-        try:
-            own = self.mechanism.with_(dict(zip(self.names.dimensions, self.designs[k].tolist(), strict=True)))
-        except ModelError:
+        own = self._own(k)
+        if own is None:
             return None
         solved, nominal = self.solved, self.mechanism
         z = (nominal.to_file(solved.z[k]) - own.origin) / own.scale

@@ -24,6 +24,7 @@ class FloatTables(NamedTuple):
     frame: FloatArray  # (·, nodes, 2) coordinates of the nodes of the frame, 0 for others
     points: FloatArray  # (·, points, 2) coordinates of `Mechanism.points` in the frames of their members
     shapes: FloatArray  # (·, nodes of all members, 2) coordinates in the members' own frames, one after another
+    normals: FloatArray  # (·, slides, 2) normals of the guides in `Mechanism.slides`, in the frames of their members
     laws: FloatArray  # (·, actuators, 2) first and last value of laws of that kind, NaN for others
 
 
@@ -37,6 +38,7 @@ def listed(mechanism: Mechanism, program: PlanProgram) -> list[list[Any]]:
         _flat(q.vz), _flat(q.lv), _flat(q.cv), list(q.reach),
         [x for group in groups for x in _flat(group[3])], [x for group in groups for x in _flat(group[4])], frame,
         _parts(point.local for point in mechanism.points), _parts(z for m in mechanism.members for z in m.shape),
+        _parts(row.normal for row in mechanism.slides),
         [getattr(a.law, name, np.nan) for a in mechanism.actuators for name in ("start", "end")],
     ]  # fmt: skip
 

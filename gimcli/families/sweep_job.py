@@ -44,6 +44,7 @@ class SweepJob:
     tolerance: float = 1e-10
     size: int = MOST_IN_CHUNK  # number of designs of a chunk
     jit: str = "auto"  # "on" or "off" in all processes, so that all compute the same numbers
+    together: bool = False  # velocities are computed for all designs together, in compiled code
     threads: int | None = None
     notify: Notify | None = None
 
@@ -101,6 +102,12 @@ class SweepJob:
                 raise UsageError(f"keep: two columns would be named '{name}'; remove one")
         return np.dtype(fields)
 
+    @property
+    def moves(self) -> bool:
+        """Whether a quantity needs velocities."""
+        needs = (self.names.needs.get(name) for q in self.quantities for name in q.names)
+        return any(need is not None and need.order == 1 for need in needs)
+
     def check(self) -> None:
         """Raise UsageError where a quantity, filter or goal is not valid."""
         used = frozenset[str]().union(*(q.names for q in self.quantities))
@@ -119,7 +126,7 @@ class SweepJob:
         if self.notify is not None:
             options["notify"] = self.notify
         solved = self.family.solve(designs, self.steps, **options)
-        columns = DesignColumns(self.family, self.names, solved, options)
+        columns = DesignColumns(self.family, self.names, solved, options, self.together)
         status = solved.status
         rows = np.empty(len(designs), dtype=self.row)
         rows[DESIGN], rows[STATUS] = np.arange(first + 1, first + 1 + len(designs)), status

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.families.design_table import DesignTable, design_table
+from gimcli.families.design_table import design_table
 from gimcli.families.family import ONE, kernel_name
 from gimcli.families.sweep_job import SweepJob, chunk_size, default_keep
 from gimcli.families.sweep_run import SweepRun
@@ -36,6 +37,9 @@ if TYPE_CHECKING:
     from gimcli.output.picture import Content
 
 MOST_WORKERS = 1024
+
+RATES = 2e-3
+"""Seconds that the velocities of one design take by themselves."""
 
 FILMS = (".gif", ".mp4")
 
@@ -119,21 +123,23 @@ def swept(
         refuse_unmoved(mechanism, "add an actuator")
     texts = tuple(dict.fromkeys(" ".join(text.split()) for text in texts)) or default_keep(mechanism)
     size = chunk_size(mechanism, steps)
-    jit = _jit(mechanism, table, folder if resume else None, notify)
-    job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, size, jit, notify=notify)
+    job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, size, notify=notify)
     job.check()
+    job = _with_kernels(job, folder if resume else None, notify)
     units = {name: dimension(mechanism, name).unit for name in table.names}
     store = None if folder is None else Parts(Path(folder), _header(job), resume)
     return SweepUnderWay(SweepRun(job, store, workers, scheduler, progress("designs")), units)
 
 
-def _jit(mechanism: Mechanism, table: DesignTable, resumed: Path | str | None, notify: Notify | None) -> str:
-    """Return whether the designs are solved compiled, "on" or "off": once for all chunks, as in a resumed sweep."""
+def _with_kernels(job: SweepJob, resumed: Path | str | None, notify: Notify | None) -> SweepJob:
+    """Return the job with the choice of compiled kernels: once for all chunks, as in a resumed sweep."""
     before = None if resumed is None else header_of(Path(resumed))
-    if before is not None and before.get("jit") in ("on", "off"):
-        return str(before["jit"])
-    kernels = (kernel_name(make_plan(mechanism)),)
-    return "off" if choose("auto", ONE * table.count, notify, kernels) is plain else "on"
+    if before is not None and {"jit", "together"} <= set(before):
+        return replace(job, jit=str(before["jit"]), together=bool(before["together"]))
+    count, own = job.table.count, kernel_name(make_plan(job.mechanism))
+    solves = choose("auto", ONE * count, notify, (own,)) is not plain
+    together = job.moves and choose("auto", RATES * count, notify, ("differentiate_all",)) is not plain
+    return replace(job, jit="on" if solves else "off", together=together)
 
 
 def _header(job: SweepJob) -> dict[str, Any]:
@@ -146,7 +152,7 @@ def _header(job: SweepJob) -> dict[str, Any]:
         "vary": designs.hexdigest(),
         "designs": job.table.count, "points": job.table.points, "seed": job.table.seed, "steps": job.steps,
         "keep": job.keep, "where": job.where, "goal": job.goal, "best": job.best, "tolerance": job.tolerance,
-        "jit": job.jit, "designs a chunk": job.size,
+        "jit": job.jit, "together": job.together, "designs a chunk": job.size,
     }  # fmt: skip
 
 

@@ -6,7 +6,11 @@ from bundled import MODELS
 
 import gimcli
 from gimcli.errors import UsageError
+from gimcli.families.column_names import ColumnNames
+from gimcli.families.design_columns import DesignColumns
+from gimcli.families.design_table import design_table
 from gimcli.families.family import Family
+from gimcli.families.variation import varied
 from gimcli.model.dimensions import dimensions
 from gimcli.status import Status
 
@@ -22,6 +26,8 @@ CASES = {
     "jansen": {"m.length": [14.0, 15.0, 30.0], "G.x": [-38.0, -37.0]},
     "stephenson_3": {},
     "platform_3rrr": {},
+    "whitworth": {},
+    "crank_shaper": {},
 }
 """Models and values of dimensions; by default three values of the length of the first link."""
 
@@ -137,3 +143,34 @@ def test_a_negative_length_is_refused_in_any_number_of_designs(jit):
     m = gimcli.load(MODELS / "crank_rocker.yaml")
     found = Family(m, ["crank.length", "coupler.length"]).solve(np.array([[40.0, 120.0], [-40.0, 120.0]]), 12, jit=jit)
     assert [Status(k).word for k in found.status] == ["ok", "not-assembled"]
+
+
+MOVED = {
+    "crank_rocker": {"crank.length": [35.0, 70.0], "P.y": [40.0, -20.0]},
+    "five_bar": {},
+    "crank_shaper": {},
+    "stephenson_3_far": {},
+    "excavator": {},
+    "chebyshev": {"motor.to": [100.0, 130.0]},
+}
+
+
+@pytest.mark.parametrize("name", MOVED)
+def test_velocities_of_all_designs_together(name):
+    """Also of two inputs, of linear ones, of a coupled group, of moving guides, and of laws that differ."""
+    m = gimcli.load(MODELS / f"{name}.yaml")
+    own = {d.name: d.value for d in dimensions(m)}
+    length = next(n for n in own if n.endswith(".length"))
+    vary = {"duration": [1.0, 2.5], **(MOVED[name] or {length: [0.98 * own[length], own[length]]})}
+    point, member = m.traced[0], m.members[1].name
+    names = [f"{point}.vx", f"{point}.vy", f"{member}.omega"]
+    designs = design_table(varied(vary)).rows(0, 4)
+    family, known = Family(m, list(vary)), ColumnNames(m, list(vary))
+    columns = DesignColumns(family, known, family.solve(designs, 12, jit="on"), {"jit": "on"}, together=True)
+    assert columns._velocities is not None
+    for k, design in enumerate(designs.tolist()):
+        t = gimcli.trace(m.with_(dict(zip(vary, design, strict=True))), 12, derivatives=1, jit="off")
+        assert columns.rows("time")[k, :, 0] == pytest.approx(t["time"])
+        for column in names:
+            size = np.nanmax(np.abs(t[column]), initial=0.0)
+            assert columns.rows(column)[k, :, 0] == pytest.approx(t[column], abs=1e-9 * size, nan_ok=True)
