@@ -49,7 +49,7 @@ class MotionQuantity:
         needed = [node for one in components for node in _nodes(mechanism, one)]
         self.nodes = list(dict.fromkeys(needed))
         self._places = [_place(mechanism, self.nodes, one) for one in components]
-        self._run = choose("on", SECONDS, notify, ("sensitivity",))
+        self._run = choose("on", SECONDS, notify, ("differentiate_all",))
 
     def values(self, designs: FloatArray, inputs: FloatArray) -> FloatArray:
         """Return the values (designs, rows, components); NaN where a position cannot be assembled."""

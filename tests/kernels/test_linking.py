@@ -1,5 +1,6 @@
 """Called kernels are translated once, whatever constants they are called with, and are part of their caller's code."""
 
+import numba
 import numpy as np
 import pytest
 from bundled import MODELS
@@ -100,3 +101,12 @@ def test_the_kernel_of_a_motion_has_the_name_by_which_its_cache_is_found(name, t
     names = kernel_names(make_plan(mechanism), 1000)
     own = jit._compiled.__wrapped__(march.march, False, program.variant)
     assert own._cache._stem.split("-")[0].split(".")[1] in names
+
+
+def test_kernels_run_interpreted_if_numba_is_switched_off(monkeypatch):
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", 1)
+    jit._compiled.cache_clear()
+    to = np.zeros(1)
+    assert jit.compiled(polynomial)(to, 3.0) == 243.0
+    assert to[0] == 9.0 + 27.0 + 81.0
+    jit._compiled.cache_clear()
