@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,13 +40,14 @@ class DesignChecker:
 
     def __init__(self, quantities: DesignQuantities) -> None:
         self.quantities, self.family = quantities, quantities.family
+        self._plain = _as_written(quantities.family.mechanism)
 
     def models(self, design: FloatArray) -> Iterator[tuple[dict[str, float], Mechanism]]:
         """Yield the changes of a design (dimensions,) and its mechanism, then those with other initial coordinates."""
         own = dict(zip(self.family.names, (design + 0.0).tolist(), strict=True))  # no -0.0
         for changes in (own, own | self._coordinates(design)):
             with suppress(GimError):
-                yield changes, self.family.mechanism.with_(changes)
+                yield changes, self._plain.with_(changes)
 
     def quantities_of(self, mechanism: Mechanism) -> tuple[bool, float]:
         """Return whether a mechanism satisfies all conditions, and its goal, if there is one."""
@@ -72,6 +73,15 @@ class DesignChecker:
             name: value for name, value in named.items()
             if math.isfinite(value) and name not in self.family.names and not written.dimension(name).formula
         }  # fmt: skip
+
+
+def _as_written(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism in the initial configuration that its model gives: a fitted file has no other one."""
+    from gimcli.model.compile import compile_model
+
+    own = mechanism.written
+    plain = compile_model(own.model, own.source.folder)
+    return replace(plain, files=mechanism.files, path=mechanism.path, written=own)
 
 
 class GoalChecker(DesignChecker):

@@ -11,7 +11,7 @@ from four_bar_positions import NAMES, FourBarPoint
 from in_process import gim, refused
 from path_problems import NINE_POINT_LENGTHS, PROBLEMS
 
-from gimcli import UsageError, fit, load, loads, trace
+from gimcli import UsageError, assembled, fit, load, loads, trace
 from gimcli.families.family import Family
 from gimcli.fitting.motion_quantity import ANGLE, Component, MotionQuantity, X, Y
 
@@ -331,6 +331,17 @@ def test_reasons():
     found = fit(mechanism, bounds, targets, where="r2 == 1.5", starts=100)
     assert not found.feasible
     assert "conditions" in found.report()["reason"]
+
+
+def test_fitted_file_of_another_assembly(tmp_path):
+    """The file gets the initial coordinates of the assembly that was fitted."""
+    other = assembled(load(FOUR_BAR), 1)
+    targets = trace(other.with_({"r2": 1.2, "rcy": 1.4}), 12).xy["P"][[1, 3, 5, 8]]
+    found = fit(other, {"r2": (1.0, 1.8), "rcy": (0.5, 2.0)}, targets, starts=100)
+    assert found.dimensions == pytest.approx({"r2": 1.2, "rcy": 1.4}, abs=1e-9)
+    found.save(tmp_path / "fitted.yaml")
+    path = trace(load(tmp_path / "fitted.yaml"), 12).xy["P"]
+    assert path[[1, 3, 5, 8]] == pytest.approx(targets, abs=1e-8)
 
 
 def test_a_dimension_named_twice_is_refused():
