@@ -174,3 +174,20 @@ def test_velocities_of_all_designs_together(name):
         for column in names:
             size = np.nanmax(np.abs(t[column]), initial=0.0)
             assert columns.rows(column)[k, :, 0] == pytest.approx(t[column], abs=1e-9 * size, nan_ok=True)
+
+
+def test_transmission_angle_at_a_moving_guide():
+    m = gimcli.load({
+        "nodes": {"O": [0, 0], "A": [1, 0], "G": [4, -2], "C": [4, 3], "B": [4, 1]}, "ground": ["O", "G"],
+        "links": {"crank": {"nodes": ["O", "A"], "length": 1}, "arm": {"nodes": ["G", "C"], "length": 5},
+                  "rod": {"nodes": ["A", "B"], "length": 4}},
+        "prismatic": {"s": {"node": "B", "guide": ["G", "C"]}},
+        "actuators": {"m": {"type": "rotary", "pivot": "O", "arm": "A", "law": {"from": 0, "to": 120}},
+                      "n": {"type": "rotary", "pivot": "G", "arm": "C", "law": {"from": 90, "to": 110}}},
+    })  # fmt: skip
+    found = gimcli.sweep(m, {"crank.length": [0.9, 1.1]}, steps=STEPS, keep=["min(transmission:rod/s)"])
+    for k, value in enumerate((0.9, 1.1)):
+        own, t = traced(m, {"crank.length": value}, ["transmission:rod/s"])
+        assert t.complete
+        assert found["min(transmission:rod/s)"][k] == pytest.approx(own["transmission:rod/s"].min())
+        assert np.ptp(own["transmission:rod/s"]) > 5.0
