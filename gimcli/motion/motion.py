@@ -18,7 +18,7 @@ from gimcli.motion.follow import FollowedPath, Meeting, Stop
 from gimcli.motion.law_follower import LawFollower
 from gimcli.motion.legs import STEPS_A_TURN
 from gimcli.motion.start import moved, start_position
-from gimcli.positions.dispatch import choose, gim_work, plain, plan_work
+from gimcli.positions.dispatch import choose, gim_work, plain, plan_work, with_earlier
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.newton import Run
 from gimcli.positions.options import Options
@@ -142,7 +142,8 @@ def stream(
     options = options or Options()
     inputs = law_inputs(mechanism)
     plan = make_plan(mechanism, closed_forms=options.method != "newton")
-    run = choose(options.jit, plan_work(plan, max(steps, STEPS_A_TURN)), notify, kernel_names(plan, steps + 1))
+    kernels, work = kernel_names(plan, steps + 1), plan_work(plan, max(steps, STEPS_A_TURN))
+    run = choose(options.jit, with_earlier(work, kernels) if notify is None else work, notify, kernels)
     start = _start(mechanism, plan, run, options.tolerance)
     require_driven_if_doubtful(mechanism, plan, start.regular)
     follower = LawFollower(mechanism, plan, run, options.tolerance, at_limit, branch)

@@ -42,15 +42,12 @@ def choose(mode: str, work: float, notify: Callable[[str], None] | None = None, 
     """Return the function that makes a kernel runnable: unchanged or compiled.
 
     mode: auto, on or off. work: estimated seconds interpreted. notify: called before a compilation. kernels: names of
-    the kernels that will be used. Without `notify` a program calls the library, maybe many times: the work of its
-    earlier calls with these kernels is then added.
+    the kernels that will be used.
     """
-    if mode == "on" and notify is None:
-        return jit.compiled
-    if mode == "auto" and notify is None and kernels:
-        work = _done[tuple(kernels)] = _done.get(tuple(kernels), 0.0) + work
     if mode == "off" or (mode == "auto" and work < WORTH):
         return plain
+    if mode == "on" and notify is None:
+        return jit.compiled
     cached = jit.is_cached(*kernels)
     if mode == "auto" and not cached and work < COMPILING:
         return plain
@@ -59,5 +56,13 @@ def choose(mode: str, work: float, notify: Callable[[str], None] | None = None, 
     return jit.compiled
 
 
+def with_earlier(work: float, kernels: tuple[str, ...]) -> float:
+    """Return the work of this job and of the earlier ones in this process that use the same kernels.
+
+    A program may solve many small motions; their rows have the same bits, interpreted or compiled.
+    """
+    _done[kernels] = _done.get(kernels, 0.0) + work
+    return _done[kernels]
+
+
 _done: dict[tuple[str, ...], float] = {}
-"""Estimated seconds of the work so far in this process, by the names of the kernels."""

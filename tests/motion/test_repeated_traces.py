@@ -9,6 +9,7 @@ from gimcli.kernels import jit
 from gimcli.motion import motion
 from gimcli.positions import dispatch
 from gimcli.positions.options import Options
+from gimcli.structure.plan import make_plan
 
 
 def rows(mechanism, **options):
@@ -46,8 +47,13 @@ def cached(monkeypatch):
     return names
 
 
-def calls_until_compiled(work, notify=None):
-    return next((n for n in range(1000) if dispatch.choose("auto", work, notify, ("k",)) is jit.compiled), None)
+def calls_until_compiled(work):
+    kernels = ("k",)
+    return next((n for n in range(1000) if chosen(dispatch.with_earlier(work, kernels)) is jit.compiled), None)
+
+
+def chosen(work):
+    return dispatch.choose("auto", work, None, ("k",))
 
 
 def test_the_work_of_many_small_calls_is_added(cached):
@@ -57,10 +63,13 @@ def test_the_work_of_many_small_calls_is_added(cached):
     cached.add("k")
     before = calls_until_compiled(0.1)
     assert (before + 1) * 0.1 == pytest.approx(dispatch.WORTH, abs=0.11)
-    assert dispatch.choose("auto", 0.1, None, ("other",)) is dispatch.plain
+    assert dispatch.with_earlier(0.1, ("other",)) == 0.1
 
 
-def test_the_work_of_a_command_counts_by_itself(cached):
-    cached.add("k")
-    assert calls_until_compiled(0.1, notify=print) is None
-    assert calls_until_compiled(0.0) is None
+def test_only_calls_of_the_library_are_added(cached):
+    mechanism = load(MODELS / "stephenson_3_far.yaml")
+    motion.trace(mechanism, 72, notify=print)
+    assert dispatch._done == {}
+    motion.trace(mechanism, 72)
+    motion.trace(mechanism, 72)
+    assert dispatch._done == {("solve_group",): pytest.approx(2 * dispatch.plan_work(make_plan(mechanism), 90))}
