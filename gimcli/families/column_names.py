@@ -108,28 +108,30 @@ class ColumnNames:
                 return error
         words = [SOLVED, REACHABLE, TYPE, *self.dimensions, *KINDS, *self.needs]
         near = guess(name, words)
+        if f"{name}.length" in self.dimensions:
+            near = f"did you mean '{name}.length'?"
         if near.startswith("known:"):
             near = f"known: {', '.join(words[:LISTED])}, ..."
-        return UsageError(f"keep: no column, measure or dimension '{name}'; {near}")
+        return UsageError(f"no column, measure or dimension '{name}'; {near}")
 
     def check_input(self, name: str, value: float) -> None:
         """Raise UsageError if a name is not an actuator, or if its law does not have the value."""
         names = [a.name for a in self.mechanism.actuators]
         if name not in names:
-            raise UsageError(f"keep: at({name}={value:g}): no actuator '{name}'; {guess(name, names)}")
+            raise UsageError(f"at({name}={value:g}): no actuator '{name}'; {guess(name, names)}")
         if not self._by_law:
             return
         k = names.index(name)
         law = law_inputs(self.mechanism)(np.linspace(0.0, 1.0, 1001))[k]
         low, high = self.mechanism.value_to_file(k, law).min(), self.mechanism.value_to_file(k, law).max()
         if not low - 1e-9 * (high - low) <= value <= high + 1e-9 * (high - low):
-            raise UsageError(f"keep: at({name}={value:g}): the law of {name} is {low:g} to {high:g}")
+            raise UsageError(f"at({name}={value:g}): the law of {name} is {low:g} to {high:g}")
 
     def check_type(self) -> None:
         """Raise UsageError if there is no four-bar loop, which has a Grashof type."""
         with explained(self.mechanism):
             if not any(loop.four_bar for loop in mechanism_type(self.mechanism, self.mechanism.drawn).loops):
-                raise UsageError(f"keep: type: {self.mechanism.name} has no four-bar loop with the frame")
+                raise UsageError(f"type: {self.mechanism.name} has no four-bar loop with the frame")
 
 
 def _needs(mechanism: Mechanism) -> dict[str, ColumnNeed]:

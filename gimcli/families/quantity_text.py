@@ -40,7 +40,6 @@ TWO = ("atan2", "hypot")
 OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
     "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "**": np.power, "<": np.less,
     "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal, "==": np.equal, "!=": np.not_equal,
-    "and": np.logical_and, "or": np.logical_or,
 }  # fmt: skip
 
 NUMBER = re.compile(r"(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
@@ -122,9 +121,15 @@ class KeptQuantity:
         return self.part.unit
 
     def values(self, values: Values) -> Any:
-        """Return the value of each design (designs,); NaN where it is not defined."""
+        """Return the value of each design (designs,); NaN where it is not defined.
+
+        A condition is True only where all values that decide it are defined.
+        """
         with np.errstate(all="ignore"):
-            return self.part.find(values)
+            found = self.part.find(values)
+            if self.kind == "yes":
+                return np.equal(found, 1.0)
+            return found if self.kind == "text" else np.where(np.isfinite(found), found, np.nan)
 
 
 def quantity(
@@ -148,7 +153,7 @@ class _QuantityReader:
         self.text, self.names, self.where, self.place, self.level = text, names, where, 0, 0
 
     def error(self, what: str) -> UsageError:
-        return UsageError(f"{self.where} '{self.text}': {what}")
+        return UsageError(f"{self.where} '{self.text}': {what}".lstrip())
 
     def whole(self) -> QuantityPart:
         if len(self.text) > MOST_LETTERS:
@@ -168,7 +173,7 @@ class _QuantityReader:
         if not self._takes("not"):
             return self.comparison()
         part = self._of_kind(self.negation(), "yes")
-        return QuantityPart("yes", lambda v: np.logical_not(part.find(v)), names=part.names)
+        return QuantityPart("yes", lambda v: 1.0 - part.find(v), names=part.names)
 
     def comparison(self) -> QuantityPart:
         first = self.sum()
@@ -181,7 +186,7 @@ class _QuantityReader:
                 raise self.error("a text can only be compared with a text, by == or !=")
         else:
             first, second = self._of_kind(first, "number"), self._of_kind(second, "number")
-        return QuantityPart("yes", _joint(sign, first, second), names=first.names | second.names)
+        return QuantityPart("yes", _compared(sign, first, second), names=first.names | second.names)
 
     def sum(self) -> QuantityPart:
         return self._chain(self.product, ("+", "-"))
@@ -225,7 +230,7 @@ class _QuantityReader:
             return QuantityPart("number", lambda _: math.pi)
         other = NAMED.match(rest)
         if other is not None:
-            raise self.names.unknown(other[0])
+            raise self.error(str(self.names.unknown(other[0])))
         raise self.error(f"expected a name or number, got {_quoted(rest)}")
 
     def _call(self, word: str) -> QuantityPart:
@@ -273,7 +278,10 @@ class _QuantityReader:
         self.place += number.end()
         self._need(")")
         name, value = actuator.strip(), sign * float(number[0])
-        self.names.check_input(name, value)
+        try:
+            self.names.check_input(name, value)
+        except UsageError as error:
+            raise self.error(str(error)) from None
         return QuantityPart("number", lambda v: part.find(v.at(name, value))[:, 0, 0], part.unit, part.names)
 
     def _named(self, name: str) -> QuantityPart:
@@ -376,9 +384,26 @@ def _column(number: Any) -> Any:
     return number[:, None, None] if isinstance(number, np.ndarray) else number
 
 
+def _compared(sign: str, first: QuantityPart, second: QuantityPart) -> Callable[[Values], Any]:
+    """Return a comparison: 1 for true, 0 for false, NaN where a side is not defined."""
+
+    def found(values: Values) -> Any:
+        one, two = first.find(values), second.find(values)
+        known = first.kind == "text" or np.isfinite(one) & np.isfinite(two)
+        return np.where(known, OPERATORS[sign](one, two), np.nan)
+
+    return found
+
+
 def _joint(sign: str, first: QuantityPart, second: QuantityPart) -> Callable[[Values], Any]:
-    find = OPERATORS[sign]
-    return lambda values: find(first.find(values), second.find(values))
+    """Return two conditions joined by `and` or `or` (Kleene's logic): a side that decides alone needs no other."""
+    decides = float(sign == "or")
+
+    def found(values: Values) -> Any:
+        one, two = first.find(values), second.find(values)
+        return np.where((one == decides) | (two == decides), decides, one * two)
+
+    return found
 
 
 def least(rows: FloatArray) -> FloatArray:

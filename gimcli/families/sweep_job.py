@@ -68,7 +68,7 @@ class SweepJob:
     @cached_property
     def kept(self) -> tuple[KeptQuantity, ...]:
         """The kept quantities."""
-        return tuple(quantity(text, self.names) for text in self.keep)
+        return tuple(quantity(text, self.names, where="keep") for text in self.keep)
 
     @cached_property
     def filter(self) -> KeptQuantity | None:

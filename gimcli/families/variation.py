@@ -18,6 +18,10 @@ MOST_VALUES = 10_000_000
 
 FORM = "expected values such as 10:20:21 (21 values from 10 to 20) or 3,4,5, or uniform(10,20) or normal(40,0.05)"
 
+FARTHEST = 10.0
+"""Distance from the mean, in standard deviations, that no sample of a normal distribution reaches."""
+
+NUMBER = re.compile(r"\s*[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?\s*")
 CALL = re.compile(r"\s*(uniform|normal)\s*\(([^(),]*),([^(),]*)\)\s*")
 
 
@@ -126,10 +130,17 @@ def _distribution(name: str, where: str, call: re.Match[str]) -> Distribution:
     if call[1] == "normal":
         if second <= 0.0:
             raise UsageError(f"{where}: expected a standard deviation above 0, got {second:g}")
+        _refuse_beyond(where, abs(first) + FARTHEST * second)
         return NormalValues(name, first, second)
     if second <= first:
         raise UsageError(f"{where}: expected the smaller value first: uniform(LOW,HIGH)")
+    _refuse_beyond(where, second - first)
     return UniformValues(name, first, second)
+
+
+def _refuse_beyond(where: str, size: float) -> None:
+    if not math.isfinite(size):
+        raise UsageError(f"{where}: the values are too large; use another unit of length, or smaller values")
 
 
 def _spaced(where: str, given: str) -> FloatArray:
@@ -140,7 +151,9 @@ def _spaced(where: str, given: str) -> FloatArray:
     count = _number(where, words[2])
     if count != int(count) or not 2 <= count <= MOST_VALUES:
         raise UsageError(f"{where}: expected a number of values from 2 to {MOST_VALUES}, got {words[2]}")
-    return np.linspace(_number(where, words[0]), _number(where, words[1]), int(count))
+    first, last = _number(where, words[0]), _number(where, words[1])
+    _refuse_beyond(where, last - first)
+    return np.linspace(first, last, int(count))
 
 
 def _array(where: str, given: Any) -> FloatArray:
@@ -157,10 +170,7 @@ def _checked(where: str, values: FloatArray) -> FloatArray:
 
 
 def _number(where: str, word: str) -> float:
-    try:
-        value = float(word)
-    except ValueError:
-        value = math.nan
+    value = float(word) if NUMBER.fullmatch(word) else math.nan
     if not math.isfinite(value):
         raise UsageError(f"{where}: {FORM}; '{word.strip()}' is not a finite number")
     return value

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import re
 import shutil
 from collections.abc import Mapping
 from contextlib import suppress
@@ -27,6 +29,9 @@ class Parts:
         Raises UsageError if they have another header, OutputError if the folder has other files or cannot be written.
         """
         self.folder, self.header = folder, json.loads(json.dumps(header))
+        self.run = hashlib.sha256(json.dumps(header).encode()).hexdigest()[:12]
+        if folder.exists() and not folder.is_dir():
+            raise OutputError(f"{folder}: is a file, not a folder for the parts of this run; move or rename it")
         kept = header_of(folder)
         if resume and kept is not None and kept != self.header:
             raise UsageError(
@@ -42,7 +47,8 @@ class Parts:
     @property
     def done(self) -> set[int]:
         """Numbers of the existing parts."""
-        return {int(path.stem.split("-")[1]) for path in self.folder.glob("part-*.npy")}
+        found = (re.fullmatch(rf"part-(\d+)-{self.run}", path.stem) for path in self.folder.glob("part-*.npy"))
+        return {int(match[1]) for match in found if match is not None}
 
     def put(self, number: int, values: NDArray[Any]) -> None:
         """Write a part atomically."""
@@ -66,19 +72,20 @@ class Parts:
             shutil.rmtree(self.folder)
 
     def _path(self, number: int) -> Path:
-        return self.folder / f"part-{number:06d}.npy"
+        """Return the path of a part, with a hash of the header: runs at the same time in one folder stay apart."""
+        return self.folder / f"part-{number:06d}-{self.run}.npy"
 
 
-def header_of(folder: Path) -> Any:
+def header_of(folder: Path) -> dict[str, Any] | None:
     """Return the header of the parts in a folder; None if there is none."""
     try:
-        return json.loads((folder / HEADER).read_text(encoding="utf-8"))
+        found = json.loads((folder / HEADER).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
+    return found if isinstance(found, dict) else None
 
 
-def _difference(kept: Any, requested: Mapping[str, Any]) -> str:
+def _difference(kept: Mapping[str, Any], requested: Mapping[str, Any]) -> str:
     """Return the names of the entries in which two headers differ, as text."""
-    kept = kept if isinstance(kept, dict) else {}
     names = [name for name in requested if kept.get(name) != requested[name]]
     return "differs in " + ", ".join(names) if names else "differs"

@@ -184,10 +184,32 @@ def test_a_damaged_part_is_computed_again(tmp_path, small_chunks):
     with pytest.MonkeyPatch.context() as patch:
         Computed(patch, 3)
         assert ran("sweep", CRANK_ROCKER, *VARY, "-o", out).code == 130
-    part = tmp_path / "a.parts" / "part-000001.npy"
+    [part] = (tmp_path / "a.parts").glob("part-000001-*.npy")
     part.write_bytes(part.read_bytes()[:-40])
     assert gim("sweep", CRANK_ROCKER, *VARY, "-o", out, "--resume").code == 0
     assert out.read_bytes() == whole.read_bytes()
+
+
+def test_parts_of_another_run_in_the_folder_are_not_used(tmp_path, small_chunks):
+    """A folder that is a link is not removed, and another run may write into it at the same time."""
+    (tmp_path / "kept").mkdir()
+    (tmp_path / "a.parts").symlink_to(tmp_path / "kept")
+    for values in ("30,40", "35,45"):
+        assert gim("sweep", CRANK_ROCKER, "--vary", f"crank={values}", "--steps", 4, "-o", tmp_path / "a.csv").code == 0
+        assert ",".join(f"{float(row['crank.length']):g}" for row in rows_of(tmp_path / "a.csv")) == values
+
+
+def test_folders_that_cannot_hold_parts(tmp_path):
+    vary, folder = ("--vary", "crank=30,40", "--steps", 4), tmp_path / "a.parts"
+    folder.write_text("")
+    for resume in ((), ("--resume",)):
+        message = refused("sweep", CRANK_ROCKER, *vary, "-o", tmp_path / "a.csv", *resume, code=6)
+        assert f"{folder}: is a file, not a folder" in message
+    folder.unlink()
+    folder.mkdir()
+    (folder / "header.json").write_text("[1]")
+    (folder / "part-x.npy").write_text("")
+    assert gim("sweep", CRANK_ROCKER, *vary, "-o", tmp_path / "a.csv", "--resume").code == 0
 
 
 def test_a_killed_sweep_is_resumed(tmp_path):

@@ -1,5 +1,7 @@
 """The text of kept quantities, on columns that are given."""
 
+import re
+
 import numpy as np
 import pytest
 from bundled import MODELS
@@ -65,6 +67,23 @@ def test_conditions(text, expected):
 
 
 @pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("0/0 != 1", False), ("not (0/0 > 1)", False), ("1/0 > 1", False), ("not (1/0 < 1 and 1 < 2)", False),
+        ("0/0 > 1 or 1 < 2", True), ("not (0/0 > 1 and 1 > 2)", True), ("not (0/0 > 1 or 1 > 2)", False),
+    ],
+)  # fmt: skip
+def test_a_condition_holds_only_where_what_decides_it_is_defined(text, expected):
+    """Kleene's three-valued logic: unknown, if the defined sides do not decide alone."""
+    assert bool(found(text, "yes")) == expected
+
+
+def test_values_that_are_not_defined_are_empty():
+    assert np.isnan(found("max(P.x) / 0")).all()
+    assert np.isnan(found("exp(1000 * crank.length)")).all()
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
         ("P.x", "write for example min(P.x)"), ("min(P.z)", "did you mean 'P."), ("min(5)", "takes a column"),
@@ -75,13 +94,19 @@ def test_conditions(text, expected):
         ("type + 1", "got a text"), ("min(P.x) > 3", "expected a number"), ("type < 'a'", "by == or !="),
         ("(" * 60 + "1" + ")" * 60, "more than 50"), ("1+" * 1500 + "1", "at most 2000"),
         ("mean(transmission:rod/rocker)", "no member, sliding pair or linear actuator 'rod'"),
-        ("__import__", "no column"),
+        ("__import__", "no column"), ("crank", "did you mean 'crank.length'"),
     ],
 )  # fmt: skip
 def test_invalid_texts_are_refused(text, message):
     with pytest.raises(UsageError) as refused:
         found(text)
     assert message in str(refused.value)
+
+
+@pytest.mark.parametrize("text", ["P.x", "min(P.z)", "at(P.x, moto=30)", "min(P.x"])
+def test_messages_name_the_option_and_the_text(text):
+    with pytest.raises(UsageError, match=f"^goal '{re.escape(text)}': "):
+        quantity(text, names(), where="goal")
 
 
 def test_units():
