@@ -103,6 +103,7 @@ def command(
 
     outputs = Outputs(FitResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
     bounds = _bounds(vary)
+    outputs.files.refuse(() if through is None else (through,))
     found = fit(
         outputs.loaded(assembly, changes=set_), bounds, through, timing=timing.value if timing else "", point=point,
         output=output, goal=goal, where=where, starts=starts, seed=seed, notify=note, progress=progress_bar,

@@ -92,7 +92,8 @@ class FitProblem:
     def zero(self) -> float:
         """The error below which a fit is exact to rounding."""
         spread = (self.targets.values - self.targets.values.mean(axis=0)) * self.targets.weights
-        return EXACT * float(np.sum(spread**2))
+        with np.errstate(over="ignore"):
+            return EXACT * float(np.sum(spread**2))
 
 
 @dataclass(frozen=True, eq=False)

@@ -137,7 +137,7 @@ def _bounds(vary: Mapping[str, tuple[float, float]]) -> tuple[FloatArray, FloatA
     if not vary:
         raise UsageError("vary: name at least one dimension and its bounds")
     for name, bounds in vary.items():
-        if len(bounds) != 2 or not all(map(math.isfinite, bounds)) or bounds[0] >= bounds[1]:
+        if len(bounds) != 2 or not math.isfinite(bounds[1] - bounds[0]) or bounds[0] >= bounds[1]:
             raise UsageError(f"vary {name}: expected a least and a greater finite value, such as 10 and 60")
     pairs = np.array([list(map(float, bounds)) for bounds in vary.values()])
     return pairs[:, 0], pairs[:, 1]

@@ -73,6 +73,8 @@ def _read(path: Path) -> dict[str, FloatArray]:
     names = [name.strip() for name in rows[0][1]]
     if len(set(names)) < len(names):
         raise UsageError(f"{path}: two columns have the same name; the columns can be {COLUMNS}")
+    if ";" in names[0]:
+        raise UsageError(f"{path}: the columns are separated by semicolons; separate them by commas")
     values = [_numbers(path, line, row, len(names)) for line, row in rows[1:]]
     return dict(zip(names, np.array(values).T, strict=True))
 
@@ -93,6 +95,8 @@ def task_of(
     """Return the task that columns of targets describe; raise UsageError where they do not fit the mechanism."""
     own = dict(columns)
     actuator = _actuator(mechanism)
+    if "input" in own and actuator in own:
+        raise UsageError(f"through: the columns input and {actuator} are the same; remove one")
     given = own.pop("input", own.pop(actuator, None))
     timing = timing or (FREE if given is None else GIVEN)
     refuse_choice("timing", timing, TIMINGS)
@@ -102,7 +106,7 @@ def task_of(
             + (
                 "a column of inputs; remove it, or use timing given or step"
                 if given is not None
-                else "no column `input`"
+                else "no column `input`; add it, or use timing free"
             )
         )
     limits = input_range(mechanism)

@@ -50,7 +50,7 @@ def _refuse_read(read: Iterable[Path], path: Path) -> None:
         with suppress(OSError):
             if path.samefile(source):
                 raise UsageError(
-                    f"{path}: the model is read from this file ({source}); choose another name or folder for the output"
+                    f"{path}: the input is read from this file ({source}); choose another name or folder for the output"
                 )
 
 

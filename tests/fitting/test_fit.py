@@ -313,6 +313,10 @@ def test_nothing_feasible(tmp_path):
         (["--vary", "r2=1:3", "--through", "f.csv"], "--output"),
         (["--vary", "r2=1:3", "--through", "f.csv", "--output", "follow.angle"], "follower.angle"),
         (["--vary", "r2=1:3", "--through", "w.csv"], "line 3"),
+        (["--vary", "r2=1:3", "--through", "s.csv"], "semicolons"),
+        (["--vary", "r2=1:3", "--through", "two.csv"], "input and motor are the same"),
+        (["--vary", "r2=-1e308:1e308", "--through", "t.csv"], "finite"),
+        (["--vary", "r2=1:3", "--through", "t.csv", "-o", "t.csv"], "choose another name"),
     ],
 )
 def test_refusals(options, part, tmp_path, monkeypatch):
@@ -320,6 +324,8 @@ def test_refusals(options, part, tmp_path, monkeypatch):
     (tmp_path / "t.csv").write_text("x,y\n2,3\n1,3\n")
     (tmp_path / "f.csv").write_text("input,output\n20,30\n30,40\n")
     (tmp_path / "w.csv").write_text("x,y\n2,3\n1,a\n")
+    (tmp_path / "s.csv").write_text("x;y\n2;3\n1;3\n")
+    (tmp_path / "two.csv").write_text("input,motor,x,y\n1,1,2,3\n2,2,1,3\n")
     assert part in refused("fit", FOUR_BAR, *options)
 
 

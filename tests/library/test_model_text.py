@@ -178,7 +178,7 @@ def test_tables_must_be_found_from_the_new_file(tmp_path):
 
 def test_the_model_file_itself_is_not_overwritten(tmp_path):
     path = written(tmp_path)
-    assert "the model is read from this file" in refused("solve", path, "-o", path)
+    assert "the input is read from this file" in refused("solve", path, "-o", path)
     assert path.read_text() == FOUR_BAR
     copy = tmp_path / "copy.yml"
     shutil.copy(path, copy)
