@@ -112,7 +112,7 @@ class Family:
             reachable: a design without a position at the first row starts at the first row that has one.
             threads: number of threads, by default one for each core.
             jit: "auto" compiles the kernels where this saves time; "on"; "off": the designs are solved one by one.
-                The last digits may differ. Rows of `inputs` are always compiled.
+                The last digits may differ. Rows of `inputs`, and `reachable`, are always compiled.
             notify: called with a text before a compilation.
 
         Returns:
@@ -129,7 +129,7 @@ class Family:
             values = np.ascontiguousarray(inputs if np.ndim(inputs) == 3 else np.asarray(inputs)[None], dtype=float)
             time = np.linspace(0.0, 1.0, values.shape[2]) if values.shape[2] > 1 else np.zeros(1)
         count, rows = len(designs), len(time)
-        run = choose(jit if inputs is None else "on", count * ONE, notify, (kernel_name(self.plan),))
+        run = choose("on" if reachable or inputs is not None else jit, count * ONE, notify, (kernel_name(self.plan),))
         outcome = np.full(count, kernels.CAREFUL)
         z = np.full((count, len(self.mechanism.nodes), rows), complex(math.nan, math.nan))
         residual = np.full((count, rows), math.nan)
@@ -139,7 +139,7 @@ class Family:
             found = kernels.FamilyRows(z.view(float).reshape(*z.shape, 2), residual, outcome, first, end)
             self._compiled(tables, time, values, found, reachable, threads)
             outcome[~finite | self._reversed(tables)] = kernels.CAREFUL
-        careful = np.flatnonzero(outcome == kernels.CAREFUL)
+        careful = np.flatnonzero((outcome == kernels.CAREFUL) & (first == 0))  # a trace begins at the first row
         codes = self._codes(outcome, first, end, rows)
         for d in careful.tolist():
             z[d], residual[d], codes[d] = self._by_itself(designs[d], rows, inputs is None)
@@ -163,7 +163,8 @@ class Family:
     def _codes(self, outcome: IntArray, first: IntArray, end: IntArray, rows: int) -> IntArray:
         """Return the status of every row (designs, rows)."""
         row = np.arange(rows)
-        codes = np.where(row < end[:, None], int(Status.OK), int(Status.LIMIT))
+        after = np.where(outcome == kernels.CAREFUL, int(Status.SINGULAR), int(Status.LIMIT))
+        codes = np.where(row < end[:, None], int(Status.OK), after[:, None])
         codes = np.where(row < first[:, None], int(Status.NOT_ASSEMBLED), codes)
         codes[outcome == kernels.NO_START] = int(Status.NOT_ASSEMBLED)
         codes[outcome == kernels.CONTRADICTS] = int(Status.CONTRADICTORY)

@@ -420,6 +420,7 @@ def judged(found: FamilyRows, d: int, outcome: int, surplus: bool, enough: float
     """Return the outcome of a design after the check of all its rows."""
     for r in range(found.first[d], found.end[d]):
         if not found.residual[d, r] <= enough:
+            found.end[d] = r
             return CONTRADICTS if surplus and r == found.first[d] else CAREFUL
     return outcome
 
@@ -439,8 +440,8 @@ def family(
         room.note[1] = 0
         row = 0
         begun = start(room, at, nominal, tables, d, solver, rows, 0, one)
-        while begun == NO_START and reachable and row + 1 < total:
-            row += 1
+        while reachable and row + 1 < total and (begun == NO_START or (begun == CAREFUL and row > 0)):
+            row += 1  # a first position at a dead point does not determine the branch: the next row does
             begun = start(room, at, nominal, tables, d, solver, rows, row, one)
         found.first[d] = row
         found.end[d] = row
