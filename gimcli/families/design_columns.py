@@ -7,8 +7,8 @@ each; so are velocities in small sweeps, which are not compiled.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cached_property
+from collections.abc import Callable, Iterator
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -20,21 +20,26 @@ from gimcli.families.designs import Designs
 from gimcli.families.family import Family
 from gimcli.families.float_tables import FloatTables, spans
 from gimcli.families.four_bar_type import four_bar_types
-from gimcli.families.input_value import first_crossing, moved_rows
+from gimcli.families.input_value import first_crossing, times_of
 from gimcli.measures.angle import RelativeAngle
 from gimcli.measures.measure import Measure, angle_to_file
 from gimcli.measures.record import derivatives_of
 from gimcli.measures.transmission import ForceLine, Transmission
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.motion.motion import Motion
-from gimcli.positions.inputs import scales
-from gimcli.rates.member_angles import CLEAR, COUNTED, full_turn
+from gimcli.motion.motion import Motion, stream
+from gimcli.positions.inputs import law_inputs, scales
+from gimcli.positions.options import Options
+from gimcli.rates.member_angles import CLEAR, COUNTED, LawAngles, full_turn
 from gimcli.rates.motion_table import motion_table
 from gimcli.rates.path_derivatives import PathDerivatives
+from gimcli.status import Status
 from gimcli.structure.checks import farthest
 
 FINEST = 64
 """Largest number of parts of a step in which an angle is followed to count its turns."""
+
+TOGETHER = 64
+"""Number of designs whose laws are evaluated together, if they differ."""
 
 
 class DesignColumns:
@@ -79,21 +84,55 @@ class DesignColumns:
         """Return the columns at the first position at which an input has a value [file's unit]."""
         k, count = [a.name for a in self.mechanism.actuators].index(actuator), len(self.designs)
         wanted = self.mechanism.value_from_file(k, value)
-        inputs = np.broadcast_to(self.solved.inputs, (count, *self.solved.inputs.shape[1:]))
+        inputs = np.broadcast_to(self.solved.inputs, (count, *self.solved.inputs.shape[1:])).copy()
         found = first_crossing(inputs[:, k], wanted)
-        if not len(found.between):
+        between = found.between
+        if not len(between):
             return ColumnsAtRow(self, found.row)
-        moved = moved_rows(inputs, found)
-        moved[found.between, k, found.row[found.between]] = wanted
-        time = moved_rows(np.broadcast_to(self.time, (count, self.time.shape[1])), found)
-        return ColumnsAtRow(self.with_inputs(moved, time), found.row)
+        row, time = found.row[between], np.broadcast_to(self.time, (count, self.time.shape[1])).copy()
+        laws = self._laws(between)
+        time[between, row] = times_of(lambda t: laws(t)[:, k], time[between, row - 1], time[between, row], wanted)
+        inputs[between, :, row] = laws(time[between, row])
+        inputs[between, k, row] = wanted
+        return ColumnsAtRow(self._with_rows(inputs, time, between, row), found.row)
 
-    def with_inputs(self, inputs: FloatArray, time: FloatArray) -> DesignColumns:
-        """Return the columns at other inputs (designs, actuators, rows), at normalised times (designs, rows)."""
-        solved = self.family.solve(self.designs, inputs=inputs, **self._options)
-        found = DesignColumns(self.family, self.names, solved, self._options, self._together)
+    def _laws(self, chosen: IntArray) -> Callable[[FloatArray], FloatArray]:
+        """Return the function of the inputs (designs, actuators) of some designs at a time of each (designs,)."""
+        family, parts = self.family, np.array_split(np.arange(len(chosen)), -(-len(chosen) // TOGETHER))
+
+        def inputs(time: FloatArray) -> FloatArray:
+            if not family.drawn_laws:
+                return law_inputs(self.mechanism)(time).T
+            found = []
+            for part in parts:
+                tables = FloatTables(*(table[chosen[part]] for table in self.tables))
+                found.append(np.einsum("dad->da", family.law_inputs(time[part], tables)))
+            return np.concatenate(found)
+
+        return inputs
+
+    def _with_rows(self, inputs: FloatArray, time: FloatArray, chosen: IntArray, row: IntArray) -> DesignColumns:
+        """Return the columns with one row of some designs at other inputs (designs, actuators, rows) and times."""
+        compiled = self._options.get("jit") != "off"
+        solved = self.family.solve(self.designs, inputs=inputs, **self._options) if compiled else self.solved
+        z, codes, residual = solved.z.copy(), solved.codes.copy(), solved.residual.copy()
+        for d, k in zip(chosen.tolist(), row.tolist(), strict=True):
+            if (compiled and codes[d, k] == Status.OK) or self.solved.codes[d, k - 1] != Status.OK:
+                continue
+            own = self._own(d)
+            if own is not None:
+                motion = next(self._stream(own)(between=lambda _, d=d: time[d]))
+                z[d] = (own.to_file(motion.z) - self.mechanism.origin) / self.mechanism.scale
+                codes[d], residual[d] = motion.codes, motion.residual
+        moved = Designs(self.designs, solved.time, inputs, z, codes, residual, 0)
+        found = DesignColumns(self.family, self.names, moved, self._options, self._together)
         found.__dict__["time"] = time
         return found
+
+    def _stream(self, own: Mechanism) -> partial[Iterator[Motion]]:
+        """Return the function that solves the motion of one design by itself."""
+        rows = self.solved.codes.shape[1]
+        return partial(stream, own, rows - 1, Options(tolerance=self.family.tolerance, jit="off"), rows=rows)
 
     def _column(self, name: str, need: ColumnNeed) -> FloatArray:
         if need.order == 1 and self._velocities is not None:
@@ -179,6 +218,19 @@ class DesignColumns:
     def _turns(self, member: int) -> FloatArray:
         if member == FRAME:
             return np.where(np.isfinite(self.solved.z[:, 0]), 0.0, np.nan)
+        found = np.full(self.solved.codes.shape, np.nan)
+        if self._options.get("jit") != "off":
+            found = self._turns_together(member) * (full_turn(self.mechanism) / (2.0 * np.pi))
+        for k in np.flatnonzero(np.any(self.solved.good & ~np.isfinite(found), axis=1)).tolist():
+            motion = self.motion(k)
+            if motion is not None:
+                found[k] = LawAngles(motion.mechanism, len(motion.time) - 1, self._stream(motion.mechanism))(
+                    motion, member
+                )
+        return found
+
+    def _turns_together(self, member: int) -> FloatArray:
+        """Return the directions of a member [rad] with full turns counted, of all designs together."""
         inputs = self.solved.inputs
         change = np.abs(np.diff(inputs, axis=2)) / scales(self.mechanism)[:, None]
         parts = int(np.ceil(np.max(change, initial=0.0) / COUNTED * (1.0 - 1e-12))) or 1
@@ -188,8 +240,7 @@ class DesignColumns:
             own = DesignColumns(self.family, self.names, _chosen(self.solved, wide), self._options)
             finer, still = self._counted(own, member, parts)
             found[wide], wide = finer, wide[still]
-        turn = full_turn(self.mechanism) / (2.0 * np.pi)
-        return found * turn
+        return found
 
     def _counted(self, own: DesignColumns, member: int, parts: int) -> tuple[FloatArray, IntArray]:
         """Return angles [rad], and the designs in which the member turns far from one row to the next.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,9 @@ from gimcli.mechanism import FloatArray, IntArray
 
 EXACT = 1e-9
 """Share of a step within which a row has the value."""
+
+HALVINGS = 52
+"""Number of times that an interval of time is halved: as many as a number has binary digits."""
 
 
 class InputCrossing(NamedTuple):
@@ -41,11 +45,16 @@ def first_crossing(values: FloatArray, value: float) -> InputCrossing:
         return InputCrossing(step, np.clip(np.where(one == two, 0.0, one / (one - two)), 0.0, 1.0))
 
 
-def moved_rows(values: FloatArray, crossing: InputCrossing) -> FloatArray:
-    """Return values (designs, ..., rows) of which the rows after the steps are moved to the crossing, linearly."""
-    found = values.copy()
-    designs = crossing.between
-    step, share = crossing.step[designs], crossing.share[designs]
-    before, after = values[designs, ..., step], values[designs, ..., step + 1]
-    found[designs, ..., step + 1] = before + share.reshape(-1, *[1] * (before.ndim - 1)) * (after - before)
-    return found
+def times_of(
+    values_at: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray, value: float
+) -> FloatArray:
+    """Return the times (designs,) between two rows at which an input has a value, by bisection.
+
+    `values_at` returns the input of each design at a time of its own.
+    """
+    start = values_at(low) - value
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        before = (values_at(middle) - value) * start > 0.0
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    return 0.5 * (low + high)

@@ -191,3 +191,46 @@ def test_transmission_angle_at_a_moving_guide():
         assert t.complete
         assert found["min(transmission:rod/s)"][k] == pytest.approx(own["transmission:rod/s"].min())
         assert np.ptp(own["transmission:rod/s"]) > 5.0
+
+
+@pytest.mark.parametrize("jit", ["on", "off"])
+@pytest.mark.parametrize("name", ["excavator", "chebyshev"])
+def test_value_of_an_input_of_laws_that_are_not_linear_or_differ(name, jit):
+    """The other inputs, and the time, are those of the laws there."""
+    m = gimcli.load(MODELS / f"{name}.yaml")
+    first = m.actuators[0].name
+    vary = {f"{first}.to": [145.0, 130.0] if name == "excavator" else [90.0, 95.0]}
+    at = {}
+    for design in vary[f"{first}.to"]:
+        own = m.with_({f"{first}.to": design})
+        at[design] = {a.name: own.value_to_file(k, a.law(np.array([0.37])))[0] for k, a in enumerate(own.actuators)}
+    value = at[vary[f"{first}.to"][0]][first]
+    family, names, options = Family(m, list(vary)), ColumnNames(m, list(vary)), {"jit": jit}
+    designs = design_table(varied(vary)).rows(0, 2)
+    columns = DesignColumns(family, names, family.solve(designs, 12, **options), options).at(first, value)
+    assert columns.rows("time")[0, 0, 0] == pytest.approx(0.37 * m.duration, abs=1e-9)
+    point, member = m.traced[0], m.members[1].name
+    for k, design in enumerate(vary[f"{first}.to"]):
+        own = m.with_({f"{first}.to": design})
+        share = columns.rows("time")[k, 0, 0] / m.duration
+        inputs = {a.name: own.value_to_file(j, a.law(np.array([share])))[0] for j, a in enumerate(own.actuators)}
+        assert inputs[first] == pytest.approx(value)
+        p = gimcli.solve(own, inputs)
+        assert columns.rows(f"{point}.x")[k, 0, 0] == pytest.approx(p.xy[point][0], abs=1e-8)
+        assert np.cos(np.radians(columns.rows(f"{member}.angle")[k, 0, 0] - p.angle[member])) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("jit", ["on", "off"])
+def test_designs_that_are_solved_one_by_one_have_the_same_columns(jit):
+    m = gimcli.load(MODELS / "crank_rocker.yaml")
+    vary = {"crank.length": [35.0, 40.0, -1.0, 70.0]}
+    family, names = Family(m, list(vary)), ColumnNames(m, list(vary))
+    columns = DesignColumns(
+        family, names, family.solve(design_table(varied(vary)).rows(0, 4), 6, jit=jit), {"jit": jit}
+    )
+    for k in (0, 1):
+        t = gimcli.trace(m.with_({"crank.length": vary["crank.length"][k]}), 6)
+        assert columns.rows("coupler.angle")[k, :, 0] == pytest.approx(t.angle["coupler"])
+        assert columns.rows("crank.angle")[k, :, 0] == pytest.approx(t.angle["crank"])
+    assert np.isnan(columns.rows("crank.angle")[2:]).all()
+    assert np.isnan(columns.at("motor", 31.0).rows("P.y")[2:]).all()
