@@ -85,7 +85,7 @@ def command(
     ] = NONE,
     starts: Annotated[
         int, typer.Option("--starts", metavar="N", min=1, help="Number of random designs.", rich_help_panel=METHOD)
-    ] = 20_000,
+    ] = 25_000,
     seed: Annotated[
         int, typer.Option("--seed", metavar="N", min=0, help="Seed of the random designs.", rich_help_panel=METHOD)
     ] = 0,

@@ -23,7 +23,7 @@ class StartConstants:
     """Constants of the random starts."""
 
     rows: int = 72  # positions of a design, between which the inputs of the targets are chosen
-    choices: int = 24  # choices of inputs for each design
+    choices: int = 48  # choices of inputs for each design
     evenness: float = 2.0  # parameter of the Dirichlet distribution of the steps between targets
     wide: float = 10.0  # bounds of a greater ratio are also sampled on a logarithmic scale
     decades: float = 1e-3  # least value of a logarithmic sample relative to the upper bound

@@ -27,7 +27,7 @@ from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.progress import Notify, Phases, Progress, no_phases
 from gimcli.structure.drive_check import explained
 
-STARTS = 20_000
+STARTS = 25_000
 """Number of random designs of a search."""
 
 START_STEPS = 72
