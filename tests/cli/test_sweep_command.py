@@ -75,6 +75,24 @@ def test_grashof_types_of_integer_lengths(model, tmp_path):
             assert (row["status"] == "ok") == (row["type"] in ("double-crank", "crank-rocker"))
 
 
+def test_types_of_random_lengths(model, tmp_path):
+    """Of lengths that are uniform on [0, 6]: each link the shortest of a Grashof linkage in 1/8, open in 1/6.
+
+    The input turns fully in 1/4 of all. The tolerance is four standard deviations of the shares.
+    """
+    count, lengths = 20_000, [f"--vary={name}=uniform(0,6)" for name in ("G.x", "crank", "coupler", "rocker")]
+    options = ("--samples", count, "--steps", 24, "--keep", "type", "-o", tmp_path / "a.csv", "--json")
+    done = gim("sweep", model, *lengths, *options).json
+    types = Counter(row["type"] for row in rows_of(tmp_path / "a.csv"))
+    shares = {"double-crank": 1 / 8, "crank-rocker": 1 / 8, "double-rocker": 1 / 8, "triple-rocker": 1 / 3,
+              "crank-rocker driven at the rocker": 1 / 8, "cannot be assembled": 1 / 6}  # fmt: skip
+    assert set(types) == set(shares)
+    for name, share in shares.items():
+        assert abs(types[name] / count - share) < 4.0 * (share * (1.0 - share) / count) ** 0.5
+    assert done["solved"] == types["double-crank"] + types["crank-rocker"]
+    assert done["solved_one_by_one"] < 0.01 * count
+
+
 def test_types_are_those_of_check(model):
     m = gimcli.load(model)
     found = gimcli.sweep(m, {"crank.length": [1.0, 2.0, 3.0], "G.x": [2.0, 4.0]}, steps=2, keep="type").table()
