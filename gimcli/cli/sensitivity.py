@@ -35,7 +35,7 @@ HELP = (
 )
 EXAMPLES = (
     "gim sensitivity models/crank_rocker.yaml --of P --at motor=30",
-    'gim sensitivity models/crank_rocker.yaml --of "range(rocker)" --of "max(P.y)"',
+    'gim sensitivity models/crank_rocker.yaml --of "range(rocker.angle)" --of "max(P.y)"',
     "gim sensitivity models/jansen.yaml --of foot.y --by m,j -o foot.png",
 )
 TOLERANCES = "Tolerances"
@@ -58,8 +58,8 @@ def command(
         list[str],
         typer.Option(
             "--of", metavar="QUANTITY", rich_help_panel=INPUTS,
-            help='P, P.x, member, transmission, angle:A/B; of a motion also "max(P.y)", min, range, mean, rms;'
-            " repeatable. Default: the traced points.",
+            help='P, P.x, member, transmission, angle:A/B; of a motion also numbers as in `gim sweep --keep`, such as'
+            ' "max(P.y)"; repeatable. Default: the traced points.',
         ),
     ] = NONE,
     by: Annotated[

@@ -271,6 +271,11 @@ class QuantityFinder:
         """Names of nodes and points."""
         return [*self.mechanism.nodes, *(p.name for p in self.mechanism.points)]
 
+    def knows(self, text: str) -> bool:
+        """Return whether a text names a node, point or member, or a coordinate or the direction of one."""
+        name, _, last = text.rpartition(".")
+        return text in self.points or text in self.members or (name in self.points and last in ("x", "y"))
+
     def find(self, text: str) -> list[PositionQuantity]:
         """Return the quantities; raise UsageError for other texts."""
         name, _, last = text.rpartition(".")

@@ -416,9 +416,14 @@ def greatest(rows: FloatArray) -> FloatArray:
     return np.asarray(np.fmax.reduce(np.fmax.reduce(rows, axis=2), axis=1))
 
 
+def _known(values: Any) -> Any:
+    """Return which values are finite; dual numbers are always known."""
+    return np.isfinite(values) if values.dtype.kind == "f" else np.ones(values.shape, dtype=bool)
+
+
 def mean(rows: FloatArray) -> FloatArray:
     """Return the mean of the rows that have a value (designs,)."""
-    known = np.isfinite(rows[:, :, 0])
+    known = _known(rows[:, :, 0])
     return np.asarray(np.where(known, rows[:, :, 0], 0.0).sum(axis=1) / known.sum(axis=1))
 
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gimcli.families.designs import Designs
 from gimcli.families.family import Family
-from gimcli.families.position_quantities import PositionState
 from gimcli.mechanism import FloatArray
 from gimcli.progress import Notify, Progress, no_progress
 
@@ -63,7 +63,7 @@ def drawn(seed: int, count: int, tolerances: FloatArray, distribution: str) -> F
 
 
 def sampled_spread(
-    family: Family, inputs: FloatArray, changes: FloatArray, measure: Callable[[PositionState], FloatArray],
+    family: Family, inputs: FloatArray, changes: FloatArray, measure: Callable[[Designs], FloatArray],
     notify: Notify | None = None, progress: Progress = no_progress,
 ) -> SampledSpread:  # fmt: skip
     """Return the spread over designs whose dimensions differ by `changes` (designs, dimensions) from the nominal ones.
@@ -75,7 +75,7 @@ def sampled_spread(
     ends: list[FloatArray] = []
     for done, part in _parts(family, changes, inputs.shape[1]):
         found = family.solve(family.nominal + part, inputs=inputs, notify=notify)
-        away = measure(PositionState(found.z, family.tables(found.designs)))
+        away = measure(found)
         known = np.isfinite(away)
         clean = np.where(known, away, 0.0)
         own = np.stack([known.sum(axis=1), *((clean**k).sum(axis=1) for k in (1, 2, 3, 4))])

@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 
 from gimcli.errors import UsageError
+from gimcli.families.column_names import ColumnNames
+from gimcli.families.design_columns import DesignColumns
 from gimcli.families.design_sensitivity import DesignSensitivity, QuantitySlopes, moves_nodes
+from gimcli.families.designs import Designs
 from gimcli.families.family import Family
-from gimcli.families.motion_reductions import MotionReduction, reductions
+from gimcli.families.motion_sensitivity import MotionNumber, motion_number
 from gimcli.families.position_quantities import PositionQuantity, PositionState, QuantityFinder
 from gimcli.families.tolerances import DEVIATIONS, SampledSpread, drawn, sampled_spread
 from gimcli.library.inputs import MOST_STEPS, inputs_of, refuse_choice, refuse_count, refuse_unmoved
@@ -53,8 +56,8 @@ def sensitivity(
     Args:
         mechanism: from `load` or `loads`.
         of: quantities, a text or a list: nodes or points ("P", "P.x"), members (their direction), "transmission",
-            "transmission:B", "angle:A/B"; of a motion also "min(P.y)", "max", "range", "mean" or "rms". By default
-            the traced points.
+            "transmission:B", "angle:A/B"; of a motion also numbers that `sweep` can keep, such as "range(P.y)" or
+            "max(hypot(P.x - B.x, P.y - B.y))". By default the traced points.
         by: dimensions, such as "crank" or "B.x", or actuators for their inputs. By default all numbers of the file that
             move a node and are not given by a formula, and all inputs.
         at: dict of inputs by name, for names that are not Python names or are names of arguments.
@@ -162,20 +165,20 @@ def _position(mechanism: Mechanism, values: FloatArray) -> Motion:
 
 def _quantities(
     mechanism: Mechanism, texts: Sequence[str], whole: bool
-) -> tuple[list[MotionReduction], list[PositionQuantity]]:
+) -> tuple[list[MotionNumber], list[PositionQuantity]]:
     """Return the numbers of the motion, if such were requested, and the quantities of the positions."""
     finder = QuantityFinder(mechanism)
     wanted = list(texts) or list(mechanism.traced)
-    reduced = {text: reductions(finder, text) for text in wanted}
-    if not any(reduced.values()):
+    numbers = [text for text in wanted if "(" in text and not finder.knows(text)]
+    if not numbers:
         return [], [one for text in wanted for one in finder.find(text)]
-    mixed = [text for text, found in reduced.items() if not found]
-    if mixed:
-        raise UsageError(f"of '{mixed[0]}': the others are numbers of the whole motion: ask for them in a second call")
+    others = [text for text in wanted if text not in numbers]
+    if others:
+        raise UsageError(f"of '{others[0]}': the others are numbers of the whole motion: ask for them in a second call")
     if not whole:
-        raise UsageError(f"of '{wanted[0]}': a number of the whole motion; remove the input value (--at)")
-    every = [one for found in reduced.values() for one in found]
-    return every, [one.quantity for one in every]
+        raise UsageError(f"of '{numbers[0]}': a number of the whole motion; remove the input value (--at)")
+    quantities: list[PositionQuantity] = []
+    return [motion_number(mechanism, finder, text, quantities) for text in numbers], quantities
 
 
 def _dimensions(mechanism: Mechanism, names: Sequence[str]) -> list[Dimension]:
@@ -209,21 +212,25 @@ def _tolerances(mechanism: Mechanism, chosen: Sequence[Dimension]) -> FloatArray
 
 
 def _sampled(
-    motion: Motion, names: Sequence[str], quantities: Sequence[PositionQuantity], reduced: Sequence[MotionReduction],
+    motion: Motion, names: Sequence[str], quantities: Sequence[PositionQuantity], reduced: Sequence[MotionNumber],
     nominal: QuantitySlopes, changes: FloatArray, notify: Notify | None, progress: Phases,
 ) -> SampledSpread:  # fmt: skip
     """Return the spread of random designs at the solved rows of a motion."""
-    good = motion.good
+    good, family = motion.good, Family(motion.mechanism, names)
+    solved = QuantitySlopes(nominal.values[:, good], nominal.slopes[..., good], nominal.good[good])
+    nominals = [one.with_slopes(quantities, solved)[0] for one in reduced]
 
-    def measure(at: PositionState) -> FloatArray:
-        values = [one.values(at) for one in quantities]
-        if reduced:
-            numbers = zip(reduced, values, nominal.values[:, good], strict=True)
-            return np.stack([(one.values(rows) - one.values(own))[:, None] for one, rows, own in numbers])
-        pairs = zip(quantities, values, nominal.values[:, good], strict=True)
-        return np.stack([one.difference(rows, own) for one, rows, own in pairs])
+    def numbers(found: Designs) -> FloatArray:
+        columns = DesignColumns(family, ColumnNames(motion.mechanism, family.names), found, {})
+        rows = [np.where(found.good.all(axis=1), one.kept.values(columns), np.nan) for one in reduced]
+        return np.stack([(row - own)[:, None] for row, own in zip(rows, nominals, strict=True)])
 
-    family = Family(motion.mechanism, names)
+    def positions(found: Designs) -> FloatArray:
+        at = PositionState(found.z, family.tables(found.designs))
+        pairs = zip(quantities, nominal.values[:, good], strict=True)
+        return np.stack([one.difference(one.values(at), own) for one, own in pairs])
+
+    measure = numbers if reduced else positions
     found = sampled_spread(family, motion.inputs[:, good], changes, measure, notify, progress("random designs"))
     if reduced or good.all():
         return found

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gimcli.families.design_sensitivity import QuantitySlopes
-from gimcli.families.motion_reductions import MotionReduction
+from gimcli.families.motion_sensitivity import MotionNumber
 from gimcli.families.position_quantities import PositionQuantity
 from gimcli.families.tolerances import FirstOrderSpread, SampledSpread, first_order_spread
 from gimcli.library.result import Result
@@ -54,7 +54,7 @@ class SensitivityResult(Result):
 
     def __init__(
         self, mechanism: Mechanism, motion: Motion, whole: bool, quantities: Sequence[PositionQuantity],
-        reduced: Sequence[MotionReduction], dimensions: Sequence[Dimension], rows: QuantitySlopes,
+        reduced: Sequence[MotionNumber], dimensions: Sequence[Dimension], rows: QuantitySlopes,
         tolerances: FloatArray, distribution: str,
     ) -> None:  # fmt: skip
         self.mechanism, self.motion, self.whole = mechanism, motion, whole
@@ -71,11 +71,13 @@ class SensitivityResult(Result):
         """Replace the rows by numbers of the whole motion, of its solved rows."""
         solved = self.motion.good
         if solved.any():
-            parts = list(zip(self.reduced, rows.values[:, solved], rows.slopes[..., solved], strict=True))
-            self._values = np.array([[one.values(values)] for one, values, _ in parts])
-            self._slopes = np.stack([one.slopes(values, slopes) for one, values, slopes in parts])[..., None]
+            own = QuantitySlopes(rows.values[:, solved], rows.slopes[..., solved], rows.good[solved])
+            parts = [one.with_slopes(self.quantities, own) for one in self.reduced]
+            self._values = np.array([[value] for value, _ in parts])
+            self._slopes = np.stack([slopes for _, slopes in parts])[..., None]
         else:
-            self._values, self._slopes = self._values[:, :1], self._slopes[..., :1]
+            shape = len(self.reduced), len(self.dimensions), 1
+            self._values, self._slopes = np.full(shape[::2], np.nan), np.full(shape, np.nan)
         self.good = np.asarray(np.isfinite(self._slopes).all(axis=(0, 1)))
 
     # -- names and units --------------------------------------------------------------------------
@@ -93,7 +95,7 @@ class SensitivityResult(Result):
     @property
     def units(self) -> list[str]:
         """Units of the quantities."""
-        return [one.unit for one in self.quantities]
+        return [one.unit for one in (self.reduced or self.quantities)]
 
     def unit_of(self, dimension: Dimension) -> str:
         """Return the unit of a dimension; "" if it has none."""
@@ -148,7 +150,8 @@ class SensitivityResult(Result):
         """Why derivatives are missing; "" if none are."""
         codes = self.codes[self.codes != Status.OK]
         if self.reduced and not len(codes) and not self.good.all():
-            return DEAD_POINT
+            undefined = [name for name, row in zip(self.names, self._values, strict=True) if not np.isfinite(row[0])]
+            return f"'{undefined[0]}' is not defined at these dimensions" if undefined else f"a row: {DEAD_POINT}"
         if not len(codes):
             return ""
         first = Status(int(codes[0]))

@@ -119,7 +119,7 @@ def test_the_spread_over_a_motion_is_that_of_each_position():
 @pytest.mark.parametrize("word", ["min", "max", "range", "mean", "rms"])
 def test_numbers_of_a_motion_have_the_derivatives_of_differences(word):
     mechanism = gimcli.load(MODELS / "crank_rocker.yaml")
-    texts = [f"{word}({one})" for one in ("P.y", "rocker", "transmission")]
+    texts = [f"{word}({one})" for one in ("P.y", "rocker.angle", "transmission")]
     found = gimcli.sensitivity(mechanism, texts, by="crank", steps=24)
     step = 1e-4
     sides = [
@@ -130,8 +130,49 @@ def test_numbers_of_a_motion_have_the_derivatives_of_differences(word):
         assert value["crank.length"] == pytest.approx((sides[0][name] - sides[1][name]) / (2 * step), abs=1e-6)
 
 
+@pytest.mark.parametrize("text", [
+    "rms(P.y) * 2 - min(P.x) / 3", "max(hypot(P.x, P.y) ** 1.5)", "mean(abs(rocker.angle - 90))",
+    "log(range(P.y)) + atan2(max(P.x), 20)", "max(sin(radians(rocker.angle))) - 2",
+])  # fmt: skip
+def test_expressions_have_the_derivatives_of_differences(text):
+    mechanism, step = gimcli.load(MODELS / "crank_rocker.yaml"), 1e-4
+    found = gimcli.sensitivity(mechanism, text, by="crank", steps=24)
+    high, low = (
+        gimcli.sensitivity(mechanism.with_({"crank": 40.0 + h}), text, by="crank", steps=24).value[text]
+        for h in (step, -step)
+    )
+    assert found.derivatives[text]["crank.length"] == pytest.approx((high - low) / (2 * step), abs=1e-6)
+
+
+def test_expressions_are_those_of_a_sweep():
+    """The distance of two points of one member is that of their local coordinates, (60, 40) and (120, 0)."""
+    mechanism = gimcli.load(MODELS / "crank_rocker.yaml")
+    found = gimcli.sensitivity(mechanism, "max(hypot(P.x - B.x, P.y - B.y))", steps=6)
+    (name,) = found.names
+    far = math.hypot(60, 40)
+    assert found.value[name] == pytest.approx(far)
+    assert [found.derivatives[name][one] for one in ("P.x", "P.y", "coupler.length", "crank.length", "motor")] == (
+        pytest.approx([-60 / far, 40 / far, 60 / far, 0.0, 0.0], abs=1e-9)
+    )
+
+
+def test_an_expression_without_a_value_is_reported():
+    found = gimcli.sensitivity(gimcli.load(MODELS / "crank_rocker.yaml"), "log(min(P.x))", steps=6)
+    assert math.isnan(found.value["log(min(P.x))"])
+    assert not found.answered
+    assert "not defined" in found.reason
+
+
+def test_the_spread_of_an_expression_is_that_of_its_linear_part():
+    model = yaml.safe_load(four_bar_text(2.0, 7.0, 9.0, 6.0, 0.2, law=", law: {from: 10, to: 60}"))
+    mechanism = gimcli.load(model | {"tolerances": {"crank": 0.01, "coupler": 0.02}})
+    found = gimcli.sensitivity(mechanism, "max(B.y) - min(B.y)", samples=20_000, steps=6)
+    assert only(found, "sampled_sd") == pytest.approx(only(found, "sd"), abs=4 * only(found, "sampled_sd_error"))
+    assert abs(only(found, "mean_shift")) < 4 * only(found, "mean_shift_error") + 1e-5
+
+
 def test_a_turning_member_counts_its_turns():
-    found = gimcli.sensitivity(gimcli.load(MODELS / "crank_rocker.yaml"), "range(crank)", steps=24)
+    found = gimcli.sensitivity(gimcli.load(MODELS / "crank_rocker.yaml"), "range(crank.angle)", steps=24)
     assert found.value["range(crank.angle)"] == pytest.approx(360.0)
     assert found.derivatives["range(crank.angle)"]["crank.length"] == pytest.approx(0.0, abs=1e-9)
 
@@ -215,7 +256,10 @@ def test_dimensions_that_redundant_constraints_fix_are_left_out():
 @pytest.mark.parametrize(("arguments", "message"), [
     ({"of": "max(B.y)", "motor": 30}, "a number of the whole motion; remove the input value"),
     ({"of": ["max(B.y)", "B.x"]}, "ask for them in a second call"),
-    ({"of": "max(Q)"}, "of 'Q'"),
+    ({"of": "max(Q)"}, "no column, measure or dimension 'Q'"),
+    ({"of": "max(B.vx)"}, r"of 'B\.vx': expected a node or point"),
+    ({"of": "at(B.x, motor=30)"}, "ask for the position: --at motor=30"),
+    ({"of": "solved + max(B.x)"}, "'solved'"),
     ({"by": "rod"}, "'rod' is not a dimension"),
     ({"samples": 10}, "no dimension has a tolerance"),
     ({"of": "B", "steps": 10_000_000, "jit": "on"}, "use fewer steps"),

@@ -1,0 +1,90 @@
+"""Derivatives of numbers of a whole motion, such as range(P.y): expressions of columns, in dual numbers.
+
+By the envelope theorem, the derivative of a least or greatest value is that of the quantity in the row of this value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gimcli.errors import UsageError
+from gimcli.families.column_names import TYPE, ColumnNames
+from gimcli.families.design_sensitivity import QuantitySlopes
+from gimcli.families.dual import Dual, duals
+from gimcli.families.position_quantities import PositionAngle, PositionQuantity, QuantityFinder
+from gimcli.families.quantity_text import KeptQuantity, quantity
+from gimcli.mechanism import FloatArray, Mechanism
+
+
+@dataclass(frozen=True)
+class MotionNumber:
+    """A number of a whole motion, and the quantities of its columns: their places in a list of all."""
+
+    kept: KeptQuantity
+    columns: Mapping[str, Sequence[int]]
+
+    @property
+    def name(self) -> str:
+        """The text, such as max(P.y)."""
+        return self.kept.text
+
+    @property
+    def unit(self) -> str:
+        """The unit; "" if it has none or it is not known."""
+        return self.kept.unit
+
+    def with_slopes(self, quantities: Sequence[PositionQuantity], rows: QuantitySlopes) -> tuple[float, FloatArray]:
+        """Return the number and its derivatives (dimensions,) from the solved rows of a motion."""
+        found = self.kept.values(_DualColumns(self, quantities, rows))
+        one = found[0] if isinstance(found, np.ndarray) else found
+        return (one.value, one.slopes) if isinstance(one, Dual) else (float(one), np.zeros(rows.slopes.shape[1]))
+
+
+class _DualColumns:
+    """The columns of one motion in dual numbers."""
+
+    def __init__(self, own: MotionNumber, quantities: Sequence[PositionQuantity], rows: QuantitySlopes) -> None:
+        self._own, self._quantities, self._rows = own, quantities, rows
+
+    def rows(self, name: str) -> Any:
+        """Return a column, or those of a measure (1, rows, columns)."""
+        columns = []
+        for k in self._own.columns[name]:
+            one, values = self._quantities[k], self._rows.values[k]
+            if isinstance(one, PositionAngle):
+                values = np.unwrap(values, period=one.turn)
+            columns.append(duals(values, self._rows.slopes[k]))
+        return np.stack(columns, axis=-1)[None]
+
+    def number(self, name: str) -> Any:
+        """Raise UsageError: only columns have derivatives."""
+        raise UsageError(f"of '{self._own.name}': '{name}' has no derivatives; use columns such as P.y")
+
+    def at(self, actuator: str, value: float) -> Any:
+        """Raise UsageError: a position is requested by its input value."""
+        raise UsageError(
+            f"of '{self._own.name}': at({actuator}={value:g}) is not possible here; ask for the position: --at"
+            f" {actuator}={value:g}"
+        )
+
+
+def motion_number(
+    mechanism: Mechanism, finder: QuantityFinder, text: str, quantities: list[PositionQuantity]
+) -> MotionNumber:
+    """Return the number of a motion that a text describes; the quantities of its columns are added to the list.
+
+    Raises UsageError for another text, or for columns without exact derivatives, such as velocities.
+    """
+    kept = quantity(text, ColumnNames(mechanism, ()), ("number",), "of")
+    columns: dict[str, list[int]] = {}
+    for name in sorted(kept.names):
+        if name == TYPE:
+            continue
+        own = finder.find(name)
+        columns[name] = list(range(len(quantities), len(quantities) + len(own)))
+        quantities += own
+    return MotionNumber(kept, columns)
