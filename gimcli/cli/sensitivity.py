@@ -35,7 +35,7 @@ HELP = (
 )
 EXAMPLES = (
     "gim sensitivity models/crank_rocker.yaml --of P --at motor=30",
-    'gim sensitivity models/crank_rocker.yaml --of "range(rocker.angle)" --of "max(P.y)"',
+    'gim sensitivity models/crank_rocker.yaml --of "range(rocker.angle)"',
     "gim sensitivity models/jansen.yaml --of foot.y --by m,j -o foot.png",
 )
 TOLERANCES = "Tolerances"

@@ -39,7 +39,8 @@ class MotionNumber:
 
     def with_slopes(self, quantities: Sequence[PositionQuantity], rows: QuantitySlopes) -> tuple[float, FloatArray]:
         """Return the number and its derivatives (dimensions,) from the solved rows of a motion."""
-        found = self.kept.values(_DualColumns(self, quantities, rows))
+        with np.errstate(all="ignore"):
+            found = self.kept.part.find(_DualColumns(self, quantities, rows))
         one = found[0] if isinstance(found, np.ndarray) else found
         return (one.value, one.slopes) if isinstance(one, Dual) else (float(one), np.zeros(rows.slopes.shape[1]))
 
