@@ -78,7 +78,8 @@ class SensitivityResult(Result):
         else:
             shape = len(self.reduced), len(self.dimensions), 1
             self._values, self._slopes = np.full(shape[::2], np.nan), np.full(shape, np.nan)
-        self.good = np.isfinite(self._values).all(axis=0) & np.isfinite(self._slopes).all(axis=(0, 1))
+        numbers = np.concatenate([self._values[:, None], self._slopes], axis=1)
+        self.good = np.asarray(np.isfinite(numbers).all(axis=(0, 1)))
 
     # -- names and units --------------------------------------------------------------------------
 
