@@ -110,7 +110,7 @@ def _least(
     """
     from scipy.optimize import minimize
 
-    unit, dimensions = max(abs(function(first)[0]), unit), len(most)
+    unit, dimensions = max(abs(function(first)[0]), unit, TINY), len(most)
 
     def scaled(x: FloatArray) -> tuple[float, FloatArray]:
         found, gradient = function(x)

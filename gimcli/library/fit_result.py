@@ -135,8 +135,10 @@ class FitResult(Result):
     def _distances(self) -> FloatArray:
         """The root of the squared differences (targets,) of each target."""
         assert self.found is not None
-        residual = self.task.targets.residuals(self.found.motion.values)
-        return np.asarray(np.sqrt(np.sum(residual**2, axis=1)) * self._unit)
+        residual, points = self.task.targets.residuals(self.found.motion.values), self.task.points
+        centres = np.sum(points, axis=1, keepdims=True) / max(1, points.shape[1])
+        apart = np.sum((points - centres) ** 2, axis=(1, 2))  # of pairs: their least possible error
+        return np.asarray(np.sqrt(np.sum(residual**2, axis=1) + apart) * self._unit)
 
     def table(self) -> Table:
         """Return one row for each target: its input, its values, those of the motion, and their distance."""
