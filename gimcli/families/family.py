@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -19,8 +20,9 @@ from gimcli.kernels import family as kernels
 from gimcli.kernels import jit, plan_steps
 from gimcli.kernels import march as marching
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.motion.assemble import Assembler
 from gimcli.motion.motion import trace
-from gimcli.motion.start import start_position
+from gimcli.motion.start import settled, start_position
 from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.inputs import law_inputs, scales
@@ -111,8 +113,9 @@ class Family:
                 lengths of the normal frame.
             reachable: a design without a position at the first row starts at the first row that has one.
             threads: number of threads, by default one for each core.
-            jit: "auto" compiles the kernels where this saves time; "on"; "off": the designs are solved one by one.
-                The last digits may differ. Rows of `inputs`, and `reachable`, are always compiled.
+            jit: "auto" compiles the kernels where this saves time, and for plans with coupled groups; "on"; "off": the
+                designs are solved one by one. The last digits may differ, and a coupled group may be assembled
+                otherwise. Rows of `inputs`, and `reachable`, are always compiled.
             notify: called with a text before a compilation.
 
         Returns:
@@ -129,7 +132,8 @@ class Family:
             values = np.ascontiguousarray(inputs if np.ndim(inputs) == 3 else np.asarray(inputs)[None], dtype=float)
             time = np.linspace(0.0, 1.0, values.shape[2]) if values.shape[2] > 1 else np.zeros(1)
         count, rows = len(designs), len(time)
-        run = choose("on" if reachable or inputs is not None else jit, count * ONE, notify, (kernel_name(self.plan),))
+        jit = "on" if reachable or inputs is not None else mode_of(self.plan, jit)
+        run = choose(jit, count * ONE, notify, (kernel_name(self.plan),))
         outcome = np.full(count, kernels.CAREFUL)
         z = np.full((count, len(self.mechanism.nodes), rows), complex(math.nan, math.nan))
         residual = np.full((count, rows), math.nan)
@@ -181,10 +185,25 @@ class Family:
             return empty, np.full(rows, math.nan), failed
         try:
             own = nominal.with_(dict(zip(self.names, design.tolist(), strict=True)))
-            motion = trace(own, rows - 1, Options(tolerance=self.tolerance))
+            motion = trace(self._on_nominal_branch(own), rows - 1, Options(tolerance=self.tolerance))
         except GimError:
             return empty, np.full(rows, math.nan), np.full(rows, int(Status.NOT_ASSEMBLED))
         return (own.to_file(motion.z) - nominal.origin) / nominal.scale, motion.residual, motion.codes
+
+    def _on_nominal_branch(self, own: Mechanism) -> Mechanism:
+        """Return a design with the start position on the branch of the nominal one as its initial configuration.
+
+        It is unchanged if it cannot be assembled there, or if a coupled group has to be followed from the nominal one.
+        """
+        plan = make_plan(own)
+        if self.start is None or plan.coupled or plan_program(own, plan).tables.steps != self.program.tables.steps:
+            return own
+        inputs = own.start_inputs
+        found = Assembler(own, plan, plain, self.tolerance).assemble(inputs, own.drawn, signs=self.start[1].copy())
+        if not found.regular:
+            return own
+        actuators = (replace(a, drawn=float(u)) for a, u in zip(own.actuators, inputs, strict=True))
+        return replace(own, drawn=settled(own, found), actuators=tuple(actuators))
 
     # -- the nominal design -------------------------------------------------------------------
 
@@ -307,6 +326,11 @@ class Family:
             np.zeros(2, dtype=np.int64),
         )  # fmt: skip
         return room, self._solver._replace(room=self.program.room()), one
+
+
+def mode_of(plan: Plan, jit: str) -> str:
+    """Return the mode in which designs are solved: a coupled group is followed from the nominal design if compiled."""
+    return "on" if jit == "auto" and plan.coupled else jit
 
 
 def kernel_name(plan: Plan) -> str:

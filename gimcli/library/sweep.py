@@ -13,7 +13,7 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.families.design_table import design_table
-from gimcli.families.family import ONE, kernel_name
+from gimcli.families.family import ONE, kernel_name, mode_of
 from gimcli.families.sweep_job import SweepJob, chunk_size, default_keep
 from gimcli.families.sweep_run import SweepRun
 from gimcli.families.variation import MOST_VALUES, varied
@@ -136,8 +136,8 @@ def _with_kernels(job: SweepJob, resumed: Path | str | None, notify: Notify | No
     before = None if resumed is None else header_of(Path(resumed))
     if before is not None and {"jit", "together"} <= set(before):
         return replace(job, jit=str(before["jit"]), together=bool(before["together"]))
-    count, own = job.table.count, kernel_name(make_plan(job.mechanism))
-    solves = choose("auto", ONE * count, notify, (own,)) is not plain
+    count, plan = job.table.count, make_plan(job.mechanism)
+    solves = choose(mode_of(plan, "auto"), ONE * count, notify, (kernel_name(plan),)) is not plain
     together = job.moves and choose("auto", RATES * count, notify, ("differentiate_all",)) is not plain
     return replace(job, jit="on" if solves else "off", together=together)
 

@@ -17,6 +17,7 @@ from gimcli.families.float_tables import listed
 from gimcli.kernels import jit
 from gimcli.mechanism import FloatArray
 from gimcli.motion.motion import trace
+from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options
 from gimcli.positions.program import plan_program
 from gimcli.status import Status
@@ -57,6 +58,29 @@ def four_bars(designs: FloatArray, angles: FloatArray) -> tuple[Any, Any]:
 
 def random_designs(nominal: FloatArray, count: int, spread: float, seed: int = 1) -> FloatArray:
     return nominal * (1 + spread * np.random.default_rng(seed).uniform(-1, 1, (count, len(nominal))))
+
+
+def test_designs_that_are_solved_one_by_one_keep_the_branch_of_the_nominal_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """C below the line from B to D is the other branch; as an initial coordinate it does not change the design."""
+    m = gimcli.loads(FOUR_BAR)
+    family = Family(m, (*LENGTHS, "C.y"))
+    designs = family.nominal * np.array([[1.0, 1.0, 1.0, 1.0, -1.0], [1.1, 1.0, 0.9, 1.0, -1.0]])
+    c, reached = four_bars(designs, np.radians(np.linspace(20, 380, 25)))
+    assert (reached >= 25).all()
+    monkeypatch.setattr(families, "choose", lambda *_: plain)
+    found = family.solve(designs, 24)
+    assert (found.careful, found.good.all()) == (2, True)
+    assert np.abs(m.to_file(found.z[:, m.nodes.index("C")]) - c).max() < 1e-9
+
+
+def test_few_designs_of_a_coupled_group_are_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Otherwise the number of designs would decide on their assembly."""
+    modes = []
+    monkeypatch.setattr(families, "choose", lambda mode, *_: modes.append(mode) or jit.compiled)
+    for name in ("stephenson_2", "jansen"):
+        family = Family(gimcli.load(MODELS / f"{name}.yaml"), ("duration",))
+        family.solve(family.nominal[None], 4)
+    assert modes == ["on", "auto"]
 
 
 def test_four_bars_by_the_closed_form() -> None:
