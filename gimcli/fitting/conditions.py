@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,8 +80,8 @@ class DesignQuantities:
         return len(self._margins)
 
     def _columns(self, designs: FloatArray, steps: int) -> DesignColumns:
-        solved = self.family.solve(designs, steps, reachable=self._reachable)
-        return DesignColumns(self.family, self._names, solved, {"reachable": self._reachable})
+        options: dict[str, Any] = {"reachable": self._reachable, "jit": "on"}
+        return DesignColumns(self.family, self._names, self.family.solve(designs, steps, **options), options)
 
 
 def _sides(text: str, names: ColumnNames) -> tuple[KeptQuantity, KeptQuantity, float] | None:

@@ -128,12 +128,20 @@ def _least(
 
 def _inequality(function: Valued) -> dict[str, Any]:
     """Return a condition of SciPy: the values of a function are not negative."""
+    last: dict[bytes, tuple[Any, FloatArray]] = {}
+
+    def found(x: FloatArray) -> tuple[Any, FloatArray]:  # values and slopes are asked for one after the other
+        key = x.tobytes()
+        if key not in last:
+            last.clear()
+            last[key] = function(x)
+        return last[key]
 
     def values(x: FloatArray) -> FloatArray:
-        return np.asarray(np.nan_to_num(function(x)[0], nan=-CONSTANTS.beyond))
+        return np.asarray(np.nan_to_num(found(x)[0], nan=-CONSTANTS.beyond))
 
     def slopes(x: FloatArray) -> FloatArray:
-        return np.asarray(np.nan_to_num(function(x)[1], posinf=0.0, neginf=0.0))
+        return np.asarray(np.nan_to_num(found(x)[1], posinf=0.0, neginf=0.0))
 
     return {"type": "ineq", "fun": values, "jac": slopes}
 
