@@ -208,6 +208,8 @@ def _print_spread(found: SensitivityResult, report: dict[str, Any]) -> None:
         rows.append((labelled(name, found.units[k]), *cells, where))
     title = "Spread within the tolerances" + (", where it is largest" if found.by_rows else "")
     print_table(title, head, rows, right=range(1, len(head) - 1))
+    if found.left_out:
+        typer.echo(f"without the tolerances of {', '.join(found.left_out)}")
     if sampled is not None:
         typer.echo(
             f"{sampled.samples} random designs, {found.distribution} distribution, seed {found.seed};"

@@ -108,6 +108,7 @@ def sensitivity(
         )
     result = SensitivityResult(mechanism, motion, whole, quantities, reduced, chosen, rows, allowed, distribution)
     result.fixed = fixed
+    result.left_out = tuple(name for name in tolerances(mechanism) if name not in {one.name for one in chosen})
     if count and result.good.any():
         changes = drawn(seed, count, allowed[given], distribution)
         names = [chosen[k].name for k in given]

@@ -62,6 +62,7 @@ class SensitivityResult(Result):
         self.tolerances, self.distribution = tolerances, distribution
         self.sampled: SampledSpread | None = None
         self.seed = 0
+        self.left_out: tuple[str, ...] = ()  # dimensions with a tolerance that is not in the spread
         self.fixed: tuple[str, ...] = ()  # dimensions that redundant constraints fix; they are left out
         self._values, self._slopes, self.good = rows.values, rows.slopes, rows.good
         if reduced:
@@ -230,6 +231,8 @@ class SensitivityResult(Result):
             found["reason"] = self.reason
         if self.fixed:
             found["fixed"] = list(self.fixed)
+        if self.left_out:
+            found["tolerances_left_out"] = list(self.left_out)
         found["quantities"] = {name: self._quantity_report(k, name) for k, name in enumerate(self.names)}
         if self.sampled is not None:
             found["monte_carlo"] = {

@@ -227,6 +227,15 @@ def test_by_default_numbers_that_move_no_node_are_left_out():
     ]  # fmt: skip
 
 
+def test_tolerances_of_dimensions_that_are_not_named_are_reported_as_left_out():
+    found = gimcli.sensitivity(four_bar(0.05), "follower", by=["crank", "O4.x"], motor=30, samples=0)
+    assert found.left_out == ("coupler.length", "follower.length")
+    assert found.report()["tolerances_left_out"] == ["coupler.length", "follower.length"]
+    parts = np.degrees([0.1206967863242586, 0.004733113356602814])
+    assert only(found, "worst") == pytest.approx(0.05 * parts.sum(), rel=1e-9)
+    assert gimcli.sensitivity(four_bar(0.05), "follower", motor=30, samples=0).left_out == ()
+
+
 def test_formulas_follow_their_parameters():
     model = yaml.safe_load(four_bar_text(2.0, 7.0, 9.0, 6.0, math.radians(30.0), law=", law: {from: 30, to: 60}"))
     model["parameters"] = {"a": 2.0}
