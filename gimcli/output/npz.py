@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from tempfile import TemporaryFile
 from typing import Any
-from zipfile import ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +38,8 @@ class NpzStream:
         self._rows = 0
 
     def __enter__(self) -> NpzStream:
+        from tempfile import TemporaryFile  # imported late, as zipfile: few commands write these files
+
         self._columns = [self._stack.enter_context(TemporaryFile()) for _ in self._names]  # noqa: SIM115
         return self
 
@@ -59,6 +59,8 @@ class NpzStream:
             handle.write(np.ascontiguousarray(column.values).tobytes())
 
     def _write(self) -> None:
+        from zipfile import ZipFile
+
         with written_bytes(self._target) as target, ZipFile(target, "w", allowZip64=True) as archive:
             for name, kind, column in zip(self._names, self._types, self._columns, strict=False):
                 with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
