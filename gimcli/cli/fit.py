@@ -83,6 +83,9 @@ def command(
         typer.Option("--where", metavar="TEXT", help="Condition: min(transmission) > 40; repeatable.",
                      rich_help_panel=TARGETS),
     ] = NONE,
+    any_order: Annotated[
+        bool, typer.Option("--any-order", help="The targets may follow in any order.", rich_help_panel=TARGETS)
+    ] = False,
     starts: Annotated[
         int, typer.Option("--starts", metavar="N", min=1, help="Number of random designs.", rich_help_panel=METHOD)
     ] = 25_000,
@@ -106,7 +109,8 @@ def command(
     outputs.files.refuse(() if through is None else (through,))
     found = fit(
         outputs.loaded(assembly, changes=set_), bounds, through, timing=timing.value if timing else "", point=point,
-        output=output, goal=goal, where=where, starts=starts, seed=seed, notify=note, progress=progress_bar,
+        output=output, goal=goal, where=where, any_order=any_order, starts=starts, seed=seed,
+        notify=note, progress=progress_bar,
     )  # fmt: skip
     outputs.write(found)
     outputs.finish(found, _print)

@@ -103,7 +103,8 @@ def starts(
     every, best = np.arange(len(designs)), np.argmin(errors, axis=1)
     own = _own_inputs(problem, grid[places[every, best]], sense[every, best])
     good = np.isfinite(errors[every, best])
-    return trials(problem, fitted[every, best][good], own[good], sense[every, best][good])
+    senses = sense[every, best][good] * targets.in_order
+    return trials(problem, fitted[every, best][good], own[good], senses)
 
 
 def _own_inputs(problem: FitProblem, inputs: FloatArray, sense: FloatArray) -> FloatArray:

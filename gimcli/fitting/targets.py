@@ -48,6 +48,7 @@ class Targets:
     timing: str
     range: FitRange
     constant: float = 0.0
+    in_order: bool = True  # timing "free": the targets follow each other in order
 
     @property
     def unknown(self) -> int:

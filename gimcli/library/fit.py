@@ -43,7 +43,8 @@ def fit(
     mechanism: Mechanism, vary: Mapping[str, tuple[float, float]],
     through: Path | str | Mapping[str, Sequence[float]] | Sequence[Sequence[float]] | None = None, *,
     timing: str = "", point: str = "", output: str = "", goal: str = "", where: str | Sequence[str] = (),
-    starts: int = STARTS, seed: int = 0, notify: Notify | None = None, progress: Phases = no_phases,
+    any_order: bool = False, starts: int = STARTS, seed: int = 0, notify: Notify | None = None,
+    progress: Phases = no_phases,
 ) -> FitResult:  # fmt: skip
     """Find dimensions for which a point, a member or an output passes targets, or for which a goal is least.
 
@@ -62,6 +63,7 @@ def fit(
         goal: instead of targets: a quantity that is least, in the form of `sweep`, such as "-range(P.y)".
         where: conditions on the fitted design, in the form of `sweep`, such as "min(transmission) > 40" or
             "type == 'crank-rocker'"; one text or a list. Inequalities can be active.
+        any_order: with timing "free": the targets may follow each other in any order.
         starts: number of random designs.
         seed: seed of the random designs; the same seed gives the same result.
         notify: function of a text; called with notices, such as the start of a compilation.
@@ -82,7 +84,7 @@ def fit(
     refuse_count("starts", starts, 1, MOST_STARTS)
     refuse_unmoved(mechanism, "add an actuator")
     lower, upper = _bounds(vary)
-    task = None if goal else task_of(mechanism, columns_of(through), timing, point, output)
+    task = None if goal else task_of(mechanism, columns_of(through), timing, point, output, any_order)
     if goal and (through is not None or timing or point or output):
         raise UsageError("goal: a goal takes the place of targets: remove through, timing, point and output")
     names = tuple(dimension(mechanism, name).name for name in vary)

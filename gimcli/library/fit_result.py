@@ -118,7 +118,7 @@ class FitResult(Result):
     @property
     def sense(self) -> str:
         """Whether the input increases or decreases from target to target; "" with given inputs."""
-        if self.found is None or self.task.targets.unknown == 0:
+        if self.found is None or self.task.targets.unknown == 0 or not self.task.targets.in_order:
             return ""
         return "increasing" if self.found.inputs[-1] > self.found.inputs[0] else "decreasing"
 

@@ -90,7 +90,12 @@ def _numbers(path: Path, line: int, row: list[str], count: int) -> list[float]:
 
 
 def task_of(
-    mechanism: Mechanism, columns: Mapping[str, FloatArray], timing: str, point: str, output: str
+    mechanism: Mechanism,
+    columns: Mapping[str, FloatArray],
+    timing: str,
+    point: str,
+    output: str,
+    any_order: bool = False,
 ) -> FittedTask:
     """Return the task that columns of targets describe; raise UsageError where they do not fit the mechanism."""
     own = dict(columns)
@@ -120,7 +125,7 @@ def task_of(
     share = max(1, points.shape[1])
     constant = float(np.sum((points - points.mean(axis=1, keepdims=True)) ** 2)) if points.size else 0.0
     scaled = weights * np.where(circular > 0.0, 1.0, math.sqrt(share))
-    targets = Targets(values, scaled, circular, inputs, timing, limits, constant)
+    targets = Targets(values, scaled, circular, inputs, timing, limits, constant, not any_order)
     return FittedTask(targets, components, kind, points)
 
 

@@ -292,6 +292,19 @@ def test_dimensions_that_made_the_targets(model, point, names):
     assert [found.dimensions[name] for name in names] == pytest.approx(values, rel=1e-5)
 
 
+def test_any_order():
+    """Points of a curve in another order: no fit passes them in order, one passes them."""
+    mechanism = load(FOUR_BAR)
+    targets = trace(mechanism.with_({"r2": 1.3, "rcx": 2.4}), 12).xy["P"][[1, 7, 3, 10, 5]]
+    in_order, free = (
+        fit(mechanism, {"r2": (1, 2), "rcx": (1, 4)}, targets, any_order=any_order, starts=200)
+        for any_order in (False, True)
+    )
+    assert not in_order.error < 1.0
+    assert free.dimensions == pytest.approx({"r2": 1.3, "rcx": 2.4}, abs=1e-9)
+    assert free["motor"] == pytest.approx([30.0, 210.0, 90.0, 300.0, 150.0], abs=1e-6)
+
+
 def test_nothing_feasible(tmp_path):
     """A coupler point that stays within 2 of a fixed place cannot reach targets that are 50 apart in order."""
     targets = tmp_path / "far.csv"
