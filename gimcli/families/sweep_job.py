@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from gimcli.errors import UsageError
 from gimcli.families.column_names import REACHABLE, TYPE, ColumnNames
 from gimcli.families.design_columns import DesignColumns
+from gimcli.families.design_motions import DesignMotions
 from gimcli.families.design_table import DesignTable
 from gimcli.families.family import Family
 from gimcli.families.four_bar_type import LETTERS
@@ -126,7 +127,7 @@ class SweepJob:
         if self.notify is not None:
             options["notify"] = self.notify
         solved = self.family.solve(designs, self.steps, **options)
-        columns = DesignColumns(self.family, self.names, solved, options, self.together)
+        columns = DesignColumns(DesignMotions(self.family, solved, options), self.names, self.together)
         status = solved.status
         rows = np.empty(len(designs), dtype=self.row)
         rows[DESIGN], rows[STATUS] = np.arange(first + 1, first + 1 + len(designs)), status

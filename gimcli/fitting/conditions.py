@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from gimcli.errors import UsageError
 from gimcli.families.column_names import REACHABLE, TYPE, ColumnNames
 from gimcli.families.design_columns import DesignColumns
+from gimcli.families.design_motions import DesignMotions
 from gimcli.families.family import Family
 from gimcli.families.quantity_text import KeptQuantity, quantity
 from gimcli.mechanism import FloatArray
@@ -81,7 +82,8 @@ class DesignQuantities:
 
     def _columns(self, designs: FloatArray, steps: int) -> DesignColumns:
         options: dict[str, Any] = {"reachable": self._reachable, "jit": "on"}
-        return DesignColumns(self.family, self._names, self.family.solve(designs, steps, **options), options)
+        solved = self.family.solve(designs, steps, **options)
+        return DesignColumns(DesignMotions(self.family, solved, options), self._names)
 
 
 def _sides(text: str, names: ColumnNames) -> tuple[KeptQuantity, KeptQuantity, float] | None:

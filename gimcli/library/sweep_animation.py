@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from gimcli.families.design_columns import DesignColumns
+from gimcli.families.design_motions import DesignMotions
 from gimcli.families.design_table import DesignTable
 from gimcli.library.rounding import number
 from gimcli.library.sweep_tables import SweepTables
@@ -37,7 +38,7 @@ def sweep_animation(found: SweepTables) -> Animation | None:
     most = max(1, min(MOST_DESIGNS, MOST_PLACES // ((steps + 1) * len(mechanism.nodes))))
     numbers, sliders = chosen_designs(job.table, most, found)
     designs = np.concatenate([job.table.rows(k, k + 1) for k in numbers.tolist()])
-    columns = DesignColumns(job.family, job.names, job.family.solve(designs, steps), {})
+    columns = DesignColumns(DesignMotions(job.family, job.family.solve(designs, steps), {}), job.names)
     if not columns.solved.good.any():
         return None
     kept = _kept(found, columns)
@@ -86,7 +87,7 @@ def _kept(found: SweepTables, columns: DesignColumns) -> list[str]:
 
 
 def _clip(columns: DesignColumns, k: int, design: int, kept: str) -> Clip:
-    mechanism, solved, own = columns.mechanism, columns.solved, columns.motion(k)
+    mechanism, solved, own = columns.mechanism, columns.solved, columns.motions.motion(k)
     status = Status(int(solved.status[k])).word
     note = f"design {design + 1}: {status}; {kept}" if kept else f"design {design + 1}: {status}"
     name, z = f"design {design + 1}", mechanism.to_file(solved.z[k].T)

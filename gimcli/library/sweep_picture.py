@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from gimcli.families.design_columns import DesignColumns
+from gimcli.families.design_motions import DesignMotions
 from gimcli.families.sweep_job import DESIGN, GOAL, STATUS, Rows
 from gimcli.library.rounding import number
 from gimcli.library.sweep_tables import SweepTables
@@ -109,7 +110,7 @@ def _coupler_curves(found: SweepTables, place: int) -> list[Picture]:
     name = next(iter(mechanism.traced), "")
     chosen = np.unique(np.linspace(0, job.table.count - 1, MOST_CURVES).round().astype(int))
     designs = np.concatenate([job.table.rows(k, k + 1) for k in chosen.tolist()])
-    columns = DesignColumns(job.family, job.names, job.family.solve(designs, job.steps), {})
+    columns = DesignColumns(DesignMotions(job.family, job.family.solve(designs, job.steps), {}), job.names)
     solved = np.flatnonzero(columns.solved.good.any(axis=1))
     if not name or not len(solved):
         return []
@@ -119,7 +120,7 @@ def _coupler_curves(found: SweepTables, place: int) -> list[Picture]:
     curves: dict[str, ComplexArray] = {
         f"{name}, {own} = {number(float(designs[k, place]), size)}": paths[k] for k in solved.tolist()
     }
-    middle = columns.motion(int(solved[len(solved) // 2]))
+    middle = columns.motions.motion(int(solved[len(solved) // 2]))
     if middle is None:
         return []
     poses = middle.mechanism.to_file(middle.z[:, middle.good][:, :1]).T

@@ -8,6 +8,7 @@ import gimcli
 from gimcli.errors import UsageError
 from gimcli.families.column_names import ColumnNames
 from gimcli.families.design_columns import DesignColumns
+from gimcli.families.design_motions import DesignMotions
 from gimcli.families.design_table import design_table
 from gimcli.families.family import Family
 from gimcli.families.variation import varied
@@ -166,7 +167,9 @@ def test_velocities_of_all_designs_together(name):
     names = [f"{point}.vx", f"{point}.vy", f"{member}.omega"]
     designs = design_table(varied(vary)).rows(0, 4)
     family, known = Family(m, list(vary)), ColumnNames(m, list(vary))
-    columns = DesignColumns(family, known, family.solve(designs, 12, jit="on"), {"jit": "on"}, together=True)
+    columns = DesignColumns(
+        DesignMotions(family, family.solve(designs, 12, jit="on"), {"jit": "on"}), known, together=True
+    )
     assert columns._velocities is not None
     for k, design in enumerate(designs.tolist()):
         t = gimcli.trace(m.with_(dict(zip(vary, design, strict=True))), 12, derivatives=1, jit="off")
@@ -207,7 +210,9 @@ def test_value_of_an_input_of_laws_that_are_not_linear_or_differ(name, jit):
     value = at[vary[f"{first}.to"][0]][first]
     family, names, options = Family(m, list(vary)), ColumnNames(m, list(vary)), {"jit": jit}
     designs = design_table(varied(vary)).rows(0, 2)
-    columns = DesignColumns(family, names, family.solve(designs, 12, **options), options).at(first, value)
+    columns = DesignColumns(DesignMotions(family, family.solve(designs, 12, **options), options), names).at(
+        first, value
+    )
     assert columns.rows("time")[0, 0, 0] == pytest.approx(0.37 * m.duration, abs=1e-9)
     point, member = m.traced[0], m.members[1].name
     for k, design in enumerate(vary[f"{first}.to"]):
@@ -225,9 +230,8 @@ def test_designs_that_are_solved_one_by_one_have_the_same_columns(jit):
     m = gimcli.load(MODELS / "crank_rocker.yaml")
     vary = {"crank.length": [35.0, 40.0, -1.0, 70.0]}
     family, names = Family(m, list(vary)), ColumnNames(m, list(vary))
-    columns = DesignColumns(
-        family, names, family.solve(design_table(varied(vary)).rows(0, 4), 6, jit=jit), {"jit": jit}
-    )
+    solved = family.solve(design_table(varied(vary)).rows(0, 4), 6, jit=jit)
+    columns = DesignColumns(DesignMotions(family, solved, {"jit": jit}), names)
     for k in (0, 1):
         t = gimcli.trace(m.with_({"crank.length": vary["crank.length"][k]}), 6)
         assert columns.rows("coupler.angle")[k, :, 0] == pytest.approx(t.angle["coupler"])

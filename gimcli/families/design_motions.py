@@ -1,0 +1,136 @@
+"""The motions of designs that are solved together, each also as the motion of a mechanism of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+
+from gimcli.errors import ModelError
+from gimcli.families.designs import Designs
+from gimcli.families.family import Family
+from gimcli.families.float_tables import FloatTables
+from gimcli.families.input_value import first_crossing, times_of
+from gimcli.mechanism import FloatArray, IntArray, Mechanism
+from gimcli.motion.motion import Motion, stream
+from gimcli.positions.inputs import law_inputs
+from gimcli.positions.options import Options
+from gimcli.status import Status
+
+TOGETHER = 64
+"""Number of designs whose laws are evaluated together, if they differ."""
+
+
+class DesignMotions:
+    """The solved positions of designs, and single designs of them."""
+
+    def __init__(
+        self, family: Family, solved: Designs, options: dict[str, Any], time: FloatArray | None = None
+    ) -> None:
+        self.family, self.solved, self.mechanism = family, solved, family.mechanism
+        self.options = options  # of Family.solve
+        self.time = solved.time[None] if time is None else time  # (designs or 1, rows), normalised
+
+    @property
+    def compiled(self) -> bool:
+        """Whether designs are solved together in compiled code."""
+        return bool(self.options.get("jit") != "off")
+
+    @cached_property
+    def tables(self) -> FloatTables:
+        """The numbers of the plan of each design."""
+        return self.family.tables(self.solved.designs)
+
+    @cached_property
+    def durations(self) -> FloatArray:
+        """The duration of the motion of each design (designs or 1,) [s]."""
+        nominal, last = self.mechanism.duration, len(self.solved.designs) - 1
+        ends = [self.alone(k) for k in (0, last)]
+        if all(own is None or own.duration == nominal for own in ends):
+            return np.array([nominal])
+        return np.array([nominal if own is None else own.duration for own in map(self.alone, range(last + 1))])
+
+    def alone(self, k: int) -> Mechanism | None:
+        """Return a design as a mechanism of its own; None if its dimensions are not possible."""
+        try:
+            return self.mechanism.with_(dict(zip(self.family.names, self.solved.designs[k].tolist(), strict=True)))
+        except ModelError:
+            return None
+
+    def motion(self, k: int) -> Motion | None:
+        """Return the motion of a design as a mechanism of its own; None if its dimensions are not possible."""
+        own = self.alone(k)
+        if own is None:
+            return None
+        solved, nominal = self.solved, self.mechanism
+        z = (nominal.to_file(solved.z[k]) - own.origin) / own.scale
+        inputs = solved.inputs[k % len(solved.inputs)].copy()
+        for number, actuator in enumerate(own.actuators):
+            inputs[number] *= 1.0 if actuator.rotary else nominal.scale / own.scale
+        time = self.time[k % len(self.time)]
+        return Motion(own, time, inputs, z, solved.codes[k], solved.residual[k], np.zeros(len(time)), z[:, 0])
+
+    def again(self, own: Mechanism) -> partial[Iterator[Motion]]:
+        """Return the function that solves the motion of one design by itself, with rows between."""
+        rows = self.solved.codes.shape[1]
+        return partial(stream, own, rows - 1, Options(tolerance=self.family.tolerance, jit="off"), rows=rows)
+
+    def chosen(self, designs: IntArray) -> DesignMotions:
+        """Return some of the designs."""
+        s = self.solved
+        inputs, time = (part if len(part) == 1 else part[designs] for part in (s.inputs, self.time))
+        parts = s.z[designs], s.codes[designs], s.residual[designs]
+        return DesignMotions(self.family, Designs(s.designs[designs], s.time, inputs, *parts, 0), self.options, time)
+
+    def at_input(self, actuator: int, value: float) -> tuple[DesignMotions, IntArray]:
+        """Return motions with a row in which an input first has a value [normal frame], and this row (designs,).
+
+        A row that has no such row beside it is moved there, by the laws. The row is -1 where the value is not reached.
+        """
+        count = len(self.solved.designs)
+        inputs = np.broadcast_to(self.solved.inputs, (count, *self.solved.inputs.shape[1:])).copy()
+        found = first_crossing(inputs[:, actuator], value)
+        between = found.between
+        if not len(between):
+            return self, found.row
+        row, time = found.row[between], np.broadcast_to(self.time, (count, self.time.shape[1])).copy()
+        laws = self._laws(between)
+        ends = time[between, row - 1], time[between, row]
+        time[between, row] = times_of(lambda t: laws(t)[:, actuator], *ends, value)
+        inputs[between, :, row] = laws(time[between, row])
+        inputs[between, actuator, row] = value
+        return self._with_rows(inputs, time, between, row), found.row
+
+    def _laws(self, chosen: IntArray) -> Callable[[FloatArray], FloatArray]:
+        """Return the function of the inputs (designs, actuators) of some designs at a time of each (designs,)."""
+        family, parts = self.family, np.array_split(np.arange(len(chosen)), -(-len(chosen) // TOGETHER))
+
+        def inputs(time: FloatArray) -> FloatArray:
+            if not family.drawn_laws:
+                return law_inputs(self.mechanism)(time).T
+            found = []
+            for part in parts:
+                tables = FloatTables(*(table[chosen[part]] for table in self.tables))
+                found.append(np.einsum("dad->da", family.law_inputs(time[part], tables)))
+            return np.concatenate(found)
+
+        return inputs
+
+    def _with_rows(self, inputs: FloatArray, time: FloatArray, chosen: IntArray, row: IntArray) -> DesignMotions:
+        """Return the motions with one row of some designs at other inputs (designs, actuators, rows) and times."""
+        before = self.solved
+        solved = before
+        if self.compiled:
+            solved = self.family.solve(before.designs, inputs=inputs, **self.options)
+        z, codes, residual = solved.z.copy(), solved.codes.copy(), solved.residual.copy()
+        for d, k in zip(chosen.tolist(), row.tolist(), strict=True):
+            done = self.compiled and codes[d, k] == Status.OK
+            own = None if done or before.codes[d, k - 1] != Status.OK else self.alone(d)
+            if own is not None:
+                motion = next(self.again(own)(between=lambda _, d=d: time[d]))
+                z[d] = (own.to_file(motion.z) - self.mechanism.origin) / self.mechanism.scale
+                codes[d], residual[d] = motion.codes, motion.residual
+        moved = Designs(before.designs, before.time, inputs, z, codes, residual, 0)
+        return DesignMotions(self.family, moved, self.options, time)
