@@ -11,6 +11,7 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.families.column_names import ColumnNames
 from gimcli.families.design_columns import DesignColumns
+from gimcli.families.design_motions import DesignMotions
 from gimcli.families.design_sensitivity import DesignSensitivity, QuantitySlopes, moves_nodes
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
@@ -222,7 +223,7 @@ def _sampled(
     nominals = [one.with_slopes(quantities, solved)[0] for one in reduced]
 
     def numbers(found: Designs) -> FloatArray:
-        columns = DesignColumns(family, ColumnNames(motion.mechanism, family.names), found, {})
+        columns = DesignColumns(DesignMotions(family, found, {}), ColumnNames(motion.mechanism, family.names))
         rows = [np.where(found.good.all(axis=1), one.kept.values(columns), np.nan) for one in reduced]
         return np.stack([(row - own)[:, None] for row, own in zip(rows, nominals, strict=True)])
 
