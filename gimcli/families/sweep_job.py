@@ -100,7 +100,7 @@ class SweepJob:
         names = [name for name, _ in fields]
         for name in names:
             if names.count(name) > 1:
-                raise UsageError(f"keep: two columns would be named '{name}'; remove one")
+                raise UsageError(f"keep: two columns would be named '{name}'; rename the parameter, or keep another")
         return np.dtype(fields)
 
     @property

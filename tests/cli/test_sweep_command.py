@@ -144,13 +144,20 @@ def test_no_design_is_solved(model, tmp_path):
         (["--vary", "crank=1,2", "--best", "2"], "need a goal"),
         (["--vary", "crank=1,2", "--where", "max(B.x)"], "expected a comparison"),
         (["--vary", "crank=1,2", "--goal", "type"], "expected a number"),
-        (["--vary", "crank=1,2", "--keep", "crank.length"], "two columns would be named 'crank.length'"),
+        (["--vary", "crank=1,2", "--keep", "crank.length"], "two columns would be named 'crank.length'; rename"),
         (["--vary", "crank=1,2", "--scheduler", "tcp://x:1", "--workers", "2"], "remove one of them"),
         (["--vary", "crank=1,2", "--resume", "-o", "-"], "resume continues a sweep from its folder"),
     ],
 )
 def test_invalid_options_are_refused(options, message, model):
     assert message in refused("sweep", model, *options)
+
+
+def test_dimensions_without_effect_are_named():
+    notes, m = [], gimcli.load(CRANK_ROCKER)  # its lengths are given: B.y is an initial coordinate
+    vary = {"B.y": [60, 70], "crank": [30, 40], "O4.x": 100, "P.x": [50, 60], "motor.to": [90, 180], "duration": [1, 2]}
+    gimcli.sweep(m, vary, steps=2, notify=notes.append)
+    assert [note.partition(":")[0] for note in notes] == ["vary B.y"]
 
 
 def test_type_needs_a_four_bar():
