@@ -125,8 +125,9 @@ def swept(
     size = chunk_size(mechanism, steps)
     job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, size, notify=notify)
     job.check()
-    for name in _without_effect(job) if notify is not None else ():
-        notify(f"vary {name}: it changes no length, shape or law, so that all its values give the same positions")
+    if notify is not None:
+        for name in _without_effect(job):
+            notify(f"vary {name}: it changes no length, shape or law, so that all its values give the same positions")
     job = _with_kernels(job, folder if resume else None, notify)
     units = {name: dimension(mechanism, name).unit for name in table.names}
     store = None if folder is None else Parts(Path(folder), _header(job), resume)
