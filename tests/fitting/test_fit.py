@@ -13,7 +13,11 @@ from path_problems import NINE_POINT_LENGTHS, PROBLEMS
 
 from gimcli import UsageError, assembled, fit, load, loads, trace
 from gimcli.families.family import Family
+from gimcli.fitting.conditions import DesignQuantities
+from gimcli.fitting.least_squares import FitProblem, Trials
 from gimcli.fitting.motion_quantity import ANGLE, Component, MotionQuantity, X, Y
+from gimcli.library.fit_check import TargetChecker
+from gimcli.library.fit_targets import columns_of, task_of
 
 FOUR_BAR = ROOT / "examples" / "four_bar.yaml"
 
@@ -303,6 +307,28 @@ def test_any_order():
     assert not in_order.error < 1.0
     assert free.dimensions == pytest.approx({"r2": 1.3, "rcx": 2.4}, abs=1e-9)
     assert free["motor"] == pytest.approx([30.0, 210.0, 90.0, 300.0, 150.0], abs=1e-6)
+
+
+def test_the_real_motion_decides():
+    """Designs that meet all targets exactly, but not in order, not over the whole law, or on the other branch."""
+    mechanism = load(FOUR_BAR)
+    path = {r2: trace(mechanism.with_({"r2": r2, "motor.from": 60, "motor.to": 120}), 2).xy["P"] for r2 in (1.5, 2.7)}
+    family, inputs = Family(mechanism, ["r2"]), np.radians([[60.0, 90.0, 120.0]])
+    checked = {}
+    for r2, sense, moved in ((1.5, 1.0, 0.0), (1.5, -1.0, 0.0), (2.7, 1.0, 0.0), (1.5, 1.0, 1.0)):
+        task = task_of(mechanism, columns_of(path[r2]), "free", "P", "")
+        quantity = MotionQuantity(family, task.components)
+        problem = FitProblem(quantity, task.targets, np.array([1.0]), np.array([3.0]), np.array([False]))
+        checker = TargetChecker(problem, task, DesignQuantities(family))
+        if moved:  # the fit has solved another position than that of the model
+            problem.quantity.values = lambda designs, at, own=quantity.values: own(designs, at) + 1.0
+        trial = Trials(np.array([[r2]]), inputs, np.array([sense]), np.zeros(1), np.ones(1))
+        checked[r2, sense, moved] = checker.checked(trial), next(iter(checker.refused), "")
+    assert checked[1.5, 1.0, 0.0][0].error < 1e-20
+    assert "order" in checked[1.5, -1.0, 0.0][1]
+    assert "whole law" in checked[2.7, 1.0, 0.0][1]
+    assert "another branch" in checked[1.5, 1.0, 1.0][1]
+    assert all(found is None for key, (found, _) in checked.items() if key != (1.5, 1.0, 0.0))
 
 
 def test_nothing_feasible(tmp_path):

@@ -75,6 +75,22 @@ def test_periodic_dimensions():
     assert not problem("L5").periodic.any()
 
 
+def test_directions_pass_their_bounds():
+    """From 0.05 to 6.2 rad is a short way over the bounds 0 and 2 pi."""
+    own = FourBarPoint()
+    known = np.array([[4.0, 1.5, 3.5, 3.0, 1.0, 1.0, 6.2, 0.0, 0.0]])
+    inputs = np.linspace(0.0, 5.0, 6)
+    targets = Targets(
+        own.values(known, inputs[None])[0], np.ones(2), np.zeros(2), inputs, "given", FitRange(0, TURN, True)
+    )
+    lower, upper = known[0] - 0.1, known[0] + 0.1
+    lower[6], upper[6] = 0.0, TURN
+    fit = FitProblem(own, targets, lower, upper, np.arange(9) == 6)
+    begin = np.where(np.arange(9) == 6, 0.05, known)
+    found = refined(fit, trials(fit, begin, np.zeros((1, 0)), np.zeros(1)), 60)
+    assert fit.within(found.designs) == pytest.approx(known, abs=1e-9)
+
+
 def test_bounds_hold():
     """The least error of S6 is at two bounds: r1 = 50 and r2 = 5."""
     fit, best = least("S6", 4000)
