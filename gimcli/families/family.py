@@ -209,11 +209,19 @@ class Family:
 
     @cached_property
     def start(self) -> tuple[FloatArray, FloatArray] | None:
-        """The lanes of the nominal start position (lanes,), and the branch signs; None if it is not regular."""
+        """The lanes of the nominal start position (lanes,), and the branch signs; None if it is not regular.
+
+        Without coupled groups the signs, those of the initial coordinates, are enough.
+        """
         mechanism = self.mechanism
         found = start_position(mechanism, self.plan, mechanism.start_inputs, plain, self.tolerance)
-        if not found.regular:
+        if not found.regular and self.plan.coupled:
             return None
+        if not found.regular:
+            drawn = Assembler(mechanism, self.plan, plain, self.tolerance).assemble(
+                mechanism.start_inputs, mechanism.drawn
+            )
+            return np.zeros(self.program.count), drawn.signs
         z = (found.row.x + 1j * found.row.y)[:, None]
         return self._lanes(np.zeros(1), mechanism.start_inputs[:, None], z, found.signs)[0], found.signs
 
@@ -239,7 +247,7 @@ class Family:
         """Return the lanes (rows, lanes) of the nominal rows; only the first one unless `reachable`."""
         assert self.start is not None
         lanes, sign = self.start
-        if not reachable or len(time) == 1:
+        if not reachable or len(time) == 1 or not self.plan.coupled:
             return lanes[None]
         motion = trace(self.mechanism, len(time) - 1, Options(tolerance=self.tolerance))
         rows = self._lanes(time, inputs, motion.z, sign)

@@ -106,6 +106,20 @@ def test_four_bars_by_the_closed_form() -> None:
     assert np.isnan(found.z.transpose(0, 2, 1)[~found.good]).all()
 
 
+@pytest.mark.parametrize("length", [1.0, 11.0], ids=["not assembled", "flat"])
+def test_a_nominal_design_without_a_regular_start(length: float) -> None:
+    """The rod of the nominal design is too short, or just reaches the rocker: |D - B| = 8 - 2, rocker 9 or 5."""
+    text = FOUR_BAR.replace("length: 7", f"length: {length}").replace("from: 20, to: 380", "from: 0, to: 360")
+    m = gimcli.loads(text.replace("D: [6, 0]", "D: [8, 0]").replace("length: 9", f"length: {9 if length < 5 else 5}"))
+    family = Family(m, LENGTHS)
+    designs = random_designs(np.array([6.0, 2.0, 7.0, 9.0]), 500, 0.1)
+    found = family.solve(designs, 72)
+    c, reached = four_bars(designs, np.radians(np.linspace(0, 360, 73)))
+    assert found.careful == 0
+    assert np.array_equal(found.solved, reached)
+    assert np.nanmax(np.abs(m.to_file(found.z[:, m.nodes.index("C")]) - c)[found.good]) < 1e-9
+
+
 def test_the_arc_of_a_design_that_cannot_be_assembled_at_the_first_row() -> None:
     m = gimcli.loads(FOUR_BAR.replace("from: 20, to: 380", "from: 0, to: 180"))
     family = Family(m, LENGTHS)
