@@ -159,7 +159,7 @@ def _spaced(where: str, given: str) -> FloatArray:
 def _array(where: str, given: Any) -> FloatArray:
     try:
         return np.atleast_1d(np.asarray(given, dtype=np.float64))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise UsageError(f"{where}: {FORM}, or an array of values") from None
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -103,6 +104,8 @@ def _value(dimension: Dimension, value: Any, model: Model) -> float | Formula:
             raise UsageError(f"{dimension.name}: expected a number, got '{value}'; {text}") from None
     if isinstance(value, Formula):
         return value
+    if isinstance(value, int) and abs(value) > sys.float_info.max:
+        value = math.inf
     if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
         raise UsageError(f"{dimension.name}: expected a finite number, got {value!r}")
     return float(value)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from collections import OrderedDict
 from collections.abc import Mapping
 from typing import Any
@@ -70,7 +72,7 @@ class HandMotion:
         The request has the key `parameters`: values by name, in the file's units.
         """
         values = request.get("parameters") if isinstance(request, Mapping) and len(request) == 1 else None
-        if not isinstance(values, Mapping) or not all(_is_number(v) and np.isfinite(v) for v in values.values()):
+        if not isinstance(values, Mapping) or not all(_is_number(v) and math.isfinite(v) for v in values.values()):
             raise UsageError("expected an object with the key parameters: an object of finite numbers")
         self.model.set_parameters(values)
         return {"motion": self.model.shown.motion}
@@ -113,10 +115,11 @@ def _checked(request: Any) -> tuple[str, int, dict[str, float], float | None]:
         raise UsageError("motion: expected a whole number")
     if not isinstance(inputs, Mapping) or not all(map(_is_number, inputs.values())):
         raise UsageError("inputs: expected an object of numbers")
-    if time is not None and not (_is_number(time) and np.isfinite(time)):
+    if time is not None and not (_is_number(time) and math.isfinite(time)):
         raise UsageError("time: expected a finite number")
     return page, motion, dict(inputs), time
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    known = isinstance(value, int | float) and not isinstance(value, bool)
+    return known and (isinstance(value, float) or abs(value) <= sys.float_info.max)

@@ -73,6 +73,7 @@ def test_the_last_of_ten_million_designs_costs_no_table():
         ({"a": "10:x:3"}, {}, "'x' is not a finite number"),
         ({"a": "1,,2"}, {}, "'' is not a finite number"),
         ({"a": [1.0, np.nan]}, {}, "finite values"),
+        ({"a": [1, 10**400]}, {}, "an array of values"),
         ({"a": "1_0"}, {}, "'1_0' is not a finite number"),
         ({"a": "-1e308:1e308:3"}, {}, "too large"),
         ({"a": "uniform(-1e308,1e308)"}, {"samples": 5}, "too large"),

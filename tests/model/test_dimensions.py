@@ -173,6 +173,7 @@ def test_formulas_are_values_too():
     ({"other.shape.A.x": 3}, UsageError, "'other.shape.A.x' is not a dimension"),
     ({"a": math.nan}, UsageError, "a: expected a finite number, got nan"),
     ({"a": True}, UsageError, "a: expected a finite number, got True"),
+    ({"a": -(10**5000)}, UsageError, "a: expected a finite number, got inf"),
     ({"a": None}, UsageError, "a: expected a finite number, got None"),
     ({"rod": 3, "rod.length": 4}, UsageError, "two values for one dimension"),
 ])  # fmt: skip

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from live_server import running
 
@@ -95,6 +97,7 @@ def test_values_of_the_command_line_are_those_of_the_file(path):
 @pytest.mark.parametrize(("body", "text"), [
     ({"parameters": {"g": 3}}, "'g' is not a parameter with a number"), ({"parameters": {"x": 3}}, "'x' is not"),
     ({"parameters": {"r": "3"}}, "finite numbers"), ({"parameters": [3]}, "finite numbers"), ([], "an object"),
+    ({"parameters": {"r": 10**400}}, "finite numbers"), ({"parameters": {"r": math.nan}}, "finite numbers"),
     ({"parameters": {"r": True}}, "finite numbers"), ({"parameters": {}, "page": "a"}, "the key parameters"),
 ])  # fmt: skip
 def test_invalid_requests_are_refused(path, body, text):
