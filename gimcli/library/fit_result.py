@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -155,6 +157,12 @@ class FitResult(Result):
                 columns.append(Column(head + name, values[:, k] * factor, unit))
         columns.append(Column("distance", self._distances, self.labelled(0)[1]))
         return Table(tuple(columns))
+
+    def contents(self, paths: Iterable[Path]) -> dict[Path, Any]:
+        """Return the content of each file; of files other than reports None if no design is feasible."""
+        found = super().contents(paths)
+        empty = {path: c for path, c in found.items() if not self.feasible and (isinstance(c, Table) or not c)}
+        return {**found, **dict.fromkeys(empty)}
 
     def checks(self) -> list[str]:
         """Return what was checked on the real motion, as sentences."""

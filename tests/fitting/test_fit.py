@@ -335,23 +335,13 @@ def test_nothing_feasible(tmp_path):
     """A coupler point that stays within 2 of a fixed place cannot reach targets that are 50 apart in order."""
     targets = tmp_path / "far.csv"
     targets.write_text("x,y\n100,0\n100,50\n")
-    done = gim(
-        "fit",
-        FOUR_BAR,
-        "--vary",
-        "r2=30:40",
-        "--through",
-        targets,
-        "--starts",
-        200,
-        "--json",
-        "-o",
-        tmp_path / "f.yaml",
-    )
+    files = [tmp_path / f"f.{suffix}" for suffix in ("yaml", "csv", "npz", "png", "html", "json")]
+    written = [word for file in files for word in ("-o", file)]
+    done = gim("fit", FOUR_BAR, "--vary", "r2=30:40", "--through", targets, "--starts", 200, "--json", *written)
     assert done.code == 5
     assert not done.json["feasible"]
     assert "none of them moves over the whole law" in done.json["reason"]
-    assert not (tmp_path / "f.yaml").exists()
+    assert [file.name for file in files if file.exists()] == ["f.json"]
 
 
 @pytest.mark.parametrize(
