@@ -7,7 +7,7 @@ from contextlib import chdir
 
 import pytest
 import yaml
-from bundled import MODELS
+from bundled import MODELS, ROOT
 from fences import MANUAL
 from in_process import gim
 from typer.main import get_command
@@ -70,6 +70,7 @@ def freed(name, actuator):
 TOLERANCES = {"crank": 0.05, "P.x": 0.02}
 MEASURES = ["-m", "transmission", "-m", "centre:coupler/rocker", "-m", "centre:frame/coupler", "-m", "curvature:P",
             "-m", "advantage:motor/rocker", "-m", "area:coupler"]  # fmt: skip
+TARGETS = str(ROOT / "examples" / "arc.csv")
 CASES = {
     "solve": ("crank_rocker", ["solve"]),
     "solve, velocities": ("crank_rocker", ["solve", "--velocities", "--at", "motor=40"]),
@@ -83,6 +84,8 @@ CASES = {
     "check": ("slider_crank", ["check"]),
     "check, loops": (massive("jansen", duration=2), ["check"]),
     "check, coupled": ("innocenti_group", ["check"]),
+    "fit": ("crank_rocker", ["fit", "--vary", "crank.length=30:45", "--through", TARGETS, "--starts", "20"]),
+    "fit, goal": ("crank_rocker", ["fit", "--vary", "crank.length=30:45", "--goal", "max(P.y)", "--starts", "20"]),
     "workspace": ("five_bar", ["workspace", "--grid", "6"]),
     "workspace, ranges": (changed("five_bar", actuators=moved("five_bar", by=60)), ["workspace"]),
     "workspace, paths": ("chebyshev", ["workspace"]),
