@@ -84,6 +84,20 @@ class Family:
         found = self.maker.tangents(many)
         return found if np.ndim(designs) == 2 else FloatTables(*(table[0] for table in found))
 
+    def without_effect(self, *designs: FloatArray) -> list[str]:
+        """Return the dimensions whose values in designs (designs, dimensions) change neither positions nor time.
+
+        Such as initial coordinates of nodes whose distances are given, and masses.
+        """
+        found, values = [], np.concatenate(designs)
+        for k, name in enumerate(self.names):
+            tried = np.tile(self.nominal, (len(values) + 1, 1))
+            tried[1:, k] = values[:, k]
+            same = (np.array_equal(t, np.broadcast_to(t[:1], t.shape), equal_nan=True) for t in self.tables(tried))
+            if name != "duration" and (tried[:, k] != tried[0, k]).any() and all(same):
+                found.append(name)
+        return found
+
     def law_inputs(self, time: FloatArray, tables: FloatTables) -> FloatArray:
         """Return the inputs (designs or 1, actuators, rows) at times (rows,)."""
         shared = law_inputs(self.mechanism)(time)[None]

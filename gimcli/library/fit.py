@@ -92,6 +92,8 @@ def fit(
         raise UsageError(f"vary: {', '.join(names)}: a dimension is named twice; remove one")
     with explained(mechanism):
         family = Family(mechanism, names)
+    for name in family.without_effect(lower[None], upper[None]):
+        raise UsageError(f"vary {name}: it changes no length, shape or law, so that it cannot be fitted; remove it")
     quantities = DesignQuantities(family, [where] if isinstance(where, str) and where else tuple(where), goal)
     report = progress("fitting")
     if task is None:

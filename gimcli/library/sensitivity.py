@@ -104,9 +104,9 @@ def sensitivity(
     given = np.flatnonzero(allowed > 0.0)
     count = (SAMPLES if len(given) else 0) if samples is None else samples
     if count and not len(given):
-        raise UsageError(
-            "samples: no dimension has a tolerance; add `tolerances: {NAME: VALUE}` to the model, or remove samples"
-        )
+        own = ", ".join(tolerances(mechanism))
+        why = f"those with a tolerance ({own}) move no node, or are not chosen" if own else "none has a tolerance"
+        raise UsageError(f"samples: {why}; add `tolerances: {{NAME: VALUE}}` of others to the model, or remove samples")
     result = SensitivityResult(mechanism, motion, whole, quantities, reduced, chosen, rows, allowed, distribution)
     result.fixed = fixed
     result.left_out = tuple(name for name in tolerances(mechanism) if name not in {one.name for one in chosen})

@@ -194,7 +194,7 @@ class SensitivityResult(Result):
         if self.spread is None:
             text = f"{name}: {one.name} has the largest effect, {_with_unit(effects[first], unit)}{average}"
             return LargestEffect(one.name, text, float("nan"))
-        share = float(effects[first] ** 2 / np.sum(effects**2))
+        share = float(1.0 / np.sum((effects / effects[first]) ** 2))
         own = self.units[k]
         allowed = _with_unit(self.tolerances[first], self.unit_of(one))
         text = (

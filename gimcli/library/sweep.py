@@ -126,25 +126,12 @@ def swept(
     job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, size, notify=notify)
     job.check()
     if notify is not None:
-        for name in _without_effect(job):
+        for name in job.family.without_effect(job.table.rows(0, 1), job.table.rows(table.count - 1, table.count)):
             notify(f"vary {name}: it changes no length, shape or law, so that all its values give the same positions")
     job = _with_kernels(job, folder if resume else None, notify)
     units = {name: dimension(mechanism, name).unit for name in table.names}
     store = None if folder is None else Parts(Path(folder), _header(job), resume)
     return SweepUnderWay(SweepRun(job, store, workers, scheduler, progress("designs")), units)
-
-
-def _without_effect(job: SweepJob) -> list[str]:
-    """Return the dimensions whose values change no number of the plan, such as initial coordinates and masses."""
-    ends = np.concatenate([job.table.rows(0, 1), job.table.rows(job.table.count - 1, job.table.count)])
-    found = []
-    for k, name in enumerate(job.table.names):
-        designs = np.tile(job.family.nominal, (3, 1))
-        designs[1:, k] = ends[:, k]
-        same = (np.array_equal(t, np.broadcast_to(t[:1], t.shape), equal_nan=True) for t in job.family.tables(designs))
-        if name != "duration" and (designs[:, k] != designs[0, k]).any() and all(same):
-            found.append(name)
-    return found
 
 
 def _with_kernels(job: SweepJob, resumed: Path | str | None, notify: Notify | None) -> SweepJob:

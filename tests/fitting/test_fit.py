@@ -358,6 +358,7 @@ def test_nothing_feasible(tmp_path):
         (["--vary", "r2=1:3", "--through", "f.csv"], "--output"),
         (["--vary", "r2=1:3", "--through", "f.csv", "--output", "follow.angle"], "follower.angle"),
         (["--vary", "r2=1:3", "--through", "w.csv"], "line 3"),
+        (["--vary", "r2=1:3", "--vary", "B.y=1:3", "--through", "t.csv"], "vary B.y: it changes no length"),
         (["--vary", "r2=1:3", "--through", "s.csv"], "semicolons"),
         (["--vary", "r2=1:3", "--through", "two.csv"], "input and motor are the same"),
         (["--vary", "r2=-1e308:1e308", "--through", "t.csv"], "finite"),

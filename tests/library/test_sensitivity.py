@@ -270,7 +270,7 @@ def test_dimensions_that_redundant_constraints_fix_are_left_out():
     ({"of": "at(B.x, motor=30)"}, "ask for the position: --at motor=30"),
     ({"of": "solved + max(B.x)"}, "'solved'"),
     ({"by": "rod"}, "'rod' is not a dimension"),
-    ({"samples": 10}, "no dimension has a tolerance"),
+    ({"samples": 10}, "samples: none has a tolerance"),
     ({"of": "B", "steps": 10_000_000, "jit": "on"}, "use fewer steps"),
     ({"distribution": "triangular"}, "distribution: expected one of normal, uniform"),
     ({"engine": 30}, "no actuator 'engine'"),
@@ -278,6 +278,14 @@ def test_dimensions_that_redundant_constraints_fix_are_left_out():
 def test_wrong_arguments_are_refused(arguments, message):
     with pytest.raises(UsageError, match=message):
         gimcli.sensitivity(four_bar(), **arguments)
+
+
+@pytest.mark.filterwarnings("error")
+def test_tolerances_that_move_no_node_or_hardly_one():
+    with pytest.raises(UsageError, match="those with a tolerance \\(duration\\) move no node"):
+        gimcli.sensitivity(four_bar(tolerances={"duration": 0.1}), "B", motor=30, samples=10)
+    found = gimcli.sensitivity(four_bar(tolerances={"crank": 1e-300}), "follower", motor=30, samples=0)
+    assert found.most["follower.angle"].share == 1.0
 
 
 def test_files(tmp_path):
