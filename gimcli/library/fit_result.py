@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.fitting.motion_quantity import ANGLE
+from gimcli.fitting.targets import GIVEN
 from gimcli.library.fit_targets import FittedTask
 from gimcli.library.result import Result
 from gimcli.library.rounding import number
@@ -126,10 +127,10 @@ class FitResult(Result):
 
     @property
     def _inputs(self) -> FloatArray:
-        """The inputs (targets,) in the file's unit, of a turning input from the start of its law."""
+        """The inputs (targets,) in the file's unit; unknown ones of a turning input are in its first turn."""
         assert self.found is not None
         limits, inputs = self.task.targets.range, self.found.inputs
-        if limits.turning:
+        if limits.turning and self.task.targets.timing != GIVEN:
             inputs = limits.low + (inputs - limits.low) % (limits.high - limits.low)
         return np.asarray(self.nominal.value_to_file(0, inputs))
 

@@ -135,7 +135,8 @@ def input_range(mechanism: Mechanism) -> FitRange:
     start, values = float(law(np.zeros(1))[0]), law(np.linspace(0.0, 1.0, 361))
     low, high = float(values.min()), float(values.max())
     if mechanism.actuators[0].rotary and high - low >= TURN * (1.0 - 1e-9):
-        return FitRange(start, start + TURN, True)
+        low = start - TURN if float(law(np.ones(1))[0]) < start else start
+        return FitRange(low, low + TURN, True)
     if not high > low:
         raise UsageError(f"the law of {mechanism.actuators[0].name} does not move; give it `from` and `to`")
     return FitRange(low, high, False)

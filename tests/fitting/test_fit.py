@@ -296,6 +296,21 @@ def test_dimensions_that_made_the_targets(model, point, names):
     assert [found.dimensions[name] for name in names] == pytest.approx(values, rel=1e-5)
 
 
+@pytest.mark.parametrize("law", [(360, 0), (150, 20), (20, 150), (-90, 270)])
+@pytest.mark.parametrize("timing", ["free", "given", "step"])
+def test_laws(law, timing):
+    """Increasing and decreasing laws, of a full turn and less."""
+    mechanism = load(FOUR_BAR).with_({"motor.from": law[0], "motor.to": law[1]})
+    known = trace(mechanism.with_({"r2": 1.3, "rcx": 2.4}), 12)
+    rows = [1, 3, 6, 8, 11]
+    targets = {"x": known.xy["P"][rows, 0], "y": known.xy["P"][rows, 1]}
+    if timing != "free":
+        targets["motor"] = known["motor"][rows]
+    found = fit(mechanism, {"r2": (1, 2), "rcx": (1, 4)}, targets, timing=timing, starts=60)
+    assert found.dimensions == pytest.approx({"r2": 1.3, "rcx": 2.4}, abs=1e-8)
+    assert found["motor"] == pytest.approx(known["motor"][rows], abs=1e-5)
+
+
 def test_any_order():
     """Points of a curve in another order: no fit passes them in order, one passes them."""
     mechanism = load(FOUR_BAR)
