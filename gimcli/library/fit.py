@@ -140,11 +140,17 @@ def _bounds(vary: Mapping[str, tuple[float, float]]) -> tuple[FloatArray, FloatA
     """Return the least and greatest values (dimensions,)."""
     if not vary:
         raise UsageError("vary: name at least one dimension and its bounds")
+    pairs = []
     for name, bounds in vary.items():
-        if len(bounds) != 2 or not math.isfinite(bounds[1] - bounds[0]) or bounds[0] >= bounds[1]:
+        try:
+            low, high = map(float, bounds)
+        except (TypeError, ValueError, OverflowError):
+            low = high = math.nan
+        if not math.isfinite(high - low) or low >= high:
             raise UsageError(f"vary {name}: expected a least and a greater finite value, such as 10 and 60")
-    pairs = np.array([list(map(float, bounds)) for bounds in vary.values()])
-    return pairs[:, 0], pairs[:, 1]
+        pairs.append((low, high))
+    lower, upper = np.array(pairs).T
+    return lower, upper
 
 
 def _problem(

@@ -47,14 +47,22 @@ def columns_of(
     if isinstance(through, Path | str):
         return _read(Path(through))
     if not isinstance(through, Mapping):
-        pairs = np.asarray(through, dtype=float)
+        pairs = _array(through)
         if pairs.ndim != 2 or pairs.shape[1] != 2:
             raise UsageError("through: expected a file, a dict of columns, or rows of x and y")
         through = {"x": pairs[:, 0].tolist(), "y": pairs[:, 1].tolist()}
-    found = {str(name): np.asarray(values, dtype=float) for name, values in through.items()}
-    if len({len(values) for values in found.values()}) > 1 or not all(np.isfinite(v).all() for v in found.values()):
+    found = {str(name): _array(values) for name, values in through.items()}
+    alike = len({values.shape for values in found.values()}) <= 1 and all(values.ndim == 1 for values in found.values())
+    if not alike or not all(np.isfinite(values).all() for values in found.values()):
         raise UsageError("through: expected columns of finite numbers with the same number of rows")
     return found
+
+
+def _array(values: object) -> FloatArray:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise UsageError("through: expected rows or columns of finite numbers, all of the same length") from None
 
 
 def _read(path: Path) -> dict[str, FloatArray]:

@@ -411,6 +411,24 @@ def test_fitted_file_of_another_assembly(tmp_path):
     assert path[[1, 3, 5, 8]] == pytest.approx(targets, abs=1e-8)
 
 
+@pytest.mark.parametrize(
+    "through",
+    [
+        [[1, 2], [1]], [["a", "b"]], [[1, 2, 3]], [1, 2], {"x": ["a", 1], "y": [1, 2]}, {"x": 1, "y": 2},
+        {"x": [[1], [2]], "y": [[1], [2]]}, {"x": [1, 2], "y": [1]}, {"x": [1, 10**400], "y": [1, 2]},
+    ],
+)  # fmt: skip
+def test_targets_that_are_no_columns_are_refused(through):
+    with pytest.raises(UsageError, match="^through: expected"):
+        fit(load(FOUR_BAR), {"r2": (1.0, 1.8)}, through)
+
+
+@pytest.mark.parametrize("bounds", [3, None, (1,), (1, 2, 3), (2, 1), (1, "b"), "1:2", (1, 10**400), (0, math.inf)])
+def test_bounds_that_are_no_pair_are_refused(bounds):
+    with pytest.raises(UsageError, match="^vary r2: expected a least and a greater finite value"):
+        fit(load(FOUR_BAR), {"r2": bounds}, [[1, 2], [2, 3]])
+
+
 def test_a_dimension_named_twice_is_refused():
     with pytest.raises(UsageError, match="twice"):
         fit(loads(SLIDER_CRANK), {"crank": (10, 20), "crank.length": (10, 20)}, goal="-range(B.x)")
