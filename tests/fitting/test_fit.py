@@ -419,13 +419,13 @@ def test_fitted_file_of_another_assembly(tmp_path):
     ],
 )  # fmt: skip
 def test_targets_that_are_no_columns_are_refused(through):
-    with pytest.raises(UsageError, match="^through: expected"):
+    with pytest.raises(UsageError, match=r"^through: expected"):
         fit(load(FOUR_BAR), {"r2": (1.0, 1.8)}, through)
 
 
 @pytest.mark.parametrize("bounds", [3, None, (1,), (1, 2, 3), (2, 1), (1, "b"), "1:2", (1, 10**400), (0, math.inf)])
 def test_bounds_that_are_no_pair_are_refused(bounds):
-    with pytest.raises(UsageError, match="^vary r2: expected a least and a greater finite value"):
+    with pytest.raises(UsageError, match=r"^vary r2: expected a least and a greater finite value"):
         fit(load(FOUR_BAR), {"r2": bounds}, [[1, 2], [2, 3]])
 
 
