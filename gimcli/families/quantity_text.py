@@ -21,7 +21,7 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.mechanism import FloatArray
 
-MOST_LETTERS, MOST_LEVELS = 2000, 50
+MOST_LETTERS, MOST_LEVELS = 1000, 50
 """Largest length of a text, and of its brackets inside one another."""
 
 REDUCTIONS = ("min", "max", "range", "mean", "rms")
