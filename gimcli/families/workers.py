@@ -12,6 +12,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from importlib import import_module
 from itertools import islice
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from gimcli.errors import UsageError
@@ -20,6 +22,8 @@ from gimcli.version import __version__
 
 RESTARTS = 3
 """Number of times that workers are started again without a finished chunk in between."""
+
+GUARD = 'a script that uses workers needs the line: if __name__ == "__main__":'
 
 ANSWER = "10s"
 """Time in which a Dask scheduler must answer."""
@@ -35,36 +39,48 @@ def run_here(job: SweepJob, numbers: Sequence[int]) -> Iterator[tuple[int, Rows]
 
 
 def run_on_processes(job: SweepJob, numbers: Sequence[int], workers: int) -> Iterator[tuple[int, Rows]]:
-    """Yield chunks in the order in which local processes finish them."""
-    from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+    """Yield chunks in the order in which local processes finish them; new processes replace those that end."""
     from concurrent.futures.process import BrokenProcessPool
-    from multiprocessing import get_context
+    from multiprocessing import current_process
 
+    if getattr(current_process(), "_inheriting", False):  # a new worker that imports a script without this line
+        raise UsageError(f"workers: a worker starts no workers; {GUARD}")
     threads = max(1, (os.cpu_count() or 1) // workers)
-    sent = pickle.dumps(replace(job, threads=threads))
     left, restarts = list(numbers), 0
-    while left:
-        waiting = iter(list(left))
-        pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (sent,))
-        try:
-            running = {pool.submit(_run, k): k for k in islice(waiting, AHEAD * workers)}
-            while running:
-                for done in wait(running, return_when=FIRST_COMPLETED).done:
-                    number = running.pop(done)
-                    rows = done.result()
+    with TemporaryDirectory() as folder:  # a long message to a process that ended would block for ever
+        sent = Path(folder) / "job"
+        sent.write_bytes(pickle.dumps(replace(job, threads=threads)))
+        while left:
+            try:
+                for number, rows in _of_processes(sent, list(left), workers):
                     left.remove(number)
                     restarts = 0
                     yield number, rows
-                    running |= {pool.submit(_run, k): k for k in islice(waiting, 1)}
-        except BrokenProcessPool:
-            restarts += 1
+            except BrokenProcessPool:
+                restarts += 1
             if restarts > RESTARTS:
                 raise UsageError(
-                    f"workers: the processes ended {restarts} times without a result; use fewer workers, or look for"
-                    " the cause in the messages above (memory?)"
-                ) from None
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+                    f"workers: the processes ended {restarts} times without a result, for lack of memory for example:"
+                    f" use fewer workers; {GUARD}"
+                )
+
+
+def _of_processes(sent: Path, numbers: Sequence[int], workers: int) -> Iterator[tuple[int, Rows]]:
+    """Yield chunks of the job in a file; raise BrokenProcessPool if a process ends."""
+    from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+    from multiprocessing import get_context
+
+    waiting = iter(numbers)
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (sent,))
+    try:
+        running = {pool.submit(_run, k): k for k in islice(waiting, AHEAD * workers)}
+        while running:
+            for done in wait(running, return_when=FIRST_COMPLETED).done:
+                number = running.pop(done)
+                yield number, done.result()
+                running |= {pool.submit(_run, k): k for k in islice(waiting, 1)}
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def run_on_cluster(job: SweepJob, numbers: Sequence[int], scheduler: str) -> Iterator[tuple[int, Rows]]:
@@ -100,10 +116,10 @@ _job: SweepJob | None = None
 _sent: bytes = b""
 
 
-def _begin(sent: bytes) -> None:
+def _begin(sent: Path) -> None:
     """Begin a local process: an interrupt from the terminal ends the main process only, which ends the others."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _receive(sent)
+    _receive(sent.read_bytes())
 
 
 def _receive(sent: bytes) -> SweepJob:

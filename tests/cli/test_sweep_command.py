@@ -293,6 +293,19 @@ def test_a_process_that_is_killed_loses_nothing(small_chunks):
     assert killed
 
 
+@pytest.mark.soak
+def test_workers_of_a_script_that_starts_them_on_import(tmp_path):
+    """Each worker imports the script, which begins the sweep again: it is refused, also with a large table."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        f"import gimcli\nm = gimcli.load({str(CRANK_ROCKER)!r})\n"
+        "gimcli.sweep(m, {'crank.length': '30:50:9000'}, keep='max(P.y)', workers=2)\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 1
+    assert 'needs the line: if __name__ == "__main__":' in done.stderr
+
+
 def test_a_cluster_loses_nothing_with_one_of_its_two_workers(small_chunks):
     distributed = pytest.importorskip("distributed")
     killed = []
