@@ -14,6 +14,7 @@ from importlib import import_module
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from threading import Thread
 from typing import Any
 
 from gimcli.errors import UsageError
@@ -119,7 +120,18 @@ _sent: bytes = b""
 def _begin(sent: Path) -> None:
     """Begin a local process: an interrupt from the terminal ends the main process only, which ends the others."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with_parent, daemon=True).start()
     _receive(sent.read_bytes())
+
+
+def _end_with_parent() -> None:
+    """End this process when the main process has ended without ending it, such as by SIGKILL."""
+    from multiprocessing import parent_process
+
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _receive(sent: bytes) -> SweepJob:

@@ -294,6 +294,22 @@ def test_a_process_that_is_killed_loses_nothing(small_chunks):
 
 
 @pytest.mark.soak
+def test_workers_end_with_a_main_process_that_is_killed(tmp_path):
+    options = ["--vary=crank.length=30:50:300", "--vary=O4.x=90:110:300", "--workers=2", "-o", str(tmp_path / "a.csv")]
+    command = [sys.executable, "-m", "gimcli", "sweep", str(CRANK_ROCKER), *options]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    end = time.monotonic() + 60.0
+    while not list(tmp_path.glob("a.parts/part-*.npy")) and time.monotonic() < end:
+        time.sleep(0.005)
+    process.kill()
+    process.wait()
+    with pytest.raises(ProcessLookupError):
+        while time.monotonic() < end:
+            os.killpg(process.pid, 0)
+            time.sleep(0.05)
+
+
+@pytest.mark.soak
 def test_workers_of_a_script_that_starts_them_on_import(tmp_path):
     """Each worker imports the script, which begins the sweep again: it is refused, also with a large table."""
     script = tmp_path / "script.py"
