@@ -26,7 +26,7 @@ class FollowingConstants:
     """Constants of the path following."""
 
     rows: int = 2048  # in one block, which then fits into the processor cache
-    many: int = 256  # number of rows from which on all are solved in one compiled call
+    many: int = 16  # number of rows from which on all are solved in one compiled call
     growth: float = 1.75  # factor of the small steps that lead to the second row
     steps: int = 14  # number of these steps
     first: tuple[float, ...] = (1 / 512, 1 / 64, 1 / 8, 1.0)  # fractions of the first step, if these steps fail

@@ -249,14 +249,20 @@ class BranchFollower(BranchState):
         block = self.evaluate(np.array([time]), before)
         return block.rows()[0]
 
+    def _solves(self, times: FloatArray) -> bool:
+        """Solve rows that only lead to others; return whether all are solved."""
+        if self.run is jit.compiled:
+            return not self._march(FollowedPath.empty(len(self.mechanism.nodes), times, self.inputs(times)), 0)[1]
+        block = self.evaluate(times, self.log)
+        self.remember(block.rows())
+        return block.end == len(block.time)
+
     def _set_out(self, time: float) -> bool:
         """Solve the second row in increasing steps from very small ones, because the speed is not known yet."""
         start = self.log[-1].time
         growing = start + (time - start) * self.constants.growth ** np.arange(-self.constants.steps, 1.0)
         growing[-1] = time
-        block = self.evaluate(growing, self.log)
-        self.remember(block.rows())
-        if block.end == len(block.time):
+        if self._solves(growing):
             return True
         ends = start + (time - start) * np.array(self.constants.first)
         return all(self._crosses(float(end)) for end in ends if end > self.log[-1].time)

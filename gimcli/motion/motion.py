@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
-from gimcli.motion.branch_state import FollowingConstants
 from gimcli.motion.follow import FollowedPath, Meeting, Stop
 from gimcli.motion.law_follower import LawFollower
 from gimcli.motion.legs import STEPS_A_TURN
@@ -142,7 +141,7 @@ def stream(
     options = options or Options()
     inputs = law_inputs(mechanism)
     plan = make_plan(mechanism, closed_forms=options.method != "newton")
-    kernels, work = kernel_names(plan, steps + 1), plan_work(plan, max(steps, STEPS_A_TURN))
+    kernels, work = kernel_names(plan), plan_work(plan, max(steps, STEPS_A_TURN))
     run = choose(options.jit, with_earlier(work, kernels) if notify is None else work, notify, kernels)
     start = _start(mechanism, plan, run, options.tolerance)
     require_driven_if_doubtful(mechanism, plan, start.regular)
@@ -188,11 +187,9 @@ def _starts(mechanism: Mechanism) -> dict[tuple[Plan, float], Assembly]:
     return {}
 
 
-def kernel_names(plan: Plan, rows: int) -> tuple[str, ...]:
+def kernel_names(plan: Plan) -> tuple[str, ...]:
     """Return the names of the compiled kernels that a motion uses."""
-    if not plan.coupled:
-        return ("march_dyads",)
-    return ("march", "solve_group") if rows >= FollowingConstants.many else ("solve_group",)
+    return ("march", "solve_group") if plan.coupled else ("march_dyads",)
 
 
 def _with_offset(progress: Progress, done: int, total: int) -> Progress:

@@ -98,7 +98,7 @@ def test_a_variant_contains_stubs_and_has_a_file_of_its_own(compiled):
 def test_the_kernel_of_a_motion_has_the_name_by_which_its_cache_is_found(name, tmp_path, monkeypatch):
     monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
     program = plan_program(mechanism := load(MODELS / f"{name}.yaml"), make_plan(mechanism))
-    names = kernel_names(make_plan(mechanism), 1000)
+    names = kernel_names(make_plan(mechanism))
     own = jit._compiled.__wrapped__(march.march, False, program.variant)
     assert own._cache._stem.split("-")[0].split(".")[1] in names
 

@@ -72,4 +72,4 @@ def test_only_calls_of_the_library_are_added(cached):
     assert dispatch._done == {}
     motion.trace(mechanism, 72)
     motion.trace(mechanism, 72)
-    assert dispatch._done == {("solve_group",): pytest.approx(2 * dispatch.plan_work(make_plan(mechanism), 90))}
+    assert dispatch._done == {("march", "solve_group"): pytest.approx(2 * dispatch.plan_work(make_plan(mechanism), 90))}
