@@ -151,7 +151,7 @@ def _print(result: FitResult) -> None:
     for line in result.checks():
         typer.echo(line)
     counts, what = result.counts, "goal" if result.kind == "goal" else "error"
+    hits = f"{counts.hits} {'fit has' if counts.hits == 1 else 'fits have'}"
     typer.echo(
-        f"{counts.hits} fits have this {what}; {counts.started} of {counts.drawn} random designs were refined (seed"
-        f" {counts.seed})"
+        f"{hits} this {what}; {counts.started} of {counts.drawn} random designs were refined (seed {counts.seed})"
     )

@@ -191,7 +191,7 @@ def _print_spread(found: SensitivityResult, report: dict[str, Any]) -> None:
     from gimcli.cli.console import print_table
     from gimcli.table import labelled
 
-    head = ["quantity", "worst case", "RSS", "sd, first order", "at"]
+    head = ["quantity", "worst case", "RSS", "sd, first order"]
     sampled, spread = found.sampled, found.spread
     if spread is None:
         return
@@ -204,10 +204,10 @@ def _print_spread(found: SensitivityResult, report: dict[str, Any]) -> None:
         if sampled is not None:
             for value, error in ((sampled.deviation, sampled.deviation_error), (sampled.mean, sampled.mean_error)):
                 cells.append(f"{value[k, row]:.4g} ± {error[k, row]:.2g}")
-        where = _where(found, report[name]["sd"]) if found.by_rows else ""
-        rows.append((labelled(name, found.units[k]), *cells, where))
+        where = (_where(found, report[name]["sd"]),) if found.by_rows else ()
+        rows.append((labelled(name, found.units[k]), *cells, *where))
     title = "Spread within the tolerances" + (", where it is largest" if found.by_rows else "")
-    print_table(title, head, rows, right=range(1, len(head) - 1))
+    print_table(title, (*head, *(("at",) if found.by_rows else ())), rows, right=range(1, len(head)))
     if found.left_out:
         typer.echo(f"without the tolerances of {', '.join(found.left_out)}")
     if sampled is not None:

@@ -110,6 +110,8 @@ class ColumnNames:
         near = guess(name, words)
         if f"{name}.length" in self.dimensions:
             near = f"did you mean '{name}.length'?"
+        elif f"{name}.angle" in self.needs:
+            near = f"did you mean '{name}.angle'?"
         if near.startswith("known:"):
             near = f"known: {', '.join(words[:LISTED])}, ..."
         return UsageError(f"no column, measure or dimension '{name}'; {near}")

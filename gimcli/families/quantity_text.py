@@ -160,7 +160,9 @@ class _QuantityReader:
             raise UsageError(f"{self.where}: a text of {len(self.text)} letters; at most {MOST_LETTERS} are possible")
         found = self.either()
         if self._rest():
-            raise self.error(f"expected the end or an operator, got '{self._rest()}'")
+            rest = self._rest()
+            hint = "; the sign of equality is ==" if rest.startswith("=") else ""
+            raise self.error(f"expected the end or an operator, got '{rest}'{hint}")
         return found
 
     def either(self) -> QuantityPart:

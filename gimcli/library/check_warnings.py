@@ -15,7 +15,7 @@ Where = tuple[str | int, ...]
 def check_warnings(mechanism: Mechanism, report: dict[str, Any], error: str) -> list[dict[str, str]]:
     """Return the warnings about a mechanism; `error` is why it has no motion, if it has none."""
     found: list[tuple[Where, str]] = [((), error)] if error else []
-    found += [*_rigid(mechanism), *_drawing(mechanism, report), *_limits(mechanism, report), *_loops(report)]
+    found += [*_rigid(mechanism), *_drawing(mechanism, report), *_limits(mechanism, report, not error), *_loops(report)]
     found += _remarks(mechanism, moves=not error)
     return [{"where": _place(mechanism, where), "text": text} for where, text in found]
 
@@ -68,11 +68,18 @@ def _drawing(mechanism: Mechanism, report: dict[str, Any]) -> Iterator[tuple[Whe
         )
 
 
-def _limits(mechanism: Mechanism, report: dict[str, Any]) -> Iterator[tuple[Where, str]]:
+def _limits(mechanism: Mechanism, report: dict[str, Any], moves: bool) -> Iterator[tuple[Where, str]]:
     if report["start"] not in (None, "regular"):
         yield (
             (),
             f"the inputs do not determine the initial configuration ({report['start']}): use other initial coordinates",
+        )
+    start = {one["name"]: one["law"][0] for one in report["inputs"]}
+    if moves and not report["solved"] and any(one["moves"] for one in report["inputs"]):
+        yield (
+            ("actuators", next(iter(start))),
+            f"there is no position at the start of the law, {at_inputs(mechanism, start)}: use a law within the"
+            " range on the circuit, or other lengths",
         )
     limit = {one["name"]: one["limit"] for one in report["inputs"] if one["limit"] is not None and one["moves"]}
     if limit:

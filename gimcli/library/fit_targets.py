@@ -202,7 +202,11 @@ def _function(
     mechanism: Mechanism, own: dict[str, FloatArray], output: str
 ) -> tuple[FloatArray, FloatArray, tuple[Component, ...], str, FloatArray]:
     if list(own) != ["output"] or not output:
-        cure = "name it with --output, such as --output rocker.angle" if not output else "expected input,output"
+        cure = (
+            "name it with --output, such as --output rocker.angle"
+            if not output
+            else "the file needs the columns input,output"
+        )
         raise UsageError(f"through: the output of a function: {cure}")
     name, _, last = output.rpartition(".")
     nothing = np.empty((len(own["output"]), 0, 2))

@@ -1,4 +1,4 @@
-"""Contours of a quantity over two others: bands between levels, lines with their values, blank where there is none."""
+"""Contours of a quantity over two others: bands, lines with their values, points where the neighbours have none."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.output.graph import Axis
 from gimcli.output.picture import Frame, Picture, Text
-from gimcli.output.style import INK, Fill, Pen
+from gimcli.output.style import INK, Fill, Mark, Pen
 from gimcli.output.ticks import short
 from gimcli.table import labelled
 
@@ -25,6 +25,12 @@ LIGHT, DARK = (246, 249, 252), (92, 146, 200)
 """Colours (red, green, blue) of the lowest and of the highest band."""
 
 LINE = Pen(0.9, INK, layer=5)
+
+ALONE = Mark("o", 5.0, face=INK)
+"""Mark of a value without neighbours."""
+
+MOST_WRITTEN = 12
+"""Largest number of these values that are written."""
 
 SHORTEST = 0.12
 """Least length of a line with its value, relative to the width of the axes."""
@@ -51,7 +57,22 @@ def contour_picture(across: Axis, up: Axis, name: Axis, x: FloatArray, y: FloatA
         lines = [_complex(line) for line in found.lines(level)]
         picture.stroke(LINE, *lines)
         _write_value(picture, level, lines)
+    _mark_alone(picture, x, y, values)
     return picture
+
+
+def _mark_alone(picture: Picture, x: FloatArray, y: FloatArray, values: FloatArray) -> None:
+    """Mark the values that are not part of an area; write them if they are few and there is no area."""
+    known = np.pad(np.isfinite(values), 1)
+    cells = known[:-1, :-1].astype(int) + known[1:, :-1] + known[:-1, 1:] + known[1:, 1:] >= 3  # of four corners
+    inside = cells[:-1, :-1] | cells[1:, :-1] | cells[:-1, 1:] | cells[1:, 1:]
+    rows, columns = np.nonzero(np.isfinite(values) & ~inside)
+    places = _complex(np.column_stack([x[columns], y[rows]]))
+    picture.mark(ALONE, *places)
+    if len(places) <= MOST_WRITTEN and not inside.any():
+        up = 0.04 * (picture.frame.high - picture.frame.low).imag
+        for place, value in zip(places, values[rows, columns], strict=True):
+            picture.texts.append(Text(complex(place) + 1j * up, f"{value:.4g}", halo=True))
 
 
 def _levels(low: float, high: float) -> list[float]:

@@ -100,6 +100,7 @@ def test_values_that_are_not_defined_are_empty():
         ("(" * 60 + "1" + ")" * 60, "more than 50"), ("1+" * 1500 + "1", "at most 1000"),
         ("mean(transmission:rod/rocker)", "no member, sliding pair or linear actuator 'rod'"),
         ("__import__", "no column"), ("crank", "did you mean 'crank.length'"),
+        ("min(P.x) = 3", "the sign of equality is =="),
     ],
 )  # fmt: skip
 def test_invalid_texts_are_refused(text, message):

@@ -293,6 +293,14 @@ def test_warnings_name_the_line_and_the_remedy(name, tmp_path):
     assert line is None or f"{path}:{line}: " in found
 
 
+def test_a_law_that_starts_where_nothing_can_be_assembled_is_reported():
+    """At 0 degrees |A G| is d - a = 40, less than b - c = 50; at 40 degrees the linkage is assembled."""
+    for start, missing in ((0, True), (40, False)):
+        found = report(four_bar(120.0, 80.0, 110.0, 60.0, law={"from": start, "to": 60}))
+        texts = [one["text"] for one in found["warnings"]]
+        assert any("no position at the start of the law, motor = 0 deg" in text for text in texts) == missing
+
+
 def test_a_plate_drawn_as_a_mirror_image_is_reported():
     model = four_bar(100.0, 40.0, 120.0, 80.0)
     plate = {"nodes": ["A", "B", "P"], "shape": {"A": [0, 0], "B": [120, 0], "P": [60, 50]}}

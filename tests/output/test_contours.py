@@ -52,3 +52,25 @@ def test_constants_have_no_lines(value):
     found = picture(np.full((len(Y), len(X)), value))
     assert not any(found.strokes.values())
     assert sum(bands(found)) == pytest.approx(0.0 if np.isnan(value) else 4.0)
+
+
+def test_values_without_neighbours_are_marked_and_written():
+    values = np.full((len(Y), len(X)), np.nan)
+    values[40, 50], values[120, 150], values[120, 151] = 2.5, 7.0, 8.0  # one alone, two side by side
+    found = picture(values)
+    (places,) = found.marks.values()
+    assert places == pytest.approx([-0.5 - 0.5j, 0.5 + 0.5j, 0.51 + 0.5j])
+    assert [text.text for text in found.texts] == ["2.5", "7", "8"]
+
+
+def test_values_beside_an_area_are_marked_only():
+    values = np.full((len(Y), len(X)), np.nan)
+    values[40, 50], values[80:82, 100:102] = 2.5, 1.0
+    found = picture(values)
+    assert [place for places in found.marks.values() for place in places] == pytest.approx([-0.5 - 0.5j])
+    assert "2.5" not in [text.text for text in found.texts]
+
+
+def test_areas_have_no_marks():
+    x, _ = np.meshgrid(X, Y)
+    assert not any(picture(np.where(x > 0.0, np.nan, x)).marks.values())
