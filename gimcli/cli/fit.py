@@ -80,7 +80,7 @@ def command(
     ] = "",
     where: Annotated[
         list[str],
-        typer.Option("--where", metavar="TEXT", help="Condition: min(transmission) > 40; repeatable.",
+        typer.Option("--where", metavar="TEXT", help="Condition: range(P.y) > 40; repeatable.",
                      rich_help_panel=TARGETS),
     ] = NONE,
     any_order: Annotated[

@@ -78,7 +78,7 @@ def command(
         typer.Option("--keep", metavar="QUANTITY", rich_help_panel=KEPT,
                      help='Such as "range(P.y)", "min(transmission)", type; repeatable.'),
     ] = NONE,
-    where: Annotated[str, typer.Option("--where", metavar="CONDITION", help='Such as "min(transmission) > 40".',
+    where: Annotated[str, typer.Option("--where", metavar="CONDITION", help='Such as "range(P.y) > 40".',
                                        rich_help_panel=KEPT)] = "",
     goal: Annotated[str, typer.Option("--goal", metavar="QUANTITY", help="Least in the best designs.",
                                       rich_help_panel=KEPT)] = "",

@@ -1,4 +1,4 @@
-"""Conditions on designs, such as `min(transmission) > 40`, and how far a design is from them."""
+"""Conditions on designs, such as `range(P.y) > 40`, and how far a design is from them."""
 
 from __future__ import annotations
 

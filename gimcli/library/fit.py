@@ -61,7 +61,7 @@ def fit(
         point: the node or point for places and poses; by default the first of `trace`.
         output: the angle or coordinate for a function, such as "rocker.angle" or "P.x".
         goal: instead of targets: a quantity that is least, in the form of `sweep`, such as "-range(P.y)".
-        where: conditions on the fitted design, in the form of `sweep`, such as "min(transmission) > 40" or
+        where: conditions on the fitted design, in the form of `sweep`, such as "range(P.y) > 40" or
             "type == 'crank-rocker'"; one text or a list. Inequalities can be active.
         any_order: with timing "free": the targets may follow each other in any order.
         starts: number of random designs.

@@ -62,7 +62,7 @@ def sweep(
         seed: of the sample; the same seed gives the same designs.
         keep: one text or a list, such as "range(P.y)", "min(transmission)", "at(P.y, motor=30)", "type"; by default the
             ranges of the traced points and the number of solved rows.
-        where: condition that kept designs satisfy, such as "min(transmission) > 40".
+        where: condition that kept designs satisfy, such as "range(P.y) > 40".
         goal: quantity that is least in the best designs, such as "-range(P.y)".
         best: number of best designs that are kept; 0: all designs.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
