@@ -88,6 +88,11 @@ class TableMaker:
         return FloatTables(*tables)
 
 
+def with_inputs(table: FloatArray, inputs: int) -> FloatArray:
+    """Return derivatives (designs, dimensions, ...) with those by inputs after them; they are 0."""
+    return np.concatenate([table, np.zeros((len(table), inputs, *table.shape[2:]))], axis=1)
+
+
 def spans(mechanism: Mechanism) -> IntArray:
     """Return the first row of each member in `FloatTables.shapes`, and their number."""
     return np.cumsum([0, *(len(member.nodes) for member in mechanism.members)])

@@ -223,13 +223,16 @@ class PositionAngle(PositionQuantity):
 
     def values(self, at: PositionState) -> FloatArray:
         """Return the values (designs, rows)."""
-        first, second = (1.0 + 0.0j if one is None else one.value(at) for one in (self.arrow, self.other))
-        found = np.angle(first * np.conj(second)) * (self.turn / (2.0 * np.pi))
-        return np.asarray(np.broadcast_to(found, (len(at.z), at.z.shape[2])))
+        return self.directions(at) * (self.turn / (2.0 * np.pi))
 
     def slopes(self, at: PositionState, by: PositionSlopes) -> FloatArray:
         """Return the derivatives (designs, dimensions + inputs, rows)."""
         return self.turning(at, by) * (self.turn / (2.0 * np.pi))
+
+    def directions(self, at: PositionState) -> FloatArray:
+        """Return the values [rad]."""
+        first, second = (1.0 + 0.0j if one is None else one.value(at) for one in (self.arrow, self.other))
+        return np.asarray(np.broadcast_to(np.angle(first * np.conj(second)), (len(at.z), at.z.shape[2])))
 
     def turning(self, at: PositionState, by: PositionSlopes) -> FloatArray:
         """Return the derivatives [rad]."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.families.float_tables import FloatTables
+from gimcli.families.float_tables import FloatTables, with_inputs
 from gimcli.kernels import sensitivity as kernels
 from gimcli.kernels.lanes import WIDTH, aligned
 from gimcli.kernels.march import Groups
@@ -120,7 +120,7 @@ def position_derivatives(
 def _kernel_tangents(tangents: FloatTables, inputs: int, by_inputs: int) -> kernels.Tangents:
     """Return derivatives with those by the inputs appended to the axis of the dimensions; they change no number."""
     vz, lv, reach, gvz, gev, frame = (
-        np.concatenate([table, np.zeros((len(table), by_inputs, *table.shape[2:]))], axis=1)
+        with_inputs(table, by_inputs)
         for table in (tangents.vz, tangents.lv, tangents.reach, tangents.gvz, tangents.gev, tangents.frame)
     )
     moved = np.zeros((vz.shape[1], inputs))
