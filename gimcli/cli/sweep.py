@@ -20,9 +20,9 @@ from gimcli.cli.arguments import (
     Png,
     Set,
     Tolerance,
+    pairs,
 )
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
-from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
     from gimcli.library.sweep import SweepResult
@@ -108,7 +108,7 @@ def command(
     from gimcli.library.sweep import SweepResult, swept
 
     outputs = Outputs(SweepResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
-    given = _variations(vary)
+    given = pairs(vary, "--vary", "NAME=VALUES, such as crank.length=30:50:21")
     mechanism = outputs.loaded(assembly, tolerance=tolerance, changes=changes)
     tables = outputs.files.of("table", "arrays")
     folder = tables[0].with_suffix(".parts") if tables else None
@@ -125,19 +125,6 @@ def command(
         raise typer.Exit(130) from None
     begun.clear()
     outputs.finish(found, _print)
-
-
-def _variations(vary: list[str]) -> dict[str, str]:
-    """Return the values of --vary by the names of the dimensions."""
-    values: dict[str, str] = {}
-    for text in vary:
-        name, equals, given = text.partition("=")
-        if not equals:
-            raise UsageError(f"--vary {text}: expected NAME=VALUES, such as crank.length=30:50:21")
-        if name in values:
-            raise UsageError(f"--vary {text}: '{name}' already has values; give it once")
-        values[name] = given
-    return values
 
 
 def _print_interrupted(done: int, chunks: int, folder: Path | None) -> None:
