@@ -91,6 +91,18 @@ def test_a_slider_moves_the_mechanism_to_the_positions_of_solve(browser, norton)
         assert page.faults() == []
 
 
+def test_a_row_chosen_before_a_position_by_hand_is_drawn_is_reported(browser, norton):
+    with running(norton, steps=36) as client:
+        page = LivePage(browser, client)
+        page.script("gim.set({row: 9})")
+        page.until("document.querySelector('#live input').value === '90'")
+        page.script(
+            "window.heard = 0; gim.addEventListener('row', () => window.heard++);"
+            "gim.pose([[0, 0], [100, 0], [30, 30], [90, 60]]); gim.set({row: 9})"
+        )
+        page.until("window.heard === 1")
+
+
 def test_a_saved_file_is_shown_and_its_errors(browser, norton):
     text = norton.read_text()
     with running(norton, steps=36) as client:

@@ -238,6 +238,7 @@ class App {
     const [x, y] = this.data.origin;
     this.posed = xy === null && status === "ok" && !text ? null
       : { xy: xy && Float64Array.from(xy.flatMap(([px, py]) => [px - x, py - y])), text, status, reason };
+    if (this.posed) this.notified = null;  // also if a row is chosen before the next refresh
     this.redraw();
   }
 }
