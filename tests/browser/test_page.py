@@ -258,7 +258,7 @@ def played(page, seconds, each=0.05):
         )  # fmt: skip
         if rows:
             return rows
-        page.set(playing=False)  # a frame that was asked for before is still to come
+        page.set(playing=False, row=0)  # a frame that was asked for before is still to come
         time.sleep(0.1)
     return []
 
