@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gimcli.families.family import Family
-from gimcli.families.float_tables import FloatTables
+from gimcli.families.float_tables import FloatTables, with_inputs
 from gimcli.families.position_quantities import PositionQuantity, PositionSlopes, PositionState
 from gimcli.families.redundant_dimensions import contradicting
 from gimcli.families.sensitivity import BoolArray, position_derivatives
@@ -47,7 +47,7 @@ class DesignSensitivity:
         self._chosen = [order.index(name) for name in dimensions]
         units = [mechanism.value_from_file(k, 1.0) - mechanism.value_from_file(k, 0.0) for k in range(len(actuators))]
         self._units = np.array([*[1.0] * len(own), *units])
-        self._padded = FloatTables(*(_with_zeros(table, len(actuators)) for table in self.tangents))
+        self._padded = FloatTables(*(with_inputs(table, len(actuators)) for table in self.tangents))
 
     def __call__(self, z: ComplexArray, inputs: FloatArray) -> QuantitySlopes:
         """Return the quantities in solved rows z (nodes, rows) with inputs (actuators, rows)."""
@@ -90,7 +90,3 @@ def moves_nodes(tangents: FloatTables) -> BoolArray:
     """Return which dimensions (dimensions,) change a length, an angle or a place of the mechanism."""
     tables = (table[0].reshape(table.shape[1], -1) for table in tangents[:-1])  # without the laws
     return np.asarray(np.any([np.any(table != 0.0, axis=1) for table in tables], axis=0))
-
-
-def _with_zeros(table: FloatArray, inputs: int) -> FloatArray:
-    return np.concatenate([table, np.zeros((len(table), inputs, *table.shape[2:]))], axis=1)

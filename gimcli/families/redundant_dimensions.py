@@ -6,6 +6,7 @@ import numpy as np
 
 from gimcli.families.position_quantities import GuideNormal, NodeArrow, PositionSlopes, PositionState
 from gimcli.families.sensitivity import BoolArray
+from gimcli.kernels.plan_steps import Program
 from gimcli.mechanism import ANGLE, SPAN, FloatArray, Mechanism
 from gimcli.positions.program import plan_program
 from gimcli.structure.plan import make_plan
@@ -42,6 +43,6 @@ def _error_slope(mechanism: Mechanism, number: int, at: PositionState, by: Posit
     return np.asarray((np.conj(normal) * change).real + (np.conj(turned) * arm).real - value)
 
 
-def _vector(tables: object, number: int) -> GuideNormal:
-    u, v = tables.vi[number][:2]  # type: ignore[attr-defined]
+def _vector(tables: Program, number: int) -> GuideNormal:
+    u, v = tables.vi[number][:2]
     return GuideNormal(number, NodeArrow(int(u), int(v)) if u >= 0 else None)
