@@ -199,6 +199,7 @@ class Mechanism:
     gauges: tuple[Input, ...] = field(default=(), repr=False)  # quantities that springs and dampers measure
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)  # its source files, never overwritten
     path: Path | None = field(default=None, repr=False, compare=False)  # of the model file, the first of `files`
+    left_out: tuple[str, ...] = field(default=(), repr=False, compare=False)  # of another program's file: sentences
     written: Any = field(default=None, repr=False, compare=False)  # as written: gimcli.model.written.Written
 
     def __repr__(self) -> str:

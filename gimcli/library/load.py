@@ -1,4 +1,4 @@
-"""Load a mechanism from a model file, from YAML text or from a dict."""
+"""Load a mechanism from a model file, from a file of another program, from YAML text or from a dict."""
 
 from __future__ import annotations
 
@@ -6,14 +6,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from gimcli.errors import ModelError
 from gimcli.mechanism import Mechanism
+
+YAML = (".yaml", ".yml")
+"""Suffixes of model files; the content of other files may be in the format of another program."""
 
 
 def load(model: Path | str | Mapping[str, Any], folder: Path | str | None = None) -> Mechanism:
-    """Load a mechanism from a model file, or from a dict with the keys of a model file.
+    """Load a mechanism from a model file, a file of another program, or a dict with the keys of a model file.
 
     Args:
-        model: path of the file, or the dict.
+        model: path of the file, or the dict. The file of another program, or the address (URL) in which it keeps a
+            mechanism, is converted; `left_out` of the mechanism names what did not come over.
         folder: folder of the tables that the model names; by default the folder of the file, for a dict the current
             folder.
 
@@ -24,11 +29,45 @@ def load(model: Path | str | Mapping[str, Any], folder: Path | str | None = None
         ModelError: the model has errors. The message has one line for each; `.faults` is the list of these lines. They
             name line and column of a file, or the keys of a dict.
     """
-    from gimcli.model.read import read_data, read_file
+    from gimcli.model.read import read_data
 
     if isinstance(model, Mapping):
         return read_data(model, Path(folder or ""))
-    return read_file(Path(model), None if folder is None else Path(folder))
+    return _from_file(model, None if folder is None else Path(folder))
+
+
+def _from_file(model: Path | str, folder: Path | None) -> Mechanism:
+    """Return the mechanism of a model file, or of a file or an address of another program."""
+    from gimcli.model.read import read_file
+
+    path = Path(model)
+    if path.suffix.lower() not in YAML and (found := _converted(model, folder)) is not None:
+        return found
+    try:
+        return read_file(path, folder)
+    except ModelError:
+        if path.suffix.lower() in YAML and (found := _converted(model, folder)) is not None:
+            return found
+        raise
+
+
+def _converted(model: Path | str, folder: Path | None) -> Mechanism | None:
+    """Return the mechanism of a file of another program; None if the content is in no known format."""
+    from gimcli.exchange.content import content_of, is_address
+    from gimcli.exchange.registry import draft_of
+    from gimcli.model.read import read_converted
+
+    address = is_address(model)
+    text = str(model) if address else content_of(Path(model))
+    source = "<address>" if address else str(model)
+    draft = draft_of(text, source)
+    if draft is None and address:
+        raise ModelError([f"{source}: not an address of a known program; give a file, or an address with a mechanism"])
+    if draft is None:
+        return None
+    path = None if address else Path(model)
+    data = draft.model()
+    return read_converted(data, source, draft.left_out, path, folder)
 
 
 def loads(text: str, folder: Path | str = "") -> Mechanism:

@@ -44,6 +44,20 @@ def read_data(data: Mapping[str, Any], folder: Path) -> Mechanism:
     return _mechanism(source, folder, NAME)
 
 
+def read_converted(
+    data: Mapping[str, Any], source: str, left_out: Sequence[str], path: Path | None, folder: Path | None
+) -> Mechanism:
+    """Validate and compile the data of a model that comes from a file of another program; errors name keys.
+
+    `left_out` names what did not come over; `source` names the file in messages, `path` is None for an address.
+    """
+    text = yaml.dump(_plain(data, ()), Dumper=_Quoting, sort_keys=False, allow_unicode=True, width=float("inf"))
+    own = read_yaml(text, Path(source))
+    own.by_line = False
+    folder = folder or (path.parent if path else Path())
+    return replace(_mechanism(own, folder, path.stem if path else NAME, path), left_out=tuple(left_out))
+
+
 class _Quoting(yaml.SafeDumper):
     """YAML dumper that quotes all text, so that none is read as a number."""
 

@@ -1,0 +1,245 @@
+"""From a draft to the data of a model file: joints are merged, slots get guides, bodies become members."""
+
+from __future__ import annotations
+
+import cmath
+from itertools import combinations
+from typing import Any
+
+from gimcli.exchange.draft import GROUND, PARALLEL, BodyLoad, Draft, Slot, Turn, free_name
+
+REACH = 0.25
+"""Distance of an added guide node from its joint, relative to the size of the mechanism."""
+
+
+def model_of(draft: Draft) -> dict[str, Any]:
+    """Return the data of the model of a draft."""
+    return Assembling(draft).model()
+
+
+class Assembling:
+    """The nodes, members and pairs that a draft becomes."""
+
+    def __init__(self, draft: Draft) -> None:
+        self.draft = draft
+        self.places = dict(draft.joints)
+        if not self.places:
+            raise draft.refusal(f"no joints found: this is not a mechanism of {draft.program}")
+        points = list(self.places.values())
+        self.size = max(
+            abs(a - b) for a in (_corner(points, min), points[0]) for b in (_corner(points, max), points[0])
+        )
+        self.same = {name: name for name in self.places}
+        self._merge()
+        self.bodies = {name: list(dict.fromkeys(self.same[j] for j in own)) for name, own in draft.bodies.items()}
+        self.ground = list(dict.fromkeys(self.same[j] for j in draft.ground))
+        self.fixed: set[str] = set()
+        self._absorb()
+        self.prismatic: dict[str, dict[str, Any]] = {}
+        self.guides: dict[str, list[str]] = {}
+        for slot in draft.slots:
+            self._slot(slot)
+
+    # -- joints and bodies ----------------------------------------------------------------------
+
+    def _merge(self) -> None:
+        """Let joints of one body that coincide be one node."""
+        near = max(self.draft.resolution, 1e-9 * self.size)
+        for own in self.draft.bodies.values():
+            for a, b in combinations(own, 2):
+                first, second = self.same[a], self.same[b]
+                if first != second and abs(self.places[first] - self.places[second]) <= near:
+                    self.same.update({k: first for k, v in self.same.items() if v == second})
+
+    def _absorb(self) -> None:
+        """Add to the ground the bodies that share two nodes with it."""
+        found = True
+        while found:
+            found = False
+            for name, own in self.bodies.items():
+                if name not in self.fixed and self._apart(set(own) & set(self.ground)):
+                    self.ground += [node for node in own if node not in self.ground]
+                    self.fixed.add(name)
+                    found = True
+
+    def _apart(self, nodes: set[str]) -> bool:
+        return any(abs(self.places[a] - self.places[b]) > 1e-9 * self.size for a, b in combinations(nodes, 2))
+
+    def _carrier(self, name: str) -> str:
+        return GROUND if name == GROUND or name in self.fixed else name
+
+    def _nodes(self, carrier: str) -> list[str]:
+        return self.ground if carrier == GROUND else self.bodies[carrier]
+
+    def _add(self, carrier: str, name: str, place: complex) -> str:
+        """Add a node to a carrier; return its name."""
+        own = free_name(name, self.places)
+        self.places[own] = place
+        self._nodes(carrier).append(own)
+        return own
+
+    # -- slots ----------------------------------------------------------------------------------
+
+    def _slot(self, slot: Slot) -> None:
+        node, carrier, body = self.same[slot.joint], self._carrier(slot.carrier), slot.body
+        direction = slot.direction
+        if body and self._carrier(body) == GROUND:  # the carrier slides along the body
+            body, carrier = carrier, GROUND
+        guide = self._guide(slot, node, carrier, direction)
+        part: dict[str, Any] = {"node": node}
+        if body and len(self.bodies[body]) > 1:
+            part = {"nodes": [node, self._second(node, body, direction)]}
+        own = free_name(slot.name, self.prismatic)
+        self.prismatic[own] = {**part, "guide": guide}
+        offset = self._offset(node, guide)
+        if abs(offset) > max(self.draft.resolution, 1e-9 * self.size):
+            self.prismatic[own]["offset"] = offset
+        self.guides[slot.name] = [own, *guide]
+
+    def _guide(self, slot: Slot, node: str, carrier: str, direction: complex) -> list[str]:
+        """Return two nodes of the carrier along the line of sliding; add them where there are none."""
+        if slot.guide is not None:
+            return [self.same[slot.guide[0]], self.same[slot.guide[1]]]
+        here = self.places[node]
+        for a, b in combinations([n for n in self._nodes(carrier) if n != node], 2):
+            if self._along(self.places[b] - self.places[a], direction) and self._along(
+                self.places[a] - here, direction
+            ):
+                forward = ((self.places[b] - self.places[a]) / direction).real > 0.0
+                return [a, b] if forward else [b, a]
+        reach = REACH * (self.size or 1.0) * direction
+        return [self._add(carrier, f"{node}_{end}", here + sign * reach) for end, sign in (("from", -1), ("to", 1))]
+
+    def _along(self, vector: complex, direction: complex) -> bool:
+        """Return whether a vector is parallel to a direction, within the resolution of the file."""
+        across = abs((vector / direction).imag)
+        return across <= max(self.draft.resolution, PARALLEL * self.size)
+
+    def _second(self, node: str, body: str, direction: complex) -> str:
+        """Return another node of a sliding body on the line of sliding; add one where there is none."""
+        here = self.places[node]
+        for other in self.bodies[body]:
+            if other != node and self._along(self.places[other] - here, direction):
+                return other
+        return self._add(body, f"{node}_block", here + REACH * (self.size or 1.0) * direction)
+
+    def _offset(self, node: str, guide: list[str]) -> float:
+        a, b = (self.places[n] for n in guide)
+        return float(((self.places[node] - a) * ((b - a) / abs(b - a)).conjugate()).imag)
+
+    # -- inputs ---------------------------------------------------------------------------------
+
+    def _turn(self, turn: Turn) -> dict[str, Any]:
+        body, reference = self._carrier(turn.body), self._carrier(turn.reference)
+        keys = dict(turn.keys)
+        if body == GROUND:
+            body, reference = reference, GROUND
+        pivot = self.same[turn.pivot]
+        arm = self._other(body, pivot, turn.name)
+        own: dict[str, Any] = {"type": "rotary", "pivot": pivot, "arm": arm}
+        if reference != GROUND:
+            own["reference"] = self._other(reference, pivot, turn.name)
+        return {**own, **keys}
+
+    def _other(self, body: str, pivot: str, name: str) -> str:
+        """Return the node of a body farthest from a pivot; a tracer becomes a node where there is none."""
+        nodes = [n for n in self.bodies.get(body, []) if self._apart({n, pivot})]
+        if nodes:
+            return max(nodes, key=lambda n: abs(self.places[n] - self.places[pivot]))
+        for tracer, (owner, place) in self.draft.tracers.items():
+            if owner == body and abs(place - self.places[pivot]) > 1e-9 * self.size:
+                return self._add(body, tracer, place)
+        raise self.draft.refusal(f"input {name}: the link that it turns has no second joint")
+
+    def _travel(self, name: str, keys: dict[str, Any]) -> dict[str, Any]:
+        own = dict(keys)
+        if "slot" not in own:
+            return {**own, "nodes": [self.same[n] for n in own["nodes"]]}
+        pair, *guide = self.guides[own.pop("slot")]
+        part = self.prismatic[pair]
+        return {"type": "linear", "node": part.get("node") or part["nodes"][0], "guide": guide, **own}
+
+    # -- the data -------------------------------------------------------------------------------
+
+    def model(self) -> dict[str, Any]:
+        """Return the data of the model, its sections in the usual order."""
+        draft = self.draft
+        inputs = {free_name(t.name, draft.travels): self._turn(t) for t in draft.turns}
+        inputs |= {name: self._travel(name, keys) for name, keys in draft.travels.items()}
+        members = {n: own for n, own in self.bodies.items() if n not in self.fixed and len(own) > 1}
+        if not members and not self.prismatic:
+            raise draft.refusal(f"no moving links found: this is not a mechanism of {draft.program}")
+        used = {*self.ground, *(n for own in members.values() for n in own), *self._slid()}
+        data: dict[str, Any] = {
+            "name": draft.name, "source": f"converted from {draft.program}", "units": self._units(),
+            "nodes": {n: [z.real, z.imag] for n, z in self.places.items() if n in used},
+            "ground": self.ground,
+            "links": {n: own for n, own in members.items() if len(own) == 2},
+            "elements": {n: own for n, own in members.items() if len(own) > 2},
+            "prismatic": self.prismatic, "actuators": inputs, "points": self._points(members),
+            "duration": draft.duration, "masses": self._masses(members),
+            "gravity": None if draft.gravity is None else [draft.gravity.real, draft.gravity.imag],
+            "loads": {load.name: own for load in draft.loads if (own := self._load(load, members))},
+        }  # fmt: skip
+        return {key: value for key, value in data.items() if value not in (None, "", {})}
+
+    def _slid(self) -> list[str]:
+        return [n for p in self.prismatic.values() for n in [*p["guide"], *p.get("nodes", []), p.get("node", "")] if n]
+
+    def _units(self) -> dict[str, str]:
+        own = {"length": self.draft.length}
+        return {**own, "mass": self.draft.mass} if self.draft.masses and self.draft.mass != "kg" else own
+
+    def _points(self, members: dict[str, list[str]]) -> dict[str, Any]:
+        found = {}
+        for name, (body, place) in self.draft.tracers.items():
+            owner = self._carrier(body)
+            if name in self.places:
+                continue
+            if owner in members or owner == GROUND:
+                found[name] = {"on": owner, "at": [place.real, place.imag]}
+            else:
+                self.draft.left_out.append(f"point {name} is left out: its link {body} has one joint and may turn")
+        return found
+
+    def _masses(self, members: dict[str, list[str]]) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for one in self.draft.masses:
+            owner = self._carrier(one.body)
+            if owner == GROUND or not (one.mass or one.inertia):
+                continue
+            if owner not in members:  # a point mass
+                nodes = self.bodies.get(owner, [])
+                if nodes:
+                    found[nodes[0]] = {"mass": found.get(nodes[0], {"mass": 0.0})["mass"] + one.mass}
+                continue
+            own: dict[str, Any] = {"mass": one.mass}
+            if one.inertia is not None:
+                own["inertia"] = one.inertia
+            if one.centre is not None:
+                first, second = (self.places[n] for n in members[owner][:2])
+                local = (one.centre - first) * cmath.exp(-1j * cmath.phase(second - first))
+                own["centre"] = [local.real, local.imag]
+            found[owner] = own
+        return found
+
+    def _load(self, load: BodyLoad, members: dict[str, list[str]]) -> dict[str, Any] | None:
+        owner = self._carrier(load.body)
+        if owner == GROUND:
+            self.draft.left_out.append(f"load {load.name} is left out: it acts on the ground")
+            return None
+        if owner not in members:
+            nodes = self.bodies.get(owner, [])
+            if not nodes:
+                return None
+            return {"on": nodes[0], "force": [load.force.real, load.force.imag]}
+        own: dict[str, Any] = {"on": owner, "at": [load.at.real, load.at.imag]}
+        force = load.force
+        if load.follower:
+            first, second = (self.places[n] for n in members[owner][:2])
+            force *= cmath.exp(-1j * cmath.phase(second - first))
+        return {**own, "follower" if load.follower else "force": [force.real, force.imag]}
+
+
+def _corner(points: list[complex], end: Any) -> complex:
+    return complex(end(z.real for z in points), end(z.imag for z in points))

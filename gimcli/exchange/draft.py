@@ -1,0 +1,157 @@
+"""A mechanism as read from a file of another program, and the model that it becomes.
+
+The programs draw one assembled position: joints with coordinates, and rigid bodies that share joints. A reader adds the
+joints, bodies, slots, inputs, tracers, masses and loads of its file to a `Draft`; `Draft.model` returns the plain data
+of a model file. It merges joints of a body that coincide, adds the bodies that are fixed to the ground, adds guide nodes
+where a slot has none, and leaves out what has no effect.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from gimcli.errors import ModelError
+
+GROUND = "ground"
+
+PARALLEL = 1e-9
+"""Largest sine of the angle between a slot and a line through two joints that is its guide."""
+
+
+@dataclass
+class Slot:
+    """A joint that slides along a line fixed to a carrier; `body` is the one that slides, "" if it may turn."""
+
+    name: str
+    joint: str
+    carrier: str
+    direction: complex
+    body: str = ""
+    guide: tuple[str, str] | None = None
+
+
+@dataclass
+class Turn:
+    """A rotary input: the angle of `body` against `reference` about a joint."""
+
+    name: str
+    pivot: str
+    body: str
+    reference: str
+    keys: dict[str, Any]
+
+
+@dataclass
+class BodyMass:
+    """The mass of a body; without `centre` the centre of mass is the mean of its joints."""
+
+    body: str
+    mass: float
+    inertia: float | None
+    centre: complex | None
+
+
+@dataclass
+class BodyLoad:
+    """A force at a point of a body; `follower`: it turns with the body."""
+
+    name: str
+    body: str
+    at: complex
+    force: complex
+    follower: bool
+
+
+@dataclass
+class Draft:
+    """The mechanism of another program's file; all coordinates are those of its drawn position, y upwards.
+
+    `resolution`: distance below which two joints of a body coincide, the last digit of the file's coordinates.
+    `left_out`: sentences that name what the file has and the model has not, as the motion does not depend on it.
+    """
+
+    program: str
+    source: str
+    name: str = ""
+    length: str = "unit"  # a unit of the model file
+    mass: str = "kg"
+    resolution: float = 0.0
+    duration: float | None = None
+    gravity: complex | None = None
+    joints: dict[str, complex] = field(default_factory=dict)
+    bodies: dict[str, list[str]] = field(default_factory=dict)
+    ground: list[str] = field(default_factory=list)
+    slots: list[Slot] = field(default_factory=list)
+    turns: list[Turn] = field(default_factory=list)
+    travels: dict[str, dict[str, Any]] = field(default_factory=dict)
+    tracers: dict[str, tuple[str, complex]] = field(default_factory=dict)
+    masses: list[BodyMass] = field(default_factory=list)
+    loads: list[BodyLoad] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+
+    # -- what readers call ----------------------------------------------------------------------
+
+    def joint(self, name: str, place: complex) -> str:
+        """Add a joint; return its name, which is changed if another joint has it."""
+        if not (math.isfinite(place.real) and math.isfinite(place.imag)):
+            raise self.refusal(f"joint {name}: the coordinates are not finite numbers")
+        own = free_name(name, self.joints)
+        self.joints[own] = place
+        return own
+
+    def body(self, name: str, joints: Iterable[str]) -> str:
+        """Add a rigid body with its joints; return its name, which is changed if another body has it."""
+        own = free_name(name, [*self.bodies, GROUND])
+        self.bodies[own] = list(dict.fromkeys(joints))
+        return own
+
+    def fix(self, *joints: str) -> None:
+        """Fix joints to the ground."""
+        self.ground += [name for name in joints if name not in self.ground]
+
+    def slot(
+        self, name: str, joint: str, carrier: str, direction: complex, *, body: str = "",
+        guide: tuple[str, str] | None = None,
+    ) -> None:  # fmt: skip
+        """Let a joint slide along a line through its place, fixed to a carrier: a body or GROUND.
+
+        With `body` the joint is a block of this body, which slides without turning against the carrier. `guide`: two
+        joints of the carrier on the line, if the file names them.
+        """
+        self.slots.append(Slot(name, joint, carrier, direction / abs(direction), body, guide))
+
+    def rotary(self, name: str, pivot: str, body: str, reference: str = GROUND, **keys: Any) -> None:
+        """Add a rotary input, with further keys of an actuator, such as law={"by": 360}."""
+        self.turns.append(Turn(name, pivot, body, reference, keys))
+
+    def linear(self, name: str, a: str, b: str, **keys: Any) -> None:
+        """Add a linear input that drives the distance of two joints."""
+        self.travels[free_name(name, self.travels)] = {"type": "linear", "nodes": [a, b], **keys}
+
+    def slider(self, name: str, slot: str, **keys: Any) -> None:
+        """Add a linear input that drives the travel of the joint of a slot, positive along its direction."""
+        self.travels[free_name(name, self.travels)] = {"slot": slot, **keys}
+
+    def refusal(self, text: str) -> ModelError:
+        """Return the error for a part of the file that cannot become a model."""
+        return ModelError([f"{self.source}: {text}"])
+
+    # -- the model ------------------------------------------------------------------------------
+
+    def model(self) -> dict[str, Any]:
+        """Return the data of a model file; raise ModelError if no mechanism is left."""
+        from gimcli.exchange.assembling import model_of
+
+        return model_of(self)
+
+
+def free_name(name: str, taken: Iterable[str]) -> str:
+    """Return a name as a model file can have it, with a number if it is taken."""
+    plain = " ".join("".join(c if c.isprintable() else " " for c in name).split()) or "unnamed"
+    known, own, number = set(taken), plain, 2
+    while own in known:
+        own, number = f"{plain}_{number}", number + 1
+    return own

@@ -1,0 +1,69 @@
+"""The formats of other programs, the detection of a format from the content, and its reader or writer."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+if TYPE_CHECKING:
+    from gimcli.exchange.draft import Draft
+    from gimcli.exchange.pose import DrawnPose
+
+
+class Reader(Protocol):
+    """What the module of a format that can be read defines."""
+
+    def recognises(self, text: str) -> bool:
+        """Return whether a text is probably in this format; texts of other formats and damaged texts are told apart."""
+        ...
+
+    def read(self, text: str, source: str) -> Draft:
+        """Return the mechanism of a text; `source` names the file in messages.
+
+        Raises ModelError for a damaged text, and for a part that the mechanism's motion depends on but that models of
+        gim cannot express.
+        """
+        ...
+
+
+class Writer(Protocol):
+    """What the module of a format that can be written defines."""
+
+    def write(self, pose: DrawnPose) -> str:
+        """Return the text of a mechanism; append to `pose.left_out` what the format cannot express."""
+        ...
+
+
+class Format(NamedTuple):
+    """A format of another program."""
+
+    name: str  # as users know it
+    module: str  # in this package
+    reads: bool = True
+    writes: str = ""  # word of `gim convert --to`; empty: the format is not written
+    suffix: str = ""  # of files that are written in this format
+
+
+FORMATS: tuple[Format, ...] = ()
+"""All formats; content is offered to them in this order."""
+
+
+def module_of(form: Format) -> Reader:
+    """Import the module of a format."""
+    return import_module(f"gimcli.exchange.{form.module}")  # type: ignore[return-value]
+
+
+def writer_of(form: Format) -> Writer:
+    """Import the module of a format that can be written."""
+    return import_module(f"gimcli.exchange.{form.module}")  # type: ignore[return-value]
+
+
+def draft_of(text: str, source: str) -> Draft | None:
+    """Return the mechanism of a text in the format of another program; None if it is in none of them.
+
+    `source` names the file in messages. Raises ModelError for a damaged text and for parts that cannot be converted.
+    """
+    for form in FORMATS:
+        if form.reads and (module := module_of(form)).recognises(text):
+            return module.read(text, source)
+    return None
