@@ -6,7 +6,7 @@ import cmath
 from itertools import combinations
 from typing import Any
 
-from gimcli.exchange.draft import GROUND, PARALLEL, BodyLoad, Draft, Slot, Turn, free_name
+from gimcli.exchange.draft import GROUND, PARALLEL, BodyLoad, Draft, DraftSlot, Turn, free_name
 
 REACH = 0.25
 """Distance of an added guide node from its joint, relative to the size of the mechanism."""
@@ -80,7 +80,7 @@ class Assembling:
 
     # -- slots ----------------------------------------------------------------------------------
 
-    def _slot(self, slot: Slot) -> None:
+    def _slot(self, slot: DraftSlot) -> None:
         node, carrier, body = self.same[slot.joint], self._carrier(slot.carrier), slot.body
         direction = slot.direction
         if body and self._carrier(body) == GROUND:  # the carrier slides along the body
@@ -96,7 +96,7 @@ class Assembling:
             self.prismatic[own]["offset"] = offset
         self.guides[slot.name] = [own, *guide]
 
-    def _guide(self, slot: Slot, node: str, carrier: str, direction: complex) -> list[str]:
+    def _guide(self, slot: DraftSlot, node: str, carrier: str, direction: complex) -> list[str]:
         """Return two nodes of the carrier along the line of sliding; add them where there are none."""
         if slot.guide is not None:
             return [self.same[slot.guide[0]], self.same[slot.guide[1]]]

@@ -1,9 +1,8 @@
 """A mechanism as read from a file of another program, and the model that it becomes.
 
 The programs draw one assembled position: joints with coordinates, and rigid bodies that share joints. A reader adds the
-joints, bodies, slots, inputs, tracers, masses and loads of its file to a `Draft`; `Draft.model` returns the plain data
-of a model file. It merges joints of a body that coincide, adds the bodies that are fixed to the ground, adds guide nodes
-where a slot has none, and leaves out what has no effect.
+joints, bodies, slots, inputs, tracers, masses and loads of its file to a `Draft`, from which `assembling.model_of`
+makes the plain data of a model file.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ PARALLEL = 1e-9
 
 
 @dataclass
-class Slot:
+class DraftSlot:
     """A joint that slides along a line fixed to a carrier; `body` is the one that slides, "" if it may turn."""
 
     name: str
@@ -84,7 +83,7 @@ class Draft:
     joints: dict[str, complex] = field(default_factory=dict)
     bodies: dict[str, list[str]] = field(default_factory=dict)
     ground: list[str] = field(default_factory=list)
-    slots: list[Slot] = field(default_factory=list)
+    slots: list[DraftSlot] = field(default_factory=list)
     turns: list[Turn] = field(default_factory=list)
     travels: dict[str, dict[str, Any]] = field(default_factory=dict)
     tracers: dict[str, tuple[str, complex]] = field(default_factory=dict)
@@ -121,7 +120,7 @@ class Draft:
         With `body` the joint is a block of this body, which slides without turning against the carrier. `guide`: two
         joints of the carrier on the line, if the file names them.
         """
-        self.slots.append(Slot(name, joint, carrier, direction / abs(direction), body, guide))
+        self.slots.append(DraftSlot(name, joint, carrier, direction / abs(direction), body, guide))
 
     def rotary(self, name: str, pivot: str, body: str, reference: str = GROUND, **keys: Any) -> None:
         """Add a rotary input, with further keys of an actuator, such as law={"by": 360}."""
@@ -138,14 +137,6 @@ class Draft:
     def refusal(self, text: str) -> ModelError:
         """Return the error for a part of the file that cannot become a model."""
         return ModelError([f"{self.source}: {text}"])
-
-    # -- the model ------------------------------------------------------------------------------
-
-    def model(self) -> dict[str, Any]:
-        """Return the data of a model file; raise ModelError if no mechanism is left."""
-        from gimcli.exchange.assembling import model_of
-
-        return model_of(self)
 
 
 def free_name(name: str, taken: Iterable[str]) -> str:

@@ -14,7 +14,7 @@ class Reader(Protocol):
     """What the module of a format that can be read defines."""
 
     def recognises(self, text: str) -> bool:
-        """Return whether a text is probably in this format; texts of other formats and damaged texts are told apart."""
+        """Return whether a text is probably in this format, be it damaged or not."""
         ...
 
     def read(self, text: str, source: str) -> Draft:
@@ -34,7 +34,7 @@ class Writer(Protocol):
         ...
 
 
-class Format(NamedTuple):
+class ForeignFormat(NamedTuple):
     """A format of another program."""
 
     name: str  # as users know it
@@ -44,18 +44,18 @@ class Format(NamedTuple):
     suffix: str = ""  # of files that are written in this format
 
 
-FORMATS: tuple[Format, ...] = ()
+FORMATS: tuple[ForeignFormat, ...] = ()
 """All formats; content is offered to them in this order."""
 
 
-def module_of(form: Format) -> Reader:
+def module_of(form: ForeignFormat) -> Reader:
     """Import the module of a format."""
-    return import_module(f"gimcli.exchange.{form.module}")  # type: ignore[return-value]
+    return import_module(f"gimcli.exchange.{form.module}")
 
 
-def writer_of(form: Format) -> Writer:
+def writer_of(form: ForeignFormat) -> Writer:
     """Import the module of a format that can be written."""
-    return import_module(f"gimcli.exchange.{form.module}")  # type: ignore[return-value]
+    return import_module(f"gimcli.exchange.{form.module}")
 
 
 def draft_of(text: str, source: str) -> Draft | None:

@@ -53,6 +53,7 @@ def _from_file(model: Path | str, folder: Path | None) -> Mechanism:
 
 def _converted(model: Path | str, folder: Path | None) -> Mechanism | None:
     """Return the mechanism of a file of another program; None if the content is in no known format."""
+    from gimcli.exchange.assembling import model_of
     from gimcli.exchange.content import content_of, is_address
     from gimcli.exchange.registry import draft_of
     from gimcli.model.read import read_converted
@@ -66,8 +67,7 @@ def _converted(model: Path | str, folder: Path | None) -> Mechanism | None:
     if draft is None:
         return None
     path = None if address else Path(model)
-    data = draft.model()
-    return read_converted(data, source, draft.left_out, path, folder)
+    return read_converted(model_of(draft), source, draft.left_out, path, folder)
 
 
 def loads(text: str, folder: Path | str = "") -> Mechanism:
