@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,9 @@ def load(model: Path | str | Mapping[str, Any], folder: Path | str | None = None
     """Load a mechanism from a model file, a file of another program, or a dict with the keys of a model file.
 
     Args:
-        model: path of the file, or the dict. The file of another program, or the address (URL) in which it keeps a
-            mechanism, is converted; `left_out` of the mechanism names what did not come over.
+        model: path of the file, or the name of a shipped model if there is no such path, or the dict. The file of
+            another program, or the address (URL) in which it keeps a mechanism, is converted; `left_out` of the
+            mechanism names what did not come over.
         folder: folder of the tables that the model names; by default the folder of the file, for a dict the current
             folder.
 
@@ -40,7 +42,7 @@ def _from_file(model: Path | str, folder: Path | None) -> Mechanism:
     """Return the mechanism of a model file, or of a file or an address of another program."""
     from gimcli.model.read import read_file
 
-    path = Path(model)
+    path = model_path(Path(model))
     if path.suffix.lower() not in YAML and (found := _converted(model, folder)) is not None:
         return found
     try:
@@ -68,6 +70,15 @@ def _converted(model: Path | str, folder: Path | None) -> Mechanism | None:
         return None
     path = None if address else Path(model)
     return read_converted(model_of(draft), source, draft.left_out, path, folder)
+
+
+def model_path(model: Path) -> Path:
+    """Return the path of a model's file: the path that is given if it exists, else that of a shipped model."""
+    if os.path.exists(model):  # unlike `Path.exists`, false for a name that is too long
+        return model
+    from gimcli.shipped import path_of
+
+    return path_of(model) or model
 
 
 def loads(text: str, folder: Path | str = "") -> Mechanism:

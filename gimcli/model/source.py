@@ -107,11 +107,11 @@ def read_yaml(text: str, path: Path) -> Source:
 def _text(path: Path) -> str:
     try:
         if path.is_dir():
-            raise ModelError([f"{path}: is a folder; name a model file in it{_files_in(path)}"])
+            raise ModelError([f"{path}: is a folder; name a model file in it{_shipped(path)}{_files_in(path)}"])
         with path.open("rb") as handle:
             raw = handle.read(MOST_BYTES + 1)
     except FileNotFoundError:
-        raise ModelError([f"{path}: no such file; give the path of a model file{_files_in(path.parent)}"]) from None
+        raise ModelError([f"{path}: no such file{_models_near(path)}{_files_in(path.parent)}"]) from None
     except OSError as error:
         raise ModelError([f"{path}: cannot be read: {error.strerror}; give the path of a model file"]) from None
     _refuse_size(len(raw), path)
@@ -134,6 +134,25 @@ def _refuse_control(text: str, path: Path) -> None:
         line, column = text.count("\n", 0, found.start()) + 1, found.start() - text.rfind("\n", 0, found.start())
         sign = f"control character {ord(found[0]):#04x}"
         raise ModelError([f"{path}:{line}:{column}: not a text file: it contains the {sign}; remove it"])
+
+
+def _models_near(path: Path) -> str:
+    """Return what to give instead of a path that does not exist: a shipped model of a similar name, if there is one."""
+    from gimcli.model.nearest import nearest
+    from gimcli.shipped import names
+
+    name = nearest(path.stem, names())
+    if name is None:
+        return "; give the path of a model file, or the name of a shipped model (`gim new --list`)"
+    return f", and no shipped model of this name; did you mean '{name}'? (`gim new --list`)"
+
+
+def _shipped(folder: Path) -> str:
+    """Return how a shipped model is named that has the name of a folder; else ''."""
+    from gimcli.shipped import path_of
+
+    found = path_of(folder)
+    return "" if found is None else f", or {found.name} for the shipped model"
 
 
 def _files_in(folder: Path) -> str:

@@ -15,7 +15,7 @@ from threading import Condition, Lock
 from typing import Any
 
 from gimcli.errors import GimError, ModelError, StructureError, UsageError
-from gimcli.library.load import load
+from gimcli.library.load import load, model_path
 from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.mechanism import Mechanism
 from gimcli.output.page.document import page_json
@@ -59,13 +59,13 @@ class LiveModel:
         changes: values of dimensions by name, as for `Mechanism.with_`.
         assembly: number or signs of the configuration from which the motion starts; "": the one that is drawn.
         """
-        self.path, self.assembly, self.settings, self.note = path, assembly, dict(settings), note
+        self.path, self.assembly, self.settings, self.note = model_path(path), assembly, dict(settings), note
         self.changes = dict(changes)
         self.shown, self.solving, self.ended = LiveContent(), Lock(), False
         self._by_hand: dict[str, float] = {}  # parameters
         self._updating = Lock()  # held from reading the file to showing its motion
         self._changed = Condition()
-        self._seen = stamps([path.absolute()])
+        self._seen = stamps([self.path.absolute()])
         self._unread, self._looked = False, 0.0
 
     def begin(self, progress: Phases = no_phases) -> None:
