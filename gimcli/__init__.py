@@ -2,7 +2,7 @@
 
     import gimcli
 
-    m = gimcli.load("crank_rocker.yaml")
+    m = gimcli.load("crank_rocker")  # a path, a shipped model or a dict
     p = gimcli.solve(m, motor=45)
     p.xy["B"], p.angle["rocker"], p.status
     t = gimcli.trace(m, steps=360, derivatives=2)
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from gimcli.library.reduce import reduce
     from gimcli.library.sensitivity import sensitivity
     from gimcli.library.sequence import sequence
+    from gimcli.library.shipped_models import shipped_models
     from gimcli.library.simulate import simulate
     from gimcli.library.singularities import singularities
     from gimcli.library.solve import solve
@@ -45,8 +46,8 @@ if TYPE_CHECKING:
 __all__ = [
     "GimError", "Mechanism", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError",
     "assembled", "check", "circuits", "configurations", "fit", "forces", "groups", "load", "loads", "mobility",
-    "reduce", "sensitivity", "sequence", "simulate", "singularities", "solve", "sweep", "trace", "tradeoff",
-    "workspace",
+    "reduce", "sensitivity", "sequence", "shipped_models", "simulate", "singularities", "solve", "sweep", "trace",
+    "tradeoff", "workspace",
 ]  # fmt: skip
 
 _ERRORS = ("GimError", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError")

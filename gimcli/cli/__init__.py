@@ -46,6 +46,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "reduce": "Find the equivalent one-degree-of-freedom model.",
     },
     "Methods, files and manual": {
+        "new": "Write a shipped model as a template, or list all.",
         "tradeoff": "Compare speed and accuracy of the solution methods.",
         "schema": "Print the JSON Schema of the model file.",
         "manual": "Show a page of the manual.",
@@ -115,7 +116,7 @@ app = typer.Typer(
     cls=_Commands,
     no_args_is_help=True,
     help="Analyse planar mechanisms that are described in text files.\n\n"
-    "Example: gim trace models/crank_rocker.yaml --steps 360\n\n"
+    "Example: gim trace crank_rocker --steps 360\n\n"
     "Each command has --help with examples; `gim manual` lists the pages of the manual.",
 )
 

@@ -41,7 +41,8 @@ INPUTS, METHOD, OUTPUT = "Inputs", "Method", "Output"
 """Titles of groups of options."""
 
 ModelPath = Annotated[
-    Path, typer.Argument(metavar="MODEL", help="Model file.", show_default=True, rich_help_panel=INPUTS)
+    Path,
+    typer.Argument(metavar="MODEL", help="Model file, or a shipped model.", show_default=True, rich_help_panel=INPUTS),
 ]
 MODEL = Path("model.yaml")
 

@@ -15,7 +15,7 @@ HELP = (
     "Type, mobility, ranges of the inputs, strokes and time ratios, worst transmission angles and greatest speeds of"
     " the motion along the laws; warnings about the file. The exit status is 0 with warnings too."
 )
-EXAMPLES = ("gim check models/crank_rocker.yaml", "gim check models/whitworth.yaml -o check.html")
+EXAMPLES = ("gim check crank_rocker", "gim check whitworth -o check.html")
 
 
 def command(

@@ -16,7 +16,7 @@ HELP = (
     "All configurations are found at --samples values of the input, and each is followed through limits and change"
     " points until the circuit closes. A branch is the part of a circuit between two limits of the input."
 )
-EXAMPLES = ("gim circuits models/stephenson_2.yaml -o circuits.png",)
+EXAMPLES = ("gim circuits stephenson_2 -o circuits.png",)
 
 
 @with_picture_options

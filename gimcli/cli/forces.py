@@ -20,8 +20,8 @@ HELP = (
     " MODEL.forces.csv and .png."
 )
 EXAMPLES = (
-    "gim forces models/watt_1.yaml --steps 360 -o results/",
-    'gim forces models/watt_1.yaml -o pins.png --plot "reactions,hodograph:A"',
+    "gim forces watt_1 --steps 360 -o results/",
+    'gim forces watt_1 -o pins.png --plot "reactions,hodograph:A"',
 )
 SHOWN = 30
 

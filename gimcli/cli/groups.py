@@ -9,7 +9,7 @@ HELP = (
     "Groups are listed in the order of formation, with class and order. 2,0^(3,4) is the group of links 3 and 4,"
     " joined to links 2 and 0; the frame is 0."
 )
-EXAMPLES = ("gim groups models/watt_1.yaml -o watt_1.groups.png",)
+EXAMPLES = ("gim groups watt_1 -o watt_1.groups.png",)
 HEAD = ("", "", "class", "order", "links", "joined to", "driven by")
 
 

@@ -15,7 +15,7 @@ HELP = (
     "Grübler's formula, the rank of the constraint Jacobian and the mobility that follows from it, at the assembled"
     " position nearest to the initial configuration."
 )
-EXAMPLES = ("gim mobility models/parallelogram_third_crank.yaml",)
+EXAMPLES = ("gim mobility parallelogram_third_crank",)
 
 
 def command(

@@ -19,8 +19,8 @@ HELP = (
     " rad) and .png. With --fluctuation and --rpm it sizes a flywheel on the input's shaft."
 )
 EXAMPLES = (
-    "gim reduce models/watt_durango.yaml --steps 360 -o results/",
-    "gim reduce models/watt_durango.yaml --fluctuation 0.05 --rpm 300",
+    "gim reduce watt_durango --steps 360 -o results/",
+    "gim reduce watt_durango --fluctuation 0.05 --rpm 300",
 )
 FLYWHEEL = "Flywheel"
 

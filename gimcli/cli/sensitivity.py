@@ -34,9 +34,9 @@ HELP = (
     " (RSS) and random designs. Writes MODEL.sensitivity.csv and .png."
 )
 EXAMPLES = (
-    "gim sensitivity models/crank_rocker.yaml --of P --at motor=30",
-    'gim sensitivity models/crank_rocker.yaml --of "range(rocker.angle)"',
-    "gim sensitivity models/jansen.yaml --of foot.y --by m,j -o foot.png",
+    "gim sensitivity crank_rocker --of P --at motor=30",
+    'gim sensitivity crank_rocker --of "range(rocker.angle)"',
+    "gim sensitivity jansen --of foot.y --by m,j -o foot.png",
 )
 TOLERANCES = "Tolerances"
 DIMENSIONS = 12

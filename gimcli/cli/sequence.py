@@ -33,7 +33,7 @@ HELP = (
     "Groups in order of solution; for each step of the Geometrical-Iterative Method the node that is moved, about"
     " which nodes, by which constraint and rule; and the spectral radius: the error's factor per sweep."
 )
-EXAMPLES = ("gim sequence models/double_butterfly.yaml --explain",)
+EXAMPLES = ("gim sequence double_butterfly --explain",)
 
 
 @with_picture_options

@@ -20,8 +20,8 @@ HELP = (
     " MODEL.simulation.csv and .png."
 )
 EXAMPLES = (
-    "gim simulate models/watt_durango.yaml --time 4 --dt 0.05 -o results/",
-    "gim simulate models/watt_durango.yaml --integrator radau --reactions",
+    "gim simulate watt_durango --time 4 --dt 0.05 -o results/",
+    "gim simulate watt_durango --integrator radau --reactions",
 )
 INTEGRATION = "Integration"
 EVENTS = 12

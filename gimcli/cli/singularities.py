@@ -18,7 +18,7 @@ HELP = (
     " back. dead point: the input rate is zero while the mechanism moves. change point: branches cross. tangency: the"
     " constraints lose rank, but only one branch continues. stationary: a rocker or slider turns back."
 )
-EXAMPLES = ("gim singularities models/parallelogram.yaml -o positions.png",)
+EXAMPLES = ("gim singularities parallelogram -o positions.png",)
 MEMBERS = 3
 ALIKE = 1e-6
 """Relative differences between branches below this are rounding: tangents are accurate to half the digits or better."""

@@ -42,10 +42,10 @@ HELP = (
     " model file with the solved coordinates."
 )
 EXAMPLES = (
-    "gim solve models/crank_rocker.yaml --at motor=45",
-    "gim solve models/crank_rocker.yaml --at motor=40 --velocities -o v.png",
-    "gim solve models/double_butterfly.yaml --all --at motor=145 -o all.png",
-    "gim solve models/gim_fig11.yaml --at FD=120 --at OA=119 --method gim --history",
+    "gim solve crank_rocker --at motor=45",
+    "gim solve crank_rocker --at motor=40 --velocities -o v.png",
+    "gim solve double_butterfly --all --at motor=145 -o all.png",
+    "gim solve gim_fig11 --at FD=120 --at OA=119 --method gim --history",
 )
 RESULTS, START = "Results", "Start"
 

@@ -32,9 +32,9 @@ HELP = (
     " dimensions, what is kept, its status. Writes MODEL.sweep.csv and .png."
 )
 EXAMPLES = (
-    "gim sweep models/crank_rocker.yaml --vary crank.length=30:50:5 -o sweep.csv",
-    'gim sweep models/crank_rocker.yaml --vary crank.length=30,40 --keep "max(P.y)"',
-    'gim sweep models/jansen.yaml --vary m=14:16:5 --goal "-range(foot.x)" --best 3',
+    "gim sweep crank_rocker --vary crank.length=30:50:5 -o sweep.csv",
+    'gim sweep crank_rocker --vary crank.length=30,40 --keep "max(P.y)"',
+    'gim sweep jansen --vary m=14:16:5 --goal "-range(foot.x)" --best 3',
 )
 DESIGNS, KEPT = "Designs", "Kept quantities"
 

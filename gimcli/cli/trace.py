@@ -58,11 +58,11 @@ HELP = (
     " MODEL.png."
 )
 EXAMPLES = (
-    "gim trace models/crank_rocker.yaml --steps 360 -o results/",
-    "gim trace models/crank_rocker.yaml -o - | head",
-    "gim trace models/crank_rocker.yaml --set crank=35 --set P.x=80",
-    "gim trace models/crank_rocker.yaml -m transmission --plot transmission",
-    "gim trace models/chebyshev.yaml --circuit -o circuit.csv -o circuit.svg",
+    "gim trace crank_rocker --steps 360 -o results/",
+    "gim trace crank_rocker -o - | head",
+    "gim trace crank_rocker --set crank=35 --set P.x=80",
+    "gim trace crank_rocker -m transmission --plot transmission",
+    "gim trace chebyshev --circuit -o circuit.csv -o circuit.svg",
 )
 LIMITS = "Limits and branches"
 EVENTS = 6

@@ -19,7 +19,7 @@ HELP = (
     " against positions refined to 40 digits; then a recommendation for 3, 6, 9 and 12 digits. Writes"
     " MODEL.tradeoff.csv and .png."
 )
-EXAMPLES = ("gim tradeoff models/platform_3rrr.yaml --tolerances 1e-3,1e-6,1e-9 -o results/",)
+EXAMPLES = ("gim tradeoff platform_3rrr --tolerances 1e-3,1e-6,1e-9 -o results/",)
 
 
 @with_picture_options

@@ -20,9 +20,9 @@ HELP = (
     " last motion. Ctrl-C ends it."
 )
 EXAMPLES = (
-    "gim view models/crank_rocker.yaml",
-    "gim view models/jansen.yaml --steps 180 --plot velocity",
-    "gim view models/excavator.yaml --no-browser --port 8700",
+    "gim view crank_rocker",
+    "gim view jansen --steps 180 --plot velocity",
+    "gim view excavator --no-browser --port 8700",
 )
 
 

@@ -20,8 +20,8 @@ HELP = (
     " MODEL.workspace.csv and .png."
 )
 EXAMPLES = (
-    "gim workspace models/five_bar.yaml --point P --grid 400 -o results/",
-    "gim workspace models/platform_3rpr.yaml --point M --orientation platform=0",
+    "gim workspace five_bar --point P --grid 400 -o results/",
+    "gim workspace platform_3rpr --point M --orientation platform=0",
 )
 GRID = "Grid"
 

@@ -18,7 +18,12 @@ def files_read(model: Model, path: Path | None, folder: Path) -> tuple[Path, ...
 
 def tables_of(model: Model) -> tuple[str, ...]:
     """Return the tables of laws, efforts and loads as the model names them."""
-    return tuple(dict.fromkeys(_tables(model)))
+    return tables_in(model)
+
+
+def tables_in(data: Any) -> tuple[str, ...]:
+    """Return the tables that a model, or the data of a model file, names."""
+    return tuple(dict.fromkeys(_tables(data)))
 
 
 def _tables(data: Any) -> Iterator[str]:
