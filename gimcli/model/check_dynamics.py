@@ -82,8 +82,7 @@ def _check_gauge(refs: References, where: Where, part: Spring | Damper, what: st
 def as_actuator(gauge: Gauge) -> Actuator:
     """Return the actuator whose value is the angle, distance or travel that a gauge measures."""
     keys = {key: getattr(gauge, key) for key in Gauge.fields}
-    turns = gauge.pivot is not None or gauge.arm is not None
-    return Actuator(type="rotary" if turns else "linear", **keys)
+    return Actuator(type="rotary" if gauge.rotary else "linear", **keys)
 
 
 def _check_pair(refs: References, name: str) -> None:

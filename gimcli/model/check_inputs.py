@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -16,7 +16,8 @@ from gimcli.model.schema import LONGEST, PROFILES, SHORTEST, Actuator, Law, Prof
 from gimcli.model.source import Where
 from gimcli.model.tables import read_table
 
-KEYS = ("pivot", "arm", "reference", "nodes", "node", "guide")
+ROTARY, LINEAR = ("pivot", "arm", "reference"), ("nodes", "node", "guide")
+KEYS = (*ROTARY, *LINEAR)
 
 
 SAMPLES = 1001
@@ -62,25 +63,51 @@ def check_span(refs: References, where: Where, guide: Sequence[str], sliding: Se
 def check_nodes(refs: References, where: Where, actuator: Actuator, what: str = "actuator") -> None:
     """Record the errors in the nodes of an actuator, spring or damper (`what`)."""
     given = {key for key in KEYS if getattr(actuator, key) is not None}
+    kind = actuator.type or ("rotary" if given & set(ROTARY) else "linear")
+    if not _one_kind(refs, where, actuator, given):
+        return
     needed, optional = {"node", "guide"}, set[str]()
-    if actuator.type == "rotary":
+    if kind == "rotary":
         needed, optional = {"pivot", "arm"}, {"reference"}
     elif "nodes" in given:
         needed = {"nodes"}
     for key in sorted(given - needed - optional):
-        text = f"`{key}` does not belong to this {actuator.type} {what}; remove it"
+        text = f"`{key}` does not belong to this {kind} {what}; remove it"
         refs.fault((*where, key), text, key=True)
     if needed - given:
-        either = "`nodes`, or " if actuator.type == "linear" else ""
-        missing = " and ".join(f"`{key}`" for key in sorted(needed - given, reverse=actuator.type == "rotary"))
+        either = "`nodes`, or " if kind == "linear" else ""
+        missing = " and ".join(f"`{key}`" for key in sorted(needed - given, reverse=kind == "rotary"))
         added = "one of the two" if either else "it" if len(needed - given) == 1 else "both"
         refs.lack(where, KEYS, f"{what} '{where[1]}' needs {either}{missing}; add {added}")
-    elif actuator.type == "rotary":
+    elif kind == "rotary":
         _check_rotary(refs, where, str(actuator.pivot), str(actuator.arm), actuator.reference)
     elif actuator.nodes is not None:
         _check_telescope(refs, where, actuator.nodes)
     elif refs.node((*where, "node"), str(actuator.node)):
         check_span(refs, where, actuator.guide or [], [str(actuator.node)])
+
+
+def _one_kind(refs: References, where: Where, actuator: Actuator, given: set[str]) -> bool:
+    """Return whether the keys of an actuator, and its type if it is given, are of one kind; record an error if not."""
+    turning, sliding = (_listed(key for key in keys if key in given) for keys in (ROTARY, LINEAR))
+    own, other = (turning, sliding) if actuator.type == "rotary" else (sliding, turning)
+    if actuator.type is not None and other and not own:
+        kind = "linear" if actuator.type == "rotary" else "rotary"
+        text = f"`type: {actuator.type}` contradicts {other} of a {kind} actuator; remove `type`: it follows from these"
+        refs.fault((*where, "type"), text)
+    elif actuator.type is None and turning and sliding:
+        text = f"{turning} of a rotary actuator and {sliding} of a linear one exclude each other; remove one of the two"
+        refs.fault(where, text)
+    elif actuator.type is None and not given:
+        text = f"actuator '{where[1]}' needs `pivot` and `arm` (rotary), `nodes`, or `node` and `guide` (linear)"
+        refs.lack(where, KEYS, text)
+    else:
+        return True
+    return False
+
+
+def _listed(keys: Iterable[str]) -> str:
+    return " and ".join(f"`{key}`" for key in keys)
 
 
 def _check_rotary(refs: References, where: Where, pivot: str, arm: str, reference: str | None) -> None:
@@ -199,7 +226,7 @@ def _check_values(
     if actuator.nodes is not None and min(values, default=1.0) <= 0.0:
         refs.fault(at, f"expected a distance above 0, got {min(values):g}; correct {what}")
     turn = 360.0 if refs.model.units.angle == "deg" else 2.0 * math.pi
-    most = MOST_TURNS * (turn if actuator.type == "rotary" else refs.size)
+    most = MOST_TURNS * (turn if actuator.rotary else refs.size)
     farthest = max([*values, by], key=abs)
     if abs(farthest) > most > 0.0:
         refs.fault(at, f"{what} reaches {farthest:g}, more than the limit {most:g}; shorten it")

@@ -91,7 +91,7 @@ class GeometryCompiler:
 
     def actuator(self, name: str, actuator: schema.Actuator) -> Input:
         """Return the input of an actuator or of a gauge."""
-        if actuator.type == "rotary":
+        if actuator.rotary:
             return self._rotary(name, actuator)
         if actuator.nodes is not None:
             a, b = (self.index[n] for n in actuator.nodes)

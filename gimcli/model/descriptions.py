@@ -68,7 +68,8 @@ PARTS = {
         "table": "CSV file of time [s] and value (file's unit); the path starts at the model's folder",
     },
     "Actuator": {
-        "type": "rotary: drives an angle; linear: drives a distance of two nodes, or a travel along a guide",
+        "type": "rotary: drives an angle; linear: drives a distance of two nodes, or a travel along a guide; "
+        "default: follows from the other keys",
         "pivot": "Rotary: node about which the arm turns",
         "arm": "Rotary: second node of the ray pivot -> arm, whose angle is the input",
         "reference": "Rotary: the angle is measured from the ray pivot -> reference; default: the frame's +x direction",

@@ -142,7 +142,7 @@ def _actuators(model: Model) -> Iterator[tuple[Where, float, bool]]:
     for name, actuator in model.actuators.items():
         law = actuator.law
         if law is None or not (law.given & {"from_", "to", "by"} or law.profile.table or law.profile.polynomial):
-            yield ("actuators", name, "law", "by"), turn if actuator.type == "rotary" else 0.0, False
+            yield ("actuators", name, "law", "by"), turn if actuator.rotary else 0.0, False
         for where, value, given in _in_part(actuator, ("actuators", name)):
             if given or actuator.free:
                 yield where, value, given
@@ -161,7 +161,7 @@ def _unit(model: Model, where: Sequence[Any]) -> str:
     if section == "masses":
         return "mass" if last == "mass" else ""
     if section == "actuators" and "effort" not in where and last != "speed":
-        return "angle" if model.actuators[where[1]].type == "rotary" else "length"
+        return "angle" if model.actuators[where[1]].rotary else "length"
     if section == "springs" and last == "free":
-        return "length" if model.springs[where[1]].pivot is None else "angle"
+        return "angle" if model.springs[where[1]].rotary else "length"
     return ""

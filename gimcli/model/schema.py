@@ -156,6 +156,11 @@ class Gauge(Part):
     node: str | None = _optional(NAME)
     guide: list[str] | None = _optional(PAIR)
 
+    @property
+    def rotary(self) -> bool:
+        """Whether the quantity is an angle; otherwise it is a length."""
+        return self.pivot is not None or self.arm is not None
+
 
 class Effort(Part):
     """Driving torque [N m] or force [N]: constant, from a table, or linear in the speed.
@@ -173,13 +178,15 @@ class Effort(Part):
 
 
 class Actuator(Gauge):
-    """An input: a rotary or a linear actuator.
+    """An input: a rotary actuator (`pivot`, `arm`) or a linear one (`nodes`, or `node` and `guide`).
+
+    The type may be given, too; it follows from the other keys.
 
     `free`, `start`, `speed` and `effort` are for simulations, where a free input is moved by forces instead of its law:
     `start` is its initial value (file's unit of angle or length), `speed` its initial speed (that unit per second).
     """
 
-    type: str = _choice("rotary", "linear")
+    type: str | None = _optional(_choice("rotary", "linear"))
     law: Law | None = _optional(Law.schema)
     free: bool = _default(core_schema.bool_schema(strict=True), False)
     start: float | None = _optional(NUMBER)

@@ -108,8 +108,6 @@ def _bare(schema: Any) -> Any:
 def _missing(where: Where) -> str:
     if where == ("ground",):
         return "write `ground: [NODES]`, or `ground: {member: NAME}` for a floating mechanism"
-    if where[0] == "actuators" and where[-1] == "type":
-        return "add `type: rotary` or `type: linear`"
     return f"add `{where[-1]}:`"
 
 

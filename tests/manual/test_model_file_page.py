@@ -59,7 +59,7 @@ def test_every_unit_is_listed_and_the_default_is_named(key):
 
 def test_every_profile_and_kind_is_listed():
     assert set(PROFILES) <= words(section("profiles"))
-    assert set(SCHEMA["$defs"]["Actuator"]["properties"]["type"]["enum"]) <= words(section("actuators"))
+    assert set(SCHEMA["$defs"]["Actuator"]["properties"]["type"]["anyOf"][0]["enum"]) <= words(section("actuators"))
     assert set(SCHEMA["$defs"]["Effort"]["properties"]["over"]["enum"]) <= words(section("free inputs"))
 
 

@@ -10,6 +10,7 @@ import pytest
 from gimcli import load
 from gimcli.cli import main
 from gimcli.errors import ModelError
+from gimcli.mechanism import ANGLE, HEIGHT, SPAN
 from gimcli.model.check import checked
 from gimcli.model.source import read_source
 
@@ -212,7 +213,23 @@ REFUSED = {
     "motor without arm": (motor("{type: rotary, pivot: O}"), "5:8", ["'bad' needs `arm`"]),
     "motor without pivot": (motor("{type: rotary, arm: A}"), "5:8", ["'bad' needs `pivot`"]),
     "jack without nodes": (motor("{type: linear, node: B}"), "5:8", ["`nodes`", "`guide`"]),
-    "no type": (motor("{pivot: O, arm: A}"), "5:8", ["'type' is missing"]),
+    "type against its keys": (
+        motor("{type: linear, pivot: O, arm: A}"),
+        "5:15",
+        ["`type: linear` contradicts `pivot` and `arm`", "remove"],
+    ),
+    "type against a guide": (
+        motor("{type: rotary, node: B, guide: [O, G]}"),
+        "5:15",
+        ["`type: rotary`", "`node` and `guide`", "linear"],
+    ),
+    "keys of two types": (
+        motor("{pivot: O, arm: A, nodes: [O, B]}"),
+        "5:8",
+        ["`pivot` and `arm` of", "`nodes` of"],
+    ),
+    "no keys of a type": (motor("{law: {by: 3}}"), "5:8", ["`pivot` and `arm`", "`nodes`", "`node` and `guide`"]),
+    "reference alone": (motor("{reference: O}"), "5:8", ["'bad' needs `pivot` and `arm`"]),
     "unknown type": (motor("{type: rotory, pivot: O, arm: A}"), "5:15", ["'rotory'", "did you mean 'rotary'"]),
     "nodes at a motor": (motor("{type: rotary, pivot: O, arm: A, nodes: [O, B]}"), "5:41", ["`nodes` does not belong"]),
     "pivot at a jack": (motor("{type: linear, nodes: [O, B], pivot: O}"), "5:38", ["`pivot` does not belong"]),
@@ -609,6 +626,20 @@ def test_a_file_with_every_section_is_accepted(folder):
     assert model.links["rod"].length == 70.0
     assert model.points["T"].on == "rod"
     assert model.actuators["jack"].law.profile.name == "quintic"
+
+
+@pytest.mark.parametrize(("keys", "kind", "row"), [
+    ("pivot: O, arm: A", "rotary", ANGLE),
+    ("nodes: [O, B]", "linear", SPAN),
+    ("node: B, guide: [O, G]", "linear", HEIGHT),
+])  # fmt: skip
+def test_the_type_of_an_actuator_follows_from_its_keys(keys, kind, row, folder):
+    actuators = []
+    for text in (keys, f"type: {kind}, {keys}"):
+        accepted(folder, motor(f"{{{text}}}").replace("rocker: [G, B]", "rocker: [G, A]"))
+        actuators.append(load(folder / "m.yaml").actuators[0])
+    assert actuators[0] == actuators[1]
+    assert actuators[0].kind == row
 
 
 @pytest.mark.parametrize("law", [
