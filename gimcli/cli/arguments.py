@@ -41,10 +41,10 @@ INPUTS, METHOD, OUTPUT = "Inputs", "Method", "Output"
 """Titles of groups of options."""
 
 ModelPath = Annotated[
-    Path,
+    str,
     typer.Argument(metavar="MODEL", help="Model file, or a shipped model.", show_default=True, rich_help_panel=INPUTS),
 ]
-MODEL = Path("model.yaml")
+MODEL = "model.yaml"
 
 NONE: list[str] = []
 """The default of options that may be repeated: typer needs a list, and nothing changes it."""

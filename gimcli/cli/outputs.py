@@ -46,6 +46,26 @@ class Stream(Protocol[Kind]):
         ...
 
 
+def stem_of(model: str) -> str:
+    """Return the first word of the names of the usual files."""
+    from gimcli.library.load import is_address
+
+    return "mechanism" if is_address(model) else Path(model).stem
+
+
+def read(model: str) -> Mechanism:
+    """Return the mechanism of a model argument; print what did not come over from another program's file."""
+    from gimcli.library.load import load
+
+    mechanism = load(model)
+    if mechanism.left_out:
+        from gimcli.cli.console import note, printable
+
+        for sentence in mechanism.left_out:
+            note(printable(f"{mechanism.name}: {sentence}"))
+    return mechanism
+
+
 class Outputs:
     """The files of one command, and its report.
 
@@ -55,14 +75,14 @@ class Outputs:
     """
 
     def __init__(
-        self, result: type[Result], model: Path, out: Sequence[str], *, writes: bool = False, picture: bool = True,
+        self, result: type[Result], model: str, out: Sequence[str], *, writes: bool = False, picture: bool = True,
         more: Sequence[str] = (), csv: Path | None = None, png: Path | None = None, as_json: bool = False,
         drawing: Drawing = NO_OPTIONS,
     ) -> None:  # fmt: skip
         named = _named(csv, ("table",), "--csv") + _named(png, ("picture",), "--png")
         asked = [*out, *named] or ["./"] * writes
         self.model, self.as_json = model, as_json
-        self.files = result.destinations(asked, model.stem, picture, more)
+        self.files = result.destinations(asked, stem_of(model), picture, more)
         if as_json and self.files.stdout:
             raise UsageError(
                 "-o - and --json both use standard output: write the table to a file, such as -o table.csv"
@@ -92,9 +112,7 @@ class Outputs:
         `changes` are the values of --set. With --assembly the mechanism is assembled in that configuration at the start
         of the laws, or at the inputs of --at.
         """
-        from gimcli.library.load import load
-
-        mechanism = load(self.model)
+        mechanism = read(self.model)
         self.files.refuse(mechanism.files)
         mechanism = changed(mechanism, changes)
         if not assembly:

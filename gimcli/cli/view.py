@@ -65,16 +65,16 @@ def command(
 
 
 def _serve(
-    model: Path, changes: list[str], assembly: str, port: int | None, settings: dict[str, object], browser: bool
+    model: str, changes: list[str], assembly: str, port: int | None, settings: dict[str, object], browser: bool
 ) -> None:
     from gimcli.cli.console import note, printable
     from gimcli.cli.progress import end_bars, progress_bar
     from gimcli.view.view import served
 
     values = assignments(changes)
-    with served(model, values, assembly, port, settings, lambda text: note(printable(text)), progress_bar) as server:
+    with served(Path(model), values, assembly, port, settings, lambda text: note(printable(text)), progress_bar) as server:
         end_bars()
-        typer.echo(f"{model.name}: {server.url} (Ctrl-C ends)")
+        typer.echo(f"{Path(model).name}: {server.url} (Ctrl-C ends)")
         sys.stdout.flush()
         if browser:
             _open(server.url)

@@ -1,19 +1,12 @@
-"""The text of a file or an address that may come from another program."""
+"""The text of a file that may come from another program."""
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 from gimcli.errors import ModelError
 
 MOST_BYTES = 4_000_000
-ADDRESS = re.compile(r"https?://", re.IGNORECASE)
-
-
-def is_address(model: Path | str) -> bool:
-    """Return whether a model is given as the address of a web page; pages are never fetched, the address has it all."""
-    return isinstance(model, str) and ADDRESS.match(model.strip()) is not None
 
 
 def content_of(path: Path) -> str:

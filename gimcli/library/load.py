@@ -10,6 +10,7 @@ from typing import Any
 from gimcli.errors import ModelError
 from gimcli.mechanism import Mechanism
 
+ADDRESS = ("http://", "https://")
 YAML = (".yaml", ".yml")
 """Suffixes of model files; the content of other files may be in the format of another program."""
 
@@ -38,6 +39,11 @@ def load(model: Path | str | Mapping[str, Any], folder: Path | str | None = None
     return _from_file(model, None if folder is None else Path(folder))
 
 
+def is_address(model: Path | str) -> bool:
+    """Return whether a model is given by an address, which holds the whole mechanism: it is never fetched."""
+    return isinstance(model, str) and model.lower().startswith(ADDRESS)
+
+
 def _from_file(model: Path | str, folder: Path | None) -> Mechanism:
     """Return the mechanism of a model file, or of a file or an address of another program."""
     from gimcli.model.read import read_file
@@ -56,7 +62,7 @@ def _from_file(model: Path | str, folder: Path | None) -> Mechanism:
 def _converted(model: Path | str, folder: Path | None) -> Mechanism | None:
     """Return the mechanism of a file of another program; None if the content is in no known format."""
     from gimcli.exchange.assembling import model_of
-    from gimcli.exchange.content import content_of, is_address
+    from gimcli.exchange.content import content_of
     from gimcli.exchange.registry import draft_of
     from gimcli.model.read import read_converted
 
