@@ -48,6 +48,7 @@ GROUPS: dict[str, dict[str, str]] = {
     "Methods, files and manual": {
         "new": "Write a shipped model as a template, or list all.",
         "tradeoff": "Compare speed and accuracy of the solution methods.",
+        "convert": "Convert files of other programs to model files, and back.",
         "schema": "Print the JSON Schema of the model file.",
         "manual": "Show a page of the manual.",
     },

@@ -50,7 +50,8 @@ def grouped(params: Iterable[Any], ctx: Any) -> dict[str, list[tuple[str, str]]]
             if title == PICTURE:
                 form.append(param.opts[0])
             else:
-                groups.setdefault(title, []).append((record[0], _without_range(record[1])))
+                head = param.metavar if param.param_type_name == "argument" else record[0]
+                groups.setdefault(title, []).append((head, _without_range(record[1])))
     if form:
         groups[OUTPUT].append((f"Picture: {' '.join(form)} (see gim manual commands)", ""))
     return groups

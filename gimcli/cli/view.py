@@ -72,7 +72,9 @@ def _serve(
     from gimcli.view.view import served
 
     values = assignments(changes)
-    with served(Path(model), values, assembly, port, settings, lambda text: note(printable(text)), progress_bar) as server:
+    with served(
+        Path(model), values, assembly, port, settings, lambda text: note(printable(text)), progress_bar
+    ) as server:
         end_bars()
         typer.echo(f"{Path(model).name}: {server.url} (Ctrl-C ends)")
         sys.stdout.flush()

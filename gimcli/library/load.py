@@ -48,34 +48,43 @@ def _from_file(model: Path | str, folder: Path | None) -> Mechanism:
     """Return the mechanism of a model file, or of a file or an address of another program."""
     from gimcli.model.read import read_file
 
+    if is_address(model):
+        return _from_address(str(model), folder)
     path = model_path(Path(model))
-    if path.suffix.lower() not in YAML and (found := _converted(model, folder)) is not None:
+    ours = path.suffix.lower() in YAML
+    if not ours and (found := _converted(path, folder)) is not None:
         return found
     try:
         return read_file(path, folder)
     except ModelError:
-        if path.suffix.lower() in YAML and (found := _converted(model, folder)) is not None:
+        if ours and (found := _converted(path, folder)) is not None:
             return found
         raise
 
 
-def _converted(model: Path | str, folder: Path | None) -> Mechanism | None:
+def _from_address(address: str, folder: Path | None) -> Mechanism:
+    found = _read_by_others(address, "<address>", None, folder)
+    if found is None:
+        raise ModelError(
+            ["<address>: holds no mechanism of a known program (`gim manual other-programs`); give a file"]
+        )
+    return found
+
+
+def _converted(path: Path, folder: Path | None) -> Mechanism | None:
     """Return the mechanism of a file of another program; None if the content is in no known format."""
-    from gimcli.exchange.assembling import model_of
     from gimcli.exchange.content import content_of
+
+    return _read_by_others(content_of(path), str(path), path, folder)
+
+
+def _read_by_others(text: str, source: str, path: Path | None, folder: Path | None) -> Mechanism | None:
+    from gimcli.exchange.assembling import model_of
     from gimcli.exchange.registry import draft_of
     from gimcli.model.read import read_converted
 
-    address = is_address(model)
-    text = str(model) if address else content_of(Path(model))
-    source = "<address>" if address else str(model)
     draft = draft_of(text, source)
-    if draft is None and address:
-        raise ModelError([f"{source}: not an address of a known program; give a file, or an address with a mechanism"])
-    if draft is None:
-        return None
-    path = None if address else Path(model)
-    return read_converted(model_of(draft), source, draft.left_out, path, folder)
+    return None if draft is None else read_converted(model_of(draft), source, draft.left_out, path, folder)
 
 
 def model_path(model: Path) -> Path:

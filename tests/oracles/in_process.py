@@ -24,7 +24,7 @@ SERVERS = ("view",)
 FAMILIES = ("fit",)
 """The commands that solve many designs; tests of their packages have their tests."""
 
-ANALYSES = [name for name in COMMANDS if name not in ("schema", "manual", "new", *SERVERS, *FAMILIES)]
+ANALYSES = [name for name in COMMANDS if name not in ("schema", "manual", "new", "convert", *SERVERS, *FAMILIES)]
 """The commands that read a model, need no other argument, and report in JSON."""
 
 

@@ -1,0 +1,72 @@
+"""`gim convert`: a model file from another program's file, or the other way round."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gimcli.cli.arguments import MODEL, NONE, OUTPUT, Assembly, Json, ModelPath, Set
+
+if TYPE_CHECKING:
+    from gimcli.library.convert import Conversion
+
+HELP = (
+    "Reads PMKS text and addresses, PMKS+ addresses and files, Linkage, Pyslvs and pylinkage files (`gim manual"
+    " other-programs`); addresses are decoded, never fetched. Without -o the text is printed. Every command also takes"
+    " such a file or address in place of a model file."
+)
+EXAMPLES = ("gim convert models/crank_rocker.yaml --set crank.length=35 -o changed.yaml",)
+
+
+def command(
+    model: ModelPath = MODEL,
+    changes: Set = NONE,
+    assembly: Assembly = "",
+    to: Annotated[
+        str,
+        typer.Option(
+            "--to", metavar="FORMAT", rich_help_panel=OUTPUT,
+            help="yaml (model file), pmks (PMKS text) or pmks+ (an address); by default that of -o, else yaml.",
+        ),
+    ] = "",
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="FILE", help="File: .yaml, .txt or .pmks.", rich_help_panel=OUTPUT),
+    ] = None,
+    as_json: Json = False,
+) -> None:  # fmt: skip
+    """Convert a mechanism."""
+    from gimcli.cli.arguments import changed
+    from gimcli.cli.outputs import read
+    from gimcli.library.convert import MODEL_FILE, convert, target_of
+
+    chosen = to or (MODEL_FILE if out is None else target_of(out))
+    mechanism = changed(read(model), changes)
+    if assembly:
+        from gimcli.library.assembled import assembled
+
+        mechanism = assembled(mechanism, assembly)
+    found = convert(mechanism, chosen)
+    if out is not None:
+        found.save(out)
+    _print(found, out, as_json)
+
+
+def _print(found: Conversion, out: Path | None, as_json: bool) -> None:
+    from gimcli.cli.console import note, print_json, print_written, printable
+
+    if as_json:
+        text = {} if out else {"text": found.text}
+        print_json({
+            "name": found.mechanism.name, "to": found.to, "left_out": list(found.left_out), **text,
+            "files": [str(out)] if out else [],
+        })  # fmt: skip
+        return
+    for sentence in found.left_out[len(found.mechanism.left_out) :]:  # the others have been printed
+        note(printable(f"{found.mechanism.name}: {sentence}"))
+    if out:
+        print_written([out])
+    else:
+        typer.echo(found.text, nl=not found.text.endswith("\n"))

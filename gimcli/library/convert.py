@@ -1,0 +1,97 @@
+"""Convert a mechanism to a model file, or to a file of another program."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from gimcli.errors import StructureError, UnassembledError, UsageError
+from gimcli.library.inputs import refuse_choice
+from gimcli.mechanism import ComplexArray, Mechanism
+
+MODEL_FILE = "yaml"
+SUFFIXES = (".yaml", ".yml")
+
+
+def targets() -> dict[str, str]:
+    """Return the words for `to`, and the name of the format of each."""
+    from gimcli.exchange.registry import FORMATS
+
+    return {MODEL_FILE: "model file", **{form.writes: form.name for form in FORMATS if form.writes}}
+
+
+def target_of(path: Path) -> str:
+    """Return the word for `to` that the suffix of a file stands for; raise UsageError for another suffix."""
+    from gimcli.exchange.registry import FORMATS
+
+    known = {suffix: MODEL_FILE for suffix in SUFFIXES} | {form.suffix: form.writes for form in FORMATS if form.writes}
+    if path.suffix.lower() not in known:
+        raise UsageError(f"{path}: expected one of the formats {', '.join(known)}, got '{path.suffix}'")
+    return known[path.suffix.lower()]
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """The text of a mechanism in another format.
+
+    `left_out`: sentences about what the format cannot express, or what did not come over from the file that was read.
+    """
+
+    mechanism: Mechanism
+    text: str = field(repr=False)
+    to: str
+    left_out: tuple[str, ...]
+
+    def save(self, path: Path | str) -> None:
+        """Write the text to a file, atomically; raise UsageError if the mechanism was read from it."""
+        from gimcli.output.atomic import refuse_unwritable, written_text
+
+        refuse_unwritable(self.mechanism.files, Path(path))
+        with written_text(path) as handle:
+            handle.write(self.text)
+
+
+def convert(mechanism: Mechanism, to: str = MODEL_FILE) -> Conversion:
+    """Convert a mechanism, for example `convert(load("leg.linkage2")).save("leg.yaml")`.
+
+    Other programs take all dimensions from one drawn position: it is the one at the start of the laws.
+
+    Args:
+        mechanism: from `load` or `loads`, which also read files of other programs.
+        to: "yaml" (a model file), "pmks" (PMKS text) or "pmks+" (an address that opens the mechanism in PMKS+).
+
+    Returns:
+        A Conversion: `.text`, `.left_out`, `.save(path)`.
+
+    Raises:
+        UsageError: an unknown format.
+        UnassembledError: the mechanism cannot be assembled at the start of its laws.
+        ModelError: the format cannot express a part on which the motion depends.
+    """
+    refuse_choice("to", to, targets())
+    if to == MODEL_FILE:
+        from gimcli.model.edited_text import written_with
+
+        return Conversion(mechanism, written_with(mechanism), to, mechanism.left_out)
+    from gimcli.exchange.pose import DrawnPose
+    from gimcli.exchange.registry import FORMATS, writer_of
+
+    form = next(form for form in FORMATS if form.writes == to)
+    pose = DrawnPose(mechanism, mechanism.to_file(_start(mechanism)))
+    text = writer_of(form).write(pose)
+    return Conversion(mechanism, text, to, (*mechanism.left_out, *pose.left_out))
+
+
+def _start(mechanism: Mechanism) -> ComplexArray:
+    """Return the position (nodes,) at the start of the laws; the drawn one of a mechanism that is not fully driven."""
+    from gimcli.library.solve import solve
+
+    try:
+        found = solve(mechanism)
+    except StructureError:
+        return mechanism.drawn
+    if found.position.status.value or not np.all(np.isfinite(found.position.z)):
+        raise UnassembledError(f"{found.headline()}; no position to convert: `gim solve` tries other starts")
+    return found.position.z

@@ -1,0 +1,58 @@
+"""`gim convert` with model files: the text, changed dimensions, refusals."""
+
+import json
+
+import pytest
+from bundled import MODELS
+from in_process import gim
+
+import gimcli
+
+
+def test_a_model_file_is_printed_as_it_is():
+    done = gim("convert", MODELS / "crank_rocker.yaml")
+    assert (done.code, done.text) == (0, (MODELS / "crank_rocker.yaml").read_text(encoding="utf-8"))
+
+
+def test_changed_dimensions_are_written(tmp_path):
+    out = tmp_path / "new.yaml"
+    assert gim("convert", MODELS / "crank_rocker.yaml", "--set", "crank.length=35", "-o", out).code == 0
+    assert abs(gimcli.load(out).members[1].reach(*gimcli.load(out).members[1].nodes)) * gimcli.load(out).scale == 35
+
+
+def test_json_has_the_text_or_the_files(tmp_path):
+    report = json.loads(gim("convert", MODELS / "jansen.yaml", "--json").text)
+    assert (report["to"], report["left_out"], report["files"]) == ("yaml", [], [])
+    assert "crank" in report["text"]
+    report = json.loads(gim("convert", MODELS / "jansen.yaml", "--json", "-o", tmp_path / "j.yml").text)
+    assert (report["files"], "text" in report) == ([str(tmp_path / "j.yml")], False)
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "words"),
+    [
+        (["-o", "x.xyz"], 2, ["x.xyz", ".yaml", ".yml"]),
+        (["--to", "cad"], 2, ["cad", "yaml"]),
+        (["-o", "no.yaml/x.yaml"], 6, ["no.yaml"]),
+    ],
+)
+def test_what_is_refused(options, code, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "no.yaml").write_text("")
+    done = gim("convert", MODELS / "crank_rocker.yaml", *options)
+    assert done.code == code
+    assert all(word in done.err for word in words)
+
+
+def test_the_model_itself_is_not_overwritten(tmp_path):
+    path = tmp_path / "m.yaml"
+    path.write_text((MODELS / "crank_rocker.yaml").read_text(encoding="utf-8"), encoding="utf-8")
+    assert gim("convert", path, "-o", path).code == 2
+    assert path.read_text(encoding="utf-8") == (MODELS / "crank_rocker.yaml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("command", ["convert", "solve", "trace", "check"])
+def test_an_address_without_a_mechanism_is_refused(command):
+    done = gim(command, "https://example.org/?q=1")
+    assert done.code == 3
+    assert "address" in done.error
