@@ -18,6 +18,7 @@ from gimcli.model.compile import compile_model
 from gimcli.model.files import files_read
 from gimcli.model.source import DEEPEST, Source, read_source, read_yaml
 from gimcli.model.written import Written
+from gimcli.model.yaml_text import yaml_text
 
 NAME = "mechanism"
 
@@ -51,8 +52,7 @@ def read_converted(
 
     `left_out` names what did not come over; `source` names the file in messages, `path` is None for an address.
     """
-    text = yaml.dump(_plain(data, ()), Dumper=_Quoting, sort_keys=False, allow_unicode=True, width=float("inf"))
-    own = read_yaml(text, Path(source))
+    own = read_yaml(yaml_text(data, left_out), Path(source))
     own.by_line = False
     folder = folder or (path.parent if path else Path())
     return replace(_mechanism(own, folder, path.stem if path else NAME, path), left_out=tuple(left_out))
