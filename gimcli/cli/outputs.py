@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from gimcli.output.printed import PictureOptions
     from gimcli.table import Table
 
+WHOLE = ("table", "arrays", "workbook", "geometry")
+"""Contents for which all rows of the table are kept."""
+
 REPORTED = {"table": "csv", "picture": "png", "arrays": "npz"}
 """Keys in the JSON report for the first file of each kind of content."""
 
@@ -35,6 +38,11 @@ class Stream(Protocol[Kind]):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the columns."""
+        ...
+
+    @property
+    def expected(self) -> int | None:
+        """Number of rows; None if it is not known before the end."""
         ...
 
     def tables(self) -> Iterator[Table]:
@@ -138,9 +146,8 @@ class Outputs:
 
         streamed = tuple(path for path in self.files.files if format_of(path).stream is not None)
         others = tuple(path for path in self.files.files if path not in streamed)
-        kept: list[Table] | None = (
-            [] if any(format_of(path).content in ("table", "arrays") for path in others) else None
-        )
+        kept: list[Table] | None = [] if any(format_of(path).content in WHOLE for path in others) else None
+        self._refuse_long(under_way.expected or 0)
         with ExitStack() as stack:
             own = [(format_of(path).stream, path) for path in streamed]
             targets: list[Any] = [*own, *([(CsvStream, sys.stdout)] if self.files.stdout else [])]
@@ -150,10 +157,18 @@ class Outputs:
                     one.append(piece)
                 if kept is not None:
                     kept.append(piece)
+                    self._refuse_long(sum(map(len, kept)))
             found = under_way.result(None if kept is None else joined(kept))
             self._write(found, others)
         self.written = [*streamed, *self.written]
         return found
+
+    def _refuse_long(self, rows: int) -> None:
+        """Raise UsageError for a file that does not hold so many rows."""
+        for path in self.files.files:
+            most = format_of(path).most_rows
+            if most is not None and rows > most:
+                raise UsageError(f"{path}: {rows} rows, the format has at most {most}: use fewer steps, or .csv")
 
     def _write(self, result: Result, paths: tuple[Path, ...]) -> None:
         from gimcli.library.result import write_contents

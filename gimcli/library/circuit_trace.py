@@ -27,6 +27,7 @@ from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
+    from gimcli.output.geometry import Geometry
     from gimcli.output.graph import CurveGraph
     from gimcli.output.picture import Content
 
@@ -92,6 +93,11 @@ class CircuitTrace:
     def names(self) -> tuple[str, ...]:
         """Names of the columns."""
         return self._tables[0].names
+
+    @property
+    def expected(self) -> int | None:
+        """Number of rows; None if it is not known before the end."""
+        return sum(len(motion.time) for motion in self.motions)
 
     def tables(self) -> Iterator[Table]:
         """Yield the table of each circuit; if all are followed, the last column is `branch`."""
@@ -177,6 +183,12 @@ class CircuitTraceResult(TraceResult):
             outlines += extras.outlines(motion)
         poses, title = self.poses(self.motions[0]), f"{mechanism.name}: circuit"
         return with_panels(motion_picture(mechanism, poses, paths, title, more, outlines), self.graphs())
+
+    def geometry(self) -> Geometry:
+        """Return a position on the first circuit, and the curves of all circuits, in true size."""
+        from gimcli.library.motion_geometry import motion_geometry
+
+        return motion_geometry(self.mechanism, self.poses(self.motions[0])[0], self.table())
 
     def graphs(self) -> list[CurveGraph]:
         """Return the graphs of `plot` as data, those of each circuit in turn."""

@@ -18,6 +18,7 @@ from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
+    from gimcli.output.geometry import Geometry
     from gimcli.output.picture import Content
 
 ROUND = 1e-12
@@ -131,6 +132,14 @@ class CircuitsResult(Result):
         labels = [curve_label(found, k) for k in range(len(found.strands))]
         title = f"{self.mechanism.name}: {found.count} circuit{'s' * (found.count != 1)}"
         return circuits_picture(found, labels, title)
+
+    def geometry(self) -> Geometry | None:
+        """Return the paths of the traced points on all circuits and a position, in true size; None without circuits."""
+        from gimcli.library.circuits_picture import circuits_geometry
+
+        found = self.found
+        labels = [curve_label(found, k) for k in range(len(found.strands))]
+        return circuits_geometry(found, labels) if found.strands else None
 
     def animation(self) -> Animation | None:
         """Return the circuits, one clip for each curve; None if there is no circuit."""

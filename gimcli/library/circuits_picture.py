@@ -15,6 +15,7 @@ from gimcli.output.curves import overlap, same_path
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
+    from gimcli.output.geometry import Geometry
     from gimcli.output.picture import Content
 
 PLACES = 361
@@ -63,6 +64,21 @@ def circuits_picture(found: Circuits, labels: Sequence[str], title: str) -> Cont
     nested = any(overlap(a, b, _near(together)) for k, b in enumerate(together) for a in together[:k])
     drawing = motion_picture(mechanism, poses, curves, title, nested=nested)
     return with_panels(drawing, [graph_of(f"{name}.{axis}", graph(axis))])
+
+
+def circuits_geometry(found: Circuits, labels: Sequence[str]) -> Geometry:
+    """Return the paths of the traced points on all circuits, and a position on the first one, in true size."""
+    from gimcli.output.geometry import Geometry
+
+    mechanism = found.curve.mechanism
+    geometry = Geometry(mechanism.length_unit)
+    for k, (strand, label) in enumerate(zip(found.strands, labels, strict=True)):
+        z = found.curve.nodes(along(strand.circuit, max(PLACES, len(strand.circuit.places))))
+        for name in mechanism.traced:
+            geometry.add_curve(f"curve {name} circuit {label}", mechanism.to_file(carried_point(mechanism, name, z)))
+        if not k:
+            geometry.add_mechanism(mechanism, mechanism.to_file(z[:, 0]))
+    return geometry
 
 
 def _point(mechanism: Mechanism, nodes: Sequence[ComplexArray]) -> tuple[str, list[ComplexArray], list[list[int]]]:

@@ -106,6 +106,11 @@ class ForcesAlong:
             drawn(plan, columns, Column("", self._head.columns[0].values))
         return plans
 
+    @property
+    def expected(self) -> int | None:
+        """Number of rows; None if it is not known before the end."""
+        return self.steps + 1
+
     def tables(self) -> Iterator[Table]:
         """Yield the table of each piece of the motion."""
         for piece in chain((self._first,), self._pieces):

@@ -19,9 +19,11 @@ from gimcli.table import Column, Table, labelled
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
     from gimcli.output.destinations import Destinations
+    from gimcli.output.geometry import Geometry
     from gimcli.output.model import ModelText
     from gimcli.output.picture import Content
     from gimcli.output.printed import PictureOptions
+    from gimcli.output.workbook import Workbook
 
 SHOWN = 10
 """Number of rows of a table that `repr` shows."""
@@ -60,6 +62,17 @@ class Result(Mapping[str, NDArray[Any]]):
         """Return the motion for an animated page, for `save`; None if there is nothing to show."""
         return None
 
+    def geometry(self) -> Geometry | None:
+        """Return the mechanism and its curves in true size, for a drawing program; None if there is nothing to draw."""
+        return None
+
+    def workbook(self) -> Workbook:
+        """Return the report and the table, for a spreadsheet."""
+        from gimcli.output.workbook import Workbook
+
+        inputs = tuple(actuator.name for actuator in self.mechanism.actuators)
+        return Workbook(self.headline(), self.report(), self.table(), inputs)
+
     def model(self) -> ModelText | None:
         """Return the text of the model file with other coordinates, for `save`; None if there is none."""
         return None
@@ -96,7 +109,8 @@ class Result(Mapping[str, NDArray[Any]]):
 
         draws = cls.picture is not Result.picture
         moves = cls.animation is not Result.animation
-        known = ["table", "arrays", "report", *["picture"] * draws, *["animation"] * moves]
+        known = ["table", "arrays", "report", "workbook", *["picture"] * draws, *["animation"] * moves]
+        known += ["geometry"] * (cls.geometry is not Result.geometry)
         known += ["model"] * (cls.model is not Result.model)
         usual = [".csv", *([".png"] if draws and picture else []), *more]
         return destinations(out, f"{stem}.{cls.KIND}" if cls.KIND else stem, usual, known)
@@ -108,8 +122,9 @@ class Result(Mapping[str, NDArray[Any]]):
         """Write files, each in the format of its suffix; each file is written atomically.
 
         Args:
-            paths: files with the suffix .csv, .npz, .json, .png, .svg, .pdf, .html, .gif or .mp4, of `solve` also .yaml
-                (the model file with solved coordinates); a folder gets the files that the command writes by default.
+            paths: files with the suffix .csv, .parquet, .npz, .json, .xlsx, .png, .svg, .pdf, .dxf, .html, .gif or
+                .mp4, of `solve` also .yaml (the model file with solved coordinates); a folder gets the files that the
+                command writes by default.
             size: width and height of pictures with a unit (mm, cm, in), such as "160x90mm".
             dpi: resolution of PNG pictures, in dots per inch.
             title: title of pictures; "" for none.

@@ -31,6 +31,7 @@ from gimcli.table import per_second
 
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
+    from gimcli.output.geometry import Geometry
     from gimcli.output.graph import CurveGraph
     from gimcli.output.picture import Content
 
@@ -187,6 +188,14 @@ class SimulateResult(RowsResult):
         if len(self.found.time) < 2:
             return None
         return with_mechanism(self.found, history_sheet(self.graphs(), f"{self.mechanism.name}: simulation"))
+
+    def geometry(self) -> Geometry | None:
+        """Return the first position and the curves of the traced points in true size; None without rows."""
+        from gimcli.library.motion_geometry import motion_geometry
+
+        if not len(self.found.time):
+            return None
+        return motion_geometry(self.mechanism, self.mechanism.to_file(self.found.nodes[0][:, 0]), self.table())
 
     def graphs(self) -> list[CurveGraph]:
         """Return the graphs of the picture as data."""

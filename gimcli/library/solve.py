@@ -23,6 +23,7 @@ from gimcli.table import Column, Table, per_second, xy_columns
 if TYPE_CHECKING:
     from gimcli.gim.convergence import ErrorLaw
     from gimcli.output.animation import Animation
+    from gimcli.output.geometry import Geometry
     from gimcli.output.model import ModelText
     from gimcli.output.picture import Content
     from gimcli.rates.instant import Instant
@@ -226,6 +227,16 @@ class SolveResult(Result):
         arrows = velocity_arrows(moving, nodes | points) if moving is not None and not moving.singular else []
         z = self.mechanism.to_file(self.position.z)
         return position_picture(self.mechanism, z, self.mechanism.name, points, arrows)
+
+    def geometry(self) -> Geometry | None:
+        """Return the position in true size; None if it is not solved."""
+        from gimcli.output.geometry import Geometry
+
+        if self.position.status.value:
+            return None
+        found = Geometry(self.mechanism.length_unit)
+        found.add_mechanism(self.mechanism, self.mechanism.to_file(self.position.z), self.places()[1])
+        return found
 
     def animation(self) -> Animation | None:
         """Return the position as a clip of one row; None if it is not solved."""

@@ -34,6 +34,11 @@ class SweepTables:
         """Names of the columns."""
         return self.job.row.names or ()
 
+    @property
+    def expected(self) -> int | None:
+        """Number of rows; None if it is not known before the end."""
+        return None
+
     def tables(self) -> Iterator[Table]:
         """Yield the table of each chunk, in the order of the designs; with `best` one table."""
         for chunk in best_of(self.job, self.run.chunks()):

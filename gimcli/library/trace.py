@@ -29,6 +29,7 @@ from gimcli.table import Table
 if TYPE_CHECKING:
     from gimcli.library.circuit_trace import CircuitTrace
     from gimcli.output.animation import Animation
+    from gimcli.output.geometry import Geometry
     from gimcli.output.graph import CurveGraph
     from gimcli.output.picture import Content
     from gimcli.rates.derivatives import TracedRates
@@ -174,6 +175,11 @@ class MotionTrace:
         row, own = self._first.rows(np.arange(1)), self.extras
         return motion_table(row, own.names, rates=self._rates, more=own.head(row), members=own.members)
 
+    @property
+    def expected(self) -> int | None:
+        """Number of rows; None if it is not known before the end."""
+        return self.steps + 1
+
     def tables(self) -> Iterator[Table]:
         """Yield the table of each piece of the motion."""
         angles = self.counted()
@@ -283,6 +289,19 @@ class MotionTraceResult(TraceResult):
         poses, paths = self.poses(motion), traced_paths(motion)
         picture = motion_picture(mechanism, poses, paths, mechanism.name, curves, outlines)
         return with_panels(picture, self.graphs())
+
+    def geometry(self) -> Geometry | None:
+        """Return the first position and all curves in true size, with all rows of the traced points."""
+        from gimcli.library.motion_geometry import motion_geometry
+
+        if not self.solved:
+            return None
+        motion, extras = self.summary.motion, self.found.extras
+        found = motion_geometry(self.mechanism, self.poses(motion)[0], self.table())
+        for name, curve in extras.curves(motion).items():
+            found.add_curve(f"curve {name}", curve)
+        found.add_loops("area swept", extras.outlines(motion))
+        return found
 
     def graphs(self) -> list[CurveGraph]:
         """Return the graphs of `plot` as data."""

@@ -18,6 +18,7 @@ from gimcli.positions.options import JIT
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.reach.boundary import Workspace, survey, task_of
 from gimcli.reach.reach import Reach, reach
+from gimcli.reach.region import HOLE, INNER, OUTER
 from gimcli.reach.report import outlines, placed, reach_report, reach_table, region_report, region_table
 from gimcli.structure.drive_check import explained
 from gimcli.structure.mobility import assembled
@@ -25,6 +26,7 @@ from gimcli.structure.plan import make_plan
 from gimcli.table import Table
 
 if TYPE_CHECKING:
+    from gimcli.output.geometry import Geometry
     from gimcli.output.picture import Content
 
 
@@ -128,6 +130,31 @@ class WorkspaceResult(Result):
             at = complex(reached.mean()) if found.single is not None else at
             places = reached if places is None and found.single is None else places
         return workspace_picture(mechanism, pose, outlines(found), (name, at), places, self.headline())
+
+    def geometry(self) -> Geometry | None:
+        """Return the boundary or the paths, and one position of the mechanism, in true size; None without any."""
+        found = _geometry_of(self.found)
+        pose, at = _pose(self.found.task)
+        if pose is not None:
+            found.add_mechanism(self.mechanism, pose, {} if at is None else {self.found.task.point: at})
+        return found if found.layers else None
+
+
+def _geometry_of(found: Workspace | Reach) -> Geometry:
+    """Return the boundary or the paths in true size."""
+    from gimcli.output.geometry import Geometry
+
+    mechanism, geometry = found.task.mechanism, Geometry(found.task.mechanism.length_unit)
+    if isinstance(found, Reach):
+        for number, run in enumerate(found.runs, start=1):
+            geometry.add_curve(f"curve {found.task.point} path {number}", placed(mechanism, run.points()))
+        return geometry
+    curves = outlines(found)
+    for kind, layer in ((OUTER, "boundary"), (HOLE, "hole")):
+        geometry.add_loops(layer, curves[kind])
+    for curve in curves[INNER]:
+        geometry.add_curve("inner curves", curve)
+    return geometry
 
 
 def _point(mechanism: Mechanism, given: str) -> str:

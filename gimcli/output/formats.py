@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from gimcli.errors import UsageError
 from gimcli.output.csv import CsvStream, write_csv
+from gimcli.output.dxf import require_ezdxf, write_dxf
 from gimcli.output.gif import write_gif
 from gimcli.output.html import write_html
 from gimcli.output.json import write_json
@@ -19,8 +20,9 @@ from gimcli.output.parquet import ParquetStream, require_pyarrow, write_parquet
 from gimcli.output.pdf import write_pdf
 from gimcli.output.png import write_png
 from gimcli.output.svg import write_svg
+from gimcli.output.xlsx import ROWS, write_xlsx
 
-Content = Literal["table", "arrays", "report", "picture", "animation", "model"]
+Content = Literal["table", "arrays", "report", "picture", "animation", "model", "workbook", "geometry"]
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,7 @@ class Format:
     printed: bool = False  # whether the size, resolution, title and style of pictures apply
     require: Callable[[Path], None] | None = None  # raises OutputError if a program that it needs is missing
     stream: Callable[[Any, Sequence[str]], Any] | None = None  # to which tables are appended, such as CsvStream
+    most_rows: int | None = None  # of a table
 
 
 FORMATS: dict[str, Format] = {
@@ -39,9 +42,11 @@ FORMATS: dict[str, Format] = {
     ".parquet": Format("table", write_parquet, require=require_pyarrow, stream=ParquetStream),
     ".npz": Format("arrays", write_npz, stream=NpzStream),
     ".json": Format("report", write_json),
+    ".xlsx": Format("workbook", write_xlsx, most_rows=ROWS),
     ".png": Format("picture", write_png, printed=True),
     ".svg": Format("picture", write_svg, printed=True),
     ".pdf": Format("picture", write_pdf, printed=True),
+    ".dxf": Format("geometry", write_dxf, require=require_ezdxf),
     ".html": Format("animation", write_html),
     ".yaml": Format("model", write_model),
     ".yml": Format("model", write_model),

@@ -1,0 +1,126 @@
+"""Drawing exchange files (DXF) for CAD programs, if ezdxf is installed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gimcli.errors import OutputError
+from gimcli.mechanism import ComplexArray
+from gimcli.output.atomic import written_text
+from gimcli.output.geometry import Geometry, Lettering, PinCircle, Polyline, Shape, Spot
+
+RELEASE = "R2010"
+"""The version of the format: text in UTF-8, read by all programs in use."""
+
+UNITS = {"unit": 0, "in": 1, "ft": 2, "mm": 4, "cm": 5, "m": 6, "km": 7, "um": 13}
+"""Codes of $INSUNITS. Source: Autodesk, DXF Reference, header section."""
+
+IMPERIAL = ("in", "ft")
+
+COLOURS = {"frame": 8, "guides": 8, "blocks": 7, "pins": 7, "points": 3, "names": 3, "member": 7, "actuator": 30,
+           "spring": 30, "damper": 30, "curve": 1, "boundary": 5, "hole": 1, "inner": 4, "area": 9}  # fmt: skip
+"""Colour numbers of layers by the first word of their names; 7 is black on white and white on black."""
+
+CURVES = (1, 5, 3, 6, 30, 4)
+"""Colour numbers of curves."""
+
+LONGEST = 255
+"""Largest number of letters in the name of a layer."""
+
+
+def require_ezdxf(path: Path) -> None:
+    """Raise OutputError if ezdxf is not installed."""
+    try:
+        import ezdxf  # noqa: F401
+    except ImportError:
+        raise OutputError(f"{path}: DXF files need ezdxf; run: pip install 'gimcli[dxf]'") from None
+
+
+def write_dxf(content: Geometry, path: Path | str) -> None:
+    """Write shapes in true size, each layer with its name; the same content always gives the same bytes."""
+    import ezdxf
+
+    with _undated():
+        drawing = ezdxf.new(RELEASE, units=UNITS[content.unit])
+        drawing.header["$MEASUREMENT"] = 0 if content.unit in IMPERIAL else 1
+        space, curves = drawing.modelspace(), 0
+        for own, name in zip(layer_names(content.layers), content.layers, strict=True):
+            kind = name.split(" ")[0]
+            drawing.layers.add(own, color=CURVES[curves % len(CURVES)] if kind == "curve" else COLOURS.get(kind, 7))
+            curves += kind == "curve"
+            for shape in content.layers[name]:
+                _add(space, shape, own)
+        _show_all(drawing, content)
+        with written_text(path) as handle:
+            drawing.write(handle)
+
+
+def layer_names(names: Iterable[str]) -> list[str]:
+    """Return names of layers that the format accepts, and that differ not only in capital letters."""
+    found: list[str] = []
+    for name in names:
+        own = stem = re.sub(r'[<>/\\":;?*=`|,\x00-\x1f]', "_", name)[: LONGEST - 8]
+        number = 1
+        while own.casefold() in (other.casefold() for other in found):
+            number += 1
+            own = f"{stem} ({number})"
+        found.append(own)
+    return found
+
+
+def _add(space: Any, shape: Shape, layer: str) -> None:
+    """Add a shape to a layer; a polyline of two points is a line."""
+    look = {"layer": layer}
+    if isinstance(shape, PinCircle):
+        space.add_circle(_pair(shape.centre), shape.radius, look)
+    elif isinstance(shape, Spot):
+        space.add_point(_pair(shape.at), look)
+    elif isinstance(shape, Lettering):
+        text = space.add_text(re.sub(r"[\x00-\x1f]", " ", shape.text), height=shape.height, dxfattribs=look)
+        text.dxf.insert = _pair(shape.at)
+    elif len(shape.points) == 2 and not shape.closed:
+        space.add_line(*map(_pair, shape.points.tolist()), look)
+    else:
+        space.add_lwpolyline(list(map(_pair, shape.points.tolist())), "xy", close=shape.closed, dxfattribs=look)
+
+
+def _pair(z: complex) -> tuple[float, float]:
+    return z.real, z.imag
+
+
+def _show_all(drawing: Any, content: Geometry) -> None:
+    """Store the extent of the drawing, and show all of it when it is opened."""
+    z = np.concatenate([_extent(shape) for shapes in content.layers.values() for shape in shapes])
+    low, high = complex(z.real.min(), z.imag.min()), complex(z.real.max(), z.imag.max())
+    drawing.header["$EXTMIN"], drawing.header["$EXTMAX"] = (*_pair(low), 0.0), (*_pair(high), 0.0)
+    space = drawing.modelspace()
+    space.reset_extents((*_pair(low), 0.0), (*_pair(high), 0.0))
+    height = max((high - low).imag, (high - low).real / 1.5)
+    drawing.set_modelspace_vport(1.2 * height or 1.0, _pair((low + high) / 2))
+
+
+def _extent(shape: Shape) -> ComplexArray:
+    if isinstance(shape, Polyline):
+        return shape.points
+    if isinstance(shape, PinCircle):
+        return np.array([shape.centre - shape.radius * (1 + 1j), shape.centre + shape.radius * (1 + 1j)])
+    return np.array([shape.at])
+
+
+@contextmanager
+def _undated() -> Iterator[None]:
+    """Let ezdxf write neither the time nor new identification numbers (context manager)."""
+    from ezdxf import options
+
+    before = options.write_fixed_meta_data_for_testing
+    options.write_fixed_meta_data_for_testing = True
+    try:
+        yield
+    finally:
+        options.write_fixed_meta_data_for_testing = before

@@ -1,0 +1,146 @@
+"""Geometry in true size for drawing programs: layers of polylines, circles, points and names.
+
+Coordinates are those of the file. Only pins, blocks and names have a size of their own, in proportion to the drawing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.output.scene import Scene, Slider
+
+PIN = 0.01
+"""Radius of a pin, relative to the extent of the mechanism."""
+
+CLOSED = 1e-9
+"""A curve whose ends are nearer to each other, relative to its extent, is closed."""
+
+FRAME, PINS, GUIDES, BLOCKS, POINTS, NAMES = "frame", "pins", "guides", "blocks", "points", "names"
+
+
+@dataclass(frozen=True)
+class Polyline:
+    """Straight lines between points."""
+
+    points: ComplexArray
+    closed: bool = False
+
+
+@dataclass(frozen=True)
+class PinCircle:
+    """A circle."""
+
+    centre: complex
+    radius: float
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A single point."""
+
+    at: complex
+
+
+@dataclass(frozen=True)
+class Lettering:
+    """A text that begins at a place."""
+
+    at: complex
+    text: str
+    height: float
+
+
+Shape = Polyline | PinCircle | Spot | Lettering
+
+
+@dataclass
+class Geometry:
+    """Shapes by layer, in a length unit of the model file."""
+
+    unit: str
+    layers: dict[str, list[Shape]] = field(default_factory=dict)
+
+    def add(self, layer: str, *shapes: Shape) -> None:
+        """Add shapes to a layer."""
+        if shapes:
+            self.layers.setdefault(layer, []).extend(shapes)
+
+    def add_curve(self, name: str, curve: ComplexArray) -> None:
+        """Add the pieces of a curve between its gaps (NaN); a curve that stays at a place is a point."""
+        gaps = np.flatnonzero(~np.isfinite(curve))
+        pieces = np.split(curve, np.unique(np.concatenate((gaps, gaps + 1))))
+        self.add(name, *(_shape(piece) for piece in pieces if len(piece) and np.isfinite(piece[0])))
+
+    def add_loops(self, name: str, loops: Sequence[ComplexArray]) -> None:
+        """Add closed curves."""
+        self.add(name, *(Polyline(loop, closed=True) for loop in loops))
+
+    def add_mechanism(self, mechanism: Mechanism, z: ComplexArray, points: Mapping[str, complex] | None = None) -> None:
+        """Add a mechanism at a position (nodes,) in the file's coordinates, with the names of its nodes and points."""
+        _MechanismLayers(self, Scene(mechanism, z[None, :])).add(points or {})
+
+
+def _shape(curve: ComplexArray) -> Shape:
+    extent = float(max(np.ptp(curve.real), np.ptp(curve.imag)))
+    if extent <= CLOSED * float(np.max(np.abs(curve))):
+        return Spot(complex(curve[0]))
+    closed = len(curve) > 3 and abs(curve[-1] - curve[0]) <= CLOSED * extent
+    return Polyline(curve[:-1] if closed else curve, bool(closed))
+
+
+class _MechanismLayers:
+    """The layers of a mechanism: each member, cylinder, spring and damper has its own."""
+
+    def __init__(self, geometry: Geometry, scene: Scene) -> None:
+        self.geometry, self.scene, self.z = geometry, scene, scene.poses[0]
+        extent = scene.extent()
+        self.radius = PIN * float(max(np.ptp(extent.real), np.ptp(extent.imag)))
+
+    def add(self, points: Mapping[str, complex]) -> None:
+        """Add everything."""
+        scene, geometry = self.scene, self.geometry
+        for body in scene.bodies:
+            outline = np.array([scene.place(anchor, self.z) for anchor in body.outline])
+            name = scene.mechanism.members[body.member].name
+            geometry.add(f"member {name}", Polyline(outline, body.kind == "plate"))
+        for slider in scene.sliders:
+            self._add_slider(slider)
+        for drive in scene.drives:
+            if drive.kind == "cylinder":
+                geometry.add(f"actuator {drive.name}", Polyline(self.z[list(drive.nodes)]))
+        for element in scene.elements:
+            if element.pivot < 0:
+                ends = np.array([scene.place(anchor, self.z) for anchor in element.ends])
+                geometry.add(f"{element.kind} {element.name}", Polyline(ends))
+        self._add_nodes({name: complex(scene.place(a, self.z)) for name, a in scene.tracers.items()} | dict(points))
+
+    def _add_slider(self, slider: Slider) -> None:
+        """Add the line of a guide, the block on it, and the line from the guide to its member."""
+        scene, (first, last) = self.scene, self.scene.ends(slider, self.z)
+        along = complex(slider.along * scene.turn(slider.line.member, self.z))
+        layer = FRAME if slider.side else GUIDES
+        self.geometry.add(layer, Polyline(np.array([first, last])))
+        if slider.bracket:
+            self.geometry.add(layer, Polyline(np.array([scene.place(a, self.z) for a in slider.bracket])))
+        nodes = self.z[list(slider.nodes)]
+        length, half = (nodes * along.conjugate()).real, 1.5 * self.radius
+        low, high = (complex(nodes[at(length)]) for at in (np.argmin, np.argmax))
+        corners = low - along * (2 - 1j) * half, high + along * (2 + 1j) * half
+        others = low - along * (2 + 1j) * half, high + along * (2 - 1j) * half
+        self.geometry.add(BLOCKS, Polyline(np.array([others[0], others[1], corners[1], corners[0]]), closed=True))
+
+    def _add_nodes(self, points: Mapping[str, complex]) -> None:
+        """Add pins, fixed nodes with a second circle, points, and all names."""
+        scene, geometry, mechanism = self.scene, self.geometry, self.scene.mechanism
+        named = {mechanism.nodes[node]: complex(self.z[node]) for node in sorted(scene.used | scene.fixed)}
+        geometry.add(PINS, *(PinCircle(complex(self.z[node]), self.radius) for node in scene.pins))
+        geometry.add(FRAME, *(PinCircle(complex(self.z[support.node]), 2 * self.radius) for support in scene.supports))
+        geometry.add(FRAME, *(Spot(complex(self.z[node])) for node in scene.crosses))
+        named |= {name: at for name, at in points.items() if np.isfinite(at)}
+        geometry.add(POINTS, *(Spot(at) for name, at in named.items() if name not in mechanism.nodes))
+        beside = (1 + 1j) * 1.5 * self.radius
+        geometry.add(NAMES, *(Lettering(at + beside, name, 2 * self.radius) for name, at in named.items()))
