@@ -170,18 +170,25 @@ class Assembling:
         if not members and not self.prismatic:
             raise draft.refusal(f"no moving links found: this is not a mechanism of {draft.program}")
         used = {*self.ground, *(n for own in members.values() for n in own), *self._slid()}
+        points = self._points(members)
         data: dict[str, Any] = {
             "name": draft.name, "source": f"converted from {draft.program}", "units": self._units(),
             "nodes": {n: [z.real, z.imag] for n, z in self.places.items() if n in used},
             "ground": self.ground,
             "links": {n: own for n, own in members.items() if len(own) == 2},
             "elements": {n: own for n, own in members.items() if len(own) > 2},
-            "prismatic": self.prismatic, "actuators": inputs, "points": self._points(members),
+            "prismatic": self.prismatic, "actuators": inputs, "points": points,
+            "trace": self._traced(used - {*self.ground} | {*points}),
             "duration": draft.duration, "masses": self._masses(members),
             "gravity": None if draft.gravity is None else [draft.gravity.real, draft.gravity.imag],
             "loads": {load.name: own for load in draft.loads if (own := self._load(load, members))},
         }  # fmt: skip
         return {key: value for key, value in data.items() if value not in (None, "", {})}
+
+    def _traced(self, moving: set[str]) -> list[str] | None:
+        """Return the names to trace: those whose paths the program draws."""
+        names = [self.same.get(name, name) for name in self.draft.traced]
+        return [name for name in dict.fromkeys(names) if name in moving] or None
 
     def _slid(self) -> list[str]:
         return [n for p in self.prismatic.values() for n in [*p["guide"], *p.get("nodes", []), p.get("node", "")] if n]

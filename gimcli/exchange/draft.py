@@ -87,6 +87,7 @@ class Draft:
     turns: list[Turn] = field(default_factory=list)
     travels: dict[str, dict[str, Any]] = field(default_factory=dict)
     tracers: dict[str, tuple[str, complex]] = field(default_factory=dict)
+    traced: list[str] = field(default_factory=list)  # joints and tracers whose paths the program draws
     masses: list[BodyMass] = field(default_factory=list)
     loads: list[BodyLoad] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)

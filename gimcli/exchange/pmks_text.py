@@ -1,0 +1,177 @@
+"""PMKS: its text files, and the web addresses that have the same text behind `?mech=`.
+
+A line is a joint: the names of its links, its type (R, P, RP or G), x, y, the angle of the slot in degrees, and marks;
+commas or blanks separate them. Lines `set=`, `name=`, `s=` and `d=` may stand before. In addresses `|` ends a line.
+
+Source: M. I. Campbell, PMKS (2012-2015), `ConvertTextToData` of its simulator and the reading of its addresses.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+from urllib.parse import unquote
+
+from gimcli.errors import ModelError
+from gimcli.exchange.draft import Draft
+from gimcli.exchange.pmks_joints import MOST_JOINTS, PROGRAM, TYPES, PmksJoint, PmksSpeed, draft_of_joints
+
+ADDRESS = re.compile(r"https?://", re.IGNORECASE)
+MECHANISM = re.compile(r"[?&]mech=", re.IGNORECASE)
+NO_ROW = re.compile(r"[:;{}<>=?\"]")
+NUMBER = re.compile(r"[-+]?\.?\d")
+HEADER = re.compile(r"\s*(mech|name|set|ts|s|d|e|f)\s*=(.*)", re.IGNORECASE)
+LONGEST = 60
+"""Most characters of a line that a message quotes."""
+
+
+class Line(NamedTuple):
+    """A line of the mechanism, with its place in the file for messages."""
+
+    where: str
+    text: str
+
+
+@dataclass
+class Header:
+    """What stands before the joints."""
+
+    name: str = ""
+    speed: float | None = None
+    driver: int | None = None
+    left_out: list[str] = field(default_factory=list)
+
+
+def recognises(text: str) -> bool:
+    """Return whether a text is an address of PMKS, or a list of joints in most of its lines."""
+    lines = [line for line in text.splitlines()[:MOST_JOINTS] if line.strip()]
+    if any(_address(line) for line in lines):
+        return True
+    rows = sum(1 for line in lines if _is_row(line[:1000]))
+    return rows > 0 and 2 * rows >= sum(1 for line in lines if not HEADER.match(line))
+
+
+def read(text: str, source: str) -> Draft:
+    """Return the mechanism of a text or of an address; raise ModelError with all errors."""
+    found = [address for line in text.splitlines() if (address := _address(line))]
+    if len(found) > 1:
+        raise ModelError([f"{source}: holds {len(found)} addresses of {PROGRAM}; give one of them"])
+    header = Header()
+    lines = list(_of_address(found[0], source, header) if found else _of_text(text, source, header))
+    return _draft(lines, source, header)
+
+
+def _address(line: str) -> str:
+    """Return the address in a line; "" if there is none with a mechanism."""
+    start = ADDRESS.search(line)
+    return line[start.start() :] if start and MECHANISM.search(line, start.start()) else ""
+
+
+def _is_row(line: str) -> bool:
+    """Return whether a line has words, the type of a joint and a number, and no signs of other formats."""
+    words = re.split(r"[,\s]+", line.strip(" \t,"))
+    at = max((k for k, word in enumerate(words[:-1]) if word.upper() in TYPES), default=0)
+    return at > 0 and NUMBER.match(words[at + 1]) is not None and not NO_ROW.search(line)
+
+
+# -- lines and header -----------------------------------------------------------------------------
+
+
+def _of_address(address: str, source: str, header: Header) -> Iterator[Line]:
+    """Yield the lines behind `mech=`; note what the other parts of the address set."""
+    for part in re.split("[?&]", address)[1:]:
+        key, _, value = part.partition("=")
+        text = unquote(value)
+        if key.strip().casefold() == "mech":
+            rows = [row for row in re.split(r"[|\n]", text) if row.strip()]
+            yield from (Line(f"{source}: joint {number}", row) for number, row in enumerate(rows, 1))
+        else:
+            _set(header, key.strip().casefold(), text)
+
+
+def _of_text(text: str, source: str, header: Header) -> Iterator[Line]:
+    """Yield the joints of a file; note what its header sets."""
+    for number, line in enumerate(text.splitlines(), 1):
+        match = HEADER.match(line)
+        if match and match.group(1).casefold() != "mech":
+            _set(header, match.group(1).casefold(), match.group(2).strip())
+            continue
+        rows = (match.group(2) if match else line).split("|")
+        yield from (Line(f"{source}:{number}:1", row) for row in rows if row.strip())
+
+
+def _set(header: Header, key: str, value: str) -> None:
+    """Note one setting: `set=s5|f1` has a letter and a number for each, the other forms are s=5."""
+    if key == "set":
+        for part in value.split("|"):
+            _set(header, part[:1].casefold(), part[1:])
+    elif key == "name":
+        header.name = value
+    elif key == "ts" and value.strip():
+        header.left_out.append("the target shape is left out")
+    elif key == "s" and (number := _number(value)) is not None:
+        header.speed = number
+    elif key == "d" and value.strip().isdecimal() and len(value) < 10:
+        header.driver = int(value)
+
+
+def _number(text: str) -> float | None:
+    """Return a finite number; None for any other text."""
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) and "_" not in text else None
+
+
+# -- joints ---------------------------------------------------------------------------------------
+
+
+def _draft(lines: list[Line], source: str, header: Header) -> Draft:
+    if len(lines) > MOST_JOINTS:
+        raise ModelError([f"{source}: {len(lines)} joints, more than {MOST_JOINTS}"])
+    joints, faults = [], []
+    for line in lines:
+        joint = _joint(line)
+        if isinstance(joint, PmksJoint):
+            joints.append(joint)
+        else:
+            faults.append(joint)
+    if faults:
+        raise ModelError(faults)
+    if header.driver is not None and 0 <= header.driver < len(joints):
+        joints = [replace(joint, driver=k == header.driver) for k, joint in enumerate(joints)]
+    speed = PmksSpeed(rpm=header.speed, linear=header.speed)
+    return draft_of_joints(joints, source, header.name, speed, header.left_out)
+
+
+def _joint(line: Line) -> PmksJoint | str:
+    """Return the joint of a line, or the fault of a line that is none."""
+    words = re.split(r"[,\s]+", line.text.strip(" \t\r,"))
+    at = max((k for k, word in enumerate(words) if word.upper() in TYPES), default=-1)
+    shown = line.text.strip()[:LONGEST]
+    if at < 0:
+        return f"{line.where}: expected LINKS,TYPE,X,Y with a type R, P or RP, got '{shown}'"
+    numbers = [_number(word) for word in words[at + 1 : at + 4]]
+    if len(numbers) < 2 or numbers[0] is None or numbers[1] is None:
+        return f"{line.where}: expected two coordinates after the type {words[at].upper()}, got '{shown}'"
+    angle = numbers[2] if len(numbers) > 2 else None
+    marks = _marks(words[at + 3 + (angle is not None) :])
+    kind = words[at].upper()
+    place = complex(numbers[0], numbers[1])
+    return PmksJoint(tuple(words[:at]), kind, place, math.radians(angle or 0.0), line.where, marks[0], marks[3])
+
+
+def _marks(words: list[str]) -> list[bool]:
+    """Return the four marks: path, velocity and acceleration are shown, and the joint is the driver.
+
+    They are written `tfft`, `+--+` or `True,False,False,True`.
+    """
+    if words and all(word.casefold() in ("true", "false") for word in words[:4]):
+        marks = [word.casefold() == "true" for word in words[:4]]
+    else:
+        marks = [sign in "tT+" for sign in (words[0][:4] if words else "")]
+    return marks + [False] * (4 - len(marks))
