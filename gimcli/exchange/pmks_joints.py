@@ -168,4 +168,3 @@ def _drive(draft: Draft, name: str, joint: PmksJoint, links: list[str], speed: P
 def _size(points: list[complex]) -> float:
     spans = [max(values) - min(values) for values in ([z.real for z in points], [z.imag for z in points])]
     return math.hypot(*spans) or 1.0
-

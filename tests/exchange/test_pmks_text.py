@@ -164,7 +164,16 @@ def test_faults_are_reported_with_their_lines(text, message):
 
 
 def test_other_texts_are_not_of_this_format():
-    for text in ("", "\n\n", "nodes: {A: [0, 0]}", '{"Joints": []}', "<program/>", "M[J[R, A[0]]]", "R", "https://x.org/"):
+    for text in (
+        "",
+        "\n\n",
+        "nodes: {A: [0, 0]}",
+        '{"Joints": []}',
+        "<program/>",
+        "M[J[R, A[0]]]",
+        "R",
+        "https://x.org/",
+    ):
         assert draft_of(text, "a.txt") is None or not text
 
 
