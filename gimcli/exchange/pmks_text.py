@@ -28,7 +28,7 @@ LONGEST = 60
 """Most characters of a line that a message quotes."""
 
 
-class Line(NamedTuple):
+class JointLine(NamedTuple):
     """A line of the mechanism, with its place in the file for messages."""
 
     where: str
@@ -80,19 +80,19 @@ def _is_row(line: str) -> bool:
 # -- lines and header -----------------------------------------------------------------------------
 
 
-def _of_address(address: str, source: str, header: Header) -> Iterator[Line]:
+def _of_address(address: str, source: str, header: Header) -> Iterator[JointLine]:
     """Yield the lines behind `mech=`; note what the other parts of the address set."""
     for part in re.split("[?&]", address)[1:]:
         key, _, value = part.partition("=")
         text = unquote(value)
         if key.strip().casefold() == "mech":
             rows = [row for row in re.split(r"[|\n]", text) if row.strip()]
-            yield from (Line(f"{source}: joint {number}", row) for number, row in enumerate(rows, 1))
+            yield from (JointLine(f"{source}: joint {number}", row) for number, row in enumerate(rows, 1))
         else:
             _set(header, key.strip().casefold(), text)
 
 
-def _of_text(text: str, source: str, header: Header) -> Iterator[Line]:
+def _of_text(text: str, source: str, header: Header) -> Iterator[JointLine]:
     """Yield the joints of a file; note what its header sets."""
     for number, line in enumerate(text.splitlines(), 1):
         match = HEADER.match(line)
@@ -100,7 +100,7 @@ def _of_text(text: str, source: str, header: Header) -> Iterator[Line]:
             _set(header, match.group(1).casefold(), match.group(2).strip())
             continue
         rows = (match.group(2) if match else line).split("|")
-        yield from (Line(f"{source}:{number}:1", row) for row in rows if row.strip())
+        yield from (JointLine(f"{source}:{number}:1", row) for row in rows if row.strip())
 
 
 def _set(header: Header, key: str, value: str) -> None:
@@ -130,7 +130,7 @@ def _number(text: str) -> float | None:
 # -- joints ---------------------------------------------------------------------------------------
 
 
-def _draft(lines: list[Line], source: str, header: Header) -> Draft:
+def _draft(lines: list[JointLine], source: str, header: Header) -> Draft:
     if len(lines) > MOST_JOINTS:
         raise ModelError([f"{source}: {len(lines)} joints, more than {MOST_JOINTS}"])
     joints, faults = [], []
@@ -148,7 +148,7 @@ def _draft(lines: list[Line], source: str, header: Header) -> Draft:
     return draft_of_joints(joints, source, header.name, speed, header.left_out)
 
 
-def _joint(line: Line) -> PmksJoint | str:
+def _joint(line: JointLine) -> PmksJoint | str:
     """Return the joint of a line, or the fault of a line that is none."""
     words = re.split(r"[,\s]+", line.text.strip(" \t\r,"))
     at = max((k for k, word in enumerate(words) if word.upper() in TYPES), default=-1)
