@@ -100,6 +100,7 @@ PARTS = {
     "Damper": {**GAUGE, "damping": "Damping coefficient [N s/m], or [N m s/rad] about a pivot"},
     "Tracer": {
         "on": "Member to which the point is fixed",
+        "member": "Another word for `on`",
         "at": "Initial coordinates [x, y] of the point (file's unit of length)",
         "local": "Coordinates [x, y] of the point in the member's own frame (file's unit of length): origin at the "
         "member's first node, x towards its second node, y to the left",
@@ -112,6 +113,7 @@ PARTS = {
     },
     "Load": {
         "on": "Member on which the load acts",
+        "member": "Another word for `on`",
         "at": "Point of application, initial coordinates [x, y] (file's unit of length)",
         "local": "Point of application [x, y] in the member's own frame (file's unit of length): origin at its first "
         "node, x towards its second node, y to the left",

@@ -49,5 +49,10 @@ def json_schema() -> dict[str, Any]:
     for key in ("polynomial", "table"):
         parts["Law"]["properties"][key] = parts["Profile"]["properties"][key]
     parts["Actuator"]["properties"]["effort"] = {"anyOf": [{"type": ["number", "string"]}, {"$ref": "#/$defs/Effort"}]}
+    for part in ("Tracer", "Load"):
+        own = parts[part]
+        own["properties"] = {"on": own["properties"]["on"], "member": own["properties"]["on"], **own["properties"]}
+        own["required"] = [key for key in own.get("required", ()) if key != "on"]
+        own["oneOf"] = [{"required": [key]} for key in ("on", "member")]
     describe(schema)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "gim model file"}

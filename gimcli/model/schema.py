@@ -23,6 +23,8 @@ LARGEST = 1e30
 MOST_COEFFICIENTS = 100
 """Most coefficients of a polynomial: its roots take long to compute, and high powers of the time hardly differ."""
 NO_FORMULAS: Mapping[tuple[str | int, ...], Formula] = MappingProxyType({})
+MEMBER_WORDS = ("member", "true", "True", "TRUE")
+"""Other words for the key `on` of points and loads; programs that read YAML 1.1 write it as true."""
 PROFILES = ("uniform", "cubic", "quintic", "cycloidal", "harmonic")
 
 
@@ -299,11 +301,22 @@ def long_form(data: dict[str, Any]) -> dict[str, Any]:
         if isinstance(result.get(section), dict):
             items = result[section].items()
             result[section] = {k: {"nodes": v} if isinstance(v, list) else v for k, v in items}
+    for section in ("points", "loads"):
+        if isinstance(result.get(section), dict):
+            result[section] = {k: _long_carried(v) for k, v in result[section].items()}
     if isinstance(result.get("ground"), list):
         result["ground"] = {"nodes": result["ground"]}
     if isinstance(result.get("actuators"), dict):
         result["actuators"] = {k: _long_actuator(v) for k, v in result["actuators"].items()}
     return {k: v for k, v in result.items() if v is not None or k in ("nodes", "ground")}
+
+
+def _long_carried(part: Any) -> Any:
+    """Return a point or a load with the key `on` in place of the first other word for it; a second word is left."""
+    words = [word for word in MEMBER_WORDS if isinstance(part, dict) and word in part]
+    if not words or "on" in part:
+        return part
+    return {"on" if key == words[0] else key: value for key, value in part.items()}
 
 
 def _long_actuator(actuator: Any) -> Any:

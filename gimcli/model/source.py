@@ -27,6 +27,7 @@ _INTEGER = re.compile(r"-?(0|[1-9][0-9]*)$")  # 007 is read as a float, so that 
 _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?$")
 _SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)$|\.(nan|NaN|NAN)$")
 _WORDS = {"": None, "~": None, "null": None, "Null": None, "true": True, "True": True, "false": False, "False": False}
+MERGE = "<<"
 CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff]")
 _LAYOUT = {ord(sign): " " for sign in "\t\n"}
 _INVISIBLE = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
@@ -284,6 +285,10 @@ class _DataBuilder:
             return None
         self.loader.get_event()
         name = str(event.value)
+        if name == MERGE and event.style not in ("'", '"'):
+            text = f"merge keys (`{MERGE}`) are not read; write the keys out, or use an alias (*name) for a whole value"
+            self.source.fault_at(spot, text)
+            return None
         self.refuse_invisible(name, event)
         if (*where, name) in self.source.keys:
             first = self.source.keys[(*where, name)][0]

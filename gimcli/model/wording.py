@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from gimcli.model.nearest import near, nearest
-from gimcli.model.schema import Model
+from gimcli.model.schema import MEMBER_WORDS, Model
 from gimcli.model.source import Source, Where
 
 NONE: Mapping[Where, str] = {}
@@ -22,7 +22,7 @@ SYNONYMS = {
     "driver": "actuators", "drives": "actuators", "cylinders": "actuators", "cranks": "actuators",
     "forces": "loads", "force": "loads", "torques": "loads", "moments": "loads",
     "mass": "masses", "inertias": "masses", "tracers": "points", "markers": "points", "output": "trace",
-    "outputs": "trace", "title": "name", "time": "duration", "member": "on",
+    "outputs": "trace", "title": "name", "time": "duration",
     "variables": "parameters", "params": "parameters", "constants": "parameters",
 }  # fmt: skip
 """Keys of other programs and of everyday use, and the key of the model file for each."""
@@ -43,7 +43,10 @@ def record(source: Source, error: dict[str, Any], refused: Mapping[Where, str] =
     """
     where: Where = tuple(error["loc"])
     kind, got, limits = str(error["type"]), error.get("input"), error.get("ctx", {})
-    if kind == "extra_forbidden":
+    if kind == "extra_forbidden" and where[0] in ("points", "loads") and where[-1] in MEMBER_WORDS:
+        text = f"`{where[-1]}` is another word for `on`, and two of these words are given; remove one"
+        source.fault(where, text, key=True)
+    elif kind == "extra_forbidden":
         guess = intended(where)
         hint = f"did you mean '{guess[-1]}'?" if guess else f"known here: {', '.join(known_keys(where[:-1]))}"
         source.fault(written(source, where), f"unknown key '{where[-1]}'; {hint}", key=True)
@@ -61,9 +64,15 @@ def expected(where: Where, kind: str, got: Any, limits: dict[str, Any]) -> str:
 
 
 def written(source: Source, where: Where) -> Where:
-    """Return the path of a part as it is in the file: short forms have no `nodes`, `profile` and `constant`."""
-    if where in source.values:
+    """Return the path of a part as it is in the file: short forms have no `nodes`, `profile` and `constant`.
+
+    The key `on` has the word that the file uses for it.
+    """
+    if not where or where in source.values:
         return where
+    if where[0] in ("points", "loads") and where[2:] == ("on",):
+        words = (word for word in MEMBER_WORDS if (*where[:2], word) in source.values)
+        return (*where[:2], next(words, "on"))
     for k, part in enumerate(where):
         if part in ("nodes", "profile", "constant") and where[: k + 1] not in source.values:
             return written(source, (*where[:k], *where[k + 1 :]))

@@ -219,6 +219,10 @@ def test_the_json_schema_covers_the_dynamic_sections():
         "loads": {"f": {"on": "a", "local": [0, 0], "follower": [1, 2], "table": "t.csv", "over": "m"}},
     }  # fmt: skip
     assert valid.is_valid(good)
+    point = {"local": [0, 0]}
+    assert valid.is_valid({**good, "points": {"P": {"member": "a", **point}}})
+    assert not valid.is_valid({**good, "points": {"P": {"member": "a", "on": "a", **point}}})
+    assert not valid.is_valid({**good, "points": {"P": point}})
     assert not valid.is_valid({**good, "springs": {"s": {"pivot": "O", "arm": "A"}}})
     assert not valid.is_valid({**good, "friction": {"O": True}})
     assert "N/m" in schema["$defs"]["Spring"]["properties"]["stiffness"]["description"]

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 import time
+from pathlib import Path
 
 import pytest
+import yaml
 
 from gimcli import load
 from gimcli.cli import main
@@ -323,6 +325,18 @@ REFUSED = {
         ["reaches -1e+09", "shorten"],
     ),
     # points, trace, dynamics
+    "two words for the member": (
+        point("{member: rod, on: rod, at: [1, 1]}"),
+        "5:9",
+        ["`member` is another word for `on`", "remove one"],
+    ),
+    "two other words for the member": (
+        point("{member: rod, true: rod, at: [1, 1]}"),
+        "5:22",
+        ["`true` is", "remove one"],
+    ),
+    "unknown member by another word": (point("{true: rood, at: [1, 1]}"), "5:15", ["member 'rood'", "'rod'"]),
+    "merge key": (TOP + "points: {P: {<<: *x, on: rod, at: [1, 1]}}\n", "4:14", ["merge keys (`<<`)", "an alias"]),
     "point on unknown member": (point("{on: rood, at: [1, 1]}"), "5:13", ["member 'rood'", "did you mean 'rod'"]),
     "point without coordinates": (point("{on: rod}"), "5:8", ["either `at` (initial coordinates) or `local`"]),
     "point with two positions": (point("{on: rod, at: [1, 1], local: [1, 1]}"), "5:8", ["either `at`"]),
@@ -640,6 +654,26 @@ def test_the_type_of_an_actuator_follows_from_its_keys(keys, kind, row, folder):
         actuators.append(load(folder / "m.yaml").actuators[0])
     assert actuators[0] == actuators[1]
     assert actuators[0].kind == row
+
+
+@pytest.mark.parametrize("word", ["member", "true", "True", "'true'"])
+def test_the_member_of_a_point_or_load_may_have_another_key(word, folder):
+    text = TOP + "points: {P: {on: rod, local: [1, 2]}}\nloads: {f: {on: rod, at: [1, 2], force: [3, 4]}}\n"
+    accepted(folder, text)
+    known = load(folder / "m.yaml")
+    accepted(folder, text.replace("on:", f"{word}:"))
+    other = load(folder / "m.yaml")
+    assert other.points == known.points
+    assert other.dynamics.loads == known.dynamics.loads
+
+
+def test_a_model_that_a_program_of_yaml_1_1_rewrites_is_the_same(folder):
+    """PyYAML reads the key `on` as true and writes it as `true:`."""
+    path = folder / "rewritten.yaml"
+    own = Path("models/jansen.yaml")
+    path.write_text(yaml.safe_dump(yaml.safe_load(own.read_text(encoding="utf-8"))), encoding="utf-8")
+    assert "true:" in path.read_text(encoding="utf-8")
+    assert {p.name: p.local for p in load(path).points} == pytest.approx({p.name: p.local for p in load(own).points})
 
 
 @pytest.mark.parametrize("law", [
