@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import math
 from itertools import combinations
 from typing import Any
 
@@ -139,7 +140,10 @@ class Assembling:
         own: dict[str, Any] = {"type": "rotary", "pivot": pivot, "arm": arm}
         if reference != GROUND:
             own["reference"] = self._other(reference, pivot, turn.name)
-        return {**own, **keys}
+        ray = self.places[arm] - self.places[pivot]
+        if "reference" in own:
+            ray /= self.places[own["reference"]] - self.places[pivot]
+        return {**own, **_with_range(keys, math.degrees(cmath.phase(ray)))}
 
     def _other(self, body: str, pivot: str, name: str) -> str:
         """Return the node of a body farthest from a pivot; a tracer becomes a node where there is none."""
@@ -154,7 +158,8 @@ class Assembling:
     def _travel(self, name: str, keys: dict[str, Any]) -> dict[str, Any]:
         own = dict(keys)
         if "slot" not in own:
-            return {**own, "nodes": [self.same[n] for n in own["nodes"]]}
+            a, b = (self.same[n] for n in own["nodes"])
+            return {**_with_range(own, abs(self.places[b] - self.places[a])), "nodes": [a, b]}
         pair, *guide = self.guides[own.pop("slot")]
         part = self.prismatic[pair]
         return {"type": "linear", "node": part.get("node") or part["nodes"][0], "guide": guide, **own}
@@ -170,6 +175,7 @@ class Assembling:
         if not members and not self.prismatic:
             raise draft.refusal(f"no moving links found: this is not a mechanism of {draft.program}")
         used = {*self.ground, *(n for own in members.values() for n in own), *self._slid()}
+        used |= {n for own in inputs.values() for n in own.get("nodes", [])}
         points = self._points(members)
         data: dict[str, Any] = {
             "name": draft.name, "source": f"converted from {draft.program}", "units": self._units(),
@@ -246,6 +252,15 @@ class Assembling:
             first, second = (self.places[n] for n in members[owner][:2])
             force *= cmath.exp(-1j * cmath.phase(second - first))
         return {**own, "follower" if load.follower else "force": [force.real, force.imag]}
+
+
+def _with_range(keys: dict[str, Any], drawn: float) -> dict[str, Any]:
+    """Return the keys of an input with the range `over` of its law, relative to the drawn value, as absolute values."""
+    law = dict(keys.get("law", {}))
+    if "over" not in law:
+        return keys
+    first, last = law.pop("over")
+    return {**keys, "law": {"from": drawn + first, "to": drawn + last, **law}}
 
 
 def _corner(points: list[complex], end: Any) -> complex:

@@ -124,7 +124,10 @@ class Draft:
         self.slots.append(DraftSlot(name, joint, carrier, direction / abs(direction), body, guide))
 
     def rotary(self, name: str, pivot: str, body: str, reference: str = GROUND, **keys: Any) -> None:
-        """Add a rotary input, with further keys of an actuator, such as law={"by": 360}."""
+        """Add a rotary input, with further keys of an actuator, such as law={"by": 360}.
+
+        law={"over": (a, b)} runs from a to b relative to the value at the drawn position.
+        """
         self.turns.append(Turn(name, pivot, body, reference, keys))
 
     def linear(self, name: str, a: str, b: str, **keys: Any) -> None:

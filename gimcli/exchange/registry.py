@@ -44,7 +44,10 @@ class ForeignFormat(NamedTuple):
     suffix: str = ""  # of files that are written in this format
 
 
-FORMATS: tuple[ForeignFormat, ...] = (ForeignFormat("PMKS", "pmks_text"),)
+FORMATS: tuple[ForeignFormat, ...] = (
+    ForeignFormat("PMKS", "pmks_text"),
+    ForeignFormat("Linkage", "linkage"),
+)
 """All formats; content is offered to them in this order."""
 
 

@@ -1,0 +1,249 @@
+"""Files of Linkage (`.linkage2`).
+
+The file has connectors (pins) with coordinates in 1/96 inch, y upwards, and links that share them. Source:
+linkageDoc.cpp and Simulator.cpp of the program: positive revolutions a minute are clockwise; all links on a motor turn
+with it; an actuator moves its throw out and back `cpm` times a minute; a slider stays on the line through its limits.
+"""
+
+from __future__ import annotations
+
+import re
+
+from gimcli.errors import ModelError
+from gimcli.exchange.draft import GROUND, Draft, free_name
+from gimcli.exchange.linkage_motion import Drive, Motion
+from gimcli.exchange.linkage_parts import Connector, LinkPart, Parts, read_parts
+from gimcli.exchange.tags import read_tags
+
+PROGRAM = "Linkage"
+PER_INCH = 96.0
+DIGIT = 1e-6
+"""Last digit of the coordinates in the file."""
+LENGTHS = {"": ("mm", 25.4), "millimeters": ("mm", 25.4), "mm": ("mm", 25.4), "inches": ("in", 1.0)}
+
+_ROOT = re.compile(r"<linkage2?(?![\w.-])")
+_PARENTS = {
+    "program": ("linkage2",), "Link": ("linkage2",), "element": ("linkage2",), "ratios": ("linkage2",),
+    "selected": ("linkage2",), "background": ("linkage2",), "ratio": ("ratios",), "link": ("ratio", "selected"),
+    "connector": ("linkage2", "Link", "element", "selected"), "slidelimit": ("connector",),
+    "fastenconnector": ("Link", "element"),
+}  # fmt: skip
+
+
+def recognises(text: str) -> bool:
+    """Return whether a text is probably a file of Linkage."""
+    start = text[:4000].lstrip("\ufeff \t\r\n")
+    return start.startswith("<") and _ROOT.search(start) is not None
+
+
+def read(text: str, source: str) -> Draft:
+    """Return the mechanism of a file of Linkage; `source` names it in messages."""
+    root = read_tags(text, source, _PARENTS)
+    if root.name != "linkage2":
+        text = f"<{root.name}>: a file of the first version of Linkage; open it with Linkage 3 and save it again"
+        raise ModelError([f"{source}:{root.line}: {text}"])
+    program = next((tag.attributes for tag in root.children if tag.name == "program"), {})
+    length, per_inch = LENGTHS.get(program.get("units", "").strip().lower(), LENGTHS[""])
+    draft = Draft(PROGRAM, source, length=length, resolution=2.0 * DIGIT * per_inch / PER_INCH)
+    _Linkage(read_parts(root, source), draft, per_inch / PER_INCH).convert()
+    return draft
+
+
+class _Linkage:
+    """The conversion of one file.
+
+    `whole` has all links of the body of each link, `body` the names of bodies, `names` those of joints; `points` are
+    connectors that are no joints.
+    """
+
+    def __init__(self, parts: Parts, draft: Draft, scale: float) -> None:
+        self.parts, self.draft, self.scale = parts, draft, scale
+        self.order = {link: k for k, link in enumerate(parts.links)}
+        self.whole = {link: [link] for link in parts.links}
+        self.names: dict[Connector, str] = {}
+        self.body: dict[LinkPart, str] = {}
+        self.points: set[Connector] = set()
+
+    def convert(self) -> None:
+        """Fill the draft."""
+        self._weld()
+        self._refuse_gears()
+        self._add_joints()
+        self._add_bodies()
+        self._add_tracers()
+        for connector in self._mechanism():
+            if connector.slider:
+                self._add_slider(connector)
+        self._add_inputs()
+        self._name_drawing()
+
+    def _mechanism(self) -> list[Connector]:
+        """Return the connectors of the mechanism: drawing elements are on layers of their own."""
+        return [c for c in self.parts.connectors.values() if c.mechanism or any(x.mechanism for x in c.links)]
+
+    # -- links that are one body ----------------------------------------------------------------
+
+    def _weld(self) -> None:
+        """Join the links that are fastened to each other, and those that one motor turns."""
+        for link in self.parts.links:
+            other = self.parts.link(link.fastened)
+            if link.mechanism and other is not None and other.mechanism and other is not link:
+                self._refuse_actuators(link, other)
+                self._join(link, other)
+            elif link.mechanism and not link.gear and link.fastened_connector is not None:
+                raise link.own.refused(
+                    "is fastened to a connector; fasten it to a link, or make the connector an anchor"
+                )
+        for connector in self._mechanism():
+            if connector.input and connector.anchor:
+                turned = [link for link in connector.links if self._turns(link)]
+                for link in turned[1:]:
+                    self._join(turned[0], link)
+
+    def _turns(self, link: LinkPart) -> bool:
+        """Return whether a motor at an anchor of a link turns it: it has no other anchor."""
+        own = self._connectors(link)
+        return link.mechanism and not link.actuator and len(own) > 1 and sum(c.anchor for c in own) == 1
+
+    def _refuse_actuators(self, *links: LinkPart) -> None:
+        for link in links:
+            if link.actuator:
+                raise link.own.refused("is an actuator that is fastened to a link; fasten the other link elsewhere")
+
+    def _join(self, a: LinkPart, b: LinkPart) -> None:
+        """Make two links parts of one body, in the order of the file."""
+        both = sorted({*self.whole[a], *self.whole[b]}, key=self.order.__getitem__)
+        self.whole.update(dict.fromkeys(both, both))
+
+    def _connectors(self, link: LinkPart) -> set[Connector]:
+        """Return all connectors of the body of a link."""
+        return {c for x in self.whole[link] if x.mechanism for c in x.connectors}
+
+    # -- gears ----------------------------------------------------------------------------------
+
+    def _refuse_gears(self) -> None:
+        """Refuse gears and chains that transmit a motion; name those that only turn along."""
+        geared = {link for link in self.parts.links if self._geared(link)}
+        reached = {link: link for ratio in self.parts.ratios for link in ratio[:2]}
+        for _ in reached:
+            for a, b, _kind in self.parts.ratios:
+                reached[a] = reached[b] = min(reached[a], reached[b], key=self.order.__getitem__)
+        for train in {first: [x for x in reached if reached[x] is first] for first in reached.values()}.values():
+            if len(own := [link for link in train if link in geared]) > 1:
+                kind = next(kind for a, b, kind in self.parts.ratios if own[0] in (a, b))
+                raise own[0].own.refused(
+                    f"the motion depends on the {kind} between '{own[0].name}' and '{own[1].name}'; "
+                    "gears and chains cannot be converted"
+                )
+        gears = [link for link in self.parts.links if link.gear]
+        if gears and not any(len(self._connectors(link)) > 1 for link in self.parts.links):
+            raise gears[0].own.refused("the file has gears only; gears and chains cannot be converted")
+        idle = [link.name for link in gears if link not in geared]
+        if idle:
+            self.draft.left_out.append(f"gears that drive no link are left out: {', '.join(idle)}")
+
+    def _geared(self, link: LinkPart) -> bool:
+        """Return whether a gear turns with something other than gears: a link, a motor or the ground."""
+        own = self._connectors(link)
+        return link.gear and (len(own) > 1 or link.fastened_connector is not None or any(c.input for c in own))
+
+    # -- joints and bodies ----------------------------------------------------------------------
+
+    def _add_joints(self) -> None:
+        limits = {ident for c in self.parts.connectors.values() for ident in c.limits}
+        own = self._mechanism()
+        self.points = {c for c in own if c.ident not in limits and self._is_point(c)}
+        for connector in own:
+            if connector.input and not connector.anchor:
+                raise connector.own.refused("is an input that is no anchor; make it an anchor")
+            if connector not in self.points:
+                self.names[connector] = self.draft.joint(connector.name, connector.place * self.scale)
+        self.draft.fix(*(name for c, name in self.names.items() if c.anchor))
+
+    def _is_point(self, connector: Connector) -> bool:
+        """Return whether a connector only draws its path: it is on one body, which has two joints without it."""
+        links = [link for link in connector.links if link.mechanism]
+        joint = connector.anchor or connector.slider or connector.fastened is not None
+        if not connector.drawn or joint or not links or any(link.actuator for link in links):
+            return False
+        if any(self.whole[link] is not self.whole[links[0]] for link in links):
+            return False
+        return sum(not c.drawn or c.anchor or len(c.links) > 1 for c in self._connectors(links[0])) > 1
+
+    def _add_bodies(self) -> None:
+        fastened: dict[int, list[Connector]] = {}
+        for connector in self._mechanism():
+            if connector.fastened is not None:
+                fastened.setdefault(connector.fastened, []).append(connector)
+        for link, whole in self.whole.items():
+            if not link.mechanism or link.actuator or whole[0] is not link:
+                continue
+            own = [c for x in whole if x.mechanism for c in [*x.connectors, *fastened.get(x.ident, [])]]
+            if len(joints := dict.fromkeys(self.names[c] for c in own if c in self.names)) > 1:
+                name = self.draft.body("+".join(dict.fromkeys(x.name for x in whole if len(x.connectors) > 1)), joints)
+                self.body.update(dict.fromkeys(whole, name))
+
+    def _add_tracers(self) -> None:
+        for connector in self.parts.connectors.values():
+            carrier = self.parts.link(connector.fastened)
+            if connector in self.points:
+                carrier = next(link for link in connector.links if link.mechanism)
+            elif connector in self.names or not connector.drawn:
+                continue
+            if carrier is not None and (body := self.body.get(carrier)):
+                own = free_name(connector.name, [*self.draft.joints, *self.draft.tracers])
+                self.draft.tracers[own] = (body, connector.place * self.scale)
+        drawn = [name for c, name in self.names.items() if c.drawn and not c.anchor]
+        self.draft.traced = [*self.draft.tracers, *drawn]
+
+    # -- sliders --------------------------------------------------------------------------------
+
+    def _add_slider(self, connector: Connector) -> None:
+        own = connector.own
+        missing = [ident for ident in connector.limits if ident not in self.parts.connectors]
+        if missing:
+            raise own.refused(f"slides to connector {missing[0]}, which does not exist; correct its limits")
+        if connector.slide_radius:
+            raise own.refused("slides along an arc (slideradius); curved slots cannot be converted")
+        a, b = (self.parts.connectors[ident] for ident in connector.limits)
+        if a not in self.names or b not in self.names or abs(a.place - b.place) <= DIGIT:
+            raise own.refused("its two limits coincide or are on no layer of the mechanism; move one of them")
+        shared = [link for link in a.links if link in b.links and link.mechanism and not link.actuator]
+        carrier = self.body.get(shared[0], "") if shared else GROUND if a.anchor and b.anchor else ""
+        if not carrier:
+            raise own.refused(f"its limits {a.name} and {b.name} are on no common link; correct its limits")
+        name = self.names[connector]
+        guide = (self.names[a], self.names[b])
+        self.draft.slot(f"slot_{name}", name, carrier, b.place - a.place, guide=guide)
+
+    # -- inputs ---------------------------------------------------------------------------------
+
+    def _add_inputs(self) -> None:
+        turns = [c for c in self._mechanism() if c.input]
+        actuators = [link for link in self.parts.links if link.actuator and link.mechanism]
+        motion = Motion()
+        for connector in turns:
+            body = next((own for link in connector.links if self._turns(link) and (own := self.body.get(link))), "")
+            if not body:
+                self.draft.left_out.append(f"input {connector.name} is left out: it turns no link")
+                continue
+            name = "motor" if len(turns) == 1 else f"motor_{connector.name}"
+            motion.add(name, Drive.of_connector(connector))
+            self.draft.rotary(name, self.names[connector], body, law=motion.laws[name])
+        for link in actuators:
+            if len(link.connectors) != 2 or any(c not in self.names for c in link.connectors):
+                raise link.own.refused(f"is an actuator with {len(link.connectors)} connectors; it needs 2")
+            name = free_name(link.name, self.draft.travels)
+            motion.add(name, Drive.of_actuator(link, self.scale))
+            a, b = (self.names[c] for c in link.connectors)
+            self.draft.linear(name, a, b, law=motion.laws[name])
+        self.draft.duration = motion.complete()
+        self.draft.left_out += motion.left_out
+
+    # -- what is only drawn ---------------------------------------------------------------------
+
+    def _name_drawing(self) -> None:
+        drawn = [link for link in self.parts.links if link.measurement or not link.mechanism]
+        if drawn:
+            what = "drawing element" if len(drawn) == 1 else "drawing elements"
+            self.draft.left_out.append(f"{len(drawn)} {what} left out: lines, text or measurements")

@@ -1,0 +1,214 @@
+"""The connectors and links of a file of Linkage, with their attributes as numbers."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+
+from gimcli.errors import ModelError
+from gimcli.exchange.tags import Tag
+
+MOST_PARTS = 300
+"""Most connectors, links and ratios that are read; the largest samples of the program have 60."""
+MOST_PLACES = 3000
+"""Most connectors of all links together."""
+MECHANISM = 0xFFFFFFF0
+"""Layers of the mechanism; the other ones hold lines, text and pictures."""
+DEFAULT_RATE = 15.0
+"""Revolutions or strokes a minute where the file gives none."""
+
+_ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
+_NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$")
+_LARGEST = 1e12
+
+
+@dataclass(frozen=True)
+class PartReader:
+    """Attributes of one tag; errors name the file, the line and the tag."""
+
+    tag: Tag
+    source: str
+
+    def refused(self, text: str) -> ModelError:
+        """Return the error for this tag."""
+        ident = self.tag.attributes.get("id", "")
+        what = f"{self.tag.name} {ident}".strip()
+        return ModelError([f"{self.source}:{self.tag.line}: {what}: {text}"])
+
+    def text(self, key: str) -> str:
+        """Return an attribute; "" if it is not given."""
+        return self.tag.attributes.get(key, "").strip()
+
+    def true(self, key: str) -> bool:
+        """Return whether an attribute is `true`."""
+        return self.text(key).lower() == "true"
+
+    def number(self, key: str, default: float | None = None) -> float:
+        """Return a finite number."""
+        text = self.text(key)
+        if not text and default is not None:
+            return default
+        if not text:
+            raise self.refused(f"`{key}` is missing; give a number")
+        value = float(text) if _NUMBER.match(text) else math.nan
+        if not abs(value) <= _LARGEST:
+            raise self.refused(f"expected a number of at most {_LARGEST:g} for `{key}`, got '{text[:40]}'")
+        return value
+
+    def integer(self, key: str, default: int | None = None) -> int:
+        """Return a whole number."""
+        value = self.number(key, default)
+        if value != int(value):
+            raise self.refused(f"expected a whole number for `{key}`, got '{self.text(key)[:40]}'")
+        return int(value)
+
+    def layer(self) -> bool:
+        """Return whether the part is on a layer of the mechanism."""
+        return bool((self.integer("layer", 16) or 16) & MECHANISM)
+
+
+@dataclass(eq=False)
+class Connector:
+    """A point of links; coordinates and lengths are those of the file."""
+
+    ident: int
+    name: str
+    place: complex
+    mechanism: bool
+    anchor: bool
+    input: bool
+    drawn: bool
+    manual: bool
+    rpm: float
+    limit_angle: float
+    start_offset: float
+    limits: list[int]
+    slide_radius: float
+    fastened: int | None  # link
+    own: PartReader
+    links: list[LinkPart] = field(default_factory=list)
+
+    @property
+    def slider(self) -> bool:
+        """Return whether it slides between two other connectors."""
+        return len(self.limits) == 2
+
+
+@dataclass(eq=False)
+class LinkPart:
+    """A link, with the connectors on it."""
+
+    ident: int
+    name: str
+    mechanism: bool
+    actuator: bool
+    gear: bool
+    measurement: bool
+    manual: bool
+    throw: float | None
+    cpm: float
+    start_offset: float
+    fastened: int | None  # link
+    fastened_connector: int | None
+    own: PartReader
+    connectors: list[Connector] = field(default_factory=list)
+
+
+@dataclass(eq=False)
+class Parts:
+    """All parts of a file."""
+
+    connectors: dict[int, Connector] = field(default_factory=dict)
+    links: list[LinkPart] = field(default_factory=list)
+    ratios: list[tuple[LinkPart, LinkPart, str]] = field(default_factory=list)
+
+    def link(self, ident: int | None) -> LinkPart | None:
+        """Return the first link with a number, as the program does where a number is repeated."""
+        return next((link for link in self.links if link.ident == ident), None)
+
+
+def read_parts(root: Tag, source: str) -> Parts:
+    """Return the parts of a file; raise ModelError for damaged ones."""
+    parts = Parts()
+    for tag in root.children:
+        if tag.name == "connector":
+            _add_connector(parts, PartReader(tag, source))
+    for tag in root.children:
+        if tag.name in ("Link", "element"):
+            _add_link(parts, PartReader(tag, source))
+    _fasten_listed(parts)
+    for tag in root.children:
+        if tag.name == "ratios":
+            _add_ratios(parts, tag, source)
+    return parts
+
+
+def _add_connector(parts: Parts, own: PartReader) -> None:
+    ident = own.integer("id")
+    if ident in parts.connectors:
+        first = parts.connectors[ident].own.tag.line
+        raise own.refused(f"this number is given twice, first in line {first}; change one of the two")
+    if len(parts.connectors) >= MOST_PARTS:
+        raise own.refused(f"more than {MOST_PARTS} connectors are too many for one mechanism")
+    limits = [PartReader(child, own.source).integer("id") for child in own.tag.children if child.name == "slidelimit"]
+    sliding = own.true("slider") and len(limits) >= 2
+    parts.connectors[ident] = Connector(
+        ident, own.text("name") or _letters(ident), complex(own.number("x"), own.number("y")), own.layer(),
+        own.true("anchor"), own.true("input"), own.true("draw"), own.true("alwaysmanual"),
+        own.number("rpm", DEFAULT_RATE), own.number("limitangle", 0.0), own.number("startoffset", 0.0),
+        limits[:2] if sliding else [], own.number("slideradius", 0.0), _ident(own, "fasten", "fastenlink"), own,
+    )  # fmt: skip
+
+
+def _letters(ident: int) -> str:
+    """Return the name that the program shows for a connector without a name: A, B, ... z, A1, B1, ..."""
+    return _ALPHABET[ident % 52] + (str(ident // 52) if ident >= 52 else "") if ident >= 0 else f"C{ident}"
+
+
+def _ident(own: PartReader, *keys: str) -> int | None:
+    return next((own.integer(key) for key in keys if own.text(key)), None)
+
+
+def _add_link(parts: Parts, own: PartReader) -> None:
+    if len(parts.links) >= MOST_PARTS:
+        raise own.refused(f"more than {MOST_PARTS} links are too many for one mechanism")
+    ident = own.integer("id")
+    link = LinkPart(
+        ident, own.text("name") or f"link{ident + 1}", own.layer(), own.true("actuator"), own.true("gear"),
+        own.true("measurementelement"), own.true("alwaysmanual"), own.number("throw") if own.text("throw") else None,
+        own.number("cpm", DEFAULT_RATE), own.number("startoffset", 0.0), _ident(own, "fastenlink"),
+        _ident(own, "fastenconnector"), own,
+    )  # fmt: skip
+    for child in own.tag.children:
+        if child.name == "connector":
+            number = PartReader(child, own.source).integer("id")
+            if number not in parts.connectors:
+                raise own.refused(f"connector {number} does not exist; remove it from the link")
+            connector = parts.connectors[number]
+            if connector not in link.connectors:
+                link.connectors.append(connector)
+                connector.links.append(link)
+    parts.links.append(link)
+    if sum(len(x.connectors) for x in parts.links) > MOST_PLACES:
+        raise own.refused(f"more than {MOST_PLACES} connectors on links are too many for one mechanism")
+
+
+def _fasten_listed(parts: Parts) -> None:
+    """Fasten the connectors that links list; older files have no such attribute of the connector."""
+    for link in parts.links:
+        for child in link.own.tag.children:
+            if child.name == "fastenconnector":
+                connector = parts.connectors.get(PartReader(child, link.own.source).integer("id"))
+                if connector is not None and connector.fastened is None:
+                    connector.fastened = link.ident
+
+
+def _add_ratios(parts: Parts, tag: Tag, source: str) -> None:
+    for ratio in tag.children:
+        idents = [PartReader(child, source).integer("id") for child in ratio.children if child.name == "link"]
+        links = [link for ident in idents if (link := parts.link(ident)) is not None]
+        if len(parts.ratios) >= MOST_PARTS:
+            raise PartReader(ratio, source).refused(f"more than {MOST_PARTS} ratios are too many for one mechanism")
+        if ratio.name == "ratio" and len(links) >= 2:
+            parts.ratios.append((links[0], links[-1], ratio.attributes.get("type", "gears")))
