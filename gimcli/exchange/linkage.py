@@ -11,8 +11,8 @@ import re
 
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import GROUND, Draft, free_name
-from gimcli.exchange.linkage_motion import Drive, Motion
-from gimcli.exchange.linkage_parts import Connector, LinkPart, Parts, read_parts
+from gimcli.exchange.linkage_motion import LinkageDrive, LinkageInputs
+from gimcli.exchange.linkage_parts import LinkageParts, LinkPart, PinPart, read_parts
 from gimcli.exchange.tags import read_tags
 
 PROGRAM = "Linkage"
@@ -56,13 +56,13 @@ class _Linkage:
     connectors that are no joints.
     """
 
-    def __init__(self, parts: Parts, draft: Draft, scale: float) -> None:
+    def __init__(self, parts: LinkageParts, draft: Draft, scale: float) -> None:
         self.parts, self.draft, self.scale = parts, draft, scale
         self.order = {link: k for k, link in enumerate(parts.links)}
         self.whole = {link: [link] for link in parts.links}
-        self.names: dict[Connector, str] = {}
+        self.names: dict[PinPart, str] = {}
         self.body: dict[LinkPart, str] = {}
-        self.points: set[Connector] = set()
+        self.points: set[PinPart] = set()
 
     def convert(self) -> None:
         """Fill the draft."""
@@ -77,7 +77,7 @@ class _Linkage:
         self._add_inputs()
         self._name_drawing()
 
-    def _mechanism(self) -> list[Connector]:
+    def _mechanism(self) -> list[PinPart]:
         """Return the connectors of the mechanism: drawing elements are on layers of their own."""
         return [c for c in self.parts.connectors.values() if c.mechanism or any(x.mechanism for x in c.links)]
 
@@ -115,7 +115,7 @@ class _Linkage:
         both = sorted({*self.whole[a], *self.whole[b]}, key=self.order.__getitem__)
         self.whole.update(dict.fromkeys(both, both))
 
-    def _connectors(self, link: LinkPart) -> set[Connector]:
+    def _connectors(self, link: LinkPart) -> set[PinPart]:
         """Return all connectors of the body of a link."""
         return {c for x in self.whole[link] if x.mechanism for c in x.connectors}
 
@@ -160,7 +160,7 @@ class _Linkage:
                 self.names[connector] = self.draft.joint(connector.name, connector.place * self.scale)
         self.draft.fix(*(name for c, name in self.names.items() if c.anchor))
 
-    def _is_point(self, connector: Connector) -> bool:
+    def _is_point(self, connector: PinPart) -> bool:
         """Return whether a connector only draws its path: it is on one body, which has two joints without it."""
         links = [link for link in connector.links if link.mechanism]
         joint = connector.anchor or connector.slider or connector.fastened is not None
@@ -171,7 +171,7 @@ class _Linkage:
         return sum(not c.drawn or c.anchor or len(c.links) > 1 for c in self._connectors(links[0])) > 1
 
     def _add_bodies(self) -> None:
-        fastened: dict[int, list[Connector]] = {}
+        fastened: dict[int, list[PinPart]] = {}
         for connector in self._mechanism():
             if connector.fastened is not None:
                 fastened.setdefault(connector.fastened, []).append(connector)
@@ -198,7 +198,7 @@ class _Linkage:
 
     # -- sliders --------------------------------------------------------------------------------
 
-    def _add_slider(self, connector: Connector) -> None:
+    def _add_slider(self, connector: PinPart) -> None:
         own = connector.own
         missing = [ident for ident in connector.limits if ident not in self.parts.connectors]
         if missing:
@@ -221,20 +221,20 @@ class _Linkage:
     def _add_inputs(self) -> None:
         turns = [c for c in self._mechanism() if c.input]
         actuators = [link for link in self.parts.links if link.actuator and link.mechanism]
-        motion = Motion()
+        motion = LinkageInputs()
         for connector in turns:
             body = next((own for link in connector.links if self._turns(link) and (own := self.body.get(link))), "")
             if not body:
                 self.draft.left_out.append(f"input {connector.name} is left out: it turns no link")
                 continue
             name = "motor" if len(turns) == 1 else f"motor_{connector.name}"
-            motion.add(name, Drive.of_connector(connector))
+            motion.add(name, LinkageDrive.of_connector(connector))
             self.draft.rotary(name, self.names[connector], body, law=motion.laws[name])
         for link in actuators:
             if len(link.connectors) != 2 or any(c not in self.names for c in link.connectors):
                 raise link.own.refused(f"is an actuator with {len(link.connectors)} connectors; it needs 2")
             name = free_name(link.name, self.draft.travels)
-            motion.add(name, Drive.of_actuator(link, self.scale))
+            motion.add(name, LinkageDrive.of_actuator(link, self.scale))
             a, b = (self.names[c] for c in link.connectors)
             self.draft.linear(name, a, b, law=motion.laws[name])
         self.draft.duration = motion.complete()

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from gimcli.exchange.linkage_parts import Connector, LinkPart
+from gimcli.exchange.linkage_parts import LinkPart, PinPart
 
 MOST_TURNS = 10.0
 """Most turns of the slowest motor until all motors are back at their start; beyond it, the slowest one turns once."""
@@ -19,7 +19,7 @@ STEP = 1000
 
 
 @dataclass(frozen=True)
-class Drive:
+class LinkageDrive:
     """An input: `speed` (deg or lengths per second, with its sign), and its range if it moves out and back.
 
     `stroke` is the length of the range and `passed` the part of it, at the drawn position, that is passed; `back` is
@@ -33,27 +33,27 @@ class Drive:
     back: bool = False
 
     @staticmethod
-    def of_connector(connector: Connector) -> Drive:
+    def of_connector(connector: PinPart) -> LinkageDrive:
         """Return the drive of a motor: clockwise if its rate is positive."""
         speed = -6.0 * connector.rpm
         if connector.limit_angle <= 0.0:
-            return Drive(speed, connector.manual)
-        return Drive.between(speed, connector.manual, connector.limit_angle, connector.start_offset)
+            return LinkageDrive(speed, connector.manual)
+        return LinkageDrive.between(speed, connector.manual, connector.limit_angle, connector.start_offset)
 
     @staticmethod
-    def of_actuator(link: LinkPart, scale: float) -> Drive:
+    def of_actuator(link: LinkPart, scale: float) -> LinkageDrive:
         """Return the drive of an actuator: it shortens first if its rate is negative."""
         a, b = (c.place for c in link.connectors)
         stroke = abs(b - a) / 2.0 if link.throw is None else link.throw
         stroke, offset = abs(stroke) * scale, link.start_offset * scale
-        return Drive.between(stroke * link.cpm / 30.0, link.manual, stroke, offset)
+        return LinkageDrive.between(stroke * link.cpm / 30.0, link.manual, stroke, offset)
 
     @staticmethod
-    def between(speed: float, manual: bool, stroke: float, offset: float) -> Drive:
+    def between(speed: float, manual: bool, stroke: float, offset: float) -> LinkageDrive:
         """Return a drive that moves out and back, at an offset of its cycle."""
         phase = offset % (2.0 * stroke) if stroke else 0.0
         back = phase >= stroke > 0.0
-        return Drive(speed, manual, stroke, 2.0 * stroke - phase if back else phase, back)
+        return LinkageDrive(speed, manual, stroke, 2.0 * stroke - phase if back else phase, back)
 
     def until_reversal(self) -> float:
         """Return the time until it reverses [s]."""
@@ -74,14 +74,14 @@ class Drive:
 
 
 @dataclass
-class Motion:
+class LinkageInputs:
     """The inputs of one file and the law of each."""
 
-    drives: dict[str, Drive] = field(default_factory=dict)
+    drives: dict[str, LinkageDrive] = field(default_factory=dict)
     laws: dict[str, dict[str, Any]] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)
 
-    def add(self, name: str, drive: Drive) -> None:
+    def add(self, name: str, drive: LinkageDrive) -> None:
         """Add an input; its law is completed later."""
         self.drives[name], self.laws[name] = drive, {}
 
@@ -102,7 +102,7 @@ class Motion:
             self.laws[name].update(drive.law(duration or 0.0))
         return duration
 
-    def _until_reversal(self, ranged: dict[str, Drive]) -> float:
+    def _until_reversal(self, ranged: dict[str, LinkageDrive]) -> float:
         first = min(ranged, key=lambda name: ranged[name].until_reversal())
         self.left_out.append(
             f"{', '.join(ranged)} {'moves' if len(ranged) == 1 else 'move'} out and back in Linkage: "
@@ -116,7 +116,7 @@ def _tidy(value: float) -> float:
     return float(f"{value:.13g}")
 
 
-def _common_period(drives: list[Drive]) -> float | None:
+def _common_period(drives: list[LinkageDrive]) -> float | None:
     """Return the time until all motors are back at their start, or that of the slowest one; None if none turns."""
     rates = [Fraction(abs(d.speed) / 6.0).limit_denominator(STEP) for d in drives if d.speed]
     if not rates or not all(rates):

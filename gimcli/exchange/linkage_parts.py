@@ -69,7 +69,7 @@ class PartReader:
 
 
 @dataclass(eq=False)
-class Connector:
+class PinPart:
     """A point of links; coordinates and lengths are those of the file."""
 
     ident: int
@@ -112,14 +112,14 @@ class LinkPart:
     fastened: int | None  # link
     fastened_connector: int | None
     own: PartReader
-    connectors: list[Connector] = field(default_factory=list)
+    connectors: list[PinPart] = field(default_factory=list)
 
 
 @dataclass(eq=False)
-class Parts:
+class LinkageParts:
     """All parts of a file."""
 
-    connectors: dict[int, Connector] = field(default_factory=dict)
+    connectors: dict[int, PinPart] = field(default_factory=dict)
     links: list[LinkPart] = field(default_factory=list)
     ratios: list[tuple[LinkPart, LinkPart, str]] = field(default_factory=list)
 
@@ -128,9 +128,9 @@ class Parts:
         return next((link for link in self.links if link.ident == ident), None)
 
 
-def read_parts(root: Tag, source: str) -> Parts:
+def read_parts(root: Tag, source: str) -> LinkageParts:
     """Return the parts of a file; raise ModelError for damaged ones."""
-    parts = Parts()
+    parts = LinkageParts()
     for tag in root.children:
         if tag.name == "connector":
             _add_connector(parts, PartReader(tag, source))
@@ -144,7 +144,7 @@ def read_parts(root: Tag, source: str) -> Parts:
     return parts
 
 
-def _add_connector(parts: Parts, own: PartReader) -> None:
+def _add_connector(parts: LinkageParts, own: PartReader) -> None:
     ident = own.integer("id")
     if ident in parts.connectors:
         first = parts.connectors[ident].own.tag.line
@@ -153,7 +153,7 @@ def _add_connector(parts: Parts, own: PartReader) -> None:
         raise own.refused(f"more than {MOST_PARTS} connectors are too many for one mechanism")
     limits = [PartReader(child, own.source).integer("id") for child in own.tag.children if child.name == "slidelimit"]
     sliding = own.true("slider") and len(limits) >= 2
-    parts.connectors[ident] = Connector(
+    parts.connectors[ident] = PinPart(
         ident, own.text("name") or _letters(ident), complex(own.number("x"), own.number("y")), own.layer(),
         own.true("anchor"), own.true("input"), own.true("draw"), own.true("alwaysmanual"),
         own.number("rpm", DEFAULT_RATE), own.number("limitangle", 0.0), own.number("startoffset", 0.0),
@@ -170,7 +170,7 @@ def _ident(own: PartReader, *keys: str) -> int | None:
     return next((own.integer(key) for key in keys if own.text(key)), None)
 
 
-def _add_link(parts: Parts, own: PartReader) -> None:
+def _add_link(parts: LinkageParts, own: PartReader) -> None:
     if len(parts.links) >= MOST_PARTS:
         raise own.refused(f"more than {MOST_PARTS} links are too many for one mechanism")
     ident = own.integer("id")
@@ -194,7 +194,7 @@ def _add_link(parts: Parts, own: PartReader) -> None:
         raise own.refused(f"more than {MOST_PLACES} connectors on links are too many for one mechanism")
 
 
-def _fasten_listed(parts: Parts) -> None:
+def _fasten_listed(parts: LinkageParts) -> None:
     """Fasten the connectors that links list; older files have no such attribute of the connector."""
     for link in parts.links:
         for child in link.own.tag.children:
@@ -204,7 +204,7 @@ def _fasten_listed(parts: Parts) -> None:
                     connector.fastened = link.ident
 
 
-def _add_ratios(parts: Parts, tag: Tag, source: str) -> None:
+def _add_ratios(parts: LinkageParts, tag: Tag, source: str) -> None:
     for ratio in tag.children:
         idents = [PartReader(child, source).integer("id") for child in ratio.children if child.name == "link"]
         links = [link for ident in idents if (link := parts.link(ident)) is not None]
