@@ -44,12 +44,25 @@ def changed(own: Any, mechanism: Mechanism, changes: Mapping[str, float | str]) 
         source.fault(("parameters", cycle.names[-1]), str(cycle))
         raise source.error() from None
     source.refuse(numbers)
+    model = _placed(source, model) if model.open.parts else model
     check(References(source, model, ()))
     if source.faults:
         raise source.error()
     compiled = in_assembly_of(compile_model(model, own.source.folder), mechanism, own.model)
     written = replace(own, model=model, changes={**own.changes, **new})
     return replace(compiled, files=mechanism.files, path=mechanism.path, written=written)
+
+
+def _placed(source: _ChangedSource, model: Model) -> Model:
+    """Return a model with new positions of its nodes without coordinates; raise ModelError if they do not exist."""
+    from gimcli.model.read_open_nodes import placed_anew
+
+    placed = placed_anew(source, model)
+    for where, text in placed.faults:
+        source.fault(where, text)
+    if source.faults:
+        raise source.error()
+    return placed.model
 
 
 @dataclass

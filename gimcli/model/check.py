@@ -18,7 +18,7 @@ from gimcli.model.check_places import check_drawn, check_place
 from gimcli.model.nearest import near
 from gimcli.model.pairs import PAIRS, used_nodes
 from gimcli.model.references import CLOSEST, References
-from gimcli.model.schema import NO_FORMULAS, Element, Link, Model, long_form
+from gimcli.model.schema import NO_FORMULAS, Element, Link, Model, OpenNode, long_form
 from gimcli.model.source import Source, Where
 
 SECTIONS = ("nodes", "links", "elements", *PAIRS, "actuators", "points", "masses", "loads",
@@ -36,7 +36,7 @@ def checked(source: Source) -> Model:
     """Return the model of a source; raise ModelError with all errors of the file."""
     model, doubtful = _typed(source)
     if model is not None:
-        check(References(source, model, doubtful))
+        model = _checked_with_open_nodes(source, model, doubtful)
     if model is None or source.faults:
         raise source.error()
     model.written_in(source.data)
@@ -97,6 +97,20 @@ def _remove(data: Any, where: Where) -> None:
         data = data.get(part) if isinstance(data, dict) else None
     if isinstance(data, dict):
         data.pop(where[-1], None)
+
+
+def _checked_with_open_nodes(source: Source, model: Model, doubtful: set[Where]) -> Model:
+    """Return the model with positions of its nodes without coordinates, after a check."""
+    if not any(isinstance(part, OpenNode) for part in model.nodes.values()):
+        check(References(source, model, doubtful))
+        return model
+    from gimcli.model.read_open_nodes import with_open_nodes  # imported late: few models have such nodes
+
+    read = with_open_nodes(source, model)
+    check(References(source, read.model, {*doubtful, *(("nodes", name) for name in read.unplaced)}))
+    for where, text in () if source.faults else read.faults:
+        source.fault(where, text, key=True)
+    return read.model
 
 
 # -- references -----------------------------------------------------------------------------

@@ -106,7 +106,9 @@ def _numbers(model: Model) -> Iterator[tuple[Where, float, bool]]:
             yield from _links(model)
         elif section == "actuators":
             yield from _actuators(model)
-        elif section not in ("parameters", "tolerances"):
+        elif section == "nodes":
+            yield from _in_part({name: xy for name, xy in part.items() if name not in model.open.parts}, ("nodes",))
+        elif section not in ("parameters", "tolerances", "open"):
             yield from _in_part(part, (section,))
     if model.duration is None and not _timed(model):
         yield ("duration",), 1.0, False

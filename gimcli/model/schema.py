@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic_core import core_schema
 
@@ -84,6 +84,35 @@ class Units(Part):
     length: str = _default(_choice("m", "mm", "cm", "um", "km", "in", "ft", "unit"), "m")
     angle: str = _default(_choice("deg", "rad"), "deg")
     mass: str = _default(_choice("kg", "g", "t", "lb"), "kg")
+
+
+class OpenNode(Part):
+    """A node without coordinates: they are computed from lengths, angles and shapes.
+
+    Where two positions are possible, `side` chooses. Two distances: the side as seen from the first to the second of
+    the two nodes from which they are measured, in the order of `nodes`. On a guide: `right` is farther along it.
+    """
+
+    side: str | None = _optional(_choice("left", "right"))
+
+
+def _place_or_open(value: Any, place: Any) -> Any:
+    """Return the coordinates of a node, or an open node for a mapping or an empty value."""
+    return OpenNode.model_validate(value or {}) if value is None or isinstance(value, dict) else place(value)
+
+
+class OpenNodes(NamedTuple):
+    """The nodes of a model that have no coordinates in the file."""
+
+    parts: Mapping[str, OpenNode] = MappingProxyType({})
+    sides: Mapping[str, str] = MappingProxyType({})
+    """The sides that are chosen, by node; nodes with only one position have none."""
+    undecided: tuple[str, ...] = ()
+    """The nodes whose side neither the file nor the other lengths determine; one of the two is used."""
+
+
+NO_OPEN_NODES = OpenNodes()
+NODE = core_schema.no_info_wrap_validator_function(_place_or_open, PLACE)
 
 
 class Ground(Part):
@@ -258,7 +287,7 @@ class Model(Part):
     name: str = _default(TEXT, "")
     source: str = _default(TEXT, "")
     units: Units = _default(Units.schema, Units())
-    nodes: dict[str, list[float]] = _by_name(PLACE)
+    nodes: dict[str, list[float]] = _by_name(NODE)
     ground: Ground = Ground.schema
     links: dict[str, Link] = _section(Link.schema)
     elements: dict[str, Element] = _section(Element.schema)
@@ -279,6 +308,8 @@ class Model(Part):
     _elements_first = False
     formulas = NO_FORMULAS
     """The formulas by the paths of their numbers; those of parameters first, in the order of their evaluation."""
+    open = NO_OPEN_NODES
+    """The nodes without coordinates in the file; `nodes` has their positions."""
 
     def written_in(self, keys: Iterable[str]) -> None:
         """Store the order of the sections `links` and `elements` in the file; `members` keeps it."""

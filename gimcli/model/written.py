@@ -62,10 +62,18 @@ class Written:
 
         recording = Recording()
         changes = {name: recording.variable(self.dimension(name).value) for name in names}
-        model = self.substituted(changes, FUNCTIONS)
+        model = self.placed(self.substituted(changes, FUNCTIONS))
         for section in DYNAMIC:
             model = model.with_value(section, lambda _: {})
         return compile_model(model, self.source.folder, (mechanism.origin, mechanism.scale)), recording
+
+    def placed(self, model: Model) -> Model:
+        """Return a model with other dimensions, with new positions of the nodes without coordinates."""
+        if not self.model.open.parts:
+            return model
+        from gimcli.model.placing import placed_again
+
+        return placed_again(model, self.source.folder)
 
     def place(self, where: Where) -> str:
         """Return file and line of a part, or its path of keys if the model was not read from a file."""

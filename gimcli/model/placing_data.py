@@ -1,0 +1,190 @@
+"""What a model gives for the positions of its nodes: shapes of members, lines of sliding, inputs at the start.
+
+Numbers are in the file's units, angles in rad; they may be recorded numbers (see `gimcli.recording`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from gimcli.model.schema import Actuator, Element, Link, Model
+from gimcli.model.tables import read_table
+from gimcli.recording import nominal, places
+
+TINY = 1e-300
+
+
+@dataclass(frozen=True)
+class GivenShape:
+    """A member of known shape: the coordinates of its nodes in a frame of its own."""
+
+    name: str
+    local: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class GivenSlot:
+    """Nodes on the line that is parallel to a guide, to its left at the distance `offset`."""
+
+    name: str
+    nodes: tuple[str, ...]
+    guide: tuple[str, str]
+    offset: Any
+
+
+@dataclass(frozen=True)
+class GivenAngle:
+    """The angle [rad] of the ray pivot -> arm from the ray pivot -> reference, or from +x."""
+
+    name: str
+    pivot: str
+    arm: str
+    reference: str | None
+    angle: Any
+
+
+@dataclass(frozen=True)
+class GivenDistance:
+    """The distance of two nodes that a linear actuator drives."""
+
+    name: str
+    nodes: tuple[str, str]
+    value: Any
+
+
+@dataclass(frozen=True)
+class GivenTravel:
+    """The travel of a node along a guide."""
+
+    name: str
+    node: str
+    guide: tuple[str, str]
+    value: Any
+
+
+@dataclass(frozen=True)
+class PlacingData:
+    """All that is known before nodes are placed; `order` is the order of the nodes in the file."""
+
+    order: tuple[str, ...]
+    shapes: tuple[GivenShape, ...]
+    slots: tuple[GivenSlot, ...]
+    angles: tuple[GivenAngle, ...]
+    distances: tuple[GivenDistance, ...]
+    travels: tuple[GivenTravel, ...]
+    missing: Mapping[str, Link | Element]
+    """Members without `length` or `shape`."""
+
+
+def placing_data(model: Model, order: tuple[str, ...], folder: Path) -> PlacingData:
+    """Return what a model gives; parts that name undeclared nodes are left out."""
+    known = set(order)
+    parts = {name: part for name, part in model.members.items() if known.issuperset(part.nodes)}
+    shapes = {name: shape for name, part in parts.items() if (shape := _shape(name, part)) is not None}
+    turn = math.pi / 180.0 if model.units.angle == "deg" else 1.0
+    inputs = {name: (a, _start(a, folder)) for name, a in model.actuators.items() if known.issuperset(_named(a))}
+    slots = tuple(_slots(model, known))
+    travels = tuple(
+        GivenTravel(name, a.node, (a.guide[0], a.guide[1]), value)
+        for name, (a, value) in inputs.items()
+        if a.node is not None and a.guide is not None and value is not None
+    )
+    return PlacingData(
+        order, tuple(_with_sliders(shape, slots, travels) for shape in shapes.values()), slots,
+        tuple(
+            GivenAngle(name, a.pivot, a.arm, a.reference, (value or 0.0) * turn)
+            for name, (a, value) in inputs.items() if a.pivot is not None and a.arm is not None
+        ),
+        tuple(
+            GivenDistance(name, (a.nodes[0], a.nodes[1]), value)
+            for name, (a, value) in inputs.items() if a.nodes is not None and value is not None
+        ),
+        travels, {name: part for name, part in parts.items() if name not in shapes},
+    )  # fmt: skip
+
+
+def _shape(name: str, part: Link | Element) -> GivenShape | None:
+    """Return the shape of a member, None if it is not given."""
+    if isinstance(part, Link):
+        return None if part.length is None else GivenShape(name, {part.nodes[0]: 0.0j, part.nodes[1]: part.length})
+    if part.shape is None or not set(part.nodes) <= set(part.shape):
+        return None
+    return GivenShape(name, dict(zip(part.nodes, places([part.shape[n] for n in part.nodes]).tolist(), strict=True)))
+
+
+def _slots(model: Model, known: set[str]) -> Iterator[GivenSlot]:
+    for name, pair in model.prismatic.items():
+        sliding = (pair.node,) if pair.node is not None else tuple(pair.nodes or ())
+        if known.issuperset((*sliding, *pair.guide)):
+            yield GivenSlot(name, sliding, (pair.guide[0], pair.guide[1]), pair.offset)
+
+
+def _with_sliders(shape: GivenShape, slots: tuple[GivenSlot, ...], travels: tuple[GivenTravel, ...]) -> GivenShape:
+    """Return a shape with the nodes whose line and travel on it are known."""
+    local = dict(shape.local)
+    for travel in travels:
+        for slot in slots:
+            ends = {*travel.guide, *slot.guide}
+            if travel.node in slot.nodes and travel.node not in local and ends <= set(shape.local):
+                first, second = (line_of(shape.local, one) for one in (slot, travel))
+                if (met := meeting(first, second)) is not None:
+                    local[travel.node] = met
+    return replace(shape, local=local)
+
+
+def _named(actuator: Actuator) -> set[str]:
+    single = (actuator.pivot, actuator.arm, actuator.reference, actuator.node)
+    return {*(name for name in single if name is not None), *(actuator.nodes or ()), *(actuator.guide or ())}
+
+
+def _start(actuator: Actuator, folder: Path) -> Any:
+    """Return the value of an input at the start of its law (file's unit); None if it is that of the coordinates."""
+    law = actuator.law
+    if law is not None and law.profile.table is not None:
+        try:
+            return read_table(folder / law.profile.table)[1][0]
+        except ValueError:
+            return None  # an error of the file, which is recorded with the law
+    if law is not None and law.from_ is not None:
+        return law.from_
+    if law is not None and law.profile.polynomial and law.by is None:
+        return law.profile.polynomial[0]
+    return actuator.start
+
+
+# -- lines ----------------------------------------------------------------------------------
+
+Line = tuple[Any, Any]
+"""A point of a line and its direction, a complex number of modulus 1."""
+
+
+def unit(z: Any) -> Any:
+    """Return the direction of a vector; 1 for a vector of length 0."""
+    return z / abs(z) if abs(nominal(z)) > TINY else 1.0 + 0.0j
+
+
+def line_of(at: Mapping[str, Any], given: GivenSlot | GivenTravel) -> Line:
+    """Return the line of a slot, or the line square to a guide at a travel, from the positions of the guide."""
+    first, second = (at[name] for name in given.guide)
+    along = unit(second - first)
+    if isinstance(given, GivenSlot):
+        return first + 1j * along * given.offset, along
+    return first + along * given.value, 1j * along
+
+
+def height(line: Line, z: Any) -> Any:
+    """Return the distance of a point from a line, positive to its left."""
+    point, along = line
+    return (along.conjugate() * (z - point)).imag
+
+
+def meeting(one: Line, other: Line) -> Any:
+    """Return the point of intersection of two lines; None if they are parallel."""
+    slope = (other[1].conjugate() * one[1]).imag
+    if abs(nominal(slope)) < 1e-12:
+        return None
+    return one[0] - one[1] * (height(other, one[0]) / slope)

@@ -1,0 +1,152 @@
+"""The order in which nodes without coordinates are placed: determined by the structure alone."""
+
+from __future__ import annotations
+
+import heapq
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Set
+
+from gimcli.model.placing_data import GivenShape, PlacingData
+from gimcli.model.placing_steps import (
+    CircleAndLine,
+    CircleLocus,
+    CrossedCircles,
+    CrossedLines,
+    LineLocus,
+    PlacingStep,
+    RigidStep,
+    SlotThroughNode,
+    TurnStep,
+)
+
+CERTAIN, NODES, MEMBERS = range(3)
+"""Ranks: steps without a choice are first, then nodes by two loci, then members that turn about a node."""
+
+Key = tuple[str, str]
+
+
+def steps_of(data: PlacingData, placed: Set[str]) -> tuple[list[PlacingStep], set[str]]:
+    """Return the steps that place nodes, beginning with those that are placed, and the nodes that are left."""
+    order = _Order(data, placed)
+    steps = list(order.steps())
+    return steps, set(data.order) - order.known
+
+
+class _Order:
+    """The steps that are possible with the nodes that are placed so far."""
+
+    def __init__(self, data: PlacingData, placed: Set[str]) -> None:
+        self.data, self.known = data, set(placed)
+        self.shapes = {shape.name: shape for shape in data.shapes}
+        self.rank = {name: k for k, name in enumerate((*self.shapes, *data.order))}
+        self.beside = _neighbours(data)
+        self.ready: dict[Key, PlacingStep] = {}
+        self.queue: list[tuple[int, int, Key]] = []
+
+    def steps(self) -> Iterator[PlacingStep]:
+        """Yield the steps; the first possible one is always taken."""
+        self._update([*(("member", name) for name in self.shapes), *(("node", name) for name in self.data.order)])
+        while self.queue:
+            rank, _, key = heapq.heappop(self.queue)
+            step = self.ready.get(key)
+            if step is None or _rank(step) != rank or self.known.issuperset(step.nodes):
+                continue
+            yield step
+            self.known.update(step.nodes)
+            self._update(dict.fromkeys(key for node in step.nodes for key in self.beside[node]))
+
+    def _update(self, keys: Iterable[Key]) -> None:
+        for key in keys:
+            step = next(self._of_member(self.shapes[key[1]]) if key[0] == "member" else self._of_node(key[1]), None)
+            if step is None:
+                self.ready.pop(key, None)
+            else:
+                self.ready[key] = step
+                heapq.heappush(self.queue, (_rank(step), self.rank[key[1]], key))
+
+    # -- members ------------------------------------------------------------------------------
+
+    def _of_member(self, shape: GivenShape) -> Iterator[PlacingStep]:
+        """Yield the steps that place a whole member."""
+        have = tuple(n for n in shape.local if n in self.known)
+        lack = tuple(n for n in shape.local if n not in self.known)
+        if lack and len(have) > 1:
+            yield RigidStep(shape, (have[0], have[1]), lack)
+        elif lack and have:
+            yield from self._turned(shape, have[0], lack)
+            yield from self._through(shape, have[0], lack)
+
+    def _turned(self, shape: GivenShape, placed: str, lack: tuple[str, ...]) -> Iterator[PlacingStep]:
+        own = shape.local.keys()
+        for given in self.data.angles:
+            pivot, arm, base = given.pivot, given.arm, given.reference
+            if {pivot, arm} <= own and (base is None or (base not in own and {pivot, base} <= self.known)):
+                yield TurnStep(shape, given, arm, base, given.angle, placed, lack)
+            elif base is not None and {pivot, base} <= own and arm not in own and {pivot, arm} <= self.known:
+                yield TurnStep(shape, given, base, arm, -given.angle, placed, lack)
+
+    def _through(self, shape: GivenShape, placed: str, lack: tuple[str, ...]) -> Iterator[PlacingStep]:
+        for slot in self.data.slots:
+            if set(slot.guide) <= shape.local.keys():
+                for slider in slot.nodes:
+                    if slider in self.known and slider not in shape.local:
+                        yield SlotThroughNode(shape, slot, slider, placed, lack)
+
+    # -- nodes --------------------------------------------------------------------------------
+
+    def _of_node(self, node: str) -> Iterator[PlacingStep]:
+        """Yield the steps that place one node by two of its loci, those without a choice first."""
+        if node in self.known:
+            return
+        lines, circles = self._lines(node), self._circles(node)
+        if len(lines) > 1:
+            yield CrossedLines((node,), (lines[0], lines[1]))
+        elif lines and circles:
+            yield CircleAndLine((node,), circles[0], lines[0])
+        elif len(circles) > 1:
+            yield CrossedCircles((node,), (circles[0], circles[1]))
+
+    def _lines(self, node: str) -> list[LineLocus]:
+        """Return the lines on which a node is, one for each guide and kind."""
+        slots = {g.guide: g for g in self.data.slots if node in g.nodes and self.known.issuperset(g.guide)}
+        travels = {g.guide: g for g in self.data.travels if node == g.node and self.known.issuperset(g.guide)}
+        return [LineLocus(given) for given in (*slots.values(), *travels.values())]
+
+    def _circles(self, node: str) -> list[CircleLocus]:
+        """Return the circles on which a node is, one for each centre, in the order of the file's nodes."""
+        found: dict[str, CircleLocus] = {}
+        for kind, name in self.beside[node]:
+            if kind == "member" and node in (local := self.shapes[name].local):
+                for other in (n for n in local if n in self.known):
+                    found.setdefault(other, CircleLocus(name, other, abs(local[node] - local[other])))
+        for given in self.data.distances:
+            if node in given.nodes:
+                other = given.nodes[given.nodes[0] == node]
+                if other in self.known:
+                    found.setdefault(other, CircleLocus(given.name, other, given.value))
+        return [found[name] for name in sorted(found, key=self.rank.__getitem__)]
+
+
+def _rank(step: PlacingStep) -> int:
+    """Return the rank of a step."""
+    return CERTAIN if not step.owner else MEMBERS if isinstance(step, SlotThroughNode) else NODES
+
+
+def _neighbours(data: PlacingData) -> dict[str, list[Key]]:
+    """Return the members and nodes whose steps may change when a node is placed, by node."""
+    found: dict[str, dict[Key, None]] = defaultdict(dict)
+    groups: list[Iterable[str]] = [(*slot.guide, *slot.nodes) for slot in data.slots]
+    groups += [(*one.guide, one.node) for one in data.travels]
+    groups += [given.nodes for given in data.distances]
+    groups += [tuple(n for n in (g.pivot, g.arm, g.reference) if n is not None) for g in data.angles]
+    of_member: dict[str, list[str]] = defaultdict(list)
+    for shape in data.shapes:
+        groups.append(shape.local)
+        for node in shape.local:
+            of_member[node].append(shape.name)
+    for group in groups:
+        names = tuple(group)
+        keys = dict.fromkeys([*(("member", m) for n in names for m in of_member[n]), *(("node", n) for n in names)])
+        for node in names:
+            found[node].update(keys)
+    return defaultdict(list, {node: list(keys) for node, keys in found.items()})

@@ -1,0 +1,265 @@
+"""The steps that place nodes one after the other, and their order.
+
+The order depends on the structure alone; each step has one position for its nodes, or two: `left` and `right`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Set
+from dataclasses import dataclass
+from typing import Any
+
+from gimcli.model.placing_data import (
+    GivenAngle,
+    GivenShape,
+    GivenSlot,
+    GivenTravel,
+    Line,
+    PlacingData,
+    height,
+    line_of,
+    meeting,
+    unit,
+)
+from gimcli.recording import FUNCTIONS, nominal
+
+Places = Mapping[str, Any]
+"""Positions of nodes as complex numbers, file's unit of length."""
+
+TOUCHING = 1e-12
+"""Gap between two loci, relative to their size, that is rounding: they touch."""
+
+
+class Gap(Exception):  # noqa: N818  # an outcome, not an error
+    """The loci of a step do not meet; `amount` is by how much (file's unit)."""
+
+    def __init__(self, text: str, amount: float) -> None:
+        super().__init__(text)
+        self.text, self.amount = text, amount
+
+
+class PlacingStep(ABC):
+    """A step that places nodes."""
+
+    nodes: tuple[str, ...]
+
+    @property
+    def node(self) -> str:
+        """The first of its nodes."""
+        return self.nodes[0]
+
+    @property
+    def owner(self) -> str:
+        """The node whose side chooses; "" if there is no choice."""
+        return ""
+
+    @abstractmethod
+    def positions(self, at: Places) -> list[dict[str, Any]]:
+        """Return the positions of its nodes from those of the nodes before: one, or those for `left` and `right`.
+
+        Raises Gap if there is none.
+        """
+
+
+# -- loci -----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class CircleLocus:
+    """The circle about a node that is placed."""
+
+    name: str  # of the member, or of the actuator
+    centre: str
+    radius: Any
+
+    def __str__(self) -> str:
+        return f"{self.name} ({number(self.radius)})"
+
+
+@dataclass(frozen=True)
+class LineLocus:
+    """The line of a slot or the line at a travel, of a guide that is placed."""
+
+    given: GivenSlot | GivenTravel
+
+    @property
+    def name(self) -> str:
+        """The name of the sliding pair, or of the actuator."""
+        return self.given.name
+
+    def line(self, at: Places) -> Line:
+        """Return the line."""
+        return line_of(at, self.given)
+
+
+def number(value: Any) -> str:
+    """Return a number of a message."""
+    return format(float(nominal(value)), ".6g")
+
+
+def _root(square: Any, scale: float) -> Any:
+    """Return the square root of a number that is not negative beyond rounding; None if it is."""
+    if nominal(square) <= 0.0:
+        return 0.0 if nominal(square) >= -TOUCHING * scale * scale else None
+    return FUNCTIONS["sqrt"](square)
+
+
+# -- steps ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class TurnStep(PlacingStep):
+    """A member of which one node is placed, at a known angle."""
+
+    shape: GivenShape
+    given: GivenAngle
+    tip: str  # node of the member whose direction from the pivot is known
+    base: str | None  # node whose direction from the pivot is 0; None: +x
+    angle: Any
+    placed: str
+    nodes: tuple[str, ...]
+
+    def positions(self, at: Places) -> list[dict[str, Any]]:
+        """Return the only positions."""
+        local, pivot = self.shape.local, self.given.pivot
+        zero = 1.0 + 0.0j if self.base is None else unit(at[self.base] - at[pivot])
+        cos, sin = FUNCTIONS["cos"](self.angle), FUNCTIONS["sin"](self.angle)
+        turned = zero * (cos + 1j * sin) / unit(local[self.tip] - local[pivot])
+        return [{n: at[self.placed] + turned * (local[n] - local[self.placed]) for n in self.nodes}]
+
+
+@dataclass(frozen=True)
+class RigidStep(PlacingStep):
+    """A member of which two nodes are placed."""
+
+    shape: GivenShape
+    placed: tuple[str, str]
+    nodes: tuple[str, ...]
+
+    def positions(self, at: Places) -> list[dict[str, Any]]:
+        """Return the only positions."""
+        local, (a, b) = self.shape.local, self.placed
+        turned = unit(at[b] - at[a]) / unit(local[b] - local[a])
+        return [{n: at[a] + turned * (local[n] - local[a]) for n in self.nodes}]
+
+
+@dataclass(frozen=True)
+class CrossedLines(PlacingStep):
+    """A node on two lines."""
+
+    nodes: tuple[str]
+    loci: tuple[LineLocus, LineLocus]
+
+    def positions(self, at: Places) -> list[dict[str, Any]]:
+        """Return the only position."""
+        one, other = self.loci
+        met = meeting(one.line(at), other.line(at))
+        if met is None:
+            raise Gap(f"the lines of {one.name} and {other.name} are parallel", 0.0)
+        return [{self.node: met}]
+
+
+@dataclass(frozen=True)
+class CrossedCircles(PlacingStep):
+    """A node at known distances from two nodes; left and right as seen from the first to the second centre."""
+
+    nodes: tuple[str]
+    loci: tuple[CircleLocus, CircleLocus]
+
+    @property
+    def owner(self) -> str:
+        """The node."""
+        return self.node
+
+    def positions(self, at: Places) -> list[dict[str, Any]]:
+        """Return the positions to the left and to the right."""
+        one, other = self.loci
+        p, q, r, s = at[one.centre], at[other.centre], one.radius, other.radius
+        far = abs(q - p)
+        apart, near, reach = float(nominal(far)), float(abs(nominal(r - s))), float(nominal(r + s))
+        if apart <= TOUCHING * reach:
+            raise Gap(f"{one.centre} and {other.centre} coincide, and leave the position of {self.node} open", 0.0)
+        along = (far * far + r * r - s * s) / (2.0 * far)
+        across = _root((r - along) * (r + along), reach)
+        if across is None:
+            raise Gap(*self._gap(apart, near, reach))
+        foot, square = p + (q - p) / far * along, 1j * (q - p) / far * across
+        return [{self.node: foot + square}, {self.node: foot - square}]
+
+    def _gap(self, apart: float, near: float, reach: float) -> tuple[str, float]:
+        one, other = self.loci
+        span = f"{one.centre} and {other.centre} are {number(apart)} apart"
+        if apart > reach:
+            both = f"{one} and {other} together reach only {number(reach)}"
+            return f"{span}, but {both}: {number(apart - reach)} too short", apart - reach
+        long, short = (one, other) if nominal(one.radius) > nominal(other.radius) else (other, one)
+        text = f"{span}, but {long} and {short} need at least {number(near)}: {number(near - apart)} more"
+        return text, near - apart
+
+
+@dataclass(frozen=True)
+class CircleAndLine(PlacingStep):
+    """A node on a line at a known distance from a node; right is the position farther along the line."""
+
+    nodes: tuple[str]
+    circle: CircleLocus
+    locus: LineLocus
+
+    @property
+    def owner(self) -> str:
+        """The node."""
+        return self.node
+
+    def positions(self, at: Places) -> list[dict[str, Any]]:
+        """Return the positions to the left (behind) and to the right (ahead), along the line."""
+        centre, r = at[self.circle.centre], self.circle.radius
+        point, along = self.locus.line(at)
+        away = height((point, along), centre)
+        across = _root((r - away) * (r + away), float(nominal(r)))
+        if across is None:
+            most, short = abs(float(nominal(away))), abs(float(nominal(away))) - float(nominal(r))
+            text = f"{self.circle.centre} is {number(most)} from the line of {self.locus.name}"
+            raise Gap(f"{text}, but {self.circle} is {number(short)} too short for it", short)
+        foot = centre - 1j * along * away
+        return [{self.node: foot - along * across}, {self.node: foot + along * across}]
+
+
+@dataclass(frozen=True)
+class SlotThroughNode(PlacingStep):
+    """A member of which one node is placed, turned so that its line passes through a node.
+
+    Right: this node is farther along the guide than the node that is placed; left: it is behind it.
+    """
+
+    shape: GivenShape
+    slot: GivenSlot
+    slider: str
+    placed: str
+    nodes: tuple[str, ...]
+
+    @property
+    def owner(self) -> str:
+        """The first node of the guide that is not placed, or the first node of the member."""
+        return next((n for n in self.slot.guide if n in self.nodes), self.nodes[0])
+
+    def positions(self, at: Places) -> list[dict[str, Any]]:
+        """Return the positions for `left` and for `right`."""
+        local, ray = self.shape.local, at[self.slider] - at[self.placed]
+        line = line_of(local, self.slot)
+        away = -height(line, local[self.placed])
+        far = abs(ray)
+        if float(nominal(far)) <= TOUCHING * max(abs(nominal(z)) for z in local.values()):
+            text = f"{self.slider} and {self.placed} coincide, and leave the direction of {self.shape.name} open"
+            raise Gap(text, 0.0)
+        ahead = _root((far - away) * (far + away), float(nominal(far)))
+        if ahead is None:
+            short = abs(float(nominal(away))) - float(nominal(far))
+            text = f"{self.slider} is {number(far)} from {self.placed}, but the line of {self.slot.name} passes it at"
+            raise Gap(f"{text} {number(abs(nominal(away)))}: {number(short)} more", short)
+        found = []
+        for sign in (-1.0, 1.0):
+            direction = ray * (sign * ahead - 1j * away) / (far * far)
+            turned = direction / line[1]
+            found.append({n: at[self.placed] + turned * (local[n] - local[self.placed]) for n in self.nodes})
+        return found
