@@ -27,7 +27,7 @@ def solve_all(outputs: Outputs, at: dict[str, str], tolerance: float, changes: l
     from gimcli.cli.progress import progress_bar
     from gimcli.library.configurations import configurations
 
-    found = configurations(outputs.loaded(changes=changes), at, tolerance=tolerance, progress=progress_bar)
+    found = configurations(outputs.loaded(changes=changes, every=True), at, tolerance=tolerance, progress=progress_bar)
     outputs.write(found)
     pictures = outputs.files.of("picture")
     outputs.finish(found, partial(_print, pictures[0] if pictures else None))

@@ -44,7 +44,11 @@ def command(
 
     chosen = to or (MODEL_FILE if out is None else target_of(out))
     mechanism = changed(read(model), changes)
-    if assembly:
+    if not assembly:
+        from gimcli.library.load import decided
+
+        mechanism = decided(mechanism)
+    else:
         from gimcli.library.assembled import assembled
 
         mechanism = assembled(mechanism, assembly)

@@ -62,10 +62,13 @@ def stem_of(model: str) -> str:
 
 
 def read(model: str) -> Mechanism:
-    """Return the mechanism of a model argument; print what did not come over from another program's file."""
-    from gimcli.library.load import load
+    """Return the mechanism of a model argument; print what did not come over from another program's file.
 
-    mechanism = load(model)
+    The side of a node without coordinates may still be open.
+    """
+    from gimcli.library.load import load_undecided
+
+    mechanism = load_undecided(model)
     if mechanism.left_out:
         from gimcli.cli.console import note, printable
 
@@ -113,18 +116,21 @@ class Outputs:
 
     def loaded(
         self, assembly: str = "", at: Mapping[str, str] | None = None, tolerance: float = 1e-10, *,
-        changes: list[str] = NONE,
+        changes: list[str] = NONE, every: bool = False,
     ) -> Mechanism:  # fmt: skip
         """Return the mechanism of the model file; refuse files that cannot be written, before the computation.
 
         `changes` are the values of --set. With --assembly the mechanism is assembled in that configuration at the start
-        of the laws, or at the inputs of --at.
+        of the laws, or at the inputs of --at; without it, ModelError is raised if the side of a node is open, unless
+        `every` configuration is wanted.
         """
         mechanism = read(self.model)
         self.files.refuse(mechanism.files)
         mechanism = changed(mechanism, changes)
         if not assembly:
-            return mechanism
+            from gimcli.library.load import decided
+
+            return mechanism if every else decided(mechanism)
         from gimcli.library.assembled import assembled
 
         return assembled(mechanism, assembly, at, tolerance=tolerance, progress=progress_bar)

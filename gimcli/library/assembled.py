@@ -11,6 +11,7 @@ from gimcli.assemblies import Configurations, all_configurations
 from gimcli.errors import UnassembledError, UsageError
 from gimcli.library.inputs import inputs_of
 from gimcli.library.rounding import titled
+from gimcli.library.sides import with_sides_of
 from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
 from gimcli.positions.options import Options
 from gimcli.progress import Phases, no_phases
@@ -53,7 +54,8 @@ def assembled(
     if not len(found):
         where = titled(mechanism, mechanism.inputs_to_file(values))
         raise UnassembledError(f"{where}: no configuration was found, so that assembly {assembly} does not exist")
-    return drawn_at(mechanism, found.z[_index(found, assembly)], values)
+    z = found.z[_index(found, assembly)]
+    return with_sides_of(drawn_at(mechanism, z, values), mechanism, z)
 
 
 def drawn_at(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mechanism:

@@ -52,7 +52,9 @@ def configurations(
     values = inputs_of(mechanism, at, inputs)
     with explained(mechanism):
         found = all_configurations(mechanism, values, tolerance, progress("configurations"))
-    return ConfigurationsResult(found, drawn_configuration(found))
+    own = mechanism.written
+    undecided = own is not None and own.model.open.undecided
+    return ConfigurationsResult(found, None if undecided else drawn_configuration(found))
 
 
 class ConfigurationsResult(Result):

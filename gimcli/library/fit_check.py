@@ -64,8 +64,11 @@ class DesignChecker:
         """
         mechanism, written = self.family.mechanism, self.family.mechanism.written
         moving = [n for k, n in enumerate(mechanism.nodes) if k not in mechanism.members[FRAME].nodes]
+        moving = [name for name in moving if name not in written.model.open.parts]
         drawn = [p.name for p in mechanism.points if p.member != FRAME and written.model.points[p.name].at is not None]
         parts = [Component(kind, name) for name in (*moving, *drawn) for kind in (X, Y)]
+        if not parts:
+            return {}
         quantity = MotionQuantity(self.family, parts)
         values = quantity.values(design[None], mechanism.start_inputs[None])[0, 0]
         named = {f"{one.name}.{'xy'[one.kind]}": float(v) for one, v in zip(parts, values, strict=True)}

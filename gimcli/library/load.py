@@ -15,7 +15,9 @@ YAML = (".yaml", ".yml")
 """Suffixes of model files; the content of other files may be in the format of another program."""
 
 
-def load(model: Path | str | Mapping[str, Any], folder: Path | str | None = None) -> Mechanism:
+def load(
+    model: Path | str | Mapping[str, Any], folder: Path | str | None = None, *, assembly: int | str | None = None
+) -> Mechanism:
     """Load a mechanism from a model file, a file of another program, or a dict with the keys of a model file.
 
     Args:
@@ -24,6 +26,8 @@ def load(model: Path | str | Mapping[str, Any], folder: Path | str | None = None
             mechanism names what did not come over.
         folder: folder of the tables that the model names; by default the folder of the file, for a dict the current
             folder.
+        assembly: number or signs of the configuration in which the mechanism is assembled, as for `assembled`. It is
+            required for a model with nodes without coordinates whose `side` is open.
 
     Returns:
         The mechanism, the first argument of all other functions.
@@ -31,7 +35,27 @@ def load(model: Path | str | Mapping[str, Any], folder: Path | str | None = None
     Raises:
         ModelError: the model has errors. The message has one line for each; `.faults` is the list of these lines. They
             name line and column of a file, or the keys of a dict.
+        UsageError: there is no such assembly.
     """
+    found = load_undecided(model, folder)
+    if assembly is None:
+        return decided(found)
+    from gimcli.library.assembled import assembled
+
+    return assembled(found, assembly)
+
+
+def decided(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism; raise ModelError, with the choices, if the side of a node without coordinates is open."""
+    if mechanism.written is None or not mechanism.written.model.open.undecided:
+        return mechanism
+    from gimcli.library.sides import refused_sides
+
+    raise refused_sides(mechanism)
+
+
+def load_undecided(model: Path | str | Mapping[str, Any], folder: Path | str | None = None) -> Mechanism:
+    """Load a mechanism as `load` does, also if the side of a node is open: one of the two is then used."""
     from gimcli.model.read import read_data
 
     if isinstance(model, Mapping):
@@ -111,4 +135,4 @@ def loads(text: str, folder: Path | str = "") -> Mechanism:
     """
     from gimcli.model.read import read_text
 
-    return read_text(text, Path(folder))
+    return decided(read_text(text, Path(folder)))

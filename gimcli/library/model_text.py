@@ -1,7 +1,8 @@
 """The text of a model file with the coordinates of a solved position.
 
-Coordinates of nodes, and the initial coordinates `at` of points and loads, are replaced; the rest of the text stays as
-it is. The new file is read and all dimensions are compared, as many of them may be taken from coordinates.
+Coordinates of nodes, also of those that have none in the file, and the initial coordinates `at` of points and loads,
+are replaced; the rest of the text stays as it is. The new file is read and all dimensions are compared, as many of
+them may be taken from coordinates.
 """
 
 from __future__ import annotations
@@ -113,13 +114,21 @@ def _carried(mechanism: Mechanism, member: int, local: complex, z: ComplexArray)
 def _written(mechanism: Mechanism, wanted: Mapping[Where, complex], digits: int) -> dict[Where, str]:
     """Return the numbers that change, as texts, by their paths of keys."""
     values = {dimension.where: dimension.value for dimension in dimensions(mechanism)}
+    opened = mechanism.written.model.open.parts
     places = digits - 1 - math.floor(math.log10(mechanism.size * mechanism.scale))
     changes: dict[Where, str] = {}
     for where, at in wanted.items():
+        if where[0] == "nodes" and where[1] in opened:
+            changes[where] = f"[{_number(at.real, places)}, {_number(at.imag, places)}]"
+            continue
         for part, value in enumerate((at.real, at.imag)):
             if abs(value - values[*where, part]) > KEPT * 10.0**-places + np.spacing(abs(value)):
-                changes[*where, part] = repr(round(value, places) + 0.0).removesuffix(".0")
+                changes[*where, part] = _number(value, places)
     return changes
+
+
+def _number(value: float, places: int) -> str:
+    return repr(round(value, places) + 0.0).removesuffix(".0")
 
 
 def _changed(old: Mechanism, new: Mechanism, z: ComplexArray) -> Iterator[str]:

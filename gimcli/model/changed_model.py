@@ -59,7 +59,7 @@ def _placed(source: _ChangedSource, model: Model) -> Model:
 
     placed = placed_anew(source, model)
     for where, text in placed.faults:
-        source.fault(where, text)
+        source.fault(where, text.removeprefix(f"{where[-1]} "))  # errors name the dimension
     if source.faults:
         raise source.error()
     return placed.model

@@ -8,7 +8,8 @@ FILE = {
     "name": "Title of the mechanism",
     "source": "Source of the dimensions; free text",
     "units": "Units of the file and of the results; default m, deg, kg",
-    "nodes": "Initial coordinates [x, y] of each node; dimensions that are not given are taken from them",
+    "nodes": "Initial coordinates [x, y] of each node; dimensions that are not given are taken from them. "
+    "Without coordinates (`B:` or `B: {side: left}`) they are computed from lengths, angles and shapes",
     "ground": "Nodes fixed to the frame, or {member: NAME} for a floating mechanism",
     "links": "Binary members, by name: [A, B], or {nodes: [A, B], length: L}",
     "elements": "Rigid members of three or more nodes, by name: [A, B, C], or {nodes: [...], shape: {...}}",
@@ -39,6 +40,10 @@ PARTS = {
         "length": "Unit of length; `unit` is a length without a physical unit",
         "angle": "Unit of angle",
         "mass": "Unit of mass",
+    },
+    "OpenNode": {
+        "side": "Which of two possible positions: left or right as seen from the first to the second of the two nodes "
+        "from which distances are given; on a guide, right is farther along it",
     },
     "Ground": {"nodes": "Nodes fixed to the frame", "member": "Member held fixed in a floating mechanism"},
     "Link": {"nodes": "The two nodes", "length": "Length (file's unit); default: from the initial coordinates"},

@@ -7,7 +7,7 @@ give, but that a key can give, are dimensions too: the length of a link between 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from gimcli.errors import UsageError
@@ -60,11 +60,16 @@ def written(mechanism: Mechanism) -> Any:
     return mechanism.written
 
 
-def found(named: dict[str, Dimension], name: str) -> Dimension:
-    """Return one of some dimensions by its name, or by the name of its link; raise UsageError for others."""
+def found(named: dict[str, Dimension], name: str, opened: Collection[str] = ()) -> Dimension:
+    """Return one of some dimensions by its name, or by the name of its link; raise UsageError for others.
+
+    `opened` are the nodes without coordinates.
+    """
     for full in (name, f"{name}.length"):
         if full in named:
             return named[full]
+    if name in opened or name.removesuffix(".x").removesuffix(".y") in opened:
+        raise UsageError(f"'{name}' is not a dimension: the node has no coordinates, they follow from other dimensions")
     own = [full for full in named if full.startswith(f"{name}.")]
     if own:
         hint = f"it has {', '.join(own[:8])}{', ...' * (len(own) > 8)}"

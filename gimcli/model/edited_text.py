@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
+from typing import Any
 
 from gimcli.errors import ModelError, UsageError
 from gimcli.mechanism import Mechanism
 from gimcli.model.check import checked
 from gimcli.model.dimensions import dimensions_of, written
-from gimcli.model.source import read_yaml
+from gimcli.model.source import Where, read_yaml
 from gimcli.model.text_edits import replaced
 from gimcli.model.wording import written as written_path
 
@@ -35,9 +36,17 @@ def written_with(mechanism: Mechanism, changes: Mapping[str, float | str] | None
     new = mechanism.with_(changes or {})
     own = new.written
     texts = {written_path(own.source, own.dimensions[name].where): _text(v) for name, v in own.changes.items()}
+    texts |= _chosen_sides(own)
     text = replaced(own.source.text, texts)
     _check(new, text)
     return text
+
+
+def _chosen_sides(own: Any) -> dict[Where, str]:
+    """Return the sides of nodes without coordinates that an assembly has chosen, by their paths of keys."""
+    chosen = {name: part.side for name, part in own.model.open.parts.items() if part.side is not None}
+    given = own.source.data["nodes"]
+    return {("nodes", n, "side"): side for n, side in chosen.items() if (given[n] or {}).get("side") != side}
 
 
 def _text(value: float | str) -> str:

@@ -7,9 +7,9 @@ from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema
 
-from gimcli.model.descriptions import describe
+from gimcli.model.descriptions import PARTS, describe
 from gimcli.model.part import Part
-from gimcli.model.schema import PROFILES, Model
+from gimcli.model.schema import PROFILES, Model, OpenNode
 
 
 class Generator(GenerateJsonSchema):
@@ -43,6 +43,10 @@ def json_schema() -> dict[str, Any]:
         count = {"minItems": 2, "maxItems": 2} if part == "Link" else {"minItems": 3}
         options = [{**names, **count}, {"$ref": f"#/$defs/{part}"}]
         schema["properties"][section]["additionalProperties"] = {"anyOf": options}
+    place = schema["properties"]["nodes"]["additionalProperties"]
+    sides = {"type": "object", "description": cleandoc(OpenNode.__doc__ or ""), "additionalProperties": False}
+    sides["properties"] = {"side": {"enum": ["left", "right"], "description": PARTS["OpenNode"]["side"]}}
+    schema["properties"]["nodes"]["additionalProperties"] = {"anyOf": [place, {"type": "null"}, sides]}
     schema["properties"]["ground"] = {"anyOf": [names, {"$ref": "#/$defs/Ground"}]}
     profile = {"anyOf": [{"enum": list(PROFILES)}, {"$ref": "#/$defs/Profile"}]}
     parts["Law"]["properties"]["profile"] = profile

@@ -98,6 +98,30 @@ def placed_again(model: Model, folder: Path) -> Model:
     return model.with_value("nodes", lambda _: nodes)
 
 
+def sides_at(model: Model, folder: Path, at: Mapping[str, complex]) -> dict[str, str]:
+    """Return the sides that the nodes of a model have at some positions; of nodes for which there is a choice."""
+    data = placing_data(model, tuple(model.nodes), folder)
+    known = {**{name: _point(xy) for name, xy in model.nodes.items()}, **at}
+    found = {}
+    for step in steps_of(data, set(model.nodes) - set(model.open.parts))[0]:
+        if step.owner:
+            try:
+                positions = step.positions(known)
+            except Gap:
+                continue
+            away = [max(abs(one[n] - known[n]) for n in one) for one in positions]
+            found[step.owner] = SIDES[int(away[-1] < away[0])]
+    return found
+
+
+def with_sides(model: Model, sides: Mapping[str, str]) -> Model:
+    """Return a model with chosen sides of its open nodes."""
+    parts = {name: OpenNode(side=sides.get(name, part.side)) for name, part in model.open.parts.items()}
+    chosen = model.with_value("nodes", lambda old: old)
+    chosen.open = OpenNodes(parts, {**model.open.sides, **sides})
+    return chosen
+
+
 def with_positions(model: Model, placement: Placement, undecided: Sequence[str] = ()) -> Model:
     """Return a model with the positions and sides of a placement, in the order of the file."""
     at, opened = placement.at, model.open.parts
@@ -198,8 +222,8 @@ def _errors(data: PlacingData, at: Mapping[str, Any], opened: set[str]) -> Itera
             a, b = names[0], max(names, key=lambda n: abs(shape.local[n] - shape.local[names[0]]))
             turned = unit(at[b] - at[a]) / unit(shape.local[b] - shape.local[a])
             yield from (abs(at[a] + turned * (shape.local[n] - shape.local[a]) - at[n]) for n in names)
-    for one in (*data.slots, *data.travels):
-        for node in one.nodes if hasattr(one, "nodes") else (one.node,):
+    for one in data.guided:
+        for node in one.nodes:
             own = {node, *one.guide}
             if opened & own and own <= at.keys():
                 yield abs(height(line_of(at, one), at[node]))

@@ -61,7 +61,7 @@ class GivenTravel:
     """The travel of a node along a guide."""
 
     name: str
-    node: str
+    nodes: tuple[str]
     guide: tuple[str, str]
     value: Any
 
@@ -79,6 +79,11 @@ class PlacingData:
     missing: Mapping[str, Link | Element]
     """Members without `length` or `shape`."""
 
+    @property
+    def guided(self) -> tuple[GivenSlot | GivenTravel, ...]:
+        """All that is given along guides."""
+        return (*self.slots, *self.travels)
+
 
 def placing_data(model: Model, order: tuple[str, ...], folder: Path) -> PlacingData:
     """Return what a model gives; parts that name undeclared nodes are left out."""
@@ -89,7 +94,7 @@ def placing_data(model: Model, order: tuple[str, ...], folder: Path) -> PlacingD
     inputs = {name: (a, _start(a, folder)) for name, a in model.actuators.items() if known.issuperset(_named(a))}
     slots = tuple(_slots(model, known))
     travels = tuple(
-        GivenTravel(name, a.node, (a.guide[0], a.guide[1]), value)
+        GivenTravel(name, (a.node,), (a.guide[0], a.guide[1]), value)
         for name, (a, value) in inputs.items()
         if a.node is not None and a.guide is not None and value is not None
     )
@@ -129,10 +134,10 @@ def _with_sliders(shape: GivenShape, slots: tuple[GivenSlot, ...], travels: tupl
     for travel in travels:
         for slot in slots:
             ends = {*travel.guide, *slot.guide}
-            if travel.node in slot.nodes and travel.node not in local and ends <= set(shape.local):
+            if (node := travel.nodes[0]) in slot.nodes and node not in local and ends <= set(shape.local):
                 first, second = (line_of(shape.local, one) for one in (slot, travel))
                 if (met := meeting(first, second)) is not None:
-                    local[travel.node] = met
+                    local[node] = met
     return replace(shape, local=local)
 
 

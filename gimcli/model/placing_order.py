@@ -108,9 +108,8 @@ class _Order:
 
     def _lines(self, node: str) -> list[LineLocus]:
         """Return the lines on which a node is, one for each guide and kind."""
-        slots = {g.guide: g for g in self.data.slots if node in g.nodes and self.known.issuperset(g.guide)}
-        travels = {g.guide: g for g in self.data.travels if node == g.node and self.known.issuperset(g.guide)}
-        return [LineLocus(given) for given in (*slots.values(), *travels.values())]
+        own = [one for one in self.data.guided if node in one.nodes and self.known.issuperset(one.guide)]
+        return [LineLocus(one) for one in {(type(one), one.guide): one for one in own}.values()]
 
     def _circles(self, node: str) -> list[CircleLocus]:
         """Return the circles on which a node is, one for each centre, in the order of the file's nodes."""
@@ -135,8 +134,7 @@ def _rank(step: PlacingStep) -> int:
 def _neighbours(data: PlacingData) -> dict[str, list[Key]]:
     """Return the members and nodes whose steps may change when a node is placed, by node."""
     found: dict[str, dict[Key, None]] = defaultdict(dict)
-    groups: list[Iterable[str]] = [(*slot.guide, *slot.nodes) for slot in data.slots]
-    groups += [(*one.guide, one.node) for one in data.travels]
+    groups: list[Iterable[str]] = [(*one.guide, *one.nodes) for one in data.guided]
     groups += [given.nodes for given in data.distances]
     groups += [tuple(n for n in (g.pivot, g.arm, g.reference) if n is not None) for g in data.angles]
     of_member: dict[str, list[str]] = defaultdict(list)

@@ -6,7 +6,7 @@ The order depends on the structure alone; each step has one position for its nod
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,6 @@ from gimcli.model.placing_data import (
     GivenSlot,
     GivenTravel,
     Line,
-    PlacingData,
     height,
     line_of,
     meeting,

@@ -64,12 +64,12 @@ def _left(model: Model, placing: Placing) -> list[OpenNodeFault]:
     used, left = used_nodes(model), [name for name in model.nodes if name in placing.left]
     faults = []
     for name in left:
-        lacking = [f"{key} has no `{_key(part)}`" for key, part in placing.data.missing.items() if name in part.nodes]
+        lacking = [f"the `{_key(part)}` of {key}" for key, part in placing.data.missing.items() if name in part.nodes]
         if name not in used:
             text = f"node {name} has no coordinates and belongs to no member; add it to one, or remove it"
         elif lacking:
-            those = "it" if len(lacking) == 1 else "one"
-            text = f"node {name} has no coordinates, and {' and '.join(lacking)}; give {those}, or coordinates [x, y]"
+            text = f"node {name} has no coordinates, and nothing else determines its position"
+            text += f": give {', '.join(lacking)}, or coordinates [x, y]"
         else:
             continue
         faults.append(OpenNodeFault(("nodes", name), text))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from gimcli.model.nearest import near, nearest
-from gimcli.model.schema import MEMBER_WORDS, Model
+from gimcli.model.schema import MEMBER_WORDS, Model, OpenNode
 from gimcli.model.source import Source, Where
 
 NONE: Mapping[Where, str] = {}
@@ -48,6 +48,10 @@ def record(source: Source, error: dict[str, Any], refused: Mapping[Where, str] =
         source.fault(where, text, key=True)
     elif kind == "extra_forbidden":
         guess = intended(where)
+        if where[0] == "nodes" and not guess:
+            text = f"unknown key '{where[-1]}'; write coordinates as [x, y], or {{side: left}}"
+            source.fault(written(source, where), text, key=True)
+            return
         hint = f"did you mean '{guess[-1]}'?" if guess else f"known here: {', '.join(known_keys(where[:-1]))}"
         source.fault(written(source, where), f"unknown key '{where[-1]}'; {hint}", key=True)
     elif kind == "missing":
@@ -87,7 +91,7 @@ def shown(got: Any) -> str:
 
 def known_keys(where: Sequence[Any]) -> list[str]:
     """Return the keys that the mapping at a path may have."""
-    schema = value_schema(where)
+    schema = OpenNode.schema if len(where) == 2 and where[0] == "nodes" else value_schema(where)
     return [field["validation_alias"] for field in schema["cls"].fields.values()] if schema["type"] == "model" else []
 
 
@@ -107,8 +111,8 @@ def value_schema(where: Sequence[Any]) -> Any:
 
 
 def _bare(schema: Any) -> Any:
-    """Return the schema inside the wrappers for a default and for null."""
-    return _bare(schema["schema"]) if schema["type"] in ("default", "nullable") else schema
+    """Return the schema inside the wrappers for a default, for null and for nodes without coordinates."""
+    return _bare(schema["schema"]) if schema["type"] in ("default", "nullable", "function-wrap") else schema
 
 
 # -- texts ----------------------------------------------------------------------------------

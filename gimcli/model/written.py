@@ -38,7 +38,7 @@ class Written:
         """Return a dimension by its name; the name of a link stands for its length. Raise UsageError for others."""
         from gimcli.model.dimensions import found
 
-        return found(self.dimensions, name)
+        return found(self.dimensions, name, self.model.open.parts)
 
     def substituted(self, changes: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]]) -> Model:
         """Return the model with other dimensions, without any check; see `substitution.substituted`."""

@@ -15,7 +15,7 @@ from threading import Condition, Lock
 from typing import Any
 
 from gimcli.errors import GimError, ModelError, StructureError, UsageError
-from gimcli.library.load import load, model_path
+from gimcli.library.load import decided, load, load_undecided, model_path
 from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.mechanism import Mechanism
 from gimcli.output.page.document import page_json
@@ -159,12 +159,14 @@ class LiveModel:
         with self.solving:
             if self.path.exists() and not self.path.is_file():
                 raise ModelError([f"{self.path}: is not a regular file; save the model file under this name"])
-            mechanism = load(self.path)
+            mechanism = load_undecided(self.path)
             self._seen = {**stamps(mechanism.files), **{f: before[f] for f in mechanism.files if f in before}}
             mechanism = mechanism.with_(self.changes) if self.changes else mechanism
             parameters = numbers_of(mechanism)
             mechanism = mechanism.with_(self._kept(parameters))
-            if self.assembly:
+            if not self.assembly:
+                mechanism = decided(mechanism)
+            else:
                 from gimcli.library.assembled import assembled  # imported late: few ask for it
 
                 mechanism = assembled(mechanism, self.assembly, progress=progress)

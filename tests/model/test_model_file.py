@@ -119,7 +119,7 @@ REFUSED = {
     "text coordinate": (nodes("[one, 1]"), "5:7", ["nodes.A.0", "expected a number", "'one'"]),
     "one coordinate": (nodes("[1]"), "5:6", ["at least 2 entries", "got 1"]),
     "three coordinates": (nodes("[1, 2, 3]"), "5:6", ["at most 2", "got 3"]),
-    "no coordinates": (nodes(""), "5:5", ["a list such as [0, 0]", "got nothing"]),
+    "no coordinates": (nodes(""), "5:3", ["A has no coordinates", "give the `length` of crank"]),
     "enormous mechanism": (nodes("[1e200, 0]"), "3:3", ["size of the mechanism is 1e+200", "unit of length"]),
     "unknown unit": ("units: {length: mmm}\n" + TOP, "1:17", ["'mmm'", "expected one of m, mm", "did you mean 'mm'"]),
     "units as a word": ("units: mm\n" + TOP, "1:8", ["expected a mapping such as {length: ...}", "'mm'"]),
