@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.mechanism import ComplexArray
+from gimcli.output.part_groups import PartNames, add_group
 from gimcli.output.picture import Picture, Text
 from gimcli.output.style import FONT, LETTER, Mark, Pen
 from gimcli.output.ticks import power_of_ten, set_ticks
@@ -71,24 +72,42 @@ def _between(low: float, high: float) -> NDArray[np.float64]:
     return np.asarray(ticks[(ticks > low) & (ticks < high)])
 
 
-def fill(axes: Any, picture: Picture) -> None:
-    """Add one collection per pen and fill, one line of markers per mark, and the texts."""
-    from matplotlib.collections import LineCollection, PolyCollection
+def fill(axes: Any, picture: Picture, names: PartNames | None = None) -> None:
+    """Add one collection per pen and fill, one line of markers per mark, and the texts.
 
+    With `names` each part has its own artists, in a group with its name.
+    """
+    named = {} if names is None else picture.split()
+    for part, own in named.items() if set(named) - {""} else [("", picture)]:
+        artists = _artists(own)
+        if part and names is not None:
+            add_group(axes, names.of(part), min(one.get_zorder() for one in artists), artists)
+            continue
+        for artist in artists:
+            axes.add_artist(artist)
+    for text in picture.texts:
+        _write_text(axes, text, picture.frame.font)
+
+
+def _artists(picture: Picture) -> list[Any]:
+    """Return the artists of strokes, areas and marks."""
+    from matplotlib.collections import LineCollection, PolyCollection
+    from matplotlib.lines import Line2D
+
+    found: list[Any] = []
     for pen, paths in picture.strokes.items():
         lines = LineCollection([_xy(path) for path in paths], colors=pen.color, linewidths=pen.width)
         lines.set(linestyle=dash(pen), zorder=pen.layer, joinstyle="round")
         lines.set_capstyle("butt" if pen.dash else "round")
-        axes.add_collection(lines, autolim=False)
+        found.append(lines)
     for fill, outlines in picture.areas.items():
         areas = PolyCollection([_xy(outline) for outline in outlines], facecolors=fill.face)
         areas.set(edgecolor=fill.edge, linewidth=fill.width, zorder=fill.layer, joinstyle="round")
-        axes.add_collection(areas, autolim=False)
+        found.append(areas)
     for mark, places in picture.marks.items():
-        z = np.array(places)
-        axes.plot(z.real, z.imag, scalex=False, scaley=False, **mark_style(mark))
-    for text in picture.texts:
-        _write_text(axes, text, picture.frame.font)
+        z = np.array(places, dtype=np.complex128)
+        found.append(Line2D(z.real, z.imag, **mark_style(mark)))
+    return found
 
 
 def _xy(z: ComplexArray) -> NDArray[np.float64]:

@@ -50,15 +50,18 @@ def motion_picture(
     everything = [*shown, *more.values(), *(np.ravel(area) for area in areas), np.array(targets, dtype=np.complex128)]
     picture = plot(mechanism, title, everything, layout)
     if areas:
-        picture.area(style.SWEPT, *areas)
+        with picture.named("area-swept"):
+            picture.area(style.SWEPT, *areas)
         picture.legend.append(("area swept", Pen(7.0, style.SWEPT.face)))
     if scene:
-        for pose in light:
-            draw_ghost(picture, scene, pose, layout.members)
+        for number, pose in enumerate(light, start=1):
+            with picture.named(f"light-position:{number}"):
+                draw_ghost(picture, scene, pose, layout.members)
         draw_strong(picture, scene)
     _draw_curves(picture, dict(zip(curves, traced, strict=True)) | more, nested)
     if len(targets):
-        picture.mark(style.TARGET, *targets)
+        with picture.named("targets"):
+            picture.mark(style.TARGET, *targets)
         picture.legend.append(("targets", style.TARGET))
     if scene:
         _write_names(picture, scene, sorted(scene.used), {})
@@ -94,11 +97,15 @@ def position_picture(
     field = Field(arrows, np.concatenate(shown))
     picture = plot(mechanism, title, [*shown, field.extent()], layout)
     own = {point.name for point in mechanism.points} if scene else set()
-    picture.mark(style.TRACER, *(z for name, z in points.items() if name not in own and np.isfinite(z)))
+    for name, z in points.items():
+        if name not in own and np.isfinite(z):
+            with picture.named(f"point:{name}"):
+                picture.mark(style.TRACER, z)
     if scene:
         draw_strong(picture, scene)
         draw_markers(picture, scene)
-    field.draw(picture)
+    with picture.named("vectors"):
+        field.draw(picture)
     if scene:
         _write_names(picture, scene, range(len(mechanism.nodes)), points)
     return picture
@@ -148,8 +155,9 @@ def _draw_curves(picture: Picture, curves: Mapping[str, ComplexArray], nested: b
         if nested:
             pen = replace(pen, width=NARROW + above * (WIDE - NARROW))
         runs = drawn_runs(curve, picture.frame.point)
-        picture.stroke(pen, *(run for run in runs if len(run) > 1))
-        picture.mark(Mark("o", 2.0, pen.color, pen.color), *(run[0] for run in runs if len(run) == 1))
+        with picture.named(f"curve:{name}"):
+            picture.stroke(pen, *(run for run in runs if len(run) > 1))
+            picture.mark(Mark("o", 2.0, pen.color, pen.color), *(run[0] for run in runs if len(run) == 1))
         if index < MOST_KEYS:
             picture.legend.append((name, pen))
     if len(curves) > MOST_KEYS:

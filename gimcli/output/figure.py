@@ -10,6 +10,7 @@ from typing import Any
 from gimcli.output.axes import dash, fill, mark_style, set_up, title_lines, write_title
 from gimcli.output.gallery import gallery_figure
 from gimcli.output.look import settings_of
+from gimcli.output.part_groups import PartNames
 from gimcli.output.picture import Content, Gallery, Key, Picture, Sheet
 from gimcli.output.printed import Printed
 from gimcli.output.sizes import borders, cut, height_below, legend_shape, resolution, title_height, whole_height
@@ -50,8 +51,9 @@ def figure_of(printed: Printed) -> Any:
     from matplotlib.figure import Figure
 
     content = printed.content
+    names = PartNames() if printed.grouped else None
     if isinstance(content, Gallery):
-        return gallery_figure(content, printed.size)
+        return gallery_figure(content, printed.size, names)
     pictures = content.pictures if isinstance(content, Sheet) else (content,)
     width = printed.size[0] if printed.size else max(NARROWEST, *(_whole_width(picture) for picture in pictures))
     font = pictures[0].frame.font
@@ -63,7 +65,7 @@ def figure_of(printed: Printed) -> Any:
     write_title(figure, title_lines(heading, width, font), 0.5, 1 - 0.12 / size[1])
     for picture, own in zip(pictures, heights, strict=True):
         bottom -= own
-        _add_picture(figure, picture, bottom, own, size)
+        _add_picture(figure, picture, bottom, own, size, names)
     return figure
 
 
@@ -71,7 +73,9 @@ def _whole_width(picture: Picture) -> float:
     return sum(borders(picture.frame.font)) + picture.frame.width
 
 
-def _add_picture(figure: Any, picture: Picture, base: float, own: float, size: tuple[float, float]) -> None:
+def _add_picture(
+    figure: Any, picture: Picture, base: float, own: float, size: tuple[float, float], names: PartNames | None
+) -> None:
     """Add a picture whose lower edge is at `base` [in] of a figure."""
     width, height = size
     frame, font = picture.frame, picture.frame.font
@@ -80,7 +84,7 @@ def _add_picture(figure: Any, picture: Picture, base: float, own: float, size: t
     bottom = base + height_below(picture, width)
     axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
     set_up(axes, picture)
-    fill(axes, picture)
+    fill(axes, picture, names)
     middle = (left + frame.width / 2) / width
     write_title(figure, title_lines(picture.title, width, font), middle, (base + own - 0.12) / height)
     columns, rows = legend_shape(picture, width)

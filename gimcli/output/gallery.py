@@ -12,6 +12,7 @@ from gimcli.output.axes import fill, set_up, title_lines, write_title
 from gimcli.output.curves import drawn_runs
 from gimcli.output.drawing import length_labels
 from gimcli.output.labels import Labels
+from gimcli.output.part_groups import PartNames
 from gimcli.output.picture import LAYOUT, Frame, Gallery, Picture, PictureLayout, composition
 from gimcli.output.pose import draw_markers, draw_strong
 from gimcli.output.scene import Scene
@@ -55,7 +56,8 @@ def gallery_picture(
     for k, (scene, name) in enumerate(zip(scenes, titles, strict=True)):
         panel = Picture(name, frame, labels)
         for path in paths[k : k + 1]:
-            panel.stroke(curve_pen(0), *(run for run in drawn_runs(path, frame.point) if len(run) > 1))
+            with panel.named("curve"):
+                panel.stroke(curve_pen(0), *(run for run in drawn_runs(path, frame.point) if len(run) > 1))
         draw_strong(panel, scene)
         draw_markers(panel, scene)
         names = Labels(panel)
@@ -94,7 +96,7 @@ def panel_size(gallery: Gallery, size: tuple[float, float], font: float) -> tupl
     return width, (size[1] - top - FOOT * font) / rows - HEAD * font
 
 
-def gallery_figure(gallery: Gallery, size: tuple[float, float] | None = None) -> Any:
+def gallery_figure(gallery: Gallery, size: tuple[float, float] | None = None, names: PartNames | None = None) -> Any:
     """Return the matplotlib figure of a gallery; only the left and the lowest panels have numbers at their axes."""
     from matplotlib.figure import Figure
 
@@ -111,7 +113,7 @@ def gallery_figure(gallery: Gallery, size: tuple[float, float] | None = None) ->
         bottom = height - top - (row + 1) * (frame.height + HEAD * font)
         axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
         set_up(axes, panel)
-        fill(axes, panel)
+        fill(axes, panel, names)
         axes.set_title(panel.title, pad=3.0, parse_math=False)
         if column:
             axes.set(ylabel="", yticklabels=[])

@@ -117,7 +117,8 @@ class Labels:
             np.clip(0.0, corner.imag - half.imag, corner.imag + half.imag),
         )
         if abs(end) > 4.0 * pt:
-            self._picture.stroke(LEADER, [place + 4.0 * pt * end / abs(end), place + end])
+            with self._picture.named("leaders"):
+                self._picture.stroke(LEADER, [place + 4.0 * pt * end / abs(end), place + end])
 
 
 def extent(text: str, size: float) -> tuple[float, float]:

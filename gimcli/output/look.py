@@ -190,6 +190,12 @@ class _Paint:
         """Return a mark with other colours."""
         return replace(mark, face=self.color(mark.face), edge=self.color(mark.edge))
 
+    def style(self, style: Pen | Fill | Mark) -> Pen | Fill | Mark:
+        """Return the style of a line, an area or a mark with other colours."""
+        if isinstance(style, Fill):
+            return self.area(style)
+        return self.mark(style) if isinstance(style, Mark) else self.pen(style)
+
     def key(self, key: Key) -> Key:
         """Return a key of the legend with other colours."""
         if isinstance(key, tuple):
@@ -203,6 +209,7 @@ class _Paint:
             strokes=_joined((self.pen(pen), paths) for pen, paths in picture.strokes.items()),
             areas=_joined((self.area(fill), areas) for fill, areas in picture.areas.items()),
             marks=_joined((self.mark(mark), places) for mark, places in picture.marks.items()),
+            parts=_joined((self.style(style), parts) for style, parts in picture.parts.items()),
             texts=[replace(text, color=self.color(text.color)) for text in picture.texts],
             legend=[(name, self.key(key)) for name, key in picture.legend],
         )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar, cast
@@ -104,21 +105,49 @@ class Picture:
     marks: dict[Mark, list[complex]] = field(default_factory=dict)
     texts: list[Text] = field(default_factory=list)
     legend: list[tuple[str, Key]] = field(default_factory=list)
+    parts: dict[Pen | Fill | Mark, list[str]] = field(default_factory=dict)  # of each stroke, area and mark
     above: list[tuple[float, str]] = field(default_factory=list)  # words above the axes, at their abscissae
     again: Callable[[PictureLayout], Picture] | None = field(default=None, repr=False, compare=False)
     """Compose the picture in another layout; None for graphs, whose frame may have any size."""
+    part: str = ""  # to which the next strokes, areas and marks belong, such as "member:crank"; "" for none
+
+    @contextmanager
+    def named(self, part: str) -> Iterator[None]:
+        """Let all strokes, areas and marks of the `with` block belong to a part."""
+        before, self.part = self.part, part
+        try:
+            yield
+        finally:
+            self.part = before
 
     def stroke(self, pen: Pen, *paths: ComplexArray | Iterable[complex]) -> None:
         """Add open polylines."""
         self.strokes.setdefault(pen, []).extend(_array(path) for path in paths)
+        self._own(pen, len(paths))
 
     def area(self, fill: Fill, *outlines: ComplexArray | Iterable[complex]) -> None:
         """Add closed polygons."""
         self.areas.setdefault(fill, []).extend(_array(outline) for outline in outlines)
+        self._own(fill, len(outlines))
 
     def mark(self, mark: Mark, *places: complex) -> None:
         """Add marks."""
         self.marks.setdefault(mark, []).extend(complex(place) for place in places)
+        self._own(mark, len(places))
+
+    def _own(self, style: Pen | Fill | Mark, count: int) -> None:
+        self.parts.setdefault(style, []).extend([self.part] * count)
+
+    def split(self) -> dict[str, Picture]:
+        """Return the strokes, areas and marks of each part, those without a part as the part ""."""
+        found: dict[str, Picture] = {}
+        styled: list[tuple[Any, Any]] = [*self.strokes.items(), *self.areas.items(), *self.marks.items()]
+        for style, things in styled:
+            for part, thing in zip(self.parts[style], things, strict=True):
+                own = found.setdefault(part, Picture("", self.frame))
+                add: Any = own.stroke if isinstance(style, Pen) else own.area if isinstance(style, Fill) else own.mark
+                add(style, thing)
+        return found
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,9 @@ from gimcli.output.picture import Picture
 from gimcli.output.scene import Drive, ForceElement, LoadArrow, MemberOutline, Scene, Slider
 from gimcli.output.style import Fill
 
+FRAME = "frame"
+"""Name of the part with the symbols of the frame."""
+
 
 def draw_ghost(picture: Picture, scene: Scene, pose: int, only: Sequence[str] = ()) -> None:
     """Draw one of the other poses with light lines, all of it or only the members, blocks and cylinders of some names.
@@ -58,27 +61,45 @@ def draw_strong(
     """
     z, colours = scene.poses[0] if positions is None else positions, colours or {}
     for body in scene.bodies:
-        _draw_body(picture, scene, body, z, colours.get(scene.mechanism.members[body.member].name))
+        name = scene.mechanism.members[body.member].name
+        with picture.named(f"member:{name}"):
+            _draw_body(picture, scene, body, z, colours.get(name))
     for slider in scene.sliders:
-        _draw_slider(picture, scene, slider, z, colours.get(slider.name))
-    for support in scene.supports:
-        symbols.fixed_pivot(picture, complex(z[support.node]), support.upward)
+        with picture.named(f"pair:{slider.name}"):
+            _draw_slider(picture, scene, slider, z, colours.get(slider.name))
+    with picture.named(FRAME):
+        for support in scene.supports:
+            symbols.fixed_pivot(picture, complex(z[support.node]), support.upward)
     for element in scene.elements:
-        _draw_element(picture, scene, element, z)
+        with picture.named(f"{element.kind}:{element.name}"):
+            _draw_element(picture, scene, element, z)
     for drive in scene.drives:
-        _draw_drive(picture, scene, drive, z, colours.get(drive.name))
+        with picture.named(f"actuator:{drive.name}"):
+            _draw_drive(picture, scene, drive, z, colours.get(drive.name))
     for load in scene.loads:
-        _draw_load(picture, scene, load, z)
-    picture.mark(style.PIN, *z[list(scene.pins)].tolist())
-    picture.mark(style.DOT, *z[list(scene.plain)].tolist())
-    picture.mark(style.TRACER, *(complex(scene.place(anchor, z)) for anchor in scene.tracers.values()))
-    for centre in scene.centres:
-        force_symbols.centre_of_mass(picture, complex(scene.place(centre.at, z)))
+        with picture.named(f"load:{load.name}"):
+            _draw_load(picture, scene, load, z)
+    _draw_points(picture, scene, z)
+
+
+def _draw_points(picture: Picture, scene: Scene, z: ComplexArray) -> None:
+    """Draw the nodes, the points of members and the centres of mass."""
+    for mark, nodes in ((style.PIN, scene.pins), (style.DOT, scene.plain)):
+        for node in nodes:
+            with picture.named(f"node:{scene.mechanism.nodes[node]}"):
+                picture.mark(mark, complex(z[node]))
+    for name, anchor in scene.tracers.items():
+        with picture.named(f"point:{name}"):
+            picture.mark(style.TRACER, complex(scene.place(anchor, z)))
+    with picture.named("centres-of-mass"):
+        for centre in scene.centres:
+            force_symbols.centre_of_mass(picture, complex(scene.place(centre.at, z)))
 
 
 def draw_markers(picture: Picture, scene: Scene) -> None:
     """Draw the nodes of the frame to which nothing is attached, such as those that only define a guide."""
-    picture.mark(style.CROSS, *scene.poses[0][list(scene.crosses)].tolist())
+    with picture.named(FRAME):
+        picture.mark(style.CROSS, *scene.poses[0][list(scene.crosses)].tolist())
 
 
 def _along(scene: Scene, slider: Slider, z: ComplexArray) -> complex:
@@ -104,7 +125,8 @@ def _draw_slider(picture: Picture, scene: Scene, slider: Slider, z: ComplexArray
     """Draw a block and its guide."""
     (first, second), along = scene.ends(slider, z), _along(scene, slider, z)
     if slider.side:
-        symbols.frame_guide(picture, first, second, along, slider.side)
+        with picture.named(FRAME):
+            symbols.frame_guide(picture, first, second, along, slider.side)
     else:
         symbols.moving_guide(picture, first, second, along)
         if slider.bracket:

@@ -32,6 +32,7 @@ class Printed:
     size: tuple[float, float] | None = None  # width and height [in]
     dpi: float | None = None
     look: Look = PLAIN
+    grouped: bool = False  # members, pairs, curves ... are groups with names
 
 
 @dataclass(frozen=True)

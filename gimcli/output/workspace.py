@@ -23,6 +23,7 @@ PENS = {
 }
 OTHERS = Pen(1.1, "#20508c", (4.0, 2.0), layer=7)
 """Paths of other configurations."""
+PARTS = {"outer": "boundary", "hole": "hole", "inner": "inner-curves"}
 NAMES = {"outer": "boundary", "hole": "hole", "inner": "inner curve: limit of some configurations"}
 
 GREYS = ("#efefef", "#e2e2e2", "#d4d4d4", "#c4c4c4", "#b0b0b0")
@@ -49,14 +50,17 @@ def workspace_picture(
     shown += [np.array([point[1]])] if point[1] is not None else []
     picture = plot(mechanism, title, shown, layout)
     if density is not None:
-        _draw_density(picture, density)
+        with picture.named("positions"):
+            _draw_density(picture, density)
     else:
-        _fill(picture, curves)
+        with picture.named("region"):
+            _fill(picture, curves)
     for kind, pen in PENS.items():
         group = curves.get(kind, ())
         if group:
             ends = () if kind == "inner" else (1,)
-            picture.stroke(pen, *(np.append(z, z[:1]) if ends else z for z in group))
+            with picture.named(PARTS[kind]):
+                picture.stroke(pen, *(np.append(z, z[:1]) if ends else z for z in group))
             picture.legend.append((NAMES[kind], pen))
     _draw_pose(picture, scene, point)
     return picture
@@ -76,7 +80,8 @@ def path_picture(
         (OTHERS, "paths of other configurations", paths[1:]),
     ):
         if group:
-            picture.stroke(pen, *group)
+            with picture.named(f"curve:{name}"):
+                picture.stroke(pen, *group)
             picture.legend.append((name, pen))
     _draw_pose(picture, scene, point)
     return picture
