@@ -16,7 +16,7 @@ from gimcli import __version__
 from gimcli.cli.help import Command
 from gimcli.cli.plain_values import taking_plain_values
 from gimcli.cli.progress import end_bars, progress_bar
-from gimcli.errors import GimError
+from gimcli.errors import GimError, UsageError
 
 GROUPS: dict[str, dict[str, str]] = {
     "Position and motion": {
@@ -56,6 +56,9 @@ GROUPS: dict[str, dict[str, str]] = {
 """Commands by the questions that they answer, with a line of help; each has a module of its name in this package."""
 
 COMMANDS = {name: line for group in GROUPS.values() for name, line in group.items()}
+
+VERBOSE = "gimcli.verbose"
+"""Key of the option in the context of the command line."""
 
 SETTINGS: dict[str, Any] = {
     "pretty_exceptions_enable": False, "rich_markup_mode": None,
@@ -122,17 +125,32 @@ app = typer.Typer(
 )
 
 
-def _version(wanted: bool) -> None:
+def _verbose(context: typer.Context, wanted: bool) -> bool:
+    context.meta[VERBOSE] = wanted  # eager options are read before the others
+    return wanted
+
+
+def _version(context: typer.Context, wanted: bool) -> None:
     if wanted:
         typer.echo(f"gim {__version__}")
+        if context.meta.get(VERBOSE):
+            from gimcli.cli.versions import version_lines
+
+            for line in version_lines():
+                typer.echo(line)
         raise typer.Exit
 
 
 @app.callback()
 def _main(
-    version: bool = typer.Option(False, "--version", callback=_version, is_eager=True, help="Show the version."),
-) -> None:
-    pass
+    version: bool = typer.Option(False, "--version", callback=_version, help="Show the version."),
+    verbose: bool = typer.Option(
+        False, "--verbose", callback=_verbose, is_eager=True,
+        help="With --version: libraries, cache and cores too.",
+    ),
+) -> None:  # fmt: skip
+    if verbose:
+        raise UsageError("--verbose: expected `gim --version --verbose`; commands print all that they have to report")
 
 
 def _print_json_error(text: str, exit_code: int) -> None:

@@ -65,12 +65,12 @@ def test_all_digits_are_read_back(tmp_path):
 
 def test_cells_without_a_number_and_texts(tmp_path):
     table = Table((
-        Column("P.x", np.array([math.nan, math.inf, 1.0])), Column("name", np.array(["=1+1", "a\x07b", "ä €"])),
+        Column("P.x", np.array([math.nan, math.inf, 1.0])), Column("name", np.array(["=1+1", "a\x07<b&", "ä €"])),
         Column("branch", np.array([1, 2, 3])),
     ))  # fmt: skip
     write_xlsx(Workbook("=cmd", {}, table), tmp_path / "n.xlsx")
     sheet = read(tmp_path / "n.xlsx")["Positions"]
-    assert columns(sheet) == {"name": ["=1+1", "ab", "ä €"], "branch": [1, 2, 3], "P.x": [None, "inf", 1.0]}
+    assert columns(sheet) == {"name": ["=1+1", "a<b&", "ä €"], "branch": [1, 2, 3], "P.x": [None, "inf", 1.0]}
     assert sheet["A2"].data_type == "s"
 
 
