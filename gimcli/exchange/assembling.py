@@ -136,7 +136,7 @@ class Assembling:
         if body == GROUND:
             body, reference = reference, GROUND
         pivot = self.same[turn.pivot]
-        arm = self._other(body, pivot, turn.name)
+        arm = self.same[turn.arm] if turn.arm else self._other(body, pivot, turn.name)
         own: dict[str, Any] = {"type": "rotary", "pivot": pivot, "arm": arm}
         if reference != GROUND:
             own["reference"] = self._other(reference, pivot, turn.name)

@@ -40,6 +40,7 @@ class Turn:
     pivot: str
     body: str
     reference: str
+    arm: str  # joint of the body whose direction is the angle; "": the farthest one
     keys: dict[str, Any]
 
 
@@ -123,12 +124,14 @@ class Draft:
         """
         self.slots.append(DraftSlot(name, joint, carrier, direction / abs(direction), body, guide))
 
-    def rotary(self, name: str, pivot: str, body: str, reference: str = GROUND, **keys: Any) -> None:
+    def rotary(
+        self, name: str, pivot: str, body: str, reference: str = GROUND, *, arm: str = "", **keys: Any
+    ) -> None:  # fmt: skip
         """Add a rotary input, with further keys of an actuator, such as law={"by": 360}.
 
         law={"over": (a, b)} runs from a to b relative to the value at the drawn position.
         """
-        self.turns.append(Turn(name, pivot, body, reference, keys))
+        self.turns.append(Turn(name, pivot, body, reference, arm, keys))
 
     def linear(self, name: str, a: str, b: str, **keys: Any) -> None:
         """Add a linear input that drives the distance of two joints."""
@@ -137,6 +140,12 @@ class Draft:
     def slider(self, name: str, slot: str, **keys: Any) -> None:
         """Add a linear input that drives the travel of the joint of a slot, positive along its direction."""
         self.travels[free_name(name, self.travels)] = {"slot": slot, **keys}
+
+    def size(self) -> float:
+        """Return the diagonal of the joints; 1 where they coincide."""
+        places = list(self.joints.values())
+        spans = [max(values) - min(values) for values in ([z.real for z in places], [z.imag for z in places])]
+        return math.hypot(*spans) or 1.0
 
     def refusal(self, text: str) -> ModelError:
         """Return the error for a part of the file that cannot become a model."""

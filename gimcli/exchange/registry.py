@@ -47,6 +47,7 @@ class ForeignFormat(NamedTuple):
 FORMATS: tuple[ForeignFormat, ...] = (
     ForeignFormat("PMKS", "pmks_text"),
     ForeignFormat("Linkage", "linkage"),
+    ForeignFormat("Pyslvs", "pyslvs"),
 )
 """All formats; content is offered to them in this order."""
 

@@ -1,0 +1,241 @@
+"""Files of Pyslvs (`.pyslvs`), YAML with a mechanism as an expression, and such expressions alone.
+
+The slot of a P or RP joint belongs to the link that is named first. Pyslvs stores which angles are inputs, but no
+motion, no time and no unit of length.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+from gimcli.errors import ModelError
+from gimcli.exchange.draft import GROUND, Draft
+from gimcli.exchange.pyslvs_expression import PyslvsJoint, joints_of
+
+PROGRAM = "Pyslvs"
+DIGIT = 1e-4
+"""Last digit of the coordinates in an expression."""
+STROKE = 0.1
+"""Travel of a sliding input, which the file does not have, relative to the size of the mechanism."""
+MOST_INPUTS = 50
+Where = tuple[str | int, ...]
+"""Keys of a value in the file."""
+
+_EXPRESSION = re.compile(r"(?:\s|#[^\n]*\n)*M\s*\[\s*(?:J\s*\[|\]|$)")
+_YAML = re.compile(r"""(?:^|[{,]\s*)(?:pyslvs_ver\s*:|mechanism\s*:\s*['"]?M\[)""", re.MULTILINE)
+_BINARY = {"€": ("pyslvs_ver", "pickle"), "\x80": ("pyslvs_ver", "pickle"), "SQLite format": ("commitmodel", "SQLite"),
+           "‰HDF": ("pyslvs_ver", "HDF5")}  # fmt: skip
+_UNUSED = re.compile(r"^(?:path|slider_path|algorithm|collection|triangle|background):.*\n(?:[ -].*\n)*", re.MULTILINE)
+_LEFT_OUT = {"path": "recorded paths", "algorithm": "synthesis results", "collection": "structures",
+             "triangle": "synthesis settings", "background": "background picture"}  # fmt: skip
+
+
+def recognises(text: str) -> bool:
+    """Return whether a text is probably an expression or a file of Pyslvs."""
+    return bool(_EXPRESSION.match(text) or _binary(text) or _YAML.search(text))
+
+
+def _binary(text: str) -> str:
+    """Return the name of the binary format of a file of Pyslvs; "" if it is text."""
+    for start, (word, form) in _BINARY.items():
+        if text.startswith(start) and word in text.lower():
+            return form
+    return ""
+
+
+def read(text: str, source: str) -> Draft:
+    """Return the mechanism of a file of Pyslvs; `source` names it in messages."""
+    if form := _binary(text):
+        cure = "open it with Pyslvs and save it as YAML (preferences: file type)"
+        raise ModelError([f"{source}: a Pyslvs file in the binary format {form} is not read; {cure}"])
+    draft = Draft(PROGRAM, source, resolution=2.0 * DIGIT)
+    if _EXPRESSION.match(text):
+        _Pyslvs(joints_of(text, source), draft).convert([])
+        return draft
+    _from_yaml(text, draft)
+    return draft
+
+
+def _from_yaml(text: str, draft: Draft) -> None:
+    from gimcli.model.source import read_yaml
+
+    for key, what in _LEFT_OUT.items():
+        if re.search(rf"(?:^|[{{,]\s*){key}\s*:", text, re.MULTILINE):
+            draft.left_out.append(f"{what} are left out" if what.endswith("s") else f"the {what} is left out")
+    own = read_yaml(_UNUSED.sub(lambda m: "\n" * m[0].count("\n"), text), Path(draft.source))
+    if own.faults:
+        raise own.error()
+    data = own.data
+    name, expression, where = _mechanism(data, draft)
+    line = own.values.get(where, (1, 1))[0]
+    joints = joints_of(expression, draft.source, line)
+    inputs = data.get("input") if where == ("mechanism",) else None
+    draft.name = name
+    _Pyslvs(joints, draft).convert(_pairs(inputs, draft, own.values.get(("input",), (1, 1))[0]))
+
+
+def _mechanism(data: dict[str, Any], draft: Draft) -> tuple[str, str, Where]:
+    """Return the name, the expression and the keys of the mechanism: the drawn one, or else the first stored one."""
+    stored = {name: text for name, text in _items(data.get("storage")) if isinstance(text, str)}
+    drawn = data.get("mechanism")
+    found: tuple[str, str, Where]
+    if isinstance(drawn, str) and re.sub(r"\s", "", drawn) != "M[]":
+        found = ("", drawn, ("mechanism",))
+    elif stored:
+        name = next(iter(stored))
+        found = (name, stored.pop(name), ("storage", name))
+    else:
+        raise draft.refusal("the file has no mechanism; draw one in Pyslvs and save the file again")
+    if stored:
+        draft.left_out.append(f"stored mechanisms are left out: {', '.join(stored)}")
+    return found
+
+
+def _items(storage: Any) -> list[tuple[str, Any]]:
+    """Return the names and expressions of stored mechanisms, which are a mapping or a list of pairs."""
+    if isinstance(storage, dict):
+        return list(storage.items())
+    pairs = storage if isinstance(storage, list) else []
+    return [(str(pair[0]), pair[1]) for pair in pairs if isinstance(pair, list) and len(pair) == 2]
+
+
+def _pairs(inputs: Any, draft: Draft, line: int) -> list[tuple[int, int]]:
+    """Return the pairs of joints of the inputs."""
+    found = []
+    for pair in inputs if isinstance(inputs, list) else [] if inputs is None else [inputs]:
+        own = pair[:2] if isinstance(pair, list) else []
+        if len(own) < 2 or not all(isinstance(k, int) and not isinstance(k, bool) for k in own):
+            raise ModelError([f"{draft.source}:{line}: input: expected pairs of joint numbers such as [0, 1]"])
+        found.append((own[0], own[1]))
+    if len(found) > MOST_INPUTS:
+        raise ModelError([f"{draft.source}:{line}: input: more than {MOST_INPUTS} inputs are too many"])
+    return found
+
+
+class _Pyslvs:
+    """The conversion of one list of joints."""
+
+    def __init__(self, joints: list[PyslvsJoint], draft: Draft) -> None:
+        self.joints, self.draft = joints, draft
+        self.names: list[str] = []
+        self.bodies: dict[str, str] = {GROUND: GROUND}
+        self.same: dict[str, str] = {}
+
+    def convert(self, inputs: list[tuple[int, int]]) -> None:
+        """Fill the draft."""
+        if self.joints and not any(GROUND in joint.links for joint in self.joints):
+            raise self.draft.refusal("no joint is on the link 'ground'; name the frame so")
+        self._weld_blocks()
+        for joint in self.joints:
+            for link in self._links(joint):
+                if link not in self.bodies:
+                    self.bodies[link] = self.draft.body(link, ())
+        for number, joint in enumerate(self.joints):
+            self._add_joint(f"Point{number}", joint)
+        for number, (base, driver) in enumerate(inputs):
+            self._add_input(number, base, driver)
+        if not inputs:
+            self._suggest_input()
+
+    def _weld_blocks(self) -> None:
+        """Make one body of the links that a P joint joins to its slot: none of them turns against it."""
+        for joint in self.joints:
+            blocks = joint.links[1:] if joint.kind == "P" else ()
+            for link in blocks[1:]:
+                first, second = self._first(blocks[0]), self._first(link)
+                if second == GROUND:
+                    first, second = second, first
+                if first != second:
+                    self.same[second] = first
+            if blocks and self._first(blocks[0]) == self._first(joint.links[0]):
+                raise self.refused(joint, f"the block and the slot of this P joint are one link, {joint.links[0]}")
+
+    def _first(self, link: str) -> str:
+        """Return the link that stands for the links of a body."""
+        while link in self.same:
+            link = self.same[link]
+        return link
+
+    def _links(self, joint: PyslvsJoint) -> tuple[str, ...]:
+        """Return the links of a joint, one for each body."""
+        return tuple(dict.fromkeys(self._first(link) for link in joint.links))
+
+    def refused(self, joint: PyslvsJoint, text: str) -> ModelError:
+        """Return the error for a joint."""
+        return ModelError([f"{self.draft.source}:{joint.line}: {text}"])
+
+    def _add_joint(self, name: str, joint: PyslvsJoint) -> None:
+        links = self._links(joint)
+        if joint.kind == "R" and len(links) == 1 and links[0] != GROUND and self._has_joints(links[0]):
+            self.draft.tracers[name] = (self.bodies[links[0]], joint.place)
+            self.names.append("")
+            return
+        own = self.draft.joint(name, joint.place)
+        self.names.append(own)
+        for link in links if joint.kind == "R" else links[1:]:
+            if link == GROUND:
+                self.draft.fix(own)
+            else:
+                self.draft.bodies[self.bodies[link]].append(own)
+        if joint.kind != "R" and len(links) > 1:
+            body = self.bodies[links[1]] if joint.kind == "P" else ""
+            direction = cmath.rect(1.0, math.radians(joint.angle % 360.0))
+            self.draft.slot(f"slot_{own}", own, self.bodies[links[0]], direction, body=body)
+
+    def _has_joints(self, link: str) -> bool:
+        """Return whether a link has two places without its points: joints, or a slot, which has two."""
+        own = [(joint, links) for joint in self.joints if len(links := self._links(joint)) > 1 and link in links]
+        return sum(2 if joint.kind != "R" and links[0] == link else 1 for joint, links in own) > 1
+
+    # -- inputs ---------------------------------------------------------------------------------
+
+    def _add_input(self, number: int, base: int, driver: int) -> None:
+        what = f"input Point{base}->Point{driver}"
+        if not (0 <= base < len(self.joints) and 0 <= driver < len(self.joints)):
+            raise self.draft.refusal(f"{what}: there is no such joint; the last one is Point{len(self.joints) - 1}")
+        if base == driver:
+            self._add_travel(number, base)
+            return
+        if GROUND not in self._pinned(base):
+            base, driver = driver, base
+        shared = [link for link in self._pinned(base) if link in self._pinned(driver) and link != GROUND]
+        if GROUND not in self._pinned(base) or not shared:
+            raise self.draft.refusal(f"{what}: one of the two must be fixed, and a link must join both")
+        body = self.bodies[shared[0]]
+        if not self.names[driver]:  # a point: it becomes a joint of its link
+            self.names[driver] = self.draft.joint(f"Point{driver}", self.draft.tracers.pop(f"Point{driver}")[1])
+            self.draft.bodies[body].append(self.names[driver])
+        law = {"by": 0.0 if number else 360.0}
+        name = "motor" if not number else f"motor_{number + 1}"
+        self.draft.rotary(name, self.names[base], body, arm=self.names[driver], law=law)
+        if number:
+            self.draft.left_out.append(f"{name} ({what}) is constant: Pyslvs stores no motion; change its law")
+
+    def _suggest_input(self) -> None:
+        """Name an input that the file may have meant: a link on a fixed pin."""
+        for pivot in self.draft.ground:
+            for joints in self.draft.bodies.values():
+                if pivot in joints and (others := [name for name in joints if name not in self.draft.ground]):
+                    own = f"`motor: {{type: rotary, pivot: {pivot}, arm: {others[0]}}}` in `actuators`"
+                    self.draft.left_out.append(f"the file has no inputs; add one, such as {own}")
+                    return
+
+    def _pinned(self, number: int) -> tuple[str, ...]:
+        """Return the links that a joint is a pin of."""
+        joint = self.joints[number]
+        return self._links(joint)[0 if joint.kind == "R" else 1 :]
+
+    def _add_travel(self, number: int, base: int) -> None:
+        if self.joints[base].kind == "R" or not self._pinned(base):
+            raise self.draft.refusal(f"input Point{base}->Point{base}: it is no slider (P or RP)")
+        travel = STROKE * self.draft.size()
+        name = f"slide_{number + 1}" if number else "slide"
+        self.draft.slider(name, f"slot_{self.names[base]}", law={"by": 0.0 if number else travel})
+        moves = "is constant" if number else f"moves by {travel:g}"
+        self.draft.left_out.append(
+            f"{name} (input Point{base}->Point{base}) {moves}: Pyslvs stores no motion; change its law"
+        )
