@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.errors import UsageError
+from gimcli.errors import ModelError, UsageError
 from gimcli.families.designs import Designs
 from gimcli.families.float_tables import FloatTables, TableMaker, listed, spans
 from gimcli.kernels import family as kernels
@@ -94,9 +94,17 @@ class Family:
             tried = np.tile(self.nominal, (len(values) + 1, 1))
             tried[1:, k] = values[:, k]
             same = (np.array_equal(t, np.broadcast_to(t[:1], t.shape), equal_nan=True) for t in self.tables(tried))
-            if name != "duration" and (tried[:, k] != tried[0, k]).any() and all(same):
+            changed = tried[:, k] != tried[0, k]
+            if changed.any() and all(same) and not self._changes_time(name, float(tried[changed, k][0])):
                 found.append(name)
         return found
+
+    def _changes_time(self, name: str, value: float) -> bool:
+        """Return whether another value of a dimension changes the duration of the motion, or is not possible."""
+        try:
+            return self.mechanism.with_({name: value}).duration != self.mechanism.duration
+        except ModelError:
+            return True
 
     def law_inputs(self, time: FloatArray, tables: FloatTables) -> FloatArray:
         """Return the inputs (designs or 1, actuators, rows) at times (rows,)."""

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from gimcli.model.formula import WORDS, Formula, FormulaError, UnknownNameError, is_number, parsed
 from gimcli.model.nearest import near
 from gimcli.model.source import Where
+from gimcli.model.units import speed
 
 MOST_PARAMETERS = 1000
 MOST_HINTS = 20
@@ -35,7 +36,10 @@ def evaluated(data: dict[str, Any], texts: Iterable[Where]) -> Evaluated:
     result = Evaluated(data, {}, {})
     for where in texts:
         try:
-            result.formulas[where] = _formula(_part(data, where), names)
+            if (rate := _speed(data, where)) is None:
+                result.formulas[where] = _formula(_part(data, where), names)
+            else:
+                _part(data, where[:-1])[where[-1]] = rate
         except FormulaError as error:
             result.refused[where] = reason(error, names if len(result.refused) < MOST_HINTS else ())
     values = {name: float(v) for name, v in names.items() if type(v) in (int, float) and math.isfinite(v)}
@@ -90,6 +94,19 @@ def _ordered(result: Evaluated) -> tuple[Where, ...]:
         except DependenceError as cycle:
             result.refused.update({(PARAMETERS, name): "" for name in cycle.names})
             result.refused[PARAMETERS, cycle.names[-1]] = str(cycle)
+
+
+def _speed(data: dict[str, Any], where: Where) -> float | None:
+    """Return the number of the file for the rate of a law with a unit, such as 60 rpm; None for other texts."""
+    if where[0] != "actuators" or where[-1] != "rate":
+        return None
+    units = data["units"] if isinstance(data.get("units"), dict) else {}
+    angle = units.get("angle", "deg")
+    try:
+        own = _part(data, where[:2])
+        return speed(_part(data, where), "pivot" in own or "arm" in own, str(units.get("length", "m")), str(angle))
+    except ValueError as error:
+        raise FormulaError(str(error)) from None
 
 
 def _names(data: dict[str, Any]) -> dict[str, Any]:

@@ -24,6 +24,7 @@ from gimcli.model.references import References
 from gimcli.model.schema import Model
 from gimcli.model.source import Fault, Source, Where
 from gimcli.model.substitution import with_numbers
+from gimcli.model.units import speed
 from gimcli.model.wording import expected, value_schema
 
 SHOWN = 4
@@ -111,6 +112,12 @@ def _value(dimension: Dimension, value: Any, model: Model) -> float | Formula:
     """Return a new value of a dimension as a number, or a formula."""
     if isinstance(value, str):
         try:
+            if dimension.where[-1] == "rate":
+                value = _rate(model, str(dimension.where[1]), value)
+        except ValueError as error:
+            raise UsageError(f"{dimension.name}: expected a number, got '{value}'; {error}") from None
+    if isinstance(value, str):
+        try:
             value = float(value) if is_number(value) else parsed(value, model.parameters)
         except FormulaError as error:
             text = reason(error, model.parameters)
@@ -122,6 +129,12 @@ def _value(dimension: Dimension, value: Any, model: Model) -> float | Formula:
     if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
         raise UsageError(f"{dimension.name}: expected a finite number, got {value!r}")
     return float(value)
+
+
+def _rate(model: Model, actuator: str, text: str) -> float | str:
+    """Return the rate of a law as a number; a text without a unit as it is. Raise ValueError for a wrong unit."""
+    found = speed(text, model.actuators[actuator].rotary, model.units.length, model.units.angle)
+    return text if found is None else found
 
 
 def _listed(changes: Mapping[str, float | str]) -> str:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from gimcli.model.check_inputs import check_nodes, check_reach
+from gimcli.model.check_inputs import check_nodes
+from gimcli.model.check_laws import check_reach
 from gimcli.model.check_places import check_place
 from gimcli.model.nearest import near
 from gimcli.model.pairs import used_nodes

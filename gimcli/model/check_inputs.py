@@ -1,39 +1,23 @@
-"""Checks of the actuators: nodes that fit the type, values that the law can reach."""
+"""Checks of the actuators: keys of one kind, nodes that fit it."""
 
 from __future__ import annotations
 
-import cmath
-import math
 from collections.abc import Iterable, Sequence
 
-import numpy as np
-
-from gimcli.mechanism import MOST_TURNS
-from gimcli.model.laws import PolynomialLaw
-from gimcli.model.nearest import near
+from gimcli.model.check_laws import check_laws
 from gimcli.model.references import References
-from gimcli.model.schema import LONGEST, PROFILES, SHORTEST, Actuator, Law, Profile
+from gimcli.model.schema import Actuator
 from gimcli.model.source import Where
-from gimcli.model.tables import read_table
 
 ROTARY, LINEAR = ("pivot", "arm", "reference"), ("nodes", "node", "guide")
 KEYS = (*ROTARY, *LINEAR)
 
 
-SAMPLES = 1001
-"""Times at which a polynomial is evaluated besides its stationary points, of which rounding may hide one."""
-
-Times = tuple[str, float]  # name of a table and its duration [s]
-
-
 def check_inputs(refs: References) -> None:
     """Record the errors in the actuators."""
-    tables: list[Times] = []
     for name, actuator in refs.model.actuators.items():
-        where: Where = ("actuators", name)
-        check_nodes(refs, where, actuator)
-        if actuator.law is not None:
-            _check_law(refs, where, actuator, actuator.law, tables)
+        check_nodes(refs, ("actuators", name), actuator)
+    check_laws(refs)
 
 
 def check_span(refs: References, where: Where, guide: Sequence[str], sliding: Sequence[str]) -> None:
@@ -149,121 +133,3 @@ def _check_telescope(refs: References, where: Where, nodes: Sequence[str]) -> No
                 f"nodes {nodes[0]} and {nodes[1]} belong to the same member '{holders[0]}': their distance is constant"
             )
             refs.fault((*where, "nodes"), f"{text}; name nodes of two members")
-
-
-# -- laws -----------------------------------------------------------------------------------
-
-
-def _check_law(refs: References, where: Where, actuator: Actuator, law: Law, tables: list[Times]) -> None:
-    at: Where = (*where, "law")
-    profile = law.profile
-    if len(profile.given) > 1:
-        keys = " and ".join(f"`{key}`" for key in sorted(profile.given))
-        refs.fault((*at, "profile"), f"expected one of `name`, `polynomial` and `table`, got {keys}")
-        return
-    if profile.name not in PROFILES:
-        choice = f"expected one of {', '.join(PROFILES)}, got '{profile.name}'{near(profile.name, PROFILES)}"
-        refs.fault((*at, "profile"), f"profile: {choice}")
-    values = _check_ends(refs, at, law)
-    by = law.by or 0.0
-    if profile.table is not None:
-        values = _check_table(refs, (*at, "profile", "table"), profile.table, tables)
-    elif profile.polynomial is not None and law.by is None and law.from_ is None:
-        values = _course(profile.polynomial)
-    elif len(values) == 2:
-        values += _between(values[0], values[1], profile)
-    elif not values and (drawn := _drawn(refs, actuator)) is not None:
-        values = [drawn, drawn + by, *_between(drawn, drawn + by, profile)]
-    _check_values(refs, at, actuator, values, by)
-
-
-def _drawn(refs: References, actuator: Actuator) -> float | None:
-    """Return the initial value of an input in the file's unit; None if its nodes are not declared."""
-    names = [*(actuator.nodes or []), *(actuator.guide or [])]
-    names += [n for n in (actuator.pivot, actuator.arm, actuator.reference, actuator.node) if n is not None]
-    if not set(names) <= set(refs.model.nodes):
-        return None
-    place = {name: complex(*refs.model.nodes[name]) for name in names}
-    if actuator.nodes is not None:
-        return abs(place[actuator.nodes[1]] - place[actuator.nodes[0]])
-    if actuator.pivot is not None and actuator.arm is not None:
-        ray = place[actuator.arm] - place[actuator.pivot]
-        if actuator.reference is not None:
-            ray *= (place[actuator.reference] - place[actuator.pivot]).conjugate()
-        angle = cmath.phase(ray)
-        return math.degrees(angle) if refs.model.units.angle == "deg" else angle
-    if actuator.node is not None and actuator.guide is not None:
-        first, second = (place[name] for name in actuator.guide)
-        along = second - first
-        return ((place[actuator.node] - first) * along.conjugate()).real / (abs(along) or 1.0)
-    return None
-
-
-def _between(start: float, end: float, profile: Profile) -> list[float]:
-    """Return the extreme values of a polynomial law between two ends; the other profiles stay between the ends."""
-    values = [start * (1.0 - s) + end * s for s in _course(profile.polynomial or [])]
-    return [v if math.isfinite(v) else math.inf for v in values]
-
-
-def _course(coefficients: Sequence[float]) -> list[float]:
-    """Return the values of a polynomial at 0 and 1, its least and its greatest value in 0..1."""
-    law = PolynomialLaw(tuple(coefficients or (0.0,)))
-    with np.errstate(over="ignore", invalid="ignore"):
-        values = law(np.concatenate([[0.0, 1.0], law.stops(), np.linspace(0.0, 1.0, SAMPLES)]))
-    values = np.where(np.isnan(values), np.inf, values)
-    return [float(v) for v in (values[0], values[1], values.min(), values.max())]
-
-
-def check_reach(refs: References, at: Where, actuator: Actuator, value: float) -> None:
-    """Record an error if an input cannot have a value (the file's unit)."""
-    _check_values(refs, at, actuator, [value], 0.0, "the start")
-
-
-def _check_values(
-    refs: References, at: Where, actuator: Actuator, values: list[float], by: float, what: str = "the law"
-) -> None:
-    """Record an error for distances not above 0, and for values beyond MOST_TURNS turns or sizes."""
-    if actuator.nodes is not None and min(values, default=1.0) <= 0.0:
-        refs.fault(at, f"expected a distance above 0, got {min(values):g}; correct {what}")
-    turn = 360.0 if refs.model.units.angle == "deg" else 2.0 * math.pi
-    most = MOST_TURNS * (turn if actuator.rotary else refs.size)
-    farthest = max([*values, by], key=abs)
-    if abs(farthest) > most > 0.0:
-        refs.fault(at, f"{what} reaches {farthest:g}, more than the limit {most:g}; shorten it")
-
-
-def _check_ends(refs: References, at: Where, law: Law) -> list[float]:
-    """Check the ends of a law and its profile; return the absolute ends, `from` and `to`."""
-    absolute = [value for value in (law.from_, law.to) if value is not None]
-    if law.by is not None and absolute:
-        refs.fault((*at, "by"), "expected `by`, or `from` and `to`, got both `by` with `from` or `to`", key=True)
-    elif law.profile.table is not None:
-        if absolute or law.by is not None:
-            refs.fault(at, "a table gives absolute values; remove `from`, `to` and `by`")
-    elif len(absolute) == 1:
-        missing = "to" if law.to is None else "from"
-        refs.lack(at, (missing,), f"`{missing}` is missing; give both `from` and `to`, or `by`")
-    if law.profile.polynomial is not None and (law.by is not None or absolute):
-        first, last, *_ = _course(law.profile.polynomial)
-        if abs(first) > 1e-9 or abs(last - 1.0) > 1e-9:
-            text = f"with given ends the polynomial must go from 0 to 1, got {first:g} to {last:g}; correct it"
-            refs.fault((*at, "profile", "polynomial"), text)
-    return absolute
-
-
-def _check_table(refs: References, where: Where, name: str, tables: list[Times]) -> list[float]:
-    """Check the table of a law and its duration; return its values, an empty list if it cannot be read."""
-    try:
-        time, values = read_table(refs.source.folder / name)
-    except ValueError as error:
-        refs.fault(where, f"table {name}: {error}")
-        return []
-    span = time[-1] - time[0]
-    duration = refs.model.duration
-    tables.append((name, span))
-    if not SHORTEST <= span <= LONGEST:
-        refs.fault(where, f"table {name}: expected a duration of {SHORTEST:g} to {LONGEST:g} s, got {span:g} s")
-    other, wanted = tables[0] if duration is None else ("`duration`", duration)
-    if abs(span - wanted) > 1e-9 * wanted:
-        refs.fault(where, f"table {name} covers {span:g} s, {other} is {wanted:g} s; make them equal")
-    return values

@@ -7,6 +7,7 @@ from pathlib import Path
 from gimcli.mechanism import FRAME, Dynamics, Input, Mechanism, PairRow
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
+from gimcli.model.compile_laws import LawCompiler
 from gimcli.model.pairs import PAIRS, used_nodes
 
 
@@ -26,14 +27,15 @@ def compile_model(model: schema.Model, folder: Path = Path(), frame: tuple[compl
         for name, pair in getattr(model, section).items()
         for row in kind.rows(own, name, pair)
     )
-    actuators = tuple(own.actuator(name, a) for name, a in model.actuators.items())
+    driven = tuple(own.quantity(name, a) for name, a in model.actuators.items())
+    actuators, duration = LawCompiler(model, folder, own.scale).compile(driven)
     dynamics, gauges = _dynamics(own, pairs, actuators)
     return Mechanism(
         name=model.name or "mechanism", nodes=tuple(own.names), drawn=own.drawn, members=tuple(own.members),
         pairs=pairs, actuators=actuators, dynamics=dynamics, gauges=gauges,
         points=tuple(points), traced=tuple(traced), size=own.size / own.scale, scale=own.scale,
         origin=own.origin, length_unit=model.units.length, angle_unit=model.units.angle,
-        duration=own.duration(), floating=model.ground.member is not None,
+        duration=duration, floating=model.ground.member is not None,
     )  # fmt: skip
 
 

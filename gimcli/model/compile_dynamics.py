@@ -5,13 +5,10 @@ from __future__ import annotations
 from gimcli.dynamic_data import TIME, AppliedLoad, DampingForce, DrivingEffort, Friction, Inertia, Release, SpringForce
 from gimcli.mechanism import FRAME, HEIGHT, Dynamics, Input, PairRow
 from gimcli.model import schema
-from gimcli.model.check_dynamics import as_actuator
 from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.laws import Sampled
 from gimcli.model.tables import read_table
-
-METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "km": 1e3, "in": 0.0254, "ft": 0.3048}
-KILOGRAMS = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}
+from gimcli.model.units import KILOGRAMS, METRES
 
 
 class DynamicsCompiler:
@@ -23,7 +20,7 @@ class DynamicsCompiler:
         )  # fmt: skip
         self.slides = [row for row in pairs if row.kind == HEIGHT]
         self.actuators, self.turn = actuators, own.turn
-        self.read, self.place = own.actuator, own.point
+        self.read, self.place = own.quantity, own.point
         self.number = {m.name: k for k, m in enumerate(self.members)} | {"ground": FRAME}
         self.gauges: list[Input] = []
 
@@ -69,7 +66,7 @@ class DynamicsCompiler:
         return self.turn if actuator.rotary else 1.0 / self.scale
 
     def _gauge(self, name: str, part: schema.Gauge) -> int:
-        self.gauges.append(self.read(name, as_actuator(part)))
+        self.gauges.append(self.read(name, part))
         return len(self.gauges) - 1
 
     def _spring(self, name: str, spring: schema.Spring) -> SpringForce:

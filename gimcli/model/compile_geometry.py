@@ -8,11 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, InputLaw, Member, Point
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, Member, Point
 from gimcli.model import schema
-from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, Scaled, TableLaw
 from gimcli.model.references import CLOSEST
-from gimcli.model.tables import read_table
 from gimcli.recording import array, nominal, phase, places, scalar
 
 
@@ -87,27 +85,25 @@ class GeometryCompiler:
         first, second = (self._local(member, n) for n in guide)
         return member, first, (second - first) / abs(second - first)
 
-    # -- actuators ------------------------------------------------------------------
+    # -- quantities ------------------------------------------------------------------
 
-    def actuator(self, name: str, actuator: schema.Actuator) -> Input:
-        """Return the input of an actuator or of a gauge."""
+    def quantity(self, name: str, actuator: schema.Gauge) -> Input:
+        """Return the quantity that an actuator drives, or that a gauge measures, without a law."""
         if actuator.rotary:
             return self._rotary(name, actuator)
         if actuator.nodes is not None:
             a, b = (self.index[n] for n in actuator.nodes)
             drawn = abs(scalar(self.drawn[b] - self.drawn[a]))
-            law = self._law(actuator.law, drawn, 1.0 / self.scale, 0.0)
-            return Input(name, SPAN, (a, b), law=law, drawn=drawn)
+            return Input(name, SPAN, (a, b), drawn=drawn)
         guide = list(actuator.guide or [])
         member, point, direction = self.line(guide)
         a = self.index[str(actuator.node)]
         u, v = (scalar(self.drawn[self.index[n]]) for n in guide)
         along = (v - u) / abs(v - u)
         drawn = ((scalar(self.drawn[a]) - u) * along.conjugate()).real
-        law = self._law(actuator.law, drawn, 1.0 / self.scale, 0.0)
-        return Input(name, HEIGHT, (a,), (member,), point, direction, law=law, drawn=drawn)
+        return Input(name, HEIGHT, (a,), (member,), point, direction, drawn=drawn)
 
-    def _rotary(self, name: str, actuator: schema.Actuator) -> Input:
+    def _rotary(self, name: str, actuator: schema.Gauge) -> Input:
         pivot, arm, reference = str(actuator.pivot), str(actuator.arm), actuator.reference
         arm_member = self._common(pivot, arm, moving=True)
         arm_direction = _unit(self._local(arm_member, arm) - self._local(arm_member, pivot))
@@ -119,38 +115,10 @@ class GeometryCompiler:
             reference_direction = _unit(away)
             ray /= scalar(self.drawn[self.index[reference]] - self.drawn[self.index[pivot]])
         drawn = phase(ray + 0.0j)  # -0.0 would turn pi into -pi
-        law = self._law(actuator.law, drawn, self.turn, 2.0 * math.pi)
         return Input(
             name, ANGLE, (self.index[pivot],), (arm_member, reference_member), arm=arm_direction,
-            reference=reference_direction, law=law, drawn=drawn,
+            reference=reference_direction, drawn=drawn,
         )  # fmt: skip
-
-    def _law(self, law: schema.Law | None, drawn: float, unit: float, default: float) -> InputLaw:
-        if law is None:
-            return RunLaw(drawn, drawn + default, PROFILES["uniform"])
-        profile = law.profile
-        if profile.table is not None:
-            return Scaled(TableLaw(*read_table(self.folder / profile.table)), unit)
-        shape: InputLaw = PROFILES.get(profile.name, PROFILES["uniform"])
-        if profile.polynomial is not None:
-            shape = PolynomialLaw(tuple(profile.polynomial))
-            if law.from_ is None and law.by is None:
-                return Scaled(shape, unit)
-        if law.by is not None:
-            return RunLaw(drawn, drawn + law.by * unit, shape)
-        if law.from_ is None or law.to is None:
-            return RunLaw(drawn, drawn + default, shape)
-        return RunLaw(law.from_ * unit, law.to * unit, shape)
-
-    def duration(self) -> float:
-        """Return the duration of the motion [s]."""
-        if self.model.duration is not None:
-            return self.model.duration
-        for actuator in self.model.actuators.values():
-            if actuator.law is not None and actuator.law.profile.table is not None:
-                time, _ = read_table(self.folder / actuator.law.profile.table)
-                return time[-1] - time[0]
-        return 1.0
 
     # -- points -------------------------------------------------------------------------------
 

@@ -65,9 +65,12 @@ PARTS = {
         "table": "CSV file of time [s] and value (file's unit); the path starts at the model's folder",
     },
     "Law": {
-        "from": "First value, absolute (file's unit of angle or length)",
+        "from": "First value, absolute (file's unit of angle or length); default: the initial value",
         "to": "Last value, absolute (file's unit of angle or length)",
-        "by": "Increment added to the initial value (file's unit of angle or length)",
+        "by": "Increment added to the first value (file's unit of angle or length)",
+        "turns": "Rotary: number of turns from the first value, counter-clockwise unless the rate is negative",
+        "rate": "Mean speed: a number (file's unit of angle or length, per second) or text such as 60 rpm or 40 mm/s; "
+        "with `to`, `by` or `turns` it gives the duration, otherwise the duration gives the last value",
         "profile": "Variation between the first and the last value; default uniform speed",
         "polynomial": "Coefficients c0, c1, ... of c0 + c1 t + ..., t being the normalised time 0..1",
         "table": "CSV file of time [s] and value (file's unit); the path starts at the model's folder",

@@ -12,10 +12,12 @@ from typing import Any, NamedTuple
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import Mechanism
+from gimcli.model.law_ends import ENDS, run_times
 from gimcli.model.nearest import near
 from gimcli.model.part import Part
 from gimcli.model.schema import Model
 from gimcli.model.source import Where
+from gimcli.model.units import TURN
 
 AXES = ("x", "y")
 NAMELESS = ("law", "profile", "constant")
@@ -116,7 +118,8 @@ def _numbers(model: Model) -> Iterator[tuple[Where, float, bool]]:
         elif section not in ("parameters", "tolerances", "open"):
             yield from _in_part(part, (section,))
     if model.duration is None and not _timed(model):
-        yield ("duration",), 1.0, False
+        times = run_times(model, lambda *_: None, timed=False)
+        yield ("duration",), times[0].seconds if times else 1.0, False
 
 
 def _in_part(part: Any, where: Where) -> Iterator[tuple[Where, float, bool]]:
@@ -145,10 +148,12 @@ def _links(model: Model) -> Iterator[tuple[Where, float, bool]]:
 
 
 def _actuators(model: Model) -> Iterator[tuple[Where, float, bool]]:
-    turn = 360.0 if model.units.angle == "deg" else 2.0 * math.pi
+    turn = TURN[model.units.angle]
     for name, actuator in model.actuators.items():
         law = actuator.law
-        if law is None or not (law.given & {"from_", "to", "by"} or law.profile.table or law.profile.polynomial):
+        if law is None or not (
+            law.given & {"from_", "to", "by", "turns", "rate"} or law.profile.table or law.profile.polynomial
+        ):
             yield ("actuators", name, "law", "by"), turn if actuator.rotary else 0.0, False
         for where, value, given in _in_part(actuator, ("actuators", name)):
             if given or actuator.free:
@@ -156,8 +161,10 @@ def _actuators(model: Model) -> Iterator[tuple[Where, float, bool]]:
 
 
 def _timed(model: Model) -> bool:
-    """Return whether a table gives the duration."""
-    return any(a.law is not None and a.law.profile.table is not None for a in model.actuators.values())
+    """Return whether a table, or a rate with an end, gives the duration."""
+    laws = [a.law for a in model.actuators.values() if a.law is not None]
+    ended = any(law.rate is not None and any(getattr(law, key) is not None for key in ENDS) for law in laws)
+    return ended or any(law.profile.table is not None for law in laws)
 
 
 def _unit(model: Model, where: Sequence[Any]) -> str:
@@ -167,7 +174,7 @@ def _unit(model: Model, where: Sequence[Any]) -> str:
         return "length"
     if section == "masses":
         return "mass" if last == "mass" else ""
-    if section == "actuators" and "effort" not in where and last != "speed":
+    if section == "actuators" and "effort" not in where and last not in ("speed", "rate", "turns"):
         return "angle" if model.actuators[where[1]].rotary else "length"
     if section == "springs" and last == "free":
         return "angle" if model.springs[where[1]].rotary else "length"

@@ -28,9 +28,12 @@ def remarks(model: Model) -> list[Remark]:
 def missing_duration(model: Model) -> list[Remark]:
     """Return a remark if the file gives no time for its motion."""
     laws = [a.law for a in model.actuators.values() if a.law is not None]
-    if not laws or model.duration is not None or any(law.profile.table for law in laws):
+    if not laws or model.duration is not None or any(law.profile.table or law.rate is not None for law in laws):
         return []
-    text = "no `duration` is given: velocities and accelerations are those of a motion of 1 s; add `duration:` [s]"
+    text = (
+        "no `duration` is given: velocities and accelerations are those of a motion of 1 s; add `duration:` [s], or a"
+        " `rate:` to a law"
+    )
     return [Remark(("actuators",), text)]
 
 

@@ -165,11 +165,16 @@ class Profile(Part):
 
 
 class Law(Part):
-    """Law of motion: absolute values `from` and `to`, or an increment `by` added to the initial value (file's unit)."""
+    """Law of motion, from `from` or the initial value, to `to` or over the increment `by` or `turns` (file's unit).
+
+    `rate` is the mean speed (file's unit per second); with an end it gives the duration, with the duration the end.
+    """
 
     from_: float | None = _optional(NUMBER)
     to: float | None = _optional(NUMBER)
     by: float | None = _optional(NUMBER)
+    turns: float | None = _optional(LENGTH)
+    rate: float | None = _optional(NUMBER)
     profile: Profile = _default(Profile.schema, Profile())
 
 

@@ -261,8 +261,6 @@ REFUSED = {
     ),
     # laws
     "law with from": (law("{from: 3}"), "5:46", ["`to` is missing", "or `by`"]),
-    "law with to": (law("{to: 3}"), "5:46", ["`from` is missing"]),
-    "law with by and from": (law("{from: 3, by: 4}"), "5:56", ["`by` with `from`"]),
     "unknown profile": (
         law("{from: 3, to: 4, profile: cubik}"),
         "5:72",

@@ -1,0 +1,233 @@
+"""Checks of the laws of motion: ends and rates that fit together, durations that agree, values that can be reached."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from gimcli.mechanism import MOST_TURNS
+from gimcli.model.law_ends import ENDS, increment, run_times
+from gimcli.model.laws import PolynomialLaw
+from gimcli.model.nearest import near
+from gimcli.model.references import References
+from gimcli.model.schema import LONGEST, PROFILES, SHORTEST, Actuator, Law, Profile
+from gimcli.model.source import Where
+from gimcli.model.tables import read_table
+from gimcli.model.units import TURN
+
+SAMPLES = 1001
+"""Times at which a polynomial is evaluated besides its stationary points, of which rounding may hide one."""
+
+Times = tuple[str, float]  # name of a table and its duration [s]
+
+
+def check_laws(refs: References) -> None:
+    """Record the errors in the laws of all actuators."""
+    tables, values, sound = list[Times](), dict[str, list[float]](), set[str]()
+    for name, actuator in refs.model.actuators.items():
+        law, at = actuator.law, ("actuators", name, "law")
+        if law is None or not _check_profile(refs, at, law.profile):
+            continue
+        if law.profile.table is not None:
+            values[name] = _check_table(refs, (*at, "profile", "table"), law.profile.table, tables)
+        if _check_ends(refs, at, actuator, law):
+            sound.add(name)
+    duration = _check_times(refs, tables, sound)
+    for name in sound:
+        actuator = refs.model.actuators[name]
+        _check_course(refs, ("actuators", name, "law"), actuator, values.get(name), duration)
+
+
+def check_reach(refs: References, at: Where, actuator: Actuator, value: float) -> None:
+    """Record an error if an input cannot have a value (the file's unit)."""
+    _check_values(refs, at, actuator, [value], 0.0, "the start")
+
+
+def _check_profile(refs: References, at: Where, profile: Profile) -> bool:
+    """Return whether a law has one profile; record the errors of its name."""
+    if len(profile.given) > 1:
+        keys = " and ".join(f"`{key}`" for key in sorted(profile.given))
+        refs.fault((*at, "profile"), f"expected one of `name`, `polynomial` and `table`, got {keys}")
+        return False
+    if profile.name not in PROFILES:
+        choice = f"expected one of {', '.join(PROFILES)}, got '{profile.name}'{near(profile.name, PROFILES)}"
+        refs.fault((*at, "profile"), f"profile: {choice}")
+    return True
+
+
+# -- ends -------------------------------------------------------------------------------------
+
+
+def _check_ends(refs: References, at: Where, actuator: Actuator, law: Law) -> bool:
+    """Return whether the keys of a law fit together; record an error if they do not."""
+    ends = [key for key in ENDS if getattr(law, key) is not None]
+    ended = bool(ends) or law.rate is not None
+    if law.profile.table is not None:
+        if ended or law.from_ is not None:
+            refs.fault(at, f"a table gives times and absolute values; remove {_keys(law)}")
+        return True
+    if len(ends) > 1:
+        text = f"expected one of `to`, `by` and `turns`, got {' and '.join(f'`{key}`' for key in ends)}; remove one"
+        refs.fault((*at, ends[-1]), text, key=True)
+    elif law.turns is not None and not actuator.rotary:
+        refs.fault((*at, "turns"), "`turns` are of a rotary input, this one is linear; write `by` or `to`", key=True)
+    elif law.from_ is not None and not ended:
+        refs.lack(at, (*ENDS, "rate"), "`to` is missing beside `from`; add `to`, or `by`, `turns` or `rate`")
+    elif law.rate == 0.0 and ends:
+        refs.fault((*at, "rate"), f"at the rate 0 the input does not reach its end (`{ends[0]}`); correct the rate")
+    elif law.profile.polynomial is not None and ended:
+        return _check_polynomial(refs, (*at, "profile", "polynomial"), law.profile.polynomial)
+    else:
+        return True
+    return False
+
+
+def _keys(law: Law) -> str:
+    """Return the keys of a law that are given beside its profile."""
+    given = [
+        f"`{key}`" for key in ("from", *ENDS, "rate") if getattr(law, key if key != "from" else "from_") is not None
+    ]
+    return " and ".join(given)
+
+
+def _check_polynomial(refs: References, where: Where, coefficients: Sequence[float]) -> bool:
+    """Return whether a polynomial between given ends goes from 0 to 1; record an error if it does not."""
+    first, last, *_ = _extremes(coefficients)
+    if abs(first) <= 1e-9 and abs(last - 1.0) <= 1e-9:
+        return True
+    text = f"with given ends the polynomial must go from 0 to 1, got {first:g} to {last:g}; correct it"
+    refs.fault(where, text)
+    return False
+
+
+# -- durations ----------------------------------------------------------------------------------
+
+
+def _check_table(refs: References, where: Where, name: str, tables: list[Times]) -> list[float]:
+    """Check the table of a law and its duration; return its values, an empty list if it cannot be read."""
+    try:
+        time, values = read_table(refs.source.folder / name)
+    except ValueError as error:
+        refs.fault(where, f"table {name}: {error}")
+        return []
+    span = time[-1] - time[0]
+    duration = refs.model.duration
+    tables.append((name, span))
+    if not SHORTEST <= span <= LONGEST:
+        refs.fault(where, f"table {name}: expected a duration of {SHORTEST:g} to {LONGEST:g} s, got {span:g} s")
+    other, wanted = tables[0] if duration is None else ("`duration`", duration)
+    if abs(span - wanted) > 1e-9 * wanted:
+        refs.fault(where, f"table {name} covers {span:g} s, {other} is {wanted:g} s; make them equal")
+    return values
+
+
+def _check_times(refs: References, tables: list[Times], sound: set[str]) -> float | None:
+    """Return the duration that the file gives, None if it gives none; record an error where durations differ."""
+    model, known = refs.model, list[Times]()
+    if model.duration is not None:
+        known.append(("`duration`", model.duration))
+    known += [(f"table {name}", seconds) for name, seconds in tables]
+    for name, seconds, text in run_times(model, lambda _, one: initial_value(refs, one), bool(known)):
+        at = ("actuators", name, "law", "rate")
+        if name not in sound:
+            continue
+        if seconds <= 0.0:
+            refs.fault(at, _wrong_way(model.actuators[name].law or Law(), seconds))
+        elif not SHORTEST <= seconds <= LONGEST:
+            refs.fault(at, f"expected a duration of {SHORTEST:g} to {LONGEST:g} s, {text} takes {seconds:g} s")
+        elif known and abs(seconds - known[0][1]) > 1e-9 * known[0][1]:
+            other, wanted = known[0]
+            cure = (
+                "remove one of them" if other == "`duration`" else "make them equal, or add `duration` and remove one"
+            )
+            refs.fault(at, f"{text} takes {seconds:g} s, {other} is {wanted:g} s; {cure}")
+        else:
+            known.append((f"that of '{name}'", seconds))
+    for name in sorted(sound if not known else ()):
+        actuator = model.actuators[name]
+        if (
+            actuator.law is not None
+            and actuator.law.rate is not None
+            and (not actuator.rotary or not actuator.law.rate)
+        ):
+            text = "a rate needs an end or a time: add `to` or `by` to the law, or `duration` to the file"
+            refs.fault(("actuators", name, "law", "rate"), text)
+    return known[0][1] if known else None
+
+
+def _wrong_way(law: Law, seconds: float) -> str:
+    key = next(key for key in ENDS if getattr(law, key) is not None)
+    if seconds == 0.0:
+        return f"the law does not move the input (`{key}`), so that a rate has no meaning; remove `rate`"
+    return f"the rate {law.rate:g} leads away from the end (`{key}`: {getattr(law, key):g}); change its sign"
+
+
+# -- values -----------------------------------------------------------------------------------
+
+
+def _check_course(
+    refs: References, at: Where, actuator: Actuator, table: list[float] | None, duration: float | None
+) -> None:
+    """Check the values that a law reaches; `table` has those of its table."""
+    law = actuator.law or Law()
+    change = increment(law, TURN[refs.model.units.angle] * actuator.rotary, duration)
+    start = law.from_ if law.from_ is not None else initial_value(refs, actuator)
+    values = table or []
+    if law.profile.table is None and law.profile.polynomial is not None and change is None and law.to is None:
+        values = _extremes(law.profile.polynomial)
+    elif law.profile.table is None and start is not None:
+        end = law.to if law.to is not None else start + (change or 0.0)
+        values = [start, end, *_between(start, end, law.profile)]
+    _check_values(refs, at, actuator, values, change or 0.0)
+
+
+def initial_value(refs: References, actuator: Actuator) -> float | None:
+    """Return the initial value of an input in the file's unit; None if its nodes are not declared."""
+    names = [*(actuator.nodes or []), *(actuator.guide or [])]
+    names += [n for n in (actuator.pivot, actuator.arm, actuator.reference, actuator.node) if n is not None]
+    if not set(names) <= set(refs.model.nodes):
+        return None
+    place = {name: complex(*refs.model.nodes[name]) for name in names}
+    if actuator.nodes is not None:
+        return abs(place[actuator.nodes[1]] - place[actuator.nodes[0]])
+    if actuator.pivot is not None and actuator.arm is not None:
+        ray = place[actuator.arm] - place[actuator.pivot]
+        if actuator.reference is not None:
+            ray *= (place[actuator.reference] - place[actuator.pivot]).conjugate()
+        angle = cmath.phase(ray)
+        return math.degrees(angle) if refs.model.units.angle == "deg" else angle
+    if actuator.node is not None and actuator.guide is not None:
+        first, second = (place[name] for name in actuator.guide)
+        along = second - first
+        return ((place[actuator.node] - first) * along.conjugate()).real / (abs(along) or 1.0)
+    return None
+
+
+def _between(start: float, end: float, profile: Profile) -> list[float]:
+    """Return the extreme values of a polynomial law between two ends; the other profiles stay between the ends."""
+    values = [start * (1.0 - s) + end * s for s in _extremes(profile.polynomial or [])]
+    return [v if math.isfinite(v) else math.inf for v in values]
+
+
+def _extremes(coefficients: Sequence[float]) -> list[float]:
+    """Return the values of a polynomial at 0 and 1, its least and its greatest value in 0..1."""
+    law = PolynomialLaw(tuple(coefficients or (0.0,)))
+    with np.errstate(over="ignore", invalid="ignore"):
+        values = law(np.concatenate([[0.0, 1.0], law.stops(), np.linspace(0.0, 1.0, SAMPLES)]))
+    values = np.where(np.isnan(values), np.inf, values)
+    return [float(v) for v in (values[0], values[1], values.min(), values.max())]
+
+
+def _check_values(
+    refs: References, at: Where, actuator: Actuator, values: list[float], by: float, what: str = "the law"
+) -> None:
+    """Record an error for distances not above 0, and for values beyond MOST_TURNS turns or sizes."""
+    if actuator.nodes is not None and min(values, default=1.0) <= 0.0:
+        refs.fault(at, f"expected a distance above 0, got {min(values):g}; correct {what}")
+    most = MOST_TURNS * (TURN[refs.model.units.angle] if actuator.rotary else refs.size)
+    farthest = max([*values, by], key=abs)
+    if abs(farthest) > most > 0.0:
+        refs.fault(at, f"{what} reaches {farthest:g}, more than the limit {most:g}; shorten it")

@@ -1,0 +1,166 @@
+"""Rates of laws: units, durations and ends that follow from them, and what contradicts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import gimcli
+from gimcli.errors import ModelError, UsageError
+from gimcli.model.edited_text import written_with
+
+MODEL = """\
+units: {{length: {length}, angle: {angle}}}
+parameters: {{n: 20}}
+nodes: {{O: [0, 0], A: [0, 20], B: [70, 0], G: [200, 0]}}
+ground: [O, G]
+links: {{crank: [O, A], rod: [A, B]}}
+prismatic: {{slide: {{node: B, guide: [O, G]}}}}
+actuators: {{{actuators}}}
+{more}
+"""
+MOTOR, JACK = "motor: {{pivot: O, arm: A, law: {{{0}}}}}", "jack: {{node: B, guide: [O, G], law: {{{0}}}}}"
+
+
+def load(*actuators: str, more: str = "", length: str = "mm", angle: str = "deg") -> gimcli.Mechanism:
+    return gimcli.loads(MODEL.format(actuators=", ".join(actuators), more=more, length=length, angle=angle))
+
+
+def course(mechanism: gimcli.Mechanism, number: int = 0) -> tuple[float, float, float]:
+    """Return the first value, the last value (file's unit) and the duration of a law."""
+    first, last = mechanism.value_to_file(number, mechanism.actuators[number].law(np.array([0.0, 1.0])))
+    return float(first), float(last), mechanism.duration
+
+
+@pytest.mark.parametrize(("law", "first", "last", "seconds"), [
+    ("rate: 60 rpm, turns: 2", 90, 810, 2),
+    ("rate: 60rpm", 90, 450, 1),
+    ("rate: -60 rpm", 90, -270, 1),
+    ("rate: -30 rpm, turns: 3", 90, 90 - 1080, 6),
+    ("from: 10, rate: 0.5 rev/s, turns: 1.5", 10, 550, 3),
+    ("from: 10, rate: 90 deg / s, by: 45", 10, 55, 0.5),
+    ("rate: -90 °/s, to: 0, from: 45, profile: cubic", 45, 0, 0.5),
+    ("rate: -90, to: 0", 90, 0, 1),
+    ("rate: 3.141592653589793 rad/s, by: 180", 90, 270, 1),
+    ("rate: 10 rev/min, by: 30", 90, 120, 0.5),
+    ("rate: n*6, turns: 1", 90, 450, 3),
+    ("turns: 2.5", 90, 990, 1),
+    ("to: 30", 90, 30, 1),
+    ("from: 30, by: 5", 30, 35, 1),
+])  # fmt: skip
+def test_a_rotary_rate_gives_the_duration(law: str, first: float, last: float, seconds: float) -> None:
+    assert course(load(MOTOR.format(law))) == pytest.approx((first, last, seconds), rel=1e-14)
+
+
+@pytest.mark.parametrize(("law", "last", "seconds"), [
+    ("rate: 40 mm/s, by: 20", 90, 0.5),
+    ("rate: 4 cm/s, to: 90", 90, 0.5),
+    ("rate: 0.04 m/s, by: 20", 90, 0.5),
+    ("rate: 2.4 m/min, by: 20", 90, 0.5),
+    ("rate: 2 in/s, by: 25.4", 95.4, 0.5),
+    ("rate: 1 ft/s, by: 3.048", 73.048, 0.01),
+    ("rate: -1e1, by: -5", 65, 0.5),
+])  # fmt: skip
+def test_a_linear_rate_gives_the_duration(law: str, last: float, seconds: float) -> None:
+    assert course(load(JACK.format(law))) == pytest.approx((70, last, seconds), rel=1e-13)
+
+
+def test_units_of_the_file_hold_for_rates_without_a_unit() -> None:
+    assert course(load(MOTOR.format("rate: 2, from: 0, by: 1"), angle="rad")) == pytest.approx((0, 1, 0.5))
+    assert course(load(MOTOR.format("rate: 60 rpm"), angle="rad"))[2] == pytest.approx(1.0)
+    assert course(load(JACK.format("rate: 50.8 mm/s, by: 4"), length="in"))[2] == pytest.approx(2.0)
+
+
+def test_a_duration_gives_the_increment() -> None:
+    assert course(load(MOTOR.format("rate: 60 rpm"), more="duration: 2.5")) == pytest.approx((90, 990, 2.5))
+    assert course(load(JACK.format("rate: 4 mm/s"), more="duration: 2.5")) == pytest.approx((70, 80, 2.5))
+    agreed = load(MOTOR.format("rate: 60 rpm, turns: 2"), more="duration: 2")
+    assert course(agreed) == pytest.approx((90, 810, 2))
+
+
+def test_one_duration_holds_for_all_inputs() -> None:
+    """An input with a rate alone runs as long as the others."""
+    both = load(JACK.format("rate: 4 mm/s"), MOTOR.format("rate: 60 rpm, turns: 3"))
+    assert course(both) == pytest.approx((70, 82, 3))
+    assert course(both, 1) == pytest.approx((90, 1170, 3))
+    turning = load(JACK.format("rate: 4 mm/s"), MOTOR.format("rate: 30 rpm"))
+    assert course(turning) == pytest.approx((70, 78, 2))
+
+
+def test_velocities_have_the_rate() -> None:
+    """At a constant rate of 60 rpm the pin of a crank of 20 mm has the speed 2 pi 20 mm/s."""
+    found = gimcli.trace(load(MOTOR.format("rate: 60 rpm, turns: 2"), more="trace: [A]"), steps=8, derivatives=1)
+    x, y = found.xy["A"].T
+    assert found["A.vx"] == pytest.approx(-2 * math.pi * y, abs=1e-9)
+    assert found["A.vy"] == pytest.approx(2 * math.pi * x, abs=1e-9)
+
+
+@pytest.mark.parametrize(("actuator", "more", "fragments"), [
+    (MOTOR.format("rate: 60 rpm, turns: 2"), "duration: 3", ["`turns` at this `rate` takes 2 s", "`duration` is 3 s"]),
+    (MOTOR.format("rate: 60 rpm, turns: 2, by: 5"), "", ["expected one of", "`by` and `turns`"]),
+    (MOTOR.format("rate: 60 rpm, by: -5"), "", ["leads away", "`by`: -5", "sign"]),
+    (MOTOR.format("rate: -60 rpm, to: 95"), "", ["leads away", "`to`: 95", "sign"]),
+    (MOTOR.format("rate: 60 rpm, to: 90"), "", ["does not move", "remove `rate`"]),
+    (MOTOR.format("rate: 0, by: 5"), "", ["rate 0", "`by`"]),
+    (MOTOR.format("rate: 0"), "", ["`to` or `by`", "`duration`"]),
+    (JACK.format("rate: 4 mm/s"), "", ["`to` or `by`", "`duration`"]),
+    (JACK.format("rate: 4 mm/s, turns: 2"), "", ["`turns`", "rotary", "`by` or `to`"]),
+    (JACK.format("rate: 60 rpm, by: 4"), "", ["'60 rpm'", "input is linear", "mm/s"]),
+    (MOTOR.format("rate: 4 mm/s"), "", ["'4 mm/s'", "input is rotary", "rpm"]),
+    (MOTOR.format("rate: 4 furlong/s"), "", ["'4 furlong/s'", "expected the unit rpm"]),
+    (MOTOR.format("rate: 4 parsec"), "", ["'4 parsec'", "expected the unit rpm"]),
+    (MOTOR.format("rate: n rpm"), "", ["'n rpm'", "unexpected 'rpm'"]),
+    (MOTOR.format("rate: '60'"), "", ["without quotes"]),
+    (MOTOR.format("rate: 60 rpm, turns: -2"), "", ["above 0"]),
+    (MOTOR.format("rate: 60 rpm, turns: 1e5"), "", ["more than the limit"]),
+    (MOTOR.format("rate: 1e-300, turns: 1"), "", ["expected a duration"]),
+    (MOTOR.format("rate: 60 rpm, polynomial: [0, 2]"), "", ["from 0 to 1"]),
+    (", ".join([MOTOR.format("rate: 60 rpm"), JACK.format("rate: 5, by: 10")]), "", None),
+    (", ".join([MOTOR.format("rate: 60 rpm, turns: 1"), JACK.format("rate: 5, by: 10")]), "",
+     ["takes 2 s", "'motor' is 1 s", "equal"]),
+])  # fmt: skip
+def test_contradictions_are_one_error(actuator: str, more: str, fragments: list[str] | None) -> None:
+    if fragments is None:
+        assert course(load(actuator, more=more)) == pytest.approx((90, 810, 2))
+        return
+    with pytest.raises(ModelError) as caught:
+        load(actuator, more=more)
+    assert len(caught.value.faults) == 1
+    assert all(fragment in str(caught.value) for fragment in fragments), str(caught.value)
+
+
+def test_a_length_without_a_physical_unit_has_no_speeds() -> None:
+    with pytest.raises(ModelError, match="no physical unit"):
+        load(JACK.format("rate: 4 mm/s, by: 4"), length="unit")
+
+
+def test_rate_and_turns_are_dimensions() -> None:
+    motor = load(MOTOR.format("rate: 60 rpm, turns: 2"))
+    assert motor.with_({"motor.rate": 180}).duration == pytest.approx(4.0)
+    assert motor.with_({"motor.rate": "30 rpm"}).duration == pytest.approx(4.0)
+    assert motor.with_({"motor.rate": "n*18"}).duration == pytest.approx(2.0)
+    assert motor.with_({"motor.turns": 3}).duration == pytest.approx(3.0)
+    with pytest.raises(UsageError, match="expected the unit rpm"):
+        motor.with_({"motor.rate": "30 mm/s"})
+    alone = load(MOTOR.format("rate: 60 rpm"))
+    assert course(alone.with_({"duration": 3})) == pytest.approx((90, 1170, 3))
+
+
+def test_another_rate_can_be_written_into_the_file() -> None:
+    motor = load(MOTOR.format("rate: 60 rpm, turns: 2"))
+    assert "law: {rate: 180, turns: 2}" in written_with(motor, {"motor.rate": "30 rpm"})
+    assert "law: {rate: n*6, turns: 2}" in written_with(motor, {"motor.rate": "n*6"})
+    assert written_with(motor) == MODEL.format(
+        actuators=MOTOR.format("rate: 60 rpm, turns: 2"), more="", length="mm", angle="deg"
+    )
+
+
+def test_designs_with_other_rates_have_their_own_times() -> None:
+    """The greatest speed of the crank's pin along x is that at the bottom, radius times rate."""
+    motor = load(MOTOR.format("rate: 60 rpm, turns: 1"), more="trace: [A]")
+    notes: list[str] = []
+    found = gimcli.sweep(motor, {"motor.rate": [180, 360, 720]}, steps=8, keep=["max(A.vx)"], notify=notes.append)
+    assert found["max(A.vx)"] == pytest.approx([20 * math.pi, 40 * math.pi, 80 * math.pi])
+    assert not [note for note in notes if "motor.rate" in note]
