@@ -99,8 +99,9 @@ class Assembling:
 
     def _guide(self, slot: DraftSlot, node: str, carrier: str, direction: complex) -> list[str]:
         """Return two nodes of the carrier along the line of sliding; add them where there are none."""
-        if slot.guide is not None:
-            return [self.same[slot.guide[0]], self.same[slot.guide[1]]]
+        named = [self.same[name] for name in slot.guide or ()]
+        if len(set(named)) > 1:
+            return named
         here = self.places[node]
         for a, b in combinations([n for n in self._nodes(carrier) if n != node], 2):
             if self._along(self.places[b] - self.places[a], direction) and self._along(
@@ -231,7 +232,7 @@ class Assembling:
                 own["inertia"] = one.inertia
             if one.centre is not None:
                 first, second = (self.places[n] for n in members[owner][:2])
-                local = (one.centre - first) * cmath.exp(-1j * cmath.phase(second - first))
+                local = (one.centre - first) / _ray(first, second)
                 own["centre"] = [local.real, local.imag]
             found[owner] = own
         return found
@@ -250,7 +251,7 @@ class Assembling:
         force = load.force
         if load.follower:
             first, second = (self.places[n] for n in members[owner][:2])
-            force *= cmath.exp(-1j * cmath.phase(second - first))
+            force /= _ray(first, second)
         return {**own, "follower" if load.follower else "force": [force.real, force.imag]}
 
 
@@ -261,6 +262,11 @@ def _with_range(keys: dict[str, Any], drawn: float) -> dict[str, Any]:
         return keys
     first, last = law.pop("over")
     return {**keys, "law": {"from": drawn + first, "to": drawn + last, **law}}
+
+
+def _ray(first: complex, second: complex) -> complex:
+    """Return the direction from the first point to the second."""
+    return (second - first) / (abs(second - first) or 1.0)
 
 
 def _corner(points: list[complex], end: Any) -> complex:

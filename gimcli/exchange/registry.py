@@ -46,6 +46,9 @@ class ForeignFormat(NamedTuple):
 
 FORMATS: tuple[ForeignFormat, ...] = (
     ForeignFormat("PMKS", "pmks_text"),
+    ForeignFormat("PMKS JSON", "pmks_json"),
+    ForeignFormat("PMKS+ of 2020-2023", "pmks_plus_v0"),
+    ForeignFormat("PMKS+", "pmks_plus"),
     ForeignFormat("Linkage", "linkage"),
     ForeignFormat("Pyslvs", "pyslvs"),
 )

@@ -1,0 +1,237 @@
+"""PMKS+: its addresses (2023 and later) and its `.pmks` files, which hold an address or the part behind the `?`.
+
+Source: PMKS+ (2023-2026), its classes StringTranscoder and MechanismBuilder.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+import re
+from urllib.parse import unquote
+
+from gimcli.errors import ModelError
+from gimcli.exchange.draft import GROUND, BodyLoad, BodyMass, Draft, free_name
+from gimcli.exchange.pmks_plus_codec import PlusDocument, PlusForce, PlusJoint, document_of
+from gimcli.exchange.pmks_plus_entries import apply_entries
+from gimcli.exchange.pmks_plus_links import PlusStructure
+
+PROGRAM = "PMKS+"
+HEAD = re.compile(r"[0-9A-Za-z_-]{1,4}\.[0-9A-Za-z_,-]{1,99}\.[0-9A-Za-z_,-]{1,99}\.[0-9A-Za-z_-]{0,9}\.")
+ADDRESS = re.compile(r"https?://[^\s?]*pmks[^\s?]*\?", re.IGNORECASE)
+NEWER = "pmks2:"
+
+CLOCKWISE, NO_GRAVITY = 0, 8
+"""Flags of the settings."""
+LENGTHS, MASSES = ("in", "cm", "m"), ("lb", "g", "kg")
+POUND, INCH, GRAVITY, POUND_FORCE = 0.45359237, 0.0254, 9.81, 4.4482216152605
+INERTIAS = (POUND * INCH**2, 1e-4, 1.0)
+"""Units by the setting of lengths, the moment of inertia in kg m^2; those of forces follow from it, too."""
+LINEAR_SPEED = 5.0
+"""Speed of sliding inputs in drawings that have none [length/s]."""
+STROKE = 0.1
+"""Travel of an input along a slot of the ground, which has no ends, relative to the size of the mechanism."""
+RESOLUTION = 1e-3
+HALF = 0.5 * RESOLUTION
+
+
+def recognises(text: str) -> bool:
+    """Return whether a text is an address or a file of PMKS+, be it damaged or not."""
+    own = text.strip()
+    return bool(ADDRESS.match(own) or HEAD.match(own) or own.startswith(NEWER))
+
+
+def read(text: str, source: str) -> Draft:
+    """Return the mechanism of an address or a file.
+
+    Raises ModelError for a damaged text, and for gears and entries of newer versions.
+    """
+    payload = payload_of(text)
+    if payload.startswith(NEWER):
+        raise ModelError(
+            [f"{source}: documents `{NEWER}` of newer PMKS+ versions are not read; share it as an address"]
+        )
+    try:
+        document = document_of(unquote(payload), source)
+    except ModelError:
+        if unquote(payload) == payload:
+            raise
+        document = document_of(payload, source)  # a name with a percent sign
+    return PlusDraft(document, source).draft
+
+
+def payload_of(text: str) -> str:
+    """Return the part of an address behind the question mark, or the whole of another text."""
+    own = text.strip()
+    found = ADDRESS.match(own)
+    return own[found.end() :].split("#")[0] if found else own
+
+
+class PlusDraft:
+    """The mechanism of a document."""
+
+    def __init__(self, document: PlusDocument, source: str) -> None:
+        self.document, self.source = document, source
+        self.draft = Draft(PROGRAM, source, resolution=RESOLUTION)
+        apply_entries(document, self.draft)
+        self.structure = PlusStructure(document, source)
+        self._units()
+        self.names: dict[str, str] = {}
+        self.bodies: dict[str, str] = {}
+        self._joints()
+        self._sliders()
+        self._masses()
+        self._forces()
+        self._inputs()
+
+    # -- units ----------------------------------------------------------------------------------
+
+    def _units(self) -> None:
+        enums = [*self.document.enums, 0, 0, 0]
+        if not 0 <= enums[0] < len(LENGTHS):
+            raise self.draft.refusal("the unit of length is unknown: a newer version of PMKS+ wrote it")
+        self.unit = enums[0]
+        self.draft.length, self.draft.mass = LENGTHS[self.unit], MASSES[self.unit]
+        self.newton = POUND_FORCE if self.unit == 0 else 1.0
+        if self.document.forces and self.unit > 0 and enums[2] > 1:
+            self.draft.left_out.append("the unit of forces is not newtons or pounds; their numbers are read as newtons")
+
+    # -- joints, bodies and slots ---------------------------------------------------------------
+
+    def _joints(self) -> None:
+        for own, joint in self.structure.joints.items():
+            name = self.draft.joint(joint.name or own, complex(joint.x, joint.y))
+            self.names[own] = name
+            if joint.traced:
+                self.draft.traced.append(name)
+            if joint.fixed and not joint.slides:
+                self.draft.fix(name)
+        for own, joints in self.structure.bodies.items():
+            self.bodies[own] = self.draft.body(self.structure.links[own].name or own, [self.names[j] for j in joints])
+
+    def _sliders(self) -> None:
+        """Add the slots: on the ground at an angle, or on a body along two of its joints."""
+        self.slots: dict[str, str] = {}
+        for own, joint in self.structure.joints.items():
+            riders = self.structure.riders(joint)
+            if not joint.slides or not riders:
+                continue
+            carrier, guide, direction = self._line(joint)
+            if carrier in (self.bodies[rider] for rider in riders):
+                raise self.draft.refusal(f"joint {joint.id}: it slides along its own link")
+            self.slots[own] = slot = free_name(f"slide_{self.names[own]}", self.slots.values())
+            blocks = [self.bodies[rider] for rider in riders] if joint.welded or joint.sealed else [""]
+            for number, body in enumerate(blocks):
+                name = f"{slot}_{number + 1}" if number else slot
+                self.draft.slot(name, self.names[own], carrier, direction, body=body, guide=guide)
+
+    def _line(self, joint: PlusJoint) -> tuple[str, tuple[str, str] | None, complex]:
+        """Return the carrier of a slot, the two joints that it passes through, and its direction."""
+        if not joint.carrier:
+            return GROUND, None, cmath.rect(1.0, _whole_degrees(joint.angle))
+        a, b = self.structure.slot(joint)
+        carrier = self.structure.body_of.get(joint.carrier, "")
+        if not {a, b} <= set(self.structure.bodies.get(carrier, ())):
+            raise self.draft.refusal(f"joint {joint.id}: the joints of its slot are not on link {joint.carrier}")
+        along = self._place(b) - self._place(a)
+        if abs(along) <= RESOLUTION:
+            raise self.draft.refusal(f"joint {joint.id}: its slot has no length")
+        return self.bodies[carrier], (self.names[a], self.names[b]), along
+
+    def _place(self, own: str) -> complex:
+        joint = self.structure.joints[own]
+        return complex(joint.x, joint.y)
+
+    # -- masses and forces ----------------------------------------------------------------------
+
+    def _masses(self) -> None:
+        for own, body in self.bodies.items():
+            link = self.structure.links[own]
+            if link.mass > 0.0:
+                inertia = max(link.inertia, 0.0) * INERTIAS[self.unit]
+                self.draft.masses.append(BodyMass(body, link.mass, inertia, link.centre))
+        for own, joint in self.structure.joints.items():
+            if joint.mass > 0.0 and own in self.slots:
+                block = self.draft.body(f"block_{self.names[own]}", [self.names[own]])
+                self.draft.masses.append(BodyMass(block, joint.mass, None, None))
+        if self.draft.masses and not self.document.flags[NO_GRAVITY]:
+            self.draft.gravity = complex(0.0, -GRAVITY)
+
+    def _forces(self) -> None:
+        for force in self.document.forces:
+            body = self.structure.body_of.get(force.link)
+            if body is None:
+                raise self.draft.refusal(f"force {force.id}: its link {force.link} is missing")
+            if force.size:
+                self.draft.loads.append(self._load(force, self.bodies[body]))
+
+    def _load(self, force: PlusForce, body: str) -> BodyLoad:
+        along = force.end - force.start
+        if not along:
+            raise self.draft.refusal(f"force {force.id}: it has no direction")
+        size = force.size * self.newton * (1.0 if force.outward else -1.0)
+        name = free_name(force.name or force.id, [load.name for load in self.draft.loads])
+        return BodyLoad(name, body, force.start, size * along / abs(along), force.local)
+
+    # -- inputs ---------------------------------------------------------------------------------
+
+    def _inputs(self) -> None:
+        """Add the inputs: all move for one time, a revolution of the fastest or the shortest stroke."""
+        driven = {own: joint for own, joint in self.structure.joints.items() if joint.driven}
+        turns = {own: self._rpm(joint) for own, joint in driven.items() if not joint.slides}
+        travels = {own: self._travel(joint) for own, joint in driven.items() if own in self.slots}
+        times = [abs(stroke / speed) for stroke, speed in travels.values()]
+        fastest = max(map(abs, turns.values()), default=0.0)
+        duration = min(times) if times else 60.0 / fastest if fastest else None
+        single = len(turns) + len(travels) == 1
+        for own, rpm in turns.items():
+            by = 360.0 if duration is None else 6.0 * rpm * duration
+            self._turn("motor" if single else f"motor_{self.names[own]}", own, by)
+        for own, (stroke, speed) in travels.items():
+            by = math.copysign(abs(speed) * min(times), stroke)
+            self.draft.slider("drive" if single else f"drive_{self.names[own]}", self.slots[own], law={"by": by})
+        self.draft.duration = duration
+
+    def _sign(self) -> float:
+        return -1.0 if self.document.flags[CLOCKWISE] else 1.0
+
+    def _rpm(self, joint: PlusJoint) -> float:
+        return joint.speed or self._sign() * (self.document.integers[0] if self.document.integers else 0)
+
+    def _travel(self, joint: PlusJoint) -> tuple[float, float]:
+        """Return the stroke of a sliding input, to the end of its slot, and its speed."""
+        drawing = self.document.decimals[1] if len(self.document.decimals) > 1 else 0.0
+        speed = joint.speed or self._sign() * (drawing if drawing > 0.0 else LINEAR_SPEED)
+        if not joint.carrier:
+            points = [complex(one.x, one.y) for one in self.structure.joints.values()]
+            size = abs(complex(max(z.real for z in points) - min(z.real for z in points),
+                               max(z.imag for z in points) - min(z.imag for z in points)))  # fmt: skip
+            stroke = STROKE * (size or 1.0)
+            text = f"the stroke of the input at joint {joint.name or joint.id} is not in the file"
+            self.draft.left_out.append(f"{text}; the law moves it by {stroke:.3g}")
+            return math.copysign(stroke, speed), speed
+        a, b = (self._place(own) for own in self.structure.slot(joint))
+        at = ((complex(joint.x, joint.y) - a) / (b - a)).real * abs(b - a)
+        ahead, behind = abs(b - a) - at, -at
+        stroke = ahead if speed > 0.0 else behind
+        if abs(stroke) <= RESOLUTION:  # it stands at the end: back
+            stroke = behind if speed > 0.0 else ahead
+        return stroke or RESOLUTION, speed
+
+    def _turn(self, name: str, own: str, by: float) -> None:
+        joint = self.structure.joints[own]
+        bodies = [body for body in self.structure.riders(joint) if self.structure.moving(body)]
+        if joint.fixed and len(bodies) == 1:
+            self.draft.rotary(name, self.names[own], self.bodies[bodies[0]], law={"by": by})
+        elif not joint.fixed and len(bodies) == 2:
+            reference, body = (self.bodies[one] for one in bodies)
+            self.draft.rotary(name, self.names[own], body, reference, law={"by": by})
+        else:
+            expected = "one link on the ground, or two moving links"
+            raise self.draft.refusal(f"input {joint.name or own}: it joins {len(bodies)} links; expected {expected}")
+
+
+def _whole_degrees(angle: float) -> float:
+    """Return an angle [rad]; that of whole degrees if the file's digits cannot distinguish it from them."""
+    whole = math.radians(round(math.degrees(angle)))
+    return whole if abs(whole - angle) <= HALF else angle

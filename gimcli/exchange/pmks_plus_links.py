@@ -1,0 +1,86 @@
+"""The joints and bodies of a PMKS+ document: sliders are one joint each, welded bars are one body.
+
+Older versions of PMKS+ write a slider as three objects: a slider, a pin at the same place, and a block that joins them.
+They become the slider, with the name of the pin, as newer versions write it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from gimcli.errors import ModelError
+from gimcli.exchange.pmks_plus_codec import PlusDocument, PlusJoint, PlusLink
+
+
+class PlusStructure:
+    """The joints by their ids, the bodies by the ids of their links, and the body of each link."""
+
+    def __init__(self, document: PlusDocument, source: str) -> None:
+        self.source = source
+        self.joints = {joint.id: joint for joint in document.joints}
+        self.links = {link.id: link for link in document.links}
+        if len(self.joints) < len(document.joints) or len(self.links) < len(document.links):
+            raise self.fault("two joints or two links have the same name; copy the whole address or file again")
+        self._refer()
+        self.renamed: dict[str, str] = {}
+        for link in document.links:
+            if link.block:
+                self._fold(link)
+        self.bodies = {link.id: self._joints_of(link) for link in document.links if link.root and not link.block}
+        self.body_of = {part: root for root in self.bodies for part in self._parts(root)}
+
+    def fault(self, text: str) -> ModelError:
+        """Return the error for a part of the document."""
+        return ModelError([f"{self.source}: {text}"])
+
+    def _refer(self) -> None:
+        """Check that all joints, bars and carriers that are named exist."""
+        for link in self.links.values():
+            missing = [name for name in link.joints if name not in self.joints]
+            missing += [name for name in link.parts if name not in self.links]
+            if missing or not link.joints:
+                raise self.fault(f"link {link.id}: '{', '.join(missing)}' is missing; copy the whole address again")
+        for joint in self.joints.values():
+            if joint.carrier and (joint.carrier not in self.links or any(s not in self.joints for s in joint.slot)):
+                raise self.fault(f"joint {joint.id}: the link of its slot is missing; copy the whole address again")
+            if joint.slides and not joint.fixed and not joint.carrier and joint.sealed:
+                raise self.fault(f"joint {joint.id}: the cylinder has no barrel")
+
+    def _fold(self, block: PlusLink) -> None:
+        """Let the slider and the pin that a block joins be one joint."""
+        sliders = [self.joints[name] for name in block.joints if self.joints[name].slides]
+        pins = [self.joints[name] for name in block.joints if not self.joints[name].slides]
+        if len(sliders) != 1 or len(pins) != 1:
+            raise self.fault(f"link {block.id}: expected a block with a slider and a pin")
+        slider, pin = sliders[0], pins[0]
+        self.renamed[slider.id] = pin.id
+        self.joints[pin.id] = replace(
+            slider, id=pin.id, name=pin.name, welded=pin.welded, mass=block.mass,
+            fixed=slider.fixed or (pin.fixed and not slider.carrier), driven=slider.driven or pin.driven,
+            traced=slider.traced or pin.traced, speed=slider.speed or pin.speed,
+        )  # fmt: skip
+        del self.joints[slider.id]
+
+    def _joints_of(self, link: PlusLink) -> list[str]:
+        return list(dict.fromkeys(self.renamed.get(name, name) for name in link.joints))
+
+    def _parts(self, root: str) -> list[str]:
+        """Return a body's link and all bars that are welded into it."""
+        found, open_ends = [root], [root]
+        while open_ends:
+            own = [part for part in self.links[open_ends.pop()].parts if part not in found]
+            found += own
+            open_ends += own
+        return found
+
+    def riders(self, joint: PlusJoint) -> list[str]:
+        """Return the bodies that a joint belongs to."""
+        return [body for body, joints in self.bodies.items() if joint.id in joints]
+
+    def moving(self, body: str) -> bool:
+        """Return whether a body is not fixed by pins of the ground."""
+        return not all(self.joints[name].fixed and not self.joints[name].slides for name in self.bodies[body])
+
+    def slot(self, joint: PlusJoint) -> tuple[str, str]:
+        """Return the two joints along which a joint slides."""
+        return self.renamed.get(joint.slot[0], joint.slot[0]), self.renamed.get(joint.slot[1], joint.slot[1])

@@ -1,0 +1,143 @@
+"""PMKS+: the addresses of its first versions (2020-2023), with comma-separated lines for joints, links and forces.
+
+`j=` has a line for each joint: id, x, y, links, type R or P, fixed, angle in radians, coefficient of friction (not in
+the oldest version), input. `l=`: id, type (not in the oldest version), mass, moment of inertia, centre of mass, joints.
+`f=`: id, link, start, end, global, outward, size. `s=`: speed in revolutions per minute, gravity, clockwise, unit.
+
+Source: PMKS+ (2020-2023), its class UrlProcessorService.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from urllib.parse import unquote
+
+from gimcli.errors import ModelError
+from gimcli.exchange.draft import Draft
+from gimcli.exchange.pmks_plus import CLOCKWISE, NO_GRAVITY, PlusDraft
+from gimcli.exchange.pmks_plus_codec import MOST_RECORDS, PlusDocument, PlusForce, PlusJoint, PlusLink, Record
+
+ADDRESS = re.compile(r"https?://", re.IGNORECASE)
+JOINTS, LINKS = re.compile(r"[?&]j="), re.compile(r"&l=")
+UNITS = {"in": 0, "inch": 0, "cm": 1, "m": 2, "meter": 2, "metre": 2}
+"""Units of length, by their number in newer versions."""
+TRUE, FALSE = ("t", "true"), ("f", "false")
+
+
+def recognises(text: str) -> bool:
+    """Return whether a text is such an address, be it damaged or not."""
+    own = text.strip()
+    return bool(ADDRESS.match(own) and (found := JOINTS.search(own)) and LINKS.search(own, found.end()))
+
+
+def read(text: str, source: str) -> Draft:
+    """Return the mechanism of an address; raise ModelError for a damaged one."""
+    sections = dict.fromkeys("jlfs", "")
+    for part in re.split("[?&]", text.strip())[1:]:
+        key, _, value = part.partition("=")
+        sections[key] = unquote(value)
+    own = _Sections(source)
+    document = own.document(sections)
+    draft = PlusDraft(document, source).draft
+    if own.unit_missing:
+        draft.length = "unit"
+        draft.left_out.append("the unit of length is unknown; lengths are without a unit")
+    if sections.get("pp", "").strip() or sections.get("tp", "").strip():
+        draft.left_out.append("the points of paths are left out")
+    return draft
+
+
+class _Sections:
+    """The sections of an address, which become a document as newer versions have it."""
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+        self.unit_missing = False
+
+    def document(self, sections: dict[str, str]) -> PlusDocument:
+        """Return the document; raise ModelError with all errors."""
+        self.faults: list[str] = []
+        joints = self._records("j", sections["j"], self._joint)
+        links = self._records("l", sections["l"], self._link)
+        forces = self._records("f", sections["f"], self._force)
+        if self.faults:
+            raise ModelError(self.faults)
+        document = PlusDocument(joints=joints, links=links, forces=forces)
+        self._blocks(document)
+        self._settings(document, [field.strip() for field in sections["s"].split(",")])
+        return document
+
+    def _records(self, key: str, text: str, record: Callable[[list[str]], Record]) -> list[Record]:
+        """Return the records of the lines of a section; note the lines that are none."""
+        found: list[Record] = []
+        lines = [line.strip() for line in text.splitlines() if line.strip()]
+        if len(lines) > MOST_RECORDS:
+            raise ModelError([f"{self.source}: more than {MOST_RECORDS} lines in {key}="])
+        for number, line in enumerate(lines, 1):
+            try:
+                found.append(record([field.strip() for field in line.split(",")]))
+            except (ValueError, IndexError):
+                self.faults.append(f"{self.source}: {key}= line {number}: '{line[:60]}' is damaged or incomplete")
+        return found
+
+    def _joint(self, fields: list[str]) -> PlusJoint:
+        own, x, y, _, kind, fixed, angle = fields[:7]
+        if kind not in ("R", "P") or not own:
+            raise ValueError(kind)
+        further = [field for field in fields[7:] if field]
+        driven = bool(further) and _flag(further[-1])
+        slope = _number(angle) if kind == "P" else 0.0
+        return PlusJoint(own, own, _number(x), _number(y), slope, kind == "P", driven, _flag(fixed))
+
+    def _link(self, fields: list[str]) -> PlusLink:
+        own, *rest = fields
+        kind = rest.pop(0) if rest[0] in ("R", "P") else "R"
+        joints = tuple(name for name in rest[4].split("|") if name)
+        if not own or not joints:
+            raise ValueError(own)
+        mass, inertia, x, y = (_number(text) if text else 0.0 for text in rest[:4])
+        return PlusLink(
+            own, own, block=kind == "P", mass=mass, inertia=inertia, centre=complex(x, y), joints=joints
+        )  # fmt: skip
+
+    def _force(self, fields: list[str]) -> PlusForce:
+        x0, y0, x1, y1 = (_number(text) for text in fields[2:6])
+        fixed, outward, size = _flag(fields[6]), _flag(fields[7]), _number(fields[8])
+        return PlusForce(fields[0], fields[1], fields[0], complex(x0, y0), complex(x1, y1), size, not fixed, outward)
+
+    def _blocks(self, document: PlusDocument) -> None:
+        """Mark the blocks of sliders where the version has no type of links: a slider and a pin at one place."""
+        places = {joint.id: joint for joint in document.joints}
+        for link in document.links:
+            ends = [places[name] for name in link.joints if name in places]
+            if len(ends) == 2 and ends[0].slides != ends[1].slides:
+                link.block = (ends[0].x, ends[0].y) == (ends[1].x, ends[1].y)
+
+    def _settings(self, document: PlusDocument, fields: list[str]) -> None:
+        speed, gravity, clockwise, unit = (*fields, "", "", "", "")[:4]
+        try:
+            document.integers = [_number(speed) if speed else 0.0]
+        except ValueError:
+            raise ModelError([f"{self.source}: s=: '{speed[:20]}' is not a speed"]) from None
+        document.flags[NO_GRAVITY] = gravity.casefold() not in TRUE
+        document.flags[CLOCKWISE] = clockwise.casefold() in TRUE
+        number = UNITS.get(unit.casefold())
+        self.unit_missing = number is None
+        document.enums = [1 if number is None else number, 0, 0, 0]
+
+
+def _flag(text: str) -> bool:
+    """Return the truth value of a field; raise ValueError if it is none."""
+    if text.casefold() not in TRUE + FALSE:
+        raise ValueError(text)
+    return text.casefold() in TRUE
+
+
+def _number(text: str) -> float:
+    """Return a finite number; raise ValueError if it is none."""
+    value = float(text)
+    if not math.isfinite(value) or "_" in text:
+        raise ValueError(text)
+    return value

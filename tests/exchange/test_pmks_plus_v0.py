@@ -1,0 +1,83 @@
+"""Addresses of PMKS+ from 2020 to 2023: an offset slider-crank with closed form, in the three variants of the format."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from damaged_texts import changed, cut, with_numbers
+
+import gimcli
+from gimcli.errors import ModelError
+from gimcli.exchange.assembling import model_of
+from gimcli.exchange.registry import draft_of
+
+NINE = (
+    "https://pmksplus.mech.website/linkages/?"
+    "j=A,0,0,AB,R,t,0,0.001,t,%0AB,2,0,AB%7CBC,R,f,0,0.001,f,%0AC,6,3,BC%7CCD,R,f,0,0.001,f,%0AD,6,3,CD,P,t,0,0.001,f,"
+    "&l=AB,1,0.5,1,0,A%7CB,,line%0ABC,2,0.5,4,1.5,B%7CC,,line%0ACD,0,0,0,0,C%7CD,,line"
+    "&f=F1,BC,4,1.5,4,0.5,t,t,10&pp=&tp=&s=10,true,false,cm"
+)
+EIGHT = NINE.replace(",0.001", "")
+TYPED = EIGHT.replace("AB,1,0.5", "AB,R,1,0.5").replace("BC,2,0.5", "BC,R,2,0.5").replace("CD,0,0", "CD,P,0,0")
+
+
+def draft(text):
+    found = draft_of(text, "<address>")
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("address", [NINE, EIGHT, TYPED])
+def test_the_slider_moves_at_height_3(address):
+    """Crank 2, rod 5, offset 3: x = 2 cos + sqrt(25 - (3 - 2 sin)^2)."""
+    mechanism = gimcli.load(address)
+    assert mechanism.duration == pytest.approx(6)  # 10 revolutions per minute
+    assert gimcli.trace(mechanism, steps=1)["motor"] == pytest.approx([0, 360])
+    for angle in (0, 40, 160, 300):
+        sine, cosine = math.sin(math.radians(angle)), math.cos(math.radians(angle))
+        expected = (2 * cosine + math.sqrt(25 - (3 - 2 * sine) ** 2), 3)
+        assert gimcli.solve(mechanism, motor=angle).xy["C"] == pytest.approx(expected, abs=1e-9)
+
+
+def test_masses_and_forces_come_over():
+    data = model_of(draft(NINE))
+    assert data["units"] == {"length": "cm", "mass": "g"}
+    assert data["masses"]["AB"] == {"mass": 1, "inertia": pytest.approx(5e-5), "centre": [1, 0]}
+    assert data["loads"]["F1"] == {"on": "BC", "at": [4, 1.5], "force": [0, -10]}
+    assert data["gravity"] == [0, -9.81]
+
+
+def test_settings_turn_it_clockwise_without_gravity_in_inches():
+    data = model_of(draft(NINE.replace("10,true,false,cm", "30,false,true,in")))
+    assert data["actuators"]["motor"]["law"] == {"by": -360}
+    assert data["duration"] == 2
+    assert data["units"] == {"length": "in", "mass": "lb"}
+    assert "gravity" not in data
+    assert data["loads"]["F1"]["force"] == [0, pytest.approx(-44.482216152605)]  # 10 lbf
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("A,0,0,AB,R", "A,x,0,AB,R", "j= line 1: 'A,x,0,AB,R"),
+        ("A,0,0,AB,R", "A,nan,0,AB,R", "j= line 1"),
+        ("AB,1,0.5,1,0,A%7CB", "AB,1,0.5", "l= line 1"),
+        ("4,0.5,t,t,10", "4,0.5,t", "f= line 1"),
+        ("s=10,", "s=ten,", "s=: 'ten' is not a speed"),
+        ("A%7CB", "A%7CQ", "'Q' is missing"),
+    ],
+)
+def test_damage_is_reported_with_its_line(old, new, message):
+    with pytest.raises(ModelError, match=message):
+        draft(NINE.replace(old, new, 1))
+
+
+def test_damaged_addresses_are_models_or_model_errors():
+    for damaged in [*cut(NINE), *changed(NINE, 200), *with_numbers(NINE)]:
+        try:
+            found = draft_of(damaged, "<address>")
+            if found is not None:
+                model_of(found)
+        except ModelError:
+            pass
