@@ -1,4 +1,4 @@
-"""Addresses of PMKS+ from 2020 to 2023: an offset slider-crank with closed form, in the three variants of the format."""
+"""Addresses of PMKS+ from 2020 to 2023: a slider-crank in closed form, in the three variants of the format."""
 
 from __future__ import annotations
 
