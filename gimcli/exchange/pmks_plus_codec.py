@@ -246,12 +246,12 @@ class _PlusText:
         own = fields[0][1:]
         where = f"joint {own[:20]}"
         x, y, angle = (self._decimal(text, where) for text in fields[2:5])
-        carrier, a, b, speed, mass = (*fields[5:10], *[""] * 5)[:5]
-        rates = [self._decimal(text, where) if text else 0.0 for text in (speed, mass)]
+        carrier, a, b, *rates = (*fields[5:10], *[""] * 5)[:5]
+        speed, mass = (self._decimal(text, where) if text else 0.0 for text in rates)
         further = tuple(text for text in fields[10:] if text)
         return PlusJoint(
             own, fields[1], x, y, angle, slides, driven, fixed, welded, traced, sealed,
-            carrier, (a, b), *rates, further,
+            carrier, (a, b), speed, mass, further,
         )  # fmt: skip
 
     def _link(self, record: str) -> PlusLink:
