@@ -53,7 +53,7 @@ def configurations(
     with explained(mechanism):
         found = all_configurations(mechanism, values, tolerance, progress("configurations"))
     own = mechanism.written
-    undecided = own is not None and own.model.open.undecided
+    undecided = own is not None and (own.model.open.undecided or own.model.open.coupled)
     return ConfigurationsResult(found, None if undecided else drawn_configuration(found))
 
 

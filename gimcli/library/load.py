@@ -37,21 +37,28 @@ def load(
             name line and column of a file, or the keys of a dict.
         UsageError: there is no such assembly.
     """
-    found = load_undecided(model, folder)
+    return _in_assembly(load_undecided(model, folder), assembly)
+
+
+def _in_assembly(mechanism: Mechanism, assembly: int | str | None) -> Mechanism:
+    """Return a mechanism in a configuration, or in that of its file."""
     if assembly is None:
-        return decided(found)
+        return decided(mechanism)
     from gimcli.library.assembled import assembled
 
-    return assembled(found, assembly)
+    return assembled(mechanism, assembly)
 
 
 def decided(mechanism: Mechanism) -> Mechanism:
-    """Return a mechanism; raise ModelError, with the choices, if the side of a node without coordinates is open."""
-    if mechanism.written is None or not mechanism.written.model.open.undecided:
+    """Return a mechanism; raise ModelError, with the choices, if the position of a node without coordinates is open."""
+    if mechanism.written is None:
         return mechanism
-    from gimcli.library.sides import refused_sides
+    opened = mechanism.written.model.open
+    if not opened.undecided and not opened.coupled:
+        return mechanism
+    from gimcli.library.sides import settled
 
-    raise refused_sides(mechanism)
+    return settled(mechanism)
 
 
 def load_undecided(model: Path | str | Mapping[str, Any], folder: Path | str | None = None) -> Mechanism:
@@ -120,12 +127,13 @@ def model_path(model: Path) -> Path:
     return path_of(model) or model
 
 
-def loads(text: str, folder: Path | str = "") -> Mechanism:
+def loads(text: str, folder: Path | str = "", *, assembly: int | str | None = None) -> Mechanism:
     """Load a mechanism from YAML text.
 
     Args:
         text: the content of a model file, at most 4 MB.
         folder: folder of the tables that the model names; by default the current folder.
+        assembly: number or signs of the configuration in which the mechanism is assembled; see `load`.
 
     Returns:
         The mechanism.
@@ -135,4 +143,4 @@ def loads(text: str, folder: Path | str = "") -> Mechanism:
     """
     from gimcli.model.read import read_text
 
-    return decided(read_text(text, Path(folder)))
+    return _in_assembly(read_text(text, Path(folder)), assembly)

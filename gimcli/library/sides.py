@@ -1,17 +1,19 @@
-"""The sides of nodes without coordinates: an error that lists them where they are open, and the choice of one."""
+"""The configuration of a mechanism with nodes without coordinates: the only one, or an error that lists the choices."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
+from gimcli.assemblies import all_configurations
 from gimcli.errors import GimError, ModelError
-from gimcli.library.rounding import length
+from gimcli.library.rounding import length, titled
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.model.compile import compile_model
-from gimcli.model.placing import Placement, place, placed_again, sides_at, with_sides
+from gimcli.model.placing import place, placed_again, sides_at, with_coordinates, with_sides
 
 LISTED = 16
 """Number of choices that a message lists."""
@@ -20,32 +22,50 @@ SAME = 1e-9
 """Distance of two positions, relative to the size, up to which they are the same."""
 
 
-def refused_sides(mechanism: Mechanism) -> ModelError:
-    """Return the error that lists the choices for nodes whose side is open."""
-    own = mechanism.written
-    undecided = own.model.open.undecided
-    source = replace(own.source, faults=[])
-    for name in undecided:
-        text = f"node {name} has two possible positions: give `side: left` or `side: right`, or use --assembly"
-        source.fault(("nodes", name), text, key=True)
-    found = place(own.model, own.source.folder, {}).found
-    numbers = _numbers(mechanism, found)
-    order = sorted(range(len(found)), key=lambda k: numbers.get(k, len(found)))[:LISTED]
-    shown = [_choice(mechanism, undecided, found[k], numbers.get(k)) for k in order]
-    more = [f"and {len(found) - LISTED} more: `gim solve --all` lists all"] if len(found) > LISTED else []
-    return ModelError([*source.error().faults, *(f"{own.source.path}: {text}" for text in (*shown, *more))])
+class OpenChoice(NamedTuple):
+    """One of the possible configurations: positions (file's unit) and sides of nodes, and its number if it has one."""
+
+    at: Mapping[str, complex]
+    sides: Mapping[str, str]
+    number: int | None
 
 
-def with_sides_of(mechanism: Mechanism, plain: Mechanism, z: ComplexArray) -> Mechanism:
+def settled(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism whose coupled nodes are at the only positions that are possible.
+
+    Raises ModelError, with the choices, if several positions of its nodes without coordinates are possible.
+    """
+    opened = mechanism.written.model.open
+    choices = _coupled(mechanism) if opened.coupled else _placed(mechanism)
+    if not choices:
+        inputs = titled(mechanism, mechanism.inputs_to_file(mechanism.start_inputs))
+        raise _refused(mechanism, opened.coupled[:1], f"cannot be assembled ({inputs}); change a length or an input")
+    if opened.coupled and len(choices) == 1:
+        z = np.array([choices[0].at[name] for name in mechanism.nodes])
+        return with_sides_of(mechanism, mechanism, (z - mechanism.origin) / mechanism.scale, chosen=False)
+    text = "has two possible positions: give `side: left` or `side: right`, or use --assembly"
+    undecided = tuple(name for name in opened.undecided if len({one.sides.get(name) for one in choices}) > 1)
+    error = _refused(mechanism, undecided, text)
+    more = "depends on other nodes without coordinates: give rough coordinates [x, y], or use --assembly"
+    coupled = _refused(mechanism, opened.coupled[:1], more).faults if opened.coupled else []
+    shown = (*undecided, *opened.coupled)
+    listed = [_text(mechanism, shown, one) for one in choices[:LISTED]]
+    listed += [f"and {len(choices) - LISTED} more: `gim solve --all` lists all"] if len(choices) > LISTED else []
+    path = mechanism.written.source.path
+    raise ModelError([*error.faults, *coupled, *(f"{path}: {text}" for text in listed)])
+
+
+def with_sides_of(mechanism: Mechanism, plain: Mechanism, z: ComplexArray, chosen: bool = True) -> Mechanism:
     """Return a mechanism whose initial position is z (nodes,), with the sides that its open nodes have there.
 
-    `plain` is the mechanism before it was assembled.
+    `plain` is the mechanism before it was assembled; `chosen`: other configurations are possible.
     """
     own = mechanism.written
     if own is None or not own.model.open.parts:
         return mechanism
-    sides = sides_at(own.model, own.source.folder, _by_name(mechanism, z))
-    model = placed_again(with_sides(own.model, sides), own.source.folder)
+    at = _by_name(mechanism, z)
+    sides = sides_at(own.model, own.source.folder, at)
+    model = placed_again(with_coordinates(with_sides(own.model, sides), at, chosen), own.source.folder)
     written = replace(own, model=model)
     compiled = compile_model(model, own.source.folder)
     same = np.max(np.abs(compiled.to_file(compiled.drawn) - mechanism.to_file(z))) <= SAME * plain.size * plain.scale
@@ -56,34 +76,65 @@ def with_sides_of(mechanism: Mechanism, plain: Mechanism, z: ComplexArray) -> Me
     return replace(mechanism, written=written)
 
 
+def _refused(mechanism: Mechanism, names: tuple[str, ...], text: str) -> ModelError:
+    """Return an error at some nodes."""
+    source = replace(mechanism.written.source, faults=[])
+    for name in names:
+        source.fault(("nodes", name), f"node {name} {text}", key=True)
+    return source.error()  # type: ignore[no-any-return]
+
+
 def _by_name(mechanism: Mechanism, z: ComplexArray) -> dict[str, complex]:
     """Return the positions of nodes by name, file's unit."""
     return dict(zip(mechanism.nodes, mechanism.to_file(z).tolist(), strict=True))
 
 
-def _choice(mechanism: Mechanism, undecided: tuple[str, ...], found: Placement, number: int | None) -> str:
+def _text(mechanism: Mechanism, names: tuple[str, ...], choice: OpenChoice) -> str:
     """Return the text of one choice."""
     parts = []
-    for name in (one for one in undecided if one in found.sides):
-        x, y = (length(mechanism, part) for part in (found.at[name].real, found.at[name].imag))
-        parts.append(f"{name} {found.sides[name]} [{x}, {y}]")
-    return f"{'' if number is None else f'assembly {number}: '}{', '.join(parts)}"
+    for name in names:
+        x, y = (length(mechanism, part) for part in (choice.at[name].real, choice.at[name].imag))
+        parts.append(f"{name}{' ' * (name in choice.sides)}{choice.sides.get(name, '')} [{x}, {y}]")
+    return f"{'' if choice.number is None else f'assembly {choice.number}: '}{', '.join(parts)}"
 
 
-def _numbers(mechanism: Mechanism, found: tuple[Placement, ...]) -> Mapping[int, int]:
-    """Return the numbers of `gim solve --all` for some choices; none if the configurations cannot be listed."""
-    from gimcli.assemblies import all_configurations
+# -- choices --------------------------------------------------------------------------------
 
+
+def _coupled(mechanism: Mechanism) -> list[OpenChoice]:
+    """Return the configurations with the sides that are decided.
+
+    Raises ModelError if they cannot be listed.
+    """
+    opened = mechanism.written.model.open
     try:
-        listed = all_configurations(mechanism, mechanism.start_inputs, 1e-10)
+        found = all_configurations(mechanism, mechanism.start_inputs).z
+    except GimError as error:
+        text = f"has no coordinates, and lengths and inputs do not determine its position: {error}; or give rough ones"
+        raise _refused(mechanism, opened.coupled[:1], text) from None
+    choices = []
+    for k, z in enumerate(found):
+        at, sides = _by_name(mechanism, z), _sides(mechanism, z)
+        if all(sides.get(name, side) == side or name in opened.undecided for name, side in opened.sides.items()):
+            choices.append(OpenChoice(at, sides, k + 1))
+    return choices
+
+
+def _placed(mechanism: Mechanism) -> list[OpenChoice]:
+    """Return the sets of positions, numbered as `gim solve --all` does if it can list them."""
+    own = mechanism.written
+    found = place(own.model, own.source.folder, {}).found
+    try:
+        listed = [_sides(mechanism, z) for z in all_configurations(mechanism, mechanism.start_inputs).z]
     except GimError:
-        return {}
-    own = mechanism.to_file(listed.z)
-    near = SAME * mechanism.size * mechanism.scale
-    numbers: dict[int, int] = {}
-    for k, one in enumerate(found):
-        z = np.array([one.at[name] for name in mechanism.nodes])
-        same = [j for j, other in enumerate(own) if np.max(np.abs(other - z)) <= near]
-        if same:
-            numbers[k] = same[0] + 1
-    return numbers
+        listed = []
+    choices = []
+    for one in found:
+        same = [k + 1 for k, sides in enumerate(listed) if sides == one.sides]
+        choices.append(OpenChoice(one.at, one.sides, same[0] if len(same) == 1 else None))
+    return sorted(choices, key=lambda one: len(listed) + 1 if one.number is None else one.number)
+
+
+def _sides(mechanism: Mechanism, z: ComplexArray) -> dict[str, str]:
+    """Return the sides of the open nodes at a position."""
+    return sides_at(mechanism.written.model, mechanism.written.source.folder, _by_name(mechanism, z))

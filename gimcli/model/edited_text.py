@@ -10,7 +10,7 @@ from typing import Any
 from gimcli.errors import ModelError, UsageError
 from gimcli.mechanism import Mechanism
 from gimcli.model.check import checked
-from gimcli.model.dimensions import dimensions_of, written
+from gimcli.model.dimensions import AXES, dimensions_of, written
 from gimcli.model.source import Where, read_yaml
 from gimcli.model.text_edits import replaced
 from gimcli.model.wording import written as written_path
@@ -36,14 +36,20 @@ def written_with(mechanism: Mechanism, changes: Mapping[str, float | str] | None
     new = mechanism.with_(changes or {})
     own = new.written
     texts = {written_path(own.source, own.dimensions[name].where): _text(v) for name, v in own.changes.items()}
-    texts |= _chosen_sides(own)
+    texts |= _chosen_positions(own)
     text = replaced(own.source.text, texts)
     _check(new, text)
     return text
 
 
+def _chosen_positions(own: Any) -> dict[Where, str]:
+    """Return the sides and coordinates of nodes without coordinates that an assembly has chosen, by paths of keys."""
+    nodes = {n: ", ".join(map(_text, own.model.nodes[n])) for n in own.model.open.chosen}
+    return {**_chosen_sides(own), **{("nodes", n): f"[{xy}]" for n, xy in nodes.items()}}
+
+
 def _chosen_sides(own: Any) -> dict[Where, str]:
-    """Return the sides of nodes without coordinates that an assembly has chosen, by their paths of keys."""
+    """Return the sides of nodes that an assembly has chosen, by their paths of keys."""
     chosen = {name: part.side for name, part in own.model.open.parts.items() if part.side is not None}
     given = own.source.data["nodes"]
     return {("nodes", n, "side"): side for n, side in chosen.items() if (given[n] or {}).get("side") != side}
@@ -66,6 +72,7 @@ def _check(mechanism: Mechanism, text: str) -> None:
         found = dimensions_of(checked(source))
     except ModelError as error:
         raise UsageError(f"{path}: the new numbers cannot be written in place: {error}") from None
-    wrong = [name for name in {**wanted, **found} if wanted.get(name) != found.get(name)]
+    new = {f"{name}.{axis}" for name in own.model.open.chosen for axis in AXES}
+    wrong = [name for name in {**wanted, **found} if wanted.get(name) != found.get(name) and name not in new]
     if wrong:
         raise UsageError(f"{path}: {wrong[0]} cannot be written in place; write it into the file by hand")

@@ -6,15 +6,17 @@ node; without a side, a position is chosen if only one of the two lets all other
 
 from __future__ import annotations
 
+import cmath
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from gimcli.model.placing_data import PlacingData, height, line_of, placing_data, unit
+from gimcli.model.placing_data import GivenSlot, PlacingData, height, line_of, placing_data, unit
 from gimcli.model.placing_order import steps_of
-from gimcli.model.placing_steps import Gap, PlacingStep
-from gimcli.model.schema import Model, OpenNode, OpenNodes
+from gimcli.model.placing_steps import CircleAndLine, Gap, PlacingStep
+from gimcli.model.schema import Model, OpenNode
 
 SIDES = ("left", "right")
 
@@ -23,6 +25,9 @@ SAME = 1e-6
 
 FITS = 1e-6
 """Error of a dimension, relative to the size, up to which a position satisfies it."""
+
+GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
+"""Angle [rad] between two rough positions, of which no two coincide."""
 
 TRIES = 4096
 """Most steps that are tried while sides are chosen, besides those of one try."""
@@ -75,12 +80,22 @@ def place(model: Model, folder: Path, preferred: Mapping[str, str]) -> Placing:
     data = placing_data(model, tuple(model.nodes), folder)
     given = {name: complex(*xy) for name, xy in model.nodes.items() if name not in model.open.parts}
     steps, left = steps_of(data, set(given))
-    asked = {name: part.side for name, part in model.open.parts.items() if part.side is not None}
+    asked = _usual_sides(steps) | {name: part.side for name, part in model.open.parts.items() if part.side is not None}
     size = _size(data, given)
     search = _Search(steps, asked, preferred, size)
     found = tuple(search.run(given))
     exact = tuple(one for one in found if _fits(data, one.at, model.open.parts, size))
     return Placing(data, tuple(steps), frozenset(left), exact or found, None if found else search.blocked)
+
+
+def _usual_sides(steps: Sequence[PlacingStep]) -> dict[str, str]:
+    """Return the sides of nodes of sliding pairs without rotation: the second node is ahead of the first."""
+    found = {}
+    for step in steps:
+        pair = step.locus.given.nodes if isinstance(step, CircleAndLine) else ()
+        if len(pair) == 2 and {step.node, step.circle.centre} == set(pair):  # type: ignore[attr-defined]
+            found[step.node] = SIDES[pair.index(step.node)]
+    return found
 
 
 def placed_again(model: Model, folder: Path) -> Model:
@@ -118,8 +133,49 @@ def with_sides(model: Model, sides: Mapping[str, str]) -> Model:
     """Return a model with chosen sides of its open nodes."""
     parts = {name: OpenNode(side=sides.get(name, part.side)) for name, part in model.open.parts.items()}
     chosen = model.with_value("nodes", lambda old: old)
-    chosen.open = OpenNodes(parts, {**model.open.sides, **sides})
+    chosen.open = model.open._replace(parts=parts, sides={**model.open.sides, **sides})
     return chosen
+
+
+def with_rough(model: Model, data: PlacingData, placement: Placement, left: Sequence[str]) -> Placement:
+    """Return a placement with rough positions of other nodes: on a circle about the nodes that are placed.
+
+    The sense of sliding pairs without rotation is that of the side of the second node; without a side it is `right`.
+    """
+    known = list(placement.at.values()) or [0j]
+    middle = sum(known) / len(known)
+    radius = max(abs(z - middle) for z in known) or 1.0
+    rough = {name: middle + radius * cmath.exp(1j * GOLDEN * (k + 1)) for k, name in enumerate(left)}
+    at = {**placement.at, **rough}
+    for slot in (one for one in data.slots if len(one.nodes) == 2):
+        first, second = slot.nodes
+        if second in rough:
+            along = _direction(data, slot, at)
+            at[second] = at[first] + radius * (-along if model.open.parts[second].side == SIDES[0] else along)
+    return placement._replace(at=at)
+
+
+def _direction(data: PlacingData, slot: GivenSlot, at: Mapping[str, complex]) -> complex:
+    """Return the direction of a guide at rough positions of its member: that of the best fit of the member's shape."""
+    for shape in data.shapes:
+        if set(slot.guide) <= shape.local.keys():
+            names = list(shape.local)
+            own, there = ([places[n] for n in names] for places in (shape.local, at))
+            middle, centre = sum(own) / len(own), sum(there) / len(there)
+            turn = sum((z - middle).conjugate() * (w - centre) for z, w in zip(own, there, strict=True))
+            return complex(unit(turn) * unit(shape.local[slot.guide[1]] - shape.local[slot.guide[0]]))
+    return complex(unit(at[slot.guide[1]] - at[slot.guide[0]]))
+
+
+def with_coordinates(model: Model, at: Mapping[str, complex], chosen: bool) -> Model:
+    """Return a model with positions, which may be `chosen`, of the nodes that no step places; all sides are decided."""
+    data = placing_data(model, tuple(model.nodes), Path())
+    _, left = steps_of(data, set(model.nodes) - set(model.open.parts))
+    found = {name: [at[name].real, at[name].imag] for name in left if name in at}
+    new = {name: found.get(name, xy) for name, xy in model.nodes.items()}
+    placed = model.with_value("nodes", lambda _: new)
+    placed.open = model.open._replace(coupled=(), undecided=(), chosen=tuple(found) if chosen else ())
+    return placed
 
 
 def with_positions(model: Model, placement: Placement, undecided: Sequence[str] = ()) -> Model:
@@ -130,7 +186,7 @@ def with_positions(model: Model, placement: Placement, undecided: Sequence[str] 
         for name, xy in model.nodes.items()
     }
     placed = model.with_value("nodes", lambda _: nodes)
-    placed.open = OpenNodes(model.open.parts, dict(placement.sides), tuple(undecided))
+    placed.open = model.open._replace(sides=dict(placement.sides), undecided=tuple(undecided))
     return placed
 
 

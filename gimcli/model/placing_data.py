@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from gimcli.model.schema import Actuator, Element, Link, Model
+from gimcli.model.schema import Actuator, Element, Law, Link, Model
 from gimcli.model.tables import read_table
 from gimcli.recording import nominal, places
 
@@ -91,7 +91,7 @@ def placing_data(model: Model, order: tuple[str, ...], folder: Path) -> PlacingD
     parts = {name: part for name, part in model.members.items() if known.issuperset(part.nodes)}
     shapes = {name: shape for name, part in parts.items() if (shape := _shape(name, part)) is not None}
     turn = math.pi / 180.0 if model.units.angle == "deg" else 1.0
-    inputs = {name: (a, _start(a, folder)) for name, a in model.actuators.items() if known.issuperset(_named(a))}
+    inputs = {name: (a, _start(a, folder)) for name, a in model.actuators.items() if known.issuperset(named_nodes(a))}
     slots = tuple(_slots(model, known))
     travels = tuple(
         GivenTravel(name, (a.node,), (a.guide[0], a.guide[1]), value)
@@ -141,9 +141,17 @@ def _with_sliders(shape: GivenShape, slots: tuple[GivenSlot, ...], travels: tupl
     return replace(shape, local=local)
 
 
-def _named(actuator: Actuator) -> set[str]:
+def named_nodes(actuator: Actuator) -> set[str]:
+    """Return the nodes of an actuator."""
     single = (actuator.pivot, actuator.arm, actuator.reference, actuator.node)
     return {*(name for name in single if name is not None), *(actuator.nodes or ()), *(actuator.guide or ())}
+
+
+def starts_by_value(law: Law) -> bool:
+    """Return whether a law gives its first value, so that it does not begin at that of the coordinates."""
+    if law.profile.table is not None or law.from_ is not None:
+        return True
+    return bool(law.profile.polynomial) and law.by is None
 
 
 def _start(actuator: Actuator, folder: Path) -> Any:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
 from gimcli.model.pairs import used_nodes
-from gimcli.model.placing import SIDES, Blocked, Placing, place, with_positions
+from gimcli.model.placing import SIDES, Blocked, Placing, place, with_positions, with_rough
+from gimcli.model.placing_data import PlacingData, named_nodes, placing_data, starts_by_value
+from gimcli.model.placing_steps import number
 from gimcli.model.schema import Link, Model, OpenNode, OpenNodes
 from gimcli.model.source import Source, Where
 
@@ -35,7 +38,10 @@ def with_open_nodes(source: Source, model: Model) -> ReadNodes:
     if not faults and placing.blocked is not None:
         faults.append(_impossible(source, model, placing.blocked))
     if not faults:
-        return ReadNodes(with_positions(model, placing.found[0], placing.undecided))
+        coupled = tuple(name for name in model.nodes if name in placing.left)
+        rough = with_rough(model, placing.data, placing.found[0], coupled)
+        model.open = model.open._replace(coupled=coupled)
+        return ReadNodes(with_positions(model, rough, placing.undecided))
     given = {name: xy for name, xy in model.nodes.items() if name not in model.open.parts}
     return ReadNodes(model.with_value("nodes", lambda _: given), tuple(model.open.parts), tuple(faults))
 
@@ -73,33 +79,40 @@ def _left(model: Model, placing: Placing) -> list[OpenNodeFault]:
         else:
             continue
         faults.append(OpenNodeFault(("nodes", name), text))
-    return faults if faults or not left else [_together(left)]
+    return faults or list(_open_laws(model, placing))
 
 
 def _key(part: object) -> str:
     return "length" if isinstance(part, Link) else "shape"
 
 
-def _together(left: list[str]) -> OpenNodeFault:
-    if len(left) == 1:
-        text = f"node {left[0]} has no coordinates, and the lengths and inputs do not determine its position"
-    else:
-        names = f"{', '.join(left[:-1])} and {left[-1]}"
-        text = f"the nodes {names} have no coordinates, and cannot be placed one after the other"
-    return OpenNodeFault(("nodes", left[0]), f"{text}; give rough coordinates [x, y]")
+def _open_laws(model: Model, placing: Placing) -> Iterator[OpenNodeFault]:
+    """Yield the actuators whose law starts at a value that only coordinates would give."""
+    lengths = {one.name for one in placing.data.distances} | {one.name for one in placing.data.travels}
+    for name, actuator in model.actuators.items():
+        law = actuator.law
+        given = name in lengths or (actuator.pivot is not None and law is not None and starts_by_value(law))
+        if not given and (open_ends := named_nodes(actuator) & placing.left):
+            text = f"the law of {name} needs `from` and `to`: the node {min(open_ends)} has no coordinates"
+            yield OpenNodeFault(("actuators", name), text)
 
 
 def _impossible(source: Source, model: Model, blocked: Blocked) -> OpenNodeFault:
     """Return the error for a step that is impossible."""
     name = blocked.step.owner or blocked.step.node
     where: Where = ("nodes", name)
-    return OpenNodeFault(where, f"{name} cannot be placed{_at(model)}: {blocked.gap.text}{_other(source, model)}")
+    at = _inputs(model, placing_data(model, tuple(model.nodes), source.folder))
+    return OpenNodeFault(where, f"{name} cannot be placed{at}: {blocked.gap.text}{_other(source, model)}")
 
 
-def _at(model: Model) -> str:
+def _inputs(model: Model, data: PlacingData) -> str:
     """Return the inputs of a message."""
-    names = ", ".join(model.actuators)
-    return f" at the start of {names}" if names else ""
+    turn, units = math.pi / 180.0 if model.units.angle == "deg" else 1.0, model.units
+    unit = "" if units.length == "unit" else f" {units.length}"
+    values = [f"{one.name} = {number(one.angle / turn)} {units.angle}" for one in data.angles]
+    values += [f"{one.name} = {number(one.value)}{unit}" for one in data.distances]
+    values += [f"{one.name} = {number(one.value)}{unit}" for one in data.travels]
+    return f" at {', '.join(values)}" if values else ""
 
 
 def _other(source: Source, model: Model) -> str:

@@ -22,7 +22,8 @@ class Remark(NamedTuple):
 
 def remarks(model: Model) -> list[Remark]:
     """Return the remarks on a model, in the order of its sections."""
-    return [*_unused_nodes(model), *_unused_parameters(model), *_repeated_members(model), *_dynamics(model)]
+    of_nodes = (*_unused_nodes(model), *_sides(model))
+    return [*of_nodes, *_unused_parameters(model), *_repeated_members(model), *_dynamics(model)]
 
 
 def missing_duration(model: Model) -> list[Remark]:
@@ -45,6 +46,14 @@ def _unused_nodes(model: Model) -> Iterator[Remark]:
                 ("nodes", name),
                 f"node {name} is used by no member, pair or actuator: remove it, or add it to a member",
             )
+
+
+def _sides(model: Model) -> Iterator[Remark]:
+    paired = {name for pair in model.prismatic.values() for name in pair.nodes or []}
+    for name, part in model.open.parts.items():
+        if part.side is not None and name not in model.open.sides and name not in paired:
+            text = f"`side` of {name} has no effect: its position does not depend on a side; remove it"
+            yield Remark(("nodes", name), text)
 
 
 def _unused_parameters(model: Model) -> Iterator[Remark]:

@@ -109,6 +109,10 @@ class OpenNodes(NamedTuple):
     """The sides that are chosen, by node; nodes with only one position have none."""
     undecided: tuple[str, ...] = ()
     """The nodes whose side neither the file nor the other lengths determine; one of the two is used."""
+    coupled: tuple[str, ...] = ()
+    """The nodes that cannot be placed one after the other; their positions are rough until a configuration is found."""
+    chosen: tuple[str, ...] = ()
+    """Those of them whose configuration was chosen among several."""
 
 
 NO_OPEN_NODES = OpenNodes()

@@ -20,6 +20,7 @@ import gimcli
 from gimcli.errors import ModelError, UsageError
 from gimcli.families.family import Family
 from gimcli.model.json_schema import json_schema
+from gimcli.model.source import read_yaml
 
 
 def four_bar(side="left", start=40.0, crank=40.0, coupler=120.0, rocker=80.0):
@@ -385,6 +386,149 @@ def test_an_impossible_side_names_the_other():
     assert "use `side: right` of B" in fault
 
 
+# -- nodes that depend on each other --------------------------------------------------------------------
+
+
+def platform():
+    """A 3-RRR platform whose legs are driven at the ground; its shape is an equilateral triangle of side 10.
+
+    In the initial configuration the platform is not turned: the elbow of each leg is at an end of a right angle.
+    """
+    corners, feet = (10 + 10j, 20 + 10j, complex(15, 10 + 5 * math.sqrt(3.0))), (0j, 30 + 0j, 15 + 40j)
+    data = {"nodes": {}, "ground": [], "links": {}, "actuators": {}}
+    for k, (corner, foot) in enumerate(zip(corners, feet, strict=True)):
+        elbow = foot + (corner - foot) * complex(0.6, 0.3)
+        data["nodes"] |= {f"F{k}": [foot.real, foot.imag], f"E{k}": None, f"C{k}": None}
+        data["ground"].append(f"F{k}")
+        data["links"] |= {
+            f"lower{k}": {"nodes": [f"F{k}", f"E{k}"], "length": abs(elbow - foot)},
+            f"upper{k}": {"nodes": [f"E{k}", f"C{k}"], "length": abs(corner - elbow)},
+        }
+        angle = math.degrees(math.atan2((elbow - foot).imag, (elbow - foot).real))
+        data["actuators"][f"m{k}"] = {
+            "type": "rotary", "pivot": f"F{k}", "arm": f"E{k}", "law": {"from": angle, "to": angle + 1},
+        }  # fmt: skip
+    shape = {f"C{k}": [z.real, z.imag] for k, z in enumerate(corners)}
+    data["elements"] = {"platform": {"nodes": list(shape), "shape": shape}}
+    return data, corners
+
+
+def test_nodes_that_depend_on_each_other_list_their_configurations():
+    data, corners = platform()
+    first, *choices = refused(data)
+    assert "nodes.C0" in first
+    assert "rough coordinates" in first
+    assert "--assembly" in first
+    assert any("C0 [10, 10]" in line and "C1 [20, 10]" in line for line in choices)
+    numbers = [int(line.split("assembly ")[1].split(":")[0]) for line in choices]
+    found = [placed_as(data, number) for number in numbers]
+    right = [at for at in found if all(near(at[f"C{k}"], z, 30.0) for k, z in enumerate(corners))]
+    assert len(right) == 1
+    for at in found:
+        sides = [at[f"C{k}"] - at[f"C{(k + 1) % 3}"] for k in range(3)]
+        assert all(near(abs(side), 10.0) for side in sides)
+
+
+def placed_as(data, assembly):
+    return places(gimcli.load(data, assembly=assembly))
+
+
+def test_a_chosen_configuration_is_kept_with_other_dimensions_and_written():
+    from gimcli.model.edited_text import written_with
+
+    data, corners = platform()
+    count = len(refused(data)) - 1
+    found = [placed_as(data, k) for k in range(1, count + 1)]
+    number = 1 + next(k for k, at in enumerate(found) if near(at["C0"], corners[0]) and near(at["C1"], corners[1]))
+    chosen = gimcli.loads(json.dumps(data), assembly=number)
+    changed = gimcli.solve(chosen.with_({"upper0": data["links"]["upper0"]["length"] + 0.1}))
+    assert changed.status == "ok"
+    assert abs(complex(*changed.xy["C0"]) - corners[0]) < 0.5
+    again = gimcli.loads(written_with(chosen))
+    assert all(near(places(again)[f"C{k}"], z) for k, z in enumerate(corners))
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_the_only_configuration_needs_no_choice(side):
+    """A Scotch yoke: the bar S-T-W slides without rotation, and the crank pin P is in its slot T-W."""
+    sense = {"right": 1.0, "left": -1.0}[side]
+    data = {
+        "nodes": {"O": [0, 0], "G": [10, 0], "P": None, "S": None, "T": {"side": side}, "W": None},
+        "ground": ["O", "G"],
+        "links": {"crank": {"nodes": ["O", "P"], "length": 5}},
+        "elements": {"yoke": {"nodes": ["S", "T", "W"], "shape": {"S": [0, 0], "T": [8, 0], "W": [8, 6]}}},
+        "prismatic": {"slide": {"nodes": ["S", "T"], "guide": ["O", "G"]}, "slot": {"node": "P", "guide": ["T", "W"]}},
+        "actuators": {"motor": {"type": "rotary", "pivot": "O", "arm": "P", "law": {"from": 60, "to": 90}}},
+    }
+    at = placed(data)
+    assert near(at["T"], 2.5)
+    assert near(at["S"], 2.5 - sense * 8.0)
+    assert near(at["W"], 2.5 + sense * 6.0j)
+    if side == "right":
+        data["nodes"]["T"] = None
+        assert placed(data) == at
+
+
+@pytest.mark.parametrize(("side", "sense"), [("left", -1.0), ("right", 1.0), (None, 1.0)])
+def test_a_block_points_along_its_guide(side, sense):
+    data = slider_crank("right")
+    data["nodes"]["E"] = {"side": side} if side else None
+    data["links"]["block"] = {"nodes": ["B", "E"], "length": 12}
+    data["prismatic"] = {"slide": {"nodes": ["B", "E"], "guide": ["O", "G"]}}
+    at = placed(data)
+    assert near(at["E"] - at["B"], sense * 12.0)
+
+
+SELECTED = ("double_butterfly", "excavator", "jansen", "klann", "pantograph", "platform_3rpr", "scissor_lift")
+ALL = sorted(path.stem for path in MODELS.glob("*.yaml"))
+
+
+def without_coordinates(mechanism, data):
+    """Return the data of a mechanism with all lengths and shapes, and without coordinates of moving nodes."""
+    held = data["ground"].get("member") if isinstance(data["ground"], dict) else None
+    frame = mechanism.members[0]
+    fixed = [mechanism.nodes[k] for k in (frame.nodes[:2] if held else frame.nodes)]
+    members = {member.name: member for member in mechanism.members}
+    result = {"units": data.get("units", {}), "ground": data["ground"], "prismatic": data.get("prismatic", {})}
+    result["nodes"] = {n: data["nodes"][n] if n in fixed else None for n in data["nodes"] if n in mechanism.nodes}
+    for section in ("links", "elements"):
+        result[section] = {}
+        for name in data.get(section, {}):
+            nodes, z = [mechanism.nodes[k] for k in members[name].nodes], members[name].shape * mechanism.scale
+            own = {"length": float(abs(z[1] - z[0]))}
+            if section == "elements":
+                own = {"shape": {n: [float(p.real), float(p.imag)] for n, p in zip(nodes, z, strict=True)}}
+            result[section][name] = {"nodes": nodes, **own}
+    result["actuators"] = {name: dict(actuator) for name, actuator in data.get("actuators", {}).items()}
+    start = mechanism.inputs_to_file(mechanism.start_inputs)
+    for name, actuator in result["actuators"].items():
+        actuator["law"] = {"from": start[name], "to": start[name] + 1.0}
+        for key in set(actuator) - {"type", "pivot", "arm", "reference", "nodes", "node", "guide", "law"}:
+            del actuator[key]
+    return result
+
+
+def the_model_is_found_without_its_coordinates(name):
+    mechanism = gimcli.load(name)
+    data = without_coordinates(mechanism, read_yaml(MODELS.joinpath(f"{name}.yaml").read_text(), MODELS).data)
+    number = gimcli.configurations(mechanism).drawn + 1
+    wanted, found = gimcli.assembled(mechanism, number), gimcli.load(data, assembly=number)
+    order = [wanted.nodes.index(name) for name in found.nodes]
+    away = np.abs(found.to_file(found.drawn) - wanted.to_file(wanted.drawn)[order])
+    assert np.max(away) <= 1e-10 * mechanism.size * mechanism.scale
+
+
+@pytest.mark.parametrize("name", SELECTED)
+def test_a_model_is_found_without_its_coordinates(name):
+    the_model_is_found_without_its_coordinates(name)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", sorted(set(ALL) - set(SELECTED)))
+def test_all_models_are_found_without_their_coordinates(name):
+    the_model_is_found_without_its_coordinates(name)
+
+
 # -- errors ---------------------------------------------------------------------------------------------
 
 
@@ -408,7 +552,7 @@ ERRORS = {
     "a length is missing": (
         without(four_bar(), "links", "coupler", "length"), ["nodes.B", "the `length` of coupler", "coordinates"],
     ),
-    "an input is missing": (without(four_bar(), "actuators"), ["nodes.A", "A and B", "rough coordinates"]),
+    "an input is missing": (without(four_bar(), "actuators"), ["nodes.A", "nothing drives nodes A, B", "actuator"]),
     "a ground node": (with_value(four_bar(), None, "nodes", "C"), ["nodes.C", "needs coordinates", "ground"]),
     "an unused node": (with_value(four_bar(), None, "nodes", "X"), ["nodes.X", "belongs to no member"]),
     "too short": (four_bar(coupler=10.0, rocker=10.0, start=0.0), ["A and C are 60 apart", "reach only 20", "40 too"]),
