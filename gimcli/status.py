@@ -52,9 +52,8 @@ _TEXTS = {
     Status.OK: "solved to the tolerance",
     Status.LIMIT: "these inputs cannot be reached from the start without disassembly: shorten the law to the"
     " reachable interval",
-    Status.NOT_ASSEMBLED: "no position was found that satisfies all constraints: check the lengths in `links` and"
-    " `elements`, use initial coordinates closer to an assembled position (`gim solve --start random` tries random"
-    " ones, `gim solve --all` lists all configurations), or change the inputs",
+    Status.NOT_ASSEMBLED: "no position was found that satisfies all constraints: correct the lengths in `links` and"
+    " `elements`, use initial coordinates closer to an assembled position, or change the inputs",
     Status.NOT_CONVERGED: "the iteration did not reach the tolerance: loosen --tolerance or use --method auto",
     Status.SINGULAR: "the position is singular: the inputs do not determine it to the requested tolerance; start from"
     " another position (the initial configuration, or the start of the law), or loosen --tolerance",

@@ -40,6 +40,7 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
     from gimcli.cli.progress import end_bars
     from gimcli.library.configurations import verdict
     from gimcli.library.rounding import length, titled
+    from gimcli.status import Status
     from gimcli.structure.rigid_triangles import triangle_hints
     from gimcli.table import labelled
 
@@ -48,6 +49,9 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
     typer.echo(titled(mechanism, result.inputs))
     typer.echo(verdict(found))
     if not len(found):
+        from gimcli.library.unassembled import reason
+
+        typer.echo(reason(mechanism, Status.NOT_ASSEMBLED, found.inputs, tried=("all",)))
         return
     fit = max(1, min(COLUMNS, (room() - BESIDE) // EACH))
     shown = [n for n in mechanism.traced if n in places][:fit]

@@ -87,9 +87,10 @@ def print_more(count: int, shown: int, where: str = "--json lists all") -> None:
 
 
 def print_status(motion: Motion) -> None:
-    """Print the status of the first row of a motion that is not solved, and the cure."""
-    worst = f" (largest error: {motion.worst})" if motion.worst else ""
-    typer.echo(f"{motion.overall.word}: {motion.overall.text}{worst}")
+    """Print the status of the first row of a motion that is not solved, its cause and the cure."""
+    from gimcli.library.unassembled import motion_reason
+
+    typer.echo(f"{motion.overall.word}: {motion_reason(motion)}")
 
 
 def how_it_ends(closed: bool, ended: str, turns: float) -> str:

@@ -133,7 +133,7 @@ def _print(method: Method, found: SolveResult) -> None:
     position, law = found.position, found.law
     mechanism, status = position.mechanism, position.status
     typer.echo(titled(mechanism, found.inputs))
-    residual, worst = position.residual, position.residual.total[0]
+    residual = position.residual
     typer.echo(
         f"{status.word}; length error {_error(residual.lengths[0])} (eq. 1),"
         f" angle error {_error(residual.angles[0])} rad (eq. 2); {_iterations(position.sweeps, method)}"
@@ -144,7 +144,7 @@ def _print(method: Method, found: SolveResult) -> None:
         )
     )
     if status.value:
-        typer.echo(status.text + (f"\nlargest error: {position.worst}, {worst:.3g}" if math.isfinite(worst) else ""))
+        typer.echo(found.reason)
     else:
         nodes, points = found.places()
         rows = [(k, length(mechanism, v.real), length(mechanism, v.imag)) for k, v in (nodes | points).items()]

@@ -135,8 +135,9 @@ class CheckResult(Result):
             self.error = str(error)
             return None
         if position.status.value:
-            worst = f" (largest error: {position.worst})" if position.worst else ""
-            self.error = f"{position.status.word}: {position.status.plain_text}{worst}"
+            from gimcli.library.unassembled import reason
+
+            self.error = f"{position.status.word}: {reason(mechanism, position.status, position.inputs)}"
         return position
 
     def _kind(self) -> MechanismType:

@@ -9,6 +9,7 @@ import numpy as np
 
 from gimcli.errors import StructureError, UnassembledError, UsageError
 from gimcli.library.inputs import refuse_choice
+from gimcli.library.rounding import titled
 from gimcli.mechanism import ComplexArray, Mechanism
 
 MODEL_FILE = "yaml"
@@ -93,5 +94,5 @@ def _start(mechanism: Mechanism) -> ComplexArray:
     except StructureError:
         return mechanism.drawn
     if found.position.status.value or not np.all(np.isfinite(found.position.z)):
-        raise UnassembledError(f"{found.headline()}; no position to convert: `gim solve` tries other starts")
+        raise UnassembledError(f"{titled(mechanism, found.inputs)}: no position to convert: {found.reason}")
     return found.position.z

@@ -118,6 +118,15 @@ class SolveResult(Result):
         return in_file_units(self.mechanism, self.position.inputs)
 
     @cached_property
+    def reason(self) -> str:
+        """Why the position is not solved, with numbers where the mechanism cannot be assembled; else ""."""
+        from gimcli.library.unassembled import reason
+
+        found, options = self.position, self.position.options
+        tried = ("random",) if options is not None and options.seed is not None else ()
+        return reason(self.mechanism, found.status, found.inputs, tried) if found.status.value else ""
+
+    @cached_property
     def xy(self) -> ByName:
         """Coordinates (2,) of nodes and points in the file's length unit; NaN if the position is not solved."""
         return places(self.mechanism, self._z, lambda z: np.array([z[0].real, z[0].imag]))
@@ -159,7 +168,7 @@ class SolveResult(Result):
             "inputs": self.inputs,
         }
         if not good:
-            report |= {"worst": position.worst, "reason": position.status.text}
+            report |= {"worst": position.worst, "reason": self.reason}
         if self.law is not None:
             law = self.law
             report |= {

@@ -69,6 +69,7 @@ class Assembler:
         self.tolerance = tolerance * mechanism.size
         self.accuracy = newton.Accuracy(tolerance, mechanism.size, mechanism.shortest)
         self.program = plan_program(mechanism, plan)
+        self.failed = NONE  # number of the first step that failed in the last assembly
         self._sequences: dict[tuple[int, ...], tuple[Move, ...]] = {}
 
     def assemble(
@@ -87,6 +88,7 @@ class Assembler:
         """Execute all steps in order; `signs` is changed to the sides of the solution."""
         k, failed, count = 0, Status.OK, len(self.plan.steps)
         before = [0.0] * count  # estimated error before each step
+        self.failed = NONE
         search = Backtracking(signs, drawn, self._random(np.random.default_rng(0))) if self.anywhere else None
         while True:
             if k == count:
@@ -98,6 +100,7 @@ class Assembler:
                     k += 1
                     continue
                 if failed is Status.OK:
+                    self.failed = k
                     failed = Status.SINGULAR if block.singular and not block.blocked else Status.NOT_ASSEMBLED
             k = search.other(k) if search is not None else NONE
             if k == NONE:

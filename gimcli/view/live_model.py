@@ -217,6 +217,6 @@ def numbers_of(mechanism: Mechanism) -> dict[str, float]:
 
 def unsolved(result: Any) -> str:
     """Return why no row of a motion is solved."""
-    motion = result.motion
-    worst = f" (largest error: {motion.worst})" if motion.worst else ""
-    return f"{motion.overall.word}: {motion.overall.text}{worst}"
+    from gimcli.library.unassembled import motion_reason
+
+    return f"{result.motion.overall.word}: {motion_reason(result.motion)}"

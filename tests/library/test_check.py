@@ -212,7 +212,7 @@ NO_MOTION = {
     "rigid": ({"nodes": {"O": [0, 0], "G": [4, 0], "A": [1, 1]}, "ground": ["O", "G"],
                "links": {"a": ["O", "A"], "b": ["G", "A"]}}, "form a rigid triangle", 0),
     "apart": ({**four_bar(50, 10, 45, 20), "links": {"crank": ["O", "A"], "coupler": {"nodes": ["A", "B"], "length": 5},
-               "rocker": {"nodes": ["G", "B"], "length": 5}}}, "no position was found", 5),
+               "rocker": {"nodes": ["G", "B"], "length": 5}}}, "cannot span", 5),
 }  # fmt: skip
 
 

@@ -1,0 +1,302 @@
+"""Why a position cannot be assembled: what is too short or too long, by how much, and at which inputs it closes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterator
+
+import numpy as np
+
+from gimcli.library.rounding import input_value, interval, length, number
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism
+from gimcli.motion.assemble import Assembler
+from gimcli.motion.motion import Motion
+from gimcli.positions.dispatch import plain
+from gimcli.status import Status
+from gimcli.structure.checks import Check, checks
+from gimcli.structure.plan import make_plan
+from gimcli.structure.residual import errors
+from gimcli.structure.steps import NONE, Circle, Dyad, Line, Place, Plan, Vector
+
+TOLERANCE = 1e-10
+SAMPLES, HALVINGS = 180, 40
+"""Values of an input at which the mechanism is assembled, and steps of the search for an end of an interval."""
+
+FAR = 3.0
+"""Greatest length of a linear input that is tried, relative to the size of the mechanism."""
+
+NAMED = 3
+"""Number of constraints that are named with their errors."""
+
+NEGLIGIBLE = 1e-6
+"""Relative error, or angle [rad], of a constraint that is not named."""
+
+CORRECT = "correct these dimensions, or use initial coordinates closer to an assembled position"
+OTHERS = {
+    "all": "`gim solve --all` searches all configurations",
+    "random": "`gim solve --start random` tries random coordinates",
+}
+"""Commands that may find another configuration."""
+
+
+def reason(mechanism: Mechanism, status: Status, inputs: FloatArray, tried: Collection[str] = ()) -> str:
+    """Return the cause of a status, with numbers where a position at inputs (actuators,) cannot be assembled.
+
+    tried: what need not be advised any more, "all" (configurations) and "random" (coordinates).
+    """
+    if status is not Status.NOT_ASSEMBLED:
+        return status.text
+    return "; ".join(Unassembled(mechanism, inputs).sentences(tried))
+
+
+def motion_reason(motion: Motion) -> str:
+    """Return the cause of the status of the first row of a motion that is not solved."""
+    first = int(np.argmin(motion.good))
+    return reason(motion.mechanism, motion.overall, motion.inputs[:, first])
+
+
+class Unassembled:
+    """A mechanism at inputs (actuators,) at which it cannot be assembled on the drawn branch."""
+
+    def __init__(self, mechanism: Mechanism, inputs: FloatArray) -> None:
+        self.mechanism, self.inputs = mechanism, inputs
+        self.plan: Plan = make_plan(mechanism)
+        self.assembler = Assembler(mechanism, self.plan, plain, TOLERANCE)
+        row = self.assembler.assemble(inputs, mechanism.drawn).row
+        self.z: ComplexArray = row.x + 1j * row.y
+        self.failed = self.assembler.failed
+
+    def sentences(self, tried: Collection[str] = ()) -> Iterator[str]:
+        """Yield the cause, the inputs at which the mechanism can be assembled, and what to do."""
+        gap = self._gap()
+        if gap is None:
+            yield "no position was found that satisfies all constraints" + self._largest_errors()
+            yield from self._late_start()
+            yield CORRECT
+            yield from (text for what, text in OTHERS.items() if what not in tried)
+            return
+        yield gap
+        yield from self._late_start()
+        yield from self._where_it_closes()
+        if any(isinstance(s, Dyad) and s.branch != NONE for s in self.plan.steps[: self.failed]):
+            yield from (text for what, text in OTHERS.items() if what not in tried)
+
+    # -- the step that fails --------------------------------------------------------------------
+
+    def _gap(self) -> str | None:
+        """Return what cannot meet and by how much, if the step that fails is a dyad of two loci."""
+        step = self.plan.steps[self.failed] if self.failed != NONE else None
+        if not isinstance(step, Dyad):
+            return None
+        loci = step.first, step.second
+        if any(v is not None and v.register != NONE for one in loci for v in _vectors(one)):
+            return None
+        first, second = loci
+        if isinstance(first, Circle) and isinstance(second, Circle):
+            return self._of_circles(first, second)
+        if isinstance(first, Circle) != isinstance(second, Circle):
+            circle, line = (first, second) if isinstance(first, Circle) else (second, first)
+            return self._of_line(circle, line)  # type: ignore[arg-type]
+        return None
+
+    def _of_circles(self, first: Circle, second: Circle) -> str | None:
+        centres = self._centre(first), self._centre(second)
+        a, b = (abs(float(one.radius.at(self.inputs))) for one in (first, second))
+        apart = abs(centres[0] - centres[1])
+        base = f"{self._node(first.centre)}-{self._node(second.centre)}"
+        own = [(first.constraint, a), (second.constraint, b)]
+        if apart > a + b:
+            return self._at_every_input(first, second, a + b) or (
+                f"{_and(map(self._sized, own))} cannot span {base} ({self._length(apart)}):"
+                f" {self._length(apart - a - b)} too short{self._at()}"
+            )
+        if apart < abs(a - b):
+            long, short = sorted(own, key=lambda one: -one[1])
+            return (
+                f"{self._sized(long)} is too long for {self._sized(short)} and {base} ({self._length(apart)}): by"
+                f" {self._length(long[1] - short[1] - apart)}{self._at()}"
+            )
+        return None
+
+    def _of_line(self, circle: Circle, line: Line) -> str:
+        radius = abs(float(circle.radius.at(self.inputs)))
+        normal = self._value(line.normal)
+        place = self.z[line.anchor] + (self._value(line.offset) if line.offset is not None else 0.0)
+        distance = ((self._centre(circle) - place) * normal.conjugate()).real - float(line.distance.at(self.inputs))
+        away = abs(distance) / (abs(normal) or 1.0)
+        where = f"which is {self._length(away)} from {self._node(circle.centre)}"
+        return (
+            f"{self._sized((circle.constraint, radius))} does not reach the line of {line.constraint}, {where}:"
+            f" {self._length(away - radius)} too short{self._at()}"
+        )
+
+    def _at_every_input(self, first: Circle, second: Circle, reach: float) -> str:
+        """Return the sentence for a loop with a crank that is too short at every angle of the crank; else ""."""
+        frame = self.mechanism.members[FRAME].nodes
+        for moved, fixed in ((first, second), (second, first)):
+            place = next((s for s in self.plan.steps if isinstance(s, Place) and s.node == moved.centre), None)
+            whole = place is not None and place.anchor in frame and fixed.centre in frame
+            if place is None or not whole or place.vector.actuator == NONE or moved.offset or fixed.offset:
+                continue
+            crank = abs(self._value(place.vector))
+            base = abs(self.z[place.anchor] - self.z[fixed.centre])
+            if base > crank + reach:
+                names = [self._between(place.anchor, place.node), moved.constraint, fixed.constraint]
+                sizes = [crank, *(abs(float(one.radius.at(self.inputs))) for one in (moved, fixed))]
+                parts = " + ".join(self._sized(one) for one in zip(names, sizes, strict=True))
+                ends = f"{self._node(place.anchor)}-{self._node(fixed.centre)} ({self._length(base)})"
+                return f"{parts} cannot span {ends}: {self._length(base - crank - reach)} too short at every input"
+        return ""
+
+    # -- inputs at which it closes --------------------------------------------------------------
+
+    def _late_start(self) -> Iterator[str]:
+        """Yield where the law should start, if the mechanism can be assembled as drawn."""
+        mechanism, drawn = self.mechanism, self.mechanism.drawn_inputs
+        if not np.array_equal(self.inputs, mechanism.start_inputs) or not self._assembles(drawn):
+            return
+        for k, actuator in enumerate(mechanism.actuators):
+            if abs(self.inputs[k] - drawn[k]) > NEGLIGIBLE:
+                kind = {ANGLE: "angle", SPAN: "length", HEIGHT: "travel"}[actuator.kind]
+                start, own = (self._input(k, value) for value in (self.inputs[k], drawn[k]))
+                late = f"the law of {actuator.name} starts at {start}, the drawn {kind} is {own}"
+                yield f"{late}: start it there with `by:`"
+
+    def _where_it_closes(self) -> Iterator[str]:
+        """Yield for each input the interval in which the mechanism can be assembled with the other inputs as given."""
+        if self.plan.coupled or "every input" in (self._gap() or ""):
+            return
+        for k, actuator in enumerate(self.mechanism.actuators):
+            found = self._interval(k)
+            fixed = " (other inputs as given)" if len(self.inputs) > 1 else ""
+            if found is None:
+                yield f"it closes at no value of {actuator.name} that was tried{fixed}"
+            else:
+                low, high = (float(self.mechanism.value_to_file(k, np.array([v]))[0]) for v in found)
+                yield f"it closes for {actuator.name} = {interval(self.mechanism, actuator.name, low, high)}{fixed}"
+
+    def _interval(self, k: int) -> tuple[float, float] | None:
+        """Return the interval of an input with assembled positions that is nearest to its given value."""
+        given, actuator = float(self.inputs[k]), self.mechanism.actuators[k]
+
+        def closes(value: float) -> bool:
+            return self._assembles(np.where(np.arange(len(self.inputs)) == k, value, self.inputs))
+
+        if actuator.rotary:
+            return _nearest(closes, [given + math.tau * n / SAMPLES for n in range(-SAMPLES, SAMPLES + 1)], given)
+        far = FAR * self.mechanism.size
+        tried = np.linspace(-far if actuator.kind == HEIGHT else far / SAMPLES, far, SAMPLES)
+        return _nearest(closes, sorted([*tried.tolist(), actuator.drawn]), given)
+
+    def _assembles(self, inputs: FloatArray) -> bool:
+        return self.assembler.assemble(inputs, self.mechanism.drawn).regular
+
+    # -- the largest errors ---------------------------------------------------------------------
+
+    def _largest_errors(self) -> str:
+        """Return the constraints with the largest errors in the position that satisfies all of them best."""
+        z = self._closest()
+        found = []
+        for check, (_, _, error) in zip(checks(self.mechanism), self._errors(z), strict=True):
+            if error > NEGLIGIBLE:
+                found.append((float(error), self._wrong(check, float(error), z)))
+        named = [text for _, text in sorted(found, reverse=True)[:NAMED]]
+        return f"; in the closest one, {_and(named)}" if named else ""
+
+    def _closest(self) -> ComplexArray:
+        """Return the positions (nodes,) with the least sum of squared errors, from the drawn ones."""
+        from scipy.optimize import least_squares
+
+        mechanism = self.mechanism
+        free = [k for k in range(len(mechanism.nodes)) if k not in mechanism.members[FRAME].nodes]
+        z = mechanism.drawn.copy()
+
+        def all_errors(x: FloatArray) -> FloatArray:
+            z[free] = x[: len(free)] + 1j * x[len(free) :]
+            found = np.array([error for _, _, error in self._errors(z)])
+            return np.asarray(np.nan_to_num(found, nan=1e3, posinf=1e3))
+
+        start = np.concatenate([z[free].real, z[free].imag])
+        all_errors(least_squares(all_errors, start, max_nfev=200).x)
+        return z
+
+    def _errors(self, z: ComplexArray) -> Iterator[tuple[str, bool, float]]:
+        for name, is_angle, error in errors(self.mechanism, z[:, None], self.inputs[:, None]):
+            yield name, is_angle, float(error[0])
+
+    def _wrong(self, check: Check, error: float, z: ComplexArray) -> str:
+        """Return the error of one constraint with numbers."""
+        if check.kind == ANGLE:
+            angle = np.degrees(error) if self.mechanism.angle_unit == "deg" else error
+            return f"{check.name} is {number(float(angle))} {self.mechanism.angle_unit} off"
+        if check.kind == HEIGHT:
+            return f"{check.name} is {self._length(error * self.mechanism.size)} off its line or travel"
+        wanted = abs(float(check.value.at(self.inputs)))
+        return f"{check.name} is {self._length(abs(z[check.p] - z[check.q]))} instead of {self._length(wanted)}"
+
+    # -- words ----------------------------------------------------------------------------------
+
+    def _centre(self, circle: Circle) -> complex:
+        offset = self._value(circle.offset) if circle.offset is not None else 0.0
+        return complex(self.z[circle.centre] + offset)
+
+    def _value(self, vector: Vector) -> complex:
+        base = self.z[vector.v] - self.z[vector.u] if vector.u != NONE else 1.0
+        turned = np.exp(1j * vector.turn * self.inputs[vector.actuator]) if vector.actuator != NONE else 1.0
+        return complex(vector.z * base * turned)
+
+    def _node(self, node: int) -> str:
+        return self.mechanism.nodes[node]
+
+    def _between(self, a: int, b: int) -> str:
+        """Return the name of the moving member that has two nodes, else the names of the nodes."""
+        members = self.mechanism.members[FRAME + 1 :]
+        return next((m.name for m in members if {a, b} <= set(m.nodes)), f"{self._node(a)}-{self._node(b)}")
+
+    def _sized(self, one: tuple[str, float]) -> str:
+        return f"{one[0]} ({self._length(one[1])})"
+
+    def _length(self, value: float) -> str:
+        unit = self.mechanism.length_unit
+        return length(self.mechanism, float(value) * self.mechanism.scale) + ("" if unit == "unit" else f" {unit}")
+
+    def _input(self, k: int, value: float) -> str:
+        own = float(self.mechanism.value_to_file(k, np.array([value]))[0])
+        name = self.mechanism.actuators[k].name
+        return f"{input_value(self.mechanism, name, own)} {self.mechanism.unit_of(self.mechanism.actuators[k])}"
+
+    def _at(self) -> str:
+        named = [f"{a.name} = {self._input(k, float(self.inputs[k]))}" for k, a in enumerate(self.mechanism.actuators)]
+        return f" at {', '.join(named)}" if named else ""
+
+
+def _vectors(locus: Circle | Line) -> list[Vector | None]:
+    return [locus.offset] if isinstance(locus, Circle) else [locus.normal, locus.offset]
+
+
+def _nearest(closes: Callable[[float], bool], values: list[float], given: float) -> tuple[float, float] | None:
+    """Return the interval around the value nearest to `given` at which something closes; None if it never does."""
+    good = [closes(value) for value in values]
+    if not any(good):
+        return None
+    near = min((n for n, one in enumerate(good) if one), key=lambda n: abs(values[n] - given))
+    ends = []
+    for step, last in ((-1, 0), (1, len(values) - 1)):
+        n = near
+        while n != last and good[n + step]:
+            n += step
+        ends.append(values[n] if n == last else _border(closes, values[n], values[n + step]))
+    return ends[0], ends[1]
+
+
+def _border(closes: Callable[[float], bool], inside: float, outside: float) -> float:
+    """Return the end of an interval between a value inside and one outside."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if closes(middle) else (inside, middle)
+    return inside
+
+
+def _and(texts: Iterator[str] | list[str]) -> str:
+    words = list(texts)
+    return f"{', '.join(words[:-1])} and {words[-1]}" if len(words) > 1 else "".join(words)
