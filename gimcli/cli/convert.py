@@ -41,6 +41,7 @@ def command(
     from gimcli.cli.arguments import changed
     from gimcli.cli.outputs import read
     from gimcli.library.convert import MODEL_FILE, convert, target_of
+    from gimcli.library.load import decided
 
     chosen = to or (MODEL_FILE if out is None else target_of(out))
     mechanism = changed(read(model), changes)
@@ -52,6 +53,8 @@ def command(
         from gimcli.library.assembled import assembled
 
         mechanism = assembled(mechanism, assembly)
+    else:
+        mechanism = decided(mechanism)
     found = convert(mechanism, chosen)
     if out is not None:
         found.save(out)

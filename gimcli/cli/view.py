@@ -11,6 +11,7 @@ import typer
 
 from gimcli.cli.arguments import MODEL, NONE, Assembly, ModelPath, Set, Steps, assignments
 from gimcli.cli.measures import QUANTITIES, MeasureOption, PlotOption, print_measures
+from gimcli.errors import UsageError
 
 SERVER = "Server"
 
@@ -69,8 +70,11 @@ def _serve(
 ) -> None:
     from gimcli.cli.console import note, printable
     from gimcli.cli.progress import end_bars, progress_bar
+    from gimcli.library.load import is_address
     from gimcli.view.view import served
 
+    if is_address(model):
+        raise UsageError("an address does not change: write its model file with `gim convert` and view that")
     values = assignments(changes)
     with served(
         Path(model), values, assembly, port, settings, lambda text: note(printable(text)), progress_bar

@@ -77,7 +77,10 @@ class LiveModel:
         if not self.path.is_file():
             load(self.path)
         try:
-            self._show_motion(self._solved(progress))
+            first = self._solved(progress)
+            for sentence in first.result.mechanism.left_out if first.result else ():
+                self.note(sentence)
+            self._show_motion(first)
         except UsageError:
             raise
         except GimError as error:

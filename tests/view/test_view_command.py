@@ -80,3 +80,7 @@ def test_a_port_in_use_is_refused(tmp_path):
 )
 def test_what_no_saving_could_correct_ends_it(words, code):
     refused("view", *words, "--no-browser", "--port", "0", code=code)
+
+
+def test_an_address_is_refused():
+    assert "gim convert" in refused("view", "https://example.org/?q=1")
