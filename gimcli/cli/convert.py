@@ -45,11 +45,7 @@ def command(
 
     chosen = to or (MODEL_FILE if out is None else target_of(out))
     mechanism = changed(read(model), changes)
-    if not assembly:
-        from gimcli.library.load import decided
-
-        mechanism = decided(mechanism)
-    else:
+    if assembly:
         from gimcli.library.assembled import assembled
 
         mechanism = assembled(mechanism, assembly)
