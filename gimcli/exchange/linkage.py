@@ -11,8 +11,8 @@ import re
 
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import GROUND, Draft, free_name
-from gimcli.exchange.linkage_motion import LinkageDrive, LinkageInputs
 from gimcli.exchange.linkage_parts import LinkageParts, LinkPart, PinPart, read_parts
+from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
 from gimcli.exchange.tags import read_tags
 
 PROGRAM = "Linkage"
@@ -221,22 +221,20 @@ class _Linkage:
     def _add_inputs(self) -> None:
         turns = [c for c in self._mechanism() if c.input]
         actuators = [link for link in self.parts.links if link.actuator and link.mechanism]
-        motion = LinkageInputs()
+        motion = RepeatedMotion(PROGRAM)
         for connector in turns:
             body = next((own for link in connector.links if self._turns(link) and (own := self.body.get(link))), "")
             if not body:
                 self.draft.left_out.append(f"input {connector.name} is left out: it turns no link")
                 continue
             name = "motor" if len(turns) == 1 else f"motor_{connector.name}"
-            motion.add(name, LinkageDrive.of_connector(connector))
-            self.draft.rotary(name, self.names[connector], body, law=motion.laws[name])
+            self.draft.rotary(name, self.names[connector], body, law=motion.add(name, _motor(connector)))
         for link in actuators:
             if len(link.connectors) != 2 or any(c not in self.names for c in link.connectors):
                 raise link.own.refused(f"is an actuator with {len(link.connectors)} connectors; it needs 2")
             name = free_name(link.name, self.draft.travels)
-            motion.add(name, LinkageDrive.of_actuator(link, self.scale))
             a, b = (self.names[c] for c in link.connectors)
-            self.draft.linear(name, a, b, law=motion.laws[name])
+            self.draft.linear(name, a, b, law=motion.add(name, _actuator(link, self.scale)))
         self.draft.duration = motion.complete()
         self.draft.left_out += motion.left_out
 
@@ -247,3 +245,18 @@ class _Linkage:
         if drawn:
             what = "drawing element" if len(drawn) == 1 else "drawing elements"
             self.draft.left_out.append(f"{len(drawn)} {what} left out: lines, text or measurements")
+
+
+def _motor(connector: PinPart) -> RepeatedInput:
+    """Return the input of a motor: clockwise if its rate is positive."""
+    speed, limit = -6.0 * connector.rpm, connector.limit_angle
+    if limit <= 0.0:
+        return RepeatedInput(speed, connector.manual)
+    return RepeatedInput.between(speed, limit, connector.start_offset, manual=connector.manual)
+
+
+def _actuator(link: LinkPart, scale: float) -> RepeatedInput:
+    """Return the input of an actuator: it shortens first if its rate is negative."""
+    a, b = (c.place for c in link.connectors)
+    stroke = scale * abs(abs(b - a) / 2.0 if link.throw is None else link.throw)
+    return RepeatedInput.between(stroke * link.cpm / 30.0, stroke, link.start_offset * scale, manual=link.manual)

@@ -51,6 +51,7 @@ FORMATS: tuple[ForeignFormat, ...] = (
     ForeignFormat("PMKS+", "pmks_plus"),
     ForeignFormat("Linkage", "linkage"),
     ForeignFormat("Pyslvs", "pyslvs"),
+    ForeignFormat("pylinkage", "pylinkage"),
 )
 """All formats; content is offered to them in this order."""
 
