@@ -16,6 +16,7 @@ from gimcli import __version__
 from gimcli.cli.help import Command
 from gimcli.cli.plain_values import taking_plain_values
 from gimcli.cli.progress import end_bars, progress_bar
+from gimcli.cli.settings_folder import provide_settings_folder
 from gimcli.errors import GimError, UsageError
 
 GROUPS: dict[str, dict[str, str]] = {
@@ -166,9 +167,18 @@ def _stop(number: int, frame: FrameType | None) -> None:
     sys.exit(128 + number)
 
 
+def _open_streams() -> None:
+    """Discard what is printed to a standard stream that is closed, as by `2>&-`."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+
+
 def main() -> None:
     """Run the command line and exit with the status that the manual lists."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the matrices are small: more threads only wait for each other
+    _open_streams()
+    provide_settings_folder()
     signal.signal(signal.SIGTERM, _stop)
     try:
         app(prog_name="gim")

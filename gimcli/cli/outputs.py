@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, nullcontext, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -13,7 +13,7 @@ import typer
 from gimcli.cli.arguments import NONE, changed
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing
 from gimcli.cli.progress import DRAWING, end_bars, progress_bar
-from gimcli.errors import UsageError
+from gimcli.errors import OutputError, UsageError
 from gimcli.output import format_of, refuse_unwritable
 
 if TYPE_CHECKING:
@@ -91,6 +91,7 @@ class Outputs:
         drawing: Drawing = NO_OPTIONS,
     ) -> None:  # fmt: skip
         named = _named(csv, ("table",), "--csv") + _named(png, ("picture",), "--png")
+        self.chosen = bool(out or named)
         asked = [*out, *named] or ["./"] * writes
         self.model, self.as_json = model, as_json
         self.files = result.destinations(asked, stem_of(model), picture, more)
@@ -98,6 +99,8 @@ class Outputs:
             raise UsageError(
                 "-o - and --json both use standard output: write the table to a file, such as -o table.csv"
             )
+        if self.files.stdout and sys.__stdout__ is None:
+            raise OutputError("-o -: standard output is closed; write the table to a file, such as -o table.csv")
         self.written: list[Path] = []
         self.options: PictureOptions | None = None
         if drawing:
@@ -125,7 +128,7 @@ class Outputs:
         `every` configuration is wanted.
         """
         mechanism = read(self.model)
-        self.files.refuse(mechanism.files)
+        self._refuse(mechanism.files)
         mechanism = changed(mechanism, changes)
         if not assembly:
             from gimcli.library.load import decided
@@ -134,6 +137,13 @@ class Outputs:
         from gimcli.library.assembled import assembled
 
         return assembled(mechanism, assembly, at, tolerance=tolerance, progress=progress_bar)
+
+    def _refuse(self, read: Iterable[Path]) -> None:
+        """Refuse files that cannot be written; where the user chose no folder, name the option."""
+        try:
+            self.files.refuse(read)
+        except OutputError as refused:
+            raise refused if self.chosen else OutputError(f"{refused} (-o FOLDER)") from None
 
     def write(self, result: Result) -> None:
         """Write the result's files, and its table to standard output if asked."""

@@ -11,7 +11,8 @@ caller).
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from stat import S_ISVTX, S_IWGRP, S_IWOTH
@@ -123,9 +124,7 @@ def user_folder(name: str) -> Path | None:
     """
     import tempfile
 
-    cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    user = str(os.getuid()) if hasattr(os, "getuid") else "user"
-    for base in (Path(cache) / "gimcli", Path(tempfile.gettempdir()) / f"gimcli-{user}"):
+    for base in _base_folders():
         try:
             for folder in (*reversed(base.parents), base, base / name):
                 folder.mkdir(exist_ok=True, mode=0o700)
@@ -136,6 +135,17 @@ def user_folder(name: str) -> Path | None:
         except OSError:
             continue
     return None
+
+
+def _base_folders() -> Iterator[Path]:
+    """Yield the folders in which the cache may be: in the user's cache, and in the folder of temporary files."""
+    import tempfile
+
+    cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    if os.path.isabs(cache):  # a user without a home folder has "~"
+        yield Path(cache) / "gimcli"
+    with suppress(OSError):  # no folder for temporary files
+        yield Path(tempfile.gettempdir()) / f"gimcli-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
 
 
 def _is_private(folder: Path) -> bool:

@@ -37,17 +37,25 @@ LONGEST = 255
 def require_ezdxf(path: Path) -> None:
     """Raise OutputError if ezdxf is not installed."""
     try:
-        import ezdxf  # noqa: F401
+        _ezdxf()
     except ImportError:
         raise OutputError(f"{path}: DXF files need ezdxf; run: pip install 'gimcli[dxf]'") from None
 
 
-def write_dxf(content: Geometry, path: Path | str) -> None:
-    """Write shapes in true size, each layer with its name; the same content always gives the same bytes."""
+def _ezdxf() -> Any:
+    """Import ezdxf, without its warning where its cache of fonts cannot be written."""
+    import logging
+
+    logging.getLogger("ezdxf").addHandler(logging.NullHandler())
     import ezdxf
 
+    return ezdxf
+
+
+def write_dxf(content: Geometry, path: Path | str) -> None:
+    """Write shapes in true size, each layer with its name; the same content always gives the same bytes."""
     with _undated():
-        drawing = ezdxf.new(RELEASE, units=UNITS[content.unit])
+        drawing = _ezdxf().new(RELEASE, units=UNITS[content.unit])
         drawing.header["$MEASUREMENT"] = 0 if content.unit in IMPERIAL else 1
         space, curves = drawing.modelspace(), 0
         for own, name in zip(layer_names(content.layers), content.layers, strict=True):
