@@ -9,7 +9,7 @@ FOLDER = "matplotlib"
 
 
 def provide_settings_folder() -> None:
-    """Let matplotlib use a folder in our cache if it cannot write to its own, as without a home folder.
+    """Let matplotlib use a folder in our cache if it cannot write to its own, as a user without own folders.
 
     Otherwise it would warn in each run, and search for fonts again.
     """
@@ -24,11 +24,11 @@ def provide_settings_folder() -> None:
 
 def _usual_folders() -> list[str]:
     """Return the folders of matplotlib's settings and of its cache."""
-    home = os.path.expanduser("~")
+    own = os.path.expanduser("~")
     if not sys.platform.startswith(("linux", "freebsd")):
-        return [os.path.join(home, ".matplotlib")]
+        return [os.path.join(own, ".matplotlib")]
     usual = {"XDG_CONFIG_HOME": ".config", "XDG_CACHE_HOME": ".cache"}
-    return [os.path.join(os.environ.get(name) or os.path.join(home, own), FOLDER) for name, own in usual.items()]
+    return [os.path.join(os.environ.get(name) or os.path.join(own, part), FOLDER) for name, part in usual.items()]
 
 
 def _can_be_written(folder: str) -> bool:

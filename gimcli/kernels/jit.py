@@ -142,7 +142,7 @@ def _base_folders() -> Iterator[Path]:
     import tempfile
 
     cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    if os.path.isabs(cache):  # a user without a home folder has "~"
+    if os.path.isabs(cache):  # a user without own folders has "~"
         yield Path(cache) / "gimcli"
     with suppress(OSError):  # no folder for temporary files
         yield Path(tempfile.gettempdir()) / f"gimcli-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
