@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 TIME = -1
 """The curve is a function of the time [s], not of an input."""
+NO_MEMBER = NO_NODE = -1
+"""The part belongs to a node, not to a member; or to a member, not to a node."""
 
 
 class LoadCurve(Protocol):
@@ -26,27 +28,32 @@ class LoadCurve(Protocol):
 
 @dataclass(frozen=True)
 class Inertia:
-    """Mass, centre of mass, and moment of inertia about the centre of mass, of a member."""
+    """Mass, centre of mass, and moment of inertia about the centre of mass, of a member; or a point mass at a node.
 
-    member: int
+    A point mass belongs to the pin of its node, not to a member.
+    """
+
+    member: int  # NO_MEMBER for a point mass
     mass: float  # kg
     moment: float  # kg m^2
     centre: complex  # in the member's own frame, normal frame
     stated: bool = True  # whether the file gives the moment of inertia; if not, it is 0
+    node: int = NO_NODE  # of a point mass
 
 
 @dataclass(frozen=True)
 class AppliedLoad:
-    """A force at a point of a member, or a torque on a member, multiplied by a curve if there is one."""
+    """A force at a point of a member or at a node, or a torque on a member, multiplied by a curve if there is one."""
 
     name: str
-    member: int
+    member: int  # NO_MEMBER for a force at a node
     point: complex  # in the member's own frame, normal frame
     force: complex = 0.0j  # N; in the member's own frame if `follows`, else in the fixed frame
     torque: float = 0.0  # N m
     follows: bool = False
     curve: LoadCurve | None = field(default=None, repr=False)
     over: int = TIME  # argument of the curve: the time, or the value of the actuator of this number
+    node: int = NO_NODE  # of a force on the pin of a node
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gimcli.dynamic_data import AppliedLoad
+from gimcli.dynamic_data import NO_NODE, AppliedLoad, Inertia
 from gimcli.dynamics.kinematic_history import travel_along
 from gimcli.kernels.reduction import Acting
 from gimcli.mechanism import FRAME, FloatArray, Input, IntArray, Mechanism
@@ -44,15 +44,13 @@ def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Actin
     rubs, rub = _pivots(mechanism)
     efforts = {r.actuator: r.effort for r in dynamics.releases}
     motors = [(first + k, _angle(mechanism.actuators[k])) for k in released]
-    masses = [
-        (*_local(mechanism, i.member, i.centre), i.mass, i.moment, _square(mechanism, i.member)) for i in inertias
-    ]
+    masses = [(*_local(mechanism, i, i.centre), i.mass, i.moment, _size_of(mechanism, i)) for i in inertias]
     return Acting(
         metre,
-        _ints([_arm(mechanism, i.member)[:2] for i in inertias], 2),
+        _ints([_arm_of(mechanism, i) for i in inertias], 2),
         _floats(masses, 5),
         np.array([dynamics.gravity.real, dynamics.gravity.imag]),
-        _ints([(*_arm(mechanism, load.member)[:2], int(load.follows)) for load in loads], 3),
+        _ints([(*_arm_of(mechanism, load), int(load.follows)) for load in loads], 3),
         _floats([_load(mechanism, load) for load in loads], 6),
         _ints(springs, 2),
         _floats([(s.stiffness, s.free) for s in dynamics.springs], 2),
@@ -92,12 +90,21 @@ def _pivots(mechanism: Mechanism) -> tuple[list[tuple[int, ...]], list[tuple[flo
 
 
 def _load(mechanism: Mechanism, load: AppliedLoad) -> tuple[float, ...]:
-    member = mechanism.members[load.member]
     force = load.force
     if load.follows:  # the kernel multiplies by the arm, not by a unit vector
-        force /= member.ends[2]
-    z = _local(mechanism, load.member, load.point) if not load.torque else (0.0, 0.0)
-    return (*z, force.real, force.imag, load.torque, _square(mechanism, load.member))
+        force /= mechanism.members[load.member].ends[2]
+    z = _local(mechanism, load, load.point) if not load.torque else (0.0, 0.0)
+    return (*z, force.real, force.imag, load.torque, _size_of(mechanism, load))
+
+
+def _arm_of(mechanism: Mechanism, part: Inertia | AppliedLoad) -> tuple[int, int]:
+    """Return the nodes of the arm that carries the point of a part; of a part at a node, this node twice."""
+    return _arm(mechanism, part.member) if part.node == NO_NODE else (part.node, part.node)
+
+
+def _size_of(mechanism: Mechanism, part: Inertia | AppliedLoad) -> float:
+    """Return the square of the length of the arm, by which angular rates are divided."""
+    return _square(mechanism, part.member) if part.node == NO_NODE else 1.0
 
 
 def _angle(gauge: Input) -> int:
@@ -114,8 +121,10 @@ def _square(mechanism: Mechanism, index: int) -> float:
     return 1.0 if index == FRAME else float(abs(mechanism.members[index].ends[2]) ** 2)
 
 
-def _local(mechanism: Mechanism, index: int, local: complex) -> tuple[float, float]:
-    member = mechanism.members[index]
+def _local(mechanism: Mechanism, part: Inertia | AppliedLoad, local: complex) -> tuple[float, float]:
+    if part.node != NO_NODE:
+        return 0.0, 0.0
+    member = mechanism.members[part.member]
     z = (local - complex(member.shape[0])) / member.ends[2]
     return z.real, z.imag
 

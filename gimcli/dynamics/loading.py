@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.dynamic_data import TIME, AppliedLoad, Inertia
+from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia
 from gimcli.dynamics.kinematic_history import Course, Turns, carried, reading, travel_along, turning, unit_of
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Statics
@@ -90,14 +90,35 @@ class _Loader:
         self.found.support += force
         self.found.support_moment += (place.conj() * force).imag
 
+    def _act(self, part: Inertia | AppliedLoad, place: ComplexArray, force: ComplexArray) -> None:
+        """Apply a force to the member of a part at a point, or to the pin of its node."""
+        if part.node != NO_NODE:
+            self._pin(part.node, force)
+        else:
+            self._push(self.statics.body_of_member[part.member], place, force)
+
+    def _body(self, part: Inertia) -> int:
+        """Return the body with a mass; the pin of a node belongs to its first member."""
+        statics = self.statics
+        return statics.body_of_member[part.member] if part.node == NO_NODE else statics.body_of_pin[part.node]
+
+    def _carried(self, part: Inertia | AppliedLoad, local: complex) -> ComplexArray:
+        """Return position, velocity and acceleration of the point of a part (3, rows)."""
+        if part.node != NO_NODE:
+            return np.asarray(self.course.nodes[:, part.node])
+        return carried(self.mechanism, self.course.nodes, part.member, local)
+
     # -- kinds ------------------------------------------------------------------------------------
 
     def _inertia(self, inertia: Inertia) -> None:
         found, metre, mass = self.found, self.metre, inertia.mass
-        body = self.statics.body_of_member[inertia.member]
-        place, speed, gain = carried(self.mechanism, self.course.nodes, inertia.member, inertia.centre)
-        omega, alpha = turning(self.mechanism, self.course, inertia.member)
+        body, (place, speed, gain) = self._body(inertia), self._carried(inertia, inertia.centre)
+        omega, alpha = np.zeros((2, len(place)))
         inertial = mass * metre * gain
+        if inertia.node == NO_NODE:
+            omega, alpha = turning(self.mechanism, self.course, inertia.member)
+        else:
+            found.pins[inertia.node] = found.pins.get(inertia.node, 0.0) - inertial
         found.inertia_force[body] += inertial
         spin = inertia.moment / metre * alpha
         found.inertia_moment[body] += (self._arm(body, place).conj() * inertial).imag + spin
@@ -107,7 +128,7 @@ class _Loader:
         found.kinetic_rate += metre * (speed.conj() * inertial).real + inertia.moment * omega * alpha
         if self.dynamics.gravity:
             weight = np.full(len(place), mass * self.dynamics.gravity)
-            self._push(body, place, weight)
+            self._act(inertia, place, weight)
             self._outside(place, weight)
             found.power["gravity"] += metre * (speed.conj() * weight).real
             found.potential -= metre * (place.conj() * weight).real
@@ -123,11 +144,11 @@ class _Loader:
             self.found.support_moment += torque / self.metre
             self.found.power["load"] += torque * turning(mechanism, self.course, load.member)[0]
             return
-        place, speed = carried(mechanism, nodes[:2], load.member, load.point)
+        place, speed, _ = self._carried(load, load.point)
         force = (
             load.force * (unit_of(mechanism, nodes[0], load.member) if load.follows else np.ones(len(place))) * factor
         )
-        self._push(self.statics.body_of_member[load.member], place, force)
+        self._act(load, place, force)
         self._outside(place, force)
         self.found.power["load"] += self.metre * (speed.conj() * force).real
 

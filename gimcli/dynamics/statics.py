@@ -49,7 +49,7 @@ class Pin:
     node: int
     members: tuple[int, ...]
     first: int
-    loaded: bool  # sliding pairs, actuators, springs or dampers are attached to the pin itself
+    loaded: bool  # sliding pairs, actuators, springs, dampers, masses or loads are attached to the pin itself
 
 
 @dataclass(frozen=True)
@@ -139,6 +139,8 @@ class _StaticsBuilder:
         rows = (*mechanism.pairs, *mechanism.actuators, *mechanism.gauges)
         attached = [n for row in rows for n in self._ends(row)]
         self.attached = set(attached)
+        inertias, loads = mechanism.dynamics.inertias, mechanism.dynamics.loads
+        self.loaded = self.attached | {one.node for one in inertias} | {load.node for load in loads}
         self.reactions: list[Reaction] = []
         self.on_pins: set[int] = set()
         self.body_of_member = {k: k - 1 for k in range(1, len(mechanism.members))} | {FRAME: NONE}
@@ -173,7 +175,7 @@ class _StaticsBuilder:
         for member in members[1:]:
             for z in (1.0 + 0.0j, 1.0j):
                 self._add(Reaction(PUSH, body[member], body[members[0]], node, node, Vector(z)))
-        return Pin(node, tuple(members), first, node in self.attached)
+        return Pin(node, tuple(members), first, node in self.loaded)
 
     def _row(self, row: PairRow) -> int:
         """Add the reaction of a constraint or an actuator: a couple, a force between nodes, or one on a guide."""

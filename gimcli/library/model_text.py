@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gimcli.dynamic_data import NO_NODE
 from gimcli.errors import ModelError, UsageError
 from gimcli.library.assembled import measured
 from gimcli.library.rounding import input_value
@@ -158,7 +159,7 @@ def _dimensions(mechanism: Mechanism, unit: float) -> dict[str, ComplexArray]:
         found[f"the line or angle of {row.name}"] = [row.point * unit, row.normal, row.arm, row.reference]
     for point in mechanism.points:
         found[f"point {point.name}"] = [point.local * unit]
-    for inertia in dynamics.inertias:
+    for inertia in (one for one in dynamics.inertias if one.node == NO_NODE):
         found[f"the centre of mass of {mechanism.members[inertia.member].name}"] = [inertia.centre * unit]
     for load in dynamics.loads:
         found[f"load {load.name}"] = [load.point * unit]

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from gimcli.model.bearers import check_bearer
 from gimcli.model.check_inputs import check_nodes
 from gimcli.model.check_laws import check_reach
 from gimcli.model.check_places import check_place
 from gimcli.model.nearest import near
 from gimcli.model.pairs import used_nodes
 from gimcli.model.references import References
-from gimcli.model.schema import Actuator, Damper, Effort, Gauge, Load, Spring
+from gimcli.model.schema import Actuator, Damper, Effort, Gauge, Load, Mass, Spring
 from gimcli.model.source import Where
 from gimcli.model.tables import read_table
 
 
 def check_dynamics(refs: References) -> None:
     """Record the errors in the dynamic sections of the model."""
-    for name in refs.model.masses:
-        refs.member(("masses", name), name, key=True)
+    for name, mass in refs.model.masses.items():
+        _check_mass(refs, ("masses", name), name, mass)
     for name, load in refs.model.loads.items():
         _check_load(refs, ("loads", name), load)
     for name, spring in refs.model.springs.items():
@@ -31,15 +32,25 @@ def check_dynamics(refs: References) -> None:
         _check_free_input(refs, ("actuators", name), actuator)
 
 
+def _check_mass(refs: References, where: Where, name: str, mass: Mass) -> None:
+    node = check_bearer(refs, where, name, key=True)
+    for key in sorted({"inertia", "centre"} & mass.given) if node is not None else ():
+        text = f"`{key}` is of a member, '{name}' is a node with a point mass; remove `{key}`, or name a member"
+        refs.fault((*where, key), text, key=True)
+
+
 def _check_load(refs: References, where: Where, load: Load) -> None:
     kinds = ("force", "follower", "torque")
     given = [kind for kind in kinds if getattr(load, kind) is not None]
+    node = check_bearer(refs, (*where, "on"), load.on)
     if len(given) != 1:
         refs.lack(where, kinds, f"load '{where[1]}' needs either `force` or `torque` (or `follower`)")
-    elif given != ["torque"]:
-        check_place(refs, where, load, "force")
-    if given == ["torque"] or len(given) != 1:
-        refs.member((*where, "on"), load.on)
+    elif node is not None:
+        for key in (key for key in (*kinds[1:], "at", "local") if getattr(load, key) is not None):
+            text = f"`{key}` is of a member, '{load.on}' is a node, which takes a `force`; remove it, or name a member"
+            refs.fault((*where, key), text, key=True)
+    elif given != ["torque"] and load.on in ("ground", *refs.every):
+        check_place(refs, where, load, "force", known=True)
     if load.table is not None:
         _check_table(refs, (*where, "table"), load.table, "time" if load.over == "time" else "input")
         if load.over != "time" and load.over not in refs.model.actuators:

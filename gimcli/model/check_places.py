@@ -14,9 +14,8 @@ def check_drawn(refs: References, where: Where, nodes: list[str]) -> None:
         refs.fault(where, f"nodes {a} and {b} coincide and define no direction; move one")
 
 
-def check_place(refs: References, where: Where, part: Tracer | Load, what: str) -> None:
-    """Check the member and the coordinates of a point or force (`what`)."""
-    known = refs.member((*where, "on"), part.on)
+def check_place(refs: References, where: Where, part: Tracer | Load, what: str, known: bool) -> None:
+    """Check the coordinates of a point or force (`what`) on a member, which is `known` if it exists."""
     if (part.at is None) == (part.local is None):
         refs.lack(where, ("at", "local"), f"{what} '{where[1]}' needs either `at` (initial coordinates) or `local`")
     elif known and part.at is not None and part.on != "ground":

@@ -2,9 +2,21 @@
 
 from __future__ import annotations
 
-from gimcli.dynamic_data import TIME, AppliedLoad, DampingForce, DrivingEffort, Friction, Inertia, Release, SpringForce
+from gimcli.dynamic_data import (
+    NO_MEMBER,
+    NO_NODE,
+    TIME,
+    AppliedLoad,
+    DampingForce,
+    DrivingEffort,
+    Friction,
+    Inertia,
+    Release,
+    SpringForce,
+)
 from gimcli.mechanism import FRAME, HEIGHT, Dynamics, Input, PairRow
 from gimcli.model import schema
+from gimcli.model.bearers import node_of
 from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.laws import Sampled
 from gimcli.model.tables import read_table
@@ -20,7 +32,7 @@ class DynamicsCompiler:
         )  # fmt: skip
         self.slides = [row for row in pairs if row.kind == HEIGHT]
         self.actuators, self.turn = actuators, own.turn
-        self.read, self.place = own.quantity, own.point
+        self.read, self.place, self.drawn = own.quantity, own.point, own.drawn
         self.number = {m.name: k for k, m in enumerate(self.members)} | {"ground": FRAME}
         self.gauges: list[Input] = []
 
@@ -41,17 +53,24 @@ class DynamicsCompiler:
         return dynamics, tuple(self.gauges)
 
     def _inertia(self, name: str, mass: schema.Mass) -> Inertia:
+        own, known = mass.mass * KILOGRAMS[self.model.units.mass], mass.inertia is not None
+        if (node := node_of(self.model, name)) is not None:
+            index, place, number = self._at(node)
+            return Inertia(index, own, 0.0, place, node=number)
         member = self.members[self.number[name]]
         if mass.centre is None:
             centre = complex(member.shape.mean())
         else:
             centre = self.place(name, schema.Tracer(on=name, local=mass.centre)).local
-        own, known = mass.mass * KILOGRAMS[self.model.units.mass], mass.inertia is not None
         return Inertia(self.number[name], own, mass.inertia or 0.0, centre, known)
 
     def _load(self, name: str, load: schema.Load) -> AppliedLoad:
-        member, point, force = self.number[load.on], 0.0j, complex(*(load.force or load.follower or (0.0, 0.0)))
-        if load.torque is None:
+        force, turning = complex(*(load.force or load.follower or (0.0, 0.0))), load.follower is not None
+        if (node := node_of(self.model, load.on)) is not None:
+            member, point, number = self._at(node)
+        else:
+            member, point, number = self.number[load.on], 0.0j, NO_NODE
+        if load.torque is None and node is None:
             point = self.place(name, schema.Tracer(on=load.on, at=load.at, local=load.local)).local
         curve, over = None, TIME
         if load.table is not None:
@@ -60,7 +79,14 @@ class DynamicsCompiler:
                 over = list(self.model.actuators).index(load.over)
                 at = [value * self._unit(self.actuators[over]) for value in at]
             curve = Sampled(at, factor)
-        return AppliedLoad(name, member, point, force, load.torque or 0.0, load.follower is not None, curve, over)
+        return AppliedLoad(name, member, point, force, load.torque or 0.0, turning, curve, over, number)
+
+    def _at(self, node: str) -> tuple[int, complex, int]:
+        """Return the member of a part at a node, its point of the member, and the node; a fixed one has no node."""
+        number = self.nodes.index(node)
+        if number in self.members[FRAME].nodes:
+            return FRAME, complex(self.drawn[number]), NO_NODE
+        return NO_MEMBER, 0.0j, number
 
     def _unit(self, actuator: Input) -> float:
         return self.turn if actuator.rotary else 1.0 / self.scale

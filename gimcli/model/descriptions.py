@@ -18,9 +18,9 @@ FILE = {
     "points": "Points fixed to a member, by name; they do not change the solution",
     "trace": "Points and nodes in the results; default: all points, or every moving node if there are no points",
     "duration": "Time of the whole motion [s]; default 1",
-    "masses": "Mass of each member, by the member's name",
+    "masses": "Masses of members, and point masses at nodes, by the name of the member or node: a number or a mapping",
     "gravity": "Acceleration of gravity [m/s^2], [x, y] in the frame; default [0, 0]",
-    "loads": "Forces and torques on members, by name",
+    "loads": "Forces on members and nodes, and torques on members, by name",
     "springs": "Springs between two nodes, along a guide or about a pivot, by name",
     "dampers": "Viscous dampers between two nodes, along a guide or about a pivot, by name",
     "friction": "Viscous friction of pairs, by node [N m s/rad] or sliding pair [N s/m]",
@@ -120,7 +120,7 @@ PARTS = {
         "x towards its second node, y to the left; default: mean of its nodes",
     },
     "Load": {
-        "on": "Member on which the load acts",
+        "on": "Member or node on which the load acts; a node takes a `force` only",
         "member": "Another word for `on`",
         "at": "Point of application, initial coordinates [x, y] (file's unit of length)",
         "local": "Point of application [x, y] in the member's own frame (file's unit of length): origin at its first "

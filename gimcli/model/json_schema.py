@@ -53,6 +53,8 @@ def json_schema() -> dict[str, Any]:
     for key in ("polynomial", "table"):
         parts["Law"]["properties"][key] = parts["Profile"]["properties"][key]
     parts["Actuator"]["properties"]["effort"] = {"anyOf": [{"type": ["number", "string"]}, {"$ref": "#/$defs/Effort"}]}
+    mass = {"anyOf": [{"type": ["number", "string"]}, {"$ref": "#/$defs/Mass"}]}
+    schema["properties"]["masses"]["additionalProperties"] = mass
     for part in ("Tracer", "Load"):
         own = parts[part]
         own["properties"] = {"on": own["properties"]["on"], "member": own["properties"]["on"], **own["properties"]}

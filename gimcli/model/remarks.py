@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from gimcli.model.bearers import fixed
 from gimcli.model.pairs import used_nodes
 from gimcli.model.schema import Load, Model
 from gimcli.model.source import Where
@@ -106,7 +107,7 @@ def _dynamics(model: Model) -> Iterator[Remark]:
 
 def _masses(model: Model) -> Iterator[Remark]:
     for name, mass in model.masses.items():
-        if name in ("ground", model.ground.member):
+        if fixed(model, name):
             yield Remark(("masses", name), f"the mass of {name} has no effect: the frame does not move; remove it")
         elif not mass.mass and not mass.inertia:
             yield Remark(("masses", name), f"the mass of {name} is 0 and has no effect: give a mass, or remove it")
@@ -114,7 +115,7 @@ def _masses(model: Model) -> Iterator[Remark]:
 
 def _load(model: Model, name: str, load: Load) -> Iterator[Remark]:
     where = ("loads", name)
-    if load.on in ("ground", model.ground.member):
+    if fixed(model, load.on):
         yield Remark(where, f"load {name} has no effect: it acts on the frame; name a moving member")
     elif not any([*(load.force or ()), *(load.follower or ()), load.torque or 0.0]):
         yield Remark(where, f"load {name} is 0 and has no effect: give a force or a torque, or remove it")

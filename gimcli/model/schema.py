@@ -249,7 +249,7 @@ class Tracer(Part):
 class Mass(Part):
     """Mass (file's unit), moment of inertia about the centre of mass [kg m^2], and the centre of mass.
 
-    `centre` is [x, y] in the member's own frame, as `local` of a point.
+    `centre` is [x, y] in the member's own frame, as `local` of a point. A mass at a node is a point mass.
     """
 
     mass: float = POSITIVE
@@ -258,7 +258,7 @@ class Mass(Part):
 
 
 class Load(Part):
-    """A force [N] at a point of a member, or a torque [N m] on it; a table gives a factor that multiplies it.
+    """A force [N] at a point of a member or at a node, or a torque [N m]; a table gives a factor that multiplies it.
 
     `force` keeps its direction in the frame, `follower` turns with the member. `over` names the first column of the
     table: `time` [s] or an actuator (its value in the file's unit).
@@ -341,6 +341,9 @@ def long_form(data: dict[str, Any]) -> dict[str, Any]:
         if isinstance(result.get(section), dict):
             items = result[section].items()
             result[section] = {k: {"nodes": v} if isinstance(v, list) else v for k, v in items}
+    if isinstance(result.get("masses"), dict):
+        items = result["masses"].items()
+        result["masses"] = {k: {"mass": v} if isinstance(v, int | float | str) else v for k, v in items}
     for section in ("points", "loads"):
         if isinstance(result.get(section), dict):
             result[section] = {k: _long_carried(v) for k, v in result[section].items()}

@@ -68,7 +68,7 @@ def expected(where: Where, kind: str, got: Any, limits: dict[str, Any]) -> str:
 
 
 def written(source: Source, where: Where) -> Where:
-    """Return the path of a part as it is in the file: short forms have no `nodes`, `profile` and `constant`.
+    """Return the path of a part as it is in the file: short forms have no `nodes`, `profile`, `constant` and `mass`.
 
     The key `on` has the word that the file uses for it.
     """
@@ -78,7 +78,7 @@ def written(source: Source, where: Where) -> Where:
         words = (word for word in MEMBER_WORDS if (*where[:2], word) in source.values)
         return (*where[:2], next(words, "on"))
     for k, part in enumerate(where):
-        if part in ("nodes", "profile", "constant") and where[: k + 1] not in source.values:
+        if part in ("nodes", "profile", "constant", "mass") and where[: k + 1] not in source.values:
             return written(source, (*where[:k], *where[k + 1 :]))
     return where
 

@@ -112,7 +112,7 @@ class LoadArrow:
 
 @dataclass(frozen=True)
 class CentreOfMass:
-    """The centre of mass of a member."""
+    """The centre of mass of a member, or a point mass."""
 
     at: Anchor
 
@@ -270,7 +270,8 @@ class Scene:
     @cached_property
     def centres(self) -> tuple[CentreOfMass, ...]:
         """The centres of mass."""
-        return tuple(CentreOfMass(self.on(i.member, i.centre)) for i in self.mechanism.dynamics.inertias if i.mass)
+        inertias = [i for i in self.mechanism.dynamics.inertias if i.mass]
+        return tuple(CentreOfMass(Anchor(i.node) if i.node >= 0 else self.on(i.member, i.centre)) for i in inertias)
 
     def extent(self, shown: Sequence[int] | None = None) -> ComplexArray:
         """Return points that a picture of all poses, or of those with the numbers `shown`, must contain."""
@@ -397,7 +398,8 @@ class Scene:
             centre = self.on(load.member, complex(self.mechanism.members[load.member].shape.mean()))
             return LoadArrow(load.name, centre, torque=float(np.sign(load.torque)))
         force = load.force / largest * (self._own(load.member) if load.follows else 1.0)
-        return LoadArrow(load.name, self.on(load.member, load.point), force, load.follows)
+        at = Anchor(load.node) if load.node >= 0 else self.on(load.member, load.point)
+        return LoadArrow(load.name, at, force, load.follows)
 
 
 def _widest_gap(taken: Sequence[complex]) -> complex:
