@@ -261,7 +261,7 @@ def turned(angle, shift):
             z = complex(*place) * e + by
             return [z.real, z.imag]
 
-        data["nodes"] = {k: turn(v, shift) for k, v in data["nodes"].items()}
+        data["nodes"] = {k: turn(v, shift) if isinstance(v, list) else v for k, v in data["nodes"].items()}
         data["gravity"] = turn(data["gravity"])
         data["loads"]["push"]["force"] = turn(data["loads"]["push"]["force"])
         by = angle if data["units"].get("angle") == "rad" else math.degrees(angle)

@@ -15,6 +15,8 @@ from bundled import MODELS
 
 NAMES = sorted(path.stem for path in MODELS.glob("*.yaml"))
 LAWS = []
+PLACED = {"four_bar_lengths": {"A": (30.642, 25.712), "B": (143.190, 67.340)}}
+"""Nodes without coordinates in the file: from the angles 40 and 57.325 deg of its source."""
 
 
 # --- an own reader of model files ------------------------------------------------------------------------
@@ -23,7 +25,8 @@ LAWS = []
 @cache
 def read(model):
     spec = yaml.safe_load((MODELS / f"{model}.yaml").read_text())
-    spec["nodes"] = {name: complex(*xy) for name, xy in spec["nodes"].items()}
+    placed = PLACED.get(model, {})
+    spec["nodes"] = {name: complex(*placed.get(name, xy)) for name, xy in spec["nodes"].items()}
     for kind in ("links", "elements"):
         for name, value in spec.get(kind, {}).items():
             spec[kind][name] = value if isinstance(value, dict) else {"nodes": value}
@@ -208,6 +211,7 @@ def transmission_angles(a, b, c, d):
 
 
 @law("crank_rocker")
+@law("four_bar_lengths", motor=(0, 360))
 def four_bar(m):
     yield freudenstein(m, 40, 120, 80, 100), 0
     mu = abs(angle((m.xy("A") - m.xy("B")) / (m.xy("O4") - m.xy("B"))))
@@ -220,6 +224,7 @@ def four_bar(m):
 
 
 @law("crank_rocker", 1, motor=(40, 41))
+@law("four_bar_lengths", 1)
 def norton_example_4_1(m):
     """Printed: theta3 20.298, theta4 57.325 deg."""
     yield angle(m.xy("B") - m.xy("A"))[0], 20.297882788196475

@@ -62,8 +62,10 @@ def test_the_scale_is_a_power_of_two_and_the_size_about_1(path):
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
 def test_initial_positions_convert_back_to_the_files_coordinates(path):
     mechanism = load(path)
-    places = np.array([complex(*xy) for xy in read_source(path).data["nodes"].values()])
-    assert np.max(np.abs(mechanism.to_file(mechanism.drawn) - places)) <= 4e-16 * np.max(np.abs(places))
+    data = read_source(path).data["nodes"]
+    given = [k for k, xy in enumerate(data.values()) if isinstance(xy, list)]  # the others have no coordinates
+    places = np.array([complex(*xy) for xy in data.values() if isinstance(xy, list)])
+    assert np.max(np.abs(mechanism.to_file(mechanism.drawn)[given] - places)) <= 4e-16 * np.max(np.abs(places))
 
 
 def test_values_of_actuators_convert_back_to_the_files_units(compiled):

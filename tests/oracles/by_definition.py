@@ -19,7 +19,7 @@ class Definition:
     """The constraints of a file's data."""
 
     def __init__(self, data):
-        self.nodes = {str(n): complex(*z) for n, z in data["nodes"].items()}
+        self.nodes = {str(n): complex(*z) for n, z in data["nodes"].items() if isinstance(z, list)}
         ground = data["ground"]
         self.held = ground.get("member") if isinstance(ground, dict) else None
         self.ground = [] if self.held else list(ground["nodes"] if isinstance(ground, dict) else ground)

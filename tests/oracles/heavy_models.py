@@ -42,7 +42,8 @@ def weighted(path, change=None):
         data.setdefault("units", {})
         if data["units"].get("length") == "unit":
             data["units"]["length"] = "m"
-        size = float(np.ptp(np.array(list(data["nodes"].values()), dtype=float), axis=0).max())
+        given = [xy for xy in data["nodes"].values() if isinstance(xy, list)]
+        size = float(np.ptp(np.array(given, dtype=float), axis=0).max())
         metre = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254}.get(data["units"].get("length", "m"), 1.0)
         data["units"]["mass"] = "kg"
         names = [*data.get("links", {}), *data.get("elements", {})]

@@ -51,6 +51,10 @@ def read(name):
         return spec
     spec = numbers(yaml.load((FILES[0].parent / f"{name}.yaml").read_text(), Loader=yaml.BaseLoader))
     assert spec["units"]["angle"] == "deg"
+    placed = load(FILES[0].parent / f"{name}.yaml")
+    for node, z in zip(placed.nodes, placed.to_file(placed.drawn), strict=True):
+        if not isinstance(spec["nodes"][node], list):
+            spec["nodes"][node] = [z.real, z.imag]  # without coordinates in the file
     for kind in ("links", "elements"):
         parts = spec.setdefault(kind, {})
         for part, value in parts.items():
