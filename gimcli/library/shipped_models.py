@@ -13,8 +13,8 @@ from gimcli.errors import OutputError, UsageError
 
 THEMES = {
     "Four-bars and slider-cranks": (
-        "crank_rocker", "double_crank", "parallelogram", "parallelogram_third_crank", "antiparallelogram",
-        "galloway_kite", "slider_crank", "scotch_yoke", "elliptic_trammel", "gim_fig13a",
+        "crank_rocker", "four_bar_lengths", "double_crank", "parallelogram", "parallelogram_third_crank",
+        "antiparallelogram", "galloway_kite", "slider_crank", "scotch_yoke", "elliptic_trammel", "gim_fig13a",
     ),
     "Quick return": ("crank_shaper", "whitworth"),
     "Straight lines and copied curves": (
