@@ -28,7 +28,7 @@ def command(
         str,
         typer.Option(
             "--to", metavar="FORMAT", rich_help_panel=OUTPUT,
-            help="yaml (model file), pmks (PMKS text) or pmks+ (an address); by default that of -o, else yaml.",
+            help="yaml (model file), pmks (PMKS text), pmks+ (an address), pmks+file; default: that of -o, else yaml.",
         ),
     ] = "",
     out: Annotated[

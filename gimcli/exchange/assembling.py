@@ -88,7 +88,7 @@ class Assembling:
             body, carrier = carrier, GROUND
         guide = self._guide(slot, node, carrier, direction)
         part: dict[str, Any] = {"node": node}
-        if body and len(self.bodies[body]) > 1:
+        if body and (len(self.bodies[body]) > 1 or self._needed(body)):
             part = {"nodes": [node, self._second(node, body, direction)]}
         own = free_name(slot.name, self.prismatic)
         self.prismatic[own] = {**part, "guide": guide}
@@ -96,6 +96,15 @@ class Assembling:
         if abs(offset) > max(self.draft.resolution, 1e-9 * self.size):
             self.prismatic[own]["offset"] = offset
         self.guides[slot.name] = [own, *guide]
+
+    def _needed(self, body: str) -> bool:
+        """Return whether the direction of a body of one joint matters: it carries a slot, a tracer or an input."""
+        draft = self.draft
+        return (
+            any(slot.carrier == body for slot in draft.slots)
+            or any(owner == body for owner, _ in draft.tracers.values())
+            or any(body in (turn.body, turn.reference) for turn in draft.turns)
+        )
 
     def _guide(self, slot: DraftSlot, node: str, carrier: str, direction: complex) -> list[str]:
         """Return two nodes of the carrier along the line of sliding; add them where there are none."""

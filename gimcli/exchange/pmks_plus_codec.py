@@ -155,8 +155,8 @@ def flags_text(flags: list[bool]) -> str:
 def digest(text: str) -> str:
     """Return the check of a text: 32 bits by Fowler, Noll and Vo (FNV-1a), in base 62."""
     value = 2166136261
-    for character in text:
-        value = (value ^ ord(character)) * 16777619 & 0xFFFFFFFF
+    for unit in _units(text):
+        value = (value ^ unit) * 16777619 & 0xFFFFFFFF
     found = ""
     for _ in range(DIGEST_LENGTH):
         value, digit = divmod(value, len(CHECK_DIGITS))
@@ -164,9 +164,18 @@ def digest(text: str) -> str:
     return found
 
 
+def _units(text: str) -> memoryview:
+    """Return the units of 16 bits that PMKS+ counts as characters."""
+    return memoryview(text.encode("utf-16-le", "surrogatepass")).cast("H")
+
+
+def _length_digit(body: str) -> str:
+    return CHECK_DIGITS[len(_units(body)) % len(CHECK_DIGITS)]
+
+
 def stamped(body: str) -> str:
     """Return a body with the character for its length and the digest."""
-    checked = body + CHECK_DIGITS[len(body) % len(CHECK_DIGITS)]
+    checked = body + _length_digit(body)
     return checked + DIGEST_MARK + digest(checked)
 
 
@@ -178,7 +187,7 @@ def checked_body(text: str, source: str) -> str:
     text, mark, found = text.partition(DIGEST_MARK)
     if mark and found != digest(text):
         raise damaged.error("the address is damaged: its digest does not match")
-    if len(text) < 2 or text[-1] != CHECK_DIGITS[(len(text) - 1) % len(CHECK_DIGITS)]:
+    if len(text) < 2 or text[-1] != _length_digit(text[:-1]):
         raise damaged.error("the address is damaged or truncated: its length does not match")
     return text[:-1]
 

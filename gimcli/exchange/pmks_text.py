@@ -17,7 +17,10 @@ from urllib.parse import unquote
 
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import Draft
+from gimcli.exchange.drawn_linkage import DrawnLinkage
 from gimcli.exchange.pmks_joints import MOST_JOINTS, PROGRAM, TYPES, PmksJoint, PmksSpeed, draft_of_joints
+from gimcli.exchange.pmks_rows import PmksRows
+from gimcli.exchange.pose import DrawnPose
 
 ADDRESS = re.compile(r"https?://", re.IGNORECASE)
 MECHANISM = re.compile(r"[?&]mech=", re.IGNORECASE)
@@ -175,3 +178,14 @@ def _marks(words: list[str]) -> list[bool]:
     else:
         marks = [sign in "tT+" for sign in (words[0][:4] if words else "")]
     return marks + [False] * (4 - len(marks))
+
+
+# -- writing --------------------------------------------------------------------------------------
+
+
+def write(pose: DrawnPose) -> str:
+    """Return the text of a mechanism; `pose.left_out` gets sentences about what PMKS has not.
+
+    Raises ModelError for several inputs, of which PMKS has one.
+    """
+    return PmksRows(DrawnLinkage(pose, PROGRAM)).text()

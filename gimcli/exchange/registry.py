@@ -45,10 +45,12 @@ class ForeignFormat(NamedTuple):
 
 
 FORMATS: tuple[ForeignFormat, ...] = (
-    ForeignFormat("PMKS", "pmks_text"),
+    ForeignFormat("PMKS text", "pmks_text", writes="pmks", suffix=".txt"),
     ForeignFormat("PMKS JSON", "pmks_json"),
     ForeignFormat("PMKS+ of 2020-2023", "pmks_plus_v0"),
     ForeignFormat("PMKS+", "pmks_plus"),
+    ForeignFormat("PMKS+ address", "pmks_plus_writer", reads=False, writes="pmks+"),
+    ForeignFormat("PMKS+ file", "pmks_plus_file", reads=False, writes="pmks+file", suffix=".pmks"),
     ForeignFormat("Linkage", "linkage"),
     ForeignFormat("Pyslvs", "pyslvs"),
     ForeignFormat("pylinkage", "pylinkage"),

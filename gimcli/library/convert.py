@@ -27,7 +27,7 @@ def target_of(path: Path) -> str:
     """Return the word for `to` that the suffix of a file stands for; raise UsageError for another suffix."""
     from gimcli.exchange.registry import FORMATS
 
-    known = {suffix: MODEL_FILE for suffix in SUFFIXES} | {form.suffix: form.writes for form in FORMATS if form.writes}
+    known = {suffix: MODEL_FILE for suffix in SUFFIXES} | {form.suffix: form.writes for form in FORMATS if form.suffix}
     if path.suffix.lower() not in known:
         raise UsageError(f"{path}: expected one of the formats {', '.join(known)}, got '{path.suffix}'")
     return known[path.suffix.lower()]
@@ -61,7 +61,8 @@ def convert(mechanism: Mechanism, to: str = MODEL_FILE) -> Conversion:
 
     Args:
         mechanism: from `load` or `loads`, which also read files of other programs.
-        to: "yaml" (a model file), "pmks" (PMKS text) or "pmks+" (an address that opens the mechanism in PMKS+).
+        to: "yaml" (a model file), "pmks" (PMKS text), "pmks+" (an address that opens the mechanism in PMKS+) or
+            "pmks+file" (a file that PMKS+ opens).
 
     Returns:
         A Conversion: `.text`, `.left_out`, `.save(path)`.

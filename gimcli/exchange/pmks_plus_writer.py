@@ -1,0 +1,286 @@
+"""PMKS+: the drawing of a mechanism, and the address that opens it in PMKS+."""
+
+from __future__ import annotations
+
+import cmath
+import math
+import re
+from urllib.parse import quote
+
+from gimcli.dynamic_data import AppliedLoad
+from gimcli.exchange.draft import GROUND
+from gimcli.exchange.drawn_linkage import PIECE, DrawnLinkage, DrawnSlot
+from gimcli.exchange.pmks_joints import letter
+from gimcli.exchange.pmks_plus import CLOCKWISE, GRAVITY, INERTIAS, NO_GRAVITY, POUND, POUND_FORCE, PROGRAM
+from gimcli.exchange.pmks_plus_codec import THOUSANDTHS, PlusDocument, PlusForce, PlusJoint, PlusLink, text_of
+from gimcli.exchange.pose import DrawnPose
+from gimcli.mechanism import FRAME
+from gimcli.structure.mobility import drawn_mobility
+
+SITE = "https://app.pmksplus.com/?"
+SAFE = "-_.~*,"
+"""Characters that stand in addresses as they are, besides letters and digits."""
+METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "km": 1e3, "in": 0.0254, "ft": 0.3048, "unit": 1e-2}
+UNITS = (0.0254, 1e-2, 1.0)
+"""Lengths of the units of PMKS+ [m]: inches, centimetres, metres."""
+KILOGRAMS = (POUND, 1e-3, 1.0)
+EXACT = 1e-9
+"""Largest error of a number that counts as exact, relative to the size of the mechanism."""
+SCALE, LINEAR = 0.7, 5.0
+"""Settings of PMKS+: the size of its symbols, and the speed of sliding inputs [length/s]."""
+FURTHEST = 1e9
+"""Largest coordinate; numbers of PMKS+ are exact up to 2^53 thousandths."""
+
+
+def write(pose: DrawnPose) -> str:
+    """Return the address of a mechanism; `pose.left_out` gets sentences about what PMKS+ has not."""
+    return SITE + quote(drawing_text(pose), safe=SAFE)
+
+
+def drawing_text(pose: DrawnPose) -> str:
+    """Return the text of a drawing, the part of an address behind the question mark."""
+    return text_of(PlusDrawing(DrawnLinkage(pose, PROGRAM)).document)
+
+
+class PlusDrawing:
+    """The document of a drawn linkage."""
+
+    def __init__(self, drawn: DrawnLinkage) -> None:
+        self.drawn, self.mechanism = drawn, drawn.mechanism
+        self.left_out = drawn.pose.left_out
+        self.document = PlusDocument()
+        self._unit()
+        self.joints: dict[str, PlusJoint] = {}
+        for name, place in drawn.places.items():
+            self._joint(name, place)
+        self._apart()
+        for slot in drawn.slots:
+            self._slot(slot)
+        self.links: dict[str, PlusLink] = {}
+        for body in self._ordered():
+            if len(drawn.bodies[body]) > 1:
+                self._link(body, drawn.bodies[body])
+        self._turns()
+        self._dynamics()
+        self._settings()
+        used = {name for joints in drawn.bodies.values() for name in joints}
+        self.document.joints = [joint for name, joint in self.joints.items() if self._shown(name, used)]
+        self.document.links = list(self.links.values())
+
+    # -- units ----------------------------------------------------------------------------------
+
+    def _unit(self) -> None:
+        """Choose the unit of length: that of the model if it has all digits, else centimetres or inches."""
+        unit = self.mechanism.length_unit
+        own = {"in": 0, "ft": 0, "m": 2, "km": 2}.get(unit, 1)
+        metre = METRES[unit]
+        if own == 2 and not self._exact(round(metre / UNITS[2], 12)):
+            own = 1
+        self.unit, self.factor = own, round(metre / UNITS[own], 12)
+        if unit == "unit":
+            self.left_out.append(f"{PROGRAM} has no lengths without a unit; they are written as centimetres")
+        if not self._exact(self.factor):
+            shown = ("inches", "centimetres", "metres")[own]
+            self.left_out.append(f"{PROGRAM} has three decimals: coordinates are rounded to 0.001 {shown}")
+            found = drawn_mobility(self.mechanism)
+            if found is not None and found.redundant:
+                text = "it moves at its exact dimensions only, and rounded ones may lock it"
+                self.left_out.append(f"the mechanism has redundant constraints: {text}")
+        if max(abs(place) for place in self.drawn.places.values()) * self.factor > FURTHEST:
+            raise self.drawn.refusal(f"the coordinates are too large for {PROGRAM}")
+
+    def _exact(self, factor: float) -> bool:
+        """Return whether thousandths hold all coordinates."""
+        error = 0.0
+        for place in self.drawn.places.values():
+            for value in (place.real * factor * THOUSANDTHS, place.imag * factor * THOUSANDTHS):
+                error = max(error, abs(value - round(value)) / THOUSANDTHS)
+        return error <= EXACT * self.drawn.size * factor
+
+    # -- joints and slots -----------------------------------------------------------------------
+
+    def _shown(self, name: str, used: set[str]) -> bool:
+        """Return whether a joint is written: ground nodes only if a link or a slot needs them."""
+        ids = {one for link in self.links.values() for one in link.joints}
+        return name in used and (self.joints[name].id in ids or self.joints[name].slides)
+
+    def _joint(self, name: str, place: complex) -> PlusJoint:
+        own = letter(len(self.joints))
+        z = place * self.factor
+        joint = PlusJoint(own, _plain(name), z.real, z.imag, fixed=name in self.drawn.bodies[GROUND])
+        joint.traced = name in self.mechanism.traced
+        self.joints[name] = joint
+        return joint
+
+    def _added(self, name: str, place: complex, *bodies: str) -> PlusJoint:
+        """Add a joint that the mechanism has no node for."""
+        own = self.drawn.joint(name, place, *bodies)
+        return self._joint(own, place)
+
+    def _slot(self, slot: DrawnSlot) -> None:
+        """Let a joint slide along a line; a pin that is also something else gets a slider beside it."""
+        drawn = self.drawn
+        bodies = drawn.bodies_at(slot.joint)
+        joint = self.joints[slot.joint]
+        turned = any(turn.joint == slot.joint for turn in drawn.turns)
+        if joint.slides or joint.fixed or turned or (slot.body and bodies != [slot.body]):
+            body = slot.body or bodies[0]
+            if body == GROUND:
+                body = self._frame(slot.joint, slot.direction)
+            beside = PIECE * drawn.size * slot.direction if slot.body not in ("", GROUND) else 0.0
+            joint = self._added(f"{slot.joint} slide", drawn.places[slot.joint] + beside, body)
+        elif slot.body and len(drawn.bodies[slot.body]) < 2:
+            self._added(f"{slot.joint} end", drawn.places[slot.joint] + PIECE * drawn.size * slot.direction, slot.body)
+        joint.slides, joint.welded = True, bool(slot.body)
+        self._line(slot, joint)
+        if slot.travel is not None:
+            joint.driven, joint.speed = True, drawn.speed(slot.travel) * self.factor
+
+    def _frame(self, joint: str, direction: complex) -> str:
+        """Add a bar that is fixed by two pins of the ground, which a moving link slides over; return it."""
+        frame = self.drawn.body(f"frame at {joint}")
+        for end in (direction, -direction):
+            pin = self._added(f"{joint} pin", self.drawn.places[joint] + PIECE * self.drawn.size * end, frame)
+            pin.fixed = True
+        return frame
+
+    def _line(self, slot: DrawnSlot, joint: PlusJoint) -> None:
+        """Set the line of a slider: an angle on the ground, or two joints of its carrier."""
+        place = complex(joint.x, joint.y) / self.factor
+        if slot.stroke is not None:
+            ends = self._ends(slot, slot.stroke)
+            joint.sealed = True
+        elif slot.carrier == GROUND and _written(cmath.phase(slot.direction)):
+            joint.fixed, joint.angle = True, cmath.phase(slot.direction)
+            return
+        else:
+            reach = 2.5 * PIECE * self.drawn.size * slot.direction
+            ends = self._ends(slot, (place - reach, place + reach))
+        joint.fixed = False
+        joint.slot = (ends[0], ends[1])
+        joint.carrier = slot.carrier
+
+    def _ends(self, slot: DrawnSlot, places: tuple[complex, complex]) -> list[str]:
+        """Return two joints of the carrier along the line; add those that it has not."""
+        found = []
+        for end, place in zip(("from", "to"), places, strict=True):
+            near = [
+                name
+                for name in self.drawn.bodies[slot.carrier]
+                if abs(self.drawn.places[name] - place) <= EXACT * self.drawn.size and not self.joints[name].slides
+            ]
+            if near:
+                found.append(self.joints[near[0]].id)
+            else:
+                found.append(self._added(f"{slot.joint} {end}", place, slot.carrier).id)
+        return found
+
+    # -- links and inputs -----------------------------------------------------------------------
+
+    def _link(self, body: str, joints: list[str]) -> None:
+        ids = [self.joints[name].id for name in joints]
+        places = [complex(self.joints[name].x, self.joints[name].y) for name in joints]
+        own = "".join(ids)
+        if own in {link.id for link in self.links.values()}:
+            own += str(len(self.links))
+        self.links[body] = PlusLink(own, _plain(body), centre=sum(places) / len(places), joints=tuple(ids))
+
+    def _turns(self) -> None:
+        """Set the turning inputs, and the names of carriers, which are known now."""
+        for joint in self.joints.values():
+            if joint.carrier:
+                joint.carrier = self._carrier(joint)
+        for turn in self.drawn.turns:
+            joint = self.joints[turn.joint]
+            joint.driven, joint.speed = True, self.drawn.speed(turn.actuator)
+
+    def _apart(self) -> None:
+        """Let the pin of an input join two links only: further links get a pin of their own at its place."""
+        for turn in self.drawn.turns:
+            further = [b for b in self.drawn.bodies_at(turn.joint) if b not in (turn.body, turn.reference)]
+            if not further:
+                continue
+            for body in further:
+                self.drawn.bodies[body].remove(turn.joint)
+            own = self._added(f"{turn.joint} pin", self.drawn.places[turn.joint], turn.reference, *further)
+            own.fixed = turn.reference == GROUND
+
+    def _ordered(self) -> list[str]:
+        """Return the bodies, each input's reference before the body that it turns: PMKS+ takes them in this order."""
+        order = [body for body in self.drawn.bodies if body != GROUND]
+        for turn in self.drawn.turns:
+            if turn.reference != GROUND and order.index(turn.body) < order.index(turn.reference):
+                order.remove(turn.body)
+                order.insert(order.index(turn.reference) + 1, turn.body)
+        return order
+
+    def _carrier(self, joint: PlusJoint) -> str:
+        if joint.carrier == GROUND:
+            frame = PlusLink("".join(joint.slot), f"guide of {joint.name}", joints=joint.slot)
+            places = [complex(one.x, one.y) for one in self.joints.values() if one.id in joint.slot]
+            frame.centre = sum(places) / len(places)
+            self.links[f"{GROUND} {joint.id}"] = frame
+            return frame.id
+        return self.links[joint.carrier].id
+
+    # -- masses and forces ----------------------------------------------------------------------
+
+    def _dynamics(self) -> None:
+        own = self.mechanism.dynamics
+        if own.empty:
+            return
+        names = self.drawn.names
+        for inertia in own.inertias:
+            if inertia.member == FRAME:
+                continue
+            link = self.links[names[inertia.member]]
+            link.mass = inertia.mass / KILOGRAMS[self.unit]
+            link.inertia = inertia.moment / INERTIAS[self.unit]
+            link.centre = self.drawn.at(inertia.member, inertia.centre) * self.factor
+        for load in own.loads:
+            self._load(load.name, load)
+        if own.springs or own.dampers or own.frictions:
+            self.left_out.append("springs, dampers and friction are left out")
+        if own.inertias and own.gravity and abs(own.gravity + 1j * GRAVITY) > 1e-3 * GRAVITY:
+            self.left_out.append(f"{PROGRAM} has a gravity of {GRAVITY:g} m/s^2 downwards, not that of the model")
+
+    def _load(self, name: str, load: AppliedLoad) -> None:
+        if load.member == FRAME:
+            return
+        if load.torque or load.curve is not None:
+            text = "it is a torque" if load.torque else "it has a table"
+            self.left_out.append(f"the load {name} is left out: {text}")
+            return
+        force = load.force * (self.drawn.turned[load.member] if load.follows else 1.0)
+        size = abs(force) / (POUND_FORCE if self.unit == 0 else 1.0)
+        if not size:
+            return
+        start = self.drawn.at(load.member, load.point) * self.factor
+        end = start + force / abs(force) * PIECE * self.drawn.size * self.factor
+        own = f"F{len(self.document.forces) + 1}"
+        link = self.links[self.drawn.names[load.member]].id
+        self.document.forces.append(PlusForce(own, link, _plain(name), start, end, size, load.follows))
+
+    def _settings(self) -> None:
+        self.drawn.note_laws(cylinders=True)
+        speeds = [joint.speed for joint in self.joints.values() if joint.driven and not joint.slides]
+        first = speeds[0] if speeds else 10.0
+        flags = [False] * 9
+        flags[CLOCKWISE] = first < 0.0
+        flags[3] = flags[4] = flags[7] = True  # the grid and the forces are shown
+        flags[NO_GRAVITY] = bool(self.mechanism.dynamics.inertias) and not self.mechanism.dynamics.gravity
+        force, system = (0, 0) if self.unit == 0 else (1, self.unit)
+        self.document.flags = flags
+        self.document.decimals = [SCALE, LINEAR]
+        self.document.integers = [float(round(abs(first))), 0.0]
+        self.document.enums = [self.unit, 0 if self.mechanism.angle_unit == "deg" else 1, force, system]
+
+
+def _plain(name: str) -> str:
+    """Return a name without the characters that separate fields and records."""
+    return re.sub(r"[,.*~?#&%+]+", "_", name)
+
+
+def _written(angle: float) -> bool:
+    """Return whether thousandths hold an angle [rad]."""
+    return abs(angle * THOUSANDTHS - round(angle * THOUSANDTHS)) <= EXACT * math.pi
