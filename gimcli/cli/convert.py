@@ -17,7 +17,10 @@ HELP = (
     " other-programs`); addresses are decoded, never fetched. Without -o the text is printed. Every command also takes"
     " such a file or address in place of a model file."
 )
-EXAMPLES = ("gim convert models/crank_rocker.yaml --set crank.length=35 -o changed.yaml",)
+EXAMPLES = (
+    "gim convert models/crank_rocker.yaml --set crank.length=35 -o changed.yaml",
+    "gim convert models/crank_rocker.yaml --to pmks+",
+)
 
 
 def command(
