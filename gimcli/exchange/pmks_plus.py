@@ -12,12 +12,11 @@ from urllib.parse import unquote
 
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import GROUND, BodyLoad, BodyMass, Draft, free_name
-from gimcli.exchange.pmks_plus_codec import PlusDocument, PlusForce, PlusJoint, document_of
+from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, PlusForce, PlusJoint, document_of
 from gimcli.exchange.pmks_plus_entries import apply_entries
 from gimcli.exchange.pmks_plus_links import PlusStructure
 
 PROGRAM = "PMKS+"
-HEAD = re.compile(r"[0-9A-Za-z_-]{1,4}\.[0-9A-Za-z_,-]{1,99}\.[0-9A-Za-z_,-]{1,99}\.[0-9A-Za-z_-]{0,9}\.")
 ADDRESS = re.compile(r"https?://[^\s?]*pmks[^\s?]*\?", re.IGNORECASE)
 NEWER = "pmks2:"
 

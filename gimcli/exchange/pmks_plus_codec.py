@@ -10,6 +10,7 @@ Source: PMKS+ (2023-2026), its classes StringTranscoder, BaseNConverter, FlagPac
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeVar
@@ -18,6 +19,8 @@ from gimcli.errors import ModelError
 
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 CHECK_DIGITS = DIGITS[:62]
+HEAD = re.compile(r"[0-9A-Za-z_-]{1,4}\.[0-9A-Za-z_,-]{1,99}\.[0-9A-Za-z_,-]{1,99}\.[0-9A-Za-z_-]{0,9}\.")
+"""The settings at the start of a text."""
 DIGEST_LENGTH, DIGEST_MARK = 6, "*"
 THOUSANDTHS = 1000
 LONGEST_NUMBER = 14

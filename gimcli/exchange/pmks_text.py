@@ -19,6 +19,7 @@ from gimcli.errors import ModelError
 from gimcli.exchange.draft import Draft
 from gimcli.exchange.drawn_linkage import DrawnLinkage
 from gimcli.exchange.pmks_joints import MOST_JOINTS, PROGRAM, TYPES, PmksJoint, PmksSpeed, draft_of_joints
+from gimcli.exchange.pmks_plus_codec import HEAD
 from gimcli.exchange.pmks_rows import PmksRows
 from gimcli.exchange.pose import DrawnPose
 
@@ -53,6 +54,8 @@ def recognises(text: str) -> bool:
     lines = [line for line in text.splitlines()[:MOST_JOINTS] if line.strip()]
     if any(_address(line) for line in lines):
         return True
+    if HEAD.match(text.strip()):  # the text of a PMKS+ address
+        return False
     rows = sum(1 for line in lines if _is_row(line[:1000]))
     return rows > 0 and 2 * rows >= sum(1 for line in lines if not HEADER.match(line))
 

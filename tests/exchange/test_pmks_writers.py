@@ -152,8 +152,10 @@ def test_an_address_keeps_thousandths(name):
 
 
 def test_a_file_has_what_the_address_has_behind_the_question_mark():
-    m = gimcli.load("crank_rocker")
-    assert gimcli.convert(m, "pmks+file").text.strip() == payload_of(gimcli.convert(m, "pmks+").text)
+    m = gimcli.load("crank_rocker")  # which has a point P, as the types of PMKS text are named
+    text = gimcli.convert(m, "pmks+file").text
+    assert text.strip() == payload_of(gimcli.convert(m, "pmks+").text)
+    assert draft_of(text, "a.pmks").program == PROGRAM
 
 
 def test_masses_forces_and_units_come_back():
