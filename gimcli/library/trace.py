@@ -266,9 +266,14 @@ class MotionTraceResult(TraceResult):
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
+        why: dict[str, Any] = {}
+        if not self.complete:
+            from gimcli.library.unassembled import motion_reason
+
+            why = {"reason": motion_reason(self.motion)}
         return {
             "steps": self.found.steps, "solved": self.solved, "residual": self.worst, "reachable": self.reachable,
-            "events": self.events, "status": self.motion.overall.word, "points": self.points,
+            "events": self.events, "status": self.motion.overall.word, **why, "points": self.points,
             **self.measured,
         }  # fmt: skip
 

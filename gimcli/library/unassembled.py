@@ -44,6 +44,8 @@ def reason(mechanism: Mechanism, status: Status, inputs: FloatArray, tried: Coll
 
     tried: what need not be advised any more, "all" (configurations) and "random" (coordinates).
     """
+    if status is Status.LIMIT and (gap := Unassembled(mechanism, inputs).certain_gap()):
+        return f"{gap}; {status.text}"
     if status is not Status.NOT_ASSEMBLED:
         return status.text
     return "; ".join(Unassembled(mechanism, inputs).sentences(tried))
@@ -78,8 +80,17 @@ class Unassembled:
         yield gap
         yield from self._late_start()
         yield from self._where_it_closes()
-        if any(isinstance(s, Dyad) and s.branch != NONE for s in self.plan.steps[: self.failed]):
+        if self._after_a_choice:
             yield from (text for what, text in OTHERS.items() if what not in tried)
+
+    def certain_gap(self) -> str:
+        """Return what cannot meet in every configuration, and by how much; "" if that is not known."""
+        return "" if self._after_a_choice else self._gap() or ""
+
+    @property
+    def _after_a_choice(self) -> bool:
+        """Whether a node that was placed before has two places, of which the other one has not been tried."""
+        return any(isinstance(step, Dyad) and step.branch != NONE for step in self.plan.steps[: self.failed])
 
     # -- the step that fails --------------------------------------------------------------------
 

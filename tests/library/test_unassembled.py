@@ -104,3 +104,10 @@ def test_no_advice_leads_back_to_all_configurations():
     text = gimcli.load("platform_3rrr").written.source.text.replace("[B0, C0], length: 6", "[B0, C0], length: 1")
     assert "solve --all" in words(text)
     assert "solve --all" not in words(text, tried=["all"])
+
+
+def test_a_limit_says_what_cannot_reach():
+    mechanism = gimcli.loads(FOUR.format(crank=30, rod=20, rocker=20, law="from: 0, to: 360"))
+    text = reason(mechanism, Status.LIMIT, mechanism.value_from_file(0, 90) + 0 * mechanism.start_inputs)
+    assert f"cannot span B-D (58.3095 mm): {math.hypot(30, 50) - 40:.4f} mm too short at motor = 90 deg; " in text
+    assert text.endswith(Status.LIMIT.text)
