@@ -11,6 +11,9 @@ from gimcli.structure.four_bars import FourBar
 from gimcli.structure.loop_types import cross
 from gimcli.structure.mechanism_types import mechanism_type
 
+FLAT = 1e-6
+"""Height of a loop, relative to its size, below which rounding decides whether it is crossed."""
+
 LETTERS = "<U40"
 """Type of an array of types."""
 
@@ -18,14 +21,24 @@ LETTERS = "<U40"
 def four_bar_types(mechanism: Mechanism, tables: FloatTables, z: ComplexArray) -> NDArray[np.str_]:
     """Return the Grashof type of the first four-bar loop in each design, in the words of `gim check`.
 
-    `z` (designs, nodes) is a position of each design; it distinguishes antiparallelograms.
+    `z` (designs, nodes) is a position of each design; it distinguishes antiparallelograms. Where all links are in line,
+    the initial coordinates do.
     """
     loop = next(one.loop for one in mechanism_type(mechanism, mechanism.drawn).loops if one.four_bar)
     a, b, c, d = (joint.node for joint in loop.joints)
     ends = (d, a), (a, b), (b, c), (c, d)
     lengths = np.stack([_lengths(mechanism, tables, link, *e, z) for link, e in zip(loop.links, ends, strict=True)], 1)
-    kinds = [_kind(row, z[k, [d, a, b, c]]) for k, row in enumerate(lengths.tolist())]
+    corners = z[:, [d, a, b, c]]
+    corners[_flat(corners)] = mechanism.drawn[[d, a, b, c]]
+    kinds = [_kind(row, own) for row, own in zip(lengths.tolist(), corners, strict=True)]
     return np.array(kinds, dtype=LETTERS)
+
+
+def _flat(corners: ComplexArray) -> NDArray[np.bool_]:
+    """Return whether the corners (designs, 4) of each loop are on one line."""
+    reach = corners - corners[:, :1]
+    far = reach[np.arange(len(reach)), np.argmax(np.abs(reach), axis=1)]
+    return np.asarray(np.all(np.abs((reach * far[:, None].conj()).imag) <= FLAT * np.abs(far[:, None]) ** 2, axis=1))
 
 
 def _kind(lengths: list[float], corners: ComplexArray) -> str:

@@ -9,6 +9,7 @@ import time
 from collections import Counter
 from contextlib import suppress
 from multiprocessing import active_children
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from in_process import gim, ran, refused
 import gimcli
 from gimcli.errors import UsageError
 from gimcli.families import sweep_job, workers
+from gimcli.families.four_bar_type import four_bar_types
 from gimcli.families.sweep_job import SweepJob
 from gimcli.library import sweep as library
 
@@ -92,6 +94,17 @@ def test_types_of_random_lengths(model, tmp_path):
         assert abs(types[name] / count - share) < 4.0 * (share * (1.0 - share) / count) ** 0.5
     assert done["solved"] == types["double-crank"] + types["crank-rocker"]
     assert done["solved_one_by_one"] < 0.01 * count
+
+
+@pytest.mark.parametrize("height", [3e-15, -3e-15])
+def test_the_initial_coordinates_decide_where_all_links_are_in_line(height):
+    """Rounding puts the coupler of a folded parallelogram above or below the frame."""
+    mechanism = gimcli.loads(FOUR_BAR).with_({"crank.length": 3.0})
+    corners = {"O": 0.0, "G": 4.0, "A": 3.0 + 1j * height, "B": 7.0 - 5j * height}
+    z = np.array([[corners[name] for name in mechanism.nodes]])
+    shapes = np.concatenate([member.shape for member in mechanism.members])
+    tables = SimpleNamespace(shapes=np.stack((shapes.real, shapes.imag), axis=1)[None])
+    assert four_bar_types(mechanism, tables, (z - mechanism.origin) / mechanism.scale).tolist() == ["parallelogram"]
 
 
 def test_types_are_those_of_check(model):
