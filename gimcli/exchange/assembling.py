@@ -30,6 +30,7 @@ class Assembling:
         self.size = max(
             abs(a - b) for a in (_corner(points, min), points[0]) for b in (_corner(points, max), points[0])
         )
+        self.reach = float(f"{REACH * (self.size or 1.0):.0e}")  # one digit: readable coordinates
         self.same = {name: name for name in self.places}
         self._merge()
         self.bodies = {name: list(dict.fromkeys(self.same[j] for j in own)) for name, own in draft.bodies.items()}
@@ -73,7 +74,10 @@ class Assembling:
         return self.ground if carrier == GROUND else self.bodies[carrier]
 
     def _add(self, carrier: str, name: str, place: complex) -> str:
-        """Add a node to a carrier; return its name."""
+        """Add a node to a carrier, unless it has one there; return its name."""
+        for there in self._nodes(carrier):
+            if abs(self.places[there] - place) <= 1e-9 * self.size:
+                return there
         own = free_name(name, self.places)
         self.places[own] = place
         self._nodes(carrier).append(own)
@@ -118,7 +122,7 @@ class Assembling:
             ):
                 forward = ((self.places[b] - self.places[a]) / direction).real > 0.0
                 return [a, b] if forward else [b, a]
-        reach = REACH * (self.size or 1.0) * direction
+        reach = self.reach * direction
         return [self._add(carrier, f"{node}_{end}", here + sign * reach) for end, sign in (("from", -1), ("to", 1))]
 
     def _along(self, vector: complex, direction: complex) -> bool:
@@ -132,7 +136,7 @@ class Assembling:
         for other in self.bodies[body]:
             if other != node and self._along(self.places[other] - here, direction):
                 return other
-        return self._add(body, f"{node}_block", here + REACH * (self.size or 1.0) * direction)
+        return self._add(body, f"{node}_block", here + self.reach * direction)
 
     def _offset(self, node: str, guide: list[str]) -> float:
         a, b = (self.places[n] for n in guide)
