@@ -18,6 +18,8 @@ from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
 PROGRAM = "pylinkage"
 MOST_PARTS = 500
 """Most joints and most links."""
+MOST_PLACES = 3000
+"""Most joints of all links together."""
 NEAR = 1e-6
 """Distance of a sliding joint from its line, relative to the size, and error of an angle [rad], that are rounding."""
 
@@ -58,6 +60,7 @@ class _Mechanism:
         self.names: dict[str, str] = {}
         self.bodies: dict[str, str] = {}
         self.on: dict[str, list[str]] = {ident: [] for ident in self.joints}  # links by joint
+        self.motors = {link.at("motor_joint").text() for link in self.links.values() if link.has("motor_joint")}
 
     def convert(self) -> None:
         """Fill the draft."""
@@ -65,6 +68,8 @@ class _Mechanism:
             for joint in link.at("joints").entries(MOST_PARTS):
                 self._known(joint)
                 self.on[joint.text()].append(ident)
+            if sum(map(len, self.on.values())) > MOST_PLACES:
+                raise link.refused(f"more than {MOST_PLACES} joints of links are too many for one mechanism")
         for ident, joint in self.joints.items():
             if joint.at("type").text("revolute") != "tracker" or self.on[ident]:
                 self.names[ident] = self.draft.joint(joint.at("name").text(ident), self._place(joint))
@@ -102,9 +107,8 @@ class _Mechanism:
         kind = joint.at("type").text("revolute")
         if kind == "tracker":
             return not (joint.at("ref_joint1_id").text() and joint.at("ref_joint2_id").text())
-        if kind == GROUND or any(self.links[link].at("type").text() == GROUND for link in self.on[ident]):
-            return True
-        return any(link.has("motor_joint") and link.at("motor_joint").text() == ident for link in self.links.values())
+        on_ground = any(self.links[link].at("type").text() == GROUND for link in self.on[ident])
+        return kind == GROUND or on_ground or ident in self.motors
 
     def _add_slide(self, ident: str, joint: JsonPart) -> None:
         axis = joint.at("axis").place() if joint.has("axis") else 1.0 + 0j
@@ -125,7 +129,8 @@ class _Mechanism:
                 self.draft.tracers[self._free(joint.at("name").text(ident))] = (GROUND, self._place(joint))
             return
         first, second = (self._known(joint.at(key)) for key in ("ref_joint1_id", "ref_joint2_id"))
-        carriers = [link for link in self.on[first] if link in self.on[second] and link in self.bodies]
+        both = {*self.on[first]} & {*self.on[second]}
+        carriers = [link for link in self.on[first] if link in both and link in self.bodies]
         if not carriers and self._fixed(first) and self._fixed(second):
             body = GROUND
         elif carriers:

@@ -50,14 +50,15 @@ class _Joints:
 
     def convert(self) -> None:
         """Place the joints in an order in which each depends on earlier ones only."""
-        waiting = dict(self.joints)
+        waiting = {name: self._names_of(part) for name, part in self.joints.items()}
         while waiting:
-            ready = [n for n, part in waiting.items() if all(r not in waiting for r in self._names_of(part))]
+            ready = [name for name, earlier in waiting.items() if not any(n in waiting for n in earlier)]
             if not ready:
-                part = next(iter(waiting.values()))
+                part = self.joints[next(iter(waiting))]
                 raise part.refused(f"the joints {', '.join(waiting)[:80]} depend on each other in a circle")
             for name in ready:
-                self._add(name, waiting.pop(name))
+                del waiting[name]
+                self._add(name, self.joints[name])
         self.draft.duration = self.motion.complete()
         self.draft.left_out += self.motion.left_out
 

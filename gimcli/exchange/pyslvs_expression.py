@@ -14,7 +14,10 @@ from gimcli.errors import ModelError
 
 MOST_JOINTS = 500
 MOST_LINKS = 50
-"""Most links of one joint."""
+"""Most links of one joint; ten times as many may be in the whole mechanism."""
+MOST_CHARACTERS = 300_000
+MOST_COLOUR = 10
+"""Most words and signs of a colour."""
 TYPES = ("R", "P", "RP")
 
 _TOKEN = re.compile(r"(?:\s|#[^\n]*+)*+(?:(?P<sign>[\[\](),])|(?P<word>[^\s\[\](),#]+))")
@@ -38,7 +41,12 @@ def joints_of(expression: str, source: str, line: int = 1) -> list[PyslvsJoint]:
 
     Raises ModelError, with the line, for what is no expression.
     """
-    return _Expression(expression, source, line).mechanism()
+    if len(expression) > MOST_CHARACTERS:
+        raise ModelError([f"{source}:{line}: the expression has more than {MOST_CHARACTERS} characters"])
+    joints = _Expression(expression, source, line).mechanism()
+    if len({link for joint in joints for link in joint.links}) > 10 * MOST_LINKS:
+        raise ModelError([f"{source}:{line}: more than {10 * MOST_LINKS} links are too many for one mechanism"])
+    return joints
 
 
 class _Expression:
@@ -168,6 +176,7 @@ class _Expression:
 
     def colour(self) -> None:
         """Go on after a colour: a name, or three numbers in parentheses."""
-        while self.peek() not in ("]", ""):
-            self.take()
+        for _ in range(MOST_COLOUR):
+            if self.peek() not in ("]", ""):
+                self.take()
         self.expect("]")

@@ -13,7 +13,10 @@ from dataclasses import dataclass, field
 from gimcli.errors import ModelError
 
 MOST_TAGS = 50_000
+"""Most tags, with those that end others, comments and other signs '<'."""
 DEEPEST = 20
+LONGEST_TAG = 20_000
+"""Most characters from the name of a tag to its end; pictures are texts between tags."""
 
 _NAME = re.compile(r"[A-Za-z][\w.-]*")
 _ATTRIBUTE = re.compile(
@@ -78,6 +81,9 @@ class _Reading:
                 missing = f"</{self.open[0].name}>" if self.open else "its first tag"
                 raise self.refused(f"the text ends before {missing}: the file is not complete")
             self.move(start)
+            self.tags += 1
+            if self.tags > MOST_TAGS:
+                raise self.refused(f"more than {MOST_TAGS} tags are too many")
             tag = self.next()
             found = found or tag
         return found
@@ -101,9 +107,6 @@ class _Reading:
         return None
 
     def start(self, name: re.Match[str]) -> Tag:
-        self.tags += 1
-        if self.tags > MOST_TAGS:
-            raise self.refused(f"more than {MOST_TAGS} tags are too many")
         tag = Tag(name[0], self.line)
         closed = self.attributes(tag, name.end())
         allowed = self.parents.get(tag.name, ())
@@ -120,7 +123,8 @@ class _Reading:
 
     def attributes(self, tag: Tag, at: int) -> bool:
         """Read the attributes up to the end of a tag; return whether the tag closes itself."""
-        while at < len(self.text):
+        start = at
+        while at < min(len(self.text), start + LONGEST_TAG):
             if match := _ATTRIBUTE.match(self.text, at):
                 value = next((v for v in match.groups()[1:] if v is not None), "")
                 tag.attributes.setdefault(match["key"], _ESCAPE.sub(lambda m: _ESCAPES[m[0]], value))
@@ -132,7 +136,9 @@ class _Reading:
                 break
             else:  # part of a text with quotes
                 at = _end(_WORD.match(self.text, at), at)
-        raise self.refused(f"<{tag.name} has no end ('>'): the file is damaged or not complete")
+        raise self.refused(
+            f"<{tag.name} has no end ('>') within {LONGEST_TAG} characters: the file is damaged or not complete"
+        )
 
     def end(self, name: str) -> None:
         """Close a tag, and those in it whose end is missing."""

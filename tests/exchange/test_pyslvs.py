@@ -126,6 +126,15 @@ def test_a_point_that_is_driven_is_a_joint():
     assert data["elements"]["L1"] == ["Point0", "Point1", "Point2"]
 
 
+def test_the_angle_of_an_input_is_that_of_its_two_joints():
+    text = "M[J[R, P[0, 0], L[ground, L1]], J[R, P[1, 0], L[L1, L2]], J[R, P[0, 9], L[L1, L3]], J[R, P[5, 0], L[L2]]]"
+    data = model_of(read(saved(text, PAIR), "f"))
+    assert data["actuators"]["motor"]["arm"] == "Point1"  # not Point2, which is farther from the pivot
+    slot = "M[J[R, P[0, 0], L[ground, L1]], J[RP, A[0], P[1, 0], L[L1, L2]], J[R, P[5, 0], L[L2, ground]]]"
+    with pytest.raises(gimcli.ModelError, match="a link must join both"):  # Point1 moves along the slot of L1
+        read(saved(slot, PAIR), "f")
+
+
 def test_stored_mechanisms_and_other_data_are_named():
     more = "path:\n  record:\n  - - - 0.0\n      - 1.0\nbackground:\n  background: x\n"
     more += f"storage:\n  second: {ONE_LINE}\n  third: M[]"
