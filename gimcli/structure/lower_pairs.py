@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gimcli.mechanism import FRAME, HEIGHT, SPAN, Mechanism
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, Input, Mechanism
 from gimcli.structure.derived import derived
 from gimcli.structure.rotation import members_of
 from gimcli.structure.sliding_pairs import SlidingPair, sliding_pairs
@@ -68,9 +68,7 @@ class _LowerPairsBuilder:
                 for node in actuator.nodes:
                     self.parts[node].append(ram)
             elif actuator.kind == HEIGHT:
-                block = self._link(actuator.name)
-                self.parts[actuator.node].append(block)
-                self.pairs.append(LowerPair(PRISMATIC, actuator.name, actuator.guide, block, k))
+                self._travel(k, actuator)
         pins = set(range(len(self.links), len(self.links) + self._revolutes()))
         angles = [*((NONE, row) for row in mechanism.pairs), *drivers.items()]
         turns = tuple((k, row.members[0], row.guide) for k, row in angles if row.rotary)
@@ -79,6 +77,13 @@ class _LowerPairsBuilder:
     def _link(self, name: str) -> int:
         self.links.append(name)
         return len(self.links) - 1
+
+    def _travel(self, k: int, actuator: Input) -> None:
+        """Add a driven block on the guide, and a slider on it across the guide: the node may leave the guide's line."""
+        block, across = self._link(actuator.name), self._link(f"{actuator.name} across")
+        self.parts[actuator.node].append(across)
+        self.pairs.append(LowerPair(PRISMATIC, actuator.name, actuator.guide, block, k))
+        self.pairs.append(LowerPair(PRISMATIC, f"{actuator.name} across", block, across))
 
     def _slide(self, pair: SlidingPair) -> None:
         """Add a prismatic pair, and a slider for a pin in a slot."""
