@@ -29,8 +29,16 @@ THEMES = {
         "double_butterfly", "double_butterfly_symmetric", "gim_fig13c", "ten_bar", "innocenti_group", "dixon_k33",
     ),
     "Several inputs and platforms": ("five_bar", "gim_fig11", "platform_3rpr", "platform_3rrr", "floating_hexagon"),
-    "Cylinders and lifts": ("excavator", "scissor_lift"),
-    "Forces and dynamics": ("watt_durango",),
+    "Lifts": ("scissor_lift",),
+    "Forces and dynamics: engines, presses and machine tools": (
+        "engine", "punch", "knuckle_press", "shaper", "pump_jack",
+    ),
+    "Forces and dynamics: cylinders, springs and dampers": (
+        "excavator", "lift_table", "suspension", "hatch", "garage_door", "toggle_clamp",
+    ),
+    "Forces and dynamics: swings, legs, robots, wipers": (
+        "swing", "watt_durango", "strandbeest", "pick_and_place", "wiper",
+    ),
 }  # fmt: skip
 """The models by theme, in the order of the list."""
 

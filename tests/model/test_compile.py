@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from bundled import FILES
+from bundled import EXPLICIT, FILES
 
 from gimcli import load
 from gimcli.mechanism import FRAME
@@ -59,7 +59,7 @@ def test_the_scale_is_a_power_of_two_and_the_size_about_1(path):
     assert abs(complex(mechanism.drawn[mechanism.members[FRAME].nodes[0]])) < 1e-15
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", EXPLICIT, ids=lambda p: p.stem)
 def test_initial_positions_convert_back_to_the_files_coordinates(path):
     mechanism = load(path)
     data = read_source(path).data["nodes"]

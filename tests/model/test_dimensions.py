@@ -129,7 +129,8 @@ def test_every_number_of_every_model_is_a_dimension(model):
 
     def count(part):
         if isinstance(part, dict):
-            return sum(count(one) for key, one in part.items() if key != "tolerances")
+            with_unit = str(part.get("rate", "")).endswith("rpm")
+            return with_unit + sum(count(one) for key, one in part.items() if key != "tolerances")
         if isinstance(part, list):
             return sum(map(count, part))
         return isinstance(part, int | float) and not isinstance(part, bool)

@@ -19,8 +19,12 @@ def released(stem, change=None):
         parts = {**data.get("links", {}), **data.get("elements", {})}
         data["masses"] = {name: {"mass": 1.0, "inertia": 0.3} for name in parts}
         data["gravity"] = [0.0, -9.81]
+        for section in ("loads", "springs", "dampers", "friction"):
+            data.pop(section, None)
         for actuator in data["actuators"].values():
             actuator["free"] = True
+            for key in ("start", "speed", "effort"):
+                actuator.pop(key, None)
         if change:
             change(data)
 
@@ -46,6 +50,11 @@ def weighted(path, change=None):
         size = float(np.ptp(np.array(given, dtype=float), axis=0).max())
         metre = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254}.get(data["units"].get("length", "m"), 1.0)
         data["units"]["mass"] = "kg"
+        for section in ("springs", "dampers", "friction"):
+            data.pop(section, None)
+        for actuator in data["actuators"].values():
+            if "rate" in (actuator.get("law") or {}):
+                actuator["law"] = {"by": 360}
         names = [*data.get("links", {}), *data.get("elements", {})]
         data["masses"] = {
             name: {"mass": 1.0 + k / 7, "inertia": (0.1 * size * metre) ** 2, "centre": [0.1 * size, 0.03 * size * k]}

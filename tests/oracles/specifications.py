@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from bundled import FILES
+from bundled import EXPLICIT, FILES
 
 from gimcli import load
 from gimcli.motion.motion import trace
@@ -20,7 +20,7 @@ from gimcli.output import write_csv
 from gimcli.positions.options import Options
 from gimcli.rates.motion_table import motion_table
 
-NAMES = [*(path.stem for path in FILES), "parallel_guide"]
+NAMES = [*(path.stem for path in EXPLICIT), "parallel_guide"]
 STEPS = 24
 
 # --- an own reader and writer ----------------------------------------------------------------------------
