@@ -167,17 +167,20 @@ def _stop(number: int, frame: FrameType | None) -> None:
     sys.exit(128 + number)
 
 
-def _open_streams() -> None:
-    """Discard what is printed to a standard stream that is closed, as by `2>&-`."""
+def _prepare_streams() -> None:
+    """Discard what is printed to a closed stream, as by `2>&-`; escape letters that an encoding does not have."""
     for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:
+        stream = getattr(sys, name)
+        if stream is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+        elif getattr(stream, "errors", "") == "strict" and hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # a pipe on Windows has the encoding of the system
 
 
 def main() -> None:
     """Run the command line and exit with the status that the manual lists."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the matrices are small: more threads only wait for each other
-    _open_streams()
+    _prepare_streams()
     provide_settings_folder()
     signal.signal(signal.SIGTERM, _stop)
     try:

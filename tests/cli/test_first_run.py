@@ -82,6 +82,16 @@ def test_closed_streams(more, code, bare, tmp_path):
     assert "Traceback" not in done.stdout + done.stderr
 
 
+@pytest.mark.few(1)
+@pytest.mark.parametrize(("encoding", "letter"), [("cp1252", "\\u03c1"), ("utf-8", "ρ")])
+def test_letters_that_an_encoding_does_not_have_are_escaped(encoding, letter, bare, tmp_path):
+    given = bare | {"PYTHONIOENCODING": encoding}
+    command = [sys.executable, "-m", "gimcli", "manual", "method"]
+    done = subprocess.run(command, env=given, cwd=tmp_path, capture_output=True)
+    assert done.returncode == 0
+    assert letter in done.stdout.decode(encoding)
+
+
 def test_without_any_folder_for_files_there_is_no_cache(monkeypatch, tmp_path):
     def missing():
         raise FileNotFoundError(2, "No usable temporary directory found")
