@@ -174,8 +174,9 @@ def _add_link(parts: LinkageParts, own: PartReader) -> None:
     if len(parts.links) >= MOST_PARTS:
         raise own.refused(f"more than {MOST_PARTS} links are too many for one mechanism")
     ident = own.integer("id")
+    kind = "actuator" if own.true("actuator") else "link"
     link = LinkPart(
-        ident, own.text("name") or f"link{ident + 1}", own.layer(), own.true("actuator"), own.true("gear"),
+        ident, own.text("name") or f"{kind}{ident + 1}", own.layer(), own.true("actuator"), own.true("gear"),
         own.true("measurementelement"), own.true("alwaysmanual"), own.number("throw") if own.text("throw") else None,
         own.number("cpm", DEFAULT_RATE), own.number("startoffset", 0.0), _ident(own, "fastenlink"),
         _ident(own, "fastenconnector"), own,

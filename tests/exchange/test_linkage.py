@@ -153,7 +153,7 @@ def test_motors_and_actuators_run_until_the_first_reversal(tmp_path):
     data = model_of(read(file_of(*ROD, *more, link(5, 0, 1, more='actuator="true" throw="96" cpm="10"')), "f"))
     assert data["duration"] == 3  # half of 6 s
     assert data["actuators"]["motor"]["law"]["by"] == pytest.approx(-5 * 6 * 3)
-    assert data["actuators"]["link6"]["law"]["by"] == pytest.approx(1)
+    assert data["actuators"]["actuator6"]["law"]["by"] == pytest.approx(1)
 
 
 def test_an_input_moved_by_hand_is_constant_beside_others(tmp_path):
