@@ -84,7 +84,9 @@ def place(model: Model, folder: Path, preferred: Mapping[str, str]) -> Placing:
     size = _size(data, given)
     search = _Search(steps, asked, preferred, size)
     found = tuple(search.run(given))
-    exact = tuple(one for one in found if _fits(data, one.at, model.open.parts, size))
+    exact = found
+    if len(found) > 1:
+        exact = tuple(one for one in found if _fits(data, one.at, model.open.parts, size))
     return Placing(data, tuple(steps), frozenset(left), exact or found, None if found else search.blocked)
 
 

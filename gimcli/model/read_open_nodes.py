@@ -117,11 +117,11 @@ def _inputs(model: Model, data: PlacingData) -> str:
 
 def _other(source: Source, model: Model) -> str:
     """Return the sides with which all nodes can be placed, if there are some."""
-    free = model.with_value("nodes", lambda old: old)
+    free = model.with_value("nodes", dict)
     free.open = OpenNodes({name: OpenNode() for name in model.open.parts})
     found = place(free, source.folder, {}).found
     if not found:
-        return "; change a length"
+        return f"; change a length{' or the start of a law' * bool(model.actuators)}"
     asked = {name: part.side for name, part in model.open.parts.items() if part.side is not None}
     other = {name: found[0].sides[name] for name in asked if found[0].sides.get(name, asked[name]) != asked[name]}
     assert set(other.values()) <= set(SIDES)

@@ -354,12 +354,16 @@ def test_an_assembly_overrides_a_side():
 
 
 def test_a_side_is_not_needed_where_only_one_position_closes():
-    """E is at 50 from B and 20 from (170, -60): only the lower one of the two positions of B is near enough."""
+    """E is at 50 from B and 20 from D: only the lower one of the two positions of B is near enough."""
+    assert placed(with_third_dyad())["B"] == placed(four_bar("right"))["B"]
+
+
+def with_third_dyad():
     data = four_bar(None)
     data["nodes"] |= {"D": [100, -130], "E": {"side": "left"}}
     data["ground"].append("D")
     data["links"] |= {"BE": {"nodes": ["B", "E"], "length": 50}, "DE": {"nodes": ["D", "E"], "length": 20}}
-    assert placed(data)["B"] == placed(four_bar("right"))["B"]
+    return data
 
 
 def test_a_third_dimension_decides_a_side():
@@ -371,10 +375,21 @@ def test_a_third_dimension_decides_a_side():
     assert placed(data)["B"] == wanted
 
 
-def test_tangent_circles_need_no_side():
-    """Crank and rocker in line: 40 + 60 = 100; A-B-C with 30 + 30 over 60."""
-    data = four_bar(None, start=0.0, crank=40.0, coupler=30.0, rocker=30.0)
-    assert near(placed(data)["B"], 70.0)
+@pytest.mark.parametrize("change", [0.0, 1e-12, -1e-12])
+def test_tangent_circles_need_no_side(change):
+    """Crank and frame in line: A-B-C with 30 + 30 over 100 - 40; lengths that differ by rounding are the same."""
+    data = four_bar(None, start=0.0, crank=40.0, coupler=30.0, rocker=30.0 + change)
+    assert abs(placed(data)["B"] - 70.0) < 1e-4
+
+
+def test_a_side_that_was_determined_is_kept_with_other_dimensions():
+    """E is at 130 from B and 80 from D: then both positions of B are possible."""
+    data = with_third_dyad()
+    mechanism = gimcli.load(data).with_({"BE": 130, "DE": 80})
+    assert places(mechanism)["B"] == placed(four_bar("right"))["B"]
+    assert not mechanism.written.model.open.undecided
+    data["links"]["BE"]["length"], data["links"]["DE"]["length"] = 130, 80
+    assert len(refused(data)) == 3
 
 
 def test_an_impossible_side_names_the_other():
@@ -427,6 +442,19 @@ def test_nodes_that_depend_on_each_other_list_their_configurations():
     for at in found:
         sides = [at[f"C{k}"] - at[f"C{(k + 1) % 3}"] for k in range(3)]
         assert all(near(abs(side), 10.0) for side in sides)
+
+
+@pytest.mark.parametrize(("side", "sign"), [("left", 1.0), ("right", -1.0)])
+def test_sides_select_among_the_configurations(side, sign):
+    data, _ = platform()
+    count = len(refused(data)) - 1
+    data["nodes"]["T"] = {"side": side}
+    data["links"] |= {f"T{k}": {"nodes": [f"F{k}", "T"], "length": 25} for k in (0, 1)}
+    _, *choices = refused(data)
+    assert len(choices) == count
+    for line in choices:
+        number = int(line.split("assembly ")[1].split(":")[0])
+        assert near(placed_as(data, number)["T"], complex(15.0, sign * 20.0))
 
 
 def placed_as(data, assembly):
@@ -644,6 +672,17 @@ def test_a_chosen_assembly_is_written_as_sides(tmp_path):
         again = gimcli.loads(text)
         assert "# above" in text
         assert places(again) == places(chosen.with_({"crank": 41}))
+
+
+def test_a_fitted_file_keeps_its_nodes_without_coordinates(tmp_path):
+    path, new = tmp_path / "m.yaml", tmp_path / "new.yaml"
+    path.write_text(TEXT + "points: {P: {on: coupler, local: [60, 40]}}\n")
+    wanted = gimcli.trace(gimcli.load(path).with_({"P.x": 63}), steps=4).xy["P"][:3]
+    targets = {"x": wanted[:, 0], "y": wanted[:, 1]}
+    gimcli.fit(gimcli.load(path), {"P.x": (40, 80)}, through=targets, starts=8).save(new)
+    fitted = gimcli.load(new)
+    assert set(fitted.written.model.open.parts) == {"A", "B"}
+    assert abs(fitted.written.dimension("P.x").value - 63.0) < 1e-6
 
 
 def test_the_schema_has_open_nodes():
