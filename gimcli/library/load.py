@@ -66,8 +66,17 @@ def load_undecided(model: Path | str | Mapping[str, Any], folder: Path | str | N
     from gimcli.model.read import read_data
 
     if isinstance(model, Mapping):
-        return read_data(model, Path(folder or ""))
-    return _from_file(model, None if folder is None else Path(folder))
+        return _started(read_data(model, Path(folder or "")))
+    return _started(_from_file(model, None if folder is None else Path(folder)))
+
+
+def _started(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism whose coupled nodes, if there are any, have rough positions that the solvers can begin at."""
+    if mechanism.written is None or not mechanism.written.model.open.coupled:
+        return mechanism
+    from gimcli.library.sides import with_rough_start
+
+    return with_rough_start(mechanism)
 
 
 def is_address(model: Path | str) -> bool:
@@ -143,4 +152,4 @@ def loads(text: str, folder: Path | str = "", *, assembly: int | str | None = No
     """
     from gimcli.model.read import read_text
 
-    return _in_assembly(read_text(text, Path(folder)), assembly)
+    return _in_assembly(_started(read_text(text, Path(folder))), assembly)

@@ -9,14 +9,19 @@ from typing import NamedTuple
 import numpy as np
 
 from gimcli.assemblies import all_configurations
-from gimcli.errors import GimError, ModelError
+from gimcli.errors import GimError, ModelError, StructureError
 from gimcli.library.rounding import length, titled
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.model.compile import compile_model
-from gimcli.model.placing import place, placed_again, sides_at, with_coordinates, with_sides
+from gimcli.model.placing import place, placed_again, rough_again, sides_at, with_coordinates, with_sides
+from gimcli.model.schema import Model
+from gimcli.structure.mobility import require_driven
 
 LISTED = 16
 """Number of choices that a message lists."""
+
+STARTS = 8
+"""Most rough positions of coupled nodes that are tried."""
 
 SAME = 1e-9
 """Distance of two positions, relative to the size, up to which they are the same."""
@@ -28,6 +33,23 @@ class OpenChoice(NamedTuple):
     at: Mapping[str, complex]
     sides: Mapping[str, str]
     number: int | None
+
+
+def with_rough_start(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism with rough positions of its coupled nodes, near which its actuators drive it.
+
+    If there are none, the mechanism is unchanged.
+    """
+    own = mechanism.written
+    for number in range(STARTS):
+        model = rough_again(own.model, own.source.folder, number) if number else own.model
+        started = _compiled(mechanism, model)
+        try:
+            require_driven(started)
+        except StructureError:
+            continue
+        return started
+    return mechanism
 
 
 def settled(mechanism: Mechanism) -> Mechanism:
@@ -66,14 +88,18 @@ def with_sides_of(mechanism: Mechanism, plain: Mechanism, z: ComplexArray, chose
     at = _by_name(mechanism, z)
     sides = sides_at(own.model, own.source.folder, at)
     model = placed_again(with_coordinates(with_sides(own.model, sides), at, chosen), own.source.folder)
-    written = replace(own, model=model)
-    compiled = compile_model(model, own.source.folder)
+    compiled = _compiled(mechanism, model)
     same = np.max(np.abs(compiled.to_file(compiled.drawn) - mechanism.to_file(z))) <= SAME * plain.size * plain.scale
     if same and np.array_equal(mechanism.drawn_inputs, plain.start_inputs):
-        return replace(
-            compiled, files=mechanism.files, path=mechanism.path, left_out=mechanism.left_out, written=written
-        )
-    return replace(mechanism, written=written)
+        return compiled
+    return replace(mechanism, written=compiled.written)
+
+
+def _compiled(mechanism: Mechanism, model: Model) -> Mechanism:
+    """Return the mechanism of a model with other positions of its open nodes."""
+    written = replace(mechanism.written, model=model)
+    compiled = compile_model(model, written.source.folder)
+    return replace(compiled, files=mechanism.files, path=mechanism.path, left_out=mechanism.left_out, written=written)
 
 
 def _refused(mechanism: Mechanism, names: tuple[str, ...], text: str) -> ModelError:

@@ -139,15 +139,28 @@ def with_sides(model: Model, sides: Mapping[str, str]) -> Model:
     return chosen
 
 
-def with_rough(model: Model, data: PlacingData, placement: Placement, left: Sequence[str]) -> Placement:
+def rough_again(model: Model, folder: Path, number: int) -> Model:
+    """Return a model with other rough positions of its coupled nodes."""
+    opened = model.open
+    at = {name: _point(xy) for name, xy in model.nodes.items() if name not in opened.coupled}
+    data = placing_data(model, tuple(model.nodes), folder)
+    rough = with_rough(model, data, Placement(at, dict(opened.sides)), opened.coupled, number)
+    return with_positions(model, rough, opened.undecided)
+
+
+def with_rough(
+    model: Model, data: PlacingData, placement: Placement, left: Sequence[str], number: int = 0
+) -> Placement:
     """Return a placement with rough positions of other nodes: on a circle about the nodes that are placed.
 
     The sense of sliding pairs without rotation is that of the side of the second node; without a side it is `right`.
+    `number`: of the circle, where others are needed.
     """
     known = list(placement.at.values()) or [0j]
     middle = sum(known) / len(known)
     radius = max(abs(z - middle) for z in known) or 1.0
-    rough = {name: middle + radius * cmath.exp(1j * GOLDEN * (k + 1)) for k, name in enumerate(left)}
+    turn = cmath.exp(1j * number) / (1.0 + 0.3 * number)
+    rough = {name: middle + radius * turn * cmath.exp(1j * GOLDEN * (k + 1)) for k, name in enumerate(left)}
     at = {**placement.at, **rough}
     for slot in (one for one in data.slots if len(one.nodes) == 2):
         first, second = slot.nodes

@@ -527,6 +527,11 @@ def without_coordinates(mechanism, data):
             if section == "elements":
                 own = {"shape": {n: [float(p.real), float(p.imag)] for n, p in zip(nodes, z, strict=True)}}
             result[section][name] = {"nodes": nodes, **own}
+    at = places(mechanism)
+    for pair in (one for one in result["prismatic"].values() if "nodes" in one):
+        (a, b), (c, d) = ((at[one] for one in pair[key]) for key in ("nodes", "guide"))
+        if ((b - a) * (d - c).conjugate()).real < 0.0:
+            result["nodes"][pair["nodes"][1]] = {"side": "left"}
     result["actuators"] = {name: dict(actuator) for name, actuator in data.get("actuators", {}).items()}
     start = mechanism.inputs_to_file(mechanism.start_inputs)
     for name, actuator in result["actuators"].items():
