@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def match(count: int, columns: Sequence[Sequence[int]]) -> list[int]:
     if not columns or not count:
         return [-1] * len(columns)
     counts = [len(rows) for rows in columns]
-    ends = np.concatenate(([0], np.cumsum(counts)))
+    ends = np.array([0, *accumulate(counts)], dtype=np.int32)  # scipy before 1.15 needs 32 bits
     entered = np.array([row for rows in columns for row in rows], dtype=np.int32)
     table = csr_array((np.ones(len(entered)), entered, ends), shape=(len(columns), count))
     return [int(row) for row in maximum_bipartite_matching(table, perm_type="column")]
@@ -101,7 +101,7 @@ def components(needs: Sequence[Sequence[int]], ranked: bool = False) -> list[lis
 
     edges = [sorted(set(others)) for others in needs]  # scipy 1.x gives wrong components for duplicate edges
     counts = [len(others) for others in edges]
-    ends = np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
+    ends = np.array([0, *accumulate(counts)], dtype=np.int32)
     heads = np.array([other for others in edges for other in others], dtype=np.int32)
     graph = csr_array((np.ones(len(heads)), heads, ends), shape=(len(needs), len(needs)))
     label = connected_components(graph, directed=True, connection="strong")[1].tolist()
