@@ -5,9 +5,10 @@ from __future__ import annotations
 import cmath
 import math
 import re
+from dataclasses import replace
 from urllib.parse import quote
 
-from gimcli.dynamic_data import AppliedLoad
+from gimcli.dynamic_data import NO_NODE, AppliedLoad
 from gimcli.exchange.draft import GROUND
 from gimcli.exchange.drawn_linkage import PIECE, DrawnLinkage, DrawnSlot
 from gimcli.exchange.pmks_joints import letter
@@ -16,6 +17,7 @@ from gimcli.exchange.pmks_plus_codec import THOUSANDTHS, PlusDocument, PlusForce
 from gimcli.exchange.pose import DrawnPose
 from gimcli.mechanism import FRAME
 from gimcli.structure.mobility import drawn_mobility
+from gimcli.structure.rotation import members_of
 
 SITE = "https://app.pmksplus.com/?"
 SAFE = "-_.~*,"
@@ -231,6 +233,9 @@ class PlusDrawing:
             return
         names = self.drawn.names
         for inertia in own.inertias:
+            if inertia.node != NO_NODE:
+                self._point_mass(self.mechanism.nodes[inertia.node], inertia.mass / KILOGRAMS[self.unit])
+                continue
             if inertia.member == FRAME:
                 continue
             link = self.links[names[inertia.member]]
@@ -244,7 +249,21 @@ class PlusDrawing:
         if own.inertias and own.gravity and abs(own.gravity + 1j * GRAVITY) > 1e-3 * GRAVITY:
             self.left_out.append(f"{PROGRAM} has a gravity of {GRAVITY:g} m/s^2 downwards, not that of the model")
 
+    def _point_mass(self, node: str, mass: float) -> None:
+        """Give a mass to the block at a node; other joints have none."""
+        joint = self.joints.get(node)
+        if joint is not None and joint.slides:
+            joint.mass = mass
+        else:
+            self.left_out.append(f"the mass of the node {node} is left out: joints of {PROGRAM} have none")
+
     def _load(self, name: str, load: AppliedLoad) -> None:
+        if load.node != NO_NODE:
+            carriers = [k for k in members_of(self.mechanism)[load.node] if k != FRAME]
+            if not carriers:
+                self.left_out.append(f"the load {name} is left out: it acts on a node without a link")
+                return
+            load = replace(load, member=carriers[0], point=self.mechanism.members[carriers[0]].local(load.node))
         if load.member == FRAME:
             return
         if load.torque or load.curve is not None:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gimcli.mechanism import MOST_TURNS
-from gimcli.model.law_ends import ENDS, increment, run_times
+from gimcli.model.law_ends import ENDS, ended, increment, run_times
 from gimcli.model.laws import PolynomialLaw
 from gimcli.model.nearest import near
 from gimcli.model.references import References
@@ -64,9 +64,8 @@ def _check_profile(refs: References, at: Where, profile: Profile) -> bool:
 def _check_ends(refs: References, at: Where, actuator: Actuator, law: Law) -> bool:
     """Return whether the keys of a law fit together; record an error if they do not."""
     ends = [key for key in ENDS if getattr(law, key) is not None]
-    ended = bool(ends) or law.rate is not None
     if law.profile.table is not None:
-        if ended or law.from_ is not None:
+        if ended(law) or law.from_ is not None:
             refs.fault(at, f"a table gives times and absolute values; remove {_keys(law)}")
         return True
     if len(ends) > 1:
@@ -74,11 +73,11 @@ def _check_ends(refs: References, at: Where, actuator: Actuator, law: Law) -> bo
         refs.fault((*at, ends[-1]), text, key=True)
     elif law.turns is not None and not actuator.rotary:
         refs.fault((*at, "turns"), "`turns` are of a rotary input, this one is linear; write `by` or `to`", key=True)
-    elif law.from_ is not None and not ended:
+    elif law.from_ is not None and not ended(law):
         refs.lack(at, (*ENDS, "rate"), "`to` is missing beside `from`; add `to`, or `by`, `turns` or `rate`")
     elif law.rate == 0.0 and ends:
         refs.fault((*at, "rate"), f"at the rate 0 the input does not reach its end (`{ends[0]}`); correct the rate")
-    elif law.profile.polynomial is not None and ended:
+    elif law.profile.polynomial is not None and ended(law):
         return _check_polynomial(refs, (*at, "profile", "polynomial"), law.profile.polynomial)
     else:
         return True

@@ -25,6 +25,11 @@ class RunTime(NamedTuple):
     text: str  # the keys that it follows from
 
 
+def ended(law: Law) -> bool:
+    """Return whether a law has an end, so that a polynomial in it goes from 0 to 1."""
+    return law.rate is not None or any(getattr(law, key) is not None for key in ENDS)
+
+
 def increment(law: Law, turn: float, duration: Any | None) -> Any | None:
     """Return the increment of a law without `to`; None if the law has no end.
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.model.bearers import node_of
+from gimcli.model.law_ends import ended
 from gimcli.model.references import CLOSEST
 from gimcli.model.schema import Actuator, Gauge, Law, Link, Model
 from gimcli.model.yaml_text import yaml_text
@@ -120,7 +121,7 @@ class _LongForm:
         if profile.table is not None:
             return {"profile": {"table": profile.table}}
         shape = {"name": profile.name} if profile.polynomial is None else {"polynomial": profile.polynomial}
-        if profile.polynomial is not None and not law.given & {"to", "by", "turns", "rate"}:
+        if profile.polynomial is not None and not ended(law):
             return {"profile": shape}
         ends = self.mechanism.actuators[number].law(np.array([0.0, 1.0]))
         first, last = self.mechanism.value_to_file(number, ends).tolist()

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from gimcli.model.law_ends import ended
 from gimcli.model.schema import Actuator, Element, Law, Link, Model
 from gimcli.model.tables import read_table
 from gimcli.recording import nominal, places
@@ -151,7 +152,7 @@ def starts_by_value(law: Law) -> bool:
     """Return whether a law gives its first value, so that it does not begin at that of the coordinates."""
     if law.profile.table is not None or law.from_ is not None:
         return True
-    return bool(law.profile.polynomial) and law.by is None
+    return bool(law.profile.polynomial) and not ended(law)
 
 
 def _start(actuator: Actuator, folder: Path) -> Any:
@@ -164,7 +165,7 @@ def _start(actuator: Actuator, folder: Path) -> Any:
             return None  # an error of the file, which is recorded with the law
     if law is not None and law.from_ is not None:
         return law.from_
-    if law is not None and law.profile.polynomial and law.by is None:
+    if law is not None and law.profile.polynomial and not ended(law):
         return law.profile.polynomial[0]
     return actuator.start
 

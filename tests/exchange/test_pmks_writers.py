@@ -205,3 +205,22 @@ def test_the_speed_of_a_law_is_written():
     back = draft_of(gimcli.convert(m, "pmks+").text, "x")
     assert back.duration == pytest.approx(1)
     assert back.turns[0].keys["law"]["by"] == pytest.approx(-360)
+
+
+def test_the_mass_of_a_piston_and_a_force_at_a_node_come_back():
+    """PMKS+ has the mass of a block, and forces on links; the crank torque is that of the original."""
+    engine = gimcli.loads("""
+units: {length: cm}
+nodes: {O: [0, 0], A: [5, 0], B: [25, 0], G: [100, 0]}
+ground: [O, G]
+links: {crank: [O, A], rod: [A, B]}
+prismatic: {slide: {node: B, guide: [O, G]}}
+actuators: {motor: {pivot: O, arm: A, law: {rate: 60 rpm}}}
+masses: {B: 0.8, A: 0.2}
+loads: {gas: {on: B, force: [-100, 0]}}
+""")
+    sent = gimcli.convert(engine, to="pmks+")
+    assert [sentence for sentence in sent.left_out if "mass of the node A" in sentence]
+    back = gimcli.forces(gimcli.load(sent.text.strip()), steps=6)
+    own = gimcli.forces(engine.with_({"A.mass": 0}), steps=6)
+    assert back["motor.effort"] == pytest.approx(own["motor.effort"], abs=1e-9)

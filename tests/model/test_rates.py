@@ -164,3 +164,10 @@ def test_designs_with_other_rates_have_their_own_times() -> None:
     found = gimcli.sweep(motor, {"motor.rate": [180, 360, 720]}, steps=8, keep=["max(A.vx)"], notify=notes.append)
     assert found["max(A.vx)"] == pytest.approx([20 * math.pi, 40 * math.pi, 80 * math.pi])
     assert not [note for note in notes if "motor.rate" in note]
+
+
+def test_the_first_value_of_a_law_places_a_node_without_coordinates() -> None:
+    text = "nodes: {{O: [0, 0], A: }}\nground: [O]\nlinks: {{crank: {{nodes: [O, A], length: 2}}}}\n"
+    text += "actuators: {{motor: {{pivot: O, arm: A, law: {{{0}}}}}}}\n"
+    found = gimcli.loads(text.format("from: 30, rate: 60 rpm, turns: 2, polynomial: [0, 0, 3, -2]"))
+    assert found.to_file(found.drawn)[1] == pytest.approx(complex(math.sqrt(3), 1))
