@@ -11,9 +11,9 @@ import re
 
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import GROUND, Draft, free_name
-from gimcli.exchange.linkage_parts import LinkageParts, LinkPart, PinPart, read_parts
+from gimcli.exchange.linkage_parts import LinkageParts, LinkPart, PartReader, PinPart, read_parts
 from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
-from gimcli.exchange.tags import read_tags
+from gimcli.exchange.tags import Tag, read_tags
 
 PROGRAM = "Linkage"
 PER_INCH = 96.0
@@ -42,10 +42,12 @@ def read(text: str, source: str) -> Draft:
     if root.name != "linkage2":
         text = f"<{root.name}>: a file of the first version of Linkage; open it with Linkage 3 and save it again"
         raise ModelError([f"{source}:{root.line}: {text}"])
-    program = next((tag.attributes for tag in root.children if tag.name == "program"), {})
-    length, per_inch = LENGTHS.get(program.get("units", "").strip().lower(), LENGTHS[""])
+    program = PartReader(next((tag for tag in root.children if tag.name == "program"), Tag("program", 1)), source)
+    length, per_inch = LENGTHS.get(program.text("units").lower(), LENGTHS[""])
     draft = Draft(PROGRAM, source, length=length, resolution=2.0 * DIGIT * per_inch / PER_INCH)
     _Linkage(read_parts(root, source), draft, per_inch / PER_INCH).convert()
+    if (factor := program.number("scalefactor", 1.0)) not in (0.0, 1.0):
+        draft.left_out.append(f"the scale factor {factor:g} is left out: lengths are those of the coordinates")
     return draft
 
 
@@ -232,6 +234,10 @@ class _Linkage:
         for link in actuators:
             if len(link.connectors) != 2 or any(c not in self.names for c in link.connectors):
                 raise link.own.refused(f"is an actuator with {len(link.connectors)} connectors; it needs 2")
+            if motors := [c.name for c in link.connectors if c.input]:
+                raise link.own.refused(
+                    f"is an actuator that the motor {motors[0]} turns; put it on an anchor of its own"
+                )
             name = free_name(link.name, self.draft.travels)
             a, b = (self.names[c] for c in link.connectors)
             self.draft.linear(name, a, b, law=motion.add(name, _actuator(link, self.scale)))

@@ -60,6 +60,9 @@ def link(ident: int, *pins: int, more: str = "") -> str:
     return f'<Link id="{ident}" {more}>' + "".join(f'<connector id="{k}"/>' for k in pins) + "</Link>"
 
 
+ROD = [pin(0, 0, 0, 'anchor="true"'), pin(1, 4, 0), pin(2, 4, 3, 'anchor="true"'), link(0, 1, 2)]
+
+
 def loaded(text: str, tmp_path):
     path = tmp_path / "mechanism.linkage2"
     path.write_text(text, encoding="cp1252")
@@ -94,6 +97,12 @@ def test_millimetres_are_the_default_and_lengths_are_those_that_the_program_show
     assert gimcli.solve(m).xy["B"] == pytest.approx([0, 25.4])
 
 
+def test_a_scale_factor_is_named():
+    assert read(file_of(*ROD), "f").left_out == []
+    text = file_of(*ROD).replace("units", 'scalefactor="10.000000" units')
+    assert read(text, "f").left_out == ["the scale factor 10 is left out: lengths are those of the coordinates"]
+
+
 def test_a_slider_between_limits_of_a_turning_link(tmp_path):
     text = file_of(
         pin(0, 0, 0, 'anchor="true" input="true" rpm="-10"'), slider(1, 0, 1, 2, 3),
@@ -106,9 +115,6 @@ def test_a_slider_between_limits_of_a_turning_link(tmp_path):
         assert t.xy["B"][k] == pytest.approx([b.real, b.imag], abs=1e-9)
         d = -2j + 5 * (b + 2j) / abs(b + 2j)
         assert t.xy["D"][k] == pytest.approx([d.real, d.imag], abs=1e-9)
-
-
-ROD = [pin(0, 0, 0, 'anchor="true"'), pin(1, 4, 0), pin(2, 4, 3, 'anchor="true"'), link(0, 1, 2)]
 
 
 @pytest.mark.parametrize(
@@ -212,6 +218,10 @@ REFUSED = {
     "no pin": (link(3, 1, 70), "Link 3: connector 70 does not exist"),
     "input": (pin(5, 1, 1, 'input="true"'), "connector 5: is an input that is no anchor"),
     "three pins": (link(3, 0, 1, 2, more='actuator="true"'), "is an actuator with 3 connectors"),
+    "turned actuator": (
+        pin(5, 1, 1, 'anchor="true" input="true"') + pin(6, 2, 2) + link(9, 5, 6, more='actuator="true"'),
+        "Link 9: is an actuator that the motor F turns",
+    ),
     "fastened": (link(3, 1, 2, more='fastenconnector="0"'), "Link 3: is fastened to a connector"),
     "fastened actuator": (link(3, 0, 1, more='actuator="true" fastenlink="0"'), "is an actuator that is fastened"),
     "entity": ('<!ENTITY a "b">', r"f:\d+: document types, entities"),
