@@ -204,8 +204,7 @@ class PlusDrawing:
                 continue
             for body in further:
                 self.drawn.bodies[body].remove(turn.joint)
-            own = self._added(f"{turn.joint} pin", self.drawn.places[turn.joint], turn.reference, *further)
-            own.fixed = turn.reference == GROUND
+            self._added(f"{turn.joint} pin", self.drawn.places[turn.joint], turn.reference, *further)
 
     def _ordered(self) -> list[str]:
         """Return the bodies, each input's reference before the body that it turns: PMKS+ takes them in this order."""

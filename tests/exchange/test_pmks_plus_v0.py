@@ -40,6 +40,13 @@ def test_the_slider_moves_at_height_3(address):
         assert gimcli.solve(mechanism, motor=angle).xy["C"] == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.parametrize("address", [NINE, EIGHT, TYPED])
+def test_the_block_of_the_slider_is_not_a_link(address):
+    data = model_of(draft(address))
+    assert list(data["links"]) == ["AB", "BC"]
+    assert list(data["nodes"]) == ["A", "B", "C", "C_from", "C_to"]
+
+
 def test_masses_and_forces_come_over():
     data = model_of(draft(NINE))
     assert data["units"] == {"length": "cm", "mass": "g"}

@@ -181,6 +181,25 @@ def test_masses_forces_and_units_come_back():
     assert back["gravity"] == [0, -9.81]
 
 
+def test_cylinders_keep_their_strokes():
+    """The laws of the excavator run from 185 to 140, 145 to 210 and 125 to 160 cm, all in the same time."""
+    back = model_of(draft_of(gimcli.convert(gimcli.load("excavator"), "pmks+").text, "x"))
+    assert [own["law"]["by"] for own in back["actuators"].values()] == pytest.approx([-45, 65, 35], abs=5e-3)
+    assert back["duration"] == pytest.approx(1, abs=1e-3)
+
+
+@pytest.mark.parametrize("change", [-30, 25])
+def test_a_cylinder_moves_to_the_end_of_its_law(change):
+    data = {
+        "units": {"length": "mm"}, "nodes": {"O": [0, 0], "P": [-40, 0], "A": [60, 80]}, "ground": ["O", "P"],
+        "links": {"boom": ["O", "A"]}, "duration": 2,
+        "actuators": {"ram": {"type": "linear", "nodes": ["P", "A"], "law": {"by": change}}},
+    }  # fmt: skip
+    back = model_of(draft_of(gimcli.convert(gimcli.load(data), "pmks+").text, "x"))
+    assert next(iter(back["actuators"].values()))["law"]["by"] == pytest.approx(change / 10, abs=2e-3)
+    assert back["duration"] == pytest.approx(2, abs=2e-3)
+
+
 def test_names_that_the_formats_cannot_hold_are_changed():
     data = {
         "nodes": {"O, left": [0, 0], "A.1": [1, 0], "Ä*~": [3, 1], "P": [4, 0]},
