@@ -90,6 +90,9 @@ class Assembling:
         direction = slot.direction
         if body and self._carrier(body) == GROUND:  # the carrier slides along the body
             body, carrier = carrier, GROUND
+        if carrier == GROUND and (body == GROUND or (not body and node in self.ground)):
+            self.draft.left_out.append(f"{slot.name} is left out: it joins parts that are fixed to the ground")
+            return
         guide = self._guide(slot, node, carrier, direction)
         part: dict[str, Any] = {"node": node}
         if body and (len(self.bodies[body]) > 1 or self._needed(body)):
@@ -149,6 +152,8 @@ class Assembling:
         keys = dict(turn.keys)
         if body == GROUND:
             body, reference = reference, GROUND
+        if body == GROUND:
+            raise self.draft.refusal(f"input {turn.name}: the link that it turns is fixed to the ground")
         pivot = self.same[turn.pivot]
         arm = self.same[turn.arm] if turn.arm else self._other(body, pivot, turn.name)
         own: dict[str, Any] = {"type": "rotary", "pivot": pivot, "arm": arm}
@@ -174,6 +179,8 @@ class Assembling:
         if "slot" not in own:
             a, b = (self.same[n] for n in own["nodes"])
             return {**_with_range(own, abs(self.places[b] - self.places[a])), "nodes": [a, b]}
+        if own["slot"] not in self.guides:
+            raise self.draft.refusal(f"input {name}: the link that it moves is fixed to the ground")
         pair, *guide = self.guides[own.pop("slot")]
         part = self.prismatic[pair]
         return {"type": "linear", "node": part.get("node") or part["nodes"][0], "guide": guide, **own}

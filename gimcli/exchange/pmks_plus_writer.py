@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 import re
-from dataclasses import replace
+from collections import defaultdict
 from urllib.parse import quote
 
 from gimcli.dynamic_data import NO_NODE, AppliedLoad
@@ -17,7 +17,6 @@ from gimcli.exchange.pmks_plus_codec import THOUSANDTHS, PlusDocument, PlusForce
 from gimcli.exchange.pose import DrawnPose
 from gimcli.mechanism import FRAME
 from gimcli.structure.mobility import drawn_mobility
-from gimcli.structure.rotation import members_of
 
 SITE = "https://app.pmksplus.com/?"
 SAFE = "-_.~*,"
@@ -230,53 +229,73 @@ class PlusDrawing:
         own = self.mechanism.dynamics
         if own.empty:
             return
-        names = self.drawn.names
-        for inertia in own.inertias:
-            if inertia.node != NO_NODE:
-                self._point_mass(self.mechanism.nodes[inertia.node], inertia.mass / KILOGRAMS[self.unit])
-                continue
-            if inertia.member == FRAME:
-                continue
-            link = self.links[names[inertia.member]]
-            link.mass = inertia.mass / KILOGRAMS[self.unit]
-            link.inertia = inertia.moment / INERTIAS[self.unit]
-            link.centre = self.drawn.at(inertia.member, inertia.centre) * self.factor
+        self._masses()
         for load in own.loads:
-            self._load(load.name, load)
+            self._load(load)
         if own.springs or own.dampers or own.frictions:
             self.left_out.append("springs, dampers and friction are left out")
         if own.inertias and own.gravity and abs(own.gravity + 1j * GRAVITY) > 1e-3 * GRAVITY:
             self.left_out.append(f"{PROGRAM} has a gravity of {GRAVITY:g} m/s^2 downwards, not that of the model")
 
-    def _point_mass(self, node: str, mass: float) -> None:
-        """Give a mass to the block at a node; other joints have none."""
-        joint = self.joints.get(node)
-        if joint is not None and joint.slides:
-            joint.mass = mass
-        else:
-            self.left_out.append(f"the mass of the node {node} is left out: joints of {PROGRAM} have none")
+    def _masses(self) -> None:
+        """Set the masses of links; a point mass at a pin belongs to its slider, or to the first of its links."""
+        parts: dict[str, list[tuple[float, float, complex]]] = defaultdict(list)
+        for inertia in self.mechanism.dynamics.inertias:
+            if inertia.node != NO_NODE:
+                node = self.mechanism.nodes[inertia.node]
+                body = self._link_at(node)
+                if self.joints[node].slides:
+                    self.joints[node].mass += inertia.mass / KILOGRAMS[self.unit]
+                elif body:
+                    parts[body].append((inertia.mass, 0.0, self.drawn.places[node]))
+                else:
+                    self.left_out.append(f"the mass at {node} is left out: no link has it")
+            elif inertia.member != FRAME:
+                place = self.drawn.at(inertia.member, inertia.centre)
+                parts[self.drawn.names[inertia.member]].append((inertia.mass, inertia.moment, place))
+        for body, own in parts.items():
+            self._joined(self.links[body], own)
 
-    def _load(self, name: str, load: AppliedLoad) -> None:
-        if load.node != NO_NODE:
-            carriers = [k for k in members_of(self.mechanism)[load.node] if k != FRAME]
-            if not carriers:
-                self.left_out.append(f"the load {name} is left out: it acts on a node without a link")
-                return
-            load = replace(load, member=carriers[0], point=self.mechanism.members[carriers[0]].local(load.node))
+    def _link_at(self, node: str) -> str:
+        found = [body for body in self.drawn.bodies_at(node) if body in self.links]
+        return found[0] if found else ""
+
+    def _joined(self, link: PlusLink, parts: list[tuple[float, float, complex]]) -> None:
+        """Set the mass of a link, its centre and its moment of inertia, from those of its parts (Steiner)."""
+        mass = sum(part[0] for part in parts)
+        if not mass:
+            return
+        centre = sum(part[0] * part[2] for part in parts) / mass
+        metre = METRES[self.mechanism.length_unit]
+        moment = sum(own + m * abs((place - centre) * metre) ** 2 for m, own, place in parts)
+        link.mass, link.inertia = mass / KILOGRAMS[self.unit], moment / INERTIAS[self.unit]
+        link.centre = centre * self.factor
+
+    def _load(self, load: AppliedLoad) -> None:
+        name = load.name
         if load.member == FRAME:
+            return
+        if load.node != NO_NODE:
+            node = self.mechanism.nodes[load.node]
+            body, place, turned = self._link_at(node), self.drawn.places[node], 1.0 + 0.0j
+        else:
+            body, place = self.drawn.names[load.member], self.drawn.at(load.member, load.point)
+            turned = self.drawn.turned[load.member] if load.follows else 1.0 + 0.0j
+        if not body:
+            self.left_out.append(f"the load {name} is left out: no link has its node")
             return
         if load.torque or load.curve is not None:
             text = "it is a torque" if load.torque else "it has a table"
             self.left_out.append(f"the load {name} is left out: {text}")
             return
-        force = load.force * (self.drawn.turned[load.member] if load.follows else 1.0)
+        force = load.force * turned
         size = abs(force) / (POUND_FORCE if self.unit == 0 else 1.0)
         if not size:
             return
-        start = self.drawn.at(load.member, load.point) * self.factor
+        start = place * self.factor
         end = start + force / abs(force) * PIECE * self.drawn.size * self.factor
         own = f"F{len(self.document.forces) + 1}"
-        link = self.links[self.drawn.names[load.member]].id
+        link = self.links[body].id
         self.document.forces.append(PlusForce(own, link, _plain(name), start, end, size, load.follows))
 
     def _settings(self) -> None:

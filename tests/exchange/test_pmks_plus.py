@@ -169,6 +169,7 @@ def test_masses_are_in_grams_in_drawings_in_centimetres():
     assert data["masses"]["Crank"] == {"mass": 200, "inertia": pytest.approx(5e-4), "centre": [0.6, 0.0]}
     assert data["masses"]["C"] == {"mass": 600}
     assert data["gravity"] == [0, -9.81]
+    assert sum(inertia.mass for inertia in loaded("punch_press").dynamics.inertias) == pytest.approx(1.1)
 
 
 ADDRESS = "https://app.pmksplus.com/?" + payload("slider_crank")

@@ -138,6 +138,24 @@ def test_an_address_has_a_speed_in_revolutions_per_minute():
     assert mechanism.left_out == ("the target shape is left out",)
 
 
+FIXED = "ground,a,R,0,0\nground,a,R,1,0\nground,a,P,2,0,0,{}\nground,b,R,3,0,0,{}\nb,c,R,4,0\nc,ground,R,5,1"
+
+
+def test_a_slot_between_fixed_links_is_left_out():
+    """Link a has two pins on the ground."""
+    found = draft(FIXED.format("ffff", "ffft"))
+    data = model_of(found)
+    assert "prismatic" not in data
+    assert list(data["links"]) == ["b", "c"]
+    assert any("slide_C" in sentence for sentence in found.left_out)
+
+
+def test_an_input_at_a_fixed_link_is_refused():
+    for marks in (("ffft", "ffff"), ("ffff", "ffff")):
+        with pytest.raises(ModelError, match="fixed to the ground"):
+            model_of(draft(FIXED.format(*marks)))
+
+
 def test_all_names_of_the_ground_are_the_ground():
     for name in ("0", "gnd", "Grnd", "grond", "gound", "groud", "GROUND", "ground_1"):
         assert model_of(draft(f"{name},a,R,0,0\na,b,R,1,0\nb,{name},R,2,1"))["ground"] == ["A", "C"]
