@@ -23,6 +23,8 @@ SYNONYMS = {
     "forces": "loads", "force": "loads", "torques": "loads", "moments": "loads",
     "mass": "masses", "inertias": "masses", "tracers": "points", "markers": "points", "output": "trace",
     "outputs": "trace", "title": "name", "time": "duration",
+    "speed": "rate", "velocity": "rate", "omega": "rate", "rpm": "rate", "revolutions": "turns", "cycles": "turns",
+    "rate": "law", "turns": "law", "by": "law", "from": "law", "to": "law", "profile": "law",
     "variables": "parameters", "params": "parameters", "constants": "parameters",
 }  # fmt: skip
 """Keys of other programs and of everyday use, and the key of the model file for each."""

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import gimcli
+from gimcli.dynamics.forces import motion_forces
 from gimcli.errors import ModelError
+from gimcli.model.source import read_source
+from gimcli.motion.motion import trace
+from gimcli.positions.options import Options
 
 R, L, SPEED, PISTON, GAS = 0.05, 0.2, 30.0, 0.8, 500.0
 ENGINE = f"""\
@@ -163,6 +168,34 @@ def test_the_force_that_drives_a_mass_on_a_spring() -> None:
     expected = 5 * 0.2 * (6 - 12 * s) / 4 + 80 * (0.1 + 0.2 * (3 * s**2 - 2 * s**3))
     assert found["m.effort"] == pytest.approx(expected, abs=1e-9)
     assert found["slide.normal"] == pytest.approx(np.zeros(9), abs=1e-12)
+
+
+ALL = sorted(path.stem for path in Path("models").glob("*.yaml"))
+FEW = ["scissor_lift", "scotch_yoke", "whitworth"]
+
+
+@pytest.mark.parametrize("name", [*FEW, *(pytest.param(n, marks=pytest.mark.soak) for n in ALL if n not in FEW)])
+def test_power_balances_with_masses_and_loads_at_all_nodes(name: str) -> None:
+    """Inverse dynamics and the reduced equation, of other kernels, agree on energies; power balances."""
+    rng = np.random.default_rng(2)
+    data = dict(read_source(Path(f"models/{name}.yaml")).data)
+    length = {**data.get("units", {}), "length": "mm"}
+    nodes = gimcli.load(data, "models").nodes
+    data |= {"units": length, "masses": {node: float(rng.uniform(0.5, 2)) for node in nodes}, "gravity": [1, -9]}
+    data["loads"] = {f"f{k}": {"on": node, "force": rng.normal(size=2).tolist()} for k, node in enumerate(nodes)}
+    model = gimcli.load(data, "models")
+    found = motion_forces(trace(model, 12, Options(jit="off")))
+    good = found.good
+    assert good.sum() > 6
+    largest = np.abs(found.loads.kinetic_rate[good]).max() + np.abs(found.drive_power[good]).max()
+    assert np.abs(found.power_error[good]).max() <= 1e-12 * largest
+    if len(model.actuators) == 1:
+        actuator = model.actuators[0]
+        speed = (
+            actuator.law(np.linspace(0, 1, 13), 1) / model.duration * (1.0 if actuator.rotary else model.scale * 1e-3)
+        )
+        energy = 0.5 * gimcli.reduce(model, steps=12)["J"] * speed**2
+        assert energy[good] == pytest.approx(found.loads.kinetic[good], rel=1e-9)
 
 
 @pytest.mark.parametrize(("text", "fragments"), [

@@ -113,6 +113,8 @@ def test_velocities_have_the_rate() -> None:
     (MOTOR.format("rate: 4 parsec"), "", ["'4 parsec'", "expected the unit rpm"]),
     (MOTOR.format("rate: n rpm"), "", ["'n rpm'", "unexpected 'rpm'"]),
     (MOTOR.format("rate: '60'"), "", ["without quotes"]),
+    (MOTOR.format("speed: 60 rpm"), "", ["'speed'", "did you mean 'rate'"]),
+    ("motor: {pivot: O, arm: A, rate: 60 rpm}", "", ["'rate'", "did you mean 'law'"]),
     (MOTOR.format("rate: 60 rpm, turns: -2"), "", ["above 0"]),
     (MOTOR.format("rate: 60 rpm, turns: 1e5"), "", ["more than the limit"]),
     (MOTOR.format("rate: 1e-300, turns: 1"), "", ["expected a duration"]),
