@@ -11,6 +11,8 @@ from gimcli.exchange.draft import GROUND, PARALLEL, BodyLoad, Draft, DraftSlot, 
 
 REACH = 0.25
 """Distance of an added guide node from its joint, relative to the size of the mechanism."""
+SHORTEST = 0.05
+"""Least distance of two joints that define the direction of a slot, relative to the size: the file rounds places."""
 
 
 def model_of(draft: Draft) -> dict[str, Any]:
@@ -116,15 +118,13 @@ class Assembling:
     def _guide(self, slot: DraftSlot, node: str, carrier: str, direction: complex) -> list[str]:
         """Return two nodes of the carrier along the line of sliding; add them where there are none."""
         named = [self.same[name] for name in slot.guide or ()]
-        if len(set(named)) > 1:
+        if named and abs(self.places[named[1]] - self.places[named[0]]) > 1e-9 * self.size:
             return named
         here = self.places[node]
-        for a, b in combinations([n for n in self._nodes(carrier) if n != node], 2):
-            if self._along(self.places[b] - self.places[a], direction) and self._along(
-                self.places[a] - here, direction
-            ):
-                forward = ((self.places[b] - self.places[a]) / direction).real > 0.0
-                return [a, b] if forward else [b, a]
+        on_line = [n for n in self._nodes(carrier) if n != node and self._along(self.places[n] - here, direction)]
+        on_line.sort(key=lambda n: (self.places[n] / direction).real)
+        if on_line and abs(self.places[on_line[-1]] - self.places[on_line[0]]) > SHORTEST * self.size:
+            return [on_line[0], on_line[-1]]
         reach = self.reach * direction
         return [self._add(carrier, f"{node}_{end}", here + sign * reach) for end, sign in (("from", -1), ("to", 1))]
 
@@ -137,7 +137,8 @@ class Assembling:
         """Return another node of a sliding body on the line of sliding; add one where there is none."""
         here = self.places[node]
         for other in self.bodies[body]:
-            if other != node and self._along(self.places[other] - here, direction):
+            far = abs(self.places[other] - here) > SHORTEST * self.size
+            if far and self._along(self.places[other] - here, direction):
                 return other
         return self._add(body, f"{node}_block", here + self.reach * direction)
 
