@@ -303,8 +303,8 @@ def test_power_and_frame_forces_balance_with_every_element_on_every_model(model)
             for s in ("links", "elements")
             for v in data.get(s, {}).values()
         ]
-        if isinstance(data["ground"], list):
-            held.append(set(data["ground"]))
+        ground = data["ground"]
+        held.append(set(ground if isinstance(ground, list) else ground.get("nodes", [])))
         used = [n for n in nodes if any(n in h for h in held)]
         free = [(a, b) for k, a in enumerate(used) for b in used[:k] if not any({a, b} <= h for h in held)]
         a, b = free[len(free) // 2]

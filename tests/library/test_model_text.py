@@ -6,7 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
-from bundled import FILES, MODELS
+from bundled import EXPLICIT, MODELS
 from in_process import gim, ran, refused
 
 import gimcli
@@ -46,7 +46,7 @@ def lengths(path):
 
 
 @pytest.mark.few
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", EXPLICIT, ids=lambda path: path.stem)
 def test_the_new_file_has_the_same_dimensions_and_is_solved_at_once(path, tmp_path):
     """At 7 % of the laws; the file drawn there has all lengths, and the iteration starts at the solution."""
     m = gimcli.load(path)

@@ -81,7 +81,8 @@ def test_values_of_earlier_changes_are_written():
 def test_every_dimension_of_every_model_is_written(model):
     mechanism = load(model)
     named = [d for d in dimensions(mechanism) if not d.name.startswith(("motor.from", "duration"))]
-    changes = {d.name: d.value * (1 + 1e-9) + (not d.given) * 1e-9 for d in named if d.name != "free.speed"}
+    named = [d for d in named if d.name != "free.speed" and ".polynomial." not in d.name]  # it ends at 1
+    changes = {d.name: d.value * (1 + 1e-9) + (not d.given) * 1e-9 for d in named}
     text = written_with(mechanism, changes)
     assert [d.value for d in dimensions(loads(text, model.parent)) if d.name in changes] == [*changes.values()]
 

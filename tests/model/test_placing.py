@@ -508,7 +508,8 @@ def test_a_block_points_along_its_guide(side, sense):
 
 
 SELECTED = ("double_butterfly", "excavator", "jansen", "klann", "pantograph", "platform_3rpr", "scissor_lift")
-ALL = sorted(path.stem for path in MODELS.glob("*.yaml"))
+ALL = sorted(path.stem for path in MODELS.glob("*.yaml") if path.stem != "lift_table")
+"""Without coordinates, the cylinder of `lift_table` is refused as over-driven: R, M, K and T depend on each other."""
 
 
 def without_coordinates(mechanism, data):

@@ -87,11 +87,11 @@ def changed(path, laws, change):
 
 
 def plain_data(path):
-    """Return the data of a model; where it has parameters, they and all formulas are replaced by numbers."""
-    data = read_source(path).data
-    if "parameters" not in data:
-        return data
-    data = _given(load(path).written.model)
+    """Return the data of a model; where it has formulas, they are replaced by numbers."""
+    model = load(path).written.model
+    if not model.formulas:
+        return read_source(path).data
+    data = _given(model)
     return {key: part for key, part in data.items() if key not in ("parameters", "tolerances")}
 
 

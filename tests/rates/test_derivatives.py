@@ -61,6 +61,8 @@ def test_the_angular_velocities_of_a_four_bar_agree_with_freudenstein():
 @pytest.mark.few
 def test_differences_of_positions_agree_with_the_expected_order(model):
     """Central differences over two and four neighbours: errors fall by 4 and 16 when the step is halved."""
+    if model.stem == "pick_and_place":
+        pytest.skip("a law through the rows of a table has no continuous acceleration")
     mechanism = load(model)
     found = {}
     for steps in (1000, 2000):

@@ -84,7 +84,7 @@ def assert_agree(mechanism, motion):
     for index in range(len(mechanism.members)):
         one, other = now.angular(index), then.angular(index)
         for k in range(3):
-            most = np.maximum(np.nan_to_num(np.abs(other[k])), 1.0)
+            most = np.maximum(np.nan_to_num(np.abs(other[k])), max(1.0, mechanism.duration ** -(k + 1)))
             assert np.nanmax(np.abs(one[k] - other[k]) / most, initial=0.0) < 1e-8
 
 
