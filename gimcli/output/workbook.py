@@ -16,7 +16,7 @@ POINTS = {"x": "Positions", "y": "Positions", "vx": "Velocities", "vy": "Velocit
 MEMBERS = {"angle": "Angles", "omega": "Angular velocities", "alpha": "Angular accelerations", "jerk": "Angular jerks"}
 INPUTS = {"speed": "Inputs", "acceleration": "Inputs", "effort": "Efforts"}
 PAIRS = {"fx": "Reactions", "fy": "Reactions", "moment": "Reactions"}
-ENDS = POINTS | MEMBERS | INPUTS | PAIRS
+ENDS = POINTS | MEMBERS | INPUTS
 """Kinds by the part of a column's name after the last dot."""
 
 WHOLE = {"shaking": "Shaking", "power": "Power", "energy": "Energy"}
@@ -24,6 +24,9 @@ WHOLE = {"shaking": "Shaking", "power": "Power", "energy": "Energy"}
 
 OWN = {"residual": "Solution", "sweeps": "Solution"}
 OTHER, ALL = "Values", "Table"
+
+LISTED = 1000
+"""Largest number of values in a row of the report."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +75,7 @@ def kind_of(name: str) -> str:
     if "/" in name:
         return "Derivatives"
     start, end = name.partition(".")[0], name.rpartition(".")[2]
-    return OWN.get(name) or WHOLE.get(start) or ENDS.get(end) or OTHER
+    return OWN.get(name) or ENDS.get(end) or WHOLE.get(start) or PAIRS.get(end) or OTHER
 
 
 def _facts(value: Any, path: str) -> Iterator[tuple[str, Sequence[Any]]]:
@@ -84,4 +87,5 @@ def _facts(value: Any, path: str) -> Iterator[tuple[str, Sequence[Any]]]:
         for number, inner in enumerate(value, start=1):
             yield from _facts(inner, f"{path}.{number}")
     else:
-        yield path, value if isinstance(value, list | tuple) else [value]
+        values = value if isinstance(value, list | tuple) else [value]
+        yield path, values if len(values) <= LISTED else [*values[:LISTED], "..."]

@@ -85,6 +85,12 @@ def test_the_first_sheet_is_the_report(traced, tmp_path):
     assert len(rows["points.P.x"]) == 2
 
 
+def test_long_lists_of_the_report_are_cut(tmp_path):
+    write_xlsx(Workbook("", {"a": list(range(20_000))}, Table((Column("x", np.zeros(1)),))), tmp_path / "n.xlsx")
+    row = [cell.value for cell in read(tmp_path / "n.xlsx")["Report"][2]]
+    assert row == ["a", *range(1000), "..."]
+
+
 def test_the_same_result_gives_the_same_bytes(traced, tmp_path):
     traced.save(tmp_path / "a.xlsx", tmp_path / "b.xlsx")
     assert (tmp_path / "a.xlsx").read_bytes() == (tmp_path / "b.xlsx").read_bytes()
@@ -93,6 +99,9 @@ def test_the_same_result_gives_the_same_bytes(traced, tmp_path):
 def test_kinds_of_columns():
     assert [kind_of(name) for name in ("A.fx", "motor.effort", "shaking.fx", "power.drive", "energy.kinetic")] == [
         "Reactions", "Efforts", "Shaking", "Power", "Energy",
+    ]  # fmt: skip
+    assert [kind_of(name) for name in ("power.x", "shaking.vy", "shaking.moment", "A.moment")] == [
+        "Positions", "Velocities", "Shaking", "Reactions",
     ]  # fmt: skip
     assert [kind_of(name) for name in ("curvature:P.radius", "P.x/crank.length", "residual", "span")] == [
         "Measures", "Derivatives", "Solution", "Values",
