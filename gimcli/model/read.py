@@ -18,7 +18,6 @@ from gimcli.model.compile import compile_model
 from gimcli.model.files import files_read
 from gimcli.model.source import DEEPEST, Source, read_source, read_yaml
 from gimcli.model.written import Written
-from gimcli.model.yaml_text import yaml_text
 
 NAME = "mechanism"
 
@@ -52,6 +51,8 @@ def read_converted(
 
     `left_out` names what did not come over; `source` names the file in messages, `path` is None for an address.
     """
+    from gimcli.model.yaml_text import yaml_text
+
     own = read_yaml(yaml_text(data, left_out), Path(source))
     own.by_line = False
     folder = folder or (path.parent if path else Path())

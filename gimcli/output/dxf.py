@@ -6,14 +6,16 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gimcli.errors import OutputError
 from gimcli.mechanism import ComplexArray
 from gimcli.output.atomic import written_text
-from gimcli.output.geometry import Geometry, Lettering, PinCircle, Polyline, Shape, Spot
+
+if TYPE_CHECKING:
+    from gimcli.output.geometry import Geometry, Shape
 
 RELEASE = "R2010"
 """The version of the format: text in UTF-8, read by all programs in use."""
@@ -84,6 +86,8 @@ def layer_names(names: Iterable[str]) -> list[str]:
 
 def _add(space: Any, shape: Shape, layer: str) -> None:
     """Add a shape to a layer; a polyline of two points is a line."""
+    from gimcli.output.geometry import Lettering, PinCircle, Spot
+
     look = {"layer": layer}
     if isinstance(shape, PinCircle):
         space.add_circle(_pair(shape.centre), shape.radius, look)
@@ -114,6 +118,8 @@ def _show_all(drawing: Any, content: Geometry) -> None:
 
 
 def _extent(shape: Shape) -> ComplexArray:
+    from gimcli.output.geometry import PinCircle, Polyline
+
     if isinstance(shape, Polyline):
         return shape.points
     if isinstance(shape, PinCircle):
