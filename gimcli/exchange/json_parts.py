@@ -81,7 +81,7 @@ def read_json(text: str, source: str) -> JsonPart:
     if len(text) > MOST_CHARACTERS:
         raise ModelError([f"{source}: is too large; at most {MOST_CHARACTERS // 1_000_000} MB are read"])
     try:
-        return JsonPart(json.loads(text, parse_constant=_nothing, parse_int=_integer), source)
+        return JsonPart(json.loads(text.removeprefix("\ufeff"), parse_constant=_nothing, parse_int=_integer), source)
     except json.JSONDecodeError as error:
         raise ModelError([f"{source}:{error.lineno}:{error.colno}: not readable as JSON: {error.msg}"]) from None
     except RecursionError:

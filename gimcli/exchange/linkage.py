@@ -39,9 +39,11 @@ def recognises(text: str) -> bool:
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of a file of Linkage; `source` names it in messages."""
     root = read_tags(text, source, _PARENTS)
-    if root.name != "linkage2":
-        text = f"<{root.name}>: a file of the first version of Linkage; open it with Linkage 3 and save it again"
+    if root.name == "linkage":
+        text = "<linkage>: a file of the first version of Linkage; open it with Linkage 3 and save it again"
         raise ModelError([f"{source}:{root.line}: {text}"])
+    if root.name != "linkage2":
+        raise ModelError([f"{source}:{root.line}: expected <linkage2> as the first tag, got <{root.name[:40]}>"])
     program = PartReader(next((tag for tag in root.children if tag.name == "program"), Tag("program", 1)), source)
     length, per_inch = LENGTHS.get(program.text("units").lower(), LENGTHS[""])
     draft = Draft(PROGRAM, source, length=length, resolution=2.0 * DIGIT * per_inch / PER_INCH)

@@ -244,6 +244,7 @@ def test_what_cannot_be_converted_is_refused_by_name(name):
         ("<linkage><connector/></linkage>", "f:1: <linkage>: a file of the first version"),
         ('<!DOCTYPE x [<!ENTITY a "aaaa">]>\n<linkage2></linkage2>', "document types, entities"),
         ("<linkage2></linkage2>", "no joints found"),
+        ("<file>\n<linkage2></linkage2></file>", "f:1: expected <linkage2> as the first tag, got <file>"),
         ("<linkage2>" + "<a/>" * 60_000 + "</linkage2>", "more than 50000 tags"),
     ],
 )
