@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -16,6 +17,9 @@ from gimcli.model.compile import compile_model
 from gimcli.model.placing import place, placed_again, rough_again, sides_at, with_coordinates, with_sides
 from gimcli.model.schema import Model
 from gimcli.structure.mobility import require_driven
+
+MOST_SIDES = 8
+"""Most nodes with a side for which all configurations are listed: their number doubles with each."""
 
 LISTED = 16
 """Number of choices that a message lists."""
@@ -71,8 +75,9 @@ def settled(mechanism: Mechanism) -> Mechanism:
     more = "depends on other nodes without coordinates: give rough coordinates [x, y], or use --assembly"
     coupled = _refused(mechanism, opened.coupled[:1], more).faults if opened.coupled else []
     shown = (*undecided, *opened.coupled)
-    listed = [_text(mechanism, shown, one) for one in choices[:LISTED]]
-    listed += [f"and {len(choices) - LISTED} more: `gim solve --all` lists all"] if len(choices) > LISTED else []
+    numbered = [one for one in choices if one.number is not None] or choices[:LISTED]
+    listed = [_text(mechanism, shown, one) for one in numbered[:LISTED]]
+    listed += ["`gim solve --all` lists more"] if len(choices) > len(listed) else []
     path = mechanism.written.source.path
     raise ModelError([*error.faults, *coupled, *(f"{path}: {text}" for text in listed)])
 
@@ -133,6 +138,9 @@ def _coupled(mechanism: Mechanism) -> list[OpenChoice]:
     Raises ModelError if they cannot be listed.
     """
     opened = mechanism.written.model.open
+    if len(opened.sides) > MOST_SIDES:
+        text = "depends on other nodes without coordinates, of which there are too many: give rough coordinates [x, y]"
+        raise _refused(mechanism, opened.coupled[:1], text)
     try:
         found = all_configurations(mechanism, mechanism.start_inputs).z
     except GimError as error:
@@ -150,10 +158,10 @@ def _placed(mechanism: Mechanism) -> list[OpenChoice]:
     """Return the sets of positions, numbered as `gim solve --all` does if it can list them."""
     own = mechanism.written
     found = place(own.model, own.source.folder, {}).found
-    try:
-        listed = [_sides(mechanism, z) for z in all_configurations(mechanism, mechanism.start_inputs).z]
-    except GimError:
-        listed = []
+    listed: list[dict[str, str]] = []
+    with suppress(GimError):
+        if len(own.model.open.sides) <= MOST_SIDES:
+            listed = [_sides(mechanism, z) for z in all_configurations(mechanism, mechanism.start_inputs).z]
     choices = []
     for one in found:
         same = [k + 1 for k, sides in enumerate(listed) if sides == one.sides]

@@ -59,6 +59,8 @@ class Placing:
     steps: tuple[PlacingStep, ...]
     left: frozenset[str]
     """Nodes for which there is no step."""
+    asked: Mapping[str, str]
+    """The sides that are given."""
     found: tuple[Placement, ...]
     """Possible sets of positions; those of the nodes in `left` are not in it."""
     blocked: Blocked | None
@@ -66,8 +68,10 @@ class Placing:
 
     @property
     def undecided(self) -> tuple[str, ...]:
-        """The nodes whose side is open."""
+        """The nodes whose side is open; if there are very many positions, all for which no side is given."""
         sides = [one.sides for one in self.found]
+        if len(sides) >= FOUND:
+            return tuple(name for name in sides[0] if name not in self.asked)
         names = [step.owner for step in self.steps if step.owner]
         return tuple(name for name in names if len({one.get(name) for one in sides}) > 1)
 
@@ -87,7 +91,7 @@ def place(model: Model, folder: Path, preferred: Mapping[str, str]) -> Placing:
     exact = found
     if len(found) > 1:
         exact = tuple(one for one in found if _fits(data, one.at, model.open.parts, size))
-    return Placing(data, tuple(steps), frozenset(left), exact or found, None if found else search.blocked)
+    return Placing(data, tuple(steps), frozenset(left), asked, exact or found, None if found else search.blocked)
 
 
 def _usual_sides(steps: Sequence[PlacingStep]) -> dict[str, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Set
 
 from gimcli.model.placing_data import GivenShape, PlacingData
@@ -134,17 +134,17 @@ def _rank(step: PlacingStep) -> int:
 def _neighbours(data: PlacingData) -> dict[str, list[Key]]:
     """Return the members and nodes whose steps may change when a node is placed, by node."""
     found: dict[str, dict[Key, None]] = defaultdict(dict)
-    groups: list[Iterable[str]] = [(*one.guide, *one.nodes) for one in data.guided]
-    groups += [given.nodes for given in data.distances]
-    groups += [tuple(n for n in (g.pivot, g.arm, g.reference) if n is not None) for g in data.angles]
-    of_member: dict[str, list[str]] = defaultdict(list)
+    of_member: dict[str, dict[str, None]] = defaultdict(dict)
     for shape in data.shapes:
-        groups.append(shape.local)
+        keys = dict.fromkeys([("member", shape.name), *(("node", name) for name in shape.local)])
         for node in shape.local:
-            of_member[node].append(shape.name)
-    for group in groups:
-        names = tuple(group)
-        keys = dict.fromkeys([*(("member", m) for n in names for m in of_member[n]), *(("node", n) for n in names)])
+            of_member[node][shape.name] = None
+            found[node].update(keys)
+    groups = [(*one.guide, *one.nodes) for one in data.guided] + [given.nodes for given in data.distances]
+    groups += [tuple(n for n in (g.pivot, g.arm, g.reference) if n is not None) for g in data.angles]
+    for names in groups:
+        count = Counter(member for node in names for member in of_member[node])
+        keys = dict.fromkeys([*(("member", m) for m, n in count.items() if n > 1), *(("node", n) for n in names)])
         for node in names:
             found[node].update(keys)
     return defaultdict(list, {node: list(keys) for node, keys in found.items()})

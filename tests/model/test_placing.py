@@ -314,6 +314,21 @@ def test_families_equal_single_mechanisms(name):
         assert np.allclose(np.stack([z.real, z.imag], axis=1), single.xy["B"], rtol=0.0, atol=1e-9)
 
 
+@pytest.mark.parametrize("name", ["crank", "rocker", "motor.from", "C.x", "O.y"])
+def test_derivatives_follow_the_placed_nodes(name):
+    """The place of P on the coupler follows the initial positions of A and B, which all these dimensions change."""
+    data, step = four_bar("left"), 1e-4
+    data["points"] = {"P": {"on": "coupler", "at": [70, 80]}}
+    data["actuators"]["motor"]["law"]["to"] = 100
+    mechanism = gimcli.load(data)
+    family = Family(mechanism, [name])
+    value = family.nominal[0]
+    found = family.tangents(family.nominal).points
+    low, high = (family.tables(np.array([[value + by]])).points[0] for by in (-step, step))
+    assert np.any(np.abs(found[0]) > 1e-3)
+    assert np.allclose(found[0], (high - low) / (2.0 * step), rtol=1e-6, atol=1e-7)
+
+
 def test_impossible_dimensions_name_the_links():
     with pytest.raises(ModelError, match=r"with coupler.length = 300: B: cannot be placed") as caught:
         gimcli.load(four_bar("left")).with_({"coupler": 300})
