@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from gimcli.model.formula import WORDS, Formula, FormulaError, UnknownNameError, is_number, parsed
 from gimcli.model.nearest import near
 from gimcli.model.source import Where
-from gimcli.model.units import speed
+from gimcli.model.units import SPEEDS, speed
 
 MOST_PARAMETERS = 1000
 MOST_HINTS = 20
@@ -97,8 +97,8 @@ def _ordered(result: Evaluated) -> tuple[Where, ...]:
 
 
 def _speed(data: dict[str, Any], where: Where) -> float | None:
-    """Return the number of the file for the rate of a law with a unit, such as 60 rpm; None for other texts."""
-    if where[0] != "actuators" or where[-1] != "rate":
+    """Return the number of the file for a speed of an input with a unit, such as 60 rpm; None for other texts."""
+    if where[0] != "actuators" or where[-1] not in SPEEDS:
         return None
     units = data["units"] if isinstance(data.get("units"), dict) else {}
     angle = units.get("angle", "deg")

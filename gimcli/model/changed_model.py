@@ -24,7 +24,7 @@ from gimcli.model.references import References
 from gimcli.model.schema import Model
 from gimcli.model.source import Fault, Source, Where
 from gimcli.model.substitution import with_numbers
-from gimcli.model.units import speed
+from gimcli.model.units import SPEEDS, speed
 from gimcli.model.wording import expected, value_schema
 
 SHOWN = 4
@@ -112,8 +112,8 @@ def _value(dimension: Dimension, value: Any, model: Model) -> float | Formula:
     """Return a new value of a dimension as a number, or a formula."""
     if isinstance(value, str):
         try:
-            if dimension.where[-1] == "rate":
-                value = _rate(model, str(dimension.where[1]), value)
+            if dimension.where[0] == "actuators" and dimension.where[-1] in SPEEDS:
+                value = _speed(model, str(dimension.where[1]), value)
         except ValueError as error:
             raise UsageError(f"{dimension.name}: expected a number, got '{value}'; {error}") from None
     if isinstance(value, str):
@@ -131,8 +131,8 @@ def _value(dimension: Dimension, value: Any, model: Model) -> float | Formula:
     return float(value)
 
 
-def _rate(model: Model, actuator: str, text: str) -> float | str:
-    """Return the rate of a law as a number; a text without a unit as it is. Raise ValueError for a wrong unit."""
+def _speed(model: Model, actuator: str, text: str) -> float | str:
+    """Return the speed of an input as a number; a text without a unit as it is. Raise ValueError for a wrong unit."""
     found = speed(text, model.actuators[actuator].rotary, model.units.length, model.units.angle)
     return text if found is None else found
 

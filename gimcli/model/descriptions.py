@@ -88,7 +88,7 @@ PARTS = {
         "free": "true: in `gim simulate` forces decide its motion; default false: it follows its law",
         "start": "Initial value of a free input in `gim simulate` (file's unit of angle or length); "
         "default: first value of the law",
-        "speed": "Initial speed of a free input in `gim simulate` (file's unit of angle or length, per second); "
+        "speed": "Initial speed of a free input in `gim simulate` (file's unit per second, or text such as 60 rpm); "
         "default 0",
         "effort": "Driving torque [N m] or force [N] of a free input: a number or a mapping",
     },
@@ -98,7 +98,7 @@ PARTS = {
         "over": "First column of the table: `time` [s], `value` of the input (file's unit), "
         "or `speed` of the input (file's unit per second); default time",
         "stall": "Torque [N m] or force [N] at speed 0; it changes linearly to 0 at the speed `idle`",
-        "idle": "Speed at which the torque or force is 0 (file's unit of angle or length, per second)",
+        "idle": "Speed at which the torque or force is 0 (file's unit per second, or text such as 1500 rpm)",
     },
     "Spring": {
         **GAUGE,

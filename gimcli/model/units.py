@@ -1,4 +1,4 @@
-"""Units of the model file: lengths, masses and turns, and the units in which the rate of a law may be written."""
+"""Units of the model file: lengths, masses and turns, and the units in which speeds of inputs may be written."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "km": 1e3, "in": 0.0254,
 KILOGRAMS = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}
 TURN = {"deg": 360.0, "rad": 2.0 * math.pi}
 """One turn in each unit of angle."""
+SPEEDS = ("rate", "speed", "idle")
+"""Keys of an actuator whose values are speeds, which may have a unit."""
 SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 
 _SPEED = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*((?:[^\W\d_]+|°)(?:\s*/\s*[^\W\d_]+)?)")

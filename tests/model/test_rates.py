@@ -133,6 +133,15 @@ def test_contradictions_are_one_error(actuator: str, more: str, fragments: list[
     assert all(fragment in str(caught.value) for fragment in fragments), str(caught.value)
 
 
+def test_other_speeds_of_an_input_may_have_a_unit() -> None:
+    free = "motor: {pivot: O, arm: A, free: true, speed: -30 rpm, effort: {stall: 4, idle: 120 rpm}}"
+    model = load(free, more="masses: {B: 1}")
+    (release,) = model.dynamics.releases
+    assert (release.speed, release.effort.idle) == pytest.approx((-math.pi, 4 * math.pi))
+    (release,) = model.with_({"motor.speed": "2 rev/s"}).dynamics.releases
+    assert release.speed == pytest.approx(4 * math.pi)
+
+
 def test_a_length_without_a_physical_unit_has_no_speeds() -> None:
     with pytest.raises(ModelError, match="no physical unit"):
         load(JACK.format("rate: 4 mm/s, by: 4"), length="unit")
