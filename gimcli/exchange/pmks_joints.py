@@ -15,7 +15,7 @@ from gimcli.errors import ModelError
 from gimcli.exchange.draft import GROUND, Draft
 
 PROGRAM = "PMKS"
-MOST_JOINTS = 2000
+MOST_JOINTS, MOST_PLACES = 500, 3000
 STROKE = 0.1
 """Travel of a sliding input, whose stroke the files do not have, relative to the size of the mechanism."""
 GROUND_NAMES = ("0", "gnd", "grnd", "grond", "gound", "groud")
@@ -89,7 +89,9 @@ def _checked(joints: list[PmksJoint], source: str) -> list[PmksJoint]:
     """Return the joints; raise ModelError with all of their faults."""
     faults = [fault for joint in joints if (fault := _fault(joint))]
     if len(joints) > MOST_JOINTS:
-        faults = [f"{source}: {len(joints)} joints, more than {MOST_JOINTS}"]
+        faults = [f"{source}: {len(joints)} joints are too many for one mechanism; at most {MOST_JOINTS} are read"]
+    elif sum(len(joint.links) for joint in joints) > MOST_PLACES:
+        faults = [f"{source}: more than {MOST_PLACES} names of links are too many for one mechanism"]
     elif joints and not any(is_ground(link) for joint in joints for link in joint.links):
         faults.append(f"{source}: no link is the ground; name one link ground")
     if faults:

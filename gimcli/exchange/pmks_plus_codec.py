@@ -25,8 +25,8 @@ DIGEST_LENGTH, DIGEST_MARK = 6, "*"
 THOUSANDTHS = 1000
 LONGEST_NUMBER = 14
 """Most digits of a number: 64^14 is far beyond any length in thousandths."""
-MOST_RECORDS = 2000
-MOST_CHARACTERS = 1_000_000
+MOST_RECORDS = 500
+MOST_CHARACTERS = 200_000
 
 Record = TypeVar("Record")
 

@@ -11,6 +11,8 @@ from dataclasses import replace
 from gimcli.errors import ModelError
 from gimcli.exchange.pmks_plus_codec import PlusDocument, PlusJoint, PlusLink
 
+MOST_PLACES = 3000
+
 
 class PlusStructure:
     """The joints by their ids, the bodies by the ids of their links, and the body of each link."""
@@ -21,13 +23,17 @@ class PlusStructure:
         self.links = {link.id: link for link in document.links}
         if len(self.joints) < len(document.joints) or len(self.links) < len(document.links):
             raise self.fault("two joints or two links have the same name; copy the whole address or file again")
+        if sum(len(link.joints) + len(link.parts) for link in document.links) > MOST_PLACES:
+            raise self.fault(f"more than {MOST_PLACES} joints on links are too many for one mechanism")
         self._refer()
         self.renamed: dict[str, str] = {}
         for link in document.links:
             if link.block:
                 self._fold(link)
         self.bodies = {link.id: self._joints_of(link) for link in document.links if link.root and not link.block}
-        self.body_of = {part: root for root in self.bodies for part in self._parts(root)}
+        self.body_of: dict[str, str] = {}
+        for root in self.bodies:
+            self._claim(root)
 
     def fault(self, text: str) -> ModelError:
         """Return the error for a part of the document."""
@@ -64,14 +70,15 @@ class PlusStructure:
     def _joints_of(self, link: PlusLink) -> list[str]:
         return list(dict.fromkeys(self.renamed.get(name, name) for name in link.joints))
 
-    def _parts(self, root: str) -> list[str]:
-        """Return a body's link and all bars that are welded into it."""
-        found, open_ends = [root], [root]
+    def _claim(self, root: str) -> None:
+        """Note the body of its own link and of all bars that are welded into it."""
+        open_ends = [root]
         while open_ends:
-            own = [part for part in self.links[open_ends.pop()].parts if part not in found]
-            found += own
-            open_ends += own
-        return found
+            own = open_ends.pop()
+            if own in self.body_of or (own != root and self.links[own].root):
+                raise self.fault(f"link {own} belongs to two welded links; copy the whole address or file again")
+            self.body_of[own] = root
+            open_ends += self.links[own].parts
 
     def riders(self, joint: PlusJoint) -> list[str]:
         """Return the bodies that a joint belongs to."""

@@ -138,7 +138,8 @@ def _number(text: str) -> float | None:
 
 def _draft(lines: list[JointLine], source: str, header: Header) -> Draft:
     if len(lines) > MOST_JOINTS:
-        raise ModelError([f"{source}: {len(lines)} joints, more than {MOST_JOINTS}"])
+        text = f"{len(lines)} joints are too many for one mechanism; at most {MOST_JOINTS} are read"
+        raise ModelError([f"{source}: {text}"])
     joints, faults = [], []
     for line in lines:
         joint = _joint(line)

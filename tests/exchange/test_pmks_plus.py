@@ -226,6 +226,8 @@ def edited(old, new, name="slider_crank"):
         (edited("B,B,", "A,B,"), "same name"),
         (edited("0mA", "0m!"), "is not a number"),
         (edited("1011", "9011"), "unit of length"),
+        (edited("NRCD,", "YRCD,", "bell_crank"), "belongs to two welded links"),
+        (edited("A,B,,", "A,B," * 1600 + ",", "bell_crank"), "too many for one mechanism"),
         ("pmks2:00000000.abc", "pmks2"),
     ],
 )

@@ -174,7 +174,8 @@ def test_all_names_of_the_ground_are_the_ground():
         ("ground a R 0 0\na b R nan 0\nb ground R 2 0", "a.txt:2:1: expected two coordinates"),
         ("ground a R 0 0\nR 1 0\na ground R 2 0", "a.txt:2:1: expected the names of links"),
         ("http://x.org/?mech=0 a R 0 0|a 0 R 1 0\nhttp://x.org/?mech=0 a R 0 0|a 0 R 1 0", "holds 2 addresses"),
-        ("0 a R 0 0\n" * 2500, "2500 joints, more than 2000"),
+        ("0 a R 0 0\n" * 501, "501 joints are too many"),
+        ("0 a R 0 0\n" + " ".join(f"l{k}" for k in range(3000)) + " R 1 1", "more than 3000 names of links"),
     ],
 )
 def test_faults_are_reported_with_their_lines(text, message):
@@ -209,5 +210,5 @@ def test_damaged_texts_are_models_or_model_errors():
 
 
 def test_many_joints_are_converted():
-    rows = [f"l{k} l{k + 1} R {k} {k % 7}" for k in range(1999)]
-    assert len(model_of(draft("\n".join(["ground l0 R -1 0", *rows])))["links"]) == 1999
+    rows = [f"l{k} l{k + 1} R {k} {k % 7}" for k in range(499)]
+    assert len(model_of(draft("\n".join(["ground l0 R -1 0", *rows])))["links"]) == 499
