@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 import yaml
 from bundled import MODELS
+from in_process import printed
+from in_process import refused as printed_error
 
 import gimcli
 from gimcli.errors import ModelError, UsageError
@@ -358,6 +360,33 @@ def test_an_open_side_is_refused_with_its_choices():
         chosen = gimcli.load(four_bar(None), assembly=number)
         assert near(places(chosen)["B"], at)
         assert near(places(chosen.with_({"crank": 35}))["B"], placed(four_bar(side, crank=35.0))["B"])
+
+
+def test_commands_list_and_choose_the_positions(tmp_path):
+    path = tmp_path / "m.yaml"
+    path.write_text(TEXT.replace("{side: left}", ""))
+    message = printed_error("solve", path, code=3)
+    assert f"{path}:6:3: node B has two possible positions" in message
+    report = json.loads(printed("solve", path, "--all", "--json"))["configurations"]
+    assert not any(one["drawn"] for one in report)
+    wanted = [placed(four_bar(side))["B"] for side in ("left", "right")]
+    for k, one in enumerate(report, 1):
+        assert min(abs(complex(*one["nodes"]["B"]) - z) for z in wanted) < 1e-10
+        chosen = json.loads(printed("solve", path, "--assembly", k, "--json"))
+        assert np.allclose(chosen["nodes"]["B"], one["nodes"]["B"], atol=1e-10)
+        other = json.loads(printed("solve", path, "--assembly", k, "--set", "motor.from=60", "--json"))
+        sign = 1.0 if abs(complex(*one["nodes"]["B"]) - wanted[0]) < 1e-9 else -1.0
+        side = "left" if sign > 0.0 else "right"
+        assert near(complex(*other["nodes"]["B"]), placed(four_bar(side, 60.0))["B"])
+
+
+def test_very_many_open_sides_are_named_quickly():
+    names = [f"N{k}" for k in range(200)]
+    links = {f"{name}{end}": {"nodes": [end, name], "length": 1} for name in names for end in ("O", "Q")}
+    nodes = {"O": [0, 0], "Q": [1, 0], **dict.fromkeys(names)}
+    faults = refused({"nodes": nodes, "ground": ["O", "Q"], "links": links})
+    for name in names:
+        assert sum(f"nodes.{name}: " in fault for fault in faults) == 1
 
 
 def test_an_assembly_overrides_a_side():
