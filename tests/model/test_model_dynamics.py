@@ -219,6 +219,10 @@ def test_the_json_schema_covers_the_dynamic_sections():
         "loads": {"f": {"on": "a", "local": [0, 0], "follower": [1, 2], "table": "t.csv", "over": "m"}},
     }  # fmt: skip
     assert valid.is_valid(good)
+    rated = {"pivot": "O", "arm": "A", "law": {"rate": "60 rpm", "turns": 2}}
+    assert valid.is_valid({**good, "actuators": {"m": rated}, "masses": {"A": 2, "a": {"mass": 1}}})
+    assert not valid.is_valid({**good, "actuators": {"m": {**rated, "law": {"rate": [60]}}}})
+    assert not valid.is_valid({**good, "masses": {"A": [2]}})
     point = {"local": [0, 0]}
     assert valid.is_valid({**good, "points": {"P": {"member": "a", **point}}})
     assert not valid.is_valid({**good, "points": {"P": {"member": "a", "on": "a", **point}}})
