@@ -21,6 +21,11 @@ NO_MEMBER = NO_NODE = -1
 class LoadCurve(Protocol):
     """A function of the time [s] or of an input (rad, or length in the normal frame)."""
 
+    @property
+    def at(self) -> NDArray[np.float64]:
+        """The abscissas of the table; the factor is constant outside."""
+        ...
+
     def __call__(self, at: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the values at times or inputs `at`."""
         ...

@@ -51,7 +51,7 @@ _WORDS = {
 _TEXTS = {
     Status.OK: "solved to the tolerance",
     Status.LIMIT: "these inputs cannot be reached from the start without disassembly: shorten the law to the"
-    " reachable interval",
+    " reachable interval, or let the input turn back there (`gim trace --at-limit reverse`)",
     Status.NOT_ASSEMBLED: "no position was found that satisfies all constraints: correct the lengths in `links` and"
     " `elements`, use initial coordinates closer to an assembled position, or change the inputs",
     Status.NOT_CONVERGED: "the iteration did not reach the tolerance: loosen --tolerance or use --method auto",

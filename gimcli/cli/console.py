@@ -111,10 +111,13 @@ def note(text: str) -> None:
     print_above(text)
 
 
-def note_point_masses(mechanism: Mechanism) -> None:
-    """Print which members are point masses, because the file gives no moment of inertia."""
+def note_doubtful_loading(mechanism: Mechanism) -> None:
+    """Print which members are point masses, as the file gives no moment of inertia, and which tables are too short."""
     from gimcli.dynamics.load_arrays import point_masses
+    from gimcli.library.check_warnings import short_table_warnings
 
+    for _, text in short_table_warnings(mechanism):
+        note(text)
     names = point_masses(mechanism)
     if names:
         note(

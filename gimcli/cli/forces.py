@@ -41,7 +41,7 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:
     """Find efforts and reactions."""
-    from gimcli.cli.console import note, note_point_masses
+    from gimcli.cli.console import note, note_doubtful_loading
     from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
     from gimcli.library.forces import ForcesAlong, ForcesResult
@@ -49,7 +49,7 @@ def command(
     outputs = Outputs(ForcesResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
     refuse_unseen(plot, outputs.draws)
     mechanism = outputs.loaded(assembly, tolerance=tolerance, changes=changes)
-    note_point_masses(mechanism)
+    note_doubtful_loading(mechanism)
     found = outputs.stream(ForcesAlong(mechanism, steps, tolerance, jit.value, plot, note, progress_bar))
     outputs.finish(found, _print)
 

@@ -51,14 +51,14 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:
     """Reduce a mechanism to one input."""
-    from gimcli.cli.console import note, note_point_masses
+    from gimcli.cli.console import note, note_doubtful_loading
     from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
     from gimcli.library.reduce import ReduceResult, reduce
 
     outputs = Outputs(ReduceResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
     mechanism = outputs.loaded(assembly, changes=changes)
-    note_point_masses(mechanism)
+    note_doubtful_loading(mechanism)
     found = reduce(
         mechanism, name, steps, fluctuation=fluctuation, rpm=rpm, jit=jit.value, notify=note, progress=progress_bar
     )

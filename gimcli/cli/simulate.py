@@ -80,7 +80,7 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:  # fmt: skip
     """Simulate."""
-    from gimcli.cli.console import note, note_point_masses
+    from gimcli.cli.console import note, note_doubtful_loading
     from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
     from gimcli.dynamics.simulation_table import column_names
@@ -91,7 +91,7 @@ def command(
     refuse_unseen(plot, outputs.draws)
     mechanism = outputs.loaded(assembly, changes=changes)
     refuse_repeated(column_names(mechanism))
-    note_point_masses(mechanism)
+    note_doubtful_loading(mechanism)
     found = simulate(
         mechanism, time, dt=dt, integrator=method or integrator, rtol=rtol, step=step, standstills=until,
         reactions=reactions, plot=plot, jit=jit.value, notify=note, progress=progress_bar,

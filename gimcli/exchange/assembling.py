@@ -15,6 +15,10 @@ SHORTEST = 0.05
 """Least distance of two joints that define the direction of a slot, relative to the size: the file rounds places."""
 
 
+ROUNDING = 1e-14
+"""Coordinate, relative to the size of the mechanism, that is a rounding error of 0."""
+
+
 def model_of(draft: Draft) -> dict[str, Any]:
     """Return the data of the model of a draft."""
     return Assembling(draft).model()
@@ -211,7 +215,7 @@ class Assembling:
             "gravity": None if draft.gravity is None else [draft.gravity.real, draft.gravity.imag],
             "loads": {load.name: own for load in draft.loads if (own := self._load(load, members))},
         }  # fmt: skip
-        return {key: value for key, value in data.items() if value not in (None, "", {})}
+        return {key: _clean(value, self.size) for key, value in data.items() if value not in (None, "", {})}
 
     def _traced(self, moving: set[str]) -> list[str] | None:
         """Return the names to trace: those whose paths the program draws."""
@@ -288,6 +292,15 @@ def _with_range(keys: dict[str, Any], drawn: float) -> dict[str, Any]:
 def _ray(first: complex, second: complex) -> complex:
     """Return the direction from the first point to the second."""
     return (second - first) / (abs(second - first) or 1.0)
+
+
+def _clean(value: Any, size: float) -> Any:
+    """Return data with 0 in place of coordinates that are rounding errors of 0."""
+    if isinstance(value, dict):
+        return {key: _clean(part, size) for key, part in value.items()}
+    if isinstance(value, list):
+        return [0.0 if isinstance(v, float) and abs(v) <= ROUNDING * size else _clean(v, size) for v in value]
+    return value
 
 
 def _corner(points: list[complex], end: Any) -> complex:

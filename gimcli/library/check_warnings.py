@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from gimcli.library.rounding import at_inputs, length, number
+from gimcli.library.rounding import at_inputs, input_value, interval, length, number
 from gimcli.mechanism import Mechanism
 from gimcli.structure.rigid_triangles import rigid_parts
 
@@ -16,8 +16,24 @@ def check_warnings(mechanism: Mechanism, report: dict[str, Any], error: str) -> 
     """Return the warnings about a mechanism; `error` is why it has no motion, if it has none."""
     found: list[tuple[Where, str]] = [((), error)] if error else []
     found += [*_rigid(mechanism), *_drawing(mechanism, report), *_limits(mechanism, report, not error), *_loops(report)]
-    found += _remarks(mechanism, moves=not error)
+    found += [*short_table_warnings(mechanism), *_remarks(mechanism, moves=not error)]
     return [{"where": _place(mechanism, where), "text": text} for where, text in found]
+
+
+def short_table_warnings(mechanism: Mechanism) -> Iterator[tuple[Where, str]]:
+    """Yield a warning for each table of a load that does not cover the law of its actuator."""
+    if not any(load.curve is not None for load in mechanism.dynamics.loads):
+        return
+    from gimcli.dynamics.load_tables import short_tables
+
+    for load, actuator, own, law in short_tables(mechanism):
+        covers, runs = (interval(mechanism, actuator, *span) for span in (own, law))
+        if covers == "full turn":
+            covers, runs = (
+                f"{input_value(mechanism, actuator, a)} to {input_value(mechanism, actuator, b)}" for a, b in (own, law)
+            )
+        text = f"the table of load {load} covers {actuator} = {covers}, its law runs over {runs}"
+        yield ("loads", load), f"{text}: outside the load keeps the factor of the nearest row; add rows"
 
 
 def _place(mechanism: Mechanism, where: Where) -> str:

@@ -147,6 +147,11 @@ class Sampled:
     def __init__(self, at: Sequence[float], value: Sequence[float]) -> None:
         self._at, self._value = np.asarray(at, dtype=float), np.asarray(value, dtype=float)
 
+    @property
+    def at(self) -> FloatArray:
+        """The abscissas of the samples."""
+        return self._at
+
     @cached_property
     def _curve(self) -> Any:
         from scipy.interpolate import PchipInterpolator  # imported late: only forces need it

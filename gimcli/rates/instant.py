@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -75,9 +76,14 @@ def unit_rate(mechanism: Mechanism, actuator: Input) -> float:
 
 
 def law_time(actuator: Input, value: float) -> float:
-    """Return the first normalised time at which a law has a value; NaN if it never has."""
+    """Return the first normalised time at which a law has a value, an angle up to full turns; NaN if it never has."""
     t = np.linspace(0.0, 1.0, SAMPLES)
-    off = actuator.law(t) - value
+    values = actuator.law(t)
+    if actuator.rotary:
+        low, high = float(np.min(values)), float(np.max(values))
+        turned = value + math.tau * math.ceil((low - value) / math.tau - EQUAL)
+        value = value if low <= value <= high or turned > high + EQUAL * math.tau else turned
+    off = values - value
     near = EQUAL * max(1.0, float(np.max(np.abs(off + value))))
     hit = np.flatnonzero((np.abs(off) <= near) | np.append(off[1:] * off[:-1] < 0.0, False))
     if not len(hit):

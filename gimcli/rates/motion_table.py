@@ -96,6 +96,14 @@ def reachable(motion: Motion) -> dict[str, list[list[float]]]:
     mechanism = motion.mechanism
     if motion.first_status is not Status.OK:
         return {a.name: [] for a in mechanism.actuators}
+    if motion.turned_back:
+        there = np.array([inputs for _, inputs in motion.turned_back]).T
+        passed = np.concatenate([motion.inputs[:, motion.good], there], axis=1)
+        ranges = np.stack([passed.min(axis=1), passed.max(axis=1)], axis=1)
+        return {
+            a.name: [[float(v) for v in mechanism.value_to_file(k, ranges[k])]]
+            for k, a in enumerate(mechanism.actuators)
+        }
     end = motion.limit
     if end is None:
         end = float(motion.time[motion.good][-1])
