@@ -39,6 +39,9 @@ ROWS = 200
 MOST_ROWS = 1_000_000
 LEAST = 3e-14
 """Relative tolerance below which steps do not become more accurate."""
+
+STEP = 1e-3
+"""Default step of "rk4" [s]; a shorter motion is one step."""
 WORK = 6e-4
 """Approximate time of one evaluation without compilation [s]."""
 A_SECOND = 1500
@@ -47,7 +50,7 @@ A_SECOND = 1500
 
 def simulate(
     mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, integrator: str = "dop853",
-    rtol: float = 1e-9, step: float = 1e-3, standstills: int = 0, reactions: bool = False,
+    rtol: float = 1e-9, step: float = STEP, standstills: int = 0, reactions: bool = False,
     plot: str | Sequence[str] = (), jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases,
     method: str = "",
 ) -> SimulateResult:  # fmt: skip
@@ -82,7 +85,7 @@ def simulate(
     times = _times(time, dt)
     if not 1e-14 <= rtol <= 1e-2:
         raise UsageError(f"rtol: expected a number from 1e-14 to 1e-2, got {rtol:g}")
-    if not 0.0 < step <= time:
+    if not 0.0 < step <= max(time, STEP):
         raise UsageError(f"step: expected a number of seconds above 0 and at most the time {time:g}, got {step:g}")
     integrator = method or integrator
     refuse_choice("integrator", integrator, INTEGRATORS)

@@ -229,6 +229,12 @@ def test_the_punch_loses_the_energy_of_its_stroke():
     assert speed.min() < 0.97 * speed.max()
 
 
+def test_a_time_below_the_default_step_of_rk4_is_simulated():
+    engine = gimcli.load("engine")
+    one, other = (gimcli.simulate(engine, 5e-4, dt=1e-4, integrator=name) for name in ("dop853", "rk4"))
+    assert one["crank_angle"][-1] == pytest.approx(other["crank_angle"][-1], rel=1e-6)
+
+
 # -- all models with masses -----------------------------------------------------------------------
 
 DYNAMIC = [model.name for model in gimcli.shipped_models() if model.massive]
@@ -239,7 +245,7 @@ def test_many_models_have_masses():
     assert len(DYNAMIC) >= 12
 
 
-@pytest.mark.few("pick_and_place", "shaper")
+@pytest.mark.few("pick_and_place")
 @pytest.mark.parametrize("name", [name for name in DYNAMIC if name != "watt_1"])
 def test_forces_simulation_and_reduction_run(name):
     """Powers are in balance in each row, the simulation keeps its energy balance, the reduction has all rows."""

@@ -64,6 +64,12 @@ def test_each_key_and_each_word_is_shown(shown):
     assert wanted - UNUSUAL - set().union(*shown.values()) == set()
 
 
+def test_masses_and_forces_of_nodes_are_shown():
+    data = [read_source(path).data for path in FILES]
+    assert any(set(one.get("masses", {})) & set(one["nodes"]) for one in data)
+    assert any(load.get("on") in one["nodes"] for one in data for load in one.get("loads", {}).values())
+
+
 def test_the_page_names_models_that_show_each_section(shown):
     text = (MANUAL / "models.md").read_text(encoding="utf-8")
     rows = re.findall(r"(?m)^\| `(\w+)`[^|]*\| (.*) \|$", text[text.index("## Which model shows") :])

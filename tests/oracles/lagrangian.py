@@ -79,6 +79,8 @@ class Machine:
         self.file = self.degree if self.rotary else 1.0  # unit of the input
         for load in self.data.get("loads", {}).values():
             load.setdefault("on", load.get("member"))
+        for name, mass in self.data["masses"].items():
+            self.data["masses"][name] = mass if isinstance(mass, dict) else {"mass": mass}
 
     @property
     def seconds(self):
@@ -99,6 +101,8 @@ class Machine:
 
     def point(self, z, part):
         """Return a point that is given by `local`, `at` or `centre`, or the mean of the member's nodes."""
+        if part["on"] not in (*self.members, "ground"):
+            return z[part["on"]]  # a force on a node
         origin, direction = self.pose(z, part["on"])
         if "at" in part:
             drawn = {name: complex(*xy) * self.metre for name, xy in self.data["nodes"].items()}
@@ -137,10 +141,13 @@ class Machine:
         for name, mass in self.data["masses"].items():
             _, rate = self.by_q(q, lambda z, name=name, mass=mass: self.centre(z, name, mass))
             total = total + mass["mass"] * self.kilogram * abs(rate) ** 2
-            total = total + mass.get("inertia", 0.0) * self.angle_rate(q, name) ** 2
+            if name in self.members:
+                total = total + mass.get("inertia", 0.0) * self.angle_rate(q, name) ** 2
         return total
 
     def centre(self, z, name, mass):
+        if name not in self.members:
+            return z[name]  # a point mass
         if "centre" in mass:
             return self.point(z, {"on": name, "local": mass["centre"]})
         drawn = self.members[name]
