@@ -85,7 +85,8 @@ class Assembling:
             if abs(self.places[there] - place) <= 1e-9 * self.size:
                 return there
         own = free_name(name, self.places)
-        self.places[own] = place
+        digits = 12 - math.ceil(math.log10(self.size)) if self.size else 12
+        self.places[own] = complex(round(place.real, digits), round(place.imag, digits))
         self._nodes(carrier).append(own)
         return own
 

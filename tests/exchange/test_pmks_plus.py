@@ -210,6 +210,29 @@ def test_a_truncated_address_is_refused(end):
         draft_of(ADDRESS[: 26 + end] if end > 0 else ADDRESS[:end], "a.pmks")
 
 
+WATT = (
+    "https://app.pmksplus.com/?0P.SS.K,0.101.MA,A,0wS,0bg,0.GB,B,0gW,EE,0.GC,C,Oi,6k,0.GD,D,03m,_g,0.GE,E,1FO,1I_,0."
+    "GF,F,1-C,qM,0.KG,G,1oO,0ss,0..YRAB,AB,Fe,Fe,0oU,0Bk,c5cae9,A,B,,.YRBCD,BCD,Fe,Fe,07C,Rt,303e9f,B,C,D,,."
+    "YRDE,DE,Fe,Fe,bq,18q,0d125a,D,E,,.YREF,EF,Fe,Fe,1dI,13g,B2DFDB,E,F,,.YRFCG,FCG,Fe,Fe,1Om,1Q,26A69A,F,C,G,,...JGp"
+)
+"""The address of README of PMKS+, written in 2024: three enums, one decimal, no digest."""
+
+
+def test_the_six_bar_moves_as_pmks_computed_it():
+    """Positions of E by the crank's turn from its drawn angle [deg], computed with PMKS and confirmed with MATLAB.
+
+    Source: github.com/PMKS-Web/PMKS_Verification, reference-data/v1/cases/watt_i/pmks/joints/E.csv.
+    """
+    mechanism = gimcli.load(WATT)
+    start = drawn(mechanism, "motor")
+    expected = {
+        -5: (5.1305912844631374, 4.1635309288268632), -3: (5.1312401105150336, 4.7382193529414218),
+        0: (5.08, 5.31), 2: (5.0193064678985992, 5.6429062136048129), 5: (4.8332738548746113, 6.2015139976270781),
+    }  # fmt: skip
+    for turn, place in expected.items():
+        assert gimcli.solve(mechanism, motor=start + turn).xy["E"] == pytest.approx(place, abs=1e-6)
+
+
 def edited(old, new, name="slider_crank"):
     return stamped(checked_body(payload(name), "a").replace(old, new, 1))
 

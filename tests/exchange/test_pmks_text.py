@@ -49,6 +49,22 @@ def test_the_four_bar_moves_as_two_circles_intersect():
         assert complex(*found.xy["E"]) == pytest.approx(b + (3 - 3j) * (c - b) / 6, abs=1e-9)
 
 
+def test_the_tracer_moves_as_pmks_computed_it():
+    """Positions of D by the crank's turn from its drawn angle [deg], computed with PMKS and confirmed with MATLAB.
+
+    Source: github.com/PMKS-Web/PMKS_Verification, reference-data/v1/cases/slider_crank_tracer/pmks/points/D.csv.
+    """
+    text = "ground AB R 0 0|AB BCD R 4 2|ground BCD RP 12 0 0|BCD R 20 2".replace("|", "\n")
+    expected = {
+        0: (20, 2), 10: (19.535511228477723, 1.3216859262485514), 60: (15.419776361327257, -0.6761448229137148),
+        117: (12.346996860947183, 1.3301978797961416),
+    }  # fmt: skip
+    mechanism = gimcli.load(model_of(draft(text)))
+    start = mechanism.inputs_to_file(mechanism.drawn_inputs)["motor"]
+    for turn, place in expected.items():
+        assert gimcli.solve(mechanism, motor=start + turn).xy["D"] == pytest.approx(place, abs=1e-9)
+
+
 def test_names_traces_and_bodies_come_over():
     data = model_of(draft(FOUR_BAR))
     assert data["ground"] == ["A", "D"]
