@@ -160,6 +160,8 @@ def _form(where: Where, got: Any, limits: dict[str, Any]) -> str:
 def _forms(where: Where) -> str:
     if where == ("ground",):
         return "a list of nodes or {member: NAME}"
+    if len(where) == 2 and where[0] == "masses":
+        return "a number or a mapping such as {mass: ...}"
     if len(where) == 2 and where[0] in ("links", "elements"):
         return "a list of nodes such as [A, B] or a mapping of keys"
     return f"a mapping such as {{{known_keys(where)[0]}: ...}}" if known_keys(where) else "a mapping such as {A: ...}"
