@@ -102,7 +102,8 @@ def _frame(titles: Sequence[str]) -> dict[str, str]:
         f'<Override PartName="/xl/workbook.xml" ContentType="{KIND}sheet.main+xml"/>'
         f'<Override PartName="/xl/styles.xml" ContentType="{KIND}styles+xml"/>{parts}</Types>',
         "_rels/.rels": _relations([("officeDocument", "xl/workbook.xml")]),
-        "xl/workbook.xml": f'{HEAD}<workbook xmlns="{MAIN}" xmlns:r="{OFFICE}"><sheets>{sheets}</sheets></workbook>',
+        "xl/workbook.xml": f'{HEAD}<workbook xmlns="{MAIN}" xmlns:r="{OFFICE}">'
+        f"<bookViews><workbookView/></bookViews><sheets>{sheets}</sheets></workbook>",
         "xl/_rels/workbook.xml.rels": _relations(places),
         "xl/styles.xml": STYLES,
     }

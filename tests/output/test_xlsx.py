@@ -2,6 +2,8 @@
 
 import math
 from dataclasses import replace
+from xml.etree import ElementTree
+from zipfile import ZipFile
 
 import numpy as np
 import openpyxl
@@ -94,6 +96,22 @@ def test_long_lists_of_the_report_are_cut(tmp_path):
 def test_the_same_result_gives_the_same_bytes(traced, tmp_path):
     traced.save(tmp_path / "a.xlsx", tmp_path / "b.xlsx")
     assert (tmp_path / "a.xlsx").read_bytes() == (tmp_path / "b.xlsx").read_bytes()
+
+
+def test_every_part_is_xml_and_is_declared(traced, tmp_path):
+    """The views of sheets refer to the first view of the workbook; each part has its type, each relation its part."""
+    traced.save(tmp_path / "t.xlsx")
+    with ZipFile(tmp_path / "t.xlsx") as archive:
+        parts = {name: ElementTree.fromstring(archive.read(name)) for name in archive.namelist()}
+    types = {f"/{name}" for name in parts if not name.endswith(".rels") and name != "[Content_Types].xml"}
+    assert types == {own.get("PartName") for own in parts["[Content_Types].xml"] if own.get("PartName")}
+    targets = {own.get("Target") for own in parts["xl/_rels/workbook.xml.rels"]}
+    assert {f"xl/{target}" for target in targets} == {name[1:] for name in types} - {"xl/workbook.xml"}
+    main = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
+    order = [own.tag.removeprefix(main) for own in parts["xl/workbook.xml"]]
+    assert order == ["bookViews", "sheets"]
+    sheet = [own.tag.removeprefix(main) for own in parts["xl/worksheets/sheet2.xml"]]
+    assert sheet == ["sheetViews", "cols", "sheetData"]
 
 
 def test_kinds_of_columns():
